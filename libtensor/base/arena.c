@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/base/arena.h"
+
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BLOCK_BYTES = 1 << 16, BIG_BYTES = 1 << 14 };
+
+typedef struct block {
+    struct block *next;
+    size_t used, size;              /* of the payload, which starts LT_ALIGN bytes in */
+} block;
+
+_Static_assert(sizeof(block) <= LT_ALIGN, "a block's header fits before its payload");
+
+struct lt_arena {
+    block *blocks;                  /* the first one is filled; the rest are full or of their own */
+    size_t bytes;
+};
+
+static atomic_long fail_countdown;
+
+void lt_alloc_fail_at(long n)
+{
+    atomic_store(&fail_countdown, n);
+}
+
+static bool must_fail(void)
+{
+    return atomic_load(&fail_countdown) > 0 && atomic_fetch_sub(&fail_countdown, 1) == 1;
+}
+
+void *lt_alloc(size_t bytes)
+{
+    size_t padded;
+    void *p;
+
+    if (!lt_size_add(bytes ? bytes : 1, LT_ALIGN - 1, &padded) || must_fail())
+        return NULL;
+    padded &= ~(size_t)(LT_ALIGN - 1);
+    p = aligned_alloc(LT_ALIGN, padded);
+    if (p)
+        memset(p, 0, padded);
+    return p;
+}
+
+void lt_release(void *block_or_null)
+{
+    free(block_or_null);
+}
+
+lt_arena *lt_arena_new(void)
+{
+    return must_fail() ? NULL : calloc(1, sizeof(lt_arena));
+}
+
+void lt_arena_free(lt_arena *arena)
+{
+    if (!arena)
+        return;
+    for (block *b = arena->blocks, *next; b; b = next) {
+        next = b->next;
+        lt_release(b);
+    }
+    free(arena);
+}
+
+static block *block_new(lt_arena *arena, size_t payload)
+{
+    size_t bytes;
+    block *b = lt_size_add(payload, LT_ALIGN, &bytes) ? lt_alloc(bytes) : NULL;
+
+    if (b) {
+        b->size = payload;
+        arena->bytes += bytes;
+    }
+    return b;
+}
+
+/* A big request gets a block of its own behind the head, so that the head goes on being filled. */
+static void *alloc_big(lt_arena *arena, size_t bytes)
+{
+    block *b = block_new(arena, bytes);
+
+    if (!b)
+        return NULL;
+    b->used = bytes;
+    if (arena->blocks) {
+        b->next = arena->blocks->next;
+        arena->blocks->next = b;
+    } else {
+        arena->blocks = b;
+    }
+    return (char *)b + LT_ALIGN;
+}
+
+void *lt_arena_alloc(lt_arena *arena, size_t bytes)
+{
+    block *b = arena->blocks;
+    void *p;
+
+    if (bytes > BIG_BYTES)
+        return alloc_big(arena, bytes);
+    bytes = (bytes + LT_ALIGN - 1) & ~(size_t)(LT_ALIGN - 1);
+    if (!b || b->size - b->used < bytes) {
+        b = block_new(arena, BLOCK_BYTES);
+        if (!b)
+            return NULL;
+        b->next = arena->blocks;
+        arena->blocks = b;
+    }
+    p = (char *)b + LT_ALIGN + b->used;
+    b->used += bytes;
+    return p;
+}
+
+void *lt_arena_array(lt_arena *arena, size_t count, size_t size)
+{
+    size_t bytes;
+
+    return lt_size_mul(count, size, &bytes) ? lt_arena_alloc(arena, bytes) : NULL;
+}
+
+lt_status lt_arena_try(lt_arena *arena, size_t bytes, void **out)
+{
+    void *p = lt_arena_alloc(arena, bytes);
+
+    if (!p)
+        return lt_error(LT_ENOMEM, "no memory for %zu bytes", bytes);
+    *out = p;
+    return LT_OK;
+}
+
+char *lt_arena_strdup(lt_arena *arena, const char *text)
+{
+    size_t n = strlen(text) + 1;
+    char *copy = lt_arena_alloc(arena, n);
+
+    return copy ? memcpy(copy, text, n) : NULL;
+}
+
+char *lt_arena_printf(lt_arena *arena, const char *fmt, ...)
+{
+    va_list args, again;
+    char *text = NULL;
+    int n;
+
+    va_start(args, fmt);
+    va_copy(again, args);
+    n = vsnprintf(NULL, 0, fmt, args);
+    va_end(args);
+    if (n >= 0)
+        text = lt_arena_alloc(arena, (size_t)n + 1);
+    if (text)
+        vsnprintf(text, (size_t)n + 1, fmt, again);
+    va_end(again);
+    return text;
+}
+
+size_t lt_arena_bytes(const lt_arena *arena)
+{
+    return arena->bytes;
+}

@@ -1,0 +1,54 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/base/status.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { LINE_MAX_BYTES = 1024 };
+
+static _Thread_local char last_error[LINE_MAX_BYTES];
+
+/* A file's name or text may hold anything; what reaches the terminal holds no control codes. */
+static void make_printable(char *s)
+{
+    for (; *s; s++)
+        if (iscntrl((unsigned char)*s))
+            *s = '?';
+}
+
+lt_status lt_verror(lt_status status, const char *fmt, va_list args)
+{
+    char line[LINE_MAX_BYTES];      /* the arguments may point into last_error */
+
+    vsnprintf(line, sizeof(line), fmt, args);
+    make_printable(line);
+    memcpy(last_error, line, sizeof(line));
+    return status;
+}
+
+lt_status lt_error(lt_status status, const char *fmt, ...)
+{
+    va_list args;
+
+    va_start(args, fmt);
+    lt_verror(status, fmt, args);
+    va_end(args);
+    return status;
+}
+
+lt_status lt_error_prefix(lt_status status, const char *fmt, ...)
+{
+    char prefix[LINE_MAX_BYTES / 2];
+    va_list args;
+
+    va_start(args, fmt);
+    vsnprintf(prefix, sizeof(prefix), fmt, args);
+    va_end(args);
+    return lt_error(status, "%s: %s", prefix, last_error);
+}
+
+const char *lt_last_error(void)
+{
+    return last_error;
+}

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Errors of the world outside: files, options, memory. A function that can meet one returns an
+ * lt_status and leaves one line for people in lt_last_error().
+ */
+#ifndef LT_BASE_STATUS_H
+#define LT_BASE_STATUS_H
+
+#include "libtensor/base/common.h"
+
+#include <stdarg.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum {
+    LT_OK = 0,
+    LT_EINVAL,          /* an argument or option that cannot be */
+    LT_EIO,             /* the system refused: open, read, write, rename */
+    LT_EFORMAT,         /* a file is not what it should be */
+    LT_ESHAPE,          /* tensors that do not fit together */
+    LT_ENOMEM,          /* no memory */
+    LT_ENOSPC,          /* no room on the disk */
+    LT_ENUMERIC,        /* not a number, or infinite, too many times in a row */
+    LT_ESTOPPED,        /* asked to stop by a signal, after saving */
+} lt_status;
+
+/**
+ * lt_error - remember one line that says what went wrong, and return the status
+ *
+ * The line should say who, what, found against expected, and where, without a full stop:
+ *
+ *     return lt_error(LT_EFORMAT, "%s: ends early, header promises %zu bytes", path, n);
+ *
+ * The text is kept per thread, cut at 1023 bytes; control characters are replaced by '?'.
+ */
+LT_API lt_status lt_error(lt_status status, const char *fmt, ...) LT_PRINTF(2, 3);
+LT_API lt_status lt_verror(lt_status status, const char *fmt, va_list args);
+
+/* lt_error_prefix - put "prefix: " before the remembered line; returns status, for use in a return */
+LT_API lt_status lt_error_prefix(lt_status status, const char *fmt, ...) LT_PRINTF(2, 3);
+
+/* lt_last_error - the last line remembered on this thread; "" when there is none. Valid until the
+ * next lt_error on this thread. */
+LT_API const char *lt_last_error(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
