@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A dataset of hand-object images, whatever its files: HO3D, DexYCB and what `palmar synth` writes
+ * all become the samples below. One convention inside: OpenCV camera axes (x right, y down,
+ * z forward), metres, radians, pixels, right hands, axis-angle without a mean pose; the readers convert.
+ */
+#ifndef DATA_DATASET_H
+#define DATA_DATASET_H
+
+#include "libtensor/base/arena.h"
+#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* An object that a dataset knows. Everything is in the model's own frame and belongs to the dataset. */
+typedef struct {
+    const char *name;               /* the folder under models/: "006_mustard_bottle", "syn_006_..." */
+    int ycb_id;                     /* 1..21, the DexYCB number; 0 for an object that is none of them */
+    lt_mesh mesh;                   /* textured_simple.obj: vertices and faces only */
+    float (*point)[3];              /* points.xyz */
+    int n_points;
+    float control[21][3];           /* box corners, edge middles, centre, of points.xyz (box21.h) */
+    float diagonal;                 /* of that box: what HO3D tables call the diameter */
+    float diameter;                 /* the largest distance between two mesh vertices */
+} dataset_object;
+
+/* What a sample holds; a field whose bit is missing is zero (NULL). */
+typedef enum {
+    SAMPLE_HAND_POSE = 1,           /* rotation, beta */
+    SAMPLE_JOINTS = 2,              /* joints, joints2d */
+    SAMPLE_ROOT = 4,                /* root */
+    SAMPLE_HAND_BOX = 8,            /* hand_box is an annotation, not the extent of joints2d */
+    SAMPLE_OBJECT = 16,             /* object, R, t, control2d, silhouette */
+    SAMPLE_VERTICES = 32,           /* vertices */
+    SAMPLE_DEPTH = 64,              /* depth */
+    SAMPLE_MIRRORED = 128,          /* a left hand: everything here was mirrored in x when it was read */
+} sample_flag;
+
+typedef struct {
+    const char *name;               /* "ABF10/0123" */
+    unsigned flags;                 /* of sample_flag */
+    int width, height;
+    const uint8_t *rgb;             /* (height, width, 3) */
+    const float *depth;             /* (height, width) metres, 0 where unknown */
+    float K[9];                     /* row-major intrinsics; pixel centres at whole numbers */
+
+    float rotation[LT_HAND_JOINTS][9];          /* row-major; [0] turns the hand into the camera's axes */
+    float beta[LT_HAND_BETAS];
+    float joints[LT_HAND_KEYPOINTS][3];         /* camera, "simple" order */
+    float joints2d[LT_HAND_KEYPOINTS][2];       /* projected by K, pixels */
+    const float (*vertices)[3];                 /* (778, 3) camera; borrowed from the dataset */
+    float root[3];                              /* the wrist, camera */
+    float hand_box[4];                          /* x0 y0 x1 y1, pixels */
+
+    int object;                                 /* index into the dataset's objects; -1 for none */
+    float R[9], t[3];                           /* x_cam = R x_model + t */
+    float control2d[21][2];                     /* the object's control points projected, pixels */
+    const uint8_t *silhouette;                  /* (height, width) 0/1, parts behind the hand included */
+} dataset_sample;
+
+typedef struct dataset dataset;
+
+/* What a kind of dataset does; each reader fills one of these. */
+typedef struct {
+    /* one sample into arena memory; may be called from several threads at once */
+    lt_status (*read)(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
+                      dataset_sample *out);
+    const char *(*name)(const dataset *d, int64_t index);
+    void (*free)(dataset *d);
+} dataset_ops;
+
+struct dataset {
+    const dataset_ops *ops;
+    const char *kind;               /* "HO3D v2", "HO3D v3", "DexYCB s0" */
+    const char *split;              /* "train", "evaluation" */
+    const char *root;               /* the folder it was opened from */
+    bool synthetic;                 /* written by `palmar synth`: reports must say so */
+    int64_t count;
+    const dataset_object *objects;
+    int n_objects;
+    const int *tips;                /* vertices of the finger tips that the annotation uses (5) */
+};
+
+/**
+ * dataset_read - sample index of d
+ *
+ *   want    bits of sample_flag that cost time and may be left out: SAMPLE_OBJECT (the silhouette; the
+ *           pose is always read) and SAMPLE_DEPTH
+ *   arena   owns rgb, depth, silhouette; the name belongs to the dataset
+ *
+ * Errors: one line naming the file, the field, what was expected and what was found. Thread-safe.
+ */
+lt_status dataset_read(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
+                       dataset_sample *out);
+
+/* dataset_name - the sample's name, "SEQUENCE/FRAME"; lives as long as d */
+const char *dataset_name(const dataset *d, int64_t index);
+
+/* dataset_find_object - the index of the object called name, with or without "syn_"; -1 for none */
+int dataset_find_object(const dataset *d, const char *name);
+
+void dataset_free(dataset *d);
+
+/**
+ * dataset_load_objects - the models a dataset needs, from dir (models/)
+ *
+ *   names   (n) model folder names; each needs textured_simple.obj and points.xyz, and the same name
+ *           with "syn_" before it is taken where the plain one is absent
+ *
+ * The objects and their arrays live in arena.
+ * Errors: a model or a file of it is missing (the line says which and where it is to be had), or broken.
+ */
+lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *const *names, int n,
+                               const dataset_object **out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

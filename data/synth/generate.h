@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Writes a synthetic hand-object dataset in HO3D's layout, so that everything runs on a machine that has
+ * no dataset: the reader of the real one reads it.
+ *
+ * The same options give the same files, byte for byte, on any number of threads.
+ */
+#ifndef DATA_SYNTH_GENERATE_H
+#define DATA_SYNTH_GENERATE_H
+
+#include "libtensor/base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum {
+    SYNTH_TINY,                     /* 2 subjects, 3 objects, 6 sequences of 16 frames */
+    SYNTH_SMALL,                    /* 4, 6, 48 of 48 */
+    SYNTH_DEFAULT,                  /* 10, 10, 200 of 70 */
+} synth_preset;
+
+typedef struct {
+    synth_preset preset;
+    const char *out;                /* a folder that does not exist yet or is empty */
+    uint64_t seed;
+    int frames;                     /* in all, dealt evenly to the sequences; 0: the preset's */
+    bool png;                       /* lossless images, as HO3D v2 has them; off: JPEG, as v3 */
+    bool alias_ycb;                 /* name the objects as the real ones; off: "syn_" before each name */
+    /* told how far it is, on the caller's thread, every few frames; false: stop. May be NULL. */
+    bool (*progress)(void *ctx, const char *step, int64_t done, int64_t total);
+    void *progress_ctx;
+} synth_options;
+
+/* synth_parse_preset - "tiny", "small", "default" */
+lt_status synth_parse_preset(const char *name, synth_preset *out);
+
+/**
+ * synth_generate - write the dataset
+ *
+ * Leaves train/, evaluation/, models/, train.txt, evaluation.txt, the two ground-truth files, stats.json
+ * (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file; written last,
+ * so a folder without it is unfinished).
+ *
+ * Errors: the folder has files in it, the disk is full, no memory; LT_ESTOPPED when progress
+ * said so.
+ */
+lt_status synth_generate(const synth_options *options);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
