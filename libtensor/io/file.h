@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Whole files, folders and paths.
+ */
+#ifndef LT_IO_FILE_H
+#define LT_IO_FILE_H
+
+#include "libtensor/base/arena.h"
+#include "libtensor/base/common.h"
+#include "libtensor/base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define LT_FILE_MAX ((size_t)8 << 30)       /* bytes; no reader takes a larger file */
+
+/**
+ * lt_read_file - all bytes of a regular file
+ *
+ *   max_bytes    a larger file is refused before anything is allocated; LT_FILE_MAX when in doubt
+ *   bytes, n     owned by arena; a NUL that n does not count follows the last byte
+ *
+ * Folders, pipes, sockets and devices are refused: they have no size to check.
+ * Errors: LT_EIO (cannot open, not a regular file, changed while being read), LT_EFORMAT (too large),
+ * LT_ENOMEM. The line names path.
+ */
+LT_API lt_status lt_read_file(lt_arena *arena, const char *path, size_t max_bytes, uint8_t **bytes,
+                              size_t *n);
+
+/* lt_make_dirs - make folder path and those above it; one that is there already is fine */
+LT_API lt_status lt_make_dirs(const char *path);
+
+/* lt_path_join - "folder/name" in the arena; name alone when folder is "" or name is absolute; NULL
+ * when there is no memory */
+LT_API char *lt_path_join(lt_arena *arena, const char *folder, const char *name);
+
+/* lt_path_folder - what stands before the last '/' of path, "." when there is none; in the arena */
+LT_API char *lt_path_folder(lt_arena *arena, const char *path);
+
+/**
+ * lt_path_is_inside - may a name that was read from a file be joined to a trusted folder?
+ *
+ * False for empty and absolute names, drive letters, backslashes and any ".." part. Says nothing about
+ * symbolic links.
+ */
+LT_API bool lt_path_is_inside(const char *name);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

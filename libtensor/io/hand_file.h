@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Hand models on disk: MANO's own .pkl as it is downloaded, and the same arrays in a .npz.
+ */
+#ifndef LT_IO_HAND_FILE_H
+#define LT_IO_HAND_FILE_H
+
+#include "libtensor/base/arena.h"
+#include "libtensor/base/status.h"
+#include "libtensor/geometry/hand_model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/**
+ * lt_hand_model_read - a MANO-shaped hand model from a .pkl or a .npz
+ *
+ *   out      owned by the arena; touched only on success
+ *
+ * The first bytes tell the format, not the name. Keys: v_template, shapedirs, posedirs, weights,
+ * J_regressor, f, hands_components, hands_mean; kintree_table is checked where it is there. Arrays may
+ * be of any number type; in a .pkl shapedirs may be chumpy's and J_regressor a sparse matrix. shapedirs
+ * may have more than 10 directions: the first 10 are kept. left is set when the fingers point to +x.
+ * synthetic is set by asset_kind = "synthetic".
+ *
+ * Errors: LT_EFORMAT names the file, the key, and the shape found against the one wanted; also a face
+ * index out of range, a number that is NaN or infinite, weights whose rows do not sum to 1, and
+ * anything that the .npz and .pkl readers refuse. LT_EIO, LT_ENOMEM.
+ */
+LT_API lt_status lt_hand_model_read(lt_arena *arena, const char *path, lt_hand_model **out);
+
+/* lt_hand_model_write - the .npz form of it, atomically and packed; reads back to the same bits */
+LT_API lt_status lt_hand_model_write(const char *path, const lt_hand_model *model);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
