@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Matrix products on all threads. The tiles are cut by the sizes alone and every element is one chain
+ * of fused multiply-adds in the order of k: the same bits on any number of threads and any
+ * instruction set.
+ */
+#ifndef LT_KERNELS_GEMM_H
+#define LT_KERNELS_GEMM_H
+
+#include "libtensor/kernels/kernels.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum { LT_NO_TRANS, LT_TRANS } lt_trans;
+
+/**
+ * lt_gemm - C = op(A) op(B), or C += op(A) op(B), all stored by rows
+ *
+ *   op(A)  (m, k)   A is (m, k), or (k, m) when ta is LT_TRANS; lda elements between its rows
+ *   op(B)  (k, n)   B is (k, n), or (n, k) when tb is LT_TRANS; ldb elements between its rows
+ *   C      (m, n)   ldc elements between rows; must not overlap A or B
+ *   add             false: C is written, whatever it held; true: the chain starts from C
+ *   e               what follows once the sum is complete (bias, residual, activation), or NULL
+ *
+ * m, n, k may be 0 (k = 0 leaves zeros, or C). Needs lt_kernels_init only for speed. Never fails:
+ * without memory for its packing scratch (per thread, 1 MiB, kept) it runs in smaller blocks.
+ */
+LT_API void lt_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k,
+                    const lt_real *a, int64_t lda, const lt_real *b, int64_t ldb,
+                    bool add, lt_real *c, int64_t ldc, const lt_epilogue *e);
+
+/**
+ * lt_gemm_batch - count products of one shape; operand i starts at a + i * a_step and so on
+ *
+ * A step of 0 shares that input. C's must not overlap. The epilogue is the same for all of them, its
+ * residual included, so it is mostly NULL here.
+ */
+LT_API void lt_gemm_batch(int64_t count, lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k,
+                          const lt_real *a, int64_t lda, int64_t a_step,
+                          const lt_real *b, int64_t ldb, int64_t b_step,
+                          bool add, lt_real *c, int64_t ldc, int64_t c_step, const lt_epilogue *e);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The hot loops: one table of functions, filled once for the instruction set in use.
+ *
+ * What holds for every entry, unless it says otherwise:
+ *   - Raw pointers, sizes and strides (in elements). No tensor, no allocation, no thread: the caller
+ *     cuts the work, and must cut it by the problem, never by the number of threads.
+ *   - Any alignment; n = 0 is legal and touches nothing; nothing is read or written past the end.
+ *   - y may be exactly x (in place); otherwise outputs do not overlap inputs.
+ *   - The same bits on every instruction set, and for every way of aligning or cutting the arrays of
+ *     an element-wise entry. A fused multiply-add is a fused multiply-add in generic C as well.
+ *   - NaN in gives NaN out; infinities give the limit.
+ *   - `_grad` entries add into dx (a tensor may have two readers); dy is the gradient of y.
+ *
+ * lt_real is float, or double in the test-only build, which has the generic kernels and libm's
+ * functions in place of the polynomials.
+ */
+#ifndef LT_KERNELS_KERNELS_H
+#define LT_KERNELS_KERNELS_H
+
+#include "libtensor/base/common.h"
+#include "libtensor/base/cpu.h"
+#include "libtensor/base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What may follow a convolution, a product or a normalisation in the same pass. */
+typedef enum {
+    LT_ACT_NONE,
+    LT_ACT_RELU,
+    LT_ACT_LEAKY_RELU,          /* param: slope */
+    LT_ACT_SILU,
+    LT_ACT_ELU,                 /* param: alpha */
+    LT_ACT_GELU,                /* exact: erf */
+    LT_ACT_SIGMOID,
+    LT_ACT_TANH,
+} lt_act_kind;
+
+typedef struct {
+    lt_act_kind kind;
+    lt_real param;
+} lt_act;
+
+/* c = act(c + row_bias[i] + col_bias[j] + residual[i][j]), each part optional (NULL), in this order. */
+typedef struct {
+    const lt_real *row_bias, *col_bias, *residual;
+    int64_t ld_residual;        /* elements between rows of residual */
+    lt_act act;
+} lt_epilogue;
+
+/* One step of Adam or AdamW [Kingma and Ba 2015; Loshchilov and Hutter 2019]. */
+typedef struct {
+    lt_real lr, beta1, beta2, eps;
+    lt_real l2;                 /* added to the gradient, times w (Adam) */
+    lt_real decay;              /* w -= lr * decay * w before the step (AdamW) */
+    lt_real correct1, correct2; /* 1 - beta1^t, 1 - beta2^t */
+    lt_real grad_scale;         /* multiplies the gradient first: clipping; 1 for none */
+} lt_adam_step;
+
+typedef struct {
+    lt_real lr, momentum, l2, grad_scale;   /* as above */
+    bool nesterov;
+} lt_sgd_step;
+
+typedef struct lt_kernels {
+    lt_isa isa;
+
+    /* ---- element-wise, i in [0, n) ---------------------------------------------------------- */
+    void (*add)(lt_real *y, const lt_real *a, const lt_real *b, size_t n);
+    void (*sub)(lt_real *y, const lt_real *a, const lt_real *b, size_t n);
+    void (*mul)(lt_real *y, const lt_real *a, const lt_real *b, size_t n);
+    void (*scale)(lt_real *y, const lt_real *x, lt_real s, size_t n);           /* y = s x */
+    void (*add_to)(lt_real *y, const lt_real *x, size_t n);                     /* y += x */
+    void (*axpy)(lt_real *y, lt_real s, const lt_real *x, size_t n);            /* y = fma(s, x, y) */
+    void (*mul_to)(lt_real *y, const lt_real *a, const lt_real *b, size_t n);   /* y = fma(a, b, y) */
+
+    /* axpy_in: y[i] = fma(s, x[i * step], y[i]);  axpy_out: y[i * step] = fma(s, x[i], y[i * step]) */
+    void (*axpy_in)(lt_real *y, lt_real s, const lt_real *x, int64_t step, size_t n);
+    void (*axpy_out)(lt_real *y, int64_t step, lt_real s, const lt_real *x, size_t n);
+
+    /* Activations. exp is within 1 ulp of the exact value, sigmoid, silu and tanh 3 ulp (results
+     * below 1e-37 may be 0 in sigmoid and silu), erf 2 ulp, gelu 3e-7 * max(|x|, 1e-3) absolute. */
+    void (*relu)(lt_real *y, const lt_real *x, size_t n);               /* NaN stays NaN */
+    void (*leaky_relu)(lt_real *y, const lt_real *x, lt_real slope, size_t n);
+    void (*silu)(lt_real *y, const lt_real *x, size_t n);               /* x / (1 + exp(-x)) */
+    void (*elu)(lt_real *y, const lt_real *x, lt_real alpha, size_t n); /* alpha (exp(x) - 1), x < 0 */
+    void (*gelu)(lt_real *y, const lt_real *x, size_t n);       /* x (1 + erf(x / sqrt 2)) / 2 */
+    void (*sigmoid)(lt_real *y, const lt_real *x, size_t n);
+    void (*tanh)(lt_real *y, const lt_real *x, size_t n);
+    void (*exp)(lt_real *y, const lt_real *x, size_t n);
+    void (*erf)(lt_real *y, const lt_real *x, size_t n);
+
+    /* dx += dy * y'(x). The first five want the input x, sigmoid_grad and tanh_grad the output y;
+     * exp's gradient is mul_to(dx, dy, y, n). At 0 relu takes slope 0, leaky_relu its slope. */
+    void (*relu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
+    void (*leaky_relu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, lt_real slope, size_t n);
+    void (*silu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
+    void (*elu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, lt_real alpha, size_t n);
+    void (*gelu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
+    void (*sigmoid_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
+    void (*tanh_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
+
+    /* affine: y = act(fma(a, x, b)) with one a and b, as a channel of an NCHW map has them;
+     * affine_cols: y[i] = act(fma(a[i], x[i], b[i])), as a row of (T, C) has them;
+     * affine_grad: dx = dx + (s dy + t x + u), the way a batch norm's gradient reaches its input. */
+    void (*affine)(lt_real *y, const lt_real *x, lt_real a, lt_real b, lt_act act, size_t n);
+    void (*affine_cols)(lt_real *y, const lt_real *x, const lt_real *a, const lt_real *b, lt_act act,
+                        size_t n);
+    void (*affine_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, lt_real s, lt_real t,
+                        lt_real u, size_t n);
+
+    /* ---- reductions: 16 running sums in double, element i in sum i % 16, then a fixed tree ----- */
+    double (*sum)(const lt_real *x, size_t n);
+    double (*sumsq)(const lt_real *x, size_t n);
+    double (*dot)(const lt_real *a, const lt_real *b, size_t n);
+    double (*dot_step)(const lt_real *a, const lt_real *b, int64_t step, size_t n); /* a[i] b[i step] */
+    void (*moments)(double out[2], const lt_real *x, size_t n);     /* sum of x, sum of x^2 */
+
+    /* sum of dy and of dy * (x - mean): what a batch norm's backward needs of one channel's run */
+    void (*grad_moments)(double out[2], const lt_real *dy, const lt_real *x, double mean, size_t n);
+    lt_real (*max)(const lt_real *x, size_t n);     /* -inf for n = 0; NaN when any is NaN */
+    bool (*all_finite)(const lt_real *x, size_t n);
+
+    /* ---- one row ------------------------------------------------------------------------------ */
+    /* softmax: y = exp(x - max) / sum; all NaN when x has a NaN, or +inf, or nothing but -inf.
+     * softmax_grad: dx += y * (dy - sum(dy * y)) */
+    void (*softmax)(lt_real *y, const lt_real *x, size_t n);
+    void (*softmax_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
+
+    /* layer_norm: y = (x - mean) * rstd * gamma + beta, with the biased variance; mean and rstd are
+     * written to stats[2] when it is not NULL. gamma, beta may be NULL (1, 0).
+     * layer_norm_grad: adds to dx, and the row's share to dgamma[n] and dbeta[n]; each may be NULL. */
+    void (*layer_norm)(lt_real *y, lt_real *stats, const lt_real *x, const lt_real *gamma,
+                       const lt_real *beta, double eps, size_t n);
+    void (*layer_norm_grad)(lt_real *dx, lt_real *dgamma, lt_real *dbeta, const lt_real *dy,
+                            const lt_real *x, const lt_real *gamma, const lt_real *stats, size_t n);
+
+    /* ---- one plane ---------------------------------------------------------------------------- */
+    /* maxpool: a k x k window every `step` positions, `pad` (< k) of nothing around the h x w plane;
+     * y and where have out_h * out_w elements; where[i] is the place of the first maximum in x
+     * (a NaN wins). Every window must reach the plane. maxpool_grad: dx[where[i]] += dy[i], in order. */
+    void (*maxpool)(lt_real *y, int32_t *where, const lt_real *x, int h, int w, int k, int step,
+                    int pad, int out_h, int out_w);
+    void (*maxpool_grad)(lt_real *dx, const lt_real *dy, const int32_t *where, size_t n_out);
+
+    /* ---- optimisers: w, the running means m and v, in place ------------------------------------- */
+    void (*adam)(lt_real *w, lt_real *m, lt_real *v, const lt_real *g, const lt_adam_step *p, size_t n);
+    void (*sgd)(lt_real *w, lt_real *m, const lt_real *g, const lt_sgd_step *p, size_t n);
+
+    /* ---- the matrix product, for libtensor/kernels/gemm.c and conv.c ----------------------------- */
+    /* A tile is at most mr rows of nr columns. Packed A: m rows cut into ceil(m / mr) panels of equal
+     * height to one row (panel p starts at row p * m / panels), each stored [k][height]. Packed B:
+     * panels of nr columns, each stored [k][nr], the last padded with zeros.
+     * Element (i, j) of the source stands at i * row + j * col. */
+    int mr, nr;
+    void (*pack_a)(lt_real *out, const lt_real *a, int64_t row, int64_t col, int64_t m, int64_t k);
+    void (*pack_b)(lt_real *out, const lt_real *b, int64_t row, int64_t col, int64_t k, int64_t n);
+
+    /* gemm_strip: C[m, n] = (add ? C : 0) + A B for packed A and one panel of B, n <= nr. Each element
+     * is one chain of fused multiply-adds in the order of k, so blocking over k changes no bit. */
+    void (*gemm_strip)(lt_real *c, int64_t ldc, const lt_real *a, const lt_real *b, int64_t m,
+                       int64_t n, int64_t k, bool add);
+    void (*epilogue)(lt_real *c, int64_t ldc, int64_t m, int64_t n, const lt_epilogue *e);
+
+    /* gather: out[i] = x[i * step] (copies that packing makes of image rows);
+     * gather_to: out[i * out_step] = x[i * step] */
+    void (*gather)(lt_real *out, const lt_real *x, int64_t step, size_t n);
+    void (*gather_to)(lt_real *out, int64_t out_step, const lt_real *x, int64_t step, size_t n);
+
+    /* fma_loop: rounds of independent fused multiply-adds on registers; returns how many single
+     * operations (two per multiply-add and lane) were done. *sink keeps the compiler honest. */
+    double (*fma_loop)(int64_t rounds, lt_real *sink);
+} lt_kernels;
+
+/* lt_k - the table in use. Valid after lt_kernels_init. */
+LT_API extern const lt_kernels *lt_k;
+
+/**
+ * lt_kernels_init - choose the table once: the best this CPU can do, or what PALMAR_ISA names
+ *
+ * Later calls return the first call's result. Before the first call lt_k is the generic table.
+ * Errors: PALMAR_ISA is no known name, or an instruction set that this CPU or this build has not.
+ */
+LT_API lt_status lt_kernels_init(void);
+
+/**
+ * lt_kernels_get - fill *k with the table of one instruction set; for tests, from any thread
+ *
+ * Errors: this CPU or this build has not that instruction set.
+ */
+LT_API lt_status lt_kernels_get(lt_isa isa, lt_kernels *k);
+
+/**
+ * lt_kernels_use - make *k the table in use until the next call; NULL: back to lt_kernels_init's
+ *
+ * For tests and benchmarks. *k must outlive its use, and nothing may be running.
+ */
+LT_API void lt_kernels_use(const lt_kernels *k);
+
+/**
+ * lt_fma_peak_gflops - multiply-adds on registers, all threads, for about `ms` milliseconds
+ *
+ * Returns 1e9 operations per second (a multiply-add counts two): the bound to hold speeds against,
+ * and a reading of how busy the machine is with other things.
+ */
+LT_API double lt_fma_peak_gflops(double ms);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
