@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Vectors of 3 and 3 x 3 matrices, small enough to be inlined. Matrices are row-major double[9].
+ * An output may not be one of the inputs unless the comment says so.
+ */
+#ifndef LT_GEOMETRY_MAT3_H
+#define LT_GEOMETRY_MAT3_H
+
+#include "libtensor/base/common.h"
+
+#include <math.h>
+#include <string.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+static inline double lt_vec3_dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline double lt_vec3_norm(const double a[3])
+{
+    return sqrt(lt_vec3_dot(a, a));
+}
+
+/* out = a - b; out may be a or b */
+static inline void lt_vec3_sub(const double a[3], const double b[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[i] - b[i];
+}
+
+static inline double lt_vec3_distance(const double a[3], const double b[3])
+{
+    double d[3];
+
+    lt_vec3_sub(a, b, d);
+    return lt_vec3_norm(d);
+}
+
+static inline void lt_vec3_cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static inline void lt_mat3_identity(double M[9])
+{
+    for (int i = 0; i < 9; i++)
+        M[i] = i % 4 == 0;
+}
+
+/* out = A B */
+static inline void lt_mat3_mul(const double A[9], const double B[9], double out[9])
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            out[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
+}
+
+static inline void lt_mat3_transpose(const double A[9], double out[9])
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            out[3 * j + i] = A[3 * i + j];
+}
+
+/* out = A x */
+static inline void lt_mat3_mulvec(const double A[9], const double x[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = lt_vec3_dot(A + 3 * i, x);
+}
+
+static inline double lt_mat3_det(const double A[9])
+{
+    return A[0] * (A[4] * A[8] - A[5] * A[7]) - A[1] * (A[3] * A[8] - A[5] * A[6])
+         + A[2] * (A[3] * A[7] - A[4] * A[6]);
+}
+
+/* out = R x + t: from the object's frame to the camera's */
+static inline void lt_rigid_apply(const double R[9], const double t[3], const double x[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = lt_vec3_dot(R + 3 * i, x) + t[i];
+}
+
+#ifdef __cplusplus
+}
+#endif
+#endif
