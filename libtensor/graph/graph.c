@@ -1,0 +1,356 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/graph/internal.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- the place of a call -------------------------------------------------------------------------- */
+
+static _Thread_local struct {
+    const char *file;
+    int line, depth;
+} here = { "?", 0, 0 };
+
+void lt_here_enter(const char *file, int line)
+{
+    if (here.depth++ == 0) {
+        here.file = file;
+        here.line = line;
+    }
+}
+
+lt_tensor *lt_here_leave(lt_tensor *result)
+{
+    here.depth--;
+    return result;
+}
+
+/* ---- a graph and its tensors ---------------------------------------------------------------------- */
+
+lt_graph *lt_graph_new(void)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_graph *g = arena ? lt_arena_alloc(arena, sizeof(*g)) : NULL;
+
+    if (g) {
+        g->arena = arena;
+        g->scope = "";
+        g->harmless = lt_arena_alloc(arena, sizeof(lt_tensor));
+    }
+    if (!g || !g->harmless) {
+        lt_arena_free(arena);
+        lt_error(LT_ENOMEM, "no memory for a graph");
+        return NULL;
+    }
+    *g->harmless = (lt_tensor){ .name = "", .graph = g, .kind = LT_INPUT, .id = -1 };
+    return g;
+}
+
+void lt_graph_free(lt_graph *g)
+{
+    if (g)
+        lt_arena_free(g->arena);
+}
+
+lt_status lt_graph_status(const lt_graph *g)
+{
+    return g->status ? lt_error(g->status, "%s", g->error) : LT_OK;
+}
+
+static void remember(lt_graph *g, lt_status status, const char *text)
+{
+    if (g->status)
+        return;
+    g->status = status;
+    snprintf(g->error, sizeof(g->error), "%s", text);
+}
+
+/* Make room for one more pointer; doubling leaves at most the list's own size behind in the arena. */
+static bool room(lt_graph *g, void ***list, int n, int *cap)
+{
+    const int bigger = *cap ? 2 * *cap : 256;
+    void **copy;
+
+    if (n < *cap)
+        return true;
+    copy = lt_arena_array(g->arena, (size_t)bigger, sizeof(*copy));
+    if (!copy) {
+        remember(g, LT_ENOMEM, "no memory to record the graph");
+        return false;
+    }
+    if (n)
+        memcpy(copy, *list, (size_t)n * sizeof(*copy));
+    *list = copy;
+    *cap = bigger;
+    return true;
+}
+
+bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t)
+{
+    if (!room(g, (void ***)&g->tensor, g->n_tensors, &g->cap_tensors))
+        return false;
+    t->id = g->n_tensors;
+    g->tensor[g->n_tensors++] = t;
+    return true;
+}
+
+bool lt_graph_add_node(lt_graph *g, lt_node *n)
+{
+    if (!room(g, (void ***)&g->node, g->n_nodes, &g->cap_nodes))
+        return false;
+    n->id = g->n_nodes;
+    g->node[g->n_nodes++] = n;
+    return true;
+}
+
+lt_tensor *lt_tensor_new(lt_graph *g, lt_tensor_kind kind, const char *name, lt_dtype dtype, lt_shape shape)
+{
+    lt_tensor *t = lt_arena_alloc(g->arena, sizeof(*t));
+
+    if (!t || !lt_graph_add_tensor(g, t)) {
+        remember(g, LT_ENOMEM, "no memory to record the graph");
+        return NULL;
+    }
+    t->shape = shape;
+    t->dtype = dtype;
+    t->name = name;
+    t->graph = g;
+    t->kind = kind;
+    return t;
+}
+
+static lt_tensor *or_harmless(lt_graph *g, lt_tensor *t)
+{
+    return t ? t : g->harmless;
+}
+
+lt_tensor *lt_input(lt_graph *g, const char *name, lt_dtype dtype, int rank, const int64_t *dim)
+{
+    lt_shape shape = { .rank = rank };
+    char text[256];
+
+    if (g->status)
+        return g->harmless;
+    if (rank < 0 || rank > LT_MAX_RANK) {
+        snprintf(text, sizeof(text), "input \"%s\" has rank %d, at most %d is possible", name, rank,
+                 LT_MAX_RANK);
+        remember(g, LT_ESHAPE, text);
+        return g->harmless;
+    }
+    memcpy(shape.dim, dim, (size_t)rank * sizeof(dim[0]));
+    name = lt_arena_strdup(g->arena, name);
+    return or_harmless(g, lt_tensor_new(g, LT_INPUT, name ? name : "", dtype, shape));
+}
+
+lt_tensor *lt_use(lt_graph *g, lt_param *p)
+{
+    lt_tensor *t;
+
+    if (g->status)
+        return g->harmless;
+    for (int i = g->n_tensors - 1; i >= 0; i--)         /* mostly just recorded, or never */
+        if (g->tensor[i]->param == p)
+            return g->tensor[i];
+    t = lt_tensor_new(g, LT_PARAM, p->name, LT_F32, p->shape);
+    if (t)
+        t->param = p;
+    return or_harmless(g, t);
+}
+
+lt_tensor *lt_constant(lt_graph *g, lt_dtype dtype, lt_shape shape, const void *values)
+{
+    lt_tensor *t;
+
+    if (g->status)
+        return g->harmless;
+    t = lt_tensor_new(g, LT_CONSTANT, "constant", dtype, shape);
+    if (!t)
+        return g->harmless;
+    t->data = lt_arena_alloc(g->arena, lt_nbytes(t));
+    if (!t->data) {
+        remember(g, LT_ENOMEM, "no memory for a constant");
+        return g->harmless;
+    }
+    memcpy(t->data, values, lt_nbytes(t));
+    return t;
+}
+
+lt_tensor *lt_scalar(lt_graph *g, double value)
+{
+    const lt_real v = (lt_real)value;
+
+    return lt_constant(g, LT_F32, (lt_shape){ 0 }, &v);
+}
+
+lt_tensor *lt_output(lt_tensor *t, const char *name)
+{
+    const char *copy = lt_arena_strdup(t->graph->arena, name);
+
+    if (t->graph->status == LT_OK) {
+        t->is_output = true;
+        t->name = copy ? copy : t->name;
+    }
+    return t;
+}
+
+lt_tensor *lt_want_grad(lt_tensor *input)
+{
+    input->wants_grad = true;
+    return input;
+}
+
+void lt_scope(lt_graph *g, const char *name)
+{
+    const char *copy = lt_arena_strdup(g->arena, name);
+
+    g->scope = copy ? copy : "";
+}
+
+/* ---- recording ops -------------------------------------------------------------------------------- */
+
+static lt_graph *graph_of(lt_tensor *const *in, int n_in)
+{
+    for (int i = 0; i < n_in; i++)
+        if (in[i])
+            return in[i]->graph;
+    return NULL;
+}
+
+/* A layer is named after its first parameter, "a.b.weight" -> "a.b"; else after the scope. */
+static const char *layer_name(lt_graph *g, const lt_node *n)
+{
+    for (int i = 0; i < n->n_in; i++) {
+        const char *dot, *name = n->in[i] && n->in[i]->kind == LT_PARAM ? n->in[i]->name : NULL;
+
+        if (name && (dot = strrchr(name, '.'))) {
+            char *copy = lt_arena_strdup(g->arena, name);
+
+            if (copy)
+                copy[dot - name] = '\0';
+            return copy ? copy : "";
+        }
+    }
+    return g->scope;
+}
+
+void lt_call_init(lt_call *c, const lt_node *n)
+{
+    *c = (lt_call){ .attr = n->attr, .node = n, .n_in = n->n_in, .n_out = n->n_out };
+    memcpy(c->in, n->in, sizeof(c->in));
+    memcpy(c->outs, n->outs, sizeof(c->outs));
+    c->out = c->outs[0];
+}
+
+static lt_node *node_new(lt_graph *g, const lt_op *op, const void *attr, size_t attr_bytes,
+                         lt_tensor *const *in, int n_in)
+{
+    lt_node *n = lt_arena_alloc(g->arena, sizeof(*n));
+
+    if (!n)
+        return NULL;
+    n->attr = lt_arena_alloc(g->arena, attr_bytes);
+    if (!n->attr)
+        return NULL;
+    if (attr_bytes)
+        memcpy(n->attr, attr, attr_bytes);
+    n->op = op;
+    n->attr_bytes = attr_bytes;
+    n->n_in = n_in;
+    n->n_out = op->n_out ? op->n_out : 1;
+    memcpy(n->in, in, (size_t)n_in * sizeof(*in));
+    n->file = here.file;
+    n->line = here.line;
+    n->name = layer_name(g, n);
+    for (int i = 0; i < n->n_out; i++) {
+        n->outs[i] = lt_tensor_new(g, LT_RESULT, n->name, LT_F32, (lt_shape){ 0 });
+        if (!n->outs[i])
+            return NULL;
+        n->outs[i]->node = n;
+    }
+    return n;
+}
+
+static bool infer(lt_graph *g, const lt_node *n)
+{
+    lt_call c;
+
+    lt_call_init(&c, n);
+    if (n->op->infer(&c) == LT_OK)
+        return true;
+    if (g->status == LT_OK)
+        lt_fail(&c, "its shape rule refused without a reason");
+    return false;
+}
+
+lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes, lt_tensor *const *in, int n_in)
+{
+    lt_graph *g = graph_of(in, n_in);
+    lt_node *n;
+
+    if (!g || g->status)
+        return g ? g->harmless : NULL;
+    n = node_new(g, op, attr, attr_bytes, in, n_in);
+    if (!n) {
+        remember(g, LT_ENOMEM, "no memory to record the graph");
+        return g->harmless;
+    }
+    if (!infer(g, n) || !lt_graph_add_node(g, n))
+        return g->harmless;
+    return n->outs[0];
+}
+
+lt_tensor *lt_result(lt_tensor *t, int i)
+{
+    return t->node && i < t->node->n_out ? t->node->outs[i] : t->graph->harmless;
+}
+
+lt_status lt_fail(lt_call *c, const char *fmt, ...)
+{
+    const lt_node *n = c->node;
+    lt_graph *g = graph_of(n->in, n->n_in);
+    char why[640], line[1024];
+    va_list args;
+
+    va_start(args, fmt);
+    vsnprintf(why, sizeof(why), fmt, args);
+    va_end(args);
+    snprintf(line, sizeof(line), "%s%s%s%s: %s (%s:%d)", n->op->name, *n->name ? " \"" : "", n->name,
+             *n->name ? "\"" : "", why, n->file, n->line);
+    remember(g, LT_ESHAPE, line);
+    return LT_ESHAPE;
+}
+
+lt_status lt_want_rank(lt_call *c, int i, const char *what, int rank)
+{
+    char text[LT_SHAPE_TEXT];
+
+    if (!c->in[i])
+        return lt_fail(c, "%s is missing", what);
+    if (c->in[i]->shape.rank != rank)
+        return lt_fail(c, "%s is %s, want %d dimensions", what, lt_shape_text(&c->in[i]->shape, text), rank);
+    return LT_OK;
+}
+
+lt_status lt_want_shape(lt_call *c, int i, const char *what, lt_shape want)
+{
+    char found[LT_SHAPE_TEXT], wanted[LT_SHAPE_TEXT];
+
+    if (!c->in[i])
+        return lt_fail(c, "%s is missing", what);
+    if (!lt_same_shape(&c->in[i]->shape, &want))
+        return lt_fail(c, "%s is %s, want %s", what, lt_shape_text(&c->in[i]->shape, found),
+                       lt_shape_text(&want, wanted));
+    return LT_OK;
+}
+
+bool lt_is_constant(const lt_tensor *t)
+{
+    if (t->kind != LT_RESULT)
+        return t->kind != LT_INPUT;
+    if (t->node->op->flags & LT_OP_RANDOM)
+        return false;
+    for (int i = 0; i < t->node->n_in; i++)
+        if (t->node->in[i] && !lt_is_constant(t->node->in[i]))
+            return false;
+    return true;
+}

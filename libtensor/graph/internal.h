@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What recording and compiling share, and nobody else sees.
+ */
+#ifndef LT_GRAPH_INTERNAL_H
+#define LT_GRAPH_INTERNAL_H
+
+#include "libtensor/base/arena.h"
+#include "libtensor/graph/graph.h"
+
+struct lt_graph {
+    lt_arena *arena;
+    lt_tensor **tensor;             /* by id */
+    int n_tensors, cap_tensors;
+    lt_node **node;                 /* in the order of execution; NULL where a pass removed one */
+    int n_nodes, cap_nodes;
+    const char *scope;
+    lt_status status;
+    char error[1024];
+    lt_tensor *harmless;            /* what calls return after a mistake */
+};
+
+/* lt_graph_adopt - append a tensor or node made by hand; false without memory (kept in the graph) */
+bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t);
+bool lt_graph_add_node(lt_graph *g, lt_node *n);
+
+/* lt_tensor_new - a tensor of g with this kind; NULL without memory */
+lt_tensor *lt_tensor_new(lt_graph *g, lt_tensor_kind kind, const char *name, lt_dtype dtype, lt_shape shape);
+
+/* lt_call_init - a call with the node's attr, inputs and outputs, nothing else set */
+void lt_call_init(lt_call *c, const lt_node *n);
+
+static inline bool lt_op_is_view(const lt_op *op) { return op->flags & LT_OP_VIEW; }
+
+#endif

@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What an op is. An op is a constant struct and a constructor in one file; whoever calls the
+ * constructor links the op, and nothing else knows its name. docs/adding-a-layer.md walks through one.
+ */
+#ifndef LT_GRAPH_OP_H
+#define LT_GRAPH_OP_H
+
+#include "libtensor/base/rng.h"
+#include "libtensor/base/status.h"
+#include "libtensor/graph/tensor.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { LT_MAX_IN = 12, LT_MAX_OUT = 4, LT_MAX_SAVED = 4 };
+
+/*
+ * One use of an op: what its functions are handed. Inputs that were left out are NULL, and so are
+ * gradients that nobody wants.
+ */
+typedef struct lt_call {
+    const void *attr;               /* the op's own struct, as given to lt_apply */
+    const lt_node *node;
+    int n_in, n_out;
+    lt_tensor *in[LT_MAX_IN];
+    lt_tensor *outs[LT_MAX_OUT], *out;          /* out is outs[0] */
+
+    /* backward: add into din[i]. Only an op that declares LT_OP_ASSIGNS looks at fresh: where it is
+     * true the buffer holds garbage and must be written, every element, instead of added to. */
+    lt_real *din[LT_MAX_IN];
+    bool fresh[LT_MAX_IN];
+    const lt_real *douts[LT_MAX_OUT], *dout;    /* dout is douts[0] */
+
+    bool train;                     /* this plan has a backward pass */
+    void *saved[LT_MAX_SAVED];      /* from forward to backward; contents are the op's own */
+    void *work;                     /* for the length of one function; contents undefined */
+    lt_rng rng;                     /* a stream of its own for each node and step */
+
+    size_t saved_bytes[LT_MAX_SAVED], work_bytes;   /* set by .plan */
+} lt_call;
+
+/* What backward reads, besides dout and saved. With none of these bits set it may read everything. */
+#define LT_KEEP_IN(i) (1u << (i))
+#define LT_KEEP_OUT(i) (1u << (LT_MAX_IN + (i)))
+#define LT_KEEP_NOTHING (1u << 31)
+
+enum {
+    LT_OP_INPLACE = 1,              /* out may be the memory of in[0] when that dies here */
+    LT_OP_VIEW = 2,                 /* out is the memory of in[0]; forward and backward do nothing */
+    LT_OP_DETACH = 4,               /* no gradient passes, in a training plan too */
+    LT_OP_CHEAP = 8,                /* its result may be recomputed for backward instead of kept */
+    LT_OP_ASSIGNS = 16,             /* backward honours lt_call.fresh */
+    LT_OP_RANDOM = 32,              /* draws from lt_call.rng: never folded */
+};
+
+/* An element-wise tail that a producer may take over: y = act(scale[c] * x + shift[c] + addend) */
+typedef enum {
+    LT_ACT_NONE, LT_ACT_LEAKY_RELU, LT_ACT_SILU, LT_ACT_GELU, LT_ACT_SIGMOID, LT_ACT_ELU, LT_ACT_TANH,
+} lt_act;
+
+typedef struct {
+    lt_tensor *scale, *shift;       /* (C), constants, over dimension 1; both or neither */
+    lt_tensor *addend;              /* the shape of x; or NULL */
+    lt_act act;
+    double slope;                   /* of LT_ACT_LEAKY_RELU; 0 is relu */
+} lt_epilogue;
+
+typedef struct lt_op {
+    const char *name;
+    int n_out;                      /* 0 means 1 */
+    unsigned flags;
+    unsigned keeps;                 /* LT_KEEP_IN(i) | LT_KEEP_OUT(i) ...; 0: everything */
+
+    /* Shape rule: check in and attr, set shape (and dtype, LT_F32 unless set) of every out. Fails with
+     * lt_fail. Data is not there. */
+    lt_status (*infer)(lt_call *c);
+
+    /* Ask for saved_bytes and work_bytes; shapes are known, c->train says whether backward will come.
+     * Optional. */
+    void (*plan)(lt_call *c);
+
+    /* Run. Cannot fail, allocate, or keep state anywhere but in saved. No backward: no gradient. */
+    void (*forward)(const lt_call *c);
+    void (*backward)(const lt_call *c);
+
+    /* Make out again from in and saved, for LT_OP_CHEAP. Optional: forward. */
+    void (*recompute)(const lt_call *c);
+
+    /* Multiply-adds of one forward. Optional: 0. */
+    int64_t (*macs)(const lt_call *c);
+
+    /* For plans without backward. lower: record something simpler instead, on in[0]'s graph, and
+     * return its result, or NULL to stay. as_epilogue: describe this node as a tail on in[i].
+     * absorb: take a tail over, changing attr and inputs of the node, or refuse. All optional. */
+    lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
+    bool (*as_epilogue)(const lt_node *node, int i, lt_epilogue *tail);
+    bool (*absorb)(lt_node *node, const lt_epilogue *tail);
+} lt_op;
+
+struct lt_node {
+    const lt_op *op;
+    void *attr;
+    size_t attr_bytes;
+    int n_in, n_out;
+    lt_tensor *in[LT_MAX_IN], *outs[LT_MAX_OUT];
+    const char *name;               /* the layer: "fpn.hand.lateral3", or "" */
+    const char *file;               /* where it was recorded */
+    int line;
+    int id;
+};
+
+/**
+ * lt_apply - record one use of op; attr is copied
+ *
+ * The graph is that of the first input that is not NULL; at least one must be there. After an error,
+ * here or earlier in the graph, returns a tensor that is harmless to pass on.
+ */
+LT_API lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes,
+                           lt_tensor *const *in, int n_in);
+
+/* lt_result - another output of the node that made t: lt_result(t, 1) is its second */
+LT_API lt_tensor *lt_result(lt_tensor *t, int i);
+
+/**
+ * lt_fail - the shape rule's way to refuse; returns LT_ESHAPE
+ *
+ * The graph remembers the first: op "layer": message (file:line).
+ */
+LT_API lt_status lt_fail(lt_call *c, const char *fmt, ...) LT_PRINTF(2, 3);
+
+/* lt_want_rank, lt_want_shape - fail unless in[i] is there with that rank or shape; what names it */
+LT_API lt_status lt_want_rank(lt_call *c, int i, const char *what, int rank);
+LT_API lt_status lt_want_shape(lt_call *c, int i, const char *what, lt_shape want);
+
+/* lt_is_constant - known when an inference plan is compiled: no input of the graph goes into it */
+LT_API bool lt_is_constant(const lt_tensor *t);
+
+/*
+ * The place of a call, for messages. Constructors of ops and layers are wrapped in a macro of their own
+ * name: #define lt_gelu(...) LT_HERE(lt_gelu(__VA_ARGS__)). The outermost wrapped call counts, so a
+ * layer's inside reports the line of the model that used the layer. A definition is written
+ * lt_tensor *(lt_gelu)(lt_tensor *x), in parentheses, which keeps the macro out of it.
+ */
+#define LT_HERE(call) (lt_here_enter(__FILE__, __LINE__), lt_here_leave(call))
+LT_API void lt_here_enter(const char *file, int line);
+LT_API lt_tensor *lt_here_leave(lt_tensor *result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

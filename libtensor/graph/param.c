@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/graph/param.h"
+
+#include <string.h>
+
+struct lt_params {
+    lt_arena *arena;
+    lt_param *first, **tail;
+    lt_param **bucket;              /* open hash of names, a power of two */
+    size_t n, n_buckets;
+    lt_status status;
+    lt_param stand_in;
+};
+
+static lt_real stand_in_value;
+
+static uint64_t hash(const char *s)
+{
+    uint64_t h = 14695981039346656037u;         /* FNV-1a */
+
+    for (; *s; s++)
+        h = (h ^ (unsigned char)*s) * 1099511628211u;
+    return h;
+}
+
+lt_params *lt_params_new(void)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_params *set = arena ? lt_arena_alloc(arena, sizeof(*set)) : NULL;
+
+    if (!set) {
+        lt_arena_free(arena);
+        return NULL;
+    }
+    set->arena = arena;
+    set->tail = &set->first;
+    set->stand_in = (lt_param){ .name = "", .data = &stand_in_value, .set = set, .frozen = true };
+    return set;
+}
+
+void lt_params_free(lt_params *set)
+{
+    if (set)
+        lt_arena_free(set->arena);
+}
+
+static lt_param **slot_of(const lt_params *set, const char *name)
+{
+    size_t i = hash(name) & (set->n_buckets - 1);
+
+    while (set->bucket[i] && strcmp(set->bucket[i]->name, name) != 0)
+        i = (i + 1) & (set->n_buckets - 1);
+    return &set->bucket[i];
+}
+
+/* Keep at least half of the buckets empty. */
+static bool grow(lt_params *set)
+{
+    if (2 * (set->n + 1) <= set->n_buckets)
+        return true;
+    set->n_buckets = set->n_buckets ? 2 * set->n_buckets : 256;
+    set->bucket = lt_arena_array(set->arena, set->n_buckets, sizeof(*set->bucket));
+    if (!set->bucket)
+        return false;
+    for (lt_param *p = set->first; p; p = p->next)
+        *slot_of(set, p->name) = p;
+    return true;
+}
+
+static lt_param *refuse(lt_params *set, lt_status status)
+{
+    if (set->status == LT_OK)
+        set->status = status;
+    return &set->stand_in;
+}
+
+lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt_param_kind kind,
+                        lt_shape shape)
+{
+    lt_param *p, **slot;
+    const char *full;
+
+    if (set->status)
+        return &set->stand_in;
+    full = lt_arena_printf(set->arena, "%s%s%s", prefix, *prefix ? "." : "", name);
+    p = lt_arena_alloc(set->arena, sizeof(*p));
+    if (!full || !p || !grow(set))
+        return refuse(set, lt_error(LT_ENOMEM, "%s.%s: no memory for the parameter", prefix, name));
+    slot = slot_of(set, full);
+    if (*slot)
+        return refuse(set, lt_error(LT_EINVAL, "parameter \"%s\" is registered twice", full));
+    p->data = lt_arena_array(set->arena, (size_t)lt_shape_numel(&shape), sizeof(lt_real));
+    if (!p->data)
+        return refuse(set, lt_error(LT_ENOMEM, "parameter \"%s\": no memory for %lld values", full,
+                                    (long long)lt_shape_numel(&shape)));
+    p->name = full;
+    p->shape = shape;
+    p->kind = kind;
+    p->momentum = 0.1;
+    p->set = set;
+    *slot = p;
+    *set->tail = p;
+    set->tail = &p->next;
+    set->n++;
+    return p;
+}
+
+lt_status lt_params_status(const lt_params *set)
+{
+    return set->status;
+}
+
+lt_param *lt_params_first(const lt_params *set)
+{
+    return set->first;
+}
+
+lt_param *lt_params_find(const lt_params *set, const char *name)
+{
+    return set->n_buckets ? *slot_of(set, name) : NULL;
+}
+
+int64_t lt_params_count(const lt_params *set, lt_param_kind kind, const char *prefix)
+{
+    int64_t n = 0;
+
+    for (const lt_param *p = set->first; p; p = p->next)
+        if (p->kind == kind && strncmp(p->name, prefix, strlen(prefix)) == 0)
+            n += lt_param_numel(p);
+    return n;
+}
+
+void lt_params_zero_grad(lt_params *set)
+{
+    for (lt_param *p = set->first; p; p = p->next)
+        if (p->grad)
+            memset(p->grad, 0, (size_t)lt_param_numel(p) * sizeof(lt_real));
+}
+
+bool lt_param_need_grad(lt_param *p)
+{
+    if (!p->grad)
+        p->grad = lt_arena_array(p->set->arena, (size_t)lt_param_numel(p), sizeof(lt_real));
+    return p->grad != NULL;
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * conv2d, batch norm, add, leaky relu -> one conv2d: a producer whose only reader describes itself as an
+ * element-wise tail may take that tail over. Which ops can is the ops' own affair.
+ */
+#include "libtensor/graph/passes/passes.h"
+
+typedef struct {
+    int *of, n;                     /* by tensor; constants recorded while fusing lie behind n */
+} reader_count;
+
+static void count_readers(const lt_graph *g, int *readers)
+{
+    for (int k = 0; k < g->n_nodes; k++)
+        for (int i = 0; g->node[k] && i < g->node[k]->n_in; i++)
+            if (g->node[k]->in[i])
+                readers[g->node[k]->in[i]->id]++;
+}
+
+/* The producer of in[i], if it may disappear into one with its reader. */
+static lt_node *sole_producer(const lt_node *reader, int i, reader_count readers)
+{
+    const lt_tensor *x = reader->in[i];
+
+    if (!x || !x->node || x->is_output || x->id >= readers.n || readers.of[x->id] != 1
+        || x->node->n_out != 1)
+        return NULL;
+    return x->node->op->absorb ? x->node : NULL;
+}
+
+/* The producer now makes what its reader made, in the reader's place, where the addend is there too. */
+static void merge(lt_graph *g, lt_node *producer, lt_node *reader)
+{
+    producer->outs[0] = reader->outs[0];
+    producer->outs[0]->node = producer;
+    g->node[producer->id] = NULL;
+    g->node[reader->id] = producer;
+    producer->id = reader->id;
+}
+
+static void fuse_one(lt_graph *g, lt_node *reader, reader_count readers)
+{
+    for (int i = 0; i < reader->n_in; i++) {
+        lt_node *producer = sole_producer(reader, i, readers);
+        lt_epilogue tail = { 0 };
+
+        if (producer && reader->op->as_epilogue(reader, i, &tail) && producer->op->absorb(producer, &tail)) {
+            merge(g, producer, reader);
+            return;
+        }
+    }
+}
+
+lt_status pass_fuse(lt_graph *g)
+{
+    const int n_nodes = g->n_nodes;             /* absorbing records more, all of them constant */
+    const reader_count readers = {
+        lt_arena_array(g->arena, (size_t)g->n_tensors, sizeof(int)), g->n_tensors,
+    };
+
+    if (!readers.of)
+        return lt_error(LT_ENOMEM, "no memory to compile the graph");
+    count_readers(g, readers.of);
+    for (int k = 0; k < n_nodes; k++)
+        if (g->node[k] && g->node[k]->op->as_epilogue)
+            fuse_one(g, g->node[k], readers);
+    return lt_graph_status(g);
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The passes of lt_compile over a plan's own copy of the graph, in the order they run.
+ */
+#ifndef LT_GRAPH_PASSES_H
+#define LT_GRAPH_PASSES_H
+
+#include "libtensor/graph/internal.h"
+
+/**
+ * pass_copy - copy the graph, so that later passes may change it
+ *
+ * of[id] is set to the copy of each tensor. With lower, ops that know a simpler form for inference
+ * (batch norm, dropout) record that instead.
+ */
+lt_graph *pass_copy(const lt_graph *source, bool lower, lt_tensor **of);
+
+/* pass_dead_code - remove every node that no output needs */
+lt_status pass_dead_code(lt_graph *g);
+
+/* pass_fuse - let producers take over their element-wise tails: batch norm folds into the weights */
+lt_status pass_fuse(lt_graph *g);
+
+/* pass_fold_constants - constant[id of node] says which nodes run once, before everything else */
+void pass_fold_constants(const lt_graph *g, bool *constant);
+
+#endif

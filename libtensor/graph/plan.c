@@ -1,0 +1,366 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/graph/passes/passes.h"
+#include "libtensor/graph/plan_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+/* ---- compiling ------------------------------------------------------------------------------------ */
+
+plan_step *plan_add_step(lt_plan *p, step_kind kind, lt_node *node)
+{
+    if (p->n_steps == p->cap_steps) {
+        const int cap = p->cap_steps ? 2 * p->cap_steps : 1024;
+        plan_step *more = lt_arena_array(p->arena, (size_t)cap, sizeof(*more));
+
+        if (!more)
+            return NULL;
+        if (p->n_steps)
+            memcpy(more, p->step, (size_t)p->n_steps * sizeof(*more));
+        p->step = more;
+        p->cap_steps = cap;
+    }
+    p->step[p->n_steps] = (plan_step){ .kind = kind, .node = node };
+    return &p->step[p->n_steps++];
+}
+
+static lt_status check(const lt_graph *g, const lt_compile_opts *o)
+{
+    char text[LT_SHAPE_TEXT];
+
+    if (g->status)
+        return lt_graph_status(g);
+    if (o->train && !o->loss)
+        return lt_error(LT_EINVAL, "a training plan needs a loss");
+    if (o->loss && lt_numel(o->loss) != 1)
+        return lt_error(LT_ESHAPE, "the loss is %s, want one number", lt_shape_text(&o->loss->shape, text));
+    return LT_OK;
+}
+
+static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile_opts *o)
+{
+    const bool simplify = !o->train && !o->no_fusion;
+    lt_status st;
+
+    p->of = lt_arena_array(p->arena, (size_t)source->n_tensors, sizeof(*p->of));
+    if (!p->of)
+        return lt_error(LT_ENOMEM, "no memory to compile the graph");
+    p->g = pass_copy(source, !o->train, p->of);
+    if (!p->g)
+        return LT_ENOMEM;
+    if (o->loss) {
+        p->loss = p->of[o->loss->id];
+        p->loss->is_output = true;
+    }
+    st = pass_dead_code(p->g);
+    if (st == LT_OK && simplify)
+        st = pass_fuse(p->g);
+    return st;
+}
+
+static lt_status allocate_info(lt_plan *p)
+{
+    p->tensor = lt_arena_array(p->arena, (size_t)p->g->n_tensors, sizeof(*p->tensor));
+    p->node = lt_arena_array(p->arena, (size_t)p->g->n_nodes, sizeof(*p->node));
+    p->prologue = lt_arena_array(p->arena, (size_t)p->g->n_nodes, sizeof(*p->prologue));
+    if (!p->tensor || !p->node || !p->prologue)
+        return lt_error(LT_ENOMEM, "no memory to compile the graph");
+    for (int i = 0; i < p->g->n_tensors; i++)
+        p->tensor[i] = (plan_tensor){ .root = i, .value = -1, .again = -1, .grad = -1 };
+    for (int k = 0; k < p->g->n_nodes; k++) {
+        const lt_node *n = p->g->node[k];
+
+        for (int i = 0; i < LT_MAX_SAVED; i++)
+            p->node[k].saved[i] = -1;
+        if (n && lt_op_is_view(n->op))
+            p->tensor[n->outs[0]->id].root = p->tensor[n->in[0]->id].root;
+    }
+    return LT_OK;
+}
+
+static lt_status add_forward(lt_plan *p)
+{
+    bool *constant = lt_arena_array(p->arena, (size_t)p->g->n_nodes, sizeof(*constant));
+
+    if (!constant)
+        return lt_error(LT_ENOMEM, "no memory to compile the graph");
+    if (!p->train)
+        pass_fold_constants(p->g, constant);
+    for (int k = 0; k < p->g->n_nodes; k++) {
+        lt_node *n = p->g->node[k];
+
+        if (!n || lt_op_is_view(n->op))
+            continue;
+        p->node[k].constant = constant[k];
+        if (constant[k])
+            p->prologue[p->n_prologue++] = (plan_step){ .kind = STEP_FORWARD, .node = n };
+        else if (!plan_add_step(p, STEP_FORWARD, n))
+            return lt_error(LT_ENOMEM, "no memory to compile the graph");
+    }
+    p->n_forward = p->n_steps;
+    return LT_OK;
+}
+
+static void ask_for_memory(lt_plan *p)
+{
+    for (int k = 0; k < p->g->n_nodes; k++) {
+        lt_node *n = p->g->node[k];
+        lt_call c;
+
+        if (!n || !n->op->plan)
+            continue;
+        lt_call_init(&c, n);
+        c.train = p->train && p->node[k].active;
+        n->op->plan(&c);
+        memcpy(p->node[k].saved_bytes, c.saved_bytes, sizeof(c.saved_bytes));
+        p->node[k].work_bytes = c.work_bytes;
+    }
+}
+
+static lt_status compile(lt_plan *p, const lt_graph *source, const lt_compile_opts *o)
+{
+    lt_status st = run_passes(p, source, o);
+
+    if (st == LT_OK)
+        st = allocate_info(p);
+    if (st == LT_OK)
+        st = add_forward(p);
+    if (st == LT_OK && p->train)
+        st = plan_autodiff(p, !o->no_recompute);
+    if (st)
+        return st;
+    ask_for_memory(p);
+    return plan_memory(p);
+}
+
+lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts)
+{
+    static const lt_compile_opts defaults;
+    const lt_compile_opts *o = opts ? opts : &defaults;
+    lt_arena *arena;
+    lt_plan *p;
+
+    if (check(g, o))
+        return NULL;
+    arena = lt_arena_new();
+    p = arena ? lt_arena_alloc(arena, sizeof(*p)) : NULL;
+    if (!p) {
+        lt_arena_free(arena);
+        lt_error(LT_ENOMEM, "no memory for a plan");
+        return NULL;
+    }
+    p->arena = arena;
+    p->train = o->train;
+    p->loss_weight = 1;
+    if (compile(p, g, o)) {
+        lt_plan_free(p);
+        return NULL;
+    }
+    lt_plan_refresh(p);
+    return p;
+}
+
+void lt_plan_free(lt_plan *p)
+{
+    if (!p)
+        return;
+    lt_graph_free(p->g);
+    lt_release(p->memory);
+    lt_arena_free(p->arena);
+}
+
+/* ---- running -------------------------------------------------------------------------------------- */
+
+static void run_step(lt_plan *p, plan_step *s)
+{
+    const lt_op *op = s->node ? s->node->op : NULL;
+
+    if (op && (op->flags & LT_OP_RANDOM))
+        s->call.rng = lt_rng_make(p->seed, lt_rng_mix(p->run, (uint64_t)s->node->id));
+    switch (s->kind) {
+    case STEP_FORWARD:
+        op->forward(&s->call);
+        break;
+    case STEP_RECOMPUTE:
+        (op->recompute ? op->recompute : op->forward)(&s->call);
+        break;
+    case STEP_ZERO:
+        memset(s->zero_data, 0, s->zero_bytes);
+        break;
+    case STEP_BACKWARD:
+        op->backward(&s->call);
+        break;
+    }
+}
+
+static double now(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static void run_timed(lt_plan *p, plan_step *s)
+{
+    const double start = now();
+
+    run_step(p, s);
+    s->seconds += now() - start;
+}
+
+static void start_backward(lt_plan *p, int step)
+{
+    if (step == p->n_forward && p->loss_grad)
+        *p->loss_grad = (lt_real)p->loss_weight;
+}
+
+void lt_run(lt_plan *p)
+{
+    for (int i = 0; i < p->n_steps; i++) {
+        start_backward(p, i);
+        if (p->profile)
+            run_timed(p, &p->step[i]);
+        else
+            run_step(p, &p->step[i]);
+    }
+}
+
+void lt_plan_refresh(lt_plan *p)
+{
+    for (int i = 0; i < p->n_prologue; i++)
+        run_step(p, &p->prologue[i]);
+}
+
+static bool all_finite(const lt_real *x, int64_t n)
+{
+    for (int64_t i = 0; i < n; i++)
+        if (!isfinite(x[i]))
+            return false;
+    return true;
+}
+
+static bool step_is_finite(const plan_step *s)
+{
+    const lt_call *c = &s->call;
+
+    if (s->kind == STEP_ZERO)
+        return true;
+    for (int i = 0; s->kind != STEP_BACKWARD && i < c->n_out; i++)
+        if (c->outs[i]->dtype == LT_F32 && !all_finite(c->outs[i]->data, lt_numel(c->outs[i])))
+            return false;
+    for (int i = 0; s->kind == STEP_BACKWARD && i < c->n_in; i++)
+        if (c->din[i] && !all_finite(c->din[i], lt_numel(c->in[i])))
+            return false;
+    return true;
+}
+
+void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
+{
+    if (bytes)
+        *where = '\0';
+    for (int i = 0; i < p->n_steps; i++) {
+        const plan_step *s = &p->step[i];
+
+        start_backward(p, i);
+        run_step(p, &p->step[i]);
+        if (step_is_finite(s))
+            continue;
+        snprintf(where, bytes, "%s \"%s\"%s", s->node->op->name, s->node->name,
+                 s->kind == STEP_BACKWARD ? " (gradient)" : "");
+        return;
+    }
+}
+
+/* ---- looking at a plan ---------------------------------------------------------------------------- */
+
+void *lt_plan_data(const lt_plan *p, const lt_tensor *t)
+{
+    const lt_tensor *ours = t->id < 0 ? NULL : p->of[t->id];
+
+    if (!ours)
+        return NULL;
+    if (ours->kind == LT_RESULT && !ours->is_output && !p->node[ours->node->id].constant)
+        return NULL;
+    return ours->data;
+}
+
+lt_real *lt_plan_grad(const lt_plan *p, const lt_tensor *t)
+{
+    const lt_tensor *ours = t->id < 0 ? NULL : p->of[t->id];
+
+    if (!ours || !ours->wants_grad || p->tensor[ours->id].grad < 0)
+        return NULL;
+    return (lt_real *)(void *)(p->memory + p->buffer[p->tensor[ours->id].grad].offset);
+}
+
+void lt_plan_set_step(lt_plan *p, uint64_t seed, uint64_t step)
+{
+    p->seed = seed;
+    p->run = step;
+}
+
+void lt_plan_set_loss_weight(lt_plan *p, double weight)
+{
+    p->loss_weight = weight;
+}
+
+size_t lt_plan_bytes(const lt_plan *p)
+{
+    return p->memory_bytes + p->fixed_bytes;
+}
+
+static int64_t forward_macs(const plan_step *s)
+{
+    return s->node && s->node->op->macs ? s->node->op->macs(&s->call) : 0;
+}
+
+int64_t lt_plan_macs(const lt_plan *p)
+{
+    int64_t macs = 0;
+
+    for (int i = 0; i < p->n_forward; i++)
+        macs += forward_macs(&p->step[i]);
+    return macs;
+}
+
+void lt_plan_profile(lt_plan *p, bool on)
+{
+    p->profile = on;
+    for (int i = 0; i < p->n_steps; i++)
+        p->step[i].seconds = 0;
+}
+
+int lt_plan_steps(const lt_plan *p)
+{
+    return p->n_steps;
+}
+
+/* A product has two gradients to make, each as long as the product; one when only one is wanted. */
+static int64_t step_macs(const plan_step *s)
+{
+    int wanted = 0;
+
+    if (s->kind != STEP_BACKWARD)
+        return forward_macs(s);
+    for (int i = 0; i < s->call.n_in && i < 2; i++)
+        wanted += s->call.din[i] != NULL;
+    return wanted * forward_macs(s);
+}
+
+lt_step_info lt_plan_step(const lt_plan *p, int i)
+{
+    static const char *const phase[] = { "forward", "recompute", "zero", "backward" };
+    const plan_step *s = &p->step[i];
+    lt_step_info info = { .op = "zero", .layer = "", .phase = phase[s->kind], .seconds = s->seconds };
+
+    if (s->node) {
+        info.op = s->node->op->name;
+        info.layer = s->node->name;
+        info.shape = s->node->outs[0]->shape;
+        info.macs = step_macs(s);
+    }
+    return info;
+}

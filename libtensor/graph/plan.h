@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Compiling and running. A plan owns the memory of every result of its graph; running it allocates
+ * nothing, looks nothing up and cannot fail.
+ */
+#ifndef LT_GRAPH_PLAN_H
+#define LT_GRAPH_PLAN_H
+
+#include "libtensor/graph/graph.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct lt_plan lt_plan;
+
+typedef struct {
+    lt_tensor *loss;                /* one number; needed for train, else optional */
+    bool train;                     /* with backward; else folded and fused for speed */
+    bool no_fusion;                 /* infer without folding and fusing, to compare with */
+    bool no_recompute;              /* train: keep what could be recomputed, to compare with */
+} lt_compile_opts;
+
+/**
+ * lt_compile - turn a recorded graph into a plan
+ *
+ * What stays readable after a run: outputs (lt_output), the loss, inputs. The graph is not changed and
+ * must outlive the plan, as must the parameters. train adds the backward pass of loss into the grad of
+ * every parameter it reaches.
+ *
+ * Returns NULL when the graph has a mistake (lt_last_error() tells which) or without memory.
+ */
+LT_API lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts);
+LT_API void lt_plan_free(lt_plan *p);
+
+/**
+ * lt_run - forward, and for a training plan backward
+ *
+ * Gradients are added into param->grad: zero them first (lt_params_zero_grad) unless sums are wanted.
+ */
+LT_API void lt_run(lt_plan *p);
+
+/* lt_plan_refresh - parameters changed: fold and pack them again. Inference plans only need it. */
+LT_API void lt_plan_refresh(lt_plan *p);
+
+/* lt_plan_data - where the plan keeps t; NULL when it does not (fused away, recycled). Borrowed. */
+LT_API void *lt_plan_data(const lt_plan *p, const lt_tensor *t);
+
+/* lt_plan_grad - the gradient of an input marked with lt_want_grad; NULL when there is none */
+LT_API lt_real *lt_plan_grad(const lt_plan *p, const lt_tensor *t);
+
+/* lt_plan_set_step - the key of the random draws of the next runs */
+LT_API void lt_plan_set_step(lt_plan *p, uint64_t seed, uint64_t step);
+
+/* lt_plan_set_loss_weight - what the backward pass starts from; 1 at first */
+LT_API void lt_plan_set_loss_weight(lt_plan *p, double weight);
+
+/**
+ * lt_plan_find_nonfinite - run step by step and name the first tensor that is not finite
+ *
+ * Writes `op "layer"` into where, with " (gradient)" behind it in the backward pass, or "" when all
+ * is finite. Adds into gradients as lt_run does.
+ */
+LT_API void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes);
+
+/* lt_plan_bytes - memory of the plan's tensors; parameters not included */
+LT_API size_t lt_plan_bytes(const lt_plan *p);
+
+/* lt_plan_macs - multiply-adds of one forward run */
+LT_API int64_t lt_plan_macs(const lt_plan *p);
+
+/* One step of a plan, for profiles. */
+typedef struct {
+    const char *op, *layer;         /* layer: the name given by its parameters or scope */
+    const char *phase;              /* "forward", "recompute", "backward" */
+    lt_shape shape;                 /* of the first result */
+    int64_t macs;                   /* of this step: a backward step counts what it computes */
+    double seconds;                 /* summed over the profiled runs */
+} lt_step_info;
+
+/* lt_plan_profile - time each step of the following runs (false: stop); forgets earlier times */
+LT_API void lt_plan_profile(lt_plan *p, bool on);
+LT_API int lt_plan_steps(const lt_plan *p);
+LT_API lt_step_info lt_plan_step(const lt_plan *p, int i);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

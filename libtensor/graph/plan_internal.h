@@ -1,0 +1,100 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A plan in the making: steps, buffers with lifetimes, and the calls that bind them.
+ */
+#ifndef LT_GRAPH_PLAN_INTERNAL_H
+#define LT_GRAPH_PLAN_INTERNAL_H
+
+#include "libtensor/graph/internal.h"
+#include "libtensor/graph/plan.h"
+
+typedef enum { STEP_FORWARD, STEP_RECOMPUTE, STEP_ZERO, STEP_BACKWARD } step_kind;
+
+typedef struct {
+    step_kind kind;
+    lt_node *node;                  /* NULL for STEP_ZERO */
+    int zero;                       /* STEP_ZERO: the tensor (root) whose gradient starts here */
+    bool fresh[LT_MAX_IN];          /* STEP_BACKWARD: first to write that gradient */
+    lt_call call;
+    void *zero_data;
+    size_t zero_bytes;
+    double seconds;
+} plan_step;
+
+/* A piece of memory needed from one step to another, both included. */
+typedef struct {
+    size_t bytes, offset;
+    int first, last;
+    int same_as;                    /* lives in this other buffer (in-place), or -1 */
+} plan_buffer;
+
+/* What the compiler knows of a tensor of the plan's graph. Views speak through their root. */
+typedef struct {
+    int root;                       /* the tensor whose memory this is; itself mostly */
+    bool needs_grad;
+    bool touched;                   /* some reader has written its gradient */
+    bool needed;                    /* its value is read in the backward pass */
+    bool redo;                      /* made again in the backward pass instead of kept */
+    bool redone;                    /* the step that does it is in the list */
+    int value, again, grad;         /* buffers, or -1 */
+    lt_tensor *backward_view;       /* this tensor as the backward pass sees it */
+} plan_tensor;
+
+typedef struct {
+    bool constant;                  /* runs in the prologue */
+    bool active;                    /* has a backward step */
+    int saved[LT_MAX_SAVED];        /* buffers, or -1 */
+    size_t saved_bytes[LT_MAX_SAVED], work_bytes;
+} plan_node;
+
+struct lt_plan {
+    lt_arena *arena;
+    lt_graph *g;                    /* our own copy */
+    lt_tensor **of;                 /* tensor of the recorded graph, by id -> ours */
+    plan_tensor *tensor;            /* by id in g */
+    plan_node *node;
+    plan_step *step;
+    int n_steps, n_forward, cap_steps;
+    plan_step *prologue;
+    int n_prologue;
+    plan_buffer *buffer;
+    int n_buffers, cap_buffers;
+    char *memory;
+    size_t memory_bytes, fixed_bytes;
+    lt_tensor *loss;
+    lt_real *loss_grad;
+    double loss_weight;
+    uint64_t seed, run;
+    bool train, profile;
+};
+
+/* autodiff.c: append the backward pass to the steps; decides what is kept and what is made again */
+lt_status plan_autodiff(lt_plan *p, bool recompute);
+
+/* memory.c: lifetimes of all buffers, in-place sharing, offsets; then allocate and bind every call */
+lt_status plan_memory(lt_plan *p);
+
+plan_step *plan_add_step(lt_plan *p, step_kind kind, lt_node *node);    /* NULL without memory */
+
+static inline plan_tensor *plan_root(const lt_plan *p, const lt_tensor *t)
+{
+    return &p->tensor[p->tensor[t->id].root];
+}
+
+static inline lt_tensor *plan_root_tensor(const lt_plan *p, const lt_tensor *t)
+{
+    return p->g->tensor[p->tensor[t->id].root];
+}
+
+/* plan_keeps_in, plan_keeps_out - whether the op's backward reads that tensor */
+static inline bool plan_keeps_in(const lt_op *op, int i)
+{
+    return op->keeps == 0 || (op->keeps & LT_KEEP_IN(i));
+}
+
+static inline bool plan_keeps_out(const lt_op *op, int i)
+{
+    return op->keeps == 0 || (op->keeps & LT_KEEP_OUT(i));
+}
+
+#endif

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/graph/tensor.h"
+
+#include <stdio.h>
+#include <string.h>
+
+bool lt_same_shape(const lt_shape *a, const lt_shape *b)
+{
+    return a->rank == b->rank && memcmp(a->dim, b->dim, (size_t)a->rank * sizeof(a->dim[0])) == 0;
+}
+
+size_t lt_dtype_size(lt_dtype dtype)
+{
+    static const size_t size[] = {
+        [LT_F32] = sizeof(lt_real), [LT_I32] = 4, [LT_I8] = 1, [LT_U8] = 1,
+    };
+
+    return size[dtype];
+}
+
+size_t lt_nbytes(const lt_tensor *t)
+{
+    return (size_t)lt_numel(t) * lt_dtype_size(t->dtype);
+}
+
+char *lt_shape_text(const lt_shape *s, char buf[LT_SHAPE_TEXT])
+{
+    int n = snprintf(buf, LT_SHAPE_TEXT, "(");
+
+    for (int i = 0; i < s->rank; i++)
+        n += snprintf(buf + n, (size_t)(LT_SHAPE_TEXT - n), i ? ", %lld" : "%lld", (long long)s->dim[i]);
+    snprintf(buf + n, (size_t)(LT_SHAPE_TEXT - n), ")");
+    return buf;
+}
