@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Distances between a predicted and a true point set: plain, aligned, and to the nearest neighbour. */
+#include "eval/metrics.h"
+
+#include "libtensor/base/arena.h"
+#include "libtensor/geometry/mat3.h"
+#include "libtensor/geometry/procrustes.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+void eval_widen(int64_t n, const float *x, double *out)
+{
+    for (int64_t i = 0; i < n; i++)
+        out[i] = x[i];
+}
+
+bool eval_all_finite(int64_t n, const double *x)
+{
+    for (int64_t i = 0; i < n; i++) {
+        if (!isfinite(x[i]))
+            return false;
+    }
+    return true;
+}
+
+static double distance(const double *p, const double *g)
+{
+    const double d = lt_vec3_distance(p, g);
+
+    return isfinite(d) ? d : INFINITY;
+}
+
+void eval_distances(int n, const double *p, const double *g, double *d)
+{
+    for (int i = 0; i < n; i++)
+        d[i] = distance(p + 3 * i, g + 3 * i);
+}
+
+double eval_mean(int64_t n, const double *d)
+{
+    double sum = 0;
+
+    for (int64_t i = 0; i < n; i++)
+        sum += d[i];
+    return n > 0 ? sum / (double)n : NAN;
+}
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+double eval_median(int64_t n, double *d)
+{
+    if (n <= 0)
+        return NAN;
+    qsort(d, (size_t)n, sizeof(*d), ascending);
+    return n % 2 ? d[n / 2] : 0.5 * (d[n / 2 - 1] + d[n / 2]);
+}
+
+double eval_mpjpe(int n, const double *p, const double *g)
+{
+    double sum = 0;
+
+    for (int i = 0; i < n; i++)
+        sum += distance(p + 3 * i, g + 3 * i);
+    return n > 0 ? sum / n : NAN;
+}
+
+/* ---- alignment --------------------------------------------------------------------------------------- */
+
+void eval_align_root(int n, const double *p, const double *g, int root, double *out)
+{
+    double shift[3];
+
+    for (int k = 0; k < 3; k++)
+        shift[k] = g[3 * root + k] - p[3 * root + k];
+    for (int i = 0; i < 3 * n; i++)
+        out[i] = p[i] + shift[i % 3];
+}
+
+static void fill_nan(int n, double *out)
+{
+    for (int i = 0; i < 3 * n; i++)
+        out[i] = NAN;
+}
+
+void eval_align_procrustes(eval_procrustes_kind kind, int n, const double *p, const double *g, double *out)
+{
+    lt_similarity fit;
+    const lt_status st = kind == EVAL_REFLECT ? lt_procrustes_ho3d(n, p, g, &fit)
+                                              : lt_procrustes_umeyama(n, p, g, &fit);
+
+    if (st)
+        fill_nan(n, out);
+    else
+        lt_similarity_apply(&fit, n, p, out);
+}
+
+void eval_align_scale(int n, const double *p, const double *g, int base, int tip, double *out)
+{
+    if (lt_align_scale_translation(n, p, g, base, tip, out))
+        fill_nan(n, out);
+}
+
+/* ---- nearest neighbours ------------------------------------------------------------------------------ */
+
+typedef struct { double *x, *y, *z, *best; } columns;   /* one array per axis, for the vector units */
+
+static void split(int n, const double *p, columns *c, double *memory)
+{
+    *c = (columns){ memory, memory + n, memory + 2 * (int64_t)n, memory + 3 * (int64_t)n };
+    for (int i = 0; i < n; i++) {
+        c->x[i] = p[3 * i];
+        c->y[i] = p[3 * i + 1];
+        c->z[i] = p[3 * i + 2];
+        c->best[i] = INFINITY;
+    }
+}
+
+/* The smallest squared distance from p to the points of c, each of which remembers its own smallest. */
+static double nearest_of(const double *p, int n, const columns *c)
+{
+    const double px = p[0], py = p[1], pz = p[2];
+    const double *restrict x = c->x, *restrict y = c->y, *restrict z = c->z;
+    double *restrict best = c->best;
+    double nearest = INFINITY;
+
+#pragma omp simd reduction(min : nearest)
+    for (int j = 0; j < n; j++) {
+        const double dx = px - x[j], dy = py - y[j], dz = pz - z[j];
+        const double d = dx * dx + dy * dy + dz * dz;
+
+        nearest = d < nearest ? d : nearest;            /* false for NaN */
+        best[j] = d < best[j] ? d : best[j];
+    }
+    return nearest;
+}
+
+lt_status eval_nearest(int np, const double *p, int ng, const double *g, double *d_p, double *d_g)
+{
+    double *memory = lt_alloc(4 * (size_t)ng * sizeof(double));
+    columns c;
+
+    if (!memory)
+        return lt_error(LT_ENOMEM, "nearest neighbours of %d points: no memory", ng);
+    split(ng, g, &c, memory);
+    for (int i = 0; i < np; i++) {
+        const double d = sqrt(nearest_of(p + 3 * i, ng, &c));
+
+        if (d_p)
+            d_p[i] = d;
+    }
+    for (int j = 0; d_g && j < ng; j++)
+        d_g[j] = sqrt(c.best[j]);
+    lt_release(memory);
+    return LT_OK;
+}
+
+static double share_within(int n, const double *d, double within)
+{
+    int hits = 0;
+
+    for (int i = 0; i < n; i++)
+        hits += d[i] < within;
+    return n > 0 ? (double)hits / n : 0;
+}
+
+eval_f eval_f_score(int np, const double *d_p, int ng, const double *d_g, double within)
+{
+    eval_f s = { .precision = share_within(np, d_p, within), .recall = share_within(ng, d_g, within) };
+    const double sum = s.precision + s.recall;
+
+    s.f = sum > 0 ? 2 * s.precision * s.recall / sum : 0;
+    return s;
+}
+
+static double mean_square_cm(int n, const double *d)
+{
+    double sum = 0;
+
+    for (int i = 0; i < n; i++)
+        sum += (100 * d[i]) * (100 * d[i]);
+    return n > 0 ? sum / n : NAN;
+}
+
+double eval_chamfer_cm2(int np, const double *d_p, int ng, const double *d_g)
+{
+    return mean_square_cm(ng, d_g) + mean_square_cm(np, d_p);
+}

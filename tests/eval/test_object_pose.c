@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Object pose errors on a five-point model; the numbers were computed with the official formulas. */
+#include "eval/object_pose.h"
+
+#include "libtensor/base/arena.h"
+#include "libtensor/geometry/rotation.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define TOL 1e-6
+
+static const double model[15] = { .05, .03, 0, -.05, .03, 0, -.05, -.03, 0, .05, -.03, 0, 0, 0, .08 };
+static const lt_camera camera = { 600, 600, 320, 240 };
+static const eval_pose truth = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, .6 } };
+static const eval_pose half_turn = { { -1, 0, 0, 0, -1, 0, 0, 0, 1 }, { 0, 0, 0 } };
+
+static eval_pose turned(double degrees, double x, double y, double z)
+{
+    const double aa[3] = { 0, 0, degrees * M_PI / 180 };
+    eval_pose p = { .t = { x, y, z } };
+
+    lt_rot_from_axis_angle(aa, p.R);
+    return p;
+}
+
+static double adds(eval_adds_direction direction, const eval_pose *e)
+{
+    double d;
+
+    ck_assert_int_eq(eval_adds(direction, 5, model, e, &truth, &d), LT_OK);
+    return d;
+}
+
+START_TEST(half_turn_and_a_shift)
+{
+    const eval_pose e = turned(180, .01, 0, .6);
+
+    ck_assert_double_eq_tol(eval_add(5, model, &e, &truth), .095386, TOL);
+    ck_assert_double_eq_tol(adds(EVAL_FROM_TRUE, &e), .01, TOL);
+    ck_assert_double_eq_tol(eval_mssd(5, model, &e, &truth, 0, NULL), .1253, TOL);
+    ck_assert_double_eq_tol(eval_mssd(5, model, &e, &truth, 1, &half_turn), .01, TOL);
+    ck_assert_double_eq_tol(eval_mspd(5, model, &e, &truth, 0, NULL, &camera), 125.299641, TOL);
+    ck_assert_double_eq_tol(eval_mspd(5, model, &e, &truth, 1, &half_turn, &camera), 10, TOL);
+    ck_assert_double_eq_tol(eval_rotation_error_deg(&e, &truth), 180, TOL);
+    ck_assert_double_eq_tol(eval_translation_error(&e, &truth), .01, TOL);
+    ck_assert_double_eq_tol(eval_reprojection_px(5, model, &e, &truth, &camera, 0), 95.151178, TOL);
+    ck_assert_double_eq_tol(eval_oce(&e, &truth), .01, TOL);
+    ck_assert_double_eq_tol(eval_mce(5, model, &e, &truth), .01, TOL);
+}
+END_TEST
+
+START_TEST(small_turn_and_a_shift)
+{
+    const eval_pose e = turned(10, .002, -.001, .604);
+    const double add = eval_add(5, model, &e, &truth);
+
+    ck_assert_double_eq_tol(add, .009775, TOL);
+    ck_assert_double_eq_tol(adds(EVAL_FROM_TRUE, &e), .009775, TOL);
+    ck_assert_double_eq_tol(eval_rotation_error_deg(&e, &truth), 10, TOL);
+    ck_assert_double_eq_tol(eval_translation_error(&e, &truth), .004583, TOL);
+    ck_assert_double_eq_tol(eval_reprojection_px(5, model, &e, &truth, &camera, 0), 8.616860, TOL);
+    ck_assert_double_eq_tol(eval_reprojection_px(5, model, &e, &truth, &camera, 1e-5), 8.616725, TOL);
+    ck_assert_double_eq_tol(eval_oce(&e, &truth), .004583, TOL);
+    ck_assert_double_eq_tol(eval_mce(5, model, &e, &truth), .010348, TOL);
+    ck_assert(add <= .1 * eval_diameter(EVAL_BBOX_DIAG, 5, model));
+    ck_assert(add <= .1 * eval_diameter(EVAL_MAX_DIST, 5, model));
+}
+END_TEST
+
+/* The two directions of ADD-S differ: all true points are near one estimated one, not the reverse. */
+START_TEST(directions)
+{
+    static const double two[6] = { 0, 0, 0, .1, 0, 0 };
+    const eval_pose shifted = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { .1, 0, .6 } };
+    const eval_pose flat = { { 0 }, { 0, 0, .6 } };         /* both points on the first true one */
+    double from_true, from_estimate;
+
+    ck_assert_int_eq(eval_adds(EVAL_FROM_TRUE, 2, two, &flat, &truth, &from_true), LT_OK);
+    ck_assert_int_eq(eval_adds(EVAL_FROM_ESTIMATE, 2, two, &flat, &truth, &from_estimate), LT_OK);
+    ck_assert_double_eq_tol(from_true, .05, TOL);
+    ck_assert_double_eq_tol(from_estimate, 0, TOL);
+    ck_assert_int_eq(eval_adds(EVAL_FROM_TRUE, 2, two, &shifted, &truth, &from_true), LT_OK);
+    ck_assert_double_eq_tol(from_true, .05, TOL);
+    ck_assert_str_ne(eval_adds_name(EVAL_FROM_TRUE), eval_adds_name(EVAL_FROM_ESTIMATE));
+}
+END_TEST
+
+START_TEST(diameters)
+{
+    ck_assert_double_eq_tol(eval_diameter(EVAL_BBOX_DIAG, 5, model), .141421, TOL);
+    ck_assert_double_eq_tol(eval_diameter(EVAL_MAX_DIST, 5, model), .116619, TOL);
+    ck_assert_double_eq(eval_diameter(EVAL_BBOX_DIAG, 0, NULL), 0);
+    ck_assert_double_eq(eval_diameter(EVAL_MAX_DIST, 0, NULL), 0);
+    ck_assert_str_eq(eval_diameter_name(EVAL_BBOX_DIAG), "bbox_diag");
+    ck_assert_str_eq(eval_diameter_name(EVAL_MAX_DIST), "max_dist");
+}
+END_TEST
+
+START_TEST(symmetries)
+{
+    int count[4] = { 0 };
+
+    for (int list = EVAL_SYM_NONE; list <= EVAL_SYM_BOP; list++) {
+        for (int id = -1; id <= 40; id++)
+            count[list] += eval_is_symmetric((eval_symmetry_list)list, id);
+    }
+    ck_assert_int_eq(count[EVAL_SYM_NONE], 0);
+    ck_assert_int_eq(count[EVAL_SYM_HFL], 4);
+    ck_assert_int_eq(count[EVAL_SYM_POSECNN], 5);
+    ck_assert_int_eq(count[EVAL_SYM_BOP], 8);
+    ck_assert(eval_is_symmetric(EVAL_SYM_HFL, 21) && !eval_is_symmetric(EVAL_SYM_HFL, 19));
+    ck_assert_str_eq(eval_symmetry_name(EVAL_SYM_POSECNN), "posecnn");
+}
+END_TEST
+
+START_TEST(equal_poses)
+{
+    ck_assert_double_eq(eval_add(5, model, &truth, &truth), 0);
+    ck_assert_double_eq(adds(EVAL_FROM_TRUE, &truth), 0);
+    ck_assert_double_eq(adds(EVAL_FROM_ESTIMATE, &truth), 0);
+    ck_assert_double_eq(eval_mssd(5, model, &truth, &truth, 1, &half_turn), 0);
+    ck_assert_double_eq(eval_mce(5, model, &truth, &truth), 0);
+    ck_assert_double_eq(eval_rotation_error_deg(&truth, &truth), 0);
+}
+END_TEST
+
+START_TEST(not_numbers_are_failures)
+{
+    eval_pose e = truth;
+    double d;
+
+    (_i % 2 ? e.R : e.t)[1] = _i < 2 ? NAN : INFINITY;
+    ck_assert(!eval_pose_finite(&e) && eval_pose_finite(&truth));
+    ck_assert(isinf(eval_add(5, model, &e, &truth)));
+    ck_assert(isinf(adds(EVAL_FROM_TRUE, &e)) && isinf(adds(EVAL_FROM_ESTIMATE, &e)));
+    ck_assert(isinf(eval_mssd(5, model, &e, &truth, 1, &half_turn)));
+    ck_assert(isinf(eval_mspd(5, model, &e, &truth, 0, NULL, &camera)));
+    ck_assert(isinf(eval_reprojection_px(5, model, &e, &truth, &camera, 1e-5)));
+    ck_assert(isinf(eval_mce(5, model, &e, &truth)));
+    ck_assert(isinf(_i % 2 ? eval_rotation_error_deg(&e, &truth) : eval_translation_error(&e, &truth)));
+    ck_assert(isnan(eval_add(0, NULL, &truth, &truth)));
+    lt_alloc_fail_at(1);
+    ck_assert_int_eq(eval_adds(EVAL_FROM_TRUE, 5, model, &truth, &truth, &d), LT_ENOMEM);
+}
+END_TEST
+
+int main(void)
+{
+    TCase *t = tcase_create("object_pose");
+    Suite *s = suite_create("object_pose");
+    SRunner *r;
+    int failed;
+
+    tcase_add_test(t, half_turn_and_a_shift);
+    tcase_add_test(t, small_turn_and_a_shift);
+    tcase_add_test(t, directions);
+    tcase_add_test(t, diameters);
+    tcase_add_test(t, symmetries);
+    tcase_add_test(t, equal_poses);
+    tcase_add_loop_test(t, not_numbers_are_failures, 0, 4);
+    suite_add_tcase(s, t);
+    r = srunner_create(s);
+    srunner_run_all(r, CK_NORMAL);
+    failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
