@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Triangles to samples, in homogeneous coordinates: nothing is ever clipped, a triangle that crosses
+ * the camera's plane simply has a larger box.
+ *
+ * Source: Olano, Greer 1997, "Triangle scan conversion using 2D homogeneous coordinates".
+ */
+#ifndef DATA_SYNTH_RENDER_RASTER_H
+#define DATA_SYNTH_RENDER_RASTER_H
+
+#include "data/synth/render.h"
+
+enum { TILE = 128 };                /* samples, both ways */
+
+/* A camera over a grid of samples, sample (i, j) at i, j. */
+typedef struct {
+    double fx, fy, cx, cy;
+    int width, height;
+    double R[9], t[3];              /* x_view = R x_world + t */
+} raster_view;
+
+/* e[i] . (x - x0, y - y0, 1) is corner i's barycentric coordinate over z, so the three add to 1/z. */
+typedef struct {
+    float e[3][3];
+    int32_t x0, y0, x1, y1;         /* the samples it may cover, both ends included */
+    int32_t instance, face;
+    bool back;                      /* seen from behind */
+} raster_triangle;
+
+typedef struct {
+    raster_triangle *triangle;
+    size_t n, capacity;
+    int tiles_x, tiles_y;
+    uint32_t *tile_start;           /* (tiles + 1) into tile_item */
+    size_t tiles_capacity;
+    uint32_t *tile_item;            /* triangles of each tile, in the scene's order */
+    size_t items_capacity;
+    double (*corner)[3];            /* one mesh's vertices in homogeneous sample coordinates */
+    size_t corners_capacity;
+} raster_list;
+
+void raster_list_fini(raster_list *list);
+
+/* raster_collect - the triangles of the scene seen by view, sorted into tiles; casters: only instances
+ * that cast shadows. LT_ENOMEM. */
+lt_status raster_collect(raster_list *list, const synth_scene *scene, const raster_view *view,
+                         bool casters);
+
+/* raster_draw - write the samples of one triangle inside tile (tx, ty) where it is nearest so far
+ *
+ *   inv_z    (TILE, TILE)            1/z so far; start with 0
+ *   id       (TILE, TILE)            becomes name; NULL: not wanted
+ */
+void raster_draw(const raster_triangle *t, int tx, int ty, uint32_t name, float *inv_z, uint32_t *id);
+
+/* raster_corner - the barycentric coordinates over z at a sample position, and their sum 1/z */
+static inline float raster_corner(const raster_triangle *t, float x, float y, float b[3])
+{
+    const float dx = x - (float)t->x0, dy = y - (float)t->y0;
+
+    for (int i = 0; i < 3; i++)
+        b[i] = t->e[i][0] * dx + t->e[i][1] * dy + t->e[i][2];
+    return b[0] + b[1] + b[2];
+}
+
+/* grow - room for n items of size bytes, contents lost when it moves; false without memory */
+bool raster_grow(void *block, size_t *capacity, size_t n, size_t size);
+
+#endif

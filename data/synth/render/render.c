@@ -1,0 +1,401 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * One picture: shadow maps, then tile by tile visibility and light, then crevices.
+ *
+ * Hand, target object and all the rest are drawn into three layers of 2 x 2 samples per pixel; the
+ * nearest layer wins, and the first two are at once the amodal masks. A pixel is lit once for each
+ * triangle that its four samples see.
+ */
+#include "data/synth/render/occlusion.h"
+#include "data/synth/render/shade.h"
+#include "libtensor/base/parallel.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { MAX_SIDE = 4096, SAMPLES = 4 };
+
+enum { REST, HAND, OBJECT, LAYERS };
+
+struct synth_scratch {
+    raster_list list, shadow_list;
+    shadow_map shadow[SYNTH_MAX_LIGHTS];
+    shade_scene shade;
+    float *open, *open_rough;
+};
+
+typedef struct {
+    float inv_z[TILE * TILE];
+    uint32_t id[TILE * TILE];       /* triangle + 1; 0: nothing */
+    bool used;
+} layer;
+
+typedef struct {
+    const synth_scene *scene;
+    synth_frame *frame;
+    struct synth_scratch *s;
+} render_job;
+
+/* ---- the frame ------------------------------------------------------------------------------- */
+
+static bool frame_alloc(synth_frame *f)
+{
+    const size_t n = (size_t)f->width * (size_t)f->height;
+    struct synth_scratch *s = f->scratch = lt_alloc(sizeof(*s));
+    bool ok = s != NULL;
+
+    if (!ok)
+        return false;
+    for (int i = 0; i < SYNTH_MAX_LIGHTS; i++)
+        ok = shadow_init(&s->shadow[i]) && ok;
+    return ok && (f->work[0] = lt_alloc(n * sizeof(*f->work[0]))) &&
+           (f->work[1] = lt_alloc(n * sizeof(*f->work[1]))) && (s->open = lt_alloc(n * sizeof(float))) &&
+           (s->open_rough = lt_alloc(n * sizeof(float))) &&
+           (f->radiance = lt_alloc(n * sizeof(*f->radiance))) && (f->rgb = lt_alloc(n * sizeof(*f->rgb))) &&
+           (f->depth = lt_alloc(n * sizeof(float))) && (f->hand_depth = lt_alloc(n * sizeof(float))) &&
+           (f->object_depth = lt_alloc(n * sizeof(float))) && (f->label = lt_alloc(n)) &&
+           (f->moving = lt_alloc(n)) && (f->hand_mask = lt_alloc(n)) && (f->object_mask = lt_alloc(n));
+}
+
+synth_frame *synth_frame_new(int width, int height)
+{
+    synth_frame *f;
+
+    if (width < 1 || height < 1 || width > MAX_SIDE || height > MAX_SIDE)
+        return NULL;
+    f = lt_alloc(sizeof(*f));
+    if (!f)
+        return NULL;
+    f->width = width;
+    f->height = height;
+    if (frame_alloc(f))
+        return f;
+    synth_frame_free(f);
+    return NULL;
+}
+
+static void scratch_free(struct synth_scratch *s)
+{
+    if (!s)
+        return;
+    raster_list_fini(&s->list);
+    raster_list_fini(&s->shadow_list);
+    for (int i = 0; i < SYNTH_MAX_LIGHTS; i++)
+        shadow_fini(&s->shadow[i]);
+    shade_fini(&s->shade);
+    lt_release(s->open);
+    lt_release(s->open_rough);
+    lt_release(s);
+}
+
+void synth_frame_free(synth_frame *f)
+{
+    if (!f)
+        return;
+    scratch_free(f->scratch);
+    lt_release(f->radiance);
+    lt_release(f->work[0]);
+    lt_release(f->work[1]);
+    lt_release(f->rgb);
+    lt_release(f->depth);
+    lt_release(f->hand_depth);
+    lt_release(f->object_depth);
+    lt_release(f->label);
+    lt_release(f->moving);
+    lt_release(f->hand_mask);
+    lt_release(f->object_mask);
+    lt_release(f);
+}
+
+/* ---- checks ---------------------------------------------------------------------------------- */
+
+static lt_status check_mesh(const lt_mesh *m, int index)
+{
+    if (m->n_vertices < 0 || m->n_faces < 0)
+        return lt_error(LT_EINVAL, "render: instance %d has a negative count", index);
+    for (int f = 0; f < m->n_faces; f++)
+        for (int i = 0; i < 3; i++)
+            if (m->face[f][i] < 0 || m->face[f][i] >= m->n_vertices)
+                return lt_error(LT_EINVAL, "render: instance %d: face %d names vertex %d of %d", index, f,
+                                (int)m->face[f][i], m->n_vertices);
+    return LT_OK;
+}
+
+static lt_status check(const synth_scene *scene, const synth_frame *frame)
+{
+    const synth_camera *c = &scene->camera;
+
+    if (c->width != frame->width || c->height != frame->height)
+        return lt_error(LT_EINVAL, "render: camera is %d x %d, frame is %d x %d", c->width, c->height,
+                        frame->width, frame->height);
+    if (!(c->fx > 0 && c->fy > 0 && isfinite(c->fx + c->fy + c->cx + c->cy)))
+        return lt_error(LT_EINVAL, "render: focal lengths %g and %g, want positive ones", c->fx, c->fy);
+    if (scene->n_lights < 0 || scene->n_lights > SYNTH_MAX_LIGHTS)
+        return lt_error(LT_EINVAL, "render: %d lights, want 0 to %d", scene->n_lights, SYNTH_MAX_LIGHTS);
+    if (scene->n_lights > 0 && !(scene->focus_radius > 0))
+        return lt_error(LT_EINVAL, "render: focus radius is %g, want a positive one", scene->focus_radius);
+    for (int i = 0; i < scene->n_instances; i++) {
+        const lt_status st = check_mesh(scene->instance[i].mesh, i);
+
+        if (st)
+            return st;
+    }
+    return LT_OK;
+}
+
+/* ---- visibility ------------------------------------------------------------------------------ */
+
+static int layer_of(const synth_scene *scene, const synth_instance *in)
+{
+    if (in->label == SYNTH_LABEL_HAND)
+        return HAND;
+    return in->label != SYNTH_LABEL_BACKGROUND && in->label == scene->target ? OBJECT : REST;
+}
+
+static void draw_layers(const render_job *job, int tile, layer *layers)
+{
+    const raster_list *l = &job->s->list;
+    const int tx = tile % l->tiles_x, ty = tile / l->tiles_x;
+
+    layers[HAND].used = layers[OBJECT].used = false;
+    memset(&layers[REST], 0, sizeof(layers[REST]));
+    for (uint32_t i = l->tile_start[tile]; i < l->tile_start[tile + 1]; i++) {
+        const uint32_t index = l->tile_item[i];
+        const raster_triangle *t = &l->triangle[index];
+        layer *to = &layers[layer_of(job->scene, &job->scene->instance[t->instance])];
+
+        if (!to->used)
+            memset(to, 0, sizeof(*to));
+        to->used = true;
+        raster_draw(t, tx, ty, index + 1, to->inv_z, to->id);
+    }
+}
+
+/* The nearest layer, into the first one. */
+static void merge_layers(layer *layers)
+{
+    for (int k = HAND; k <= OBJECT; k++)
+        for (int i = 0; layers[k].used && i < TILE * TILE; i++)
+            if (layers[k].inv_z[i] > layers[REST].inv_z[i]) {
+                layers[REST].inv_z[i] = layers[k].inv_z[i];
+                layers[REST].id[i] = layers[k].id[i];
+            }
+}
+
+/* ---- one pixel ------------------------------------------------------------------------------- */
+
+/* A pixel's four samples: where they lie in the tile, and in the grid. */
+static const int sample_at[SAMPLES] = { 0, 1, TILE, TILE + 1 };
+static const float sample_x[SAMPLES] = { 0, 1, 0, 1 }, sample_y[SAMPLES] = { 0, 0, 1, 1 };
+
+/* Depth at the pixel's centre: of a triangle that covers it, else the mean of the samples that show
+ * wanted (as instance labels; -1: all). */
+static float center_depth(const render_job *job, const layer *l, int at, float x, float y, int wanted)
+{
+    float sum = 0, best = 0;
+    int n = 0;
+
+    for (int k = 0; k < SAMPLES; k++) {
+        const uint32_t id = l->id[at + sample_at[k]];
+        const raster_triangle *t = id ? &job->s->list.triangle[id - 1] : NULL;
+        float b[3], w;
+
+        if (!t || (wanted >= 0 && job->scene->instance[t->instance].label != wanted))
+            continue;
+        w = raster_corner(t, x + 0.5f, y + 0.5f, b);
+        if (b[0] >= 0 && b[1] >= 0 && b[2] >= 0 && w > best)
+            best = w;
+        sum += l->inv_z[at + sample_at[k]];
+        n++;
+    }
+    return best > 0 ? 1 / best : n ? (float)n / sum : 0;
+}
+
+/* The sample whose instance's label covers most of the pixel; of equals the nearest. -1: nothing. */
+static int find_winner(const render_job *job, const layer *l, int at)
+{
+    int label[SAMPLES], best = -1, best_count = 0;
+
+    for (int k = 0; k < SAMPLES; k++) {
+        const uint32_t id = l->id[at + sample_at[k]];
+
+        label[k] = id ? job->scene->instance[job->s->list.triangle[id - 1].instance].label : -1;
+    }
+    for (int k = 0; k < SAMPLES; k++) {
+        int count = 0;
+
+        for (int j = 0; j < SAMPLES; j++)
+            count += label[j] == label[k];
+        if (label[k] >= 0 && (count > best_count ||
+            (count == best_count && l->inv_z[at + sample_at[k]] > l->inv_z[at + sample_at[best]]))) {
+            best = k;
+            best_count = count;
+        }
+    }
+    return best;
+}
+
+static void amodal_pixel(const render_job *job, const layer *l, int at, float x, float y, uint8_t *mask,
+                         float *depth)
+{
+    int n = 0;
+
+    for (int k = 0; l->used && k < SAMPLES; k++)
+        n += l->id[at + sample_at[k]] != 0;
+    *mask = n >= SAMPLES / 2 ? 255 : 0;
+    *depth = *mask ? center_depth(job, l, at, x, y, -1) : 0;
+}
+
+/* What is seen must be inside what would be seen: a label can win with one sample of four. */
+static void cover_seen(const synth_scene *scene, synth_frame *f, size_t i)
+{
+    if (f->label[i] == SYNTH_LABEL_HAND && !f->hand_mask[i]) {
+        f->hand_mask[i] = 255;
+        f->hand_depth[i] = f->depth[i];
+    }
+    if (f->label[i] && f->label[i] == scene->target && f->label[i] != SYNTH_LABEL_HAND &&
+        !f->object_mask[i]) {
+        f->object_mask[i] = 255;
+        f->object_depth[i] = f->depth[i];
+    }
+}
+
+static void label_pixel(const render_job *job, const layer *l, int at, float x, float y, size_t i)
+{
+    synth_frame *f = job->frame;
+    const int winner = find_winner(job, l, at);
+    const synth_instance *in;
+
+    f->depth[i] = 0;
+    f->label[i] = f->moving[i] = 0;
+    if (winner < 0)
+        return;
+    in = &job->scene->instance[job->s->list.triangle[l->id[at + sample_at[winner]] - 1].instance];
+    f->depth[i] = center_depth(job, l, at, x, y, in->label);
+    f->label[i] = in->label;
+    f->moving[i] = in->moving;
+    cover_seen(job->scene, f, i);
+}
+
+static void add(float out[3], const float in[3], float weight)
+{
+    for (int c = 0; c < 3; c++)
+        out[c] += weight * in[c];
+}
+
+/* A hash of the pixel in 0..1 whose neighbours differ evenly.           [Jimenez 2014] */
+static float dither(int x, int y)
+{
+    const float f = 0.06711056f * (float)x + 0.00583715f * (float)y, g = 52.9829189f * (f - floorf(f));
+
+    return g - floorf(g);
+}
+
+/* Light of each triangle seen: what crevices dim into radiance, the rest into work. Taken at the
+ * middle of each triangle's samples, weighted by their number. */
+static void light_pixel(const render_job *job, const layer *l, int at, float x, float y, size_t i)
+{
+    float *ambient = job->frame->radiance[i], *direct = job->frame->work[0][i];
+    const float spin = dither((int)x / 2, (int)y / 2);
+    shade_shadow shadow = { .instance = -1 };
+    bool done[SAMPLES] = { false };
+
+    memset(ambient, 0, sizeof(job->frame->radiance[i]));
+    memset(direct, 0, sizeof(job->frame->work[0][i]));
+    for (int k = 0; k < SAMPLES; k++) {
+        const uint32_t id = l->id[at + sample_at[k]];
+        float mx = 0, my = 0, n = 0;
+
+        if (done[k] || id == 0)
+            continue;
+        for (int j = k; j < SAMPLES; j++)
+            if (l->id[at + sample_at[j]] == id) {
+                done[j] = true;
+                mx += sample_x[j];
+                my += sample_y[j];
+                n++;
+            }
+        const shade_light lit = shade(&job->s->shade, &job->s->list.triangle[id - 1], x + mx / n, y + my / n,
+                                      2, spin, &shadow);
+
+        add(ambient, lit.ambient, n / SAMPLES);
+        add(direct, lit.direct, n / SAMPLES);
+    }
+}
+
+static void render_tile(void *ctx, int64_t tile)
+{
+    const render_job *job = ctx;
+    synth_frame *f = job->frame;
+    const int left = (int)tile % job->s->list.tiles_x * TILE, top = (int)tile / job->s->list.tiles_x * TILE;
+    layer layers[LAYERS];
+
+    draw_layers(job, (int)tile, layers);
+    for (int pass = 0; pass < 2; pass++) {
+        if (pass == 1)
+            merge_layers(layers);
+        for (int y = top; y < top + TILE && y / 2 < f->height; y += 2)
+            for (int x = left; x < left + TILE && x / 2 < f->width; x += 2) {
+                const size_t i = (size_t)(y / 2) * (size_t)f->width + (size_t)(x / 2);
+                const int at = (y - top) * TILE + x - left;
+
+                if (pass == 0) {
+                    amodal_pixel(job, &layers[HAND], at, (float)x, (float)y, &f->hand_mask[i],
+                                 &f->hand_depth[i]);
+                    amodal_pixel(job, &layers[OBJECT], at, (float)x, (float)y, &f->object_mask[i],
+                                 &f->object_depth[i]);
+                } else {
+                    label_pixel(job, &layers[REST], at, (float)x, (float)y, i);
+                    light_pixel(job, &layers[REST], at, (float)x, (float)y, i);
+                }
+            }
+    }
+}
+
+/* ---- the whole picture ----------------------------------------------------------------------- */
+
+static void add_direct_row(void *ctx, int64_t y)
+{
+    const render_job *job = ctx;
+    synth_frame *f = job->frame;
+
+    for (int x = 0; x < f->width; x++) {
+        const size_t i = (size_t)y * (size_t)f->width + (size_t)x;
+        const float open = occlusion_at(&job->scene->camera, f->depth, job->s->open, x, (int)y);
+
+        for (int c = 0; c < 3; c++)
+            f->radiance[i][c] = open * f->radiance[i][c] + (0.4f + 0.6f * open) * f->work[0][i][c];
+    }
+}
+
+/* Samples at a quarter pixel either side of the centre: sample s lies at pixel (s - 0.5) / 2. */
+static raster_view sample_view(const synth_camera *c)
+{
+    raster_view v = { .fx = 2 * c->fx, .fy = 2 * c->fy, .cx = 2 * c->cx + 0.5, .cy = 2 * c->cy + 0.5,
+                      .width = 2 * c->width, .height = 2 * c->height };
+
+    memcpy(v.R, c->R_cam_world, sizeof(v.R));
+    memcpy(v.t, c->t_cam_world, sizeof(v.t));
+    return v;
+}
+
+lt_status synth_render(const synth_scene *scene, synth_frame *frame)
+{
+    struct synth_scratch *s = frame->scratch;
+    render_job job = { scene, frame, s };
+    const raster_view view = sample_view(&scene->camera);
+    lt_status st = check(scene, frame);
+
+    for (int i = 0; !st && i < scene->n_lights; i++)
+        st = shadow_draw(&s->shadow[i], &s->shadow_list, scene, &scene->light[i]);
+    if (!st)
+        st = raster_collect(&s->list, scene, &view, false);
+    if (st)
+        return st;
+    if (!shade_prepare(&s->shade, scene, s->shadow))
+        return lt_error(LT_ENOMEM, "render: no memory for the scene's vertices");
+    lt_parallel_for((int64_t)s->list.tiles_x * s->list.tiles_y, render_tile, &job);
+    occlusion_find(&scene->camera, frame->depth, s->open, s->open_rough);
+    lt_parallel_for(frame->height, add_direct_row, &job);
+    return LT_OK;
+}

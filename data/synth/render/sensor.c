@@ -1,0 +1,277 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From light to bytes, and from true depth to what a stereo depth camera reports. */
+#include "data/synth/render/texture.h"
+#include "libtensor/base/parallel.h"
+#include "libtensor/base/rng.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { BLUR_TAPS = 15, MAX_RADIUS = 4 };
+
+typedef struct {
+    const synth_sensor *sensor;
+    const synth_frame *frame;
+    const float (*from)[3];
+    float (*to)[3];
+    float kernel[2 * MAX_RADIUS + 1];
+    int step_x, step_y;             /* direction of the blur */
+} image_job;
+
+synth_sensor synth_sensor_default(void)
+{
+    return (synth_sensor){ .exposure = 1, .white = { 1, 1, 1 }, .gamma = 1 };
+}
+
+synth_sensor synth_sensor_random(uint64_t seed, uint64_t stream)
+{
+    lt_rng r = lt_rng_make(seed, lt_rng_mix(stream, 0x5e5));
+    const double warmth = 0.06 * lt_rng_normal(&r), tint = 0.02 * lt_rng_normal(&r);
+
+    return (synth_sensor){
+        .exposure = (float)exp2(0.28 * lt_rng_normal(&r)),
+        .white = { (float)exp(warmth), (float)exp(tint), (float)exp(-warmth) },
+        .gamma = (float)lt_rng_range(&r, 0.92, 1.12),
+        .softness = (float)lt_rng_range(&r, 0.35, 0.8),
+        .vignette = (float)lt_rng_range(&r, 0.02, 0.2),
+        .noise = (float)lt_rng_range(&r, 1, 4),
+        .seed = seed,
+        .stream = stream,
+    };
+}
+
+/* ---- blur ------------------------------------------------------------------------------------ */
+
+/* Each pixel that a moving surface sweeps over shows it for a share of the time, and for the rest
+ * what stands still there; where that is hidden, what stands still nearby. */
+static void smear_pixel(const image_job *job, int x, int y, float out[3])
+{
+    const synth_frame *f = job->frame;
+    const size_t here = (size_t)y * (size_t)f->width + (size_t)x;
+    float moving[3] = { 0 }, still[3] = { 0 };
+    int n_moving = 0, n_still = 0;
+
+    for (int k = 0; k < BLUR_TAPS; k++) {
+        const float s = ((float)k + 0.5f) / BLUR_TAPS - 0.5f;
+        const int u = x + (int)lrintf(s * job->sensor->motion[0]);
+        const int v = y + (int)lrintf(s * job->sensor->motion[1]);
+        const size_t i = (size_t)v * (size_t)f->width + (size_t)u;
+
+        if (u < 0 || v < 0 || u >= f->width || v >= f->height)
+            continue;
+        for (int c = 0; c < 3; c++)
+            *(f->moving[i] ? &moving[c] : &still[c]) += job->from[i][c];
+        n_moving += f->moving[i];
+        n_still += !f->moving[i];
+    }
+    for (int c = 0; c < 3; c++) {
+        const float rest = !f->moving[here] ? job->from[here][c] : n_still ? still[c] / (float)n_still : 0;
+
+        out[c] = (moving[c] + rest * (float)n_still) / (float)(n_moving + n_still);
+    }
+}
+
+static void smear_row(void *ctx, int64_t y)
+{
+    const image_job *job = ctx;
+
+    for (int x = 0; x < job->frame->width; x++)
+        smear_pixel(job, x, (int)y, job->to[(size_t)y * (size_t)job->frame->width + (size_t)x]);
+}
+
+static int clamp(int i, int n)
+{
+    return i < 0 ? 0 : i < n ? i : n - 1;
+}
+
+static void soften_row(void *ctx, int64_t row)
+{
+    const image_job *job = ctx;
+    const int w = job->frame->width, h = job->frame->height, y = (int)row;
+
+    for (int x = 0; x < w; x++) {
+        float *out = job->to[(size_t)y * (size_t)w + (size_t)x];
+
+        out[0] = out[1] = out[2] = 0;
+        for (int k = -MAX_RADIUS; k <= MAX_RADIUS; k++) {
+            const float weight = job->kernel[k + MAX_RADIUS];
+            const int u = clamp(x + k * job->step_x, w), v = clamp(y + k * job->step_y, h);
+
+            for (int c = 0; weight > 0 && c < 3; c++)
+                out[c] += weight * job->from[(size_t)v * (size_t)w + (size_t)u][c];
+        }
+    }
+}
+
+static void make_kernel(image_job *job)
+{
+    const float sigma = fminf(job->sensor->softness, 1.5f);
+    float sum = 0;
+
+    for (int k = -MAX_RADIUS; k <= MAX_RADIUS; k++) {
+        const float w = expf(-0.5f * (float)(k * k) / (sigma * sigma));
+
+        job->kernel[k + MAX_RADIUS] = w < 1e-3f ? 0 : w;
+        sum += job->kernel[k + MAX_RADIUS];
+    }
+    for (int k = 0; k <= 2 * MAX_RADIUS; k++)
+        job->kernel[k] /= sum;
+}
+
+/* Runs one step over all rows, into the working buffer that it does not read. */
+static void run(image_job *job, lt_task_fn row)
+{
+    const synth_frame *f = job->frame;
+
+    job->to = job->from == (const float (*)[3])f->work[0] ? f->work[1] : f->work[0];
+    lt_parallel_for(f->height, row, job);
+    job->from = (const float (*)[3])job->to;
+}
+
+/* ---- light to bytes -------------------------------------------------------------------------- */
+
+/* Film's shoulder: straight up to the knee, then ever slower towards 1. */
+static float shoulder(float x)
+{
+    const float knee = 0.7f, over = x - knee;
+
+    return x <= knee ? x : knee + (1 - knee) * over / (over + (1 - knee));
+}
+
+/* Four nearly normal numbers of mean 0 and deviation 1: sums of the four bytes of each word. */
+static void four_normals(const synth_sensor *s, uint32_t pixel, float out[4])
+{
+    const uint32_t key[2] = { (uint32_t)s->seed, (uint32_t)(s->seed >> 32) };
+    const uint32_t ctr[4] = { pixel, 0x6e6f6973, (uint32_t)s->stream, (uint32_t)(s->stream >> 32) };
+    uint32_t w[4];
+
+    lt_philox(key, ctr, w);
+    for (int i = 0; i < 4; i++) {
+        const uint32_t sum = (w[i] & 255) + (w[i] >> 8 & 255) + (w[i] >> 16 & 255) + (w[i] >> 24);
+
+        out[i] = ((float)sum - 510) / 147.8f;
+    }
+}
+
+/* Shot noise grows with the root of the light; the curve of sRGB turns that into a nearly even noise
+ * that is a little stronger in the dark. Most of it is common to the channels. */
+static float noise_of(const synth_sensor *s, const float normal[4], int channel, float byte)
+{
+    const float size = s->noise * (1.25f - 0.5f * byte / 255);
+
+    return size * (0.8f * normal[3] + 0.6f * normal[channel]);
+}
+
+static void develop_row(void *ctx, int64_t y)
+{
+    const image_job *job = ctx;
+    const synth_sensor *s = job->sensor;
+    const synth_frame *f = job->frame;
+    const float cx = (float)f->width / 2, cy = (float)f->height / 2, r2 = cx * cx + cy * cy;
+
+    for (int x = 0; x < f->width; x++) {
+        const size_t i = (size_t)y * (size_t)f->width + (size_t)x;
+        const float dx = (float)x - cx, dy = (float)y - cy;
+        const float gain = s->exposure * (1 - s->vignette * (dx * dx + dy * dy) / r2);
+        float normal[4];
+
+        four_normals(s, (uint32_t)i, normal);
+        for (int c = 0; c < 3; c++) {
+            const float light = fmaxf(gain * s->white[c] * job->from[i][c], 0);
+            const float curved = s->gamma == 1 ? light : powf(light, s->gamma);
+            const float byte = linear_to_srgb(shoulder(curved));
+
+            f->rgb[i][c] = (uint8_t)fminf(fmaxf(byte + noise_of(s, normal, c, byte) + 0.5f, 0), 255);
+        }
+    }
+}
+
+void synth_sensor_image(const synth_sensor *sensor, synth_frame *frame)
+{
+    image_job job = { .sensor = sensor, .frame = frame, .from = (const float (*)[3])frame->radiance };
+
+    if (sensor->motion[0] != 0 || sensor->motion[1] != 0)
+        run(&job, smear_row);
+    if (sensor->softness > 0.2f) {
+        make_kernel(&job);
+        job.step_x = 1;
+        run(&job, soften_row);
+        job.step_x = 0;
+        job.step_y = 1;
+        run(&job, soften_row);
+    }
+    lt_parallel_for(frame->height, develop_row, &job);
+}
+
+/* ---- depth ----------------------------------------------------------------------------------- */
+
+typedef struct {
+    const synth_frame *frame;
+    double focal, step;
+    uint64_t seed, stream;
+    float hole_share;
+    float *out;
+} depth_job;
+
+static const float MAX_DEPTH = 1.5f, BASELINE = 0.055f;     /* metres */
+
+/* Whether the surface breaks off within two pixels. */
+static bool near_edge(const synth_frame *f, int x, int y, float z)
+{
+    static const int ring[8][2] = {
+        { 2, 0 }, { -2, 0 }, { 0, 2 }, { 0, -2 }, { 1, 1 }, { -1, 1 }, { 1, -1 }, { -1, -1 },
+    };
+
+    for (int k = 0; k < 8; k++) {
+        const int u = clamp(x + ring[k][0], f->width), v = clamp(y + ring[k][1], f->height);
+
+        if (fabsf(f->depth[(size_t)v * (size_t)f->width + (size_t)u] - z) > 0.03f * z)
+            return true;
+    }
+    return false;
+}
+
+/* Four numbers of the pixel (or of a block of pixels, with another purpose) in 0..1. */
+static void four_uniforms(const depth_job *job, uint32_t x, uint32_t y, uint32_t purpose, float out[4])
+{
+    const uint32_t key[2] = { (uint32_t)job->seed, (uint32_t)(job->seed >> 32) };
+    const uint32_t ctr[4] = { x | y << 16, purpose, (uint32_t)job->stream, (uint32_t)(job->stream >> 32) };
+    uint32_t w[4];
+
+    lt_philox(key, ctr, w);
+    for (int i = 0; i < 4; i++)
+        out[i] = (float)(w[i] >> 8) / 16777216;
+}
+
+static void depth_row(void *ctx, int64_t row)
+{
+    const depth_job *job = ctx;
+    const synth_frame *f = job->frame;
+    const int y = (int)row;
+
+    for (int x = 0; x < f->width; x++) {
+        const size_t i = (size_t)y * (size_t)f->width + (size_t)x;
+        const float z = f->depth[i];
+        float u[4], block[4], normal;
+
+        job->out[i] = 0;
+        if (z <= 0 || z > MAX_DEPTH)
+            continue;
+        four_uniforms(job, (uint32_t)x, (uint32_t)y, 0xdeb7, u);
+        four_uniforms(job, (uint32_t)x / 3, (uint32_t)y / 3, 0x401e, block);
+        if (block[0] < job->hole_share || (u[0] < 0.8f && near_edge(f, x, y, z)))
+            continue;
+        normal = sqrtf(-2 * logf(1 - u[1])) * cosf(6.2831853f * u[2]);
+        job->out[i] = (float)(rint((z + normal * 0.08f * z * z / ((float)job->focal * BASELINE)) /
+                                   job->step) * job->step);
+    }
+}
+
+void synth_sensor_depth(const synth_frame *frame, double focal, double step, uint64_t seed,
+                        uint64_t stream, float *out)
+{
+    lt_rng r = lt_rng_make(seed, lt_rng_mix(stream, 0x401e));
+    depth_job job = { frame, focal, step, seed, stream, (float)lt_rng_range(&r, 0.01, 0.03), out };
+
+    lt_parallel_for(frame->height, depth_row, &job);
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Light on surfaces. */
+#ifndef DATA_SYNTH_RENDER_SHADE_H
+#define DATA_SYNTH_RENDER_SHADE_H
+
+#include "data/synth/render/raster.h"
+#include "data/synth/render/shadow.h"
+
+/* The scene as the shader reads it: all vertices in the world, in single precision. */
+typedef struct {
+    const synth_scene *scene;
+    const shadow_map *shadow;       /* one for each light */
+    float (*position)[3];
+    float (*normal)[3];             /* zero: the mesh has none */
+    size_t positions_capacity, normals_capacity;
+    size_t *first;                  /* each instance's first vertex */
+    size_t first_capacity;
+    float eye[3];                   /* the camera in the world */
+    float distance2[SYNTH_MAX_LIGHTS];      /* lamp to focus, squared */
+} shade_scene;
+
+/* What a surface sends to the eye, kept apart because only the first is dimmed in crevices. */
+typedef struct { float ambient[3], direct[3]; } shade_light;
+
+/* A pixel's shadows, looked up once and used by all fragments of one instance. */
+typedef struct {
+    int instance;                   /* -1: not yet */
+    float lit[SYNTH_MAX_LIGHTS];
+} shade_shadow;
+
+bool shade_prepare(shade_scene *s, const synth_scene *scene, const shadow_map *shadow);
+void shade_fini(shade_scene *s);
+
+/* shade - triangle t at sample (x, y); step is the distance between pixels in samples */
+shade_light shade(const shade_scene *s, const raster_triangle *t, float x, float y, float step,
+                  float spin, shade_shadow *shadow);
+
+#endif

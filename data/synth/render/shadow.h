@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Shadow maps with penumbrae that widen with the distance between what casts and what receives.
+ *
+ * Source: Fernando 2005, "Percentage-closer soft shadows".
+ */
+#ifndef DATA_SYNTH_RENDER_SHADOW_H
+#define DATA_SYNTH_RENDER_SHADOW_H
+
+#include "data/synth/render/raster.h"
+
+enum { SHADOW_SIDE = 1024, SHADOW_BLOCK = 16, SHADOW_BLOCKS = SHADOW_SIDE / SHADOW_BLOCK };
+
+typedef struct {
+    raster_view view;
+    float R[9], t[3], focal;        /* the view in single precision */
+    float lamp_radius;
+    float texel;                    /* size of a texel at the focus, m */
+    float (*inv_z)[SHADOW_SIDE];    /* nearest caster; 0: none */
+    float (*coarse)[SHADOW_BLOCKS]; /* nearest within two blocks of each block */
+} shadow_map;
+
+bool shadow_init(shadow_map *map);
+void shadow_fini(shadow_map *map);
+
+/* shadow_draw - fill the map for one lamp; LT_ENOMEM */
+lt_status shadow_draw(shadow_map *map, raster_list *list, const synth_scene *scene,
+                      const synth_light *light);
+
+/* shadow_at - how much of the lamp is seen from p, 0..1; n is the surface's normal, spin in 0..1
+ * turns the sampling pattern */
+float shadow_at(const shadow_map *map, const float p[3], const float n[3], float spin);
+
+#endif
