@@ -56,6 +56,9 @@ typedef struct {
     uint32_t *flags;                /* (B) of sample_flag */
     const float (**vertices)[3];    /* (B) borrowed from the dataset, NULL where unknown */
     int64_t *index;                 /* (B) of the sample in its dataset */
+
+    float *scratch;                 /* (B, size, size) for blurring */
+    lt_arena *memory;               /* of all of these */
 } hand_object_batch;
 
 /* hand_object_batch_new - zeroed, or NULL without memory */
@@ -73,8 +76,14 @@ void hand_object_batch_free(hand_object_batch *b);
 lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options *options,
                               uint64_t epoch, int64_t index, hand_object_batch *b, int slot);
 
-/* hand_object_source - what a loader needs to make such batches of d; both must outlive the loader */
-loader_source hand_object_source(const dataset *d, const hand_object_options *options);
+/* Where a loader's samples come from, and how they are prepared. */
+typedef struct {
+    const dataset *data;
+    hand_object_options options;
+} hand_object_feed;
+
+/* hand_object_source - what a loader needs to make such batches; feed must outlive the loader */
+loader_source hand_object_source(const hand_object_feed *feed);
 
 #ifdef __cplusplus
 }

@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Boxes, crop windows, affine maps, and warping an image or a mask through one. */
+#include "data/crop.h"
+
+#include <math.h>
+#include <string.h>
+
+static crop_box extent(const float (*p)[2], int n)
+{
+    crop_box b = { p[0][0], p[0][1], p[0][0], p[0][1] };
+
+    for (int i = 1; i < n; i++) {
+        b.x0 = fminf(b.x0, p[i][0]);
+        b.y0 = fminf(b.y0, p[i][1]);
+        b.x1 = fmaxf(b.x1, p[i][0]);
+        b.y1 = fmaxf(b.y1, p[i][1]);
+    }
+    return b;
+}
+
+crop_box crop_box_around(const float (*point)[2], int n, double factor)
+{
+    const crop_box e = extent(point, n);
+    const double cx = trunc(((double)e.x0 + e.x1) / 2), cy = trunc(((double)e.y0 + e.y1) / 2);
+    const double hx = ((double)e.x1 - e.x0) * factor / 2, hy = ((double)e.y1 - e.y0) * factor / 2;
+
+    return (crop_box){ (float)(cx - hx), (float)(cy - hy), (float)(cx + hx), (float)(cy + hy) };
+}
+
+crop_window crop_window_around(crop_box hand, crop_box object, int width, int height)
+{
+    const double x0 = fmax(0, fminf(hand.x0, object.x0)), y0 = fmax(0, fminf(hand.y0, object.y0));
+    const double x1 = fmin(width, fmaxf(hand.x1, object.x1));
+    const double y1 = fmin(height, fmaxf(hand.y1, object.y1));
+    const double side = fmax(x1 - x0, y1 - y0);
+
+    return (crop_window){
+        .cx = trunc((x0 + x1) / 2),
+        .cy = trunc((y0 + y1) / 2),
+        .side = fmax(side, 1),              /* everything outside the image: a crop of one pixel */
+    };
+}
+
+/* A = T R: turn about the origin, then scale and put the turned centre into the middle. */
+crop_affine crop_affine_of(crop_window w, int size)
+{
+    const double c = cos(w.angle), s = sin(w.angle), scale = size / w.side;
+    const double cx = c * w.cx - s * w.cy, cy = s * w.cx + c * w.cy;
+
+    return (crop_affine){ {
+        scale * c, -scale * s, size * (0.5 - cx / w.side),
+        scale * s,  scale * c, size * (0.5 - cy / w.side),
+    } };
+}
+
+crop_affine crop_invert(crop_affine m)
+{
+    const double *a = m.a, det = a[0] * a[4] - a[1] * a[3];
+    const double i00 = a[4] / det, i01 = -a[1] / det, i10 = -a[3] / det, i11 = a[0] / det;
+
+    return (crop_affine){ {
+        i00, i01, -(i00 * a[2] + i01 * a[5]),
+        i10, i11, -(i10 * a[2] + i11 * a[5]),
+    } };
+}
+
+void crop_points(const crop_affine *m, const float (*in)[2], int n, float (*out)[2])
+{
+    for (int i = 0; i < n; i++) {
+        double p[2];
+        crop_point(m, in[i][0], in[i][1], p);
+        out[i][0] = (float)p[0];
+        out[i][1] = (float)p[1];
+    }
+}
+
+crop_box crop_corners(const crop_affine *m, crop_box b)
+{
+    const float in[2][2] = { { b.x0, b.y0 }, { b.x1, b.y1 } };
+    float out[2][2];
+
+    crop_points(m, in, 2, out);
+    return (crop_box){ out[0][0], out[0][1], out[1][0], out[1][1] };
+}
+
+void crop_intrinsics(const crop_affine *m, const float *K, float *out)
+{
+    const double a[9] = { m->a[0], m->a[1], m->a[2], m->a[3], m->a[4], m->a[5], 0, 0, 1 };
+
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            out[3 * i + j] = (float)(a[3 * i] * K[j] + a[3 * i + 1] * K[3 + j] + a[3 * i + 2] * K[6 + j]);
+}
+
+void crop_normalise(crop_box b, const float (*in)[2], int n, float (*out)[2])
+{
+    const float w = b.x1 > b.x0 ? b.x1 - b.x0 : 1, h = b.y1 > b.y0 ? b.y1 - b.y0 : 1;
+
+    for (int i = 0; i < n; i++) {
+        out[i][0] = (in[i][0] - b.x0) / w;
+        out[i][1] = (in[i][1] - b.y0) / h;
+    }
+}
+
+/* The pixel of the image at whole place (x, y), black outside. */
+static void fetch(const uint8_t *rgb, int width, int height, double x, double y, double out[3])
+{
+    const uint8_t *p;
+
+    out[0] = out[1] = out[2] = 0;
+    if (!(x >= 0 && x < width && y >= 0 && y < height))
+        return;
+    p = rgb + 3 * ((size_t)y * (size_t)width + (size_t)x);
+    for (int c = 0; c < 3; c++)
+        out[c] = p[c] / 255.0;
+}
+
+/* The four pixels around (u, v), whose centres are at half numbers here. */
+static void fetch_bilinear(const uint8_t *rgb, int width, int height, double u, double v, double out[3])
+{
+    const double x = floor(u - 0.5), y = floor(v - 0.5), fx = u - 0.5 - x, fy = v - 0.5 - y;
+    double p[4][3];
+
+    for (int i = 0; i < 4; i++)
+        fetch(rgb, width, height, x + (i & 1), y + (i >> 1), p[i]);
+    for (int c = 0; c < 3; c++)
+        out[c] = (1 - fy) * ((1 - fx) * p[0][c] + fx * p[1][c]) +
+                 fy * ((1 - fx) * p[2][c] + fx * p[3][c]);
+}
+
+void crop_warp(const crop_affine *m, const uint8_t *rgb, int width, int height, float *out, int size,
+               bool bilinear)
+{
+    const crop_affine back = crop_invert(*m);
+    const size_t plane = (size_t)size * (size_t)size;
+
+    for (int y = 0; y < size; y++)
+        for (int x = 0; x < size; x++) {
+            float *o = out + (size_t)y * (size_t)size + (size_t)x;
+            double p[2], c[3];
+            crop_point(&back, x + 0.5, y + 0.5, p);
+            if (bilinear)
+                fetch_bilinear(rgb, width, height, p[0], p[1], c);
+            else
+                fetch(rgb, width, height, floor(p[0]), floor(p[1]), c);
+            for (int k = 0; k < 3; k++)
+                o[(size_t)k * plane] = (float)c[k];
+        }
+}
+
+/* The warped mask at whole crop pixel (x, y). */
+static bool masked(const crop_affine *back, const uint8_t *mask, int width, int height, int size,
+                   long x, long y)
+{
+    double p[2];
+
+    if (x < 0 || x >= size || y < 0 || y >= size)
+        return false;
+    crop_point(back, (double)x + 0.5, (double)y + 0.5, p);
+    if (!(p[0] >= 0 && p[0] < width && p[1] >= 0 && p[1] < height))
+        return false;
+    return mask[(size_t)p[1] * (size_t)width + (size_t)p[0]] != 0;
+}
+
+void crop_mask(const crop_affine *m, const uint8_t *mask, int width, int height, int size,
+               crop_box box, float *out, int cells)
+{
+    const crop_affine back = crop_invert(*m);
+    const long x0 = lroundf(box.x0), y0 = lroundf(box.y0);
+    const long w = lt_max_i64(1, lroundf(box.x1) - x0), h = lt_max_i64(1, lroundf(box.y1) - y0);
+
+    for (int i = 0; i < cells; i++)
+        for (int j = 0; j < cells; j++)
+            out[i * cells + j] = masked(&back, mask, width, height, size,
+                                        x0 + (2 * j + 1) * w / (2 * cells),
+                                        y0 + (2 * i + 1) * h / (2 * cells));
+}

@@ -1,0 +1,312 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From a sample to a slot of a batch: crop, augment, normalise. */
+#include "data/hand_object.h"
+
+#include "data/crop.h"
+
+#include <math.h>
+#include <string.h>
+
+/* How much larger than its points a box is: to crop, and to pool features from. */
+static const double HAND_CROP = 1.5, OBJECT_CROP = 1.5, HAND_POOL = 1.1, OBJECT_POOL = 1.0;
+
+enum { STREAM = 0x484f4341 };               /* tells these draws apart from other uses of the seed */
+
+hand_object_options hand_object_defaults(bool augment, uint64_t seed)
+{
+    return (hand_object_options){
+        .size = 256, .cells = 32, .seed = seed, .augment = augment,
+        .centre_jitter = 0.1, .scale_jitter = 0.2, .rotation = M_PI, .rotation_chance = 1,
+        .colour = { .blur = 0.5, .brightness = 0.5, .contrast = 0.5, .saturation = 0.5, .hue = 0.15 },
+    };
+}
+
+/* ---- the batch ---- */
+
+void hand_object_batch_free(hand_object_batch *b)
+{
+    if (!b)
+        return;
+    lt_arena_free(b->memory);
+    lt_release(b);
+}
+
+/* Memory for per numbers of size bytes in each slot; remembers that one was refused. */
+static void *slots(hand_object_batch *b, size_t per, size_t size, bool *ok)
+{
+    void *p = lt_arena_array(b->memory, (size_t)b->capacity * per, size);
+
+    *ok = *ok && p;
+    return p;
+}
+
+static bool allocate(hand_object_batch *b)
+{
+    const size_t f = sizeof(float), pixels = (size_t)b->size * (size_t)b->size;
+    bool ok = true;
+
+    b->image = slots(b, 3 * pixels, f, &ok);
+    b->hand_box = slots(b, 4, f, &ok);
+    b->object_box = slots(b, 4, f, &ok);
+    b->joints2d = slots(b, 21 * 2, f, &ok);
+    b->rotation = slots(b, 16 * 9, f, &ok);
+    b->beta = slots(b, 10, f, &ok);
+    b->points2d = slots(b, 21 * 2, f, &ok);
+    b->mask = slots(b, (size_t)b->cells * (size_t)b->cells, f, &ok);
+    b->weight = slots(b, 1, f, &ok);
+    b->affine = slots(b, 6, f, &ok);
+    b->K = slots(b, 9, f, &ok);
+    b->wrist = slots(b, 3, f, &ok);
+    b->joints = slots(b, 21 * 3, f, &ok);
+    b->R = slots(b, 9, f, &ok);
+    b->t = slots(b, 3, f, &ok);
+    b->object = slots(b, 1, sizeof(*b->object), &ok);
+    b->flags = slots(b, 1, sizeof(*b->flags), &ok);
+    b->vertices = slots(b, 1, sizeof(*b->vertices), &ok);
+    b->index = slots(b, 1, sizeof(*b->index), &ok);
+    b->scratch = slots(b, pixels, f, &ok);
+    return ok;
+}
+
+hand_object_batch *hand_object_batch_new(int capacity, int size, int cells)
+{
+    hand_object_batch *b = lt_alloc(sizeof(*b));
+
+    if (!b)
+        return NULL;
+    *b = (hand_object_batch){ .capacity = capacity, .size = size, .cells = cells };
+    b->memory = lt_arena_new();
+    if (!b->memory || !allocate(b)) {
+        hand_object_batch_free(b);
+        return NULL;
+    }
+    return b;
+}
+
+static void clear_slot(hand_object_batch *b, int slot, int64_t index)
+{
+    const size_t i = (size_t)slot, pixels = (size_t)b->size * (size_t)b->size;
+    const size_t cells = (size_t)b->cells * (size_t)b->cells;
+    struct { float *p; size_t per; } all[] = {
+        { b->image, 3 * pixels }, { b->hand_box, 4 }, { b->object_box, 4 }, { b->joints2d, 42 },
+        { b->rotation, 144 }, { b->beta, 10 }, { b->points2d, 42 }, { b->mask, cells },
+        { b->weight, 1 }, { b->affine, 6 }, { b->K, 9 }, { b->wrist, 3 }, { b->joints, 63 },
+        { b->R, 9 }, { b->t, 3 },
+    };
+
+    for (size_t k = 0; k < LT_COUNT(all); k++)
+        memset(all[k].p + i * all[k].per, 0, all[k].per * sizeof(float));
+    b->object[i] = -1;
+    b->flags[i] = 0;
+    b->vertices[i] = NULL;
+    b->index[i] = index;
+}
+
+/* ---- one sample ---- */
+
+/* The points that the hand's boxes are drawn around. */
+typedef struct { float p[LT_HAND_KEYPOINTS][2]; int n; } hand_points;
+
+static hand_points hand_points_of(const dataset_sample *s, bool augment)
+{
+    hand_points h = { .n = 2, .p = { { s->hand_box[0], s->hand_box[1] },
+                                     { s->hand_box[2], s->hand_box[3] } } };
+
+    if ((s->flags & SAMPLE_JOINTS) && (augment || !(s->flags & SAMPLE_HAND_BOX))) {
+        h.n = LT_HAND_KEYPOINTS;
+        memcpy(h.p, s->joints2d, sizeof(h.p));
+    }
+    return h;
+}
+
+static bool has_object(const dataset_sample *s)
+{
+    return s->flags & SAMPLE_OBJECT;
+}
+
+static double draw_angle(const hand_object_options *o, lt_rng *rng)
+{
+    const double chance = lt_rng_uniform(rng), uniform = lt_rng_range(rng, -1, 1);
+    const double normal = lt_rng_normal(rng);
+
+    if (o->rotation_chance >= 1)
+        return uniform * o->rotation;
+    return chance < o->rotation_chance ? fmax(-2, fmin(2, normal)) * o->rotation : 0;
+}
+
+/* Steps 1 to 3: the window around hand and object, moved, scaled and turned. */
+static crop_window choose_window(const dataset_sample *s, const hand_object_options *o,
+                                 const hand_points *hand, lt_rng *rng)
+{
+    const crop_box h = crop_box_around(hand->p, hand->n, HAND_CROP);
+    const crop_box b = has_object(s) ? crop_box_around(s->control2d, 21, OBJECT_CROP) : h;
+    crop_window w = crop_window_around(h, b, s->width, s->height);
+
+    if (o->augment) {
+        const double dx = lt_rng_range(rng, -1, 1), dy = lt_rng_range(rng, -1, 1);
+        const double scale = 1 + o->scale_jitter * lt_rng_normal(rng);
+        w.cx += o->centre_jitter * w.side * dx;
+        w.cy += o->centre_jitter * w.side * dy;
+        w.side *= fmax(1 - o->scale_jitter, fmin(1 + o->scale_jitter, scale));
+        w.angle = draw_angle(o, rng);
+    }
+    return w;
+}
+
+/* Step 7: in training around the mapped points, else around the image's points and then mapped. */
+static crop_box pool_box(const crop_affine *m, const float (*p)[2], int n, double factor, bool augment)
+{
+    float mapped[LT_HAND_KEYPOINTS][2];
+
+    if (!augment)
+        return crop_corners(m, crop_box_around(p, n, factor));
+    crop_points(m, p, n, mapped);
+    return crop_box_around(mapped, n, factor);
+}
+
+static void store_box(float *out, crop_box b)
+{
+    out[0] = b.x0;
+    out[1] = b.y0;
+    out[2] = b.x1;
+    out[3] = b.y1;
+}
+
+/* Points of the image in units of box. */
+static void store_points(const crop_affine *m, const float (*p)[2], crop_box box, float *out)
+{
+    float mapped[21][2];
+
+    crop_points(m, p, 21, mapped);
+    crop_normalise(box, mapped, 21, (float (*)[2])out);
+}
+
+/* Step 6: R_0 <- Rz(angle) R_0; the other joints turn with it. */
+static void store_rotations(const dataset_sample *s, double angle, float *out)
+{
+    const double c = cos(angle), n = sin(angle);
+    const float *r = s->rotation[0];
+
+    memcpy(out, s->rotation, sizeof(s->rotation));
+    for (int j = 0; j < 3; j++) {
+        out[j] = (float)(c * r[j] - n * r[3 + j]);
+        out[3 + j] = (float)(n * r[j] + c * r[3 + j]);
+    }
+}
+
+static void store_hand(const dataset_sample *s, const hand_object_options *o, const crop_affine *m,
+                       double angle, const hand_points *hand, hand_object_batch *b, size_t i)
+{
+    const crop_box box = pool_box(m, hand->p, hand->n, HAND_POOL, o->augment);
+
+    store_box(b->hand_box + 4 * i, box);
+    if (s->flags & SAMPLE_JOINTS) {
+        store_points(m, s->joints2d, box, b->joints2d + 42 * i);
+        memcpy(b->joints + 63 * i, s->joints, sizeof(s->joints));
+    }
+    if (s->flags & SAMPLE_HAND_POSE) {
+        store_rotations(s, angle, b->rotation + 144 * i);
+        memcpy(b->beta + 10 * i, s->beta, sizeof(s->beta));
+    }
+    memcpy(b->wrist + 3 * i, s->root, sizeof(s->root));
+    b->vertices[i] = s->vertices;
+}
+
+static void store_object(const dataset_sample *s, const hand_object_options *o, const crop_affine *m,
+                         hand_object_batch *b, size_t i)
+{
+    const crop_box box = pool_box(m, s->control2d, 21, OBJECT_POOL, o->augment);
+    const size_t cells = (size_t)b->cells * (size_t)b->cells;
+
+    store_box(b->object_box + 4 * i, box);
+    store_points(m, s->control2d, box, b->points2d + 42 * i);
+    memcpy(b->R + 9 * i, s->R, sizeof(s->R));
+    memcpy(b->t + 3 * i, s->t, sizeof(s->t));
+    b->object[i] = s->object;
+    if (s->silhouette)
+        crop_mask(m, s->silhouette, s->width, s->height, b->size, box, b->mask + cells * i, b->cells);
+}
+
+lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options *o,
+                              uint64_t epoch, int64_t index, hand_object_batch *b, int slot)
+{
+    const size_t i = (size_t)slot, pixels = (size_t)b->size * (size_t)b->size;
+    lt_rng rng = lt_rng_make(o->seed, lt_rng_mix(lt_rng_mix(STREAM, epoch), (uint64_t)index));
+    const hand_points hand = hand_points_of(s, o->augment);
+    const crop_window w = choose_window(s, o, &hand, &rng);
+    const crop_affine m = crop_affine_of(w, b->size);
+    float *image = b->image + 3 * pixels * i;
+
+    if (!(s->flags & (SAMPLE_JOINTS | SAMPLE_HAND_BOX)))
+        return lt_error(LT_EFORMAT, "%s: has neither joints nor a hand box, so there is nothing to crop",
+                        s->name);
+    clear_slot(b, slot, index);
+    crop_warp(&m, s->rgb, s->width, s->height, image, b->size, o->bilinear);
+    if (o->augment)
+        augment_colour(image, b->size, b->size, &o->colour, &rng, b->scratch + pixels * i);
+    for (int k = 0; k < 6; k++)
+        b->affine[6 * i + (size_t)k] = (float)m.a[k];
+    crop_intrinsics(&m, s->K, b->K + 9 * i);
+    store_hand(s, o, &m, w.angle, &hand, b, i);
+    if (has_object(s))
+        store_object(s, o, &m, b, i);
+    b->flags[i] = s->flags;
+    b->weight[i] = 1;
+    return LT_OK;
+}
+
+/* ---- what the loader calls ---- */
+
+static const char *source_name(const void *ctx, int64_t index)
+{
+    const hand_object_feed *f = ctx;
+
+    return dataset_name(f->data, index);
+}
+
+static void *source_batch_new(const void *ctx, int capacity)
+{
+    const hand_object_feed *f = ctx;
+
+    return hand_object_batch_new(capacity, f->options.size, f->options.cells);
+}
+
+static void source_batch_free(void *batch)
+{
+    hand_object_batch_free(batch);
+}
+
+static void source_start(void *batch, int count)
+{
+    ((hand_object_batch *)batch)->count = count;
+}
+
+static lt_status source_fill(const void *ctx, uint64_t epoch, int64_t index, void *batch, int slot)
+{
+    const hand_object_feed *f = ctx;
+    lt_arena *arena = lt_arena_new();
+    dataset_sample s;
+    lt_status st;
+
+    if (!arena)
+        return lt_error(LT_ENOMEM, "loader: no memory for sample %s", dataset_name(f->data, index));
+    st = dataset_read(f->data, index, SAMPLE_OBJECT, arena, &s);
+    if (!st)
+        st = hand_object_prepare(&s, &f->options, epoch, index, batch, slot);
+    lt_arena_free(arena);
+    return st;
+}
+
+static void source_skip(void *batch, int slot, int64_t index)
+{
+    clear_slot(batch, slot, index);
+}
+
+loader_source hand_object_source(const hand_object_feed *feed)
+{
+    return (loader_source){
+        .ctx = feed, .count = feed->data->count, .name = source_name,
+        .batch_new = source_batch_new, .batch_free = source_batch_free,
+        .start = source_start, .fill = source_fill, .skip = source_skip,
+    };
+}

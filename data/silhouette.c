@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Fills the triangles of a posed mesh, row by row; nothing hides anything. */
+#include "data/silhouette.h"
+
+#include <math.h>
+
+static const double NEAR = 0.01;            /* metres */
+
+typedef struct { double u, v, z; } spot;
+
+static spot project(const float *x, const float *R, const float *t, const float *K)
+{
+    double c[3], p[3];
+
+    for (int i = 0; i < 3; i++)
+        c[i] = (double)R[3 * i] * x[0] + (double)R[3 * i + 1] * x[1] + (double)R[3 * i + 2] * x[2] + t[i];
+    for (int i = 0; i < 3; i++)
+        p[i] = K[3 * i] * c[0] + K[3 * i + 1] * c[1] + K[3 * i + 2] * c[2];
+    return (spot){ p[0] / p[2], p[1] / p[2], c[2] };
+}
+
+/* Where the edge a-b crosses row y widens [*lo, *hi]. */
+static void cross_edge(const spot *a, const spot *b, double y, double *lo, double *hi)
+{
+    double x;
+
+    if ((a->v <= y) == (b->v <= y))
+        return;
+    x = a->u + (y - a->v) / (b->v - a->v) * (b->u - a->u);
+    *lo = fmin(*lo, x);
+    *hi = fmax(*hi, x);
+}
+
+static void fill(const spot *a, const spot *b, const spot *c, uint8_t *mask, int width, int height)
+{
+    const double top = fmin(a->v, fmin(b->v, c->v)), bottom = fmax(a->v, fmax(b->v, c->v));
+
+    if (!(top < height && bottom >= 0))
+        return;
+    for (int y = (int)ceil(fmax(top, 0)), y1 = (int)floor(fmin(bottom, height - 1)); y <= y1; y++) {
+        double lo = INFINITY, hi = -INFINITY;
+        cross_edge(a, b, y, &lo, &hi);
+        cross_edge(b, c, y, &lo, &hi);
+        cross_edge(c, a, y, &lo, &hi);
+        if (!(lo <= hi && lo < width && hi >= 0))
+            continue;
+        for (int x = (int)ceil(fmax(lo, 0)), x1 = (int)floor(fmin(hi, width - 1)); x <= x1; x++)
+            mask[(size_t)y * (size_t)width + (size_t)x] = 1;
+    }
+}
+
+lt_status silhouette_draw(const lt_mesh *mesh, const float *R, const float *t, const float *K,
+                          uint8_t *mask, int width, int height, lt_arena *scratch)
+{
+    spot *p = lt_arena_array(scratch, (size_t)mesh->n_vertices, sizeof(*p));
+
+    if (!p)
+        return lt_error(LT_ENOMEM, "silhouette: no memory for %d vertices", mesh->n_vertices);
+    for (int i = 0; i < mesh->n_vertices; i++)
+        p[i] = project(mesh->vertex[i], R, t, K);
+    for (int i = 0; i < mesh->n_faces; i++) {
+        const spot *a = &p[mesh->face[i][0]], *b = &p[mesh->face[i][1]], *c = &p[mesh->face[i][2]];
+        if (a->z > NEAR && b->z > NEAR && c->z > NEAR)
+            fill(a, b, c, mask, width, height);
+    }
+    return LT_OK;
+}
