@@ -2,8 +2,10 @@
 /* Boxes, crop windows, affine maps, and warping an image or a mask through one. */
 #include "data/crop.h"
 
+#include "libtensor/geometry/mat3.h"
+
+#include <assert.h>
 #include <math.h>
-#include <string.h>
 
 static crop_box extent(const float (*p)[2], int n)
 {
@@ -41,55 +43,48 @@ crop_window crop_window_around(crop_box hand, crop_box object, int width, int he
     };
 }
 
-/* A = T R: turn about the origin, then scale and put the turned centre into the middle. */
-crop_affine crop_affine_of(crop_window w, int size)
+void crop_affine(crop_window w, int size, double A[6])
 {
-    const double c = cos(w.angle), s = sin(w.angle), scale = size / w.side;
-    const double cx = c * w.cx - s * w.cy, cy = s * w.cx + c * w.cy;
-
-    return (crop_affine){ {
-        scale * c, -scale * s, size * (0.5 - cx / w.side),
-        scale * s,  scale * c, size * (0.5 - cy / w.side),
-    } };
+    lt_affine_crop(w.cx, w.cy, w.side, w.angle, size, A);
 }
 
-crop_affine crop_invert(crop_affine m)
+/* The map back; a window's map always has one. */
+static void invert(const double A[6], double back[6])
 {
-    const double *a = m.a, det = a[0] * a[4] - a[1] * a[3];
-    const double i00 = a[4] / det, i01 = -a[1] / det, i10 = -a[3] / det, i11 = a[0] / det;
+    const lt_status st = lt_affine_inverse(A, back);
 
-    return (crop_affine){ {
-        i00, i01, -(i00 * a[2] + i01 * a[5]),
-        i10, i11, -(i10 * a[2] + i11 * a[5]),
-    } };
+    assert(!st);
+    (void)st;
 }
 
-void crop_points(const crop_affine *m, const float (*in)[2], int n, float (*out)[2])
+void crop_points(const double A[6], const float (*in)[2], int n, float (*out)[2])
 {
     for (int i = 0; i < n; i++) {
-        double p[2];
-        crop_point(m, in[i][0], in[i][1], p);
+        double p[2] = { in[i][0], in[i][1] };
+        lt_affine_apply(A, p, p);
         out[i][0] = (float)p[0];
         out[i][1] = (float)p[1];
     }
 }
 
-crop_box crop_corners(const crop_affine *m, crop_box b)
+crop_box crop_corners(const double A[6], crop_box b)
 {
     const float in[2][2] = { { b.x0, b.y0 }, { b.x1, b.y1 } };
     float out[2][2];
 
-    crop_points(m, in, 2, out);
+    crop_points(A, in, 2, out);
     return (crop_box){ out[0][0], out[0][1], out[1][0], out[1][1] };
 }
 
-void crop_intrinsics(const crop_affine *m, const float *K, float *out)
+void crop_intrinsics(const double A[6], const lt_camera *cam, float *out)
 {
-    const double a[9] = { m->a[0], m->a[1], m->a[2], m->a[3], m->a[4], m->a[5], 0, 0, 1 };
+    const double a[9] = { A[0], A[1], A[2], A[3], A[4], A[5], 0, 0, 1 };
+    const double K[9] = { cam->fx, 0, cam->cx, 0, cam->fy, cam->cy, 0, 0, 1 };
+    double AK[9];
 
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            out[3 * i + j] = (float)(a[3 * i] * K[j] + a[3 * i + 1] * K[3 + j] + a[3 * i + 2] * K[6 + j]);
+    lt_mat3_mul(a, K, AK);
+    for (int i = 0; i < 9; i++)
+        out[i] = (float)AK[i];
 }
 
 void crop_normalise(crop_box b, const float (*in)[2], int n, float (*out)[2])
@@ -128,17 +123,18 @@ static void fetch_bilinear(const uint8_t *rgb, int width, int height, double u, 
                  fy * ((1 - fx) * p[2][c] + fx * p[3][c]);
 }
 
-void crop_warp(const crop_affine *m, const uint8_t *rgb, int width, int height, float *out, int size,
+void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, float *out, int size,
                bool bilinear)
 {
-    const crop_affine back = crop_invert(*m);
     const size_t plane = (size_t)size * (size_t)size;
+    double back[6];
 
+    invert(A, back);
     for (int y = 0; y < size; y++)
         for (int x = 0; x < size; x++) {
             float *o = out + (size_t)y * (size_t)size + (size_t)x;
-            double p[2], c[3];
-            crop_point(&back, x + 0.5, y + 0.5, p);
+            double p[2] = { x + 0.5, y + 0.5 }, c[3];
+            lt_affine_apply(back, p, p);
             if (bilinear)
                 fetch_bilinear(rgb, width, height, p[0], p[1], c);
             else
@@ -149,29 +145,30 @@ void crop_warp(const crop_affine *m, const uint8_t *rgb, int width, int height, 
 }
 
 /* The warped mask at whole crop pixel (x, y). */
-static bool masked(const crop_affine *back, const uint8_t *mask, int width, int height, int size,
+static bool masked(const double back[6], const uint8_t *mask, int width, int height, int size,
                    long x, long y)
 {
-    double p[2];
+    double p[2] = { (double)x + 0.5, (double)y + 0.5 };
 
     if (x < 0 || x >= size || y < 0 || y >= size)
         return false;
-    crop_point(back, (double)x + 0.5, (double)y + 0.5, p);
+    lt_affine_apply(back, p, p);
     if (!(p[0] >= 0 && p[0] < width && p[1] >= 0 && p[1] < height))
         return false;
     return mask[(size_t)p[1] * (size_t)width + (size_t)p[0]] != 0;
 }
 
-void crop_mask(const crop_affine *m, const uint8_t *mask, int width, int height, int size,
+void crop_mask(const double A[6], const uint8_t *mask, int width, int height, int size,
                crop_box box, float *out, int cells)
 {
-    const crop_affine back = crop_invert(*m);
     const long x0 = lroundf(box.x0), y0 = lroundf(box.y0);
     const long w = lt_max_i64(1, lroundf(box.x1) - x0), h = lt_max_i64(1, lroundf(box.y1) - y0);
+    double back[6];
 
+    invert(A, back);
     for (int i = 0; i < cells; i++)
         for (int j = 0; j < cells; j++)
-            out[i * cells + j] = masked(&back, mask, width, height, size,
+            out[i * cells + j] = masked(back, mask, width, height, size,
                                         x0 + (2 * j + 1) * w / (2 * cells),
                                         y0 + (2 * i + 1) * h / (2 * cells));
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Boxes around points, the square window to crop, and the affine map from image to crop.
+ * Boxes around points, the square window to crop, and what the affine map from image to crop (A, row-major
+ * (2, 3), as in libtensor/geometry/camera.h) does to points, intrinsics, images and masks.
  *
  * Source: the sample preparation of Semi-Hand-Object and HFL-Net (dataset/dataset_util.py), which HOCAT
  * keeps.
@@ -8,16 +9,13 @@
 #ifndef DATA_CROP_H
 #define DATA_CROP_H
 
-#include "libtensor/base/common.h"
+#include "libtensor/geometry/camera.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 typedef struct { float x0, y0, x1, y1; } crop_box;
-
-/* A 2 x 3 map from image to crop: u' = a[0] u + a[1] v + a[2], v' = a[3] u + a[4] v + a[5]. */
-typedef struct { double a[6]; } crop_affine;
 
 /* The square to cut out: centre and side in image pixels, and the angle to turn the image by. */
 typedef struct { double cx, cy, side, angle; } crop_window;
@@ -29,33 +27,25 @@ crop_box crop_box_around(const float (*point)[2], int n, double factor);
 /* crop_window_around - the square that holds hand and object, clamped to the image; angle 0 */
 crop_window crop_window_around(crop_box hand, crop_box object, int width, int height);
 
-/* crop_affine_of - the map of window w onto size x size pixels: turned about the image's origin by
- * w.angle, scaled by size / side, the centre put in the middle */
-crop_affine crop_affine_of(crop_window w, int size);
+/* crop_affine - the map of window w onto size x size pixels: turned about the image's origin by w.angle,
+ * scaled by size / side, the centre put in the middle */
+void crop_affine(crop_window w, int size, double A[6]);
 
-/* crop_invert - the map back. A window's map always has one. */
-crop_affine crop_invert(crop_affine a);
+/* crop_points - n points mapped by A */
+void crop_points(const double A[6], const float (*in)[2], int n, float (*out)[2]);
 
-static inline void crop_point(const crop_affine *m, double u, double v, double out[2])
-{
-    out[0] = m->a[0] * u + m->a[1] * v + m->a[2];
-    out[1] = m->a[3] * u + m->a[4] * v + m->a[5];
-}
+/* crop_corners - the two corners of b mapped by A, which must not turn */
+crop_box crop_corners(const double A[6], crop_box b);
 
-void crop_points(const crop_affine *m, const float (*in)[2], int n, float (*out)[2]);
-
-/* crop_corners - the two corners of b mapped by m (b must not be turned by m) */
-crop_box crop_corners(const crop_affine *m, crop_box b);
-
-/* crop_intrinsics - K' = A K, both 3 x 3 row-major */
-void crop_intrinsics(const crop_affine *m, const float *K, float *out);
+/* crop_intrinsics - K' = A K (3, 3), row-major, which may turn: so no lt_camera */
+void crop_intrinsics(const double A[6], const lt_camera *cam, float *out);
 
 /* crop_normalise - points in units of box: (0,0) its low corner, (1,1) its high one. An empty box is
  * taken as one pixel wide. */
 void crop_normalise(crop_box box, const float (*in)[2], int n, float (*out)[2]);
 
 /**
- * crop_warp - cut out the window: the image under m, black outside
+ * crop_warp - cut out the window: the image under A, black outside
  *
  *   rgb   (height, width, 3)
  *   out   (3, size, size) in [0, 1]
@@ -63,7 +53,7 @@ void crop_normalise(crop_box box, const float (*in)[2], int n, float (*out)[2]);
  * Nearest: the centre (x + 0.5, y + 0.5) of an output pixel is mapped back and cut to whole pixels.
  * With bilinear the four pixels around are mixed instead, black outside.
  */
-void crop_warp(const crop_affine *m, const uint8_t *rgb, int width, int height, float *out, int size,
+void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, float *out, int size,
                bool bilinear);
 
 /**
@@ -73,7 +63,7 @@ void crop_warp(const crop_affine *m, const uint8_t *rgb, int width, int height, 
  *
  * mask is warped as crop_warp does, cut at box (0 outside the crop), and resized to the nearest.
  */
-void crop_mask(const crop_affine *m, const uint8_t *mask, int width, int height, int size,
+void crop_mask(const double A[6], const uint8_t *mask, int width, int height, int size,
                crop_box box, float *out, int cells);
 
 #ifdef __cplusplus

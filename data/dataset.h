@@ -8,6 +8,7 @@
 #define DATA_DATASET_H
 
 #include "libtensor/base/arena.h"
+#include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/hand_model.h"
 #include "libtensor/geometry/mesh.h"
 
@@ -45,12 +46,12 @@ typedef struct {
     int width, height;
     const uint8_t *rgb;             /* (height, width, 3) */
     const float *depth;             /* (height, width) metres, 0 where unknown */
-    float K[9];                     /* row-major intrinsics; pixel centres at whole numbers */
+    lt_camera camera;
 
     float rotation[LT_HAND_JOINTS][9];          /* row-major; [0] turns the hand into the camera's axes */
     float beta[LT_HAND_BETAS];
     float joints[LT_HAND_KEYPOINTS][3];         /* camera, "simple" order */
-    float joints2d[LT_HAND_KEYPOINTS][2];       /* projected by K, pixels */
+    float joints2d[LT_HAND_KEYPOINTS][2];       /* projected, pixels */
     const float (*vertices)[3];                 /* (778, 3) camera; borrowed from the dataset */
     float root[3];                              /* the wrist, camera */
     float hand_box[4];                          /* x0 y0 x1 y1, pixels */

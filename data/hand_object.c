@@ -154,13 +154,13 @@ static crop_window choose_window(const dataset_sample *s, const hand_object_opti
 }
 
 /* Step 7: in training around the mapped points, else around the image's points and then mapped. */
-static crop_box pool_box(const crop_affine *m, const float (*p)[2], int n, double factor, bool augment)
+static crop_box pool_box(const double A[6], const float (*p)[2], int n, double factor, bool augment)
 {
     float mapped[LT_HAND_KEYPOINTS][2];
 
     if (!augment)
-        return crop_corners(m, crop_box_around(p, n, factor));
-    crop_points(m, p, n, mapped);
+        return crop_corners(A, crop_box_around(p, n, factor));
+    crop_points(A, p, n, mapped);
     return crop_box_around(mapped, n, factor);
 }
 
@@ -173,11 +173,11 @@ static void store_box(float *out, crop_box b)
 }
 
 /* Points of the image in units of box. */
-static void store_points(const crop_affine *m, const float (*p)[2], crop_box box, float *out)
+static void store_points(const double A[6], const float (*p)[2], crop_box box, float *out)
 {
     float mapped[21][2];
 
-    crop_points(m, p, 21, mapped);
+    crop_points(A, p, 21, mapped);
     crop_normalise(box, mapped, 21, (float (*)[2])out);
 }
 
@@ -194,14 +194,14 @@ static void store_rotations(const dataset_sample *s, double angle, float *out)
     }
 }
 
-static void store_hand(const dataset_sample *s, const hand_object_options *o, const crop_affine *m,
+static void store_hand(const dataset_sample *s, const hand_object_options *o, const double A[6],
                        double angle, const hand_points *hand, hand_object_batch *b, size_t i)
 {
-    const crop_box box = pool_box(m, hand->p, hand->n, HAND_POOL, o->augment);
+    const crop_box box = pool_box(A, hand->p, hand->n, HAND_POOL, o->augment);
 
     store_box(b->hand_box + 4 * i, box);
     if (s->flags & SAMPLE_JOINTS) {
-        store_points(m, s->joints2d, box, b->joints2d + 42 * i);
+        store_points(A, s->joints2d, box, b->joints2d + 42 * i);
         memcpy(b->joints + 63 * i, s->joints, sizeof(s->joints));
     }
     if (s->flags & SAMPLE_HAND_POSE) {
@@ -212,19 +212,19 @@ static void store_hand(const dataset_sample *s, const hand_object_options *o, co
     b->vertices[i] = s->vertices;
 }
 
-static void store_object(const dataset_sample *s, const hand_object_options *o, const crop_affine *m,
+static void store_object(const dataset_sample *s, const hand_object_options *o, const double A[6],
                          hand_object_batch *b, size_t i)
 {
-    const crop_box box = pool_box(m, s->control2d, 21, OBJECT_POOL, o->augment);
+    const crop_box box = pool_box(A, s->control2d, 21, OBJECT_POOL, o->augment);
     const size_t cells = (size_t)b->cells * (size_t)b->cells;
 
     store_box(b->object_box + 4 * i, box);
-    store_points(m, s->control2d, box, b->points2d + 42 * i);
+    store_points(A, s->control2d, box, b->points2d + 42 * i);
     memcpy(b->R + 9 * i, s->R, sizeof(s->R));
     memcpy(b->t + 3 * i, s->t, sizeof(s->t));
     b->object[i] = s->object;
     if (s->silhouette)
-        crop_mask(m, s->silhouette, s->width, s->height, b->size, box, b->mask + cells * i, b->cells);
+        crop_mask(A, s->silhouette, s->width, s->height, b->size, box, b->mask + cells * i, b->cells);
 }
 
 lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options *o,
@@ -234,22 +234,23 @@ lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options
     lt_rng rng = lt_rng_make(o->seed, lt_rng_mix(lt_rng_mix(STREAM, epoch), (uint64_t)index));
     const hand_points hand = hand_points_of(s, o->augment);
     const crop_window w = choose_window(s, o, &hand, &rng);
-    const crop_affine m = crop_affine_of(w, b->size);
-    float *image = b->image + 3 * pixels * i;
+        float *image = b->image + 3 * pixels * i;
+    double A[6];
 
     if (!(s->flags & (SAMPLE_JOINTS | SAMPLE_HAND_BOX)))
         return lt_error(LT_EFORMAT, "%s: has neither joints nor a hand box, so there is nothing to crop",
                         s->name);
     clear_slot(b, slot, index);
-    crop_warp(&m, s->rgb, s->width, s->height, image, b->size, o->bilinear);
+    crop_affine(w, b->size, A);
+    crop_warp(A, s->rgb, s->width, s->height, image, b->size, o->bilinear);
     if (o->augment)
         augment_colour(image, b->size, b->size, &o->colour, &rng, b->scratch + pixels * i);
     for (int k = 0; k < 6; k++)
-        b->affine[6 * i + (size_t)k] = (float)m.a[k];
-    crop_intrinsics(&m, s->K, b->K + 9 * i);
-    store_hand(s, o, &m, w.angle, &hand, b, i);
+        b->affine[6 * i + (size_t)k] = (float)A[k];
+    crop_intrinsics(A, &s->camera, b->K + 9 * i);
+    store_hand(s, o, A, w.angle, &hand, b, i);
     if (has_object(s))
-        store_object(s, o, &m, b, i);
+        store_object(s, o, A, b, i);
     b->flags[i] = s->flags;
     b->weight[i] = 1;
     return LT_OK;

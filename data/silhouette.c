@@ -8,15 +8,14 @@ static const double NEAR = 0.01;            /* metres */
 
 typedef struct { double u, v, z; } spot;
 
-static spot project(const float *x, const float *R, const float *t, const float *K)
+static spot project(const float *x, const float *R, const float *t, const lt_camera *cam)
 {
-    double c[3], p[3];
+    double p[3], uv[2];
 
     for (int i = 0; i < 3; i++)
-        c[i] = (double)R[3 * i] * x[0] + (double)R[3 * i + 1] * x[1] + (double)R[3 * i + 2] * x[2] + t[i];
-    for (int i = 0; i < 3; i++)
-        p[i] = K[3 * i] * c[0] + K[3 * i + 1] * c[1] + K[3 * i + 2] * c[2];
-    return (spot){ p[0] / p[2], p[1] / p[2], c[2] };
+        p[i] = (double)R[3 * i] * x[0] + (double)R[3 * i + 1] * x[1] + (double)R[3 * i + 2] * x[2] + t[i];
+    lt_camera_project(cam, p, uv);
+    return (spot){ uv[0], uv[1], p[2] };
 }
 
 /* Where the edge a-b crosses row y widens [*lo, *hi]. */
@@ -49,7 +48,7 @@ static void fill(const spot *a, const spot *b, const spot *c, uint8_t *mask, int
     }
 }
 
-lt_status silhouette_draw(const lt_mesh *mesh, const float *R, const float *t, const float *K,
+lt_status silhouette_draw(const lt_mesh *mesh, const float *R, const float *t, const lt_camera *cam,
                           uint8_t *mask, int width, int height, lt_arena *scratch)
 {
     spot *p = lt_arena_array(scratch, (size_t)mesh->n_vertices, sizeof(*p));
@@ -57,7 +56,7 @@ lt_status silhouette_draw(const lt_mesh *mesh, const float *R, const float *t, c
     if (!p)
         return lt_error(LT_ENOMEM, "silhouette: no memory for %d vertices", mesh->n_vertices);
     for (int i = 0; i < mesh->n_vertices; i++)
-        p[i] = project(mesh->vertex[i], R, t, K);
+        p[i] = project(mesh->vertex[i], R, t, cam);
     for (int i = 0; i < mesh->n_faces; i++) {
         const spot *a = &p[mesh->face[i][0]], *b = &p[mesh->face[i][1]], *c = &p[mesh->face[i][2]];
         if (a->z > NEAR && b->z > NEAR && c->z > NEAR)

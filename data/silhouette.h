@@ -6,6 +6,7 @@
 #define DATA_SILHOUETTE_H
 
 #include "libtensor/base/arena.h"
+#include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/mesh.h"
 
 #ifdef __cplusplus
@@ -16,14 +17,13 @@ extern "C" {
  * silhouette_draw - set mask to 1 where a triangle of the posed mesh covers a pixel's centre
  *
  *   R (9), t (3)   x_cam = R x + t, row-major, metres, OpenCV axes
- *   K (9)          row-major intrinsics; pixel centres at whole numbers
  *   mask           (height, width); pixels not covered keep their value
  *   scratch        for the projected vertices
  *
  * Triangles are filled from both sides. One that reaches nearer than 1 cm to the camera is left out.
  * Errors: no memory.
  */
-lt_status silhouette_draw(const lt_mesh *mesh, const float *R, const float *t, const float *K,
+lt_status silhouette_draw(const lt_mesh *mesh, const float *R, const float *t, const lt_camera *cam,
                           uint8_t *mask, int width, int height, lt_arena *scratch);
 
 #ifdef __cplusplus
