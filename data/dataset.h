@@ -100,22 +100,29 @@ lt_status dataset_read(const dataset *d, int64_t index, unsigned want, lt_arena 
 /* dataset_name - the sample's name, "SEQUENCE/FRAME"; lives as long as d */
 const char *dataset_name(const dataset *d, int64_t index);
 
-/* dataset_find_object - the index of the object called name, with or without "syn_"; -1 for none */
+/* dataset_find_object - the index of the object called name, "syn_" or not on either side; -1: none */
 int dataset_find_object(const dataset *d, const char *name);
 
 void dataset_free(dataset *d);
 
 /**
- * dataset_load_objects - the models a dataset needs, from dir (models/)
+ * dataset_load_objects - the models that dir (models/) has of those named
  *
- *   names   (n) model folder names; each needs textured_simple.obj and points.xyz, and the same name
- *           with "syn_" before it is taken where the plain one is absent
+ *   names   (n) model folder names; the same name with "syn_" before it is taken as well
+ *   out     (*n_out) objects that live, with their arrays, in arena
  *
- * The objects and their arrays live in arena.
- * Errors: a model or a file of it is missing (the line says which and where it is to be had), or broken.
+ * Errors: no such folder or none of the models in it (the line says where they are to be had); a model
+ * without textured_simple.obj or points.xyz, or with a broken one.
  */
 lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *const *names, int n,
-                               const dataset_object **out);
+                               const dataset_object **out, int *n_out);
+
+/* dataset_project - joints2d and control2d from the sample's joints, object pose and camera. Errors: a
+ * point behind the camera or absurdly far outside the image; the line says which. */
+lt_status dataset_project(const dataset *d, dataset_sample *s);
+
+/* dataset_draw_silhouette - fills in the sample's silhouette, in arena memory */
+lt_status dataset_draw_silhouette(const dataset *d, lt_arena *arena, dataset_sample *s);
 
 #ifdef __cplusplus
 }

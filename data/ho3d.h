@@ -33,7 +33,7 @@ typedef struct {
 lt_status ho3d_open(const ho3d_options *options, dataset **out);
 
 /**
- * ho3d_check_tips - which vertices the annotation calls finger tips
+ * ho3d_check_tips - which vertices the annotation of a training split calls finger tips
  *
  * Compares the tips of hand posed with the annotation against the stored joints, over up to 50 training
  * frames, for each of the four conventions that occurred, and remembers the best in d->tips (until
