@@ -25,7 +25,7 @@ typedef struct {
  *
  *   f        filled on success; ends in lt_atomic_commit or lt_atomic_abort, exactly one of them
  *
- * The data goes to "path.XXXXXX.tmp" in the same folder, which must exist (lt_make_dirs). A file that
+ * The data goes to "path.NUMBER.tmp" in the same folder, which must exist (lt_make_dirs). A file that
  * is already at path keeps its contents until the commit, and its permission bits after it.
  *
  * Errors: LT_EIO (no such folder, not writable, path is a folder), LT_ENOSPC, LT_ENOMEM.
@@ -36,7 +36,7 @@ LT_API lt_status lt_atomic_open(lt_atomic_file *f, const char *path);
  * lt_atomic_commit - flush, sync to the disk, rename to path, sync the folder
  *
  * Write errors of the stream are sticky and are found here, so a writer need not check every fprintf.
- * When anything fails the temporary file is removed and path is as it was.
+ * When anything up to the rename fails, the temporary file is removed and path is as it was.
  *
  * Errors: LT_ENOSPC (disk or quota full), LT_EIO; the line names path.
  */

@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Write beside, sync, rename, sync the folder. Whoever looks at path sees the old file or the new one.
+ */
+#include "libtensor/io/atomic_file.h"
+
+#include "libtensor/io/file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { NAME_TRIES = 100 };
+
+static lt_status system_error(const char *path, const char *doing, int error)
+{
+    const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
+
+    return lt_error(full ? LT_ENOSPC : LT_EIO, "%s: cannot %s: %s", path, doing, strerror(error));
+}
+
+/* Not mkstemp: its files are private, ours have the permissions that open(2) gives under the umask. */
+static int open_temp(const char *path, char **temp)
+{
+    static atomic_uint counter;
+    const size_t size = strlen(path) + 48;
+    int fd = -1;
+
+    *temp = malloc(size);
+    for (int i = 0; *temp && fd < 0 && i < NAME_TRIES; i++) {
+        snprintf(*temp, size, "%s.%ld-%u.tmp", path, (long)getpid(), atomic_fetch_add(&counter, 1));
+        fd = open(*temp, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        if (fd < 0 && errno != EEXIST)
+            break;
+    }
+    return fd;
+}
+
+lt_status lt_atomic_open(lt_atomic_file *f, const char *path)
+{
+    struct stat old;
+    const bool exists = stat(path, &old) == 0;
+    int fd, error;
+
+    memset(f, 0, sizeof(*f));
+    if (exists && !S_ISREG(old.st_mode))
+        return lt_error(LT_EIO, "%s: cannot write: it exists and is not a regular file", path);
+    fd = open_temp(path, &f->temp);
+    if (fd >= 0) {
+        f->stream = fdopen(fd, "wb");
+        f->path = strdup(path);
+    }
+    error = errno;
+    if (f->stream && f->path && (!exists || fchmod(fd, old.st_mode & 07777) == 0))
+        return LT_OK;
+    if (fd >= 0 && !f->stream) {
+        close(fd);
+        unlink(f->temp);
+    }
+    lt_atomic_abort(f);
+    return system_error(path, "write", error);
+}
+
+static void release(lt_atomic_file *f)
+{
+    free(f->path);
+    free(f->temp);
+    memset(f, 0, sizeof(*f));
+}
+
+void lt_atomic_abort(lt_atomic_file *f)
+{
+    if (f->stream) {
+        fclose(f->stream);
+        unlink(f->temp);
+    }
+    release(f);
+}
+
+/* The stream remembers that a write failed but not why: ask the file once more. */
+static int write_error(FILE *stream)
+{
+    if (fflush(stream) == 0 && !ferror(stream))
+        return 0;
+    errno = 0;
+    if (write(fileno(stream), "", 1) == 1 || errno == 0)
+        return EIO;
+    return errno;
+}
+
+static int sync_folder(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    char *folder = !slash ? strdup(".") : strndup(path, slash == path ? 1 : (size_t)(slash - path));
+    const int fd = folder ? open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC) : -1;
+    int error = fd < 0 || fsync(fd) != 0 ? errno : 0;
+
+    if (fd >= 0)
+        close(fd);
+    free(folder);
+    return error == EINVAL ? 0 : error;         /* a file system without such a thing */
+}
+
+lt_status lt_atomic_commit(lt_atomic_file *f)
+{
+    lt_status st = LT_OK;
+    int error = write_error(f->stream);
+
+    if (!error && fsync(fileno(f->stream)) != 0)
+        error = errno;
+    if (fclose(f->stream) != 0 && !error)
+        error = errno;
+    f->stream = NULL;
+    if (error)
+        st = system_error(f->path, "write", error);
+    else if (rename(f->temp, f->path) != 0)
+        st = system_error(f->path, "rename the finished file to it", errno);
+    if (st)
+        unlink(f->temp);
+    else if ((error = sync_folder(f->path)) != 0)
+        st = system_error(f->path, "sync its folder", error);
+    release(f);
+    return st;
+}
+
+lt_status lt_write_file(const char *path, const void *bytes, size_t n)
+{
+    lt_atomic_file f;
+    lt_status st = lt_atomic_open(&f, path);
+
+    if (st)
+        return st;
+    if (n)
+        fwrite(bytes, 1, n, f.stream);
+    return lt_atomic_commit(&f);
+}

@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Whole files, folders and paths.
+ */
+#include "libtensor/io/file.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static lt_status read_all(int fd, const char *path, uint8_t *bytes, size_t n)
+{
+    size_t done = 0;
+
+    while (done < n) {
+        const ssize_t got = read(fd, bytes + done, n - done);
+
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+        if (got == 0)
+            return lt_error(LT_EIO, "%s: became shorter while being read", path);
+        done += (size_t)got;
+    }
+    return LT_OK;
+}
+
+static lt_status check_size(const char *path, const struct stat *info, size_t max_bytes)
+{
+    if (!S_ISREG(info->st_mode))
+        return lt_error(LT_EIO, "%s: not a regular file", path);
+    if (info->st_size < 0 || (uintmax_t)info->st_size > max_bytes)
+        return lt_error(LT_EFORMAT, "%s: %jd bytes, more than the %zu that are read", path,
+                        (intmax_t)info->st_size, max_bytes);
+    return LT_OK;
+}
+
+lt_status lt_read_file(lt_arena *arena, const char *path, size_t max_bytes, uint8_t **bytes, size_t *n)
+{
+    /* O_NONBLOCK: opening a pipe must not wait for somebody to write into it */
+    const int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    struct stat info;
+    void *data;
+    lt_status st;
+
+    if (fd < 0 || fstat(fd, &info) != 0) {
+        st = lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+        goto done;
+    }
+    st = check_size(path, &info, max_bytes);
+    if (st)
+        goto done;
+    st = lt_arena_try(arena, (size_t)info.st_size + 1, &data);
+    if (st) {
+        st = lt_error_prefix(st, "%s", path);
+        goto done;
+    }
+    st = read_all(fd, path, data, (size_t)info.st_size);
+    if (st)
+        goto done;
+    *bytes = data;
+    *n = (size_t)info.st_size;
+done:
+    if (fd >= 0)
+        close(fd);
+    return st;
+}
+
+static bool is_folder(const char *path)
+{
+    struct stat info;
+
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+static lt_status make_dir(const char *path)
+{
+    int error;
+
+    if (mkdir(path, 0777) == 0)
+        return LT_OK;
+    error = errno;
+    if (is_folder(path))                /* EEXIST, but also EROFS or EACCES high up in the path */
+        return LT_OK;
+    if (error == EEXIST)
+        error = ENOTDIR;
+    return lt_error(error == ENOSPC || error == EDQUOT ? LT_ENOSPC : LT_EIO,
+                    "%s: cannot make folder: %s", path, strerror(error));
+}
+
+lt_status lt_make_dirs(const char *path)
+{
+    char part[4096];
+    const size_t n = strlen(path);
+
+    if (n == 0 || n >= sizeof(part))
+        return lt_error(LT_EINVAL, "folder name of %zu bytes, want 1 to %zu", n, sizeof(part) - 1);
+    memcpy(part, path, n + 1);
+    for (size_t i = 1; i < n; i++) {
+        lt_status st;
+
+        if (part[i] != '/')
+            continue;
+        part[i] = '\0';
+        st = make_dir(part);
+        part[i] = '/';
+        if (st)
+            return st;
+    }
+    return make_dir(part);
+}
+
+char *lt_path_join(lt_arena *arena, const char *folder, const char *name)
+{
+    const size_t n = strlen(folder);
+
+    if (n == 0 || name[0] == '/')
+        return lt_arena_strdup(arena, name);
+    return lt_arena_printf(arena, "%s%s%s", folder, folder[n - 1] == '/' ? "" : "/", name);
+}
+
+char *lt_path_folder(lt_arena *arena, const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    if (!slash)
+        return lt_arena_strdup(arena, ".");
+    if (slash == path)
+        return lt_arena_strdup(arena, "/");
+    return lt_arena_printf(arena, "%.*s", (int)(slash - path), path);
+}
+
+bool lt_path_is_inside(const char *name)
+{
+    const char *p = name;
+
+    if (name[0] == '\0' || name[0] == '/' || strchr(name, '\\') || (name[0] && name[1] == ':'))
+        return false;
+    while (*p) {
+        const size_t n = strcspn(p, "/");
+
+        if (n == 2 && p[0] == '.' && p[1] == '.')
+            return false;
+        p += n;
+        p += *p == '/';
+    }
+    return true;
+}
