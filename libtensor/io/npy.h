@@ -31,7 +31,7 @@ LT_API lt_status lt_npy_read(lt_arena *arena, const char *path, lt_array *out);
 LT_API lt_status lt_npy_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                               lt_array *out);
 
-/* lt_npy_write - version 1.0, little-endian, C order, atomically; not for bf16 and text */
+/* lt_npy_write - version 1.0, native byte order, C order, atomically; not for bf16 and text */
 LT_API lt_status lt_npy_write(const char *path, const lt_array *a);
 
 #ifdef __cplusplus
