@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Procedural stand-ins for the YCB objects: meshes with the true sizes, symmetries and frames, labels in
+ * the true colours, and the sampled points that metrics use. They are not the scanned models.
+ */
+#ifndef DATA_SYNTH_OBJECTS_H
+#define DATA_SYNTH_OBJECTS_H
+
+#include "libtensor/base/arena.h"
+#include "libtensor/geometry/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+    SYNTH_TEXTURE = 512,            /* pixels, both ways */
+    SYNTH_POINTS = 2621,            /* lines of a points.xyz */
+};
+
+/**
+ * synth_object_new - the mesh of a YCB object's stand-in
+ *
+ *   mesh     metres, 1000 to 3000 vertices with uv; owned by the arena
+ *
+ * The mesh is one or more closed manifold parts, faces outwards; parts (a mug and its handle) may overlap,
+ * and the object is their union. Size, centre and yaw are those of data/ycb.h: every side of the
+ * box to 1.5 mm, the diameter to 2 %.
+ *
+ * Errors: LT_EINVAL for an id outside 1 .. 21, LT_ENOMEM.
+ */
+lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh);
+
+/**
+ * synth_object_texture - the label that belongs to the mesh's uv
+ *
+ *   rgb      SYNTH_TEXTURE rows of SYNTH_TEXTURE sRGB pixels; the top row is v = 1; owned by the arena
+ *
+ * Colours are the object's own; the print is drawn from seed, and breaks the symmetry of every object
+ * whose class does not hold for the texture.
+ *
+ * Errors: as above.
+ */
+lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint64_t seed, uint8_t (**rgb)[3]);
+
+/**
+ * synth_object_points - SYNTH_POINTS points spread over the surface, each as far as can be from the others
+ *
+ *   point    metres, in the frame of the mesh; point[0] is a fixed draw; owned by the arena
+ *
+ * Where parts overlap, the few points inside another part stay.
+ *
+ * Errors: LT_ENOMEM.
+ */
+lt_status synth_object_points(lt_arena *arena, const lt_mesh *mesh, float (**point)[3]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
