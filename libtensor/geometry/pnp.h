@@ -3,10 +3,11 @@
  * The pose of an object of known shape from where its points are seen: EPnP, RANSAC, refinement.
  *
  * x_cam = R x_obj + t. Object points X are (n, 3) metres, image points uv (n, 2) pixels, row by row. A point
- * may be given many times with several places, as networks that vote do. No memory is allocated. Statuses:
+ * may be given many times with several places, as networks that vote do. Statuses:
  *
  *   LT_EINVAL     the call cannot be: too few points, a number that is not finite, focal length 0
  *   LT_ENUMERIC   no pose explains the points: all equal, on a line, too few inliers
+ *   LT_ENOMEM     lt_pnp_ransac only; the others allocate nothing
  *
  * and outputs are then untouched.
  */
@@ -24,7 +25,8 @@ extern "C" {
  *
  * Points are weighted sums of four control points, whose camera coordinates are found among the four
  * smallest eigenvectors of a 12 x 12 matrix; three first guesses, each with five Gauss-Newton steps;
- * the one with the least mean reprojection error is kept.
+ * the one with the least mean reprojection error is kept. Points in one plane, which leave the fourth
+ * control point without meaning, go to lt_pnp_planar.
  *
  * Source: Lepetit, Moreno-Noguer, Fua 2009, "EPnP: an accurate O(n) solution to the PnP problem".
  */
