@@ -34,8 +34,8 @@ LT_API void lt_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k,
 /**
  * lt_gemm_batch - count products of one shape; operand i starts at a + i * a_step and so on
  *
- * A step of 0 shares that input. C's must not overlap. The epilogue is the same for all of them, its
- * residual included, so it is mostly NULL here.
+ * A step of 0 shares that input. C's must not overlap. Biases are the same for all of them; the
+ * residual of product i starts c_step after that of product i - 1, as C does.
  */
 LT_API void lt_gemm_batch(int64_t count, lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k,
                           const lt_real *a, int64_t lda, int64_t a_step,

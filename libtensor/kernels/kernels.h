@@ -64,6 +64,20 @@ typedef struct {
     bool nesterov;
 } lt_sgd_step;
 
+/* How a convolution reads its maps. Position q is row q / grid_w and column q % grid_w of a grid; row r,
+ * column s at tap t reads x[channel][r * step_h + tap[t].dy][s * step_w + tap[t].dx], 0 outside. */
+typedef struct { int dy, dx; } lt_tap;
+
+typedef struct {
+    const lt_real *x;           /* (channels, h, w) */
+    int64_t h, w, grid_w;
+    int step_h, step_w;
+    int taps;
+    const lt_tap *tap;
+} lt_image;
+
+enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
+
 typedef struct lt_kernels {
     lt_isa isa;
 
@@ -164,10 +178,11 @@ typedef struct lt_kernels {
                        int64_t n, int64_t k, bool add);
     void (*epilogue)(lt_real *c, int64_t ldc, int64_t m, int64_t n, const lt_epilogue *e);
 
-    /* gather: out[i] = x[i * step] (copies that packing makes of image rows);
-     * gather_to: out[i * out_step] = x[i * step] */
-    void (*gather)(lt_real *out, const lt_real *x, int64_t step, size_t n);
-    void (*gather_to)(lt_real *out, int64_t out_step, const lt_real *x, int64_t step, size_t n);
+    /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix
+     * whose row is (channel, tap) and whose column is a position;
+     * pack_image_t: the same for its transpose: k positions from k0, n (channel, tap) from n0. */
+    void (*pack_image)(lt_real *out, const lt_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
+    void (*pack_image_t)(lt_real *out, const lt_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
 
     /* fma_loop: rounds of independent fused multiply-adds on registers; returns how many single
      * operations (two per multiply-add and lane) were done. *sink keeps the compiler honest. */

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A vector of 8 floats, and a tile of 6 x 2 of them: 12 of the 16 registers. */
+#ifndef LT_KERNELS_AVX2_VEC_H
+#define LT_KERNELS_AVX2_VEC_H
+
+#include "libtensor/kernels/body/body.h"
+
+#include <immintrin.h>
+
+typedef __m256 vec;
+
+enum { VL = 8, TILE_ROWS = 6, TILE_VECS = 2 };
+#define TILE_LIST(X) ROWS6(X, 1) ROWS6(X, 2)
+
+INLINE vec v_zero(void) { return _mm256_setzero_ps(); }
+INLINE vec v_set(float x) { return _mm256_set1_ps(x); }
+INLINE vec v_load(const float *p) { return _mm256_loadu_ps(p); }
+INLINE void v_store(float *p, vec v) { _mm256_storeu_ps(p, v); }
+INLINE vec v_fma(vec a, vec b, vec c) { return _mm256_fmadd_ps(a, b, c); }
+
+INLINE __m256i lanes_below(int n)
+{
+    return _mm256_cmpgt_epi32(_mm256_set1_epi32(n), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+}
+
+INLINE vec v_load_part(const float *p, int lo, int hi)
+{
+    return _mm256_maskload_ps(p, _mm256_andnot_si256(lanes_below(lo), lanes_below(hi)));
+}
+
+INLINE void v_store_part(float *p, vec v, int hi)
+{
+    _mm256_maskstore_ps(p, lanes_below(hi), v);
+}
+
+/* Pairs, then fours of rows within each 128 bits; then the halves change places. */
+INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col)
+{
+    vec a[VL], b[VL];
+
+#pragma GCC unroll 8
+    for (int i = 0; i < VL; i++)
+        a[i] = _mm256_loadu_ps(x + i * col);
+#pragma GCC unroll 8
+    for (int i = 0; i < VL; i += 2) {
+        b[i] = _mm256_unpacklo_ps(a[i], a[i + 1]);
+        b[i + 1] = _mm256_unpackhi_ps(a[i], a[i + 1]);
+    }
+#pragma GCC unroll 8
+    for (int i = 0; i < VL; i += 4)
+#pragma GCC unroll 2
+        for (int h = 0; h < 2; h++) {
+            a[i + 2 * h] = _mm256_shuffle_ps(b[i + h], b[i + h + 2], 0x44);
+            a[i + 2 * h + 1] = _mm256_shuffle_ps(b[i + h], b[i + h + 2], 0xee);
+        }
+#pragma GCC unroll 8
+    for (int c = 0; c < 4; c++) {
+        _mm256_storeu_ps(out + c * row, _mm256_permute2f128_ps(a[c], a[4 + c], 0x20));
+        _mm256_storeu_ps(out + (4 + c) * row, _mm256_permute2f128_ps(a[c], a[4 + c], 0x31));
+    }
+}
+
+#endif

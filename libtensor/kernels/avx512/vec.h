@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A vector of 16 floats, and a tile of 14 x 2 of them: 28 of the 32 registers. */
+#ifndef LT_KERNELS_AVX512_VEC_H
+#define LT_KERNELS_AVX512_VEC_H
+
+#include "libtensor/kernels/body/body.h"
+
+#include <immintrin.h>
+
+typedef __m512 vec;
+
+enum { VL = 16, TILE_ROWS = 14, TILE_VECS = 2 };
+#define TILE_LIST(X) ROWS14(X, 1) ROWS14(X, 2)
+
+INLINE vec v_zero(void) { return _mm512_setzero_ps(); }
+INLINE vec v_set(float x) { return _mm512_set1_ps(x); }
+INLINE vec v_load(const float *p) { return _mm512_loadu_ps(p); }
+INLINE void v_store(float *p, vec v) { _mm512_storeu_ps(p, v); }
+INLINE vec v_fma(vec a, vec b, vec c) { return _mm512_fmadd_ps(a, b, c); }
+
+INLINE __mmask16 first_lanes(int n)         /* any n */
+{
+    return n >= VL ? 0xffff : n <= 0 ? 0 : (__mmask16)((1u << n) - 1);
+}
+
+INLINE vec v_load_part(const float *p, int lo, int hi)
+{
+    return _mm512_maskz_loadu_ps((__mmask16)(first_lanes(hi) & ~first_lanes(lo)), p);
+}
+
+INLINE void v_store_part(float *p, vec v, int hi)
+{
+    _mm512_mask_storeu_ps(p, first_lanes(hi), v);
+}
+
+/* Pairs, then fours of rows within each 128 bits; then the 128-bit parts change places. */
+INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col)
+{
+    vec a[VL], b[VL];
+
+#pragma GCC unroll 16
+    for (int i = 0; i < VL; i++)
+        a[i] = _mm512_loadu_ps(x + i * col);
+#pragma GCC unroll 16
+    for (int i = 0; i < VL; i += 2) {
+        b[i] = _mm512_unpacklo_ps(a[i], a[i + 1]);
+        b[i + 1] = _mm512_unpackhi_ps(a[i], a[i + 1]);
+    }
+#pragma GCC unroll 16
+    for (int i = 0; i < VL; i += 4)
+#pragma GCC unroll 2
+        for (int h = 0; h < 2; h++) {
+            const __m512d lo = _mm512_castps_pd(b[i + h]), hi = _mm512_castps_pd(b[i + h + 2]);
+
+            a[i + 2 * h] = _mm512_castpd_ps(_mm512_unpacklo_pd(lo, hi));
+            a[i + 2 * h + 1] = _mm512_castpd_ps(_mm512_unpackhi_pd(lo, hi));
+        }
+#pragma GCC unroll 16
+    for (int c = 0; c < 4; c++) {           /* a[4 r + c]: column c of rows 4 r .. in each part */
+        const vec p = _mm512_shuffle_f32x4(a[c], a[4 + c], 0x88);
+        const vec q = _mm512_shuffle_f32x4(a[c], a[4 + c], 0xdd);
+        const vec r = _mm512_shuffle_f32x4(a[8 + c], a[12 + c], 0x88);
+        const vec s = _mm512_shuffle_f32x4(a[8 + c], a[12 + c], 0xdd);
+
+        _mm512_storeu_ps(out + c * row, _mm512_shuffle_f32x4(p, r, 0x88));
+        _mm512_storeu_ps(out + (4 + c) * row, _mm512_shuffle_f32x4(q, s, 0x88));
+        _mm512_storeu_ps(out + (8 + c) * row, _mm512_shuffle_f32x4(p, r, 0xdd));
+        _mm512_storeu_ps(out + (12 + c) * row, _mm512_shuffle_f32x4(q, s, 0xdd));
+    }
+}
+
+#endif

@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the shared kernel bodies need. The .inc files beside this one are plain C, compiled once for
+ * each instruction set by its folder's kernels.c, which says how wide a vector is (vec.h).
+ */
+#ifndef LT_KERNELS_BODY_H
+#define LT_KERNELS_BODY_H
+
+#include "libtensor/kernels/kernels.h"
+
+#include <math.h>
+#include <string.h>
+
+#define INLINE static inline __attribute__((always_inline))
+
+/* The next loop's iterations are independent, even where its pointers are equal. */
+#ifdef __clang__
+#define INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
+#else
+#define INDEPENDENT _Pragma("GCC ivdep")
+#endif
+
+#ifdef LT_DOUBLE
+#define FMA(a, b, c) fma(a, b, c)
+#define FABS fabs
+#define SQRT sqrt
+#define COPYSIGN copysign
+#else
+#define FMA(a, b, c) fmaf(a, b, c)
+#define FABS fabsf
+#define SQRT sqrtf
+#define COPYSIGN copysignf
+#endif
+
+#define R(x) ((lt_real)(x))
+
+#endif

@@ -1,0 +1,435 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/conv.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/depthwise.h"
+#include "libtensor/kernels/product.h"
+
+#include <assert.h>
+#include <string.h>
+
+enum { MOST_TAPS = 1024, MOST_CHUNKS = 8 };
+
+/* A matrix made of the weights: element (row, (channel, tap)) */
+typedef struct { const lt_real *w; int64_t row, channel; int taps; const int *tap; } weight_matrix;
+
+/* What the tasks of one product over the maps share; one group at a time. */
+typedef struct {
+    const lt_conv2d_params *p;
+    lt_product product;
+    weight_matrix a;
+    lt_image image;                     /* x: the first channel of image 0 of this group */
+    int64_t image_step;                 /* between images */
+    bool plain;                         /* 1 x 1, stride 1: the map is the matrix */
+    int64_t m, n;                       /* rows, positions */
+    int64_t tile_m, tile_n, tiles_m, tiles_n;
+    int64_t images;                     /* that one task does */
+} job;
+
+int64_t lt_conv2d_out_h(const lt_conv2d_params *p)
+{
+    return (p->h + 2 * p->pad_h - p->dil_h * (p->kh - 1) - 1) / p->stride_h + 1;
+}
+
+int64_t lt_conv2d_out_w(const lt_conv2d_params *p)
+{
+    return (p->w + 2 * p->pad_w - p->dil_w * (p->kw - 1) - 1) / p->stride_w + 1;
+}
+
+static int64_t group_c(const lt_conv2d_params *p) { return p->c / p->groups; }
+static int64_t group_o(const lt_conv2d_params *p) { return p->o / p->groups; }
+
+static bool pointwise(const lt_conv2d_params *p)
+{
+    return p->kh == 1 && p->kw == 1 && p->stride_h == 1 && p->stride_w == 1 && !p->pad_h && !p->pad_w;
+}
+
+static void pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k)
+{
+    const weight_matrix *a = &((const job *)ctx)->a;
+    const int64_t panels = lt_ceil_div(t->m, lt_k->mr);
+
+    for (int64_t i = 0; i < panels; i++) {
+        const int64_t from = i * t->m / panels, rows = (i + 1) * t->m / panels - from;
+
+        for (int64_t l = k0; l < k0 + k; l++) {
+            const lt_real *w = a->w + l / a->taps * a->channel + a->tap[l % a->taps];
+
+            for (int64_t r = 0; r < rows; r++)
+                *out++ = w[(t->m0 + from + r) * a->row];
+        }
+    }
+}
+
+static void pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
+                           int64_t k)
+{
+    const job *j = ctx;
+    const int64_t plane = j->image.h * j->image.w;
+    lt_image at = j->image;
+
+    at.x += image * j->image_step;
+    if (j->plain)
+        lt_k->pack_b(out, at.x + k0 * plane + t->n0, plane, 1, k, t->n);
+    else
+        lt_k->pack_image(out, &at, k0, k, t->n0, t->n);
+}
+
+static void cut(job *j)
+{
+    const int64_t m_most = j->m * j->n * j->p->n < 8 * 256 * 192 ? 128 : LT_TILE_M;
+
+    j->tile_m = lt_tile_size(j->m, m_most, 1);
+    j->tile_n = lt_tile_size(j->n, 256, 64);
+    j->tiles_m = lt_ceil_div(j->m, j->tile_m);
+    j->tiles_n = lt_ceil_div(j->n, j->tile_n);
+    j->images = lt_max_i64(1, lt_min_i64(j->p->n, 256 / j->n));
+}
+
+static lt_tile tile_of(const job *j, int64_t tm, int64_t tn)
+{
+    const lt_tile t = {
+        tm * j->tile_m, lt_min_i64(j->tile_m, j->m - tm * j->tile_m),
+        tn * j->tile_n, lt_min_i64(j->tile_n, j->n - tn * j->tile_n),
+    };
+    return t;
+}
+
+static int64_t tasks_of(const job *j)
+{
+    return j->tiles_m * j->tiles_n * lt_ceil_div(j->p->n, j->images);
+}
+
+/* ---- forward -------------------------------------------------------------------------------------- */
+
+/* The taps of the window, and where their weights stand. */
+typedef struct { lt_tap at[MOST_TAPS]; int weight[MOST_TAPS]; int n; } taps;
+
+static void window_taps(taps *t, const lt_conv2d_params *p)
+{
+    t->n = 0;
+    for (int ky = 0; ky < p->kh; ky++)
+        for (int kx = 0; kx < p->kw; kx++) {
+            t->at[t->n] = (lt_tap){ ky * p->dil_h - p->pad_h, kx * p->dil_w - p->pad_w };
+            t->weight[t->n] = t->n;
+            t->n++;
+        }
+}
+
+static void run_tile(void *ctx, int64_t task)
+{
+    const job *j = ctx;
+    const lt_tile t = tile_of(j, task % j->tiles_m, task / j->tiles_m % j->tiles_n);
+    const int64_t from = task / j->tiles_m / j->tiles_n * j->images;
+
+    lt_product_tile(&j->product, &t, from, lt_min_i64(j->p->n, from + j->images));
+}
+
+/* How the window of output position (row, column) lies on x. */
+static lt_image window_image(const lt_conv2d_params *p, const lt_real *x, const taps *t)
+{
+    const lt_image g = {
+        .x = x, .h = p->h, .w = p->w, .grid_w = lt_conv2d_out_w(p),
+        .step_h = p->stride_h, .step_w = p->stride_w, .taps = t->n, .tap = t->at,
+    };
+    return g;
+}
+
+static void forward_group(const lt_conv2d_params *p, const taps *t, int64_t g, const lt_real *x,
+                          const lt_real *weights, lt_epilogue e, lt_real *y)
+{
+    const int64_t cg = group_c(p), og = group_o(p), out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    job j = {
+        .p = p, .m = og, .n = out, .plain = pointwise(p), .image_step = p->c * p->h * p->w,
+        .a = { weights + g * og * cg * t->n, cg * t->n, t->n, t->n, t->weight },
+        .image = window_image(p, x + g * cg * p->h * p->w, t),
+        .product = {
+            .k = cg * t->n, .pack_a = pack_weights, .pack_b = pack_positions,
+            .c = y + g * og * out, .ldc = out, .c_step = p->o * out, .e = &e,
+        },
+    };
+
+    e.row_bias = e.row_bias ? e.row_bias + g * og : NULL;
+    e.residual = e.residual ? e.residual + g * og * out : NULL;
+    e.ld_residual = out;
+    j.product.ctx = &j;
+    cut(&j);
+    lt_parallel_for(tasks_of(&j), run_tile, &j);
+}
+
+static bool nothing(const lt_conv2d_params *p)
+{
+    assert(p->kh * p->kw <= MOST_TAPS);
+    return p->n < 1 || p->c < 1 || p->o < 1 || lt_conv2d_out_h(p) < 1 || lt_conv2d_out_w(p) < 1;
+}
+
+void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
+                       const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y)
+{
+    const lt_epilogue e = { .row_bias = bias, .residual = residual, .act = act };
+    taps t;
+
+    if (nothing(p))
+        return;
+    if (group_c(p) == 1) {
+        lt_depthwise_forward(p, x, weights, &e, y);
+        return;
+    }
+    window_taps(&t, p);
+    for (int64_t g = 0; g < p->groups; g++)
+        forward_group(p, &t, g, x, weights, e, y);
+}
+
+/* ---- gradient of x --------------------------------------------------------------------------------- */
+
+/*
+ * Input rows y = first + stride * i see a tap ky only where y + pad - ky * dil is a multiple of the
+ * stride, and then read row i + (first + pad - ky * dil) / stride of dy. So the rows and columns fall
+ * into stride x stride classes, each a product with stride 1 of its own.
+ */
+typedef struct { int y0, x0; int64_t rows, cols; } parity;
+
+static int parity_taps(taps *t, const lt_conv2d_params *p, parity c)
+{
+    t->n = 0;
+    for (int ky = 0; ky < p->kh; ky++)
+        for (int kx = 0; kx < p->kw; kx++) {
+            const int dy = c.y0 + p->pad_h - ky * p->dil_h, dx = c.x0 + p->pad_w - kx * p->dil_w;
+
+            if (dy % p->stride_h || dx % p->stride_w)
+                continue;
+            t->at[t->n] = (lt_tap){ dy / p->stride_h, dx / p->stride_w };
+            t->weight[t->n] = ky * p->kw + kx;
+            t->n++;
+        }
+    return t->n;
+}
+
+typedef struct { job j; parity c; lt_real *dx; } data_job;
+
+enum { SPREAD_M = 64, SPREAD_N = 128 };     /* a class's tile, on its way to its strided places */
+
+static void spread(const data_job *d, const lt_tile *t, int64_t image, const lt_real *tile)
+{
+    const lt_conv2d_params *p = d->j.p;
+
+    for (int64_t i = 0; i < t->m; i++) {
+        lt_real *plane = d->dx + image * p->c * p->h * p->w + (t->m0 + i) * p->h * p->w;
+
+        for (int64_t q = 0; q < t->n;) {
+            const int64_t row = (t->n0 + q) / d->c.cols, col = (t->n0 + q) % d->c.cols;
+            const int64_t run = lt_min_i64(t->n - q, d->c.cols - col);
+            lt_real *at = plane + (d->c.y0 + row * p->stride_h) * p->w + d->c.x0 + col * p->stride_w;
+
+            lt_k->axpy_out(at, p->stride_w, 1, tile + i * SPREAD_N + q, (size_t)run);
+            q += run;
+        }
+    }
+}
+
+static void run_spread(void *ctx, int64_t task)
+{
+    const data_job *d = ctx;
+    const job *j = &d->j;
+    const lt_tile t = tile_of(j, task % j->tiles_m, task / j->tiles_m % j->tiles_n);
+    const int64_t image = task / j->tiles_m / j->tiles_n;
+    _Alignas(LT_ALIGN) lt_real tile[SPREAD_M * SPREAD_N];
+    lt_product product = j->product;
+
+    product.c = tile - t.m0 * SPREAD_N - t.n0;
+    product.ldc = SPREAD_N;
+    product.c_step = 0;
+    lt_product_tile(&product, &t, image, image + 1);
+    spread(d, &t, image, tile);
+}
+
+static void data_class(data_job *d, bool strided)
+{
+    job *j = &d->j;
+
+    if (!strided) {
+        cut(j);
+        lt_parallel_for(tasks_of(j), run_tile, j);
+        return;
+    }
+    j->images = 1;
+    j->tile_m = lt_tile_size(j->m, SPREAD_M, 1);
+    j->tile_n = lt_tile_size(j->n, SPREAD_N, 64);
+    j->tiles_m = lt_ceil_div(j->m, j->tile_m);
+    j->tiles_n = lt_ceil_div(j->n, j->tile_n);
+    lt_parallel_for(tasks_of(j), run_spread, d);
+}
+
+static void data_group(const lt_conv2d_params *p, int64_t g, parity c, const taps *t,
+                       const lt_real *dy, const lt_real *weights, lt_real *dx)
+{
+    const int64_t cg = group_c(p), og = group_o(p), k_all = (int64_t)p->kh * p->kw;
+    const int64_t out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
+    const bool strided = p->stride_h > 1 || p->stride_w > 1;
+    data_job d = {
+        .c = c, .dx = dx + g * cg * p->h * p->w,
+        .j = {
+            .p = p, .m = cg, .n = c.rows * c.cols, .plain = pointwise(p),
+            .image_step = p->o * out_h * out_w,
+            .a = { weights + g * og * cg * k_all, k_all, cg * k_all, t->n, t->weight },
+            .image = { dy + g * og * out_h * out_w, out_h, out_w, c.cols, 1, 1, t->n, t->at },
+            .product = {
+                .k = og * t->n, .pack_a = pack_weights, .pack_b = pack_positions, .add = !strided,
+                .c = dx + g * cg * p->h * p->w, .ldc = p->h * p->w, .c_step = p->c * p->h * p->w,
+            },
+        },
+    };
+
+    d.j.product.ctx = &d.j;
+    data_class(&d, strided);
+}
+
+void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
+                             lt_real *dx)
+{
+    taps t;
+
+    if (nothing(p))
+        return;
+    if (group_c(p) == 1) {
+        lt_depthwise_backward_data(p, dy, weights, dx);
+        return;
+    }
+    for (int y0 = 0; y0 < p->stride_h && y0 < p->h; y0++)
+        for (int x0 = 0; x0 < p->stride_w && x0 < p->w; x0++) {
+            const parity c = { y0, x0, lt_ceil_div(p->h - y0, p->stride_h),
+                               lt_ceil_div(p->w - x0, p->stride_w) };
+
+            if (parity_taps(&t, p, c) == 0)
+                continue;
+            for (int64_t g = 0; g < p->groups; g++)
+                data_group(p, g, c, &t, dy, weights, dx);
+        }
+}
+
+/* ---- gradient of the weights ------------------------------------------------------------------------- */
+
+typedef struct {
+    const lt_conv2d_params *p;
+    const lt_real *x, *dy;
+    lt_real *dw, *part;                 /* part: one whole dw for each chunk of images */
+    const taps *t;
+    int64_t chunks, tile_m, tile_n, tiles_m, tiles_n;
+} weights_job;
+
+typedef struct { const lt_real *dy; lt_image x; int64_t positions; } weights_ctx;
+
+static int64_t weight_count(const lt_conv2d_params *p)
+{
+    return p->o * group_c(p) * p->kh * p->kw;
+}
+
+static int64_t chunk_count(const lt_conv2d_params *p)
+{
+    return lt_max_i64(1, lt_min_i64(p->n, MOST_CHUNKS));
+}
+
+size_t lt_conv2d_weights_work(const lt_conv2d_params *p)
+{
+    return (size_t)(chunk_count(p) * weight_count(p)) * sizeof(lt_real);
+}
+
+static void pack_dy(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k)
+{
+    const weights_ctx *c = ctx;
+
+    lt_k->pack_a(out, c->dy + t->m0 * c->positions + k0, c->positions, 1, t->m, k);
+}
+
+static void pack_x(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k)
+{
+    const weights_ctx *c = ctx;
+
+    (void)image;
+    lt_k->pack_image_t(out, &c->x, k0, k, t->n0, t->n);
+}
+
+static void run_weights(void *ctx, int64_t task)
+{
+    const weights_job *j = ctx;
+    const lt_conv2d_params *p = j->p;
+    const int64_t cg = group_c(p), og = group_o(p), n = cg * j->t->n;
+    const int64_t out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    const int64_t tm = task % j->tiles_m, tn = task / j->tiles_m % j->tiles_n;
+    const int64_t g = task / j->tiles_m / j->tiles_n % p->groups;
+    const int64_t chunk = task / j->tiles_m / j->tiles_n / p->groups;
+    const int64_t from = chunk * p->n / j->chunks, to = (chunk + 1) * p->n / j->chunks;
+    const lt_tile t = {
+        tm * j->tile_m, lt_min_i64(j->tile_m, og - tm * j->tile_m),
+        tn * j->tile_n, lt_min_i64(j->tile_n, n - tn * j->tile_n),
+    };
+
+    for (int64_t i = from; i < to; i++) {
+        const weights_ctx c = {
+            j->dy + (i * p->o + g * og) * out,
+            window_image(p, j->x + (i * p->c + g * cg) * p->h * p->w, j->t), out,
+        };
+        const lt_product product = {
+            .k = out, .ctx = &c, .pack_a = pack_dy, .pack_b = pack_x,
+            .c = j->part + chunk * weight_count(p) + g * og * n, .ldc = n, .add = i > from,
+        };
+
+        lt_product_tile(&product, &t, 0, 1);
+    }
+}
+
+enum { RUN = 4096 };
+
+static void add_chunks(void *ctx, int64_t task)
+{
+    const weights_job *j = ctx;
+    const int64_t n = weight_count(j->p), at = task * RUN;
+
+    for (int64_t i = 0; i < j->chunks; i++)
+        lt_k->add_to(j->dw + at, j->part + i * n + at, (size_t)lt_min_i64(RUN, n - at));
+}
+
+void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy,
+                                lt_real *dw, void *work)
+{
+    taps t;
+
+    if (nothing(p))
+        return;
+    window_taps(&t, p);
+    weights_job j = { p, x, dy, dw, work, &t, chunk_count(p), 0, 0, 0, 0 };
+    const int64_t n = group_c(p) * t.n;
+
+    j.tile_m = lt_tile_size(group_o(p), LT_TILE_M, 1);
+    j.tile_n = lt_tile_size(n, 256, 64);
+    j.tiles_m = lt_ceil_div(group_o(p), j.tile_m);
+    j.tiles_n = lt_ceil_div(n, j.tile_n);
+    if (group_c(p) == 1)
+        lt_depthwise_backward_weights(p, x, dy, j.chunks, work);
+    else
+        lt_parallel_for(j.tiles_m * j.tiles_n * p->groups * j.chunks, run_weights, &j);
+    lt_parallel_for(lt_ceil_div(weight_count(p), RUN), add_chunks, &j);
+}
+
+/* ---- gradient of the bias ------------------------------------------------------------------------------ */
+
+typedef struct { const lt_conv2d_params *p; const lt_real *dy; lt_real *dbias; } bias_job;
+
+static void bias_channel(void *ctx, int64_t o)
+{
+    const bias_job *j = ctx;
+    const int64_t out = lt_conv2d_out_h(j->p) * lt_conv2d_out_w(j->p);
+    double total = 0;
+
+    for (int64_t i = 0; i < j->p->n; i++)
+        total += lt_k->sum(j->dy + (i * j->p->o + o) * out, (size_t)out);
+    j->dbias[o] += (lt_real)total;
+}
+
+void lt_conv2d_backward_bias(const lt_conv2d_params *p, const lt_real *dy, lt_real *dbias)
+{
+    bias_job j = { p, dy, dbias };
+
+    if (!nothing(p))
+        lt_parallel_for(p->o, bias_channel, &j);
+}

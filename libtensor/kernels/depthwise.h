@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Convolution where each group has one input channel: no product to speak of, so rows are multiplied
+ * by one weight at a time and stay in L1. For conv.c only; contracts as in conv.h.
+ */
+#ifndef LT_KERNELS_DEPTHWISE_H
+#define LT_KERNELS_DEPTHWISE_H
+
+#include "libtensor/kernels/conv.h"
+
+void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
+                          const lt_epilogue *e, lt_real *y);
+void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
+                                lt_real *dx);
+
+/* lt_depthwise_backward_weights - part[chunk] = the whole gradient of that chunk of images */
+void lt_depthwise_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy,
+                                   int64_t chunks, lt_real *part);
+
+#endif

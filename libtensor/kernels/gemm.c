@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/gemm.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/product.h"
+
+/* Operand i of a batch, element (row, col): base[i * step + row * row_step + col * col_step] */
+typedef struct { const lt_real *base; int64_t row, col, step; } operand;
+
+typedef struct {
+    operand a, b;
+    lt_product product;
+    int64_t m, n, batch;                /* sizes of the whole */
+    int64_t tile_m, tile_n;
+    int64_t tiles_m, tiles_n;
+    int64_t images;                     /* products of the batch that one task does */
+    bool shared_a;                      /* so that one packing of A serves them all */
+} job;
+
+typedef struct { const job *j; const lt_real *a; } task_ctx;
+
+static void pack_a(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k)
+{
+    const task_ctx *c = ctx;
+    const operand *a = &c->j->a;
+
+    lt_k->pack_a(out, c->a + t->m0 * a->row + k0 * a->col, a->row, a->col, t->m, k);
+}
+
+static void pack_b(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k)
+{
+    const operand *b = &((const task_ctx *)ctx)->j->b;
+    const lt_real *at = b->base + image * b->step + k0 * b->row + t->n0 * b->col;
+
+    lt_k->pack_b(out, at, b->row, b->col, k, t->n);
+}
+
+static void run_tile(void *ctx, int64_t task)
+{
+    const job *j = ctx;
+    const int64_t tm = task % j->tiles_m, tn = task / j->tiles_m % j->tiles_n;
+    const int64_t from = task / j->tiles_m / j->tiles_n * j->images;
+    const int64_t to = lt_min_i64(j->batch, from + j->images);
+    const lt_tile t = {
+        tm * j->tile_m, lt_min_i64(j->tile_m, j->m - tm * j->tile_m),
+        tn * j->tile_n, lt_min_i64(j->tile_n, j->n - tn * j->tile_n),
+    };
+    lt_product p = j->product;
+
+    for (int64_t i = from; i < to; i = j->shared_a ? to : i + 1) {
+        const task_ctx c = { j, j->a.base + i * j->a.step };
+
+        p.ctx = &c;
+        lt_product_tile(&p, &t, i, j->shared_a ? to : i + 1);
+    }
+}
+
+/* Tiles: large enough that packing is cheap, small enough that there are some sixteen of them. */
+static void cut(job *j)
+{
+    const int64_t work = j->m * j->n;
+
+    j->tile_m = lt_tile_size(j->m, LT_TILE_M, 1);
+    j->tile_n = lt_tile_size(j->n, work * j->batch >= 16 * 128 * 192 ? 192 : LT_TILE_N, 64);
+    if (j->m > 128 && lt_ceil_div(j->m, j->tile_m) * lt_ceil_div(j->n, j->tile_n) * j->batch < 8)
+        j->tile_m = lt_tile_size(j->m, 128, 1);
+    j->tiles_m = lt_ceil_div(j->m, j->tile_m);
+    j->tiles_n = lt_ceil_div(j->n, j->tile_n);
+    j->images = lt_max_i64(1, lt_min_i64(j->batch, LT_TILE_N * 128 / lt_max_i64(1, work)));
+}
+
+void lt_gemm_batch(int64_t count, lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k,
+                   const lt_real *a, int64_t lda, int64_t a_step,
+                   const lt_real *b, int64_t ldb, int64_t b_step,
+                   bool add, lt_real *c, int64_t ldc, int64_t c_step, const lt_epilogue *e)
+{
+    job j = {
+        .a = { a, ta ? 1 : lda, ta ? lda : 1, a_step },
+        .b = { b, tb ? 1 : ldb, tb ? ldb : 1, b_step },
+        .product = { k, NULL, pack_a, pack_b, c, ldc, c_step, add, e },
+        .m = m, .n = n, .batch = count, .shared_a = a_step == 0,
+    };
+
+    if (m <= 0 || n <= 0 || count <= 0)
+        return;
+    cut(&j);
+    const int64_t tasks = j.tiles_m * j.tiles_n * lt_ceil_div(count, j.images);
+
+    if ((double)m * (double)n * (double)k * (double)count < 25000) {
+        for (int64_t i = 0; i < tasks; i++)
+            run_tile(&j, i);
+        return;
+    }
+    lt_parallel_for(tasks, run_tile, &j);
+}
+
+void lt_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda,
+             const lt_real *b, int64_t ldb, bool add, lt_real *c, int64_t ldc, const lt_epilogue *e)
+{
+    lt_gemm_batch(1, ta, tb, m, n, k, a, lda, 0, b, ldb, 0, add, c, ldc, 0, e);
+}

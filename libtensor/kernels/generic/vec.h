@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A vector of one element: what the tiles of plain C are made of. */
+#ifndef LT_KERNELS_GENERIC_VEC_H
+#define LT_KERNELS_GENERIC_VEC_H
+
+#include "libtensor/kernels/body/body.h"
+
+typedef lt_real vec;
+
+enum { VL = 1, TILE_ROWS = 4, TILE_VECS = 4 };
+#define TILE_LIST(X) ROWS4(X, 1) ROWS4(X, 2) ROWS4(X, 3) ROWS4(X, 4)
+
+INLINE vec v_zero(void) { return 0; }
+INLINE vec v_set(lt_real x) { return x; }
+INLINE vec v_load(const lt_real *p) { return *p; }
+INLINE void v_store(lt_real *p, vec v) { *p = v; }
+INLINE vec v_fma(vec a, vec b, vec c) { return FMA(a, b, c); }
+
+/* Lanes [lo, hi) alone; the others are zero when loaded and left alone when stored. */
+INLINE vec v_load_part(const lt_real *p, int lo, int hi) { return lo <= 0 && hi > 0 ? *p : 0; }
+INLINE void v_store_part(lt_real *p, vec v, int hi)
+{
+    if (hi > 0)
+        *p = v;
+}
+
+/* out[j * row + i] = x[i * col + j] for a VL x VL block */
+INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col)
+{
+    (void)row, (void)col;
+    *out = *x;
+}
+
+#endif

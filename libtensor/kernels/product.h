@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * One tile of a product whose operands are packed by the caller's functions: the loop that lt_gemm and
+ * the convolutions share. For files of kernels/ only.
+ */
+#ifndef LT_KERNELS_PRODUCT_H
+#define LT_KERNELS_PRODUCT_H
+
+#include "libtensor/kernels/kernels.h"
+
+/* The largest tile. They bound the scratch of a thread, and change no bit. */
+enum { LT_TILE_M = 256, LT_TILE_N = 384 };
+
+typedef struct { int64_t m0, m, n0, n; } lt_tile;
+
+typedef struct lt_product {
+    int64_t k;
+    const void *ctx;
+    void (*pack_a)(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
+    void (*pack_b)(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
+                   int64_t k);
+    lt_real *c;                 /* element (0, 0) of image 0's result */
+    int64_t ldc, c_step;        /* between rows, between images */
+    bool add;
+    const lt_epilogue *e;       /* or NULL; its residual is image 0's, with step c_step */
+} lt_product;
+
+/**
+ * lt_product_tile - images [from, to) of one tile: C (+)= A B[image], A packed once per block of k
+ *
+ * t->m <= LT_TILE_M and t->n <= LT_TILE_N.
+ */
+void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to);
+
+/* lt_tile_size - cut n into equal parts of at most `most`, each a multiple of `unit`, but the last */
+static inline int64_t lt_tile_size(int64_t n, int64_t most, int64_t unit)
+{
+    const int64_t parts = lt_max_i64(1, lt_ceil_div(n, most));
+
+    return lt_min_i64(most, lt_max_i64(1, lt_ceil_div(lt_ceil_div(n, parts), unit)) * unit);
+}
+
+#endif

@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Products and convolutions against plain loops: many shapes, every instruction set, 1 to 4 threads. */
+#include "tests/kernels/checkasm.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv.h"
+#include "libtensor/kernels/gemm.h"
+
+#include <math.h>
+#include <string.h>
+
+/* ---- products ------------------------------------------------------------------------------------- */
+
+typedef struct { int64_t m, n, k; } gemm_case;
+
+static const gemm_case gemms[] = {
+    { 1, 1, 1 }, { 3, 5, 7 }, { 14, 32, 16 }, { 15, 33, 17 }, { 13, 31, 257 }, { 1, 100, 300 },
+    { 100, 1, 300 }, { 64, 64, 0 }, { 67, 129, 513 }, { 300, 70, 40 }, { 130, 800, 30 }, { 29, 47, 1000 },
+};
+
+/* One chain of multiply-adds per element, in the order of k. */
+static void plain_gemm(const gemm_case *g, lt_trans ta, lt_trans tb, const float *a, const float *b,
+                       bool add, float *c)
+{
+    for (int64_t i = 0; i < g->m; i++)
+        for (int64_t j = 0; j < g->n; j++) {
+            float total = add ? c[i * g->n + j] : 0;
+
+            for (int64_t l = 0; l < g->k; l++)
+                total = fmaf(a[ta ? l * g->m + i : i * g->k + l], b[tb ? j * g->k + l : l * g->n + j],
+                             total);
+            c[i * g->n + j] = total;
+        }
+}
+
+static void check_gemm(const gemm_case *g, lt_trans ta, lt_trans tb, bool add)
+{
+    const size_t size = (size_t)(g->m * g->n);
+    float *a = random_array((size_t)(g->m * g->k), 1), *b = random_array((size_t)(g->k * g->n), 2);
+    float *want = random_array(size, 3), *got = guarded_array(size);
+
+    memcpy(got, want, size * sizeof(float));
+    plain_gemm(g, ta, tb, a, b, add, want);
+    lt_gemm(ta, tb, g->m, g->n, g->k, a, ta ? g->m : g->k, b, tb ? g->k : g->n, add, got, g->n, NULL);
+    expect_bits(got, want, size, "gemm %dx%dx%d trans %d %d add %d", (int)g->m, (int)g->n, (int)g->k,
+                ta, tb, add);
+    free_array(a), free_array(b), free_array(want), free_array(got);
+}
+
+static void check_batch(int64_t a_step, int64_t b_step)
+{
+    const gemm_case g = { 20, 37, 19 };
+    const size_t size = (size_t)(g.m * g.n);
+    float *a = random_array((size_t)(g.m * g.k) * 5, 1), *b = random_array((size_t)(g.k * g.n) * 5, 2);
+    float *want = random_array(size * 5, 3), *got = guarded_array(size * 5);
+
+    for (int64_t i = 0; i < 5; i++)
+        plain_gemm(&g, LT_NO_TRANS, LT_TRANS, a + i * a_step, b + i * b_step, false,
+                   want + i * (int64_t)size);
+    lt_gemm_batch(5, LT_NO_TRANS, LT_TRANS, g.m, g.n, g.k, a, g.k, a_step, b, g.k, b_step, false, got,
+                  g.n, (int64_t)size, NULL);
+    expect_bits(got, want, size * 5, "gemm_batch steps %d %d", (int)a_step, (int)b_step);
+    free_array(a), free_array(b), free_array(want), free_array(got);
+}
+
+void check_gemms(void)
+{
+    for (size_t i = 0; i < LT_COUNT(gemms); i++)
+        for (int how = 0; how < 8; how++)
+            check_gemm(&gemms[i], how & 1 ? LT_TRANS : LT_NO_TRANS, how & 2 ? LT_TRANS : LT_NO_TRANS,
+                       how & 4);
+    check_batch(20 * 19, 19 * 37);
+    check_batch(0, 19 * 37);
+    check_batch(20 * 19, 0);
+}
+
+/* ---- convolutions ------------------------------------------------------------------------------------ */
+
+static const lt_conv2d_params convs[] = {
+    /* n  c   h   w   o  kh kw  stride  pad   dil  groups */
+    { 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 2, 3, 5, 7, 4, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 1, 3, 23, 17, 9, 7, 7, 2, 2, 3, 3, 1, 1, 1 },
+    { 3, 17, 9, 9, 33, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 2, 16, 9, 8, 20, 1, 1, 2, 2, 0, 0, 1, 1, 1 },
+    { 5, 8, 4, 4, 15, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 2, 6, 11, 13, 10, 3, 3, 2, 2, 1, 1, 1, 1, 2 },
+    { 1, 6, 11, 13, 9, 3, 2, 1, 2, 2, 0, 2, 1, 3 },
+    { 2, 4, 12, 10, 6, 5, 3, 3, 2, 4, 1, 1, 3, 1 },
+    { 9, 2, 6, 6, 3, 4, 4, 2, 2, 1, 1, 1, 1, 1 },
+    { 2, 7, 10, 9, 7, 3, 3, 1, 1, 1, 1, 1, 1, 7 },
+    { 2, 5, 10, 9, 10, 5, 5, 2, 2, 2, 2, 1, 1, 5 },
+    { 1, 4, 9, 30, 4, 3, 3, 1, 3, 2, 2, 2, 2, 4 },
+    { 1, 300, 6, 5, 3, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 1, 2, 40, 33, 70, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 2, 3, 2, 2, 4, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 1, 2, 3, 3, 2, 5, 5, 1, 1, 0, 0, 1, 1, 1 },     /* no window fits: nothing happens */
+    { 0, 2, 3, 3, 2, 3, 3, 1, 1, 0, 0, 1, 1, 1 },
+};
+
+typedef struct {
+    const lt_conv2d_params *p;
+    size_t n_x, n_w, n_y;
+    float *x, *w, *dy, *bias, *residual;
+} conv_data;
+
+/* Every multiplication of a convolution: y[iy] meets x[ix] with w[iw]. */
+typedef void (*pair_fn)(void *ctx, int64_t iy, int64_t ix, int64_t iw);
+
+static void each_pair(const lt_conv2d_params *p, pair_fn fn, void *ctx)
+{
+    const int64_t oh = lt_max_i64(0, lt_conv2d_out_h(p)), ow = lt_max_i64(0, lt_conv2d_out_w(p));
+    const int64_t cg = p->c / p->groups;
+
+    for (int64_t i = 0; i < p->n * p->o * oh * ow; i++) {
+        const int64_t col = i % ow, row = i / ow % oh, o = i / ow / oh % p->o, n = i / ow / oh / p->o;
+
+        for (int64_t l = 0; l < cg * p->kh * p->kw; l++) {
+            const int64_t kx = l % p->kw, ky = l / p->kw % p->kh, c = l / p->kw / p->kh;
+            const int64_t y = row * p->stride_h + ky * p->dil_h - p->pad_h;
+            const int64_t x = col * p->stride_w + kx * p->dil_w - p->pad_w;
+            const int64_t channel = o / (p->o / p->groups) * cg + c;
+
+            if (y >= 0 && y < p->h && x >= 0 && x < p->w)
+                fn(ctx, i, ((n * p->c + channel) * p->h + y) * p->w + x, o * cg * p->kh * p->kw + l);
+        }
+    }
+}
+
+typedef struct { const conv_data *d; float *chain; double *sum, *size; } plain;
+
+static void pair_forward(void *ctx, int64_t iy, int64_t ix, int64_t iw)
+{
+    plain *s = ctx;
+
+    s->chain[iy] = fmaf(s->d->w[iw], s->d->x[ix], s->chain[iy]);
+}
+
+static void add_pair(plain *s, int64_t i, double a, double b)
+{
+    s->sum[i] += a * b;
+    s->size[i] += fabs(a * b);
+}
+
+static void pair_data(void *ctx, int64_t iy, int64_t ix, int64_t iw)
+{
+    plain *s = ctx;
+
+    add_pair(s, ix, s->d->dy[iy], s->d->w[iw]);
+}
+
+static void pair_weights(void *ctx, int64_t iy, int64_t ix, int64_t iw)
+{
+    plain *s = ctx;
+
+    add_pair(s, iw, s->d->dy[iy], s->d->x[ix]);
+}
+
+static void check_forward(const conv_data *d, const char *name)
+{
+    const lt_conv2d_params *p = d->p;
+    const int64_t out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    const lt_act relu = { LT_ACT_RELU, 0 };
+    float *want = zero_array(d->n_y), *got = guarded_array(d->n_y);
+    plain s = { d, want, NULL, NULL };
+
+    each_pair(p, pair_forward, &s);
+    lt_conv2d_forward(p, d->x, d->w, NULL, NULL, (lt_act){ LT_ACT_NONE, 0 }, got);
+    expect_bits(got, want, d->n_y, "conv forward %s", name);
+    for (size_t i = 0; i < d->n_y; i++) {
+        want[i] = want[i] + d->bias[(int64_t)i / out % p->o] + d->residual[i];
+        want[i] = want[i] < 0 ? 0 : want[i];
+    }
+    lt_conv2d_forward(p, d->x, d->w, d->bias, d->residual, relu, got);
+    expect_bits(got, want, d->n_y, "conv forward with everything %s", name);
+    free_array(want), free_array(got);
+}
+
+/* A gradient against the sum in double: within 2^-23 sqrt-free worst case of the terms' sizes. */
+static void check_gradient(const conv_data *d, const char *what, const char *name, size_t n, pair_fn fn)
+{
+    double *sum = calloc(n + 1, sizeof(double)), *size = calloc(n + 1, sizeof(double));
+    float *start = random_array(n, 9), *got = guarded_array(n);
+    plain s = { d, NULL, sum, size };
+    void *work = lt_alloc(lt_conv2d_weights_work(d->p));
+
+    memcpy(got, start, n * sizeof(float));
+    each_pair(d->p, fn, &s);
+    if (fn == pair_data)
+        lt_conv2d_backward_data(d->p, d->dy, d->w, got);
+    else
+        lt_conv2d_backward_weights(d->p, d->x, d->dy, got, work);
+    for (size_t i = 0; i < n; i++)
+        expect_near(got[i], (double)start[i] + sum[i], 1e-6 * (size[i] + fabs((double)start[i])), what,
+                    name, i);
+    same_as_before(got, n, "%s %s", what, name);
+    lt_release(work), free(sum), free(size), free_array(start), free_array(got);
+}
+
+static void check_bias(const conv_data *d, const char *name)
+{
+    const lt_conv2d_params *p = d->p;
+    const size_t o = (size_t)p->o, out = d->n_y / (size_t)lt_max_i64(1, p->n * p->o);
+    float *got = guarded_array(o);
+    double *sum = calloc(o, sizeof(double));
+
+    memcpy(got, d->bias, o * sizeof(float));
+    for (size_t i = 0; i < d->n_y; i++)
+        sum[i / out % o] += d->dy[i];
+    lt_conv2d_backward_bias(p, d->dy, got);
+    for (size_t i = 0; i < o; i++)
+        expect_near(got[i], d->bias[i] + sum[i], 1e-6 * (fabs(sum[i]) + 1), "conv bias", name, i);
+    free(sum), free_array(got);
+}
+
+static void check_conv(const lt_conv2d_params *p)
+{
+    const int64_t oh = lt_max_i64(0, lt_conv2d_out_h(p)), ow = lt_max_i64(0, lt_conv2d_out_w(p));
+    conv_data d = {
+        .p = p, .n_x = (size_t)(p->n * p->c * p->h * p->w), .n_y = (size_t)(p->n * p->o * oh * ow),
+        .n_w = (size_t)(p->o * (p->c / p->groups) * p->kh * p->kw),
+    };
+    char name[160];
+
+    snprintf(name, sizeof(name), "%dx%dx%dx%d -> %d, %dx%d stride %d %d pad %d %d dil %d %d groups %d",
+             (int)p->n, (int)p->c, (int)p->h, (int)p->w, (int)p->o, p->kh, p->kw, p->stride_h,
+             p->stride_w, p->pad_h, p->pad_w, p->dil_h, p->dil_w, p->groups);
+    d.x = random_array(d.n_x, 4), d.w = random_array(d.n_w, 5), d.dy = random_array(d.n_y, 6);
+    d.bias = random_array((size_t)p->o, 7), d.residual = random_array(d.n_y, 8);
+    check_forward(&d, name);
+    check_gradient(&d, "conv data gradient", name, d.n_x, pair_data);
+    check_gradient(&d, "conv weight gradient", name, d.n_w, pair_weights);
+    check_bias(&d, name);
+    free_array(d.x), free_array(d.w), free_array(d.dy), free_array(d.bias), free_array(d.residual);
+}
+
+void check_convs(void)
+{
+    for (size_t i = 0; i < LT_COUNT(convs); i++)
+        check_conv(&convs[i]);
+}
