@@ -33,7 +33,7 @@ typedef struct synth_texture synth_texture;
 /**
  * synth_texture_new - a texture from sRGB bytes
  *
- *   rgb      (height, width, 3)      copied; the first row is v = 0
+ *   rgb      (height, width, 3)      copied; the first row is v = 1, as in OBJ files
  *   returns  lives in the arena; NULL when there is no memory or a size is below 1 or above 8192
  */
 synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width, int height);

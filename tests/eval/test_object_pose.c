@@ -4,6 +4,8 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/eval/lcg.h"
+#include "tests/eval/object_vectors.h"
 
 #include <check.h>
 #include <math.h>
@@ -88,6 +90,59 @@ START_TEST(directions)
 }
 END_TEST
 
+/* Cayley's rotation of v: rational, so that the script has the same one. */
+static void cayley(const double v[3], double R[9])
+{
+    const double vv = lt_vec3_dot(v, v);
+    const double S[9] = { 0, -v[2], v[1], v[2], 0, -v[0], -v[1], v[0], 0 };
+
+    for (int i = 0; i < 9; i++)
+        R[i] = ((i % 4 == 0) * (1 - vv) + 2 * v[i / 3] * v[i % 3] + 2 * S[i]) / (1 + vv);
+}
+
+static void draw3(uint32_t *state, double scale, double out[3])
+{
+    for (int k = 0; k < 3; k++)
+        out[k] = lcg(state) * scale;
+}
+
+START_TEST(random_poses)
+{
+    static const double size[3] = { .05, .08, .03 };
+    static const lt_camera wide = { 600, 610, 320, 240 };
+    uint32_t state = 100 + (uint32_t)_i;
+    double x[150], v[3], turn[9], found[11];
+    eval_pose e, g;
+
+    for (int i = 0; i < 150; i++)
+        x[i] = lcg(&state) * size[i % 3];
+    draw3(&state, 1, v);
+    cayley(v, g.R);
+    draw3(&state, .1, g.t);
+    g.t[2] += .7;
+    draw3(&state, .2, v);
+    cayley(v, turn);
+    lt_mat3_mul(turn, g.R, e.R);
+    draw3(&state, .02, e.t);
+    for (int k = 0; k < 3; k++)
+        e.t[k] += g.t[k];
+
+    found[0] = eval_add(50, x, &e, &g);
+    ck_assert_int_eq(eval_adds(EVAL_FROM_TRUE, 50, x, &e, &g, &found[1]), LT_OK);
+    ck_assert_int_eq(eval_adds(EVAL_FROM_ESTIMATE, 50, x, &e, &g, &found[2]), LT_OK);
+    found[3] = eval_mssd(50, x, &e, &g, 1, &half_turn);
+    found[4] = eval_mspd(50, x, &e, &g, 1, &half_turn, &wide);
+    found[5] = eval_rotation_error_deg(&e, &g);
+    found[6] = eval_translation_error(&e, &g);
+    found[7] = eval_reprojection_px(50, x, &e, &g, &wide, 1e-5);
+    found[8] = eval_mce(50, x, &e, &g);
+    found[9] = eval_diameter(EVAL_BBOX_DIAG, 50, x);
+    found[10] = eval_diameter(EVAL_MAX_DIST, 50, x);
+    for (int k = 0; k < 11; k++)
+        ck_assert_double_eq_tol(found[k], object_wanted[_i][k], 1e-9 * (1 + object_wanted[_i][k]));
+}
+END_TEST
+
 START_TEST(diameters)
 {
     ck_assert_double_eq_tol(eval_diameter(EVAL_BBOX_DIAG, 5, model), .141421, TOL);
@@ -157,6 +212,7 @@ int main(void)
     tcase_add_test(t, half_turn_and_a_shift);
     tcase_add_test(t, small_turn_and_a_shift);
     tcase_add_test(t, directions);
+    tcase_add_loop_test(t, random_poses, 0, 5);
     tcase_add_test(t, diameters);
     tcase_add_test(t, symmetries);
     tcase_add_test(t, equal_poses);

@@ -107,7 +107,7 @@ static int wrap(int i, int n)
 static void bilinear(const mip *m, float u, float v, float weight, float rgb[3])
 {
     const float x = (u - floorf(u)) * (float)m->width - 0.5f;
-    const float y = (v - floorf(v)) * (float)m->height - 0.5f;
+    const float y = (1 - (v - floorf(v))) * (float)m->height - 0.5f;
     const float fx = x - floorf(x), fy = y - floorf(y);
     const int x0 = wrap((int)floorf(x), m->width), x1 = x0 + 1 < m->width ? x0 + 1 : 0;
     const int y0 = wrap((int)floorf(y), m->height), y1 = y0 + 1 < m->height ? y0 + 1 : 0;

@@ -1,0 +1,241 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What all datasets share: checked reading, the object table, projection. */
+#include "data/dataset.h"
+
+#include "data/silhouette.h"
+#include "data/ycb.h"
+#include "libtensor/geometry/box21.h"
+#include "libtensor/geometry/mat3.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/mesh_io.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+lt_status dataset_read(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
+                       dataset_sample *out)
+{
+    if (index < 0 || index >= d->count)
+        return lt_error(LT_EINVAL, "%s: no sample %lld, there are %lld", d->root, (long long)index,
+                        (long long)d->count);
+    return d->ops->read(d, index, want, arena, out);
+}
+
+const char *dataset_name(const dataset *d, int64_t index)
+{
+    return d->ops->name(d, index);
+}
+
+void dataset_free(dataset *d)
+{
+    if (d)
+        d->ops->free(d);
+}
+
+static const char *plain_name(const char *name)
+{
+    return strncmp(name, "syn_", 4) ? name : name + 4;
+}
+
+int dataset_find_object(const dataset *d, const char *name)
+{
+    for (int i = 0; i < d->n_objects; i++)
+        if (!strcmp(plain_name(d->objects[i].name), plain_name(name)))
+            return i;
+    return -1;
+}
+
+/* ---- projection ---- */
+
+static const double FAR_OUTSIDE = 1e5;          /* pixels */
+
+static lt_status project(const dataset_sample *s, const char *what, int i, const double p[3], float out[2])
+{
+    double uv[2];
+
+    if (!lt_camera_project(&s->camera, p, uv))
+        return lt_error(LT_EFORMAT, "%s: %s %d lies behind the camera, at z = %.4g m", s->name, what, i, p[2]);
+    if (!(fabs(uv[0]) < FAR_OUTSIDE && fabs(uv[1]) < FAR_OUTSIDE))
+        return lt_error(LT_EFORMAT, "%s: %s %d projects to (%.4g, %.4g), far outside the image", s->name,
+                        what, i, uv[0], uv[1]);
+    out[0] = (float)uv[0];
+    out[1] = (float)uv[1];
+    return LT_OK;
+}
+
+static lt_status project_joints(dataset_sample *s)
+{
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
+        const double p[3] = { s->joints[i][0], s->joints[i][1], s->joints[i][2] };
+        const lt_status st = project(s, "hand joint", i, p, s->joints2d[i]);
+        if (st)
+            return st;
+    }
+    return LT_OK;
+}
+
+static lt_status project_object(const dataset_object *o, dataset_sample *s)
+{
+    for (int i = 0; i < LT_BOX_POINTS; i++) {
+        double p[3];
+        lt_status st;
+        for (int k = 0; k < 3; k++)
+            p[k] = (double)s->R[3 * k] * o->control[i][0] + (double)s->R[3 * k + 1] * o->control[i][1] +
+                   (double)s->R[3 * k + 2] * o->control[i][2] + s->t[k];
+        st = project(s, "object control point", i, p, s->control2d[i]);
+        if (st)
+            return st;
+    }
+    return LT_OK;
+}
+
+lt_status dataset_project(const dataset *d, dataset_sample *s)
+{
+    lt_status st = LT_OK;
+
+    if (s->flags & SAMPLE_JOINTS)
+        st = project_joints(s);
+    if (!st && (s->flags & SAMPLE_OBJECT))
+        st = project_object(&d->objects[s->object], s);
+    return st;
+}
+
+lt_status dataset_draw_silhouette(const dataset *d, lt_arena *arena, dataset_sample *s)
+{
+    uint8_t *mask;
+    lt_status st = lt_arena_try(arena, (size_t)s->width * (size_t)s->height, (void **)&mask);
+
+    if (!st)
+        st = silhouette_draw(&d->objects[s->object].mesh, s->R, s->t, &s->camera, mask, s->width,
+                             s->height, arena);
+    if (!st)
+        s->silhouette = mask;
+    return st;
+}
+
+/* ---- objects ---- */
+
+typedef struct { double r; const float *p; } spoke;
+
+static int longer_first(const void *a, const void *b)
+{
+    const double ra = ((const spoke *)a)->r, rb = ((const spoke *)b)->r;
+
+    return ra > rb ? -1 : ra < rb;
+}
+
+static double distance(const float *a, const float *b)
+{
+    return sqrt(pow((double)a[0] - b[0], 2) + pow((double)a[1] - b[1], 2) + pow((double)a[2] - b[2], 2));
+}
+
+/* The largest distance between two of n points: two points can only beat the best so far when their
+ * distances from a common centre add up to more. */
+static double diameter_of(const float (*point)[3], int n, const float *centre, spoke *by_length)
+{
+    double best = 0;
+
+    for (int i = 0; i < n; i++)
+        by_length[i] = (spoke){ distance(point[i], centre), point[i] };
+    qsort(by_length, (size_t)n, sizeof(*by_length), longer_first);
+    for (int i = 0; i < n && 2 * by_length[i].r > best; i++)
+        for (int j = i + 1; j < n && by_length[i].r + by_length[j].r > best; j++)
+            best = fmax(best, distance(by_length[i].p, by_length[j].p));
+    return best;
+}
+
+static lt_status measure(dataset_object *o, const char *path)
+{
+    double control[LT_BOX_POINTS][3];
+    spoke *by_length;
+    lt_box box;
+    lt_status st = lt_box_from_points(o->n_points, &o->point[0][0], &box);
+
+    if (st)
+        return lt_error(LT_EFORMAT, "%s: has no points", path);
+    lt_box21(&box, control);
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        for (int k = 0; k < 3; k++)
+            o->control[i][k] = (float)control[i][k];
+    o->diagonal = (float)lt_box_diagonal(&box);
+    by_length = malloc((size_t)o->mesh.n_vertices * sizeof(*by_length));
+    if (!by_length)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    o->diameter = (float)diameter_of((const float (*)[3])o->mesh.vertex, o->mesh.n_vertices, o->control[20],
+                                     by_length);
+    free(by_length);
+    return LT_OK;
+}
+
+static lt_status load_object(lt_arena *arena, const char *folder, dataset_object *o)
+{
+    const char *obj = lt_arena_printf(arena, "%s/textured_simple.obj", folder);
+    const char *xyz = lt_arena_printf(arena, "%s/points.xyz", folder);
+    const ycb_object *ycb = ycb_find_name(plain_name(o->name));
+    size_t n = 0;
+    lt_status st;
+
+    if (!obj || !xyz)
+        return lt_error(LT_ENOMEM, "%s: no memory", folder);
+    o->ycb_id = ycb ? ycb->id : 0;
+    st = lt_obj_read(arena, obj, &o->mesh, NULL);
+    if (!st)
+        st = lt_xyz_read(arena, xyz, &o->point, &n);
+    if (!st && n > 10000000)
+        st = lt_error(LT_EFORMAT, "%s: %zu points, expected at most 10 million", xyz, n);
+    o->n_points = (int)n;
+    return st ? st : measure(o, xyz);
+}
+
+static bool is_folder(const char *path)
+{
+    struct stat info;
+
+    return !stat(path, &info) && S_ISDIR(info.st_mode);
+}
+
+/* The folder of a model under either of its names into *folder, or NULL where there is none. */
+static lt_status find_model(lt_arena *arena, const char *dir, const char *name, const char **folder,
+                            const char **found_as)
+{
+    const char *names[2] = { lt_arena_strdup(arena, name), lt_arena_printf(arena, "syn_%s", name) };
+
+    *folder = NULL;
+    for (int i = 0; i < 2; i++) {
+        const char *path = names[i] ? lt_arena_printf(arena, "%s/%s", dir, names[i]) : NULL;
+        if (!path)
+            return lt_error(LT_ENOMEM, "%s: no memory", dir);
+        if (!is_folder(path))
+            continue;
+        *folder = path;
+        *found_as = names[i];
+        return LT_OK;
+    }
+    return LT_OK;
+}
+
+lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *const *names, int n,
+                               const dataset_object **out, int *n_out)
+{
+    dataset_object *objects = lt_arena_array(arena, (size_t)n, sizeof(*objects));
+    int found = 0;
+
+    if (!objects)
+        return lt_error(LT_ENOMEM, "%s: no memory", dir);
+    for (int i = 0; i < n; i++) {
+        const char *folder;
+        lt_status st = find_model(arena, dir, names[i], &folder, &objects[found].name);
+        if (!st && folder)
+            st = load_object(arena, folder, &objects[found++]);
+        if (st)
+            return st;
+    }
+    if (!found)
+        return lt_error(LT_EIO, "%s: has none of the object models (such as %s); they are the YCB models "
+                        "of PoseCNN, to be had from the DexYCB and HO3D pages", dir, names[0]);
+    *out = objects;
+    *n_out = found;
+    return LT_OK;
+}

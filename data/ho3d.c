@@ -1,0 +1,430 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Opens an HO3D tree and reads its samples, from OpenGL axes and MANO order to ours. */
+#include "data/ho3d_internal.h"
+
+#include "data/ycb.h"
+#include "libtensor/geometry/rotation.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/image.h"
+#include "libtensor/io/json.h"
+#include "libtensor/io/pickle.h"
+
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { WIDTH = 640, HEIGHT = 480 };
+
+/* "train/ABF10/rgb/0123.png" from the split, the sample and what is asked for. */
+static const char *frame_path(const ho3d *h, int64_t index, lt_arena *arena, const char *kind,
+                              const char *ending)
+{
+    const char *name = h->name[index], *slash = strchr(name, '/');
+
+    return lt_arena_printf(arena, "%s/%s/%.*s/%s/%s.%s", h->base.root, h->base.split,
+                           (int)(slash - name), name, kind, slash + 1, ending);
+}
+
+/* ---- images ---- */
+
+/* The colour image's path: png in version 2, jpg in version 3. */
+static lt_status rgb_path(const ho3d *h, int64_t index, lt_arena *arena, const char **out)
+{
+    const char *png = frame_path(h, index, arena, "rgb", "png");
+    const char *jpg = frame_path(h, index, arena, "rgb", "jpg");
+
+    if (!png || !jpg)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
+    if (access(png, F_OK) && access(jpg, F_OK))
+        return lt_error(LT_EIO, "%s: no such file, nor %s", png, strrchr(jpg, '/') + 1);
+    *out = access(png, F_OK) ? jpg : png;
+    return LT_OK;
+}
+
+/* An 8-bit RGB image of the size that HO3D has. */
+static lt_status read_picture(lt_arena *arena, const char *path, lt_image *out)
+{
+    lt_image img;
+    lt_status st = lt_image_read(arena, path, &img);
+
+    if (!st)
+        st = lt_image_to_rgb8(arena, &img, out);
+    if (!st && (out->width != WIDTH || out->height != HEIGHT))
+        st = lt_error(LT_EFORMAT, "%s: image of %d x %d, expected %d x %d", path, out->width, out->height,
+                      WIDTH, HEIGHT);
+    return st;
+}
+
+static lt_status read_rgb(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
+{
+    const char *path = NULL;
+    lt_image img;
+    lt_status st = rgb_path(h, index, arena, &path);
+
+    if (!st)
+        st = read_picture(arena, path, &img);
+    if (st)
+        return st;
+    s->rgb = img.data;
+    s->width = img.width;
+    s->height = img.height;
+    return LT_OK;
+}
+
+/* Packed in two bytes: red the low one, green the high one. */
+static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
+{
+    const char *path = frame_path(h, index, arena, "depth", "png");
+    const size_t n = (size_t)WIDTH * HEIGHT;
+    float *depth = lt_arena_array(arena, n, sizeof(*depth));
+    lt_image img;
+    lt_status st;
+
+    if (!path || !depth)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
+    st = read_picture(arena, path, &img);
+    if (st)
+        return st;
+    for (size_t i = 0; i < n; i++)
+        depth[i] = (float)((img.data[3 * i] + 256 * img.data[3 * i + 1]) * HO3D_DEPTH_UNIT);
+    s->depth = depth;
+    s->flags |= SAMPLE_DEPTH;
+    return LT_OK;
+}
+
+/* ---- the annotation ---- */
+
+/* n numbers under key, or an error line with file and key. */
+static lt_status numbers(const lt_pvalue *meta, const char *path, const char *key, float *out, size_t n)
+{
+    const lt_pvalue *v = lt_pdict_get(meta, key);
+    lt_status st;
+
+    if (v && lt_pis_none(v))
+        return lt_error(LT_EFORMAT, "%s: %s is None, expected %zu numbers: this frame is not annotated, so "
+                        "it should not be listed", path, key, n);
+    st = lt_pfloats(v, key, out, n);
+    return st ? lt_error_prefix(st, "%s", path) : LT_OK;
+}
+
+static lt_status read_camera(const lt_pvalue *meta, const char *path, lt_camera *cam)
+{
+    float K[9];
+    const lt_status st = numbers(meta, path, "camMat", K, 9);
+
+    if (st)
+        return st;
+    if (!(K[0] > 0 && K[4] > 0) || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1)
+        return lt_error(LT_EFORMAT, "%s: camMat is [%g %g %g; %g %g %g; %g %g %g], expected "
+                        "[fx 0 cx; 0 fy cy; 0 0 1]", path, K[0], K[1], K[2], K[3], K[4], K[5], K[6],
+                        K[7], K[8]);
+    *cam = (lt_camera){ K[0], K[4], K[2], K[5] };
+    return LT_OK;
+}
+
+/* From OpenGL axes: y and z change their sign. */
+static void from_gl(const float in[3], float out[3])
+{
+    out[0] = in[0];
+    out[1] = -in[1];
+    out[2] = -in[2];
+}
+
+static void rotation_from(const float aa[3], bool flip, float out[9])
+{
+    const double v[3] = { aa[0], aa[1], aa[2] };
+    double R[9];
+
+    lt_rot_from_axis_angle(v, R);
+    for (int i = 0; i < 9; i++)
+        out[i] = (float)(flip && i >= 3 ? -R[i] : R[i]);
+}
+
+static lt_status read_pose(const lt_pvalue *meta, const char *path, dataset_sample *s)
+{
+    float pose[3 * LT_HAND_JOINTS];
+    lt_status st = numbers(meta, path, "handPose", pose, LT_COUNT(pose));
+
+    if (!st)
+        st = numbers(meta, path, "handBeta", s->beta, LT_HAND_BETAS);
+    if (st)
+        return st;
+    for (int i = 0; i < LT_HAND_JOINTS; i++)
+        rotation_from(pose + 3 * i, i == 0, s->rotation[i]);
+    s->flags |= SAMPLE_HAND_POSE;
+    return LT_OK;
+}
+
+static void set_joints(const float mano[LT_HAND_KEYPOINTS][3], dataset_sample *s)
+{
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
+        from_gl(mano[lt_mano_to_simple[i]], s->joints[i]);
+    memcpy(s->root, s->joints[0], sizeof(s->root));
+    s->flags |= SAMPLE_JOINTS | SAMPLE_ROOT;
+}
+
+static lt_status read_train_hand(const lt_pvalue *meta, const char *path, dataset_sample *s)
+{
+    float mano[LT_HAND_KEYPOINTS][3];
+    lt_status st = read_pose(meta, path, s);
+
+    if (!st)
+        st = numbers(meta, path, "handJoints3D", &mano[0][0], LT_COUNT(mano) * 3);
+    if (!st)
+        set_joints((const float (*)[3])mano, s);
+    return st;
+}
+
+/* Wrist and box from the annotation; the rest from the ground-truth files where they are. */
+static lt_status read_evaluation_hand(const ho3d *h, int64_t index, const lt_pvalue *meta,
+                                      const char *path, dataset_sample *s)
+{
+    float root[3];
+    lt_status st = numbers(meta, path, "handJoints3D", root, 3);
+
+    if (!st)
+        st = numbers(meta, path, "handBoundingBox", s->hand_box, 4);
+    if (st)
+        return st;
+    if (h->xyz)
+        set_joints((const float (*)[3])(h->xyz + index * LT_HAND_KEYPOINTS * 3), s);
+    if (h->vertices) {
+        s->vertices = (const float (*)[3])(h->vertices + index * LT_HAND_VERTICES * 3);
+        s->flags |= SAMPLE_VERTICES;
+    }
+    from_gl(root, s->root);
+    s->flags |= SAMPLE_HAND_BOX | SAMPLE_ROOT;
+    return LT_OK;
+}
+
+static lt_status read_object(const ho3d *h, const lt_pvalue *meta, const char *path, dataset_sample *s)
+{
+    const char *name = lt_pstr(lt_pdict_get(meta, "objName"));
+    float aa[3], t[3];
+    lt_status st;
+
+    if (!name)
+        return lt_error(LT_EFORMAT, "%s: objName: expected a text, the name of a YCB model", path);
+    s->object = dataset_find_object(&h->base, name);
+    if (s->object < 0)
+        return lt_error(LT_EIO, "%s: objName is %s, which is not in %s", path, name, h->models);
+    st = numbers(meta, path, "objRot", aa, 3);
+    if (!st)
+        st = numbers(meta, path, "objTrans", t, 3);
+    if (st)
+        return st;
+    rotation_from(aa, true, s->R);
+    from_gl(t, s->t);
+    s->flags |= SAMPLE_OBJECT;
+    return LT_OK;
+}
+
+static lt_status read_meta(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
+{
+    const char *path = frame_path(h, index, arena, "meta", "pkl");
+    const lt_pvalue *meta;
+    lt_status st;
+
+    if (!path)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
+    st = lt_pickle_read(arena, path, &meta);
+    if (st)
+        return st;
+    if (meta->kind != LT_PDICT)
+        return lt_error(LT_EFORMAT, "%s: expected a dictionary of annotations", path);
+    st = read_camera(meta, path, &s->camera);
+    if (!st)
+        st = h->evaluation ? read_evaluation_hand(h, index, meta, path, s)
+                           : read_train_hand(meta, path, s);
+    if (!st && h->base.n_objects)
+        st = read_object(h, meta, path, s);
+    return st;
+}
+
+static lt_status read_sample(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
+                             dataset_sample *out)
+{
+    const ho3d *h = (const ho3d *)d;
+    dataset_sample s = { .name = h->name[index], .object = -1 };
+    lt_status st = read_meta(h, index, arena, &s);
+
+    if (!st)
+        st = dataset_project(d, &s);
+    if (!st)
+        st = read_rgb(h, index, arena, &s);
+    if (!st && (want & SAMPLE_DEPTH))
+        st = read_depth(h, index, arena, &s);
+    if (!st && (want & SAMPLE_OBJECT) && s.object >= 0)
+        st = dataset_draw_silhouette(d, arena, &s);
+    if (!st)
+        *out = s;
+    return st;
+}
+
+lt_status ho3d_read_annotation(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *out)
+{
+    *out = (dataset_sample){ .name = h->name[index], .object = -1 };
+    return read_meta(h, index, arena, out);
+}
+
+static const char *sample_name(const dataset *d, int64_t index)
+{
+    return ((const ho3d *)d)->name[index];
+}
+
+static void free_dataset(dataset *d)
+{
+    lt_arena_free(((ho3d *)d)->arena);
+}
+
+static const dataset_ops ops = { read_sample, sample_name, free_dataset };
+
+/* ---- opening ---- */
+
+static bool good_name(const char *name)
+{
+    const char *slash = strchr(name, '/');
+
+    return slash && slash > name && slash[1] && !strchr(slash + 1, '/') && lt_path_is_inside(name);
+}
+
+/* The lines of text into h->name, in place. */
+static lt_status split_list(ho3d *h, const char *path, char *text)
+{
+    char *rest = NULL;
+    size_t lines = 1;
+
+    for (const char *p = text; *p; p++)
+        lines += *p == '\n';
+    h->name = lt_arena_array(h->arena, lines, sizeof(*h->name));
+    if (!h->name)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    for (char *line = strtok_r(text, "\r\n", &rest); line; line = strtok_r(NULL, "\r\n", &rest)) {
+        if (!good_name(line))
+            return lt_error(LT_EFORMAT, "%s: entry %lld is \"%.40s\", expected SEQUENCE/FRAME, such as "
+                            "ABF10/0123", path, (long long)h->base.count + 1, line);
+        h->name[h->base.count++] = line;
+    }
+    return h->base.count ? LT_OK : lt_error(LT_EFORMAT, "%s: lists no frame", path);
+}
+
+static lt_status read_list(ho3d *h)
+{
+    const char *path = lt_arena_printf(h->arena, "%s/%s.txt", h->base.root, h->base.split);
+    struct stat info;
+    uint8_t *text;
+    size_t n;
+    lt_status st;
+
+    if (!path)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->base.root);
+    if (stat(h->base.root, &info) || !S_ISDIR(info.st_mode))
+        return lt_error(LT_EIO, "%s: no such folder; give the HO3D folder that holds train.txt, or make "
+                        "a synthetic one with `palmar synth`", h->base.root);
+    if (access(path, F_OK))
+        return lt_error(LT_EIO, "%s: no such file; the folder of HO3D v2 or v3 holds train.txt and "
+                        "evaluation.txt", path);
+    st = lt_read_file(h->arena, path, (size_t)64 << 20, &text, &n);
+    return st ? st : split_list(h, path, (char *)text);
+}
+
+static lt_status open_models(ho3d *h, const ho3d_options *o)
+{
+    const char *names[YCB_COUNT];
+    int n = 0;
+    struct stat info;
+
+    h->models = o->models ? lt_arena_strdup(h->arena, o->models)
+                          : lt_arena_printf(h->arena, "%s/models", h->base.root);
+    if (h->models && !o->models && stat(h->models, &info))
+        h->models = lt_arena_printf(h->arena, "%s/../models", h->base.root);
+    if (!h->models)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->base.root);
+    if (stat(h->models, &info) || !S_ISDIR(info.st_mode))
+        return lt_error(LT_EIO, "%s/models: no such folder, nor %s; put the YCB models there (HO3D's page "
+                        "links them), or name their folder", h->base.root, h->models);
+    for (int id = 1; id <= YCB_COUNT; id++)
+        if (ycb_find(id)->in_ho3d)
+            names[n++] = ycb_find(id)->name;
+    return dataset_load_objects(h->arena, h->models, names, n, &h->base.objects, &h->base.n_objects);
+}
+
+/* One of the two files of ground truth, where it is there. */
+static lt_status open_truth(ho3d *h, const char *file, int points, const float **out)
+{
+    const char *path = lt_arena_printf(h->arena, "%s/%s", h->base.root, file);
+
+    if (!path)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->base.root);
+    if (access(path, F_OK))
+        return LT_OK;
+    return ho3d_read_truth(h->arena, path, h->base.count, points, (float **)out);
+}
+
+/* Our own generator leaves a manifest that says so. */
+static bool is_synthetic(ho3d *h)
+{
+    const char *path = lt_arena_printf(h->arena, "%s/manifest.json", h->base.root);
+    struct cJSON *manifest = NULL;
+    bool yes = false;
+
+    if (path && !access(path, F_OK) && !lt_json_read(path, &manifest))
+        yes = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(manifest, "synthetic"));
+    cJSON_Delete(manifest);
+    return yes;
+}
+
+static const char *kind_of(const ho3d *h)
+{
+    const char *png = frame_path(h, 0, h->arena, "rgb", "png");
+
+    return png && !access(png, F_OK) ? "HO3D v2" : "HO3D v3";
+}
+
+static lt_status open_all(ho3d *h, const ho3d_options *o)
+{
+    lt_status st = read_list(h);
+
+    if (!st && !o->no_objects)
+        st = open_models(h, o);
+    if (!st && h->evaluation)
+        st = open_truth(h, "evaluation_xyz.json", LT_HAND_KEYPOINTS, &h->xyz);
+    if (!st && h->evaluation && o->vertices)
+        st = open_truth(h, "evaluation_verts.json", LT_HAND_VERTICES, &h->vertices);
+    if (st)
+        return st;
+    h->base.kind = kind_of(h);
+    h->base.synthetic = is_synthetic(h);
+    return LT_OK;
+}
+
+lt_status ho3d_open(const ho3d_options *o, dataset **out)
+{
+    lt_arena *arena = lt_arena_new();
+    ho3d *h = arena ? lt_arena_alloc(arena, sizeof(*h)) : NULL;
+    lt_status st;
+
+    if (strcmp(o->split, "train") && strcmp(o->split, "evaluation")) {
+        lt_arena_free(arena);
+        return lt_error(LT_EINVAL, "HO3D has no split \"%s\": \"train\" or \"evaluation\"", o->split);
+    }
+    if (!h || !(h->base.root = lt_arena_strdup(arena, o->root))) {
+        lt_arena_free(arena);
+        return lt_error(LT_ENOMEM, "%s: no memory", o->root);
+    }
+    h->arena = arena;
+    h->evaluation = !strcmp(o->split, "evaluation");
+    h->base.ops = &ops;
+    h->base.split = h->evaluation ? "evaluation" : "train";
+    h->base.tips = lt_hand_tips_ho3d;
+    st = open_all(h, o);
+    if (st)
+        lt_arena_free(arena);
+    else
+        *out = &h->base;
+    return st;
+}

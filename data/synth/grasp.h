@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * How a right hand holds an object: grasps sampled from templates, closed finger by finger on the object's
+ * distance field, refined, and kept only if they would hold.
+ */
+#ifndef DATA_SYNTH_GRASP_H
+#define DATA_SYNTH_GRASP_H
+
+#include "libtensor/base/arena.h"
+#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* One object, one hand shape. Read-only once made: any number of threads may sample from it. */
+typedef struct synth_grasp_ctx synth_grasp_ctx;
+
+/* All in the object's frame, metres and radians; fingers in the order thumb, index, middle, ring, little. */
+typedef struct {
+    const char *kind;               /* "wrap", "pinch", ...: the template's name */
+    double pose[48];                /* axis-angle of the 16 joints, MANO order; the first turns the wrist */
+    double trans[3];                /* as lt_hand_pose takes it: vertices come out in the object's frame */
+    bool contact[5];                /* the finger has a vertex within 4 mm of the object */
+    double penetration;             /* of the deepest vertex */
+    double mean_penetration;        /* of the vertices that penetrate; 0 when none does */
+    double volume;                  /* shared by hand and object, cubic metres */
+    double lowest;                  /* of the hand, above the object's lowest point; below 0 it cannot be
+                                     * taken up from a table this way */
+} synth_grasp;
+
+/* Why candidates were turned down, and how many were not. */
+typedef struct {
+    int64_t tried, accepted;
+    int64_t no_contact;             /* fewer than three fingers, or no thumb */
+    int64_t too_deep;
+    int64_t no_balance;             /* no forces inside the friction cones hold the object still */
+    int64_t bent;                   /* beyond a joint's limits, or a finger through another */
+} synth_grasp_stats;
+
+/**
+ * synth_grasp_ctx_new - prepare to grasp stand-in ycb_id
+ *
+ *   object   synth_object_new's mesh, in its model frame; not kept
+ *   hand     a right hand; not kept
+ *   beta     (10) the hand's shape; NULL: zeros
+ *   out      lives in the arena
+ *
+ * Errors: LT_EINVAL for an unknown id, a left hand, or a mesh that synth_sdf_new refuses; LT_ENOMEM.
+ */
+lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const lt_hand_model *hand,
+                              const double *beta, synth_grasp_ctx **out);
+
+/**
+ * synth_grasp_sample - one accepted grasp
+ *
+ * A function of (ctx, seed) alone. Tries up to 64 candidates; stats, when not NULL, is added to.
+ *
+ * Errors: LT_ENUMERIC when every candidate is turned down; the line says how many for which reason.
+ */
+lt_status synth_grasp_sample(const synth_grasp_ctx *ctx, uint64_t seed, synth_grasp_stats *stats,
+                             synth_grasp *out);
+
+/**
+ * synth_grasp_refit - let a hand of another shape take a grasp over
+ *
+ * `grasp` comes from any context of the same object, ctx has the other hand's shape. The result meets the
+ * same tests. Errors: LT_ENUMERIC when it does not.
+ */
+lt_status synth_grasp_refit(const synth_grasp_ctx *ctx, const synth_grasp *grasp, synth_grasp *out);
+
+/**
+ * synth_grasp_library - n different accepted grasps, drawn on all threads; the same on any number of them
+ *
+ *   out      (n) in the arena
+ *   stats    may be NULL
+ *
+ * Errors: as synth_grasp_sample; LT_ENOMEM.
+ */
+lt_status synth_grasp_library(lt_arena *arena, const synth_grasp_ctx *ctx, uint64_t seed, int n,
+                              synth_grasp_stats *stats, synth_grasp **out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Surfaces painted from random numbers: wood, stone, plaster, cloth, tiles, printed labels. */
+#ifndef DATA_SYNTH_ROOM_PATTERN_H
+#define DATA_SYNTH_ROOM_PATTERN_H
+
+#include "data/synth/render.h"
+#include "libtensor/base/rng.h"
+
+/* All repeat seamlessly but labels; NULL without memory. Colours are sRGB 0..1. */
+synth_texture *pattern_wood(lt_arena *arena, lt_rng *r);
+synth_texture *pattern_stone(lt_arena *arena, lt_rng *r);
+synth_texture *pattern_plaster(lt_arena *arena, lt_rng *r);
+synth_texture *pattern_stripes(lt_arena *arena, lt_rng *r);
+synth_texture *pattern_checks(lt_arena *arena, lt_rng *r);
+synth_texture *pattern_tiles(lt_arena *arena, lt_rng *r);
+synth_texture *pattern_weave(lt_arena *arena, lt_rng *r, const float rgb[3]);
+synth_texture *pattern_label(lt_arena *arena, lt_rng *r);
+synth_texture *pattern_page(lt_arena *arena, lt_rng *r);
+synth_texture *pattern_fruit(lt_arena *arena, lt_rng *r);
+
+/* pattern_color - hue 0..1 (below 0: any), saturation and value as in HSV, to sRGB */
+void pattern_hsv(double hue, double saturation, double value, float rgb[3]);
+
+/* pattern_noise - smooth noise in 0..1 that repeats after px, py cells and is sampled at u, v in 0..1;
+ * octaves double the cells and halve the weight */
+float pattern_noise(uint32_t seed, float u, float v, int px, int py, int octaves);
+
+#endif

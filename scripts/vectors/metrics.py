@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Reference scores for tests/eval: the official formulas in NumPy and SciPy, double precision.
+
+    cd tests/eval && ../../scripts/vectors/metrics.py
+
+writes ho3d_vectors.h and object_vectors.h.
+
+Predictions are made by the same linear congruential generator here and in the tests, and rounded to float32.
+"""
+import numpy as np
+from scipy.linalg import orthogonal_procrustes
+from scipy.spatial import cKDTree
+
+J, V, N = 21, 778, 4
+
+
+class Lcg:
+    """x in [-1, 1), exact in double; tests/eval/lcg.h is its twin."""
+
+    def __init__(self, seed):
+        self.state = seed
+
+    def __call__(self, n):
+        out = np.empty(n)
+        for i in range(n):
+            self.state = (self.state * 1664525 + 1013904223) & 0xffffffff
+            out[i] = (self.state >> 8) / 8388608.0 - 1.0
+        return out
+
+
+def truth(draw, n):
+    """A cloud of n points 0.1 m to each side of (0.05, 0.02, -0.6)."""
+    return (draw(3 * n).reshape(n, 3) * 0.1 + [0.05, 0.02, -0.6]).astype('f4')
+
+
+def predict(kind, draw, g):
+    noise = draw(g.size).reshape(g.shape)
+    g = g.astype('f8')
+    x, y, z = g.T
+    if kind == 0:                                   # nearly right
+        p = g + noise * 0.002
+    elif kind == 1:                                 # noisy, and elsewhere
+        p = g + noise * 0.01 + [0.01, -0.02, 0.03]
+    elif kind == 2:                                 # larger, turned
+        p = np.stack([-y, x, z], 1) * 1.3 + noise * 0.005
+    elif kind == 3:                                 # seen in a mirror
+        p = np.stack([-x, y, z], 1) + noise * 0.005
+    else:
+        p = g * 0
+    return p.astype('f4')
+
+
+def procrustes(g, p):
+    g_mean, p_mean = g.mean(0), p.mean(0)
+    g, p = g - g_mean, p - p_mean
+    g_norm, p_norm = np.linalg.norm(g) + 1e-8, np.linalg.norm(p) + 1e-8
+    R, s = orthogonal_procrustes(g / g_norm, p / p_norm)
+    return (p / p_norm) @ R.T * s * g_norm + g_mean
+
+
+def scale_translation(g, p):
+    s = np.linalg.norm(p[4] - p[0])
+    p = (p / s if s > 0 else p) * np.linalg.norm(g[4] - g[0])
+    return p - p[0] + g[0]
+
+
+def mean_auc(d):
+    """d (frames, points): what EvalUtil.get_measures(0, 0.05, 100) returns."""
+    t = np.linspace(0, 0.05, 100)
+    auc = [np.trapz([(c <= x).mean() for x in t], t) / np.trapz(np.ones(100), t) for c in d.T]
+    return 100 * d.mean(0).mean(), np.mean(auc)
+
+
+def f_score(g, p, t):
+    to_p, to_g = cKDTree(p).query(g)[0], cKDTree(g).query(p)[0]
+    a, b = (to_p < t).mean(), (to_g < t).mean()
+    return 2 * a * b / (a + b) if a + b > 0 else 0.0
+
+
+def ho3d(kind):
+    draw = Lcg(kind + 1)
+    d = {k: [] for k in ('xyz', 'pa', 'st', 'mesh', 'mesh_pa', 'f')}
+    for _ in range(N):
+        gj = truth(draw, J)
+        pj = predict(kind, draw, gj)
+        gv = truth(draw, V)
+        pv = predict(kind, draw, gv)
+        gj, pj, gv, pv = (a.astype('f8') for a in (gj, pj, gv, pv))
+        al = procrustes(gv, pv)
+        for key, a, b in (('xyz', gj, pj), ('pa', gj, procrustes(gj, pj)), ('st', gj, scale_translation(gj, pj)),
+                          ('mesh', gv, pv), ('mesh_pa', gv, al)):
+            d[key].append(np.linalg.norm(a - b, axis=1))
+        d['f'].append([f_score(gv, q, t) for t in (0.005, 0.015) for q in (pv, al)])
+    out = []
+    for key in ('xyz', 'pa', 'st', 'mesh', 'mesh_pa'):
+        out += mean_auc(np.array(d[key]))
+    return out + list(np.mean(d['f'], 0))
+
+
+# ---- object poses ----------------------------------------------------------------------------------------
+
+def rotation(v):
+    """Cayley's rotation (I - S)^-1 (I + S) of v, rational and so the same everywhere."""
+    S = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    return np.linalg.solve(np.eye(3) - S, np.eye(3) + S)
+
+
+def objects(kind):
+    draw = Lcg(100 + kind)
+    x = draw(3 * 50).reshape(50, 3) * [0.05, 0.08, 0.03]
+    Rg, tg = rotation(draw(3)), draw(3) * 0.1 + [0, 0, 0.7]
+    Re, te = rotation(draw(3) * 0.2) @ Rg, tg + draw(3) * 0.02
+    e, g = x @ Re.T + te, x @ Rg.T + tg
+    flip = np.diag([-1.0, -1.0, 1.0])
+    g_flip = (x @ flip) @ Rg.T + tg
+    K = np.array([[600, 0, 320], [0, 610, 240], [0, 0, 1.0]])
+
+    def px(a, eps=0.0):
+        uvw = a @ K.T
+        return uvw[:, :2] / (uvw[:, 2:] + eps)
+
+    def corners(a):
+        b = np.stack([a.min(0), a.max(0)])
+        return np.array([[b[i, 0], b[j, 1], b[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+
+    def norm(a):
+        return np.linalg.norm(a, axis=-1)
+
+    return [norm(e - g).mean(), cKDTree(e).query(g)[0].mean(), cKDTree(g).query(e)[0].mean(),
+            min(norm(e - g).max(), norm(e - g_flip).max()),
+            min(norm(px(e) - px(g)).max(), norm(px(e) - px(g_flip)).max()),
+            np.degrees(np.arccos(np.clip((np.trace(Re @ Rg.T) - 1) / 2, -1, 1))), norm(te - tg),
+            norm(px(e, 1e-5) - px(g, 1e-5)).mean(), norm(corners(e) - corners(g)).mean(),
+            norm(x.max(0) - x.min(0)), norm(x[:, None] - x[None]).max()]
+
+
+def table(path, what, name, rows):
+    with open(path, 'w') as f:
+        f.write('/* SPDX-License-Identifier: Apache-2.0 */\n')
+        f.write('/* %s. Made by scripts/vectors/metrics.py; do not edit. */\n' % what)
+        f.write('static const double %s[%d][%d] = {\n' % (name, len(rows), len(rows[0])))
+        for r in rows:
+            lines = [' '.join('%.12g,' % v for v in r[i:i + 5]) for i in range(0, len(r), 5)]
+            f.write('    {\n        ' + '\n        '.join(lines) + '\n    },\n')
+        f.write('};\n')
+
+
+table('ho3d_vectors.h', 'The 14 lines of scores.txt for five sets of predictions', 'ho3d_wanted',
+      [ho3d(k) for k in range(5)])
+table('object_vectors.h', 'Errors of five object poses, in the order of test_object_pose.c', 'object_wanted',
+      [objects(k) for k in range(5)])
