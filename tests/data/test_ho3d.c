@@ -1,0 +1,578 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The HO3D reader on small trees made here: orders, axes, both versions, and every way a tree is broken. */
+#include "data/ho3d.h"
+#include "libtensor/geometry/rotation.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/image.h"
+#include "libtensor/io/mesh_io.h"
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/pickle.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { W = 640, H = 480 };
+
+/* ---- a tree ---- */
+
+static char root[64];
+static lt_arena *arena;
+
+static const char *at(const char *path)
+{
+    return lt_arena_printf(arena, "%s/%s", root, path);
+}
+
+static void ok(lt_status st)
+{
+    ck_assert_msg(st == LT_OK, "%s", lt_last_error());
+}
+
+static void text_file(const char *path, const char *text)
+{
+    ok(lt_write_file(at(path), text, strlen(text)));
+}
+
+static void picture(const char *path, bool jpg, int width, int height)
+{
+    lt_image img;
+
+    ok(lt_image_init(arena, width, height, 3, 8, &img));
+    for (size_t i = 0; i < lt_image_bytes(&img); i++)
+        img.data[i] = (uint8_t)(i / 3 % 251);
+    ok(jpg ? lt_jpeg_write(at(path), &img, 95) : lt_png_write(at(path), &img));
+}
+
+static void depth_picture(const char *path)
+{
+    lt_image img;
+
+    ok(lt_image_init(arena, W, H, 3, 8, &img));
+    img.data[0] = 0x10;
+    img.data[1] = 0x27;
+    ok(lt_png_write(at(path), &img));
+}
+
+/* The annotation. Joint i of the file's order lies i mm to the right of the wrist. */
+static const float K[9] = { 614.627f, 0, 320.262f, 0, 614.101f, 238.469f, 0, 0, 1 };
+static const float obj_rot[3] = { 0.1f, -0.2f, 0.3f }, obj_trans[3] = { 0.02f, 0.01f, -0.5f };
+static float pose[48] = { 0.1f, -0.2f, 0.3f, 0.1f, 0, 0 }, beta[10] = { 0.5f, -1 };
+static const float trans[3] = { 0.02f, -0.03f, -0.6f };
+static float joints[21][3];
+static const float wrist[3] = { 0.05f, -0.02f, -0.6f };
+static const lt_pwrite corner[4] = {
+    { .kind = LT_PW_FLOAT, .number = 300.5 }, { .kind = LT_PW_INT, .integer = 200 },
+    { .kind = LT_PW_FLOAT, .number = 400 }, { .kind = LT_PW_FLOAT, .number = 310 },
+};
+
+static lt_pwrite array_of(const char *key, const float *data, int rows, int columns)
+{
+    const int64_t shape[2] = { rows, columns };
+
+    return (lt_pwrite){ .key = key, .kind = LT_PW_ARRAY,
+                        .array = lt_array_make(LT_ELEM_F4, columns ? 2 : 1, shape, data) };
+}
+
+enum { KEYS = 9 };
+
+static void set_items(lt_pwrite item[KEYS], bool evaluation)
+{
+    for (int i = 0; i < 21; i++)
+        for (int k = 0; k < 3; k++)
+            joints[i][k] = wrist[k] + (k == 0 ? 0.001f * (float)i : 0);
+    item[0] = array_of("camMat", K, 3, 3);
+    item[1] = (lt_pwrite){ .key = "objName", .kind = LT_PW_STR, .text = "006_mustard_bottle" };
+    item[2] = array_of("objRot", obj_rot, 3, 1);
+    item[3] = array_of("objTrans", obj_trans, 3, 0);
+    item[4] = array_of("handPose", pose, 48, 0);
+    item[5] = array_of("handBeta", beta, 10, 0);
+    item[6] = array_of("handTrans", trans, 3, 0);
+    item[7] = evaluation ? array_of("handJoints3D", joints[0], 3, 0)
+                         : array_of("handJoints3D", joints[0], 21, 3);
+    item[8] = (lt_pwrite){ .key = "handBoundingBox", .kind = LT_PW_LIST, .item = corner, .n_items = 4 };
+}
+
+/* Write the meta file; change, when not NULL, takes the place of the item with its key. */
+static void meta(const char *path, bool evaluation, const lt_pwrite *change)
+{
+    lt_pwrite item[KEYS];
+
+    set_items(item, evaluation);
+    for (int i = 0; change && i < KEYS; i++)
+        if (!strcmp(item[i].key, change->key))
+            item[i] = *change;
+    ok(lt_pickle_write_dict(at(path), item, KEYS));
+}
+
+static void model(void)
+{
+    float vertex[4][3] = { { 0, 0, 0 }, { .04f, 0, 0 }, { 0, .06f, 0 }, { 0, 0, .1f } };
+    int32_t face[4][3] = { { 0, 2, 1 }, { 0, 1, 3 }, { 0, 3, 2 }, { 1, 2, 3 } };
+    const lt_mesh mesh = { .n_vertices = 4, .n_faces = 4, .vertex = vertex, .face = face };
+
+    ok(lt_make_dirs(at("models/006_mustard_bottle")));
+    ok(lt_obj_write(at("models/006_mustard_bottle/textured_simple.obj"), &mesh, NULL));
+    ok(lt_xyz_write(at("models/006_mustard_bottle/points.xyz"), (const float (*)[3])vertex, 4));
+}
+
+static void make_split(const char *split, bool jpg)
+{
+    static const char *const folder[] = { "rgb", "depth", "meta" };
+
+    for (int i = 0; i < 3; i++)
+        ok(lt_make_dirs(lt_arena_printf(arena, "%s/%s/ABF10/%s", root, split, folder[i])));
+    picture(lt_arena_printf(arena, "%s/ABF10/rgb/0123.%s", split, jpg ? "jpg" : "png"), jpg, W, H);
+    depth_picture(lt_arena_printf(arena, "%s/ABF10/depth/0123.png", split));
+    meta(lt_arena_printf(arena, "%s/ABF10/meta/0123.pkl", split), !strcmp(split, "evaluation"), NULL);
+    text_file(lt_arena_printf(arena, "%s.txt", split), "ABF10/0123\n");
+}
+
+static void setup(void)
+{
+    strcpy(root, "/tmp/test_ho3d_XXXXXX");
+    ck_assert_ptr_nonnull(mkdtemp(root));
+    arena = lt_arena_new();
+    model();
+    make_split("train", true);
+    make_split("evaluation", false);
+}
+
+static void teardown(void)
+{
+    char command[128];
+
+    snprintf(command, sizeof(command), "rm -rf %s", root);
+    ck_assert_int_eq(system(command), 0);
+    lt_arena_free(arena);
+}
+
+static dataset *open_split(const char *split)
+{
+    const ho3d_options o = { .root = root, .split = split, .vertices = true };
+    dataset *d = NULL;
+
+    ok(ho3d_open(&o, &d));
+    return d;
+}
+
+static void near(const float *got, const double *want, int n, double tolerance)
+{
+    for (int i = 0; i < n; i++)
+        ck_assert_double_eq_tol(got[i], want[i], tolerance);
+}
+
+/* ---- what is read ---- */
+
+START_TEST(train_sample)
+{
+    const double first[2] = { 371.480917, 258.939033 };         /* the projection of the wrist */
+    const double aa[3] = { -2.992752, 0.454224, 0.302816 };     /* F times the rotation of (.1, -.2, .3) */
+    const double t[3] = { 0.02, -0.01, 0.5 };
+    dataset *d = open_split("train");
+    dataset_sample s;
+    double R[9];
+
+    ck_assert_str_eq(d->kind, "HO3D v3");
+    ck_assert_int_eq(d->count, 1);
+    ck_assert(!d->synthetic);
+    ok(dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
+    ck_assert_str_eq(s.name, "ABF10/0123");
+    ck_assert_int_eq(s.flags, SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT | SAMPLE_OBJECT | SAMPLE_DEPTH);
+    near(s.joints2d[0], first, 2, 1e-4);
+    lt_rot_from_axis_angle(aa, R);
+    near(s.rotation[0], R, 9, 2e-6);
+    near(s.R, R, 9, 2e-6);
+    near(s.t, t, 3, 1e-7);
+    near(s.root, (const double[]){ .05, .02, .6 }, 3, 1e-7);
+    lt_rot_from_axis_angle((const double[]){ 0.1, 0, 0 }, R);
+    near(s.rotation[1], R, 9, 1e-6);                            /* only the wrist changes axes */
+    for (int i = 0; i < 21; i++)
+        ck_assert_float_eq_tol(s.joints[i][0] - s.root[0], 0.001f * (float)lt_mano_to_simple[i], 1e-7);
+    ck_assert_float_eq_tol(s.depth[0], 1.249866f, 1e-6);
+    ck_assert_float_eq(s.depth[1], 0);
+    dataset_free(d);
+}
+END_TEST
+
+START_TEST(object)
+{
+    dataset *d = open_split("train");
+    dataset_sample s;
+    const dataset_object *o;
+    double p[3], R[9], uv[2];
+    int area = 0;
+
+    ok(dataset_read(d, 0, SAMPLE_OBJECT, arena, &s));
+    ck_assert_ptr_null(s.depth);
+    ck_assert_int_eq(s.object, 0);
+    o = &d->objects[0];
+    ck_assert_int_eq(o->ycb_id, 5);
+    ck_assert_int_eq(dataset_find_object(d, "syn_006_mustard_bottle"), 0);
+    ck_assert_int_eq(dataset_find_object(d, "007_tuna_fish_can"), -1);
+    ck_assert_float_eq_tol(o->diagonal, sqrtf(.04f * .04f + .06f * .06f + .1f * .1f), 1e-6);
+    ck_assert_float_eq_tol(o->diameter, sqrtf(.06f * .06f + .1f * .1f), 1e-6);
+    near(o->control[20], (const double[]){ .02, .03, .05 }, 3, 1e-7);
+    for (int i = 0; i < 9; i++)
+        R[i] = s.R[i];
+    for (int k = 0; k < 3; k++)
+        p[k] = R[3 * k] * .02 + R[3 * k + 1] * .03 + R[3 * k + 2] * .05 + s.t[k];
+    lt_camera_project(&s.camera, p, uv);
+    near(s.control2d[20], uv, 2, 1e-3);
+    for (int i = 0; i < W * H; i++)
+        area += s.silhouette[i];
+    ck_assert_int_gt(area, 500);
+    dataset_free(d);
+}
+END_TEST
+
+START_TEST(evaluation_sample)
+{
+    dataset *d = open_split("evaluation");
+    dataset_sample s;
+
+    ck_assert_str_eq(d->kind, "HO3D v2");
+    ok(dataset_read(d, 0, 0, arena, &s));
+    ck_assert_int_eq(s.flags, SAMPLE_ROOT | SAMPLE_HAND_BOX | SAMPLE_OBJECT);
+    ck_assert_ptr_null(s.silhouette);
+    near(s.hand_box, (const double[]){ 300.5, 200, 400, 310 }, 4, 1e-5);
+    near(s.root, (const double[]){ .05, .02, .6 }, 3, 1e-7);
+    ck_assert_int_eq(s.rgb[3 * 7], 7);
+    dataset_free(d);
+}
+END_TEST
+
+static void truth(const char *file, int frames, int points)
+{
+    FILE *f = fopen(at(file), "w");
+
+    for (int i = 0; i < frames; i++) {
+        fprintf(f, i ? ", [" : "[[");
+        for (int k = 0; k < points; k++)
+            fprintf(f, "%s[%g, 0.25, -5e-1]", k ? ", " : "", 0.001 * k);
+        fprintf(f, "]");
+    }
+    fprintf(f, "]\n");
+    fclose(f);
+}
+
+START_TEST(evaluation_truth)
+{
+    dataset *d;
+    dataset_sample s;
+
+    truth("evaluation_xyz.json", 1, 21);
+    truth("evaluation_verts.json", 1, 778);
+    d = open_split("evaluation");
+    ok(dataset_read(d, 0, 0, arena, &s));
+    ck_assert(s.flags & SAMPLE_JOINTS && s.flags & SAMPLE_VERTICES);
+    near(s.joints[4], (const double[]){ .016, -.25, .5 }, 3, 1e-7);     /* the thumb's tip is MANO's 16 */
+    near(s.vertices[777], (const double[]){ .777, -.25, .5 }, 3, 1e-6);
+    near(s.root, (const double[]){ .05, .02, .6 }, 3, 1e-7);            /* from the annotation */
+    dataset_free(d);
+}
+END_TEST
+
+START_TEST(hand_only)
+{
+    const ho3d_options o = { .root = root, .split = "train", .no_objects = true };
+    dataset *d;
+    dataset_sample s;
+
+    ok(ho3d_open(&o, &d));
+    ok(dataset_read(d, 0, SAMPLE_OBJECT, arena, &s));
+    ck_assert_int_eq(s.object, -1);
+    ck_assert(!(s.flags & SAMPLE_OBJECT));
+    dataset_free(d);
+}
+END_TEST
+
+/* ---- what is refused ---- */
+
+static void open_fails(const char *split, const char *line)
+{
+    const ho3d_options o = { .root = root, .split = split, .vertices = true };
+    dataset *d;
+
+    ck_assert_int_ne(ho3d_open(&o, &d), LT_OK);
+    ck_assert_msg(!strcmp(lt_last_error(), line), "got  %s\nwant %s", lt_last_error(), line);
+}
+
+static void read_fails(const char *split, const char *line)
+{
+    dataset *d = open_split(split);
+    dataset_sample s;
+
+    ck_assert_int_ne(dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s), LT_OK);
+    ck_assert_msg(!strcmp(lt_last_error(), line), "got  %s\nwant %s", lt_last_error(), line);
+    dataset_free(d);
+}
+
+START_TEST(folders_missing)
+{
+    const ho3d_options o = { .root = "/nonexistent/HO3D", .split = "train" };
+    const ho3d_options other = { .root = root, .split = "test" };
+    dataset *d;
+
+    ck_assert_int_eq(ho3d_open(&o, &d), LT_EIO);
+    ck_assert_str_eq(lt_last_error(), "/nonexistent/HO3D: no such folder; give the HO3D folder that holds "
+                                      "train.txt, or make a synthetic one with `palmar synth`");
+    ck_assert_int_eq(ho3d_open(&other, &d), LT_EINVAL);
+    ck_assert_str_eq(lt_last_error(), "HO3D has no split \"test\": \"train\" or \"evaluation\"");
+    unlink(at("train.txt"));
+    open_fails("train", lt_arena_printf(arena, "%s: no such file; the folder of HO3D v2 or v3 holds "
+                                        "train.txt and evaluation.txt", at("train.txt")));
+}
+END_TEST
+
+START_TEST(lists_broken)
+{
+    text_file("train.txt", "");
+    open_fails("train", lt_arena_printf(arena, "%s: lists no frame", at("train.txt")));
+    text_file("train.txt", "ABF10/0123\r\n../../etc/passwd\n");
+    open_fails("train", lt_arena_printf(arena, "%s: entry 2 is \"../../etc/passwd\", expected "
+                                        "SEQUENCE/FRAME, such as ABF10/0123", at("train.txt")));
+    text_file("train.txt", "0123\n");
+    open_fails("train", lt_arena_printf(arena, "%s: entry 1 is \"0123\", expected SEQUENCE/FRAME, such as "
+                                        "ABF10/0123", at("train.txt")));
+}
+END_TEST
+
+START_TEST(models_missing)
+{
+    ck_assert_int_eq(rename(at("models"), at("elsewhere")), 0);
+    open_fails("train", lt_arena_printf(arena, "%s/models: no such folder, nor %s/../models; put the YCB "
+                                        "models there (HO3D's page links them), or name their folder", root,
+                                        root));
+    ok(lt_make_dirs(at("models")));
+    open_fails("train", lt_arena_printf(arena, "%s/models: has none of the object models (such as "
+                                        "003_cracker_box); they are the YCB models of PoseCNN, to be had from "
+                                        "the DexYCB and HO3D pages", root));
+}
+END_TEST
+
+START_TEST(model_incomplete)
+{
+    const char *path = at("models/006_mustard_bottle/points.xyz");
+
+    unlink(path);
+    open_fails("train", lt_arena_printf(arena, "%s: No such file or directory", path));
+}
+END_TEST
+
+START_TEST(truth_broken)
+{
+    const char *path = at("evaluation_xyz.json");
+
+    truth("evaluation_xyz.json", 2, 21);
+    open_fails("evaluation", lt_arena_printf(arena, "%s: frame 1, point 0: found one more frame, expected the "
+                                             "end: evaluation.txt lists no more", path));
+    text_file("evaluation_xyz.json", "[]");
+    open_fails("evaluation", lt_arena_printf(arena, "%s: has 0 frames, evaluation.txt lists 1", path));
+    truth("evaluation_xyz.json", 1, 20);
+    open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, point 20: found the end of the frame, "
+                                             "expected 21 points", path));
+    text_file("evaluation_xyz.json", "[[[1, 2]]]");
+    open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, point 0: found the end of the point, "
+                                             "expected three numbers", path));
+    text_file("evaluation_xyz.json", "[[[1, null, 3]]]");
+    open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, point 0: found null, expected numbers",
+                                             path));
+    text_file("evaluation_xyz.json", "[[[1, 1e9, 3]]]");
+    open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, point 0: found 1e9, expected a coordinate "
+                                             "in metres", path));
+    text_file("evaluation_xyz.json", "{\"xyz\": 1}");
+    open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, point 0: found an object, expected a list",
+                                             path));
+}
+END_TEST
+
+/* Whatever the text is, there is an answer. */
+START_TEST(truth_cut_anywhere)
+{
+    static const char whole[] = "[[[1,2,3],[4,5,6]]]";
+    float *out;
+
+    for (size_t n = 0; n < sizeof(whole) - 1; n++) {
+        ok(lt_write_file(at("cut.json"), whole, n));
+        ck_assert_int_eq(ho3d_read_truth(arena, at("cut.json"), 1, 2, &out), LT_EFORMAT);
+    }
+    text_file("cut.json", whole);
+    ok(ho3d_read_truth(arena, at("cut.json"), 1, 2, &out));
+    ck_assert_float_eq(out[5], 6);
+}
+END_TEST
+
+START_TEST(images_missing_or_broken)
+{
+    const char *jpg = at("train/ABF10/rgb/0123.jpg"), *png = at("train/ABF10/rgb/0123.png");
+
+    picture("train/ABF10/rgb/0123.jpg", true, 320, 240);
+    read_fails("train", lt_arena_printf(arena, "%s: image of 320 x 240, expected 640 x 480", jpg));
+    ck_assert_int_eq(truncate(jpg, 1500), 0);
+    {
+        dataset *d = open_split("train");
+        dataset_sample s;
+        ck_assert_int_eq(dataset_read(d, 0, 0, arena, &s), LT_EFORMAT);
+        ck_assert_ptr_nonnull(strstr(lt_last_error(), jpg));
+        dataset_free(d);
+    }
+    unlink(jpg);
+    read_fails("train", lt_arena_printf(arena, "%s: no such file, nor 0123.jpg", png));
+}
+END_TEST
+
+START_TEST(depth_missing)
+{
+    const char *path = at("train/ABF10/depth/0123.png");
+
+    unlink(path);
+    read_fails("train", lt_arena_printf(arena, "%s: No such file or directory", path));
+}
+END_TEST
+
+/* An item of the annotation in place of the right one, and what is said of it. */
+static const float zeros[64], not_a_number[3] = { 0, NAN, 0 }, near_camera[3] = { 0, 0, 0.3f };
+static const float skewed[9] = { 600, 2, 320, 0, 600, 240, 0, 0, 1 };
+static const struct {
+    bool evaluation;
+    const char *key;
+    lt_pwrite_kind kind;
+    int rows, columns;
+    const float *data;
+    const char *text, *line;
+} wrong[] = {
+    { false, "handPose", LT_PW_ARRAY, 45, 0, zeros, NULL, "handPose" },
+    { false, "handPose", LT_PW_NONE, 0, 0, NULL, NULL,
+      ": handPose is None, expected 48 numbers: this frame is not annotated, so it should not be listed" },
+    { false, "handJoints3D", LT_PW_ARRAY, 20, 3, zeros, NULL, "handJoints3D" },
+    { false, "handJoints3D", LT_PW_ARRAY, 3, 0, wrist, NULL, "handJoints3D" },
+    { false, "camMat", LT_PW_ARRAY, 3, 2, zeros, NULL, "camMat" },
+    { false, "camMat", LT_PW_ARRAY, 3, 3, zeros, NULL,
+      ": camMat is [0 0 0; 0 0 0; 0 0 0], expected [fx 0 cx; 0 fy cy; 0 0 1]" },
+    { false, "camMat", LT_PW_ARRAY, 3, 3, skewed, NULL,
+      ": camMat is [600 2 320; 0 600 240; 0 0 1], expected [fx 0 cx; 0 fy cy; 0 0 1]" },
+    { false, "objRot", LT_PW_ARRAY, 3, 0, not_a_number, NULL, "objRot" },
+    { false, "objTrans", LT_PW_STR, 0, 0, NULL, "far away", "objTrans" },
+    { false, "objName", LT_PW_INT, 0, 0, NULL, NULL,
+      ": objName: expected a text, the name of a YCB model" },
+    { false, "objName", LT_PW_STR, 0, 0, NULL, "025_mug", "025_mug" },
+    { true, "handJoints3D", LT_PW_ARRAY, 21, 3, zeros, NULL, "handJoints3D" },
+    { true, "handBoundingBox", LT_PW_NONE, 0, 0, NULL, NULL,
+      ": handBoundingBox is None, expected 4 numbers: this frame is not annotated, so it should not be listed" },
+};
+
+/* The line names the file and says what wrong[i].line does: all of it, or, a bare word, at least that. */
+START_TEST(annotation_wrong)
+{
+    const char *split = wrong[_i].evaluation ? "evaluation" : "train", *line = wrong[_i].line;
+    const char *path = lt_arena_printf(arena, "%s/ABF10/meta/0123.pkl", split);
+    const size_t n = strlen(at(path));
+    lt_pwrite item = { .key = wrong[_i].key, .kind = wrong[_i].kind, .text = wrong[_i].text };
+    dataset *d;
+    dataset_sample s;
+
+    if (item.kind == LT_PW_ARRAY)
+        item = array_of(item.key, wrong[_i].data, wrong[_i].rows, wrong[_i].columns);
+    meta(path, wrong[_i].evaluation, &item);
+    d = open_split(split);
+    ck_assert_int_ne(dataset_read(d, 0, 0, arena, &s), LT_OK);
+    ck_assert_msg(!strncmp(lt_last_error(), at(path), n), "%s", lt_last_error());
+    ck_assert_msg(strstr(lt_last_error(), line) != NULL, "%s", lt_last_error());
+    if (line[0] == ':')
+        ck_assert_str_eq(lt_last_error() + n, line);
+    dataset_free(d);
+}
+END_TEST
+
+START_TEST(annotation_of_other_shapes)
+{
+    const lt_pwrite item = array_of("handBeta", beta, 2, 5);
+    dataset_sample s;
+    dataset *d;
+
+    meta("train/ABF10/meta/0123.pkl", false, &item);
+    d = open_split("train");
+    ok(dataset_read(d, 0, 0, arena, &s));
+    ck_assert_mem_eq(s.beta, beta, sizeof(beta));
+    dataset_free(d);
+}
+END_TEST
+
+START_TEST(annotation_missing_key)
+{
+    lt_pwrite item[KEYS];
+
+    set_items(item, false);
+    item[4].key = "pose";
+    ok(lt_pickle_write_dict(at("train/ABF10/meta/0123.pkl"), item, KEYS));
+    {
+        dataset *d = open_split("train");
+        dataset_sample s;
+        ck_assert_int_eq(dataset_read(d, 0, 0, arena, &s), LT_EFORMAT);
+        ck_assert_ptr_nonnull(strstr(lt_last_error(), "handPose"));
+        dataset_free(d);
+    }
+    unlink(at("train/ABF10/meta/0123.pkl"));
+    read_fails("train", lt_arena_printf(arena, "%s: No such file or directory",
+                                        at("train/ABF10/meta/0123.pkl")));
+}
+END_TEST
+
+START_TEST(behind_the_camera)
+{
+    const lt_pwrite item = array_of("objTrans", near_camera, 3, 0);
+
+    meta("train/ABF10/meta/0123.pkl", false, &item);
+    read_fails("train", "ABF10/0123: object control point 0 lies behind the camera, at z = -0.3 m");
+}
+END_TEST
+
+START_TEST(no_such_sample)
+{
+    dataset *d = open_split("train");
+    dataset_sample s;
+
+    ck_assert_int_eq(dataset_read(d, 1, 0, arena, &s), LT_EINVAL);
+    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: no sample 1, there are 1", root));
+    dataset_free(d);
+    dataset_free(NULL);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *s = suite_create("ho3d");
+    TCase *c = tcase_create("all");
+    SRunner *r = srunner_create(s);
+    int failed;
+
+    tcase_add_checked_fixture(c, setup, teardown);
+    tcase_set_timeout(c, 60);
+    suite_add_tcase(s, c);
+    tcase_add_test(c, train_sample);
+    tcase_add_test(c, object);
+    tcase_add_test(c, evaluation_sample);
+    tcase_add_test(c, evaluation_truth);
+    tcase_add_test(c, hand_only);
+    tcase_add_test(c, folders_missing);
+    tcase_add_test(c, lists_broken);
+    tcase_add_test(c, models_missing);
+    tcase_add_test(c, model_incomplete);
+    tcase_add_test(c, truth_broken);
+    tcase_add_test(c, truth_cut_anywhere);
+    tcase_add_test(c, images_missing_or_broken);
+    tcase_add_test(c, depth_missing);
+    tcase_add_loop_test(c, annotation_wrong, 0, LT_COUNT(wrong));
+    tcase_add_test(c, annotation_of_other_shapes);
+    tcase_add_test(c, annotation_missing_key);
+    tcase_add_test(c, behind_the_camera);
+    tcase_add_test(c, no_such_sample);
+    srunner_run_all(r, CK_NORMAL);
+    failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed != 0;
+}
