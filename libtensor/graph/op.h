@@ -9,6 +9,7 @@
 #include "libtensor/base/rng.h"
 #include "libtensor/base/status.h"
 #include "libtensor/graph/tensor.h"
+#include "libtensor/kernels/kernels.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -56,16 +57,11 @@ enum {
 };
 
 /* An element-wise tail that a producer may take over: y = act(scale[c] * x + shift[c] + addend) */
-typedef enum {
-    LT_ACT_NONE, LT_ACT_LEAKY_RELU, LT_ACT_SILU, LT_ACT_GELU, LT_ACT_SIGMOID, LT_ACT_ELU, LT_ACT_TANH,
-} lt_act;
-
 typedef struct {
     lt_tensor *scale, *shift;       /* (C), constants, over dimension 1; both or neither */
     lt_tensor *addend;              /* the shape of x; or NULL */
     lt_act act;
-    double slope;                   /* of LT_ACT_LEAKY_RELU; 0 is relu */
-} lt_epilogue;
+} lt_tail;
 
 typedef struct lt_op {
     const char *name;
@@ -92,11 +88,11 @@ typedef struct lt_op {
     int64_t (*macs)(const lt_call *c);
 
     /* For plans without backward. lower: record something simpler instead, on in[0]'s graph, and
-     * return its result, or NULL to stay. as_epilogue: describe this node as a tail on in[i].
+     * return its result, or NULL to stay. as_tail: describe this node as a tail on in[i].
      * absorb: take a tail over, changing attr and inputs of the node, or refuse. All optional. */
     lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
-    bool (*as_epilogue)(const lt_node *node, int i, lt_epilogue *tail);
-    bool (*absorb)(lt_node *node, const lt_epilogue *tail);
+    bool (*as_tail)(const lt_node *node, int i, lt_tail *tail);
+    bool (*absorb)(lt_node *node, const lt_tail *tail);
 } lt_op;
 
 struct lt_node {

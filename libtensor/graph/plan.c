@@ -142,7 +142,7 @@ lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts)
     lt_arena *arena;
     lt_plan *p;
 
-    if (check(g, o))
+    if (lt_kernels_init() || check(g, o))
         return NULL;
     arena = lt_arena_new();
     p = arena ? lt_arena_alloc(arena, sizeof(*p)) : NULL;

@@ -42,9 +42,9 @@ static void fuse_one(lt_graph *g, lt_node *reader, reader_count readers)
 {
     for (int i = 0; i < reader->n_in; i++) {
         lt_node *producer = sole_producer(reader, i, readers);
-        lt_epilogue tail = { 0 };
+        lt_tail tail = { 0 };
 
-        if (producer && reader->op->as_epilogue(reader, i, &tail) && producer->op->absorb(producer, &tail)) {
+        if (producer && reader->op->as_tail(reader, i, &tail) && producer->op->absorb(producer, &tail)) {
             merge(g, producer, reader);
             return;
         }
@@ -62,7 +62,7 @@ lt_status pass_fuse(lt_graph *g)
         return lt_error(LT_ENOMEM, "no memory to compile the graph");
     count_readers(g, readers.of);
     for (int k = 0; k < n_nodes; k++)
-        if (g->node[k] && g->node[k]->op->as_epilogue)
+        if (g->node[k] && g->node[k]->op->as_tail)
             fuse_one(g, g->node[k], readers);
     return lt_graph_status(g);
 }

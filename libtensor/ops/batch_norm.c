@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* batch_norm: y = (x - mean) / sqrt(var + eps) * weight + bias, per channel
+ *                                                             [Ioffe and Szegedy 2015, algorithm 1]
+ *   x (B, C, ...)   weight, bias, running mean, running var (C)   ->   y (B, C, ...)
+ *   with n = (x - mean) rstd, N elements a channel:
+ *   dbias = sum dy      dweight = sum dy n      dx = weight rstd (dy - dbias / N - n dweight / N)
+ *
+ * With gradients the mean and biased variance are the batch's, and backward puts the mean and the unbiased
+ * variance where the running statistics collect them. Without, the running statistics make it a scale
+ * and a shift (lower), which a convolution before it takes into its weights.
+ */
+#include "libtensor/ops/common.h"
+
+enum { X, WEIGHT, BIAS, MEAN, VAR };
+
+typedef struct {
+    double eps;
+} batch_norm_attr;
+
+static lt_status infer(lt_call *c)
+{
+    static const char *const what[] = { "input", "weight", "bias", "running mean", "running var" };
+    const batch_norm_attr *a = c->attr;
+
+    if (c->in[X]->shape.rank < 2)
+        return lt_fail(c, "its input has no dimension 1 for channels");
+    for (int i = WEIGHT; i <= VAR; i++)
+        if (lt_want_shape(c, i, what[i], LT_SHAPE(lt_dim(c->in[X], 1))))
+            return LT_ESHAPE;
+    if (!(a->eps > 0))
+        return lt_fail(c, "eps is %g, want a number above 0", a->eps);
+    return op_same_shape(c);
+}
+
+/* What a channel's batch measured. */
+typedef struct {
+    double mean, var, rstd;
+} measure;
+
+static void plan(lt_call *c)
+{
+    if (c->train)
+        c->saved_bytes[0] = (size_t)lt_dim(c->in[X], 1) * sizeof(measure);
+}
+
+static const lt_real *value(const lt_call *c, int i)
+{
+    return c->in[i]->data;
+}
+
+static int64_t plane_at(const lt_call *c, int64_t b, int64_t ch)
+{
+    return (b * lt_dim(c->out, 1) + ch) * op_inner(c->out, 1);
+}
+
+static int64_t count(const lt_call *c)
+{
+    return lt_dim(c->out, 0) * op_inner(c->out, 1);
+}
+
+/* Sums in double of floats: x^2 - mean^2 loses nothing that a float could show. */
+static measure measure_channel(const lt_call *c, int64_t ch)
+{
+    const batch_norm_attr *a = c->attr;
+    double sum = 0, sumsq = 0, n = (double)count(c);
+    measure m;
+
+    for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
+        double part[2];
+
+        lt_k->moments(part, value(c, X) + plane_at(c, b, ch), (size_t)op_inner(c->out, 1));
+        sum += part[0];
+        sumsq += part[1];
+    }
+    m.mean = sum / n;
+    m.var = fmax(0, sumsq / n - m.mean * m.mean);
+    m.rstd = 1 / sqrt(m.var + a->eps);
+    return m;
+}
+
+static measure running(const lt_call *c, int64_t ch)
+{
+    const batch_norm_attr *a = c->attr;
+    const double var = value(c, VAR)[ch];
+
+    return (measure){ value(c, MEAN)[ch], var, 1 / sqrt(var + a->eps) };
+}
+
+static void normalise(const lt_call *c, int64_t ch, const measure *m)
+{
+    const double scale = value(c, WEIGHT)[ch] * m->rstd;
+    const lt_real shift = (lt_real)(value(c, BIAS)[ch] - m->mean * scale);
+
+    for (int64_t b = 0; b < lt_dim(c->out, 0); b++)
+        lt_k->affine((lt_real *)c->out->data + plane_at(c, b, ch), value(c, X) + plane_at(c, b, ch),
+                     (lt_real)scale, shift, (lt_act){ .kind = LT_ACT_NONE }, (size_t)op_inner(c->out, 1));
+}
+
+static void forward_channel(const lt_call *c, int64_t ch)
+{
+    const measure m = c->train ? measure_channel(c, ch) : running(c, ch);
+
+    if (c->train)
+        ((measure *)c->saved[0])[ch] = m;
+    normalise(c, ch, &m);
+}
+
+static void recompute_channel(const lt_call *c, int64_t ch)
+{
+    const measure m = c->train ? ((const measure *)c->saved[0])[ch] : running(c, ch);
+
+    normalise(c, ch, &m);
+}
+
+static void by_channel(const lt_call *c, op_row_fn fn)
+{
+    if (count(c))
+        op_by_row(c, lt_dim(c->out, 1), count(c), fn);
+}
+
+static void forward(const lt_call *c)
+{
+    by_channel(c, forward_channel);
+}
+
+static void recompute(const lt_call *c)
+{
+    by_channel(c, recompute_channel);
+}
+
+static void collect(const lt_call *c, int64_t ch, const measure *m, double dweight, double dbias)
+{
+    const double n = (double)count(c);
+    const double add[] = { [WEIGHT] = dweight, [BIAS] = dbias, [MEAN] = m->mean,
+                           [VAR] = n > 1 ? m->var * n / (n - 1) : m->var };
+
+    for (int i = WEIGHT; i <= VAR; i++)
+        if (c->din[i])
+            c->din[i][ch] += (lt_real)add[i];
+}
+
+static void backward_channel(const lt_call *c, int64_t ch)
+{
+    const measure *m = (const measure *)c->saved[0] + ch;
+    const size_t n = (size_t)op_inner(c->out, 1);
+    double dbias = 0, dweight = 0, s, t;
+
+    for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
+        const int64_t at = plane_at(c, b, ch);
+        double part[2];
+
+        lt_k->grad_moments(part, c->dout + at, value(c, X) + at, m->mean, n);
+        dbias += part[0];
+        dweight += part[1] * m->rstd;
+    }
+    s = value(c, WEIGHT)[ch] * m->rstd;
+    t = -s * m->rstd * dweight / (double)count(c);
+    for (int64_t b = 0; c->din[X] && b < lt_dim(c->out, 0); b++) {
+        const int64_t at = plane_at(c, b, ch);
+        const double u = -s * dbias / (double)count(c) - t * m->mean;
+
+        lt_k->affine_grad(c->din[X] + at, c->dout + at, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u, n);
+    }
+    collect(c, ch, m, dweight, dbias);
+}
+
+static void backward(const lt_call *c)
+{
+    by_channel(c, backward_channel);
+}
+
+/* ---- without gradients: scale = weight / sqrt(var + eps), shift = bias - mean scale -------------------- */
+
+static lt_status fold_infer(lt_call *c)
+{
+    c->outs[0]->shape = c->outs[1]->shape = c->in[0]->shape;
+    return LT_OK;
+}
+
+static void fold_forward(const lt_call *c)
+{
+    const batch_norm_attr *a = c->attr;
+    lt_real *scale = c->outs[0]->data, *shift = c->outs[1]->data;
+
+    for (int64_t i = 0; i < lt_numel(c->out); i++) {
+        const double s = value(c, 0)[i] / sqrt(value(c, 3)[i] + a->eps);
+
+        scale[i] = (lt_real)s;
+        shift[i] = (lt_real)(value(c, 1)[i] - value(c, 2)[i] * s);
+    }
+}
+
+static const lt_op fold_op = {
+    .name = "batch_norm_fold", .n_out = 2, .infer = fold_infer, .forward = fold_forward,
+};
+
+static lt_tensor *lower(const lt_node *node, lt_tensor *const *in)
+{
+    lt_tensor *scale = lt_apply(&fold_op, node->attr, sizeof(batch_norm_attr), in + WEIGHT, 4);
+
+    return lt_channel_affine(in[X], scale, lt_result(scale, 1));
+}
+
+static const lt_op batch_norm_op = {
+    .name = "batch_norm", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT), .infer = infer,
+    .plan = plan, .forward = forward, .backward = backward, .recompute = recompute, .lower = lower,
+};
+
+lt_tensor *(lt_batch_norm)(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, lt_tensor *running_mean,
+                           lt_tensor *running_var, double eps)
+{
+    const batch_norm_attr a = { .eps = eps };
+    lt_tensor *const in[] = { x, weight, bias, running_mean, running_var };
+
+    return lt_apply(&batch_norm_op, &a, sizeof(a), in, 5);
+}

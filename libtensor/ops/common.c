@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/ops/common.h"
+
+enum { CHUNK = 16384 };             /* elements of a task: about 5 us of streaming */
+
+lt_status op_same_shape(lt_call *c)
+{
+    if (!c->in[0])
+        return lt_fail(c, "its input is missing");
+    c->out->shape = c->in[0]->shape;
+    return LT_OK;
+}
+
+typedef struct {
+    const lt_call *c;
+    op_chunk_fn fn;
+    op_row_fn row_fn;
+    int64_t n, per_task;
+} cut;
+
+static void run_chunk(void *ctx, int64_t i)
+{
+    const cut *job = ctx;
+    const int64_t at = i * CHUNK;
+
+    job->fn(job->c, at, (size_t)lt_min_i64(CHUNK, job->n - at));
+}
+
+void op_by_chunk(const lt_call *c, int64_t n, op_chunk_fn fn)
+{
+    cut job = { .c = c, .fn = fn, .n = n };
+
+    lt_parallel_for(lt_ceil_div(n, CHUNK), run_chunk, &job);
+}
+
+static void run_rows(void *ctx, int64_t i)
+{
+    const cut *job = ctx;
+    const int64_t end = lt_min_i64(job->n, (i + 1) * job->per_task);
+
+    for (int64_t row = i * job->per_task; row < end; row++)
+        job->row_fn(job->c, row);
+}
+
+void op_by_row(const lt_call *c, int64_t n, int64_t row_cost, op_row_fn fn)
+{
+    cut job = { .c = c, .row_fn = fn, .n = n };
+
+    job.per_task = lt_max_i64(1, CHUNK / lt_max_i64(1, row_cost));
+    lt_parallel_for(lt_ceil_div(n, job.per_task), run_rows, &job);
+}
+
+int64_t op_outer(const lt_tensor *t, int axis)
+{
+    int64_t n = 1;
+
+    for (int i = 0; i < axis; i++)
+        n *= t->shape.dim[i];
+    return n;
+}
+
+int64_t op_inner(const lt_tensor *t, int axis)
+{
+    int64_t n = 1;
+
+    for (int i = axis + 1; i < t->shape.rank; i++)
+        n *= t->shape.dim[i];
+    return n;
+}

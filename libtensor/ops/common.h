@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the ops share: shape rules and ways to cut work.
+ */
+#ifndef LT_OPS_COMMON_H
+#define LT_OPS_COMMON_H
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/graph/op.h"
+#include "libtensor/ops/ops.h"
+
+#include <math.h>
+#include <string.h>
+
+/* op_same_shape - shape rule: the result is like in[0] */
+lt_status op_same_shape(lt_call *c);
+
+/* op_by_chunk - call fn for consecutive pieces of [0, n) on all threads; pieces depend on n alone */
+typedef void (*op_chunk_fn)(const lt_call *c, int64_t at, size_t n);
+void op_by_chunk(const lt_call *c, int64_t n, op_chunk_fn fn);
+
+/* op_by_row - call fn(c, i) for i in [0, n) on all threads, several rows a task when rows are short */
+typedef void (*op_row_fn)(const lt_call *c, int64_t row);
+void op_by_row(const lt_call *c, int64_t n, int64_t row_cost, op_row_fn fn);
+
+/* op_outer, op_inner - the product of the dimensions before and behind axis */
+int64_t op_outer(const lt_tensor *t, int axis);
+int64_t op_inner(const lt_tensor *t, int axis);
+
+#endif

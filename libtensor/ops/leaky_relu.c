@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* leaky_relu: y = x where x > 0, slope * x elsewhere.            [Maas et al. 2013, section 2]
+ *   x (any shape)  ->  y (the shape of x)
+ *   dx += dy * (x > 0 ? 1 : slope)                               at x = 0 we take slope
+ *
+ * The slope is not negative, so y tells the sign of x and x need not be kept.
+ */
+#include "libtensor/ops/common.h"
+
+typedef struct {
+    lt_real slope;
+} leaky_relu_attr;
+
+static lt_status infer(lt_call *c)
+{
+    const leaky_relu_attr *a = c->attr;
+
+    if (!(a->slope >= 0) || isinf(a->slope))
+        return lt_fail(c, "slope is %g, want a finite number that is not negative", (double)a->slope);
+    return op_same_shape(c);
+}
+
+static void forward_chunk(const lt_call *c, int64_t at, size_t n)
+{
+    const leaky_relu_attr *a = c->attr;
+
+    lt_k->leaky_relu((lt_real *)c->out->data + at, (const lt_real *)c->in[0]->data + at, a->slope, n);
+}
+
+static void forward(const lt_call *c)
+{
+    op_by_chunk(c, lt_numel(c->out), forward_chunk);
+}
+
+static void backward_chunk(const lt_call *c, int64_t at, size_t n)
+{
+    const leaky_relu_attr *a = c->attr;
+    const lt_real *y = (const lt_real *)c->out->data + at;
+
+    lt_k->leaky_relu_grad(c->din[0] + at, c->dout + at, y, a->slope, n);
+}
+
+static void backward(const lt_call *c)
+{
+    if (c->din[0])
+        op_by_chunk(c, lt_numel(c->out), backward_chunk);
+}
+
+static bool as_tail(const lt_node *node, int i, lt_tail *tail)
+{
+    const leaky_relu_attr *a = node->attr;
+
+    (void)i;
+    tail->act = (lt_act){ .kind = LT_ACT_LEAKY_RELU, .param = a->slope };
+    return true;
+}
+
+static const lt_op leaky_relu_op = {
+    .name = "leaky_relu", .flags = LT_OP_INPLACE | LT_OP_CHEAP, .keeps = LT_KEEP_OUT(0), .infer = infer,
+    .forward = forward, .backward = backward, .as_tail = as_tail,
+};
+
+lt_tensor *(lt_leaky_relu)(lt_tensor *x, double slope)
+{
+    const leaky_relu_attr a = { .slope = (lt_real)slope };
+
+    return lt_apply(&leaky_relu_op, &a, sizeof(a), &x, 1);
+}
+
+lt_tensor *(lt_relu)(lt_tensor *x)
+{
+    return lt_leaky_relu(x, 0);
+}

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* linear: y = act(x w^T + b + addend) over the last dimension.
+ *   x (..., K)   w (N, K)   b (N)   ->   y (..., N)
+ *   dx += dy w       dw += dy^T x       db += sum of dy's rows
+ *
+ * act and addend are there only where an inference plan fused them.
+ */
+#include "libtensor/kernels/gemm.h"
+#include "libtensor/ops/common.h"
+
+enum { X, W, B, ADDEND };
+
+typedef struct {
+    lt_act act;
+} linear_attr;
+
+static lt_status infer(lt_call *c)
+{
+    const lt_tensor *x = c->in[X], *w = c->in[W];
+
+    if (lt_want_rank(c, W, "weight", 2))
+        return LT_ESHAPE;
+    if (x->shape.rank < 1 || lt_dim(x, -1) != lt_dim(w, 1))
+        return lt_fail(c, "input has %lld features, weight wants %lld",
+                       (long long)(x->shape.rank ? lt_dim(x, -1) : 0), (long long)lt_dim(w, 1));
+    if (c->in[B] && lt_want_shape(c, B, "bias", LT_SHAPE(lt_dim(w, 0))))
+        return LT_ESHAPE;
+    c->out->shape = x->shape;
+    c->out->shape.dim[x->shape.rank - 1] = lt_dim(w, 0);
+    return LT_OK;
+}
+
+static int64_t rows_of(const lt_call *c)
+{
+    return op_outer(c->in[X], c->in[X]->shape.rank - 1);
+}
+
+static void forward(const lt_call *c)
+{
+    const linear_attr *a = c->attr;
+    const int64_t n = lt_dim(c->in[W], 0), k = lt_dim(c->in[W], 1);
+    const lt_epilogue tail = {
+        .col_bias = c->in[B] ? c->in[B]->data : NULL,
+        .residual = c->in[ADDEND] ? c->in[ADDEND]->data : NULL, .ld_residual = n, .act = a->act,
+    };
+
+    lt_gemm(LT_NO_TRANS, LT_TRANS, rows_of(c), n, k, c->in[X]->data, k, c->in[W]->data, k, false,
+            c->out->data, n, &tail);
+}
+
+/* Column j of dy, summed over rows in their order; a task owns some columns. */
+enum { COLUMNS = 64 };
+
+static void bias_grad(void *ctx, int64_t task)
+{
+    const lt_call *c = ctx;
+    const int64_t n = lt_dim(c->in[W], 0), first = task * COLUMNS;
+    const size_t width = (size_t)lt_min_i64(COLUMNS, n - first);
+
+    for (int64_t r = 0; r < rows_of(c); r++)
+        lt_k->add_to(c->din[B] + first, c->dout + r * n + first, width);
+}
+
+static void backward(const lt_call *c)
+{
+    const int64_t m = rows_of(c), n = lt_dim(c->in[W], 0), k = lt_dim(c->in[W], 1);
+
+    if (c->din[X])
+        lt_gemm(LT_NO_TRANS, LT_NO_TRANS, m, k, n, c->dout, n, c->in[W]->data, k, true, c->din[X], k, NULL);
+    if (c->din[W])
+        lt_gemm(LT_TRANS, LT_NO_TRANS, n, k, m, c->dout, n, c->in[X]->data, k, true, c->din[W], k, NULL);
+    if (c->din[B])
+        lt_parallel_for(lt_ceil_div(n, COLUMNS), bias_grad, (void *)c);
+}
+
+static int64_t macs(const lt_call *c)
+{
+    return rows_of(c) * lt_numel(c->in[W]);
+}
+
+static bool absorb(lt_node *node, const lt_tail *tail)
+{
+    linear_attr *a = node->attr;
+
+    if (tail->scale || a->act.kind != LT_ACT_NONE || (tail->addend && node->in[ADDEND]))
+        return false;
+    if (tail->addend)
+        node->in[ADDEND] = tail->addend;
+    a->act = tail->act;
+    return true;
+}
+
+static const lt_op linear_op = {
+    .name = "linear", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .infer = infer,
+    .forward = forward, .backward = backward, .macs = macs, .absorb = absorb,
+};
+
+lt_tensor *(lt_linear)(lt_tensor *x, lt_tensor *w, lt_tensor *b)
+{
+    const linear_attr a = { .act = { .kind = LT_ACT_NONE } };
+
+    return lt_apply(&linear_op, &a, sizeof(a), (lt_tensor *[]){ x, w, b, NULL }, 4);
+}

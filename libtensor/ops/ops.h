@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The ops. Each is one file in this folder: shape rule, forward, backward. All of them record into the
+ * graph of their inputs; the returned tensors belong to that graph. Shapes that do not fit are
+ * remembered by the graph and reported by lt_compile with the layer's name and the caller's line.
+ */
+#ifndef LT_OPS_OPS_H
+#define LT_OPS_OPS_H
+
+#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/graph/graph.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* ---- element-wise ---------------------------------------------------------------------------------- */
+
+/* lt_add, lt_sub, lt_mul - with NumPy's broadcasting: dimensions are matched from the last one, and 1
+ * stretches. Errors: dimensions that differ and are not 1. */
+LT_API lt_tensor *lt_add(lt_tensor *a, lt_tensor *b);
+LT_API lt_tensor *lt_sub(lt_tensor *a, lt_tensor *b);
+LT_API lt_tensor *lt_mul(lt_tensor *a, lt_tensor *b);
+
+/* lt_scale - s * x for a number known while recording */
+LT_API lt_tensor *lt_scale(lt_tensor *x, double s);
+
+/* lt_leaky_relu - x where x > 0, slope * x elsewhere; the gradient at 0 takes the slope. lt_relu has
+ * slope 0. Source: Maas et al. 2013, section 2. */
+LT_API lt_tensor *lt_leaky_relu(lt_tensor *x, double slope);
+LT_API lt_tensor *lt_relu(lt_tensor *x);
+
+/* lt_sigmoid - 1 / (1 + exp(-x));  lt_tanh;  lt_silu - x * sigmoid(x);
+ * lt_elu - x where x > 0, exp(x) - 1 elsewhere;  lt_gelu - x (1 + erf(x / sqrt 2)) / 2, exact */
+LT_API lt_tensor *lt_sigmoid(lt_tensor *x);
+LT_API lt_tensor *lt_tanh(lt_tensor *x);
+LT_API lt_tensor *lt_silu(lt_tensor *x);
+LT_API lt_tensor *lt_elu(lt_tensor *x);
+LT_API lt_tensor *lt_gelu(lt_tensor *x);
+
+/* lt_dropout - zero each value with probability p and scale the rest by 1 / (1 - p); in plans without
+ * backward it is nothing. The draws depend on lt_plan_set_step, not on threads. Errors: p not in [0, 1). */
+LT_API lt_tensor *lt_dropout(lt_tensor *x, double p);
+
+/* ---- shape ----------------------------------------------------------------------------------------- */
+
+/* lt_reshape - the same values under another shape, no copy. Errors: another number of elements. */
+LT_API lt_tensor *lt_reshape(lt_tensor *x, lt_shape shape);
+
+/* lt_permute - dimension i of the result is dimension order[i] of x. Errors: order is no permutation. */
+LT_API lt_tensor *lt_permute(lt_tensor *x, const int *order);
+
+/* lt_concat - n tensors (at most LT_MAX_IN) one after another along axis; other dimensions must agree */
+LT_API lt_tensor *lt_concat(lt_tensor *const *x, int n, int axis);
+
+/* lt_slice - elements start .. start + length - 1 along axis. Errors: not inside x. */
+LT_API lt_tensor *lt_slice(lt_tensor *x, int axis, int64_t start, int64_t length);
+
+/* lt_detach - the same values, no copy; no gradient passes */
+LT_API lt_tensor *lt_detach(lt_tensor *x);
+
+/* ---- products -------------------------------------------------------------------------------------- */
+
+/**
+ * lt_linear - y = x w^T + b over the last dimension
+ *
+ *   x  (..., K)      w  (N, K)      b  (N) or NULL      returns (..., N)
+ *
+ * Errors: sizes that differ.
+ */
+LT_API lt_tensor *lt_linear(lt_tensor *x, lt_tensor *w, lt_tensor *b);
+
+/* lt_matmul - (B, M, K) times (B, K, N), or without B */
+LT_API lt_tensor *lt_matmul(lt_tensor *a, lt_tensor *b);
+
+/**
+ * lt_attention - softmax(q k^T / sqrt(d)) v, head by head
+ *
+ *   q  (B, T, C)      k, v  (B, S, C)      returns (B, T, C); d = C / heads
+ *
+ * Channels h*d .. h*d + d - 1 belong to head h. The scores are never stored whole: a block of rows at a
+ * time, and backward makes them again from the row maxima and sums.
+ * Errors: shapes that differ, heads that do not divide C. Source: Vaswani et al. 2017, section 3.2.
+ */
+LT_API lt_tensor *lt_attention(lt_tensor *q, lt_tensor *k, lt_tensor *v, int heads);
+
+typedef struct {
+    int stride, pad, dilation, groups;          /* 0 means 1, and for pad 0 */
+} lt_conv_opts;
+
+/**
+ * lt_conv2d - cross-correlation with zero padding
+ *
+ *   x  (B, C, H, W)      w  (O, C / groups, kh, kw)      b  (O) or NULL
+ *   returns  (B, O, H', W'), H' = (H + 2 pad - dilation (kh - 1) - 1) / stride + 1, rounded down
+ *
+ * opts NULL: stride 1, no padding, dilation 1, one group.
+ * Errors: channels that do not fit the weight, groups that do not divide, a window larger than the map.
+ */
+LT_API lt_tensor *lt_conv2d(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts);
+
+/* ---- maps (B, C, H, W) ------------------------------------------------------------------------------ */
+
+/* lt_max_pool2d - the largest of k x k, padded with nothing; ceil_mode keeps a last partial window */
+LT_API lt_tensor *lt_max_pool2d(lt_tensor *x, int k, int stride, int pad, bool ceil_mode);
+
+/* lt_global_avg_pool - the mean over H, W: (B, C) */
+LT_API lt_tensor *lt_global_avg_pool(lt_tensor *x);
+
+/* lt_upsample_nearest - each cell becomes factor x factor equal ones */
+LT_API lt_tensor *lt_upsample_nearest(lt_tensor *x, int factor);
+
+/* lt_resize_bilinear - to (h, w), half-pixel centres (align_corners false), no antialiasing: the source
+ * of i is (i + 0.5) * H / h - 0.5, clamped at 0; neighbours clamped to the border */
+LT_API lt_tensor *lt_resize_bilinear(lt_tensor *x, int64_t h, int64_t w);
+
+/**
+ * lt_roi_align - pool a fixed grid of bilinear samples out of each box
+ *
+ *   x        (B, C, H, W)            feature map
+ *   boxes    (R, 5)                  image index, then x0 y0 x1 y1 in pixels of the input image
+ *   returns  (R, C, out_h, out_w)
+ *
+ * scale turns image pixels into feature pixels: 0.25 for a stride-4 map. Samples outside the map by
+ * more than a pixel are 0. The gradient reaches x; boxes are constants. A box whose index is outside
+ * [0, B), or with a corner that is not finite, pools zeros. Samples per bin and axis: the bin's size
+ * rounded up (sampling_ratio -1), at most 64.
+ * Errors: boxes not (R, 5), sizes below 1, scale not above 0.
+ * Source: He et al. 2017, "Mask R-CNN", section 3; no half-pixel shift (aligned=False elsewhere).
+ */
+LT_API lt_tensor *lt_roi_align(lt_tensor *x, lt_tensor *boxes, int out_h, int out_w, double scale);
+
+/* lt_soft_argmax2d - the expected place of heat maps that sum to 1: (B, J, H, W) -> (B, J, 2),
+ * u = sum h * (col + 0.5) / W, v likewise, in [0, 1] */
+LT_API lt_tensor *lt_soft_argmax2d(lt_tensor *heat);
+
+/* ---- normalisation ----------------------------------------------------------------------------------- */
+
+/* lt_softmax - over the last dimension; a row with NaN, +inf or nothing but -inf becomes NaN */
+LT_API lt_tensor *lt_softmax(lt_tensor *x);
+
+/* lt_layer_norm - over the last dimension, biased variance; weight, bias (C) */
+LT_API lt_tensor *lt_layer_norm(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, double eps);
+
+/**
+ * lt_batch_norm - y = (x - mean) / sqrt(var + eps) * weight + bias, per channel
+ *
+ *   x  (B, C, ...)      weight, bias, running_mean, running_var  (C)
+ *
+ * A training plan uses the batch's mean and biased variance, and adds the mean and the unbiased variance
+ * into the grad of the running statistics; lt_statistics_update moves them afterwards. Other plans use
+ * the running statistics, fold into a convolution before it, and run as one scale and shift elsewhere.
+ * Source: Ioffe and Szegedy 2015, algorithm 1.
+ */
+LT_API lt_tensor *lt_batch_norm(lt_tensor *x, lt_tensor *weight, lt_tensor *bias,
+                                lt_tensor *running_mean, lt_tensor *running_var, double eps);
+
+/* lt_channel_affine - y = scale[c] * x + shift[c] over dimension 1 */
+LT_API lt_tensor *lt_channel_affine(lt_tensor *x, lt_tensor *scale, lt_tensor *shift);
+
+/* ---- geometry ---------------------------------------------------------------------------------------- */
+
+/* lt_rot6d - (..., 6) -> (..., 3, 3): two vectors made orthonormal become the first two columns, their
+ * cross product the third. Source: Zhou et al. 2019, "On the continuity of rotation representations". */
+LT_API lt_tensor *lt_rot6d(lt_tensor *x);
+
+/**
+ * lt_hand - the hand layer: rotations (B, 16, 3, 3) and betas (B, 10) -> vertices (B, 778, 3)
+ *
+ * The 21 key points (B, 21, 3), simple order, are lt_result(vertices, 1). Both wrist-relative, metres.
+ * layer must outlive the plans. Gradients reach rotations (as free matrices) and betas.
+ * Source: Romero et al. 2017, "Embodied Hands", section 3.
+ */
+LT_API lt_tensor *lt_hand(const lt_hand_layer *layer, lt_tensor *rotations, lt_tensor *betas);
+
+/* ---- losses ------------------------------------------------------------------------------------------ */
+
+/**
+ * lt_mse_loss, lt_l1_loss - the mean of (a - b)^2, of |a - b|, over all elements: one number
+ *
+ * weight (B), or NULL, weighs the samples of dimension 0; the mean is then over the weights' sum, and 0
+ * when that is 0. L1 has gradient 0 where a = b. Errors: shapes that differ.
+ */
+LT_API lt_tensor *lt_mse_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);
+LT_API lt_tensor *lt_l1_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);
+
+/* lt_sum - of all elements: one number */
+LT_API lt_tensor *lt_sum(lt_tensor *x);
+
+/* Calls remember their place in the source; see LT_HERE. */
+#define lt_add(...) LT_HERE(lt_add(__VA_ARGS__))
+#define lt_sub(...) LT_HERE(lt_sub(__VA_ARGS__))
+#define lt_mul(...) LT_HERE(lt_mul(__VA_ARGS__))
+#define lt_scale(...) LT_HERE(lt_scale(__VA_ARGS__))
+#define lt_leaky_relu(...) LT_HERE(lt_leaky_relu(__VA_ARGS__))
+#define lt_relu(...) LT_HERE(lt_relu(__VA_ARGS__))
+#define lt_sigmoid(...) LT_HERE(lt_sigmoid(__VA_ARGS__))
+#define lt_tanh(...) LT_HERE(lt_tanh(__VA_ARGS__))
+#define lt_silu(...) LT_HERE(lt_silu(__VA_ARGS__))
+#define lt_elu(...) LT_HERE(lt_elu(__VA_ARGS__))
+#define lt_gelu(...) LT_HERE(lt_gelu(__VA_ARGS__))
+#define lt_dropout(...) LT_HERE(lt_dropout(__VA_ARGS__))
+#define lt_reshape(...) LT_HERE(lt_reshape(__VA_ARGS__))
+#define lt_permute(...) LT_HERE(lt_permute(__VA_ARGS__))
+#define lt_concat(...) LT_HERE(lt_concat(__VA_ARGS__))
+#define lt_slice(...) LT_HERE(lt_slice(__VA_ARGS__))
+#define lt_detach(...) LT_HERE(lt_detach(__VA_ARGS__))
+#define lt_linear(...) LT_HERE(lt_linear(__VA_ARGS__))
+#define lt_matmul(...) LT_HERE(lt_matmul(__VA_ARGS__))
+#define lt_attention(...) LT_HERE(lt_attention(__VA_ARGS__))
+#define lt_conv2d(...) LT_HERE(lt_conv2d(__VA_ARGS__))
+#define lt_max_pool2d(...) LT_HERE(lt_max_pool2d(__VA_ARGS__))
+#define lt_global_avg_pool(...) LT_HERE(lt_global_avg_pool(__VA_ARGS__))
+#define lt_upsample_nearest(...) LT_HERE(lt_upsample_nearest(__VA_ARGS__))
+#define lt_resize_bilinear(...) LT_HERE(lt_resize_bilinear(__VA_ARGS__))
+#define lt_roi_align(...) LT_HERE(lt_roi_align(__VA_ARGS__))
+#define lt_soft_argmax2d(...) LT_HERE(lt_soft_argmax2d(__VA_ARGS__))
+#define lt_softmax(...) LT_HERE(lt_softmax(__VA_ARGS__))
+#define lt_layer_norm(...) LT_HERE(lt_layer_norm(__VA_ARGS__))
+#define lt_batch_norm(...) LT_HERE(lt_batch_norm(__VA_ARGS__))
+#define lt_channel_affine(...) LT_HERE(lt_channel_affine(__VA_ARGS__))
+#define lt_rot6d(...) LT_HERE(lt_rot6d(__VA_ARGS__))
+#define lt_hand(...) LT_HERE(lt_hand(__VA_ARGS__))
+#define lt_mse_loss(...) LT_HERE(lt_mse_loss(__VA_ARGS__))
+#define lt_l1_loss(...) LT_HERE(lt_l1_loss(__VA_ARGS__))
+#define lt_sum(...) LT_HERE(lt_sum(__VA_ARGS__))
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* reshape: the same values under another shape; detach: the same values without a gradient. Both are
+ * views: no copy in either direction.
+ */
+#include "libtensor/ops/common.h"
+
+typedef struct {
+    lt_shape shape;
+} reshape_attr;
+
+static lt_status reshape_infer(lt_call *c)
+{
+    const reshape_attr *a = c->attr;
+    char from[LT_SHAPE_TEXT], to[LT_SHAPE_TEXT];
+
+    if (lt_shape_numel(&a->shape) != lt_numel(c->in[0]))
+        return lt_fail(c, "%s does not become %s: another number of elements",
+                       lt_shape_text(&c->in[0]->shape, from), lt_shape_text(&a->shape, to));
+    c->out->shape = a->shape;
+    c->out->dtype = c->in[0]->dtype;
+    return LT_OK;
+}
+
+static lt_status detach_infer(lt_call *c)
+{
+    c->out->dtype = c->in[0]->dtype;
+    return op_same_shape(c);
+}
+
+static const lt_op reshape_op = { .name = "reshape", .flags = LT_OP_VIEW, .infer = reshape_infer };
+static const lt_op detach_op = {
+    .name = "detach", .flags = LT_OP_VIEW | LT_OP_DETACH, .infer = detach_infer,
+};
+
+lt_tensor *(lt_reshape)(lt_tensor *x, lt_shape shape)
+{
+    const reshape_attr a = { .shape = shape };
+
+    return lt_apply(&reshape_op, &a, sizeof(a), &x, 1);
+}
+
+lt_tensor *(lt_detach)(lt_tensor *x)
+{
+    return lt_apply(&detach_op, NULL, 0, &x, 1);
+}

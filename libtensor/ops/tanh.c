@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* tanh: y = (exp(x) - exp(-x)) / (exp(x) + exp(-x))
+ *   dx += dy * (1 - y^2)
+ */
+#include "libtensor/ops/common.h"
+
+static void forward_chunk(const lt_call *c, int64_t at, size_t n)
+{
+    lt_k->tanh((lt_real *)c->out->data + at, (const lt_real *)c->in[0]->data + at, n);
+}
+
+static void forward(const lt_call *c)
+{
+    op_by_chunk(c, lt_numel(c->out), forward_chunk);
+}
+
+static void backward_chunk(const lt_call *c, int64_t at, size_t n)
+{
+    lt_k->tanh_grad(c->din[0] + at, c->dout + at, (const lt_real *)c->out->data + at, n);
+}
+
+static void backward(const lt_call *c)
+{
+    if (c->din[0])
+        op_by_chunk(c, lt_numel(c->out), backward_chunk);
+}
+
+static bool as_tail(const lt_node *node, int i, lt_tail *tail)
+{
+    (void)node;
+    (void)i;
+    tail->act = (lt_act){ .kind = LT_ACT_TANH };
+    return true;
+}
+
+static const lt_op tanh_op = {
+    .name = "tanh", .flags = LT_OP_INPLACE | LT_OP_CHEAP, .keeps = LT_KEEP_OUT(0), .infer = op_same_shape,
+    .forward = forward, .backward = backward, .as_tail = as_tail,
+};
+
+lt_tensor *(lt_tanh)(lt_tensor *x)
+{
+    return lt_apply(&tanh_op, NULL, 0, &x, 1);
+}

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* upsample_nearest: each cell becomes factor x factor equal ones.
+ *   x (B, C, H, W)   ->   y (B, C, f H, f W)
+ *   dx += the sum of its f x f gradients
+ */
+#include "libtensor/ops/common.h"
+
+typedef struct {
+    int factor;
+} upsample_attr;
+
+static lt_status infer(lt_call *c)
+{
+    const upsample_attr *a = c->attr;
+    const lt_tensor *x = c->in[0];
+
+    if (lt_want_rank(c, 0, "input", 4))
+        return LT_ESHAPE;
+    if (a->factor < 1)
+        return lt_fail(c, "factor is %d, want at least 1", a->factor);
+    c->out->shape = LT_SHAPE(lt_dim(x, 0), lt_dim(x, 1), a->factor * lt_dim(x, 2), a->factor * lt_dim(x, 3));
+    return LT_OK;
+}
+
+/* One row of x and its f rows of y. */
+static void forward_row(const lt_call *c, int64_t row)
+{
+    const int f = ((const upsample_attr *)c->attr)->factor;
+    const int64_t w = lt_dim(c->in[0], 3);
+    const lt_real *x = (const lt_real *)c->in[0]->data + row * w;
+    lt_real *y = (lt_real *)c->out->data + row * f * f * w;
+
+    for (int64_t i = 0; i < w; i++)
+        for (int k = 0; k < f; k++)
+            y[i * f + k] = x[i];
+    for (int k = 1; k < f; k++)
+        memcpy(y + k * f * w, y, (size_t)(f * w) * sizeof(*y));
+}
+
+static void forward(const lt_call *c)
+{
+    op_by_row(c, op_outer(c->in[0], 3), lt_dim(c->out, 3), forward_row);
+}
+
+static void backward_row(const lt_call *c, int64_t row)
+{
+    const int f = ((const upsample_attr *)c->attr)->factor;
+    const int64_t w = lt_dim(c->in[0], 3);
+    const lt_real *dy = c->dout + row * f * f * w;
+    lt_real *dx = c->din[0] + row * w;
+
+    for (int64_t i = 0; i < w; i++)
+        for (int k = 0; k < f; k++)
+            for (int l = 0; l < f; l++)
+                dx[i] += dy[k * f * w + i * f + l];
+}
+
+static void backward(const lt_call *c)
+{
+    if (c->din[0])
+        op_by_row(c, op_outer(c->in[0], 3), lt_dim(c->out, 3), backward_row);
+}
+
+static const lt_op upsample_nearest_op = {
+    .name = "upsample_nearest", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_NOTHING, .infer = infer,
+    .forward = forward, .backward = backward,
+};
+
+lt_tensor *(lt_upsample_nearest)(lt_tensor *x, int factor)
+{
+    const upsample_attr a = { .factor = factor };
+
+    return lt_apply(&upsample_nearest_op, &a, sizeof(a), &x, 1);
+}
