@@ -57,14 +57,13 @@ LT_API lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, 
 
 enum { LT_HAND_PADDED = 784 };          /* vertices, rounded up to whole vectors */
 
-/* What forward leaves for backward, one sample's worth; the caller's memory, aligned to LT_ALIGN. */
+/* What forward leaves for backward, one sample's worth; the caller's memory. */
 typedef struct {
-    lt_real shaped[3][LT_HAND_PADDED];          /* after shape, then also pose, offsets */
-    lt_real work[12][LT_HAND_PADDED];
-    lt_real rest[LT_HAND_JOINTS][3];            /* joints before posing */
-    lt_real world_R[LT_HAND_JOINTS][9];         /* of each joint's frame */
-    lt_real world_t[LT_HAND_JOINTS][3];
-    lt_real skin_t[LT_HAND_JOINTS][3];          /* world_t - world_R rest */
+    lt_real posed[3][LT_HAND_PADDED];           /* vertices with shape and pose offsets, before skinning */
+    lt_real skin[12][LT_HAND_PADDED];           /* each vertex's blended transformation (3, 3), then t */
+    double rest[LT_HAND_JOINTS][3];             /* joints before posing */
+    double world_R[LT_HAND_JOINTS][9];          /* of each joint's frame */
+    double world_t[LT_HAND_JOINTS][3];
 } lt_hand_scratch;
 
 /**
@@ -81,7 +80,7 @@ LT_API void lt_hand_layer_forward(const lt_hand_layer *layer, const lt_real *R, 
 /**
  * lt_hand_layer_backward - gradients of one sample
  *
- *   R, scratch              as forward took and left them; scratch's work is used again
+ *   R, scratch              as forward took and left them; scratch is used up
  *   d_vertices (778, 3)     or NULL for zero
  *   d_keypoints (21, 3)     or NULL for zero
  *   d_R (16, 3, 3)          added to

@@ -54,8 +54,8 @@ LT_API lt_status lt_npz_get(const lt_npz *npz, const char *name, const lt_array 
  *
  * Text arrays are written as NumPy's U. The same arrays give the same bytes: every entry is dated
  * 1980-01-01.
- * Errors: LT_EINVAL (a bf16 array, which NumPy has no name for; two arrays of one name; none at all; a name that is
- * not made of letters, digits and "_.-/"), and those of lt_atomic_commit.
+ * Errors: LT_EINVAL (no arrays; a bf16 array, which NumPy has no name for; two arrays of one name; a
+ * name that is not made of letters, digits and "_.-/"), and those of lt_atomic_commit.
  */
 LT_API lt_status lt_npz_write(const char *path, const lt_named_array *entry, size_t n, bool deflate);
 

@@ -7,43 +7,23 @@
 
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/npy_entry.h"
+#include "libtensor/io/utf8.h"
 
 #include <string.h>
 #include <zip.h>
 
 enum { DOS_DATE_1980 = 1 << 5 | 1 };            /* year 0, month 1, day 1 */
 
-/* The next character of UTF-8 text that we trust to be one; its code, 0 at the end. */
-static uint32_t next_code(const char **text)
-{
-    const uint8_t *p = (const uint8_t *)*text;
-    const int more = p[0] < 0xc0 ? 0 : p[0] < 0xe0 ? 1 : p[0] < 0xf0 ? 2 : 3;
-    uint32_t code = more == 0 ? p[0] : p[0] & (0x3f >> more);
-
-    for (int i = 1; i <= more; i++) {
-        if ((p[i] & 0xc0) != 0x80)
-            return p[0] ? 0xfffd : 0;
-        code = code << 6 | (p[i] & 0x3f);
-    }
-    return code;
-}
-
-static void skip_code(const char **text)
-{
-    do
-        (*text)++;
-    while ((**text & 0xc0) == 0x80);
-}
-
 static size_t text_width(const lt_array *a, size_t count)
 {
     size_t widest = 1;
 
     for (size_t i = 0; i < count; i++) {
+        const char *p = lt_array_text(a, i), *end = p + strlen(p);
         size_t n = 0;
 
-        for (const char *p = lt_array_text(a, i); *p; skip_code(&p))
-            n++;
+        for (; p < end; n++)
+            lt_utf8_next(&p, end);
         widest = n > widest ? n : widest;
     }
     return widest;
@@ -62,10 +42,10 @@ static lt_status widen_text(lt_arena *arena, const lt_array *a, size_t width, co
     if (!codes || !lt_size_mul(*bytes, sizeof(*codes), bytes))
         return lt_error(LT_ENOMEM, "no memory for %zu texts", count);
     for (size_t i = 0; i < count; i++) {
-        uint32_t *out = codes + i * width;
+        const char *p = lt_array_text(a, i), *end = p + strlen(p);
 
-        for (const char *p = lt_array_text(a, i); *p; skip_code(&p))
-            *out++ = next_code(&p);
+        for (uint32_t *out = codes + i * width; p < end; out++)
+            *out = lt_utf8_next(&p, end);
     }
     *data = codes;
     return LT_OK;

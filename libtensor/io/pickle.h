@@ -24,7 +24,7 @@ typedef enum {
     LT_PLIST, LT_PTUPLE, LT_PSET,   /* item, n */
     LT_PDICT,                       /* item: key, value, key, value ...; n pairs, in file order */
     LT_PARRAY,                      /* array: numpy.ndarray, and numpy scalars with rank 0 */
-    LT_POBJECT,                     /* text: its class; item[0]: its state, or NULL: it had none */
+    LT_POBJECT,                     /* object: its class, and its state or NULL where it had none */
     LT_PCLASS,                      /* text: the dotted name of a class or function, inert */
     LT_PDTYPE,                      /* array: rank 0, type; no data */
 } lt_pkind;
@@ -74,7 +74,7 @@ LT_API lt_status lt_pickle_parse(lt_arena *arena, const char *name, const uint8_
  * not there or d is NULL or no dict */
 LT_API const lt_pvalue *lt_pdict_get(const lt_pvalue *d, const char *key);
 
-/* lt_parray - the array, lt_pstr - the text; NULL when v is NULL or of another kind */
+/* lt_parray - the array; lt_pstr - the text, also of a NumPy text scalar; NULL when v is NULL or another kind */
 LT_API const lt_array *lt_parray(const lt_pvalue *v);
 LT_API const char *lt_pstr(const lt_pvalue *v);
 

@@ -5,6 +5,7 @@
 #include "libtensor/io/raw_array.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/utf8.h"
 
 #include <string.h>
 
@@ -128,31 +129,6 @@ static void copy_elements(uint8_t *out, const uint8_t *in, const lt_raw_array *r
             copy_element(out + i * raw->width, in + i * raw->width, raw);
 }
 
-/* code as UTF-8; returns how many bytes that is, 0 when it is no character */
-static size_t put_utf8(char *out, uint32_t code)
-{
-    if (code < 0x80) {
-        out[0] = (char)code;
-        return 1;
-    }
-    if (code < 0x800) {
-        out[0] = (char)(0xc0 | code >> 6);
-        out[1] = (char)(0x80 | (code & 63));
-        return 2;
-    }
-    if (code < 0x10000) {
-        out[0] = (char)(0xe0 | code >> 12);
-        out[1] = (char)(0x80 | (code >> 6 & 63));
-        out[2] = (char)(0x80 | (code & 63));
-        return code < 0xd800 || code > 0xdfff ? 3 : 0;
-    }
-    out[0] = (char)(0xf0 | (code >> 18 & 7));
-    out[1] = (char)(0x80 | (code >> 12 & 63));
-    out[2] = (char)(0x80 | (code >> 6 & 63));
-    out[3] = (char)(0x80 | (code & 63));
-    return code <= 0x10ffff ? 4 : 0;
-}
-
 /* One element as NUL-terminated UTF-8; trailing NULs are padding. Returns the end, or NULL. */
 static char *decode_text(char *out, const uint8_t *in, const lt_raw_array *raw)
 {
@@ -165,7 +141,7 @@ static char *decode_text(char *out, const uint8_t *in, const lt_raw_array *raw)
 
         if (raw->unicode)
             memcpy(&code, in + i, sizeof(code));
-        n = put_utf8(end, code);
+        n = lt_utf8_put(end, code);
         if (n == 0)
             return NULL;
         end += n;

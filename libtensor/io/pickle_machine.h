@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The pickle reader's stack machine, as its parts see it: pickle.c runs opcodes, pickle_call.c knows the
+ * classes, pickle_check.c looks over the result.
+ *
+ * The first failure is kept in status and stops the machine after the opcode at hand. Until then every
+ * helper returns something that can be used, None if need be, so opcodes need no checks between lines.
+ */
+#ifndef LT_IO_PICKLE_MACHINE_H
+#define LT_IO_PICKLE_MACHINE_H
+
+#include "libtensor/io/pickle.h"
+
+typedef struct {
+    lt_arena *arena;
+    const char *name;                   /* of the file */
+    const uint8_t *bytes;
+    size_t n, pos, op_start;            /* input; next byte; the opcode at hand */
+    lt_pvalue **stack, **memo;
+    size_t *mark;                       /* stack heights */
+    size_t n_stack, stack_room, n_mark, mark_room, memo_room;
+    size_t n_memoized;                  /* MEMOIZE counts by itself */
+    char *pool;                         /* small things, packed tighter than the arena does */
+    size_t pool_left;
+    size_t n_values, spent, budget;     /* bytes made of the file's, and how many may be */
+    lt_pvalue *none, *result;
+    lt_status status;
+} lt_pmachine;
+
+/* lt_pm_fail - the first reason counts; the line has file, offset and reason */
+void lt_pm_fail(lt_pmachine *m, const char *fmt, ...) LT_PRINTF(2, 3);
+
+/* lt_pm_spend - account for bytes of memory; false, and a failure, when the file asks for too much */
+bool lt_pm_spend(lt_pmachine *m, size_t bytes);
+
+/* lt_pm_value - a new value of that kind; lt_pm_text - the same with a copy of n bytes and a NUL */
+lt_pvalue *lt_pm_value(lt_pmachine *m, lt_pkind kind);
+lt_pvalue *lt_pm_text(lt_pmachine *m, lt_pkind kind, const char *text, size_t n);
+
+/* lt_pm_alloc - memory for small things, aligned to 8 bytes; NULL after a failure */
+void *lt_pm_alloc(lt_pmachine *m, size_t bytes);
+
+/* lt_pm_items - a new list, tuple or set of n items, which are copied; a dict: 2 * n of them */
+lt_pvalue *lt_pm_items(lt_pmachine *m, lt_pkind kind, lt_pvalue *const *item, size_t n);
+
+/* lt_pm_global - what a module and a name stand for; lt_pm_call, lt_pm_new, lt_pm_build - the meaning of
+ * REDUCE, NEWOBJ and BUILD for the classes that we know */
+lt_pvalue *lt_pm_global(lt_pmachine *m, const char *module, size_t n_module, const char *name,
+                        size_t n_name);
+lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args);
+lt_pvalue *lt_pm_new(lt_pmachine *m, lt_pvalue *class_value, lt_pvalue *args);
+void lt_pm_build(lt_pmachine *m, lt_pvalue *object, lt_pvalue *state);
+
+/* lt_pm_check - result has no cycle, is not too deep, and every array in it was given its elements */
+void lt_pm_check(lt_pmachine *m);
+
+#endif

@@ -1,0 +1,310 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The hand layer against NumPy, against itself in double, and its gradient against differences. The same
+ * file is built for float and for double. */
+#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/rotation.h"
+
+#include "tests/geometry/hand_layer_vectors.h"
+
+#include <check.h>
+#include <stdlib.h>
+
+enum { V = LT_HAND_VERTICES, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, K = LT_HAND_KEYPOINTS };
+
+#ifdef LT_DOUBLE
+static const double TOL = 1e-14;
+#else
+static const double TOL = 3e-6;         /* of numbers up to 4: posedirs here are 50 times a hand's */
+#endif
+
+static lt_arena *arena;
+static lt_hand_model *hand;
+static lt_hand_layer *layer;
+static lt_hand_scratch scratch;
+
+/* The numbers of hashed() in scripts/vectors/geometry.py. */
+static double hashed(uint32_t seed, uint32_t i)
+{
+    uint32_t x = i * 2654435761u + seed;
+
+    x = (x ^ x >> 16) * 0x85EBCA6Bu;
+    x = (x ^ x >> 13) * 0xC2B2AE35u;
+    x ^= x >> 16;
+    return (x >> 16) / 32768.0 - 1;
+}
+
+static void fill(uint32_t seed, float scale, float *out, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        out[i] = scale * (float)hashed(seed, (uint32_t)i);
+}
+
+static void fill_real(uint32_t seed, lt_real *out, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        out[i] = (lt_real)hashed(seed, (uint32_t)i);
+}
+
+static void make_hand(void)
+{
+    static const int joint_step[3] = { 0, 5, 11 }, vertex_step[3] = { 0, 100, 200 };
+    static const float share[3] = { .5f, .25f, .25f };
+
+    arena = lt_arena_new();
+    hand = lt_arena_alloc(arena, sizeof(*hand));
+    fill(1, 1 / 8.f, hand->v_template[0], sizeof(hand->v_template) / sizeof(float));
+    fill(2, 1 / 256.f, hand->shapedirs[0][0], sizeof(hand->shapedirs) / sizeof(float));
+    fill(3, 1 / 256.f, hand->posedirs[0][0], sizeof(hand->posedirs) / sizeof(float));
+    for (int k = 0; k < 3; k++) {
+        for (int i = 0; i < V; i++)
+            hand->weights[i][(i + joint_step[k]) % J] += share[k];
+        for (int j = 0; j < J; j++)
+            hand->J_regressor[j][(37 * j + vertex_step[k]) % V] += share[k];
+    }
+    ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
+}
+
+static void free_hand(void)
+{
+    lt_arena_free(arena);
+}
+
+static void sample_pose(lt_real R[9 * J], lt_real beta[B])
+{
+    fill_real(4, beta, B);
+    for (int j = 0; j < J; j++) {
+        double aa[3], M[9];
+        for (int a = 0; a < 3; a++)
+            aa[a] = hashed(5, (uint32_t)(3 * j + a));
+        lt_rot_from_axis_angle(aa, M);
+        for (int i = 0; i < 9; i++)
+            R[9 * j + i] = (lt_real)M[i];
+    }
+}
+
+static void widen(const lt_real *x, int n, double *out)
+{
+    for (int i = 0; i < n; i++)
+        out[i] = x[i];
+}
+
+static void expect_near(const lt_real *got, const double *want, int n, double tol)
+{
+    for (int i = 0; i < n; i++)
+        ck_assert_msg(fabs((double)got[i] - want[i]) <= tol, "[%d] is %.9g, want %.9g", i, (double)got[i],
+                      want[i]);
+}
+
+START_TEST(values)
+{
+    lt_real R[9 * J], beta[B], v[3 * V], kp[3 * K];
+    double mean[3] = { 0 };
+
+    sample_pose(R, beta);
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    expect_near(kp, want_keypoints[0], 3 * K, TOL);
+    for (size_t i = 0; i < LT_COUNT(shown_vertex); i++)
+        expect_near(v + 3 * shown_vertex[i], want_shown[i], 3, TOL);
+    for (int i = 0; i < 3 * V; i++)
+        mean[i % 3] += v[i] / V;
+    for (int a = 0; a < 3; a++)
+        ck_assert_double_eq_tol(mean[a], want_mean_vertex[0][a], TOL);
+}
+END_TEST
+
+/* The plain formula with a translation, less the wrist, is the layer. */
+START_TEST(plain_formula_agrees)
+{
+    const double trans[3] = { .3, -.2, .7 };
+    double Rd[9 * J], betad[B], v[3 * V], joints[3 * J], kp[3 * K], mano[3 * K], only[3 * J], rest[3];
+    lt_real R[9 * J], beta[B], lv[3 * V], lkp[3 * K];
+
+    sample_pose(R, beta);
+    widen(R, 9 * J, Rd);
+    widen(beta, B, betad);
+    lt_hand_pose(hand, Rd, betad, trans, v, joints);
+    lt_hand_pose(hand, Rd, betad, trans, NULL, only);
+    ck_assert_mem_eq(joints, only, sizeof(only));
+    lt_hand_rest_wrist(hand, betad, rest);
+    for (int a = 0; a < 3; a++)
+        ck_assert_double_eq_tol(joints[a], rest[a] + trans[a], 1e-15);
+    lt_hand_keypoints(v, joints, lt_hand_tips_ho3d, LT_HAND_SIMPLE_ORDER, kp);
+    lt_hand_keypoints(v, joints, lt_hand_tips_ho3d, LT_HAND_MANO_ORDER, mano);
+    for (int i = 0; i < K; i++)
+        ck_assert_mem_eq(mano + 3 * i, kp + 3 * lt_simple_to_mano[i], 3 * sizeof(*kp));
+    for (int i = 0; i < 3 * V; i++)
+        v[i] -= joints[i % 3];
+    for (int i = 0; i < 3 * K; i++)
+        kp[i] -= joints[i % 3];
+    lt_hand_layer_forward(layer, R, beta, lv, lkp, &scratch);
+    expect_near(lv, v, 3 * V, TOL);
+    expect_near(lkp, kp, 3 * K, TOL);
+}
+END_TEST
+
+static void zero_pose(lt_real R[9 * J], lt_real beta[B])
+{
+    memset(beta, 0, B * sizeof(*beta));
+    for (int i = 0; i < 9 * J; i++)
+        R[i] = i % 9 % 4 == 0;
+}
+
+START_TEST(zero_pose_is_the_template)
+{
+    const double no_beta[B] = { 0 };
+    lt_real R[9 * J], beta[B], v[3 * V], kp[3 * K];
+    double wrist[3], want[3 * V];
+
+    zero_pose(R, beta);
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_rest_wrist(hand, no_beta, wrist);
+    for (int i = 0; i < 3 * V; i++)
+        want[i] = hand->v_template[i / 3][i % 3] - wrist[i % 3];
+    expect_near(v, want, 3 * V, TOL);
+    for (int a = 0; a < 3; a++)
+        ck_assert_double_eq((double)kp[a], 0);
+}
+END_TEST
+
+START_TEST(root_rotation_is_rigid)
+{
+    const double aa[3] = { .7, -1.1, .4 };
+    lt_real R[9 * J], beta[B], v[3 * V], kp[3 * K], turned_v[3 * V];
+    double M[9], want[3 * V];
+
+    sample_pose(R, beta);
+    for (int i = 0; i < 9; i++)
+        R[i] = i % 4 == 0;
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_rot_from_axis_angle(aa, M);
+    for (int i = 0; i < 9; i++)
+        R[i] = (lt_real)M[i];
+    lt_hand_layer_forward(layer, R, beta, turned_v, kp, &scratch);
+    for (int i = 0; i < V; i++) {
+        double x[3];
+        widen(v + 3 * i, 3, x);
+        lt_mat3_mulvec(M, x, want + 3 * i);
+    }
+    expect_near(turned_v, want, 3 * V, 3 * TOL);
+}
+END_TEST
+
+/* The gradient of the script's loss along the script's direction. */
+START_TEST(slope)
+{
+    lt_real R[9 * J], beta[B], v[3 * V], kp[3 * K], gv[3 * V], gk[3 * K];
+    lt_real dR[9 * J] = { 0 }, dbeta[B] = { 0 };
+    double sum = 0;
+
+    sample_pose(R, beta);
+    fill_real(6, gv, 3 * V);
+    fill_real(7, gk, 3 * K);
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, R, gv, gk, dR, dbeta, &scratch);
+    for (int i = 0; i < 9 * J; i++)
+        sum += hashed(8, (uint32_t)i) * dR[i];
+    for (int i = 0; i < B; i++)
+        sum += hashed(9, (uint32_t)i) * dbeta[i];
+    ck_assert_double_eq_tol(sum / want_slope, 1, sizeof(lt_real) == 8 ? 1e-10 : 1e-5);
+}
+END_TEST
+
+/* Gradients are added; either gradient may be absent; together they are the sum. */
+START_TEST(gradients_add)
+{
+    lt_real R[9 * J], beta[B], v[3 * V], kp[3 * K], gv[3 * V], gk[3 * K];
+    lt_real both[9 * J + B] = { 0 }, each[9 * J + B] = { 0 };
+
+    sample_pose(R, beta);
+    fill_real(6, gv, 3 * V);
+    fill_real(7, gk, 3 * K);
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, R, gv, gk, both, both + 9 * J, &scratch);
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, R, gv, NULL, each, each + 9 * J, &scratch);
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, R, NULL, gk, each, each + 9 * J, &scratch);
+    for (int i = 0; i < 9 * J + B; i++)
+        ck_assert_double_eq_tol((double)both[i], (double)each[i], 100 * TOL);
+}
+END_TEST
+
+#ifdef LT_DOUBLE
+static double loss(const lt_real *R, const lt_real *beta, const lt_real *gv, const lt_real *gk)
+{
+    lt_real v[3 * V], kp[3 * K];
+    double sum = 0;
+
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    for (int i = 0; i < 3 * V; i++)
+        sum += gv[i] * v[i];
+    for (int i = 0; i < 3 * K; i++)
+        sum += gk[i] * kp[i];
+    return sum;
+}
+
+/* Every one of the 154 inputs, against central differences. */
+START_TEST(gradient)
+{
+    const double e = 1e-5;
+    lt_real R[9 * J], beta[B], v[3 * V], kp[3 * K], gv[3 * V], gk[3 * K];
+    lt_real dR[9 * J] = { 0 }, dbeta[B] = { 0 };
+
+    sample_pose(R, beta);
+    fill_real(6, gv, 3 * V);
+    fill_real(7, gk, 3 * K);
+    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, R, gv, gk, dR, dbeta, &scratch);
+    for (int i = 0; i < 9 * J + B; i++) {
+        lt_real *x = i < 9 * J ? R + i : beta + i - 9 * J;
+        const double got = i < 9 * J ? dR[i] : dbeta[i - 9 * J], x0 = *x;
+        double up, down, want;
+        *x = x0 + e;
+        up = loss(R, beta, gv, gk);
+        *x = x0 - e;
+        down = loss(R, beta, gv, gk);
+        *x = x0;
+        want = (up - down) / (2 * e);
+        ck_assert_msg(fabs(got - want) <= 1e-6 * fmax(1, fabs(want)), "input %d: %.12g, want %.12g", i, got,
+                      want);
+    }
+}
+END_TEST
+#endif
+
+START_TEST(bad_tip)
+{
+    const int tips[5] = { 0, 1, 2, 3, V };
+    lt_hand_layer *none = NULL;
+
+    ck_assert_int_eq(lt_hand_layer_new(arena, hand, tips, &none), LT_EINVAL);
+    ck_assert_str_eq(lt_last_error(), "hand layer: finger tip 4 is vertex 778, want 0 to 777");
+    ck_assert_ptr_null(none);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *s = suite_create("hand_layer " LT_REAL_FMT);
+    TCase *c = tcase_create("all");
+    SRunner *run;
+    int failed;
+
+    tcase_add_checked_fixture(c, make_hand, free_hand);
+    tcase_add_test(c, values);
+    tcase_add_test(c, plain_formula_agrees);
+    tcase_add_test(c, zero_pose_is_the_template);
+    tcase_add_test(c, root_rotation_is_rigid);
+    tcase_add_test(c, slope);
+    tcase_add_test(c, gradients_add);
+#ifdef LT_DOUBLE
+    tcase_add_test(c, gradient);
+#endif
+    tcase_add_test(c, bad_tip);
+    suite_add_tcase(s, c);
+    run = srunner_create(s);
+    srunner_run_all(run, CK_ENV);
+    failed = srunner_ntests_failed(run);
+    srunner_free(run);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
