@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* One CSV line per sample. */
+#include "eval/per_sample.h"
+
+#include "libtensor/io/number.h"
+
+#include <math.h>
+#include <string.h>
+
+static void put_field(FILE *f, const char *text)
+{
+    if (!text[strcspn(text, ",\"\r\n")]) {
+        fputs(text, f);
+        return;
+    }
+    fputc('"', f);
+    for (; *text; text++) {
+        if (*text == '"')
+            fputc('"', f);
+        fputc(*text, f);
+    }
+    fputc('"', f);
+}
+
+lt_status eval_per_sample_open(eval_per_sample *w, const char *path, int n_metrics,
+                               const char *const *metric)
+{
+    const lt_status st = lt_atomic_open(&w->file, path);
+
+    if (st)
+        return st;
+    w->n_metrics = n_metrics;
+    fputs("sample", w->file.stream);
+    for (int i = 0; i < n_metrics; i++) {
+        fputc(',', w->file.stream);
+        put_field(w->file.stream, metric[i]);
+    }
+    fputc('\n', w->file.stream);
+    return LT_OK;
+}
+
+static void put_value(FILE *f, double x)
+{
+    char text[LT_NUMBER_TEXT];
+
+    fputc(',', f);
+    if (isinf(x))
+        fputs(x > 0 ? "inf" : "-inf", f);
+    else if (!isnan(x))
+        fputs(lt_print_float((float)x, text), f);
+}
+
+void eval_per_sample_add(eval_per_sample *w, const char *sample, const double *value)
+{
+    put_field(w->file.stream, sample);
+    for (int i = 0; i < w->n_metrics; i++)
+        put_value(w->file.stream, value[i]);
+    fputc('\n', w->file.stream);
+}
+
+lt_status eval_per_sample_commit(eval_per_sample *w)
+{
+    return lt_atomic_commit(&w->file);
+}
+
+void eval_per_sample_abort(eval_per_sample *w)
+{
+    lt_atomic_abort(&w->file);
+}
