@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/synth/render/occlusion.h"
+#include "data/synth/render/small.h"
 #include "libtensor/base/parallel.h"
 
-#include <math.h>
 
 enum { DIRECTIONS = 6, STEPS = 3 };
 
@@ -15,12 +15,13 @@ typedef struct {
     float *open;
     const float *rough;
     int width, height;              /* of open */
+    float per_fx, per_fy, cx, cy;
 } occlusion_job;
 
-static void unproject(const synth_camera *c, int x, int y, float z, float p[3])
+static void unproject(const occlusion_job *job, int x, int y, float z, float p[3])
 {
-    p[0] = ((float)x - (float)c->cx) / (float)c->fx * z;
-    p[1] = ((float)y - (float)c->cy) / (float)c->fy * z;
+    p[0] = ((float)x - job->cx) * job->per_fx * z;
+    p[1] = ((float)y - job->cy) * job->per_fy * z;
     p[2] = z;
 }
 
@@ -38,7 +39,7 @@ static void slope(const occlusion_job *job, int x, int y, int dx, int dy, const 
     const float sign = fabsf(after - p[2]) < fabsf(before - p[2]) ? 1 : -1;
     float q[3];
 
-    unproject(job->camera, x + (int)sign * dx, y + (int)sign * dy, sign > 0 ? after : before, q);
+    unproject(job, x + (int)sign * dx, y + (int)sign * dy, sign > 0 ? after : before, q);
     for (int i = 0; i < 3; i++)
         out[i] = sign * (q[i] - p[i]);
 }
@@ -46,16 +47,12 @@ static void slope(const occlusion_job *job, int x, int y, int dx, int dy, const 
 /* The surface's normal at a pixel, towards the camera. */
 static void find_normal(const occlusion_job *job, int x, int y, const float p[3], float n[3])
 {
-    float a[3], b[3], length;
+    float a[3], b[3];
 
     slope(job, x, y, 1, 0, p, a);
     slope(job, x, y, 0, 1, p, b);
-    n[0] = b[1] * a[2] - b[2] * a[1];
-    n[1] = b[2] * a[0] - b[0] * a[2];
-    n[2] = b[0] * a[1] - b[1] * a[0];
-    length = sqrtf(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-    for (int i = 0; i < 3; i++)
-        n[i] = length > 0 ? n[i] / length : 0;
+    cross3(b, a, n);
+    normalise3(n);
 }
 
 /* How much the point at (x, y) hides of the sky over p. */
@@ -66,7 +63,7 @@ static float hidden_by(const occlusion_job *job, int x, int y, const float p[3],
 
     if (z == 0)
         return 0;
-    unproject(job->camera, x, y, z, q);
+    unproject(job, x, y, z, q);
     for (int i = 0; i < 3; i++)
         q[i] -= p[i];
     d2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
@@ -90,8 +87,8 @@ static float open_at(const occlusion_job *job, int x, int y)
 
     if (z == 0)
         return 1;
-    reach = fminf(RADIUS * (float)job->camera->fx / z, 120);
-    unproject(job->camera, x, y, z, p);
+    reach = least(RADIUS * (float)job->camera->fx / z, 120);
+    unproject(job, x, y, z, p);
     find_normal(job, x, y, p, n);
     for (int i = 0; i < DIRECTIONS; i++)
         for (int k = 1; k <= STEPS; k++) {
@@ -100,7 +97,7 @@ static float open_at(const occlusion_job *job, int x, int y)
 
             hidden += hidden_by(job, x + (int)lrintf(r * dx), y + (int)lrintf(r * dy), p, n);
         }
-    return fmaxf(1 - STRENGTH * hidden / (DIRECTIONS * STEPS), 0);
+    return most(1 - STRENGTH * hidden / (DIRECTIONS * STEPS), 0);
 }
 
 static void find_row(void *ctx, int64_t y)
@@ -136,7 +133,12 @@ static void smooth_row(void *ctx, int64_t row)
 
 void occlusion_find(const synth_camera *camera, const float *depth, float *open, float *scratch)
 {
-    occlusion_job job = { camera, depth, scratch, NULL, (camera->width + 1) / 2, (camera->height + 1) / 2 };
+    occlusion_job job = {
+        .camera = camera, .depth = depth, .open = scratch,
+        .width = (camera->width + 1) / 2, .height = (camera->height + 1) / 2,
+        .per_fx = (float)(1 / camera->fx), .per_fy = (float)(1 / camera->fy),
+        .cx = (float)camera->cx, .cy = (float)camera->cy,
+    };
 
     lt_parallel_for(job.height, find_row, &job);
     job.rough = scratch;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Triangle setup, tiles, and spans. */
 #include "data/synth/render/raster.h"
+#include "data/synth/render/small.h"
 
-#include <math.h>
 #include <string.h>
 
 static const double NEAR = 0.01;                /* metres */
@@ -218,9 +218,9 @@ lt_status raster_collect(raster_list *l, const synth_scene *scene, const raster_
 static void narrow(float a, float c, float *lo, float *hi)
 {
     if (a > 0)
-        *lo = fmaxf(*lo, -c / a);
+        *lo = most(*lo, -c / a);
     else if (a < 0)
-        *hi = fminf(*hi, -c / a);
+        *hi = least(*hi, -c / a);
     else if (c < 0)
         *hi = -1;
 }

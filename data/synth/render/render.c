@@ -8,9 +8,9 @@
  */
 #include "data/synth/render/occlusion.h"
 #include "data/synth/render/shade.h"
+#include "data/synth/render/small.h"
 #include "libtensor/base/parallel.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { MAX_SIDE = 4096, SAMPLES = 4 };
@@ -188,13 +188,22 @@ static void merge_layers(layer *layers)
 static const int sample_at[SAMPLES] = { 0, 1, TILE, TILE + 1 };
 static const float sample_x[SAMPLES] = { 0, 1, 0, 1 }, sample_y[SAMPLES] = { 0, 0, 1, 1 };
 
+static bool same_triangle(const layer *l, int at)
+{
+    const uint32_t id = l->id[at];
+
+    return id == l->id[at + 1] && id == l->id[at + TILE] && id == l->id[at + TILE + 1];
+}
+
 /* Depth at the pixel's centre: of a triangle that covers it, else the mean of the samples that show
  * wanted (as instance labels; -1: all). */
 static float center_depth(const render_job *job, const layer *l, int at, float x, float y, int wanted)
 {
-    float sum = 0, best = 0;
+    float sum = 0, best = 0, corner[3];
     int n = 0;
 
+    if (same_triangle(l, at))
+        return l->id[at] ? 1 / raster_corner(&job->s->list.triangle[l->id[at] - 1], x + 0.5f, y + 0.5f, corner) : 0;
     for (int k = 0; k < SAMPLES; k++) {
         const uint32_t id = l->id[at + sample_at[k]];
         const raster_triangle *t = id ? &job->s->list.triangle[id - 1] : NULL;
@@ -216,6 +225,8 @@ static int find_winner(const render_job *job, const layer *l, int at)
 {
     int label[SAMPLES], best = -1, best_count = 0;
 
+    if (same_triangle(l, at))
+        return l->id[at] ? 0 : -1;
     for (int k = 0; k < SAMPLES; k++) {
         const uint32_t id = l->id[at + sample_at[k]];
 
@@ -286,9 +297,9 @@ static void add(float out[3], const float in[3], float weight)
 /* A hash of the pixel in 0..1 whose neighbours differ evenly.           [Jimenez 2014] */
 static float dither(int x, int y)
 {
-    const float f = 0.06711056f * (float)x + 0.00583715f * (float)y, g = 52.9829189f * (f - floorf(f));
+    const float f = 0.06711056f * (float)x + 0.00583715f * (float)y, g = 52.9829189f * (f - (float)floor_int(f));
 
-    return g - floorf(g);
+    return g - (float)floor_int(g);
 }
 
 /* Light of each triangle seen: what crevices dim into radiance, the rest into work. Taken at the

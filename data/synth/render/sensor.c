@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From light to bytes, and from true depth to what a stereo depth camera reports. */
+#include "data/synth/render/small.h"
 #include "data/synth/render/texture.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 
-#include <math.h>
 #include <string.h>
 
-enum { BLUR_TAPS = 15, MAX_RADIUS = 4 };
+enum { BLUR_TAPS = 15, MAX_RADIUS = 4, TONES = 2048 };
+
+static const float LIGHT_MAX = 4;               /* brighter is white */
 
 typedef struct {
     const synth_sensor *sensor;
@@ -15,7 +17,8 @@ typedef struct {
     const float (*from)[3];
     float (*to)[3];
     float kernel[2 * MAX_RADIUS + 1];
-    int step_x, step_y;             /* direction of the blur */
+    int radius, step_x, step_y;     /* of the blur, and its direction */
+    float tone[TONES + 2];          /* byte value over the root of light / LIGHT_MAX */
 } image_job;
 
 synth_sensor synth_sensor_default(void)
@@ -93,11 +96,11 @@ static void soften_row(void *ctx, int64_t row)
         float *out = job->to[(size_t)y * (size_t)w + (size_t)x];
 
         out[0] = out[1] = out[2] = 0;
-        for (int k = -MAX_RADIUS; k <= MAX_RADIUS; k++) {
-            const float weight = job->kernel[k + MAX_RADIUS];
+        for (int k = -job->radius; k <= job->radius; k++) {
+            const float weight = job->kernel[k + job->radius];
             const int u = clamp(x + k * job->step_x, w), v = clamp(y + k * job->step_y, h);
 
-            for (int c = 0; weight > 0 && c < 3; c++)
+            for (int c = 0; c < 3; c++)
                 out[c] += weight * job->from[(size_t)v * (size_t)w + (size_t)u][c];
         }
     }
@@ -105,16 +108,13 @@ static void soften_row(void *ctx, int64_t row)
 
 static void make_kernel(image_job *job)
 {
-    const float sigma = fminf(job->sensor->softness, 1.5f);
+    const float sigma = least(job->sensor->softness, 1.5f);
     float sum = 0;
 
-    for (int k = -MAX_RADIUS; k <= MAX_RADIUS; k++) {
-        const float w = expf(-0.5f * (float)(k * k) / (sigma * sigma));
-
-        job->kernel[k + MAX_RADIUS] = w < 1e-3f ? 0 : w;
-        sum += job->kernel[k + MAX_RADIUS];
-    }
-    for (int k = 0; k <= 2 * MAX_RADIUS; k++)
+    job->radius = (int)(2.6f * sigma + 0.5f);
+    for (int k = -job->radius; k <= job->radius; k++)
+        sum += job->kernel[k + job->radius] = expf(-0.5f * (float)(k * k) / (sigma * sigma));
+    for (int k = 0; k <= 2 * job->radius; k++)
         job->kernel[k] /= sum;
 }
 
@@ -136,6 +136,24 @@ static float shoulder(float x)
     const float knee = 0.7f, over = x - knee;
 
     return x <= knee ? x : knee + (1 - knee) * over / (over + (1 - knee));
+}
+
+/* Contrast, shoulder and sRGB's curve in one table. */
+static void make_tones(image_job *job)
+{
+    for (int i = 0; i < TONES + 2; i++) {
+        const float root = (float)i / TONES;
+
+        job->tone[i] = linear_to_srgb(shoulder(powf(root * root * LIGHT_MAX, job->sensor->gamma)));
+    }
+}
+
+static float tone_of(const image_job *job, float light)
+{
+    const float at = TONES * sqrtf(within(light / LIGHT_MAX, 0, 1));
+    const int i = (int)at;
+
+    return job->tone[i] + (at - (float)i) * (job->tone[i + 1] - job->tone[i]);
 }
 
 /* Four nearly normal numbers of mean 0 and deviation 1: sums of the four bytes of each word. */
@@ -177,11 +195,9 @@ static void develop_row(void *ctx, int64_t y)
 
         four_normals(s, (uint32_t)i, normal);
         for (int c = 0; c < 3; c++) {
-            const float light = fmaxf(gain * s->white[c] * job->from[i][c], 0);
-            const float curved = s->gamma == 1 ? light : powf(light, s->gamma);
-            const float byte = linear_to_srgb(shoulder(curved));
+            const float byte = tone_of(job, gain * s->white[c] * job->from[i][c]);
 
-            f->rgb[i][c] = (uint8_t)fminf(fmaxf(byte + noise_of(s, normal, c, byte) + 0.5f, 0), 255);
+            f->rgb[i][c] = (uint8_t)within(byte + noise_of(s, normal, c, byte) + 0.5f, 0, 255);
         }
     }
 }
@@ -200,6 +216,7 @@ void synth_sensor_image(const synth_sensor *sensor, synth_frame *frame)
         job.step_y = 1;
         run(&job, soften_row);
     }
+    make_tones(&job);
     lt_parallel_for(frame->height, develop_row, &job);
 }
 

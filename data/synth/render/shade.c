@@ -4,9 +4,9 @@
  * Fresnel term. Skin lets light creep past the edge of a shadow, red farther than blue.
  */
 #include "data/synth/render/shade.h"
+#include "data/synth/render/small.h"
 #include "data/synth/render/texture.h"
 
-#include <math.h>
 #include <string.h>
 
 /* How far light creeps through skin, as a share of the half turn from lit to unlit. */
@@ -14,24 +14,10 @@ static const float creep[3] = { 0.28f, 0.11f, 0.07f };
 
 typedef struct {
     const synth_material *material;
-    float p[3], n[3], facet[3];     /* shading normal, and the flat triangle's */
+    float p[3], n[3];               /* n towards the side that is seen */
     float view[3];                  /* towards the eye */
     float albedo[3];
 } surface;
-
-static float dot(const float a[3], const float b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static float normalise(float v[3])
-{
-    const float n = sqrtf(dot(v, v));
-
-    for (int i = 0; i < 3; i++)
-        v[i] = n > 0 ? v[i] / n : 0;
-    return n;
-}
 
 static void turn(const double R[9], const float x[3], float out[3])
 {
@@ -100,7 +86,7 @@ static void blend3(const float *v0, const float *v1, const float *v2, const floa
         out[i] = b[0] * v0[i] + b[1] * v1[i] + b[2] * v2[i];
 }
 
-static void find_normals(const shade_scene *s, const raster_triangle *t, const size_t v[3],
+static void find_normal(const shade_scene *s, const raster_triangle *t, const size_t v[3],
                          const float b[3], surface *out)
 {
     const float *p0 = s->position[v[0]], *p1 = s->position[v[1]], *p2 = s->position[v[2]];
@@ -111,15 +97,12 @@ static void find_normals(const shade_scene *s, const raster_triangle *t, const s
         a[i] = p1[i] - p0[i];
         c[i] = p2[i] - p0[i];
     }
-    out->facet[0] = side * (a[1] * c[2] - a[2] * c[1]);
-    out->facet[1] = side * (a[2] * c[0] - a[0] * c[2]);
-    out->facet[2] = side * (a[0] * c[1] - a[1] * c[0]);
-    normalise(out->facet);
     blend3(s->normal[v[0]], s->normal[v[1]], s->normal[v[2]], b, out->n);
+    if (dot3(out->n, out->n) == 0)
+        cross3(a, c, out->n);
     for (int i = 0; i < 3; i++)
         out->n[i] *= side;
-    if (normalise(out->n) == 0)
-        memcpy(out->n, out->facet, sizeof(out->n));
+    normalise3(out->n);
 }
 
 /* uv = sum e_i uv_i / sum e_i, so its slope follows from the slopes of both sums. */
@@ -166,19 +149,19 @@ static surface find_surface(const shade_scene *s, const raster_triangle *t, floa
     for (int i = 0; i < 3; i++)
         b[i] *= z;
     blend3(s->position[corner[0]], s->position[corner[1]], s->position[corner[2]], b, out.p);
-    find_normals(s, t, corner, b, &out);
+    find_normal(s, t, corner, b, &out);
     find_albedo(in, t, b, z, step, &out);
     for (int i = 0; i < 3; i++)
         out.view[i] = s->eye[i] - out.p[i];
-    normalise(out.view);
+    normalise3(out.view);
     return out;
 }
 
 /* Schlick's Fresnel term; rough surfaces shine less at the edge. */
 static float fresnel(const synth_material *m, float cosine)
 {
-    const float k = 1 - fminf(fmaxf(cosine, 0), 1), k2 = k * k;
-    const float edge = fminf(m->shininess / 60, 1);
+    const float k = 1 - within(cosine, 0, 1), k2 = k * k;
+    const float edge = least(m->shininess / 60, 1);
 
     return m->specular + (1 - m->specular) * edge * k2 * k2 * k;
 }
@@ -186,7 +169,7 @@ static float fresnel(const synth_material *m, float cosine)
 /* What the surroundings send from direction d: sky above, ground below, a soft horizon. */
 static float surroundings(const synth_scene *scene, const float d[3], int channel, float softness)
 {
-    const float h = fminf(fmaxf(0.5f + 0.5f * dot(d, scene->up) / softness, 0), 1);
+    const float h = within(0.5f + 0.5f * dot3(d, scene->up) / softness, 0, 1);
 
     return scene->ground[channel] + h * (scene->sky[channel] - scene->ground[channel]);
 }
@@ -198,7 +181,7 @@ static float tinted(const surface *s, int channel)
 
 static void add_ambient(const synth_scene *scene, const surface *s, shade_light *out)
 {
-    const float nv = dot(s->n, s->view), f = s->material->specular > 0 ? fresnel(s->material, nv) : 0;
+    const float nv = dot3(s->n, s->view), f = s->material->specular > 0 ? fresnel(s->material, nv) : 0;
     float mirror[3];
 
     for (int i = 0; i < 3; i++)
@@ -218,49 +201,54 @@ static float highlight(const surface *s, const float l[3])
 
     for (int i = 0; i < 3; i++)
         h[i] = l[i] + s->view[i];
-    normalise(h);
-    nh = dot(s->n, h);
+    normalise3(h);
+    nh = dot3(s->n, h);
     if (s->material->specular <= 0 || n * (1 - nh) > 8)
         return 0;
-    return (n + 8) / 8 * powf(nh, n) * fresnel(s->material, dot(h, l));
+    return (n + 8) / 8 * powf(nh, n) * fresnel(s->material, dot3(h, l));
 }
 
 /* Lambert's cosine; with translucency the light wraps around the edge of day. */
 static float diffuse_cosine(const surface *s, float nl, int channel)
 {
     const float w = s->material->translucency * creep[channel];
-    const float k = fmaxf((nl + w) / (1 + w), 0);
+    const float k = most((nl + w) / (1 + w), 0);
 
     return w > 0 ? k * (0.75f + 0.25f * k) : k;
 }
 
-static void add_light(const shade_scene *sc, int index, const surface *s, float lit, shade_light *out)
+/* Towards the lamp, and how much of its light at the focus arrives here. */
+static float find_lamp(const shade_scene *sc, int index, const surface *s, float l[3])
 {
-    const synth_light *light = &sc->scene->light[index];
-    float l[3], fall, nl, shine;
+    float distance;
 
     for (int i = 0; i < 3; i++)
-        l[i] = (float)light->position[i] - s->p[i];
-    fall = normalise(l);
-    fall = sc->distance2[index] / fmaxf(fall * fall, 1e-4f);
-    nl = dot(s->n, l);
-    shine = nl > 0 ? nl * highlight(s, l) * lit : 0;
-    for (int c = 0; c < 3; c++) {
-        const float glow = s->material->translucency * creep[c] * lit * (1 - lit);
-        const float diffuse = s->albedo[c] * (1 - s->material->metal) * diffuse_cosine(s, nl, c);
-
-        out->direct[c] += fall * light->color[c] * (diffuse * (lit + glow) + shine * tinted(s, c));
-    }
+        l[i] = (float)sc->scene->light[index].position[i] - s->p[i];
+    distance = normalise3(l);
+    return sc->distance2[index] / most(distance * distance, 1e-4f);
 }
 
-static void find_shadows(const shade_scene *sc, const surface *s, int instance, float spin,
-                         shade_shadow *shadow)
+static void add_light(const shade_scene *sc, int index, const surface *s, float spin, shade_shadow *shadow,
+                      shade_light *out)
 {
-    if (shadow->instance == instance)
+    float l[3], *lit = &shadow->lit[index];
+    const float fall = find_lamp(sc, index, s, l), nl = dot3(s->n, l);
+    float shine;
+
+    if (nl < -creep[0] * s->material->translucency)
         return;
-    shadow->instance = instance;
-    for (int i = 0; i < sc->scene->n_lights; i++)
-        shadow->lit[i] = shadow_at(&sc->shadow[i], s->p, s->n, spin);
+    if (*lit < 0)
+        *lit = shadow_at(&sc->shadow[index], s->p, s->n, spin);
+    if (*lit == 0)
+        return;
+    shine = nl > 0 ? nl * highlight(s, l) * *lit : 0;
+    for (int c = 0; c < 3; c++) {
+        const float glow = s->material->translucency * creep[c] * *lit * (1 - *lit);
+        const float diffuse = s->albedo[c] * (1 - s->material->metal) * diffuse_cosine(s, nl, c);
+
+        out->direct[c] += fall * sc->scene->light[index].color[c] *
+                          (diffuse * (*lit + glow) + shine * tinted(s, c));
+    }
 }
 
 shade_light shade(const shade_scene *sc, const raster_triangle *t, float x, float y, float step,
@@ -269,9 +257,10 @@ shade_light shade(const shade_scene *sc, const raster_triangle *t, float x, floa
     const surface s = find_surface(sc, t, x, y, step);
     shade_light out = { { 0 }, { 0 } };
 
+    if (shadow->instance != t->instance)
+        *shadow = (shade_shadow){ t->instance, { -1, -1, -1, -1 } };
     add_ambient(sc->scene, &s, &out);
-    find_shadows(sc, &s, t->instance, spin, shadow);
     for (int i = 0; i < sc->scene->n_lights; i++)
-        add_light(sc, i, &s, shadow->lit[i], &out);
+        add_light(sc, i, &s, spin, shadow, &out);
     return out;
 }

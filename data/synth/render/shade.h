@@ -25,7 +25,7 @@ typedef struct { float ambient[3], direct[3]; } shade_light;
 /* A pixel's shadows, looked up once and used by all fragments of one instance. */
 typedef struct {
     int instance;                   /* -1: not yet */
-    float lit[SYNTH_MAX_LIGHTS];
+    float lit[SYNTH_MAX_LIGHTS];    /* below 0: not yet */
 } shade_shadow;
 
 bool shade_prepare(shade_scene *s, const synth_scene *scene, const shadow_map *shadow);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/synth/render/shadow.h"
+#include "data/synth/render/small.h"
 #include "libtensor/base/parallel.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { SEARCH_TAPS = 8, FILTER_TAPS = 12 };
@@ -209,9 +209,9 @@ float shadow_at(const shadow_map *map, const float p[3], const float n[3], float
     r.sin = sinf(6.2831853f * spin);
     reach = map->lamp_radius * map->focal * (map->coarse[(int)r.y / SHADOW_BLOCK][(int)r.x / SHADOW_BLOCK] -
                                              r.inv_z);
-    blocker = find_blockers(map, &r, fminf(fmaxf(reach, 1.5f), MAX_TEXELS));
+    blocker = find_blockers(map, &r, within(reach, 1.5f, MAX_TEXELS));
     if (blocker == 0)
         return 1;
     penumbra = map->lamp_radius * map->focal * (blocker - r.inv_z);
-    return filter(map, &r, fminf(fmaxf(penumbra, 1.2f), MAX_TEXELS));
+    return filter(map, &r, within(penumbra, 1.2f, MAX_TEXELS));
 }

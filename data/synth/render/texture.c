@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Mip chains: far textures are averaged, never picked, so they do not shimmer. */
 #include "data/synth/render/texture.h"
+#include "data/synth/render/small.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { MAX_LEVELS = 14, MAX_SIDE = 8192, MAX_PROBES = 4, SRGB_STEPS = 4096 };
@@ -41,7 +41,7 @@ float srgb_to_linear(uint8_t byte)
 
 float linear_to_srgb(float linear)
 {
-    const float at = SRGB_STEPS * sqrtf(fminf(fmaxf(linear, 0), 1));
+    const float at = SRGB_STEPS * sqrtf(within(linear, 0, 1));
     const int i = (int)at;
 
     return srgb_of[i] + (at - (float)i) * (srgb_of[i + 1] - srgb_of[i]);
@@ -97,20 +97,14 @@ synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width,
     return t;
 }
 
-/* i modulo n for coordinates already within a few periods of it */
-static int wrap(int i, int n)
-{
-    i %= n;
-    return i < 0 ? i + n : i;
-}
-
 static void bilinear(const mip *m, float u, float v, float weight, float rgb[3])
 {
-    const float x = (u - floorf(u)) * (float)m->width - 0.5f;
-    const float y = (1 - (v - floorf(v))) * (float)m->height - 0.5f;
-    const float fx = x - floorf(x), fy = y - floorf(y);
-    const int x0 = wrap((int)floorf(x), m->width), x1 = x0 + 1 < m->width ? x0 + 1 : 0;
-    const int y0 = wrap((int)floorf(y), m->height), y1 = y0 + 1 < m->height ? y0 + 1 : 0;
+    const float x = (u - (float)floor_int(u)) * (float)m->width - 0.5f;        /* -0.5 .. size - 0.5 */
+    const float y = (1 - (v - (float)floor_int(v))) * (float)m->height - 0.5f;
+    const int ix = floor_int(x), iy = floor_int(y);
+    const float fx = x - (float)ix, fy = y - (float)iy;
+    const int x0 = ix < 0 ? m->width - 1 : ix, x1 = x0 + 1 < m->width ? x0 + 1 : 0;
+    const int y0 = iy < 0 ? m->height - 1 : iy, y1 = y0 + 1 < m->height ? y0 + 1 : 0;
     const uint8_t *a = m->texel[y0 * m->width + x0], *b = m->texel[y0 * m->width + x1];
     const uint8_t *c = m->texel[y1 * m->width + x0], *d = m->texel[y1 * m->width + x1];
 
@@ -130,12 +124,12 @@ void texture_sample(const synth_texture *t, const float uv[2], const float dx[2]
     const float lx = sqrtf(dx[0] * dx[0] * w * w + dx[1] * dx[1] * h * h);
     const float ly = sqrtf(dy[0] * dy[0] * w * w + dy[1] * dy[1] * h * h);
     const float *axis = lx > ly ? dx : dy;
-    const float major = fmaxf(fmaxf(lx, ly), 1e-6f), minor = fmaxf(fminf(lx, ly), 1e-6f);
-    const int probes = (int)fminf(ceilf(major / minor), MAX_PROBES);
-    const float lod = log2f(fmaxf(major / (float)probes, 1));
+    const float major = most(most(lx, ly), 1e-6f), minor = most(least(lx, ly), 1e-6f);
+    const int probes = (int)least(major / minor + 0.6f, MAX_PROBES);
+    const float lod = log2f(most(major / (float)probes, 1));
     const int top = t->levels - 1;
     const int level = lod < (float)top ? (int)lod : top, next = level < top ? level + 1 : top;
-    const float mix = fminf(lod, (float)top) - (float)level;
+    const float mix = least(lod, (float)top) - (float)level;
 
     rgb[0] = rgb[1] = rgb[2] = 0;
     if (!(fabsf(uv[0]) < 1e6f && fabsf(uv[1]) < 1e6f && lod < 1e6f))

@@ -2,8 +2,8 @@
 /* The forearm: from the hand's open wrist to the edge of the picture, bare and sleeved. */
 #include "data/synth/room/pattern.h"
 #include "data/synth/room/primitive.h"
+#include "data/synth/render/small.h"
 
-#include <math.h>
 #include <string.h>
 
 enum {
@@ -26,27 +26,6 @@ typedef struct {
     float phase;                                /* angle of the loop's first vertex */
 } arm_frame;
 
-static float dot(const float a[3], const float b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const float a[3], const float b[3], float out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static float normalise(float v[3])
-{
-    const float n = sqrtf(dot(v, v));
-
-    for (int i = 0; i < 3; i++)
-        v[i] = n > 0 ? v[i] / n : 0;
-    return n;
-}
-
 /* The vector area of the loop: its direction is the plane's normal. */
 static void loop_area(const float (*loop)[3], const float c[3], float out[3])
 {
@@ -57,7 +36,7 @@ static void loop_area(const float (*loop)[3], const float c[3], float out[3])
         const float b[3] = { q[0] - c[0], q[1] - c[1], q[2] - c[2] };
         float n[3];
 
-        cross(a, b, n);
+        cross3(a, b, n);
         for (int k = 0; k < 3; k++)
             out[k] += n[k] / 2;
     }
@@ -69,12 +48,12 @@ static void find_axes(arm_frame *f, const float (*loop)[3])
     float u[3] = { fabsf(f->start[0]) < 0.9f, fabsf(f->start[0]) >= 0.9f, 0 }, v[3];
     float uu = 0, uv = 0, vv = 0, angle;
 
-    cross(f->start, u, v);
-    normalise(v);
-    cross(v, f->start, u);
+    cross3(f->start, u, v);
+    normalise3(v);
+    cross3(v, f->start, u);
     for (int i = 0; i < SYNTH_WRIST_LOOP; i++) {
         const float p[3] = { loop[i][0] - f->c[0], loop[i][1] - f->c[1], loop[i][2] - f->c[2] };
-        const float a = dot(p, u), b = dot(p, v);
+        const float a = dot3(p, u), b = dot3(p, v);
 
         uu += a * a / SYNTH_WRIST_LOOP;
         uv += a * b / SYNTH_WRIST_LOOP;
@@ -83,9 +62,9 @@ static void find_axes(arm_frame *f, const float (*loop)[3])
     angle = 0.5f * atan2f(2 * uv, uu - vv);
     for (int k = 0; k < 3; k++)
         f->x[k] = cosf(angle) * u[k] + sinf(angle) * v[k];
-    cross(f->start, f->x, f->y);
-    f->wide = sqrtf(fmaxf(uu + vv + hypotf(uu - vv, 2 * uv), 0));
-    f->thin = sqrtf(fmaxf(uu + vv - hypotf(uu - vv, 2 * uv), 0));
+    cross3(f->start, f->x, f->y);
+    f->wide = sqrtf(most(uu + vv + hypotf(uu - vv, 2 * uv), 0));
+    f->thin = sqrtf(most(uu + vv - hypotf(uu - vv, 2 * uv), 0));
 }
 
 static lt_status find_frame(arm_frame *f, const synth_arm_spec *spec)
@@ -99,52 +78,45 @@ static lt_status find_frame(arm_frame *f, const synth_arm_spec *spec)
     for (int k = 0; k < 3; k++)
         f->d[k] = (float)spec->elbow[k];
     loop_area(spec->loop, f->c, area);
-    f->side = dot(area, f->d) < 0 ? -1 : 1;
+    f->side = dot3(area, f->d) < 0 ? -1 : 1;
     for (int k = 0; k < 3; k++)
         f->start[k] = f->side * area[k];
-    if (!(normalise(f->d) > 0) || !(normalise(f->start) > 1e-8f) || !isfinite(f->c[0] + f->c[1] + f->c[2]))
+    if (!(normalise3(f->d) > 0) || !(normalise3(f->start) > 1e-8f) || !isfinite(f->c[0] + f->c[1] + f->c[2]))
         return lt_error(LT_EINVAL, "synth_arm_new: the wrist's loop or the elbow's direction has no size");
     find_axes(f, spec->loop);
     for (int k = 0; k < 3; k++)
         first[k] = spec->loop[0][k] - f->c[k];
-    f->phase = atan2f(dot(first, f->y), dot(first, f->x));
+    f->phase = atan2f(dot3(first, f->y), dot3(first, f->x));
     return LT_OK;
-}
-
-static float smooth(float lo, float hi, float x)
-{
-    const float t = fminf(fmaxf((x - lo) / (hi - lo), 0), 1);
-
-    return t * t * (3 - 2 * t);
 }
 
 /* The ring at distance s: its centre on a line that bends from start into d within 12 cm, and its two
  * axes, which turn along. */
 static void ring_frame(const arm_frame *f, float s, float center[3], float x[3], float y[3])
 {
-    const float bend = 0.12f, t = fminf(s / bend, 1);
+    const float bend = 0.12f, t = least(s / bend, 1);
     float along[3];
 
     for (int k = 0; k < 3; k++) {
         const float curved = bend * (t * f->start[k] + t * t / 2 * (f->d[k] - f->start[k]));
 
-        center[k] = f->c[k] + curved + fmaxf(s - bend, 0) * f->d[k];
+        center[k] = f->c[k] + curved + most(s - bend, 0) * f->d[k];
         along[k] = f->start[k] + t * (f->d[k] - f->start[k]);
     }
-    normalise(along);
-    cross(along, f->x, y);
-    normalise(y);
-    cross(y, along, x);
+    normalise3(along);
+    cross3(along, f->x, y);
+    normalise3(y);
+    cross3(y, along, x);
 }
 
 /* A forearm's semi-axes at distance s from the wrist: flat at the wrist, thick and round below the
  * elbow at about 20 cm. */
 static void section(const arm_frame *f, float s, float *wide, float *thin)
 {
-    const float swell = smooth(0.02f, 0.2f, s) - 0.25f * smooth(0.2f, 0.3f, s);
+    const float swell = smoothly(0.02f, 0.2f, s) - 0.25f * smoothly(0.2f, 0.3f, s);
 
     *wide = f->wide * (1 + 0.42f * swell);
-    *thin = f->thin * (1 - smooth(0, 0.1f, s)) + smooth(0, 0.1f, s) * *wide * (0.78f + 0.1f * swell);
+    *thin = f->thin * (1 - smoothly(0, 0.1f, s)) + smoothly(0, 0.1f, s) * *wide * (0.78f + 0.1f * swell);
 }
 
 /* Point i around the ring at s of a smooth arm, grow metres outside the skin. */
@@ -172,7 +144,7 @@ static void loop_point(const float (*loop)[3], int i, float out[3])
 /* The loop's own shape, carried along and fading into the smooth arm. */
 static void skin_point(const arm_frame *f, const synth_arm_spec *spec, float s, int i, float out[3])
 {
-    const float keep = 1 - smooth(0, BLEND, s);
+    const float keep = 1 - smoothly(0, BLEND, s);
     float on_loop[3], at_loop[3];
 
     arm_point(f, s, i, 0, out);
@@ -205,13 +177,13 @@ static void match_normals(lt_mesh *m, const synth_arm_spec *spec, int rings)
 {
     for (int r = 0; r < rings && (float)r * RING < BLEND && spec->loop_normal; r++)
         for (int i = 0; i <= AROUND; i++) {
-            const float keep = 1 - smooth(0, BLEND, (float)r * RING);
+            const float keep = 1 - smoothly(0, BLEND, (float)r * RING);
             float n[3], *to = m->normal[r * (AROUND + 1) + i];
 
             loop_point(spec->loop_normal, i, n);
             for (int k = 0; k < 3; k++)
                 to[k] += keep * (n[k] - to[k]);
-            normalise(to);
+            normalise3(to);
         }
 }
 
@@ -221,7 +193,7 @@ static void color_skin(lt_mesh *m, const synth_arm_spec *spec, int rings)
 
     for (int r = 0; r < rings; r++)
         for (int i = 0; i <= AROUND; i++) {
-            const float s = (float)r * RING, keep = spec->loop_color ? 1 - smooth(0, 0.06f, s) : 0;
+            const float s = (float)r * RING, keep = spec->loop_color ? 1 - smoothly(0, 0.06f, s) : 0;
             const float mottle = pattern_noise(seed, (float)i / AROUND, s * 2, 4, 8, 3);
             float at_loop[3] = { 0 }, *to = m->color[r * (AROUND + 1) + i];
 
@@ -271,7 +243,7 @@ typedef struct {
  * cuff it bunches: folds across the arm, broken up around it. */
 static float stand_off(const cloth *c, float s, float turn)
 {
-    const float free = smooth(c->cuff, c->cuff + 0.05f, s);
+    const float free = smoothly(c->cuff, c->cuff + 0.05f, s);
     const float slant = 0.25f * pattern_noise(c->seed + 1, turn, s, 2, 3, 2);
     const float fold = pattern_noise(c->seed, turn, s * 2 + slant, 3, 22, 2);
     const float crease = 1 - fabsf(2 * fold - 1);

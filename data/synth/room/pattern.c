@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/synth/room/pattern.h"
+#include "data/synth/render/small.h"
+#include "libtensor/base/parallel.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { SIDE = 512, LABEL = 256 };
@@ -28,9 +29,11 @@ static float lattice(uint32_t seed, int x, int y)
 
 static float value_noise(uint32_t seed, float u, float v, int px, int py)
 {
-    const float x = (u - floorf(u)) * (float)px, y = (v - floorf(v)) * (float)py;
-    const int x0 = (int)x % px, y0 = (int)y % py, x1 = (x0 + 1) % px, y1 = (y0 + 1) % py;
-    const float fx = x - floorf(x), fy = y - floorf(y);
+    const float x = u * (float)px, y = v * (float)py;
+    const int ix = (int)x, iy = (int)y;                 /* u, v below 1, or 1 by rounding */
+    const int x0 = ix < px ? ix : 0, x1 = x0 + 1 < px ? x0 + 1 : 0;
+    const int y0 = iy < py ? iy : 0, y1 = y0 + 1 < py ? y0 + 1 : 0;
+    const float fx = x - (float)ix, fy = y - (float)iy;
     const float sx = fx * fx * (3 - 2 * fx), sy = fy * fy * (3 - 2 * fy);
     const float top = lattice(seed, x0, y0) * (1 - sx) + lattice(seed, x1, y0) * sx;
     const float low = lattice(seed, x0, y1) * (1 - sx) + lattice(seed, x1, y1) * sx;
@@ -42,6 +45,8 @@ float pattern_noise(uint32_t seed, float u, float v, int px, int py, int octaves
 {
     float sum = 0, weight = 0, w = 1;
 
+    u -= (float)floor_int(u);
+    v -= (float)floor_int(v);
     for (int o = 0; o < octaves; o++, w *= 0.5f) {
         sum += w * value_noise(seed + (uint32_t)o * 0x9e3779b9u, u, v, px << o, py << o);
         weight += w;
@@ -72,35 +77,40 @@ static void scale(float rgb[3], float k)
         rgb[c] *= k;
 }
 
-static float smooth(float lo, float hi, float x)
-{
-    const float t = fminf(fmaxf((x - lo) / (hi - lo), 0), 1);
-
-    return t * t * (3 - 2 * t);
-}
-
 static uint8_t to_byte(float x)
 {
-    return (uint8_t)(255 * fminf(fmaxf(x, 0), 1) + 0.5f);
+    return (uint8_t)(255 * within(x, 0, 1) + 0.5f);
+}
+
+typedef struct {
+    const paint *p;
+    paint_fn fn;
+    uint8_t (*rgb)[3];
+} paint_job;
+
+static void paint_row(void *ctx, int64_t y)
+{
+    const paint_job *job = ctx;
+
+    for (int x = 0; x < SIDE; x++) {
+        float c[3];
+
+        job->fn(job->p, ((float)x + 0.5f) / SIDE, ((float)y + 0.5f) / SIDE, c);
+        for (int k = 0; k < 3; k++)
+            job->rgb[(int)y * SIDE + x][k] = to_byte(c[k]);
+    }
 }
 
 static synth_texture *make(lt_arena *arena, const paint *p, paint_fn fn)
 {
-    uint8_t (*rgb)[3] = lt_alloc((size_t)SIDE * SIDE * 3);
+    paint_job job = { p, fn, lt_alloc((size_t)SIDE * SIDE * 3) };
     synth_texture *t;
 
-    if (!rgb)
+    if (!job.rgb)
         return NULL;
-    for (int y = 0; y < SIDE; y++)
-        for (int x = 0; x < SIDE; x++) {
-            float c[3];
-
-            fn(p, ((float)x + 0.5f) / SIDE, ((float)y + 0.5f) / SIDE, c);
-            for (int k = 0; k < 3; k++)
-                rgb[y * SIDE + x][k] = to_byte(c[k]);
-        }
-    t = synth_texture_new(arena, rgb[0], SIDE, SIDE);
-    lt_release(rgb);
+    lt_parallel_for(SIDE, paint_row, &job);
+    t = synth_texture_new(arena, job.rgb[0], SIDE, SIDE);
+    lt_release(job.rgb);
     return t;
 }
 
@@ -115,9 +125,9 @@ static void paint_wood(const paint *p, float u, float v, float rgb[3])
     const float bend = pattern_noise(p->seed, u + shift, v, 3, 4 * boards, 2);
     const float rings = 0.5f + 0.5f * sinf(6.2831853f * (in_board * 3 + 4 * bend + shift * 5));
     const float fibre = pattern_noise(p->seed + 5, u + shift, v, 6, 96, 3);
-    const float gap = boards > 1 ? smooth(0, 0.02f, fminf(in_board, 1 - in_board)) : 1;
+    const float gap = boards > 1 ? smoothly(0, 0.02f, least(in_board, 1 - in_board)) : 1;
 
-    mix(p->a, p->b, fminf(0.45f * rings * p->contrast + 0.55f * fibre, 1), rgb);
+    mix(p->a, p->b, least(0.45f * rings * p->contrast + 0.55f * fibre, 1), rgb);
     scale(rgb, (0.9f + 0.16f * tone) * (0.55f + 0.45f * gap));
 }
 
@@ -139,7 +149,7 @@ static void paint_stone(const paint *p, float u, float v, float rgb[3])
     const float vein = fabsf(pattern_noise(p->seed + 9, u + 0.1f * slow, v + 0.1f * slow, 3, 3, 4) - 0.5f);
     const float speck = lattice(p->seed, (int)(u * SIDE), (int)(v * SIDE));
 
-    mix(p->a, p->b, p->contrast * (0.5f * slow + 0.6f * (1 - smooth(0, 0.06f, vein))), rgb);
+    mix(p->a, p->b, p->contrast * (0.5f * slow + 0.6f * (1 - smoothly(0, 0.06f, vein))), rgb);
     scale(rgb, 0.95f + 0.1f * speck * p->scale);
 }
 
@@ -185,7 +195,7 @@ static float threads(float u, float v, int n)
 static void paint_stripes(const paint *p, float u, float v, float rgb[3])
 {
     const float x = u * (float)p->count, in = x - floorf(x);
-    const float band = smooth(0.02f, 0.04f, in) - smooth(p->scale, p->scale + 0.02f, in);
+    const float band = smoothly(0.02f, 0.04f, in) - smoothly(p->scale, p->scale + 0.02f, in);
 
     mix(p->a, p->b, band, rgb);
     scale(rgb, threads(u, v, 128) * (0.9f + 0.2f * pattern_noise(p->seed, u, v, 8, 8, 4)));
@@ -230,11 +240,11 @@ static void paint_tiles(const paint *p, float u, float v, float rgb[3])
 {
     const float x = u * (float)p->count, y = v * (float)p->count;
     const float fx = x - floorf(x), fy = y - floorf(y);
-    const float joint = fminf(fminf(fx, 1 - fx), fminf(fy, 1 - fy));
+    const float joint = least(least(fx, 1 - fx), least(fy, 1 - fy));
     const float tone = lattice(p->seed, (int)x, (int)y);
     const float dirt = pattern_noise(p->seed, u, v, 16, 16, 4);
 
-    mix(p->b, p->a, smooth(0.012f, 0.03f, joint), rgb);
+    mix(p->b, p->a, smoothly(0.012f, 0.03f, joint), rgb);
     scale(rgb, 0.9f + 0.1f * tone * p->contrast + 0.08f * dirt);
 }
 
@@ -268,7 +278,7 @@ static void paint_fruit(const paint *p, float u, float v, float rgb[3])
     const float blush = pattern_noise(p->seed, u, v, 3, 2, 3), streak = pattern_noise(p->seed + 1, u, v, 40, 3, 2);
     const float dot = lattice(p->seed, (int)(u * 90), (int)(v * 60)) > 0.96f ? 0.12f : 0;
 
-    mix(p->a, p->b, smooth(0.3f, 0.7f, 0.7f * blush + 0.3f * streak), rgb);
+    mix(p->a, p->b, smoothly(0.3f, 0.7f, 0.7f * blush + 0.3f * streak), rgb);
     scale(rgb, 0.94f + 0.1f * streak + dot);
 }
 
@@ -293,7 +303,7 @@ typedef struct { uint8_t px[LABEL][LABEL][3]; } canvas;
 static void fill(canvas *c, int x0, int y0, int x1, int y1, const float rgb[3], bool round)
 {
     const float mx = (float)(x0 + x1) / 2, my = (float)(y0 + y1) / 2;
-    const float rx = fmaxf((float)(x1 - x0) / 2, 0.5f), ry = fmaxf((float)(y1 - y0) / 2, 0.5f);
+    const float rx = most((float)(x1 - x0) / 2, 0.5f), ry = most((float)(y1 - y0) / 2, 0.5f);
 
     for (int y = y0 < 0 ? 0 : y0; y < y1 && y < LABEL; y++)
         for (int x = x0 < 0 ? 0 : x0; x < x1 && x < LABEL; x++) {

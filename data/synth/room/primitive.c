@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/synth/room/primitive.h"
+#include "data/synth/render/small.h"
 
-#include <math.h>
 #include <string.h>
 
 static const double PI = 3.14159265358979323846;
@@ -132,21 +132,6 @@ lt_mesh primitive_lathe(lt_arena *arena, const float (*profile)[2], int n, int s
     return m;
 }
 
-static void cross(const float a[3], const float b[3], float out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static void normalise(float v[3])
-{
-    const float n = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-
-    for (int i = 0; i < 3; i++)
-        v[i] = n > 0 ? v[i] / n : 0;
-}
-
 static void weave_normal(lt_mesh *m, int ring, int i, int rings, int around)
 {
     const int row = around + 1, up = ring + 1 < rings ? ring + 1 : ring, down = ring > 0 ? ring - 1 : ring;
@@ -157,8 +142,8 @@ static void weave_normal(lt_mesh *m, int ring, int i, int rings, int around)
         a[c] = m->vertex[ring * row + next][c] - m->vertex[ring * row + last][c];
         b[c] = m->vertex[up * row + i][c] - m->vertex[down * row + i][c];
     }
-    cross(a, b, n);
-    normalise(n);
+    cross3(a, b, n);
+    normalise3(n);
 }
 
 void primitive_weave(lt_mesh *m, int rings, int around)
@@ -192,10 +177,10 @@ lt_mesh primitive_tube(lt_arena *arena, const float (*path)[3], const float *rad
 
         for (int c = 0; c < 3; c++)
             along[c] = q[c] - p[c];
-        normalise(along);
-        cross(side, along, x);
-        normalise(x);
-        cross(along, x, y);
+        normalise3(along);
+        cross3(side, along, x);
+        normalise3(x);
+        cross3(along, x, y);
         for (int i = 0; i <= segments; i++) {
             const double angle = 2 * PI * (i % segments) / segments;
             const float u = radius[r] * (float)cos(angle), v = flat * radius[r] * (float)sin(angle);
