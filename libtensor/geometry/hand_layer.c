@@ -46,17 +46,35 @@ static void add_rows(int n, const lt_real *coef, const lt_real *restrict row, si
             out[i] += coef[k] * row[i];
 }
 
-static lt_real dot_rows(const lt_real *restrict a, const lt_real *restrict b)
+/* out_k += row_k . x: the transpose of add_rows. Four sums at a time hide the latency of each; the order
+ * within one is the compiler's, the same in every run of a build. */
+static void dot_rows(int n, const lt_real *restrict row, size_t stride, const lt_real *restrict x,
+                     lt_real *restrict out)
 {
-    enum { LANES = 16 };
-    lt_real part[LANES] = { 0 }, sum = 0;
+    int k = 0;
 
-    for (int i = 0; i < PAD; i += LANES)
-        for (int l = 0; l < LANES; l++)
-            part[l] += a[i + l] * b[i + l];
-    for (int l = 0; l < LANES; l++)
-        sum += part[l];
-    return sum;
+    for (; k + 4 <= n; k += 4, row += 4 * stride) {
+        const lt_real *r1 = row + stride, *r2 = r1 + stride, *r3 = r2 + stride;
+        lt_real s0 = 0, s1 = 0, s2 = 0, s3 = 0;
+        #pragma omp simd reduction(+ : s0, s1, s2, s3)
+        for (int i = 0; i < PAD; i++) {
+            s0 += row[i] * x[i];
+            s1 += r1[i] * x[i];
+            s2 += r2[i] * x[i];
+            s3 += r3[i] * x[i];
+        }
+        out[k] += s0;
+        out[k + 1] += s1;
+        out[k + 2] += s2;
+        out[k + 3] += s3;
+    }
+    for (; k < n; k++, row += stride) {
+        lt_real sum = 0;
+        #pragma omp simd reduction(+ : sum)
+        for (int i = 0; i < PAD; i++)
+            sum += row[i] * x[i];
+        out[k] += sum;
+    }
 }
 
 /* ---- layout --------------------------------------------------------------------------------------- */
@@ -237,21 +255,19 @@ static void unskin_vertices(lt_hand_scratch *s)
 /* dA_k += sum of w_ik dv_i posed_i^T, and through s_k = p_k - A_k rest_k with ds_k = sum of w_ik dv_i */
 static void unblend_frames(const lt_hand_layer *layer, const lt_hand_scratch *s, joint_grads *g)
 {
-    for (int k = 0; k < J; k++) {
-        const double *A = s->world_R[k];
-        double ds[3];
-        for (int r = 0; r < 9; r++)
-            g->A[k][r] += dot_rows(layer->weight[k], s->skin[r]);
-        for (int a = 0; a < 3; a++)
-            ds[a] = dot_rows(layer->weight[k], s->skin[9 + a]);
+    lt_real sum[12][J] = { { 0 } };     /* as in blend_frames */
+
+    for (int r = 0; r < 12; r++)
+        dot_rows(J, layer->weight[0], PAD, s->skin[r], sum[r]);
+    for (int k = 0; k < J; k++)
         for (int a = 0; a < 3; a++) {
-            g->p[k][a] += ds[a];
+            const double ds = sum[9 + a][k];
+            g->p[k][a] += ds;
             for (int b = 0; b < 3; b++) {
-                g->A[k][3 * a + b] -= ds[a] * s->rest[k][b];
-                g->rest[k][b] -= A[3 * a + b] * ds[a];
+                g->A[k][3 * a + b] += sum[3 * a + b][k] - ds * s->rest[k][b];
+                g->rest[k][b] -= s->world_R[k][3 * a + b] * ds;
             }
         }
-    }
 }
 
 /* From tip to wrist: A_k = A_parent R_k, p_k = p_parent + A_parent (rest_k - rest_parent) */
@@ -281,15 +297,14 @@ static void unchain(const double *R, lt_hand_scratch *s, joint_grads *g, double 
 static void unblend_offsets(const lt_hand_layer *layer, lt_real d_posed[3][PAD], lt_real *d_R,
                             lt_real *d_beta)
 {
-    for (int k = 0; k < BLENDS; k++) {
-        lt_real sum = 0;
-        for (int a = 0; a < 3; a++)
-            sum += dot_rows(layer->blend[k][a], d_posed[a]);
-        if (k < B)
-            d_beta[k] += sum;
-        else
-            d_R[9 + k - B] += sum;
-    }
+    lt_real d_coef[BLENDS] = { 0 };
+
+    for (int a = 0; a < 3; a++)
+        dot_rows(BLENDS, layer->blend[0][a], 3 * PAD, d_posed[a], d_coef);
+    for (int k = 0; k < B; k++)
+        d_beta[k] += d_coef[k];
+    for (int k = B; k < BLENDS; k++)
+        d_R[9 + k - B] += d_coef[k];
 }
 
 static void unrest(const lt_hand_layer *layer, double d_rest[J][3], lt_real *d_beta)
