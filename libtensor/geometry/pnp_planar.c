@@ -75,7 +75,8 @@ static bool pose_from_homography(const lt_principal *s, const double H[9], doubl
         M[3 * i + 2] = turned[i];
     }
     lt_rot_nearest(M, plane_R);
-    memcpy(axes, s->axis, sizeof(axes));            /* rows: from the object to the plane's frame */
+    memcpy(axes, s->axis, sizeof(axes));            /* rows: from the object to the plane's frame, */
+    lt_vec3_cross(axes, axes + 3, axes + 6);        /* right-handed */
     lt_mat3_mul(plane_R, axes, R);
     lt_mat3_mulvec(R, s->centre, turned);
     lt_vec3_sub(columns[2], turned, t);

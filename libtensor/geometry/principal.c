@@ -45,5 +45,4 @@ void lt_principal_of(int n, const double *X, lt_principal *out)
         for (int i = 0; i < 3; i++)
             out->axis[k][i] = U[3 * i + k];
     }
-    lt_vec3_cross(out->axis[0], out->axis[1], out->axis[2]);
 }

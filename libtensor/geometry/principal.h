@@ -15,7 +15,7 @@ bool lt_eigen_small(int n, double *A, double *w);
 
 typedef struct {
     double centre[3];
-    double axis[3][3];          /* unit, orthogonal, right-handed; by descending spread */
+    double axis[3][3];          /* unit, orthogonal, of either hand; by descending spread */
     double spread[3];           /* standard deviation along each, metres */
 } lt_principal;
 
