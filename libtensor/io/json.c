@@ -1,0 +1,263 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Small JSON files, over cJSON.
+ */
+#include "libtensor/io/json.h"
+
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/number.h"
+#include "libtensor/io/utf8.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { NAME_MAX_CHARS = 64 };
+
+/* ---- reading ------------------------------------------------------------------------------------- */
+
+static lt_status error_at(const char *name, const char *text, const char *at, const char *reason)
+{
+    size_t line = 1, column = 1;
+
+    for (const char *p = text; p < at; p++) {
+        line += *p == '\n';
+        column = *p == '\n' ? 1 : column + 1;
+    }
+    return lt_error(LT_EFORMAT, "%s:%zu:%zu: %s", name, line, column, reason);
+}
+
+/* Past a string whose quote stands at p, or end. */
+static const char *skip_string(const char *p, const char *end)
+{
+    for (p++; p < end && *p != '"'; p++)
+        p += *p == '\\' && end - p > 1;
+    return p < end ? p + 1 : end;
+}
+
+static bool has_nul_escape(const char *p, const char *end)
+{
+    for (; end - p >= 6; p++) {
+        if (memcmp(p, "\\u0000", 6) == 0)
+            return true;
+        p += *p == '\\';
+    }
+    return false;
+}
+
+/* What cJSON does not look at: it recurses to 1000, and cuts a string at \u0000. */
+static lt_status check_limits(const char *name, const char *text, const char *end)
+{
+    int depth = 0;
+
+    for (const char *p = text; p < end;) {
+        const char *start = p;
+
+        if (*p == '"') {
+            p = skip_string(p, end);
+            if (has_nul_escape(start, p))
+                return error_at(name, text, start, "string with \\u0000");
+            continue;
+        }
+        depth += *p == '{' || *p == '[';
+        depth -= *p == '}' || *p == ']';
+        if (depth > LT_JSON_DEPTH)
+            return error_at(name, text, p, "nested deeper than 64");
+        p++;
+    }
+    return LT_OK;
+}
+
+lt_status lt_json_parse(const char *name, const char *text, size_t n, cJSON **out)
+{
+    const char *end = text + n, *stop = text;
+    cJSON *value;
+    lt_status st;
+
+    if (n >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0)
+        text += 3;
+    if (text == end)
+        return lt_error(LT_EFORMAT, "%s: empty, want JSON", name);
+    st = check_limits(name, text, end);
+    if (st)
+        return st;
+    value = cJSON_ParseWithLengthOpts(text, (size_t)(end - text), &stop, 0);
+    if (!value)
+        return error_at(name, text, stop && stop < end ? stop : end, "not valid JSON from here on");
+    while (stop < end && strchr(" \t\r\n", *stop) && *stop)
+        stop++;
+    if (stop < end) {
+        cJSON_Delete(value);
+        return error_at(name, text, stop, "text after the JSON value");
+    }
+    *out = value;
+    return LT_OK;
+}
+
+lt_status lt_json_read(const char *path, cJSON **out)
+{
+    lt_arena *scratch = lt_arena_new();
+    uint8_t *bytes;
+    lt_status st;
+    size_t n;
+
+    if (!scratch)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    st = lt_read_file(scratch, path, LT_JSON_MAX, &bytes, &n);
+    if (!st)
+        st = lt_json_parse(path, (const char *)bytes, n, out);
+    lt_arena_free(scratch);
+    return st;
+}
+
+/* ---- writing ------------------------------------------------------------------------------------- */
+
+_Static_assert((int)LT_JSON_NUMBER == (int)LT_NUMBER_TEXT, "one buffer for numbers");
+
+const char *lt_json_number(double x, char out[LT_JSON_NUMBER])
+{
+    if (!isfinite(x)) {
+        memcpy(out, "null", 5);
+        return out;
+    }
+    return lt_print_double(x, out);
+}
+
+void lt_json_print_string(FILE *f, const char *text)
+{
+    const char *p = text, *end = text + strlen(text);
+
+    fputc('"', f);
+    while (p < end) {
+        const uint32_t code = lt_utf8_next(&p, end);
+        char utf8[LT_UTF8_MAX];
+
+        if (code == '"' || code == '\\')
+            fprintf(f, "\\%c", (int)code);
+        else if (code == '\n')
+            fputs("\\n", f);
+        else if (code == '\t')
+            fputs("\\t", f);
+        else if (code < 0x20 || code == 0x7f)
+            fprintf(f, "\\u%04x", (unsigned)code);
+        else
+            fwrite(utf8, 1, lt_utf8_put(utf8, code), f);
+    }
+    fputc('"', f);
+}
+
+/* A container of nothing but numbers, strings and the like stays on one line. */
+static bool is_flat(const cJSON *value)
+{
+    for (const cJSON *c = value->child; c; c = c->next)
+        if (c->child)
+            return false;
+    return cJSON_IsArray(value);
+}
+
+static void new_line(FILE *f, int indent)
+{
+    fprintf(f, "\n%*s", 2 * indent, "");
+}
+
+/* indent < 0: all on one line */
+static void print_value(FILE *f, const cJSON *value, int indent)
+{
+    const bool object = cJSON_IsObject(value);
+    const int inner = indent < 0 || is_flat(value) ? -1 : indent + 1;
+    char number[LT_JSON_NUMBER];
+
+    if (cJSON_IsString(value)) {
+        lt_json_print_string(f, value->valuestring);
+    } else if (cJSON_IsNumber(value)) {
+        fputs(lt_json_number(value->valuedouble, number), f);
+    } else if (cJSON_IsBool(value)) {
+        fputs(cJSON_IsTrue(value) ? "true" : "false", f);
+    } else if (!object && !cJSON_IsArray(value)) {
+        fputs("null", f);
+    } else {
+        fputc(object ? '{' : '[', f);
+        for (const cJSON *c = value->child; c; c = c->next) {
+            if (inner >= 0)
+                new_line(f, inner);
+            if (object) {
+                lt_json_print_string(f, c->string);
+                fputs(": ", f);
+            }
+            print_value(f, c, inner);
+            if (c->next)
+                fputs(inner >= 0 ? "," : ", ", f);
+        }
+        if (inner >= 0 && value->child)
+            new_line(f, indent);
+        fputc(object ? '}' : ']', f);
+    }
+}
+
+void lt_json_print(FILE *f, const cJSON *value)
+{
+    print_value(f, value, -1);
+}
+
+lt_status lt_json_write(const char *path, const cJSON *value)
+{
+    lt_atomic_file f;
+    lt_status st = lt_atomic_open(&f, path);
+
+    if (st)
+        return st;
+    print_value(f.stream, value, 0);
+    fputc('\n', f.stream);
+    return lt_atomic_commit(&f);
+}
+
+/* ---- did you mean -------------------------------------------------------------------------------- */
+
+static int min_int(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+/* Edits from a to b: insert, delete, replace, swap neighbours (optimal string alignment). */
+static int edit_distance(const char *a, size_t n_a, const char *b, size_t n_b)
+{
+    int rows[3][NAME_MAX_CHARS + 1];
+    int *before = rows[0], *last = rows[1], *row = rows[2];
+
+    for (size_t j = 0; j <= n_b; j++)
+        last[j] = (int)j;
+    for (size_t i = 1; i <= n_a; i++) {
+        int *spare = before;
+
+        row[0] = (int)i;
+        for (size_t j = 1; j <= n_b; j++) {
+            row[j] = min_int(min_int(last[j], row[j - 1]) + 1, last[j - 1] + (a[i - 1] != b[j - 1]));
+            if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+                row[j] = min_int(row[j], before[j - 2] + 1);
+        }
+        before = last;
+        last = row;
+        row = spare;
+    }
+    return last[n_b];
+}
+
+const char *lt_nearest_name(const char *name, const char *const *list, size_t n)
+{
+    const size_t length = strlen(name);
+    int best = 1 + (length / 3 > 2 ? (int)(length / 3) : 2);
+    const char *nearest = NULL;
+
+    for (size_t i = 0; i < n && length <= NAME_MAX_CHARS; i++) {
+        const size_t other = strlen(list[i]);
+        const int d = other <= NAME_MAX_CHARS ? edit_distance(name, length, list[i], other) : best;
+
+        if (d < best && d < (int)(other > length ? other : length)) {
+            best = d;
+            nearest = list[i];
+        }
+    }
+    return nearest;
+}
