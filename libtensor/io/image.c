@@ -4,7 +4,6 @@
  */
 #include "libtensor/io/image.h"
 
-#include "config.h"
 #include "libtensor/io/codec.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/opencv.h"
@@ -59,11 +58,7 @@ lt_status lt_image_decode(lt_arena *arena, const char *name, const uint8_t *byte
         return lt_png_decode(arena, name, bytes, n, out);
     if (starts_with(bytes, n, "\xff\xd8\xff", 3))
         return lt_jpeg_decode(arena, name, bytes, n, out);
-#ifdef HAVE_OPENCV
     return lt_opencv_decode(arena, name, bytes, n, out);
-#else
-    return lt_error(LT_EFORMAT, "%s: neither PNG nor JPEG; other formats need a build with OpenCV", name);
-#endif
 }
 
 lt_status lt_image_read(lt_arena *arena, const char *path, lt_image *out)

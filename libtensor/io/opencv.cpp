@@ -4,7 +4,10 @@
  */
 #include "libtensor/io/opencv.h"
 
+#include "config.h"
 #include "libtensor/io/codec.h"
+
+#ifdef HAVE_OPENCV
 
 #include <climits>
 #include <cstring>
@@ -64,3 +67,12 @@ lt_status lt_opencv_decode(lt_arena *arena, const char *name, const uint8_t *byt
         return lt_error(LT_EFORMAT, "%s: not an image that can be read", name);
     }
 }
+
+#else
+
+lt_status lt_opencv_decode(lt_arena *, const char *name, const uint8_t *, size_t, lt_image *)
+{
+    return lt_error(LT_EFORMAT, "%s: neither PNG nor JPEG; other formats need a build with OpenCV", name);
+}
+
+#endif
