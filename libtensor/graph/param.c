@@ -110,6 +110,11 @@ lt_status lt_params_status(const lt_params *set)
     return set->status;
 }
 
+lt_arena *lt_params_arena(lt_params *set)
+{
+    return set->arena;
+}
+
 lt_param *lt_params_first(const lt_params *set)
 {
     return set->first;

@@ -46,6 +46,9 @@ LT_API lt_param *lt_params_add(lt_params *set, const char *prefix, const char *n
                                lt_shape shape);
 LT_API lt_status lt_params_status(const lt_params *set);
 
+/* lt_params_arena - lives as long as the set: for whatever belongs to it */
+LT_API lt_arena *lt_params_arena(lt_params *set);
+
 /* lt_params_first - walk with p->next; lt_params_find - by name, NULL when there is none */
 LT_API lt_param *lt_params_first(const lt_params *set);
 LT_API lt_param *lt_params_find(const lt_params *set, const char *name);

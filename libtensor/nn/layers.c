@@ -1,0 +1,105 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/nn/layers.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+
+const char *lt_name(lt_params *set, const char *fmt, ...)
+{
+    char name[512];
+    const char *copy;
+    va_list args;
+
+    va_start(args, fmt);
+    vsnprintf(name, sizeof(name), fmt, args);
+    va_end(args);
+    copy = lt_arena_strdup(lt_params_arena(set), name);
+    return copy ? copy : "";
+}
+
+static lt_param *weight(lt_params *set, const char *prefix, const char *name, lt_shape shape)
+{
+    return lt_params_add(set, prefix, name, LT_WEIGHT, shape);
+}
+
+lt_conv_layer lt_conv_layer_new(lt_params *set, const char *prefix, int64_t in, int64_t out, int k,
+                                bool bias, const lt_conv_opts *opts)
+{
+    lt_conv_layer m = { .opts = opts ? *opts : (lt_conv_opts){ 0 } };
+    const int groups = m.opts.groups ? m.opts.groups : 1;
+
+    m.weight = weight(set, prefix, "weight", LT_SHAPE(out, in / groups, k, k));
+    m.bias = bias ? weight(set, prefix, "bias", LT_SHAPE(out)) : NULL;
+    return m;
+}
+
+static lt_tensor *use(lt_tensor *x, lt_param *p)
+{
+    return p ? lt_use(x->graph, p) : NULL;
+}
+
+lt_tensor *(lt_conv_layer_forward)(const lt_conv_layer *m, lt_tensor *x)
+{
+    return lt_conv2d(x, use(x, m->weight), use(x, m->bias), &m->opts);
+}
+
+lt_linear_layer lt_linear_layer_new(lt_params *set, const char *prefix, int64_t in, int64_t out, bool bias)
+{
+    return (lt_linear_layer){
+        .weight = weight(set, prefix, "weight", LT_SHAPE(out, in)),
+        .bias = bias ? weight(set, prefix, "bias", LT_SHAPE(out)) : NULL,
+    };
+}
+
+lt_tensor *(lt_linear_layer_forward)(const lt_linear_layer *m, lt_tensor *x)
+{
+    return lt_linear(x, use(x, m->weight), use(x, m->bias));
+}
+
+lt_batch_norm_layer lt_batch_norm_layer_new(lt_params *set, const char *prefix, int64_t channels)
+{
+    return (lt_batch_norm_layer){
+        .weight = weight(set, prefix, "weight", LT_SHAPE(channels)),
+        .bias = weight(set, prefix, "bias", LT_SHAPE(channels)),
+        .running_mean = lt_params_add(set, prefix, "running_mean", LT_STATISTIC, LT_SHAPE(channels)),
+        .running_var = lt_params_add(set, prefix, "running_var", LT_STATISTIC, LT_SHAPE(channels)),
+        .eps = 1e-5,
+    };
+}
+
+lt_tensor *(lt_batch_norm_layer_forward)(const lt_batch_norm_layer *m, lt_tensor *x)
+{
+    return lt_batch_norm(x, use(x, m->weight), use(x, m->bias), use(x, m->running_mean),
+                         use(x, m->running_var), m->eps);
+}
+
+lt_layer_norm_layer lt_layer_norm_layer_new(lt_params *set, const char *prefix, int64_t channels)
+{
+    return (lt_layer_norm_layer){
+        .weight = weight(set, prefix, "weight", LT_SHAPE(channels)),
+        .bias = weight(set, prefix, "bias", LT_SHAPE(channels)),
+        .eps = 1e-5,
+    };
+}
+
+lt_tensor *(lt_layer_norm_layer_forward)(const lt_layer_norm_layer *m, lt_tensor *x)
+{
+    return lt_layer_norm(x, use(x, m->weight), use(x, m->bias), m->eps);
+}
+
+lt_se_layer lt_se_layer_new(lt_params *set, const char *prefix, int64_t channels, int reduction)
+{
+    return (lt_se_layer){
+        .fc1 = lt_linear_layer_new(set, lt_name(set, "%s.fc1", prefix), channels, channels / reduction, false),
+        .fc2 = lt_linear_layer_new(set, lt_name(set, "%s.fc2", prefix), channels / reduction, channels, false),
+    };
+}
+
+lt_tensor *(lt_se_layer_forward)(const lt_se_layer *m, lt_tensor *x)
+{
+    lt_tensor *s = lt_global_avg_pool(x);                               /* (B, C) */
+    lt_tensor *e = lt_relu(lt_linear_layer_forward(&m->fc1, s));
+
+    e = lt_sigmoid(lt_linear_layer_forward(&m->fc2, e));
+    return lt_mul(x, lt_reshape(e, LT_SHAPE(lt_dim(e, 0), lt_dim(e, 1), 1, 1)));
+}

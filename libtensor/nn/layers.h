@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Layers: parameters with names, and the op that uses them. A layer is a small struct by value; its
+ * parameters belong to the set they were registered in. Names are PyTorch's: prefix.weight, prefix.bias.
+ */
+#ifndef LT_NN_LAYERS_H
+#define LT_NN_LAYERS_H
+
+#include "libtensor/graph/param.h"
+#include "libtensor/ops/ops.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* lt_name - a name put together, living as long as the set: lt_name(set, "%s.%d", prefix, i) */
+LT_API const char *lt_name(lt_params *set, const char *fmt, ...) LT_PRINTF(2, 3);
+
+typedef struct {
+    lt_param *weight, *bias;        /* (O, C / groups, k, k), (O) or NULL */
+    lt_conv_opts opts;
+} lt_conv_layer;
+
+/* lt_conv_layer_new - k x k; opts NULL for stride 1 without padding */
+LT_API lt_conv_layer lt_conv_layer_new(lt_params *set, const char *prefix, int64_t in, int64_t out, int k,
+                                       bool bias, const lt_conv_opts *opts);
+LT_API lt_tensor *lt_conv_layer_forward(const lt_conv_layer *m, lt_tensor *x);
+
+typedef struct {
+    lt_param *weight, *bias;        /* (N, K), (N) or NULL */
+} lt_linear_layer;
+
+LT_API lt_linear_layer lt_linear_layer_new(lt_params *set, const char *prefix, int64_t in, int64_t out,
+                                           bool bias);
+LT_API lt_tensor *lt_linear_layer_forward(const lt_linear_layer *m, lt_tensor *x);
+
+typedef struct {
+    lt_param *weight, *bias, *running_mean, *running_var;
+    double eps;
+} lt_batch_norm_layer;
+
+/* lt_batch_norm_layer_new - eps 1e-5, momentum 0.1 */
+LT_API lt_batch_norm_layer lt_batch_norm_layer_new(lt_params *set, const char *prefix, int64_t channels);
+LT_API lt_tensor *lt_batch_norm_layer_forward(const lt_batch_norm_layer *m, lt_tensor *x);
+
+typedef struct {
+    lt_param *weight, *bias;
+    double eps;
+} lt_layer_norm_layer;
+
+/* lt_layer_norm_layer_new - eps 1e-5 */
+LT_API lt_layer_norm_layer lt_layer_norm_layer_new(lt_params *set, const char *prefix, int64_t channels);
+LT_API lt_tensor *lt_layer_norm_layer_forward(const lt_layer_norm_layer *m, lt_tensor *x);
+
+/* Squeeze and excitation: x times sigmoid(w2 relu(w1 mean(x))), no biases.
+ * Source: Hu et al. 2018, "Squeeze-and-Excitation networks", section 3. */
+typedef struct {
+    lt_linear_layer fc1, fc2;
+} lt_se_layer;
+
+LT_API lt_se_layer lt_se_layer_new(lt_params *set, const char *prefix, int64_t channels, int reduction);
+LT_API lt_tensor *lt_se_layer_forward(const lt_se_layer *m, lt_tensor *x);
+
+#define lt_conv_layer_forward(...) LT_HERE(lt_conv_layer_forward(__VA_ARGS__))
+#define lt_linear_layer_forward(...) LT_HERE(lt_linear_layer_forward(__VA_ARGS__))
+#define lt_batch_norm_layer_forward(...) LT_HERE(lt_batch_norm_layer_forward(__VA_ARGS__))
+#define lt_layer_norm_layer_forward(...) LT_HERE(lt_layer_norm_layer_forward(__VA_ARGS__))
+#define lt_se_layer_forward(...) LT_HERE(lt_se_layer_forward(__VA_ARGS__))
+
+#ifdef __cplusplus
+}
+#endif
+#endif
