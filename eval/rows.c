@@ -14,6 +14,13 @@ void eval_row_ho3d(eval_row *row, const double scores[HO3D_SCORES])
         row->has[i] = true;
 }
 
+void eval_row_dexycb(eval_row *row, const double scores[DEXYCB_SCORES], eval_procrustes_kind kind)
+{
+    row->values[0] = scores[DEXYCB_RELATIVE_MEAN];
+    row->values[1] = scores[kind == EVAL_RIGID ? DEXYCB_RIGID_MEAN : DEXYCB_PA_MEAN];
+    row->has[0] = row->has[1] = true;
+}
+
 void eval_object_shares_add(const eval_table *t, eval_object_shares *s, const char *model, double error,
                             double diameter)
 {

@@ -6,7 +6,9 @@
 #define EVAL_ROWS_H
 
 #include "eval/curve.h"
+#include "eval/dexycb_score.h"
 #include "eval/ho3d_score.h"
+#include "eval/metrics.h"
 #include "eval/tables.h"
 
 #ifdef __cplusplus
@@ -16,6 +18,10 @@ extern "C" {
 /* eval_row_ho3d - the first four columns of the HO3D hand tables (hocat-1, hocat-5, unified-4): joints
  * and vertices after Procrustes in mm, F at 5 and 15 mm after it in % */
 void eval_row_ho3d(eval_row *row, const double scores[HO3D_SCORES]);
+
+/* eval_row_dexycb - the first two columns of the DexYCB hand tables (hocat-3, unified-5, unified-8) in mm:
+ * wrist on wrist, and after Procrustes of this kind (the papers': EVAL_RIGID) */
+void eval_row_dexycb(eval_row *row, const double scores[DEXYCB_SCORES], eval_procrustes_kind kind);
 
 /* Shares of correct poses by object, for the tables with a column per object (hocat-2, hocat-4). */
 typedef struct {

@@ -4,7 +4,7 @@
 
     cd tests/eval && ../../scripts/vectors/metrics.py
 
-writes ho3d_vectors.h and object_vectors.h.
+writes ho3d_vectors.h, dexycb_vectors.h and object_vectors.h.
 
 Predictions are made by the same linear congruential generator here and in the tests, and rounded to float32.
 """
@@ -98,6 +98,33 @@ def ho3d(kind):
     return out + list(np.mean(d['f'], 0))
 
 
+def umeyama(g, p):
+    g_mean, p_mean = g.mean(0), p.mean(0)
+    H = (p - p_mean).T @ (g - g_mean) / len(g)
+    U, S, Vt = np.linalg.svd(H)
+    if np.linalg.det(Vt.T @ U.T) < 0:
+        S[-1] *= -1
+        Vt[-1] *= -1
+    c = S.sum() / p.var(0).sum() if p.var(0).sum() > 0 else 0.0
+    return c * (p - p_mean) @ (Vt.T @ U.T).T + g_mean
+
+
+def dexycb(kind):
+    draw = Lcg(kind + 201)
+    d = [[], [], [], []]
+    for _ in range(N):
+        g = truth(draw, J)
+        p = predict(kind, draw, g).astype('f8')
+        g = g.astype('f8')
+        for i, q in enumerate((p, p - p[0] + g[0], procrustes(g, p), umeyama(g, p))):
+            d[i].append(np.linalg.norm(g - q, axis=1))
+    out = []
+    for e in d:
+        mean, auc = mean_auc(np.array(e))
+        out += [10 * mean, auc]
+    return out
+
+
 # ---- object poses ----------------------------------------------------------------------------------------
 
 def rotation(v):
@@ -148,5 +175,7 @@ def table(path, what, name, rows):
 
 table('ho3d_vectors.h', 'The 14 lines of scores.txt for five sets of predictions', 'ho3d_wanted',
       [ho3d(k) for k in range(5)])
+table('dexycb_vectors.h', 'The scores of eval/dexycb_score.h for five sets of predictions', 'dexycb_wanted',
+      [dexycb(k) for k in range(5)])
 table('object_vectors.h', 'Errors of five object poses, in the order of test_object_pose.c', 'object_wanted',
       [objects(k) for k in range(5)])

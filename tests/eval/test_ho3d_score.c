@@ -4,8 +4,8 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
-#include "tests/eval/lcg.h"
 #include "tests/eval/ho3d_vectors.h"
+#include "tests/eval/predictions.h"
 
 #include <check.h>
 #include <math.h>
@@ -19,55 +19,14 @@ typedef struct {
     float p_xyz[N][J][3], p_verts[N][V][3], g_xyz[N][J][3], g_verts[N][V][3];
 } samples;
 
-static void make_truth(uint32_t *state, int n, float g[][3])
-{
-    static const double centre[3] = { .05, .02, -.6 };
-
-    for (int i = 0; i < n; i++) {
-        for (int k = 0; k < 3; k++)
-            g[i][k] = (float)(lcg(state) * .1 + centre[k]);
-    }
-}
-
-static void predict_point(int kind, const float *g, const double *noise, float *p)
-{
-    static const double scale[5] = { .002, .01, .005, .005, 0 }, shift[3] = { .01, -.02, .03 };
-    const double turned[3] = { -(double)g[1], g[0], g[2] };
-
-    for (int k = 0; k < 3; k++) {
-        double x = g[k];
-
-        if (kind == 2)
-            x = turned[k] * 1.3;
-        else if (kind == 3 && k == 0)
-            x = -x;
-        x += noise[k] * scale[kind];
-        if (kind == 1)
-            x += shift[k];
-        p[k] = kind == 4 ? 0 : (float)x;
-    }
-}
-
-static void make(int kind, uint32_t *state, int n, float g[][3], float p[][3])
-{
-    make_truth(state, n, g);
-    for (int i = 0; i < n; i++) {
-        double noise[3];
-
-        for (int k = 0; k < 3; k++)
-            noise[k] = lcg(state);
-        predict_point(kind, g[i], noise, p[i]);
-    }
-}
-
 static samples *make_samples(int kind)
 {
     samples *s = calloc(1, sizeof(*s));
     uint32_t state = (uint32_t)kind + 1;
 
     for (int i = 0; i < N; i++) {
-        make(kind, &state, J, s->g_xyz[i], s->p_xyz[i]);
-        make(kind, &state, V, s->g_verts[i], s->p_verts[i]);
+        make_predictions(kind, &state, J, s->g_xyz[i], s->p_xyz[i]);
+        make_predictions(kind, &state, V, s->g_verts[i], s->p_verts[i]);
     }
     return s;
 }

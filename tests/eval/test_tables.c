@@ -114,6 +114,19 @@ START_TEST(synthetic_rows_say_so)
 }
 END_TEST
 
+START_TEST(dexycb_rows)
+{
+    const double scores[DEXYCB_SCORES] = {
+        [DEXYCB_RELATIVE_MEAN] = 14, [DEXYCB_PA_MEAN] = 6, [DEXYCB_RIGID_MEAN] = 7,
+    };
+    eval_row row = { .label = "palmar" };
+
+    eval_row_dexycb(&row, scores, _i ? EVAL_RIGID : EVAL_REFLECT);
+    ck_assert(row.has[0] && row.has[1] && !row.has[2]);
+    ck_assert(row.values[0] == 14 && row.values[1] == (_i ? 7 : 6));
+}
+END_TEST
+
 START_TEST(plain_text_to_the_letter)
 {
     const eval_table *t = eval_table_find("hocat-2");
@@ -227,6 +240,7 @@ int main(void)
     tcase_add_loop_test(c, averages_agree, 0, 2);
     tcase_add_test(c, finding);
     tcase_add_loop_test(c, synthetic_rows_say_so, 0, 2);
+    tcase_add_loop_test(c, dexycb_rows, 0, 2);
     tcase_add_test(c, plain_text_to_the_letter);
     tcase_add_test(c, wide_tables_turn);
     tcase_add_test(c, paper_alone);
