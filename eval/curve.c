@@ -42,7 +42,7 @@ double eval_class_mean(int n_classes, const double *value)
     return n > 0 ? sum / n : NAN;
 }
 
-/* ---- PCK --------------------------------------------------------------------------------------------- */
+/* ---- PCK --------------------------------------------------------------------------------- */
 
 struct eval_pck {
     int n_points, n_thresholds;
@@ -195,7 +195,7 @@ lt_status eval_median_of_points(int64_t n_samples, int n_points, const double *d
     return LT_OK;
 }
 
-/* ---- YCB-Video ----------------------------------------------------------------------------------------- */
+/* ---- YCB-Video --------------------------------------------------------------------------- */
 
 /* NaN last. */
 static int ascending(const void *a, const void *b)

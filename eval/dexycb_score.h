@@ -4,8 +4,9 @@
  *
  * Joints are (n, 21, 3) in simple order, in metres, absolute, in OpenCV camera axes.
  *
- * Source: NVlabs/dex-ycb-toolkit hpe_eval.py (HPE: absolute, root-relative, Procrustes with reflections);
- * HFL-Net utils/metric.py for the rigid Procrustes that the papers' PAMPJPE on DexYCB comes from.
+ * Source: NVlabs/dex-ycb-toolkit hpe_eval.py (HPE: absolute, root-relative, Procrustes with
+ * reflections); HFL-Net utils/metric.py for the rigid Procrustes that the papers' PAMPJPE on
+ * DexYCB comes from.
  */
 #ifndef EVAL_DEXYCB_SCORE_H
 #define EVAL_DEXYCB_SCORE_H
@@ -37,9 +38,9 @@ typedef struct dexycb_scorer dexycb_scorer;
 dexycb_scorer *dexycb_scorer_new(void);             /* NULL when there is no memory */
 void dexycb_scorer_free(dexycb_scorer *s);
 
-/* dexycb_scorer_add - n more samples in the order of the list; p, g (n, 21, 3); each (n) or NULL. A
- * sample that is not finite is a failure, as in ho3d_scorer_add. Runs on all threads, same bits on any
- * number. */
+/* dexycb_scorer_add - n more samples in the order of the list; p, g (n, 21, 3); each (n) or
+ * NULL. A sample that is not finite is a failure, as in ho3d_scorer_add. Runs on all threads,
+ * same bits on any number. */
 void dexycb_scorer_add(dexycb_scorer *s, int64_t n, const float *p, const float *g,
                        dexycb_sample_errors *each);
 
@@ -47,9 +48,10 @@ void dexycb_scorer_add(dexycb_scorer *s, int64_t n, const float *p, const float 
 void dexycb_scorer_scores(const dexycb_scorer *s, double scores[DEXYCB_SCORES]);
 int64_t dexycb_scorer_failed(const dexycb_scorer *s);
 
-/* ---- the toolkit's result file: a line "index,x0,y0,z0,...,z20" per sample, mm ------------------------ */
+/* ---- the toolkit's result file: a line "index,x0,y0,z0,...,z20" per sample, mm ----------- */
 
-/* dexycb_hpe_line - the line of sample `index` (its place in the official list), joints in metres */
+/* dexycb_hpe_line - the line of sample `index` (its place in the official list), joints in
+ * metres */
 void dexycb_hpe_line(FILE *f, int64_t index, const float *joints);
 
 #ifdef __cplusplus

@@ -74,7 +74,7 @@ void ho3d_scorer_free(ho3d_scorer *s)
     free(s);
 }
 
-/* ---- one sample ------------------------------------------------------------------------------------- */
+/* ---- one sample -------------------------------------------------------------------------- */
 
 static void measure_joints(const float *p32, const float *g32, distances *d)
 {
@@ -141,12 +141,13 @@ static void measure(void *ctx, int64_t i)
         void_f_scores(d);
 }
 
-/* ---- all samples ------------------------------------------------------------------------------------- */
+/* ---- all samples ------------------------------------------------------------------------- */
 
 static ho3d_sample_errors summarise(const distances *d)
 {
     return (ho3d_sample_errors){
-        .xyz = eval_mean(J, d->xyz), .xyz_pa = eval_mean(J, d->xyz_pa), .xyz_st = eval_mean(J, d->xyz_st),
+        .xyz = eval_mean(J, d->xyz), .xyz_pa = eval_mean(J, d->xyz_pa),
+        .xyz_st = eval_mean(J, d->xyz_st),
         .mesh = eval_mean(V, d->mesh), .mesh_pa = eval_mean(V, d->mesh_pa),
         .f5 = d->f[0].f, .f_al5 = d->f_al[0].f, .f15 = d->f[1].f, .f_al15 = d->f_al[1].f,
     };
@@ -225,7 +226,7 @@ int64_t ho3d_scorer_failed(const ho3d_scorer *s)
     return s->failed;
 }
 
-/* ---- out and in ---------------------------------------------------------------------------------------- */
+/* ---- out and in -------------------------------------------------------------------------- */
 
 void ho3d_print_scores(FILE *f, const double scores[HO3D_SCORES])
 {

@@ -133,8 +133,8 @@ static lt_status check(const ho3d_submission *s, const char *what, int n, const 
         behind += i % 3 == 2 && x[i] > 0;
     }
     if (behind == n)
-        return lt_error(LT_EINVAL, "%s: sample %lld: all z are positive, HO3D's camera looks along -z; "
-                        "flip y and z", what, (long long)s->n);
+        return lt_error(LT_EINVAL, "%s: sample %lld: all z are positive, HO3D's camera looks "
+                        "along -z; flip y and z", what, (long long)s->n);
     return LT_OK;
 }
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Distances between a predicted and a true point set: plain, aligned, and to the nearest neighbour. */
+/* Distances between a predicted and a true point set: plain, aligned, and to the nearest
+ * neighbour. */
 #include "eval/metrics.h"
 
 #include "libtensor/base/arena.h"
@@ -70,7 +71,7 @@ double eval_mpjpe(int n, const double *p, const double *g)
     return n > 0 ? sum / n : NAN;
 }
 
-/* ---- alignment --------------------------------------------------------------------------------------- */
+/* ---- alignment --------------------------------------------------------------------------- */
 
 void eval_align_root(int n, const double *p, const double *g, int root, double *out)
 {
@@ -88,7 +89,8 @@ static void fill_nan(int n, double *out)
         out[i] = NAN;
 }
 
-void eval_align_procrustes(eval_procrustes_kind kind, int n, const double *p, const double *g, double *out)
+void eval_align_procrustes(eval_procrustes_kind kind, int n, const double *p, const double *g,
+                           double *out)
 {
     lt_similarity fit;
     const lt_status st = kind == EVAL_REFLECT ? lt_procrustes_ho3d(n, p, g, &fit)
@@ -106,9 +108,10 @@ void eval_align_scale(int n, const double *p, const double *g, int base, int tip
         fill_nan(n, out);
 }
 
-/* ---- nearest neighbours ------------------------------------------------------------------------------ */
+/* ---- nearest neighbours ------------------------------------------------------------------ */
 
-typedef struct { double *x, *y, *z, *best; } columns;   /* one array per axis, for the vector units */
+/* One array per axis, for the vector units. */
+typedef struct { double *x, *y, *z, *best; } columns;
 
 static void split(int n, const double *p, columns *c, double *memory)
 {
@@ -121,7 +124,8 @@ static void split(int n, const double *p, columns *c, double *memory)
     }
 }
 
-/* The smallest squared distance from p to the points of c, each of which remembers its own smallest. */
+/* The smallest squared distance from p to the points of c, each of which remembers its own
+ * smallest. */
 static double nearest_of(const double *p, int n, const columns *c)
 {
     const double px = p[0], py = p[1], pz = p[2];
@@ -171,7 +175,9 @@ static double share_within(int n, const double *d, double within)
 
 eval_f eval_f_score(int np, const double *d_p, int ng, const double *d_g, double within)
 {
-    eval_f s = { .precision = share_within(np, d_p, within), .recall = share_within(ng, d_g, within) };
+    eval_f s = {
+        .precision = share_within(np, d_p, within), .recall = share_within(ng, d_g, within),
+    };
     const double sum = s.precision + s.recall;
 
     s.f = sum > 0 ? 2 * s.precision * s.recall / sum : 0;

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Errors of a predicted object pose: ADD and its kin, BOP's MSSD and MSPD, HOISDF's centres and boxes. */
+/* Errors of a predicted object pose: ADD and its kin, BOP's MSSD and MSPD, HOISDF's centres and
+ * boxes. */
 #include "eval/object_pose.h"
 
 #include "eval/metrics.h"
@@ -35,7 +36,7 @@ static double or_infinite(double error)
     return isfinite(error) ? error : INFINITY;
 }
 
-/* ---- how large, how symmetric -------------------------------------------------------------------------- */
+/* ---- how large, how symmetric ------------------------------------------------------------ */
 
 const char *eval_diameter_name(eval_diameter_mode mode)
 {
@@ -72,7 +73,7 @@ double eval_diameter(eval_diameter_mode mode, int n, const double *x)
     return largest;
 }
 
-static const struct { const char *name; uint32_t classes; } symmetry_list[] = {     /* bit i: class i */
+static const struct { const char *name; uint32_t classes; } symmetry_list[] = {    /* by bits */
     [EVAL_SYM_NONE] = { "none", 0 },
     [EVAL_SYM_HFL] = { "hfl", 1u << 13 | 1u << 16 | 1u << 20 | 1u << 21 },
     [EVAL_SYM_POSECNN] = { "posecnn", 1u << 13 | 1u << 16 | 1u << 19 | 1u << 20 | 1u << 21 },
@@ -90,7 +91,7 @@ bool eval_is_symmetric(eval_symmetry_list list, int ycb_class)
     return ycb_class >= 1 && ycb_class <= 21 && (symmetry_list[list].classes >> ycb_class & 1);
 }
 
-/* ---- distances of model points --------------------------------------------------------------------------- */
+/* ---- distances of model points ----------------------------------------------------------- */
 
 double eval_add(int n, const double *x, const eval_pose *e, const eval_pose *g)
 {
@@ -130,7 +131,8 @@ lt_status eval_adds(eval_adds_direction direction, int n, const double *x,
     return st;
 }
 
-/* K p over (z + z_eps), so that z_eps moves the principal point too, as in the scripts that have one. */
+/* K p over (z + z_eps), so that z_eps moves the principal point too, as in the scripts that
+ * have one. */
 static void project(const lt_camera *c, const double p[3], double z_eps, double uv[2])
 {
     uv[0] = (c->fx * p[0] + c->cx * p[2]) / (p[2] + z_eps);
@@ -187,7 +189,7 @@ double eval_mspd(int n, const double *x, const eval_pose *e, const eval_pose *g,
     return best_over_symmetries(n, x, e, g, n_sym, sym, camera);
 }
 
-/* ---- rotation, translation, image, boxes ------------------------------------------------------------------ */
+/* ---- rotation, translation, image, boxes ------------------------------------------------- */
 
 double eval_rotation_error_deg(const eval_pose *e, const eval_pose *g)
 {

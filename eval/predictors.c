@@ -9,7 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-enum { J = LT_HAND_KEYPOINTS, V = LT_HAND_VERTICES, POSE = 9 * LT_HAND_JOINTS, BETA = LT_HAND_BETAS };
+enum {
+    J = LT_HAND_KEYPOINTS, V = LT_HAND_VERTICES, POSE = 9 * LT_HAND_JOINTS, BETA = LT_HAND_BETAS,
+};
 
 typedef struct {
     double joints[3 * J], rotation[POSE], beta[BETA];
@@ -40,7 +42,8 @@ static lt_status check_object(const predictor_labels *l, int64_t i)
         return lt_error(LT_EINVAL, "mean pose: training sample %lld has object %d, want one below %d",
                         (long long)i, (int)l->object[i], PREDICTOR_OBJECTS);
     if (!all_finite(9, l->R + 9 * i) || !all_finite(3, l->t + 3 * i))
-        return lt_error(LT_EINVAL, "mean pose: object of training sample %lld is not finite", (long long)i);
+        return lt_error(LT_EINVAL, "mean pose: object of training sample %lld is not finite",
+                        (long long)i);
     return LT_OK;
 }
 
@@ -89,7 +92,8 @@ static lt_status add_all(const predictor_labels *l, sums *s)
     return LT_OK;
 }
 
-static lt_status mean_mesh(const sums *s, int64_t n, const lt_hand_model *model, mean_predictor *out)
+static lt_status mean_mesh(const sums *s, int64_t n, const lt_hand_model *model,
+                           mean_predictor *out)
 {
     double R[POSE], beta[BETA], joints[3 * LT_HAND_JOINTS];
     double *vertices = lt_alloc(3 * V * sizeof(double));
@@ -119,7 +123,8 @@ static void mean_objects(const sums *s, mean_predictor *out)
     }
 }
 
-lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model *model, mean_predictor *out)
+lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model *model,
+                             mean_predictor *out)
 {
     sums s = { 0 };
     lt_status st;
@@ -136,7 +141,8 @@ lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model
     return mean_mesh(&s, labels->n, model, out);
 }
 
-void mean_predictor_hand(const mean_predictor *m, const float wrist[3], float *joints, float *vertices)
+void mean_predictor_hand(const mean_predictor *m, const float wrist[3], float *joints,
+                         float *vertices)
 {
     for (int k = 0; k < 3 * J; k++)
         joints[k] = m->joints[k / 3][k % 3] + wrist[k % 3];

@@ -28,7 +28,7 @@ typedef struct {
 
 /* The mean of a training set. Everything is relative to the wrist. */
 typedef struct {
-    float joints[LT_HAND_KEYPOINTS][3];         /* mean of the joints, which need be no possible hand */
+    float joints[LT_HAND_KEYPOINTS][3];         /* mean of the joints; no hand, perhaps */
     float vertices[LT_HAND_VERTICES][3];        /* the hand model at mean rotations and mean shape */
     struct {
         int64_t n;                              /* training samples of the object */
@@ -44,22 +44,25 @@ typedef struct {
  *   model    the hand whose mesh is posed
  *   out      the caller's
  *
- * Sums run in the order of the samples. Errors: LT_EINVAL: no samples, a label that is not finite, an object
- * that is no number below PREDICTOR_OBJECTS; the line names the sample.
+ * Sums run in the order of the samples. Errors: LT_EINVAL: no samples, a label that is not
+ * finite, an object that is no number below PREDICTOR_OBJECTS; the line names the sample.
  */
-lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model *model, mean_predictor *out);
+lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model *model,
+                             mean_predictor *out);
 
 /* mean_predictor_hand - joints (21, 3) and vertices (778, 3) for a sample with this wrist */
-void mean_predictor_hand(const mean_predictor *m, const float wrist[3], float *joints, float *vertices);
+void mean_predictor_hand(const mean_predictor *m, const float wrist[3], float *joints,
+                         float *vertices);
 
-/* mean_predictor_object - the object's pose for a sample with this wrist; that of the zero predictor for
- * an object that was not in training */
+/* mean_predictor_object - the object's pose for a sample with this wrist; that of the zero
+ * predictor for an object that was not in training */
 eval_pose mean_predictor_object(const mean_predictor *m, int object, const float wrist[3]);
 
 /* zero_predictor_hand - all zeros, the sample submission of the HO3D challenge */
 void zero_predictor_hand(float *joints, float *vertices);
 
-/* zero_predictor_object - R = I, t = (0, 0, 1): what Semi-Hand-Object gives where PnP finds no pose */
+/* zero_predictor_object - R = I, t = (0, 0, 1): what Semi-Hand-Object gives where PnP finds no
+ * pose */
 eval_pose zero_predictor_object(void);
 
 #ifdef __cplusplus

@@ -21,8 +21,8 @@ void eval_row_dexycb(eval_row *row, const double scores[DEXYCB_SCORES], eval_pro
     row->has[0] = row->has[1] = true;
 }
 
-void eval_object_shares_add(const eval_table *t, eval_object_shares *s, const char *model, double error,
-                            double diameter)
+void eval_object_shares_add(const eval_table *t, eval_object_shares *s, const char *model,
+                            double error, double diameter)
 {
     const int i = eval_find_object(t, model);
 

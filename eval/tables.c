@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Tables as aligned text, Markdown and JSON: a grid of cells is filled, turned if wide, then printed. */
+/* Tables as aligned text, Markdown and JSON: a grid of cells is filled, turned if wide, then
+ * printed. */
 #include "eval/tables.h"
 
 #include "libtensor/base/arena.h"
@@ -9,7 +10,7 @@
 #include <math.h>
 #include <string.h>
 
-/* ---- finding ----------------------------------------------------------------------------------------- */
+/* ---- finding ----------------------------------------------------------------------------- */
 
 const eval_table *eval_table_at(int i)
 {
@@ -75,7 +76,7 @@ void eval_row_set(const eval_table *t, eval_row *row, const char *name, double v
     row->has[i] = true;
 }
 
-/* ---- the grid ----------------------------------------------------------------------------------------- */
+/* ---- the grid ---------------------------------------------------------------------------- */
 
 /* Cells by rows; the first `heads` columns and the first row are text, the rest numbers. */
 typedef struct {
@@ -100,7 +101,8 @@ static void put(grid *g, const char *text)
 static bool grid_init(grid *g, int rows, int columns)
 {
     *g = (grid){ .rows = rows, .columns = columns, .arena = lt_arena_new() };
-    g->cell = g->arena ? lt_arena_array(g->arena, (size_t)rows * (size_t)columns, sizeof(char *)) : NULL;
+    if (g->arena)
+        g->cell = lt_arena_array(g->arena, (size_t)rows * (size_t)columns, sizeof(char *));
     return g->cell;
 }
 
@@ -127,7 +129,8 @@ static const char *number(grid *g, const eval_column *c, bool has, double x, boo
     return lt_arena_printf(g->arena, signed_ ? "%+.*f" : "%.*f", c->decimals, x);
 }
 
-static void put_row(grid *g, const eval_table *t, const eval_row *r, const char *label, const char *data)
+static void put_row(grid *g, const eval_table *t, const eval_row *r, const char *label,
+                    const char *data)
 {
     put(g, label);
     put(g, data);
@@ -137,8 +140,8 @@ static void put_row(grid *g, const eval_table *t, const eval_row *r, const char 
         put(g, number(g, &t->column[i], r->has[i], r->values[i], false));
 }
 
-static void put_difference(grid *g, const eval_table *t, const eval_result *ours, const char *label,
-                           const char *data)
+static void put_difference(grid *g, const eval_table *t, const eval_result *ours,
+                           const char *label, const char *data)
 {
     const eval_row *paper = &t->row[ours->against];
 
@@ -166,7 +169,8 @@ static const char *our_data(const eval_protocol *p)
     return p->synthetic ? "synthetic" : or_dash(p->dataset);
 }
 
-static bool fill(grid *g, const eval_table *t, const eval_result *ours, int n, const eval_protocol *p)
+static bool fill(grid *g, const eval_table *t, const eval_result *ours, int n,
+                 const eval_protocol *p)
 {
     int differences = 0;
 
@@ -203,7 +207,8 @@ static int width(const grid *g, bool turned, int column)
 }
 
 /* The line between heading and rows. */
-static void print_rule(FILE *f, eval_format format, const grid *g, bool turned, int columns, int heads)
+static void print_rule(FILE *f, eval_format format, const grid *g, bool turned, int columns,
+                       int heads)
 {
     for (int c = 0; c < columns; c++) {
         const int dashes = width(g, turned, c) - (format == EVAL_MARKDOWN && c >= heads);
@@ -234,17 +239,19 @@ static void print_grid(FILE *f, eval_format format, const grid *g, bool turned)
     }
 }
 
-/* ---- the protocol ---------------------------------------------------------------------------------------- */
+/* ---- the protocol ------------------------------------------------------------------------ */
 
 static void print_protocol(FILE *f, const eval_protocol *p)
 {
     if (p->synthetic)
-        fprintf(f, "Protocol: SYNTHETIC data (generated, in the layout of %s)", or_dash(p->dataset));
+        fprintf(f, "Protocol: SYNTHETIC data (generated, in the layout of %s)",
+                or_dash(p->dataset));
     else
         fprintf(f, "Protocol: REAL data (%s)", or_dash(p->dataset));
-    fprintf(f, "; split %s; %lld samples, %lld failed; alignment: %s; threshold: %s; diameter: %s; "
-            "symmetric classes: %s; from ground truth: %s\n", or_dash(p->split), (long long)p->samples,
-            (long long)p->failed, or_dash(p->alignment), or_dash(p->threshold), or_dash(p->diameter),
+    fprintf(f, "; split %s; %lld samples, %lld failed; alignment: %s; threshold: %s; ",
+            or_dash(p->split), (long long)p->samples, (long long)p->failed, or_dash(p->alignment),
+            or_dash(p->threshold));
+    fprintf(f, "diameter: %s; symmetric classes: %s; from ground truth: %s\n", or_dash(p->diameter),
             or_dash(p->symmetry), or_dash(p->given));
 }
 
@@ -270,7 +277,7 @@ lt_status eval_table_print(FILE *f, eval_format format, const eval_table *t,
     return LT_OK;
 }
 
-/* ---- JSON --------------------------------------------------------------------------------------------- */
+/* ---- JSON -------------------------------------------------------------------------------- */
 
 static cJSON *json_values(const eval_table *t, const eval_row *r, const eval_row *minus)
 {
@@ -342,7 +349,8 @@ static cJSON *json_protocol(const eval_protocol *p)
     return o;
 }
 
-cJSON *eval_table_json(const eval_table *t, const eval_result *ours, int n, const eval_protocol *protocol)
+cJSON *eval_table_json(const eval_table *t, const eval_result *ours, int n,
+                       const eval_protocol *protocol)
 {
     cJSON *o = cJSON_CreateObject(), *paper, *list;
 

@@ -2,9 +2,10 @@
 /*
  * The papers' tables with our rows under theirs.
  *
- * A table is static data: columns, and the rows as printed in the paper. The printer puts our rows beneath
- * them, then what separates each from the row it reproduces, then one line with the protocol. Every row
- * says on which data its numbers were made, so that a synthetic number cannot pass for a real one.
+ * A table is static data: columns, and the rows as printed in the paper. The printer puts our
+ * rows beneath them, then what separates each from the row it reproduces, then one line with
+ * the protocol. Every row says on which data its numbers were made, so that a synthetic number
+ * cannot pass for a real one.
  */
 #ifndef EVAL_TABLES_H
 #define EVAL_TABLES_H
@@ -50,10 +51,11 @@ typedef struct {
     bool columns_down;              /* wide tables are printed with a line per column */
 } eval_table;
 
-/* One of our rows: a trained model, or a predictor that sees no image and stands for reference. */
+/* One of our rows: a trained model, or a predictor that sees no image and stands for
+ * reference. */
 typedef struct {
     eval_row row;
-    int against;                    /* row of the table that it reproduces; EVAL_NO_ROW: no difference */
+    int against;                    /* row that it reproduces; EVAL_NO_ROW: no difference */
 } eval_result;
 
 /* How our rows were made. Text that is NULL prints "-". */
@@ -66,10 +68,11 @@ typedef struct {
     const char *threshold;          /* "ADD <= 0.1 diameter" */
     const char *diameter;           /* eval_diameter_name */
     const char *symmetry;           /* "hfl: ADD-S, estimated to nearest true" */
-    const char *given;              /* inputs taken from the ground truth: "hand box, object box, wrist" */
+    const char *given;              /* inputs that are ground truth: "hand box, object box, wrist" */
 } eval_protocol;
 
-/* eval_table_at - the i-th of all tables, NULL past the last; eval_table_find - the one of that id, or NULL */
+/* eval_table_at - the i-th of all tables, NULL past the last; eval_table_find - the one of that
+ * id, or NULL */
 const eval_table *eval_table_at(int i);
 const eval_table *eval_table_find(const char *id);
 
@@ -77,7 +80,8 @@ const eval_table *eval_table_find(const char *id);
 int eval_find_row(const eval_table *t, const char *label);
 int eval_find_column(const eval_table *t, const char *name);
 
-/* eval_find_object - the column about the object of that model folder, with or without "syn_" before it */
+/* eval_find_object - the column about the object of that model folder, with or without "syn_"
+ * before it */
 int eval_find_object(const eval_table *t, const char *model);
 
 /* eval_row_set - value for the column called name, which must exist, in the table's unit */
@@ -90,13 +94,14 @@ typedef enum { EVAL_TEXT, EVAL_MARKDOWN } eval_format;
  *
  *   ours      (n) rows; n may be 0, then protocol may be NULL and only the paper's table is printed
  *
- * Our rows and their differences carry "synthetic" in label and data column when the protocol says so.
- * A difference is ours minus the paper's. Errors: LT_ENOMEM.
+ * Our rows and their differences carry "synthetic" in label and data column when the protocol
+ * says so. A difference is ours minus the paper's. Errors: LT_ENOMEM.
  */
 lt_status eval_table_print(FILE *f, eval_format format, const eval_table *t,
                            const eval_result *ours, int n, const eval_protocol *protocol);
 
-/* eval_table_json - the same as a value that the caller frees with cJSON_Delete; NULL without memory */
+/* eval_table_json - the same as a value that the caller frees with cJSON_Delete; NULL without
+ * memory */
 struct cJSON *eval_table_json(const eval_table *t, const eval_result *ours, int n,
                               const eval_protocol *protocol);
 

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The tables of the paper on HOGS, as printed: reconstruction, rendering and pose, Tables 2 to 9. */
+/* The tables of the paper on HOGS, as printed: reconstruction, rendering and pose, Tables 2 to
+ * 9. */
 #include "eval/tables.h"
 
 #define ALL_3 { 1, 1, 1 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A zip archive of one deflated file. libzip packs from sources that it reads when it closes the archive;
- * here the text is made on the way, once, so zlib and 98 bytes of headers are the shorter road.
+ * A zip archive of one deflated file. libzip packs from sources that it reads when it closes
+ * the archive; here the text is made on the way, once, so zlib and 98 bytes of headers are the
+ * shorter road.
  *
  * Source: PKWARE APPNOTE.TXT 6.3.3, sections 4.3.7, 4.3.12 and 4.3.16.
  */

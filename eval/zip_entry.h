@@ -16,9 +16,9 @@ extern "C" {
 
 typedef struct zip_entry zip_entry;
 
-/* zip_entry_new - begin an archive at the start of f, which can seek and stays the caller's. The entry
- * is called name, deflated, and dated 1980-01-01 so that the same bytes give the same archive.
- * Errors: LT_ENOMEM. */
+/* zip_entry_new - begin an archive at the start of f, which can seek and stays the caller's.
+ * The entry is called name, deflated, and dated 1980-01-01 so that the same bytes give the same
+ * archive. Errors: LT_ENOMEM. */
 lt_status zip_entry_new(FILE *f, const char *name, zip_entry **out);
 
 /* zip_entry_write - n more bytes; a write error of f is sticky and the caller's to find */

@@ -165,7 +165,7 @@ def objects(kind):
 def table(path, what, name, rows):
     with open(path, 'w') as f:
         f.write('/* SPDX-License-Identifier: Apache-2.0 */\n')
-        f.write('/* %s. Made by scripts/vectors/metrics.py; do not edit. */\n' % what)
+        f.write('/* %s. */\n/* Made by scripts/vectors/metrics.py; do not edit. */\n' % what)
         f.write('static const double %s[%d][%d] = {\n' % (name, len(rows), len(rows[0])))
         for r in rows:
             lines = [' '.join('%.12g,' % v for v in r[i:i + 5]) for i in range(0, len(r), 5)]

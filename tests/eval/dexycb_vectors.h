@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The scores of eval/dexycb_score.h for five sets of predictions. Made by scripts/vectors/metrics.py; do not edit. */
+/* The scores of eval/dexycb_score.h for five sets of predictions. */
+/* Made by scripts/vectors/metrics.py; do not edit. */
 static const double dexycb_wanted[5][8] = {
     {
         1.8709121647, 0.963083213083, 2.35230657197, 0.952741702742, 1.74575360908,

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The 14 lines of scores.txt for five sets of predictions. Made by scripts/vectors/metrics.py; do not edit. */
+/* The 14 lines of scores.txt for five sets of predictions. */
+/* Made by scripts/vectors/metrics.py; do not edit. */
 static const double ho3d_wanted[5][14] = {
     {
         0.197473089643, 0.960557960558, 0.182435107141, 0.963924963925, 0.254190092071,

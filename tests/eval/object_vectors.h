@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Errors of five object poses, in the order of test_object_pose.c. Made by scripts/vectors/metrics.py; do not edit. */
+/* Errors of five object poses, in the order of test_object_pose.c. */
+/* Made by scripts/vectors/metrics.py; do not edit. */
 static const double object_wanted[5][11] = {
     {
         0.0339745480918, 0.022322308721, 0.0223066242398, 0.0697555720714, 43.3022048159,

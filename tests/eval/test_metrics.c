@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Point-set errors against the official formulas; the numbers were computed with NumPy and SciPy. */
+/* Point-set errors against the official formulas; the numbers were computed with NumPy and
+ * SciPy. */
 #include "eval/metrics.h"
 
 #include "libtensor/base/arena.h"

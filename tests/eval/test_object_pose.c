@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Object pose errors on a five-point model; the numbers were computed with the official formulas. */
+/* Object pose errors on a five-point model; the numbers were computed with the official
+ * formulas. */
 #include "eval/object_pose.h"
 
 #include "libtensor/base/arena.h"
@@ -72,7 +73,8 @@ START_TEST(small_turn_and_a_shift)
 }
 END_TEST
 
-/* The two directions of ADD-S differ: all true points are near one estimated one, not the reverse. */
+/* The two directions of ADD-S differ: all true points are near one estimated one, not the
+ * reverse. */
 START_TEST(directions)
 {
     static const double two[6] = { 0, 0, 0, .1, 0, 0 };

@@ -57,7 +57,8 @@ START_TEST(tables_are_whole)
 }
 END_TEST
 
-/* The averages of tables 2 and 4 are the plain means of the classes, as the paper's own numbers show. */
+/* The averages of tables 2 and 4 are the plain means of the classes, as the paper's own numbers
+ * show. */
 START_TEST(averages_agree)
 {
     const eval_table *t = eval_table_find(_i ? "hocat-4" : "hocat-2");
