@@ -118,7 +118,8 @@ static lt_status read_camera(const lt_pvalue *meta, const char *path, lt_camera 
 
     if (st)
         return st;
-    if (!(K[0] > 0 && K[4] > 0) || K[3] != 0 || K[6] != 0 || K[7] != 0 || K[8] != 1)
+    if (!(K[0] > 0 && K[4] > 0) || K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 ||
+        K[8] != 1)
         return lt_error(LT_EFORMAT, "%s: camMat is [%g %g %g; %g %g %g; %g %g %g], expected "
                         "[fx 0 cx; 0 fy cy; 0 0 1]", path, K[0], K[1], K[2], K[3], K[4], K[5], K[6],
                         K[7], K[8]);
@@ -126,7 +127,7 @@ static lt_status read_camera(const lt_pvalue *meta, const char *path, lt_camera 
     return LT_OK;
 }
 
-/* From OpenGL axes: y and z change their sign. */
+/* From OpenGL axes: y and z change their sign. out may be in. */
 static void from_gl(const float in[3], float out[3])
 {
     out[0] = in[0];
@@ -159,10 +160,11 @@ static lt_status read_pose(const lt_pvalue *meta, const char *path, dataset_samp
     return LT_OK;
 }
 
+/* From MANO's order, in our axes. */
 static void set_joints(const float mano[LT_HAND_KEYPOINTS][3], dataset_sample *s)
 {
     for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
-        from_gl(mano[lt_mano_to_simple[i]], s->joints[i]);
+        memcpy(s->joints[i], mano[lt_mano_to_simple[i]], sizeof(s->joints[i]));
     memcpy(s->root, s->joints[0], sizeof(s->root));
     s->flags |= SAMPLE_JOINTS | SAMPLE_ROOT;
 }
@@ -174,9 +176,12 @@ static lt_status read_train_hand(const lt_pvalue *meta, const char *path, datase
 
     if (!st)
         st = numbers(meta, path, "handJoints3D", &mano[0][0], LT_COUNT(mano) * 3);
-    if (!st)
-        set_joints((const float (*)[3])mano, s);
-    return st;
+    if (st)
+        return st;
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
+        from_gl(mano[i], mano[i]);
+    set_joints((const float (*)[3])mano, s);
+    return LT_OK;
 }
 
 /* Wrist and box from the annotation; the rest from the ground-truth files where they are. */
@@ -353,16 +358,24 @@ static lt_status open_models(ho3d *h, const ho3d_options *o)
     return dataset_load_objects(h->arena, h->models, names, n, &h->base.objects, &h->base.n_objects);
 }
 
-/* One of the two files of ground truth, where it is there. */
+/* One of the two files of ground truth into our axes, where it is there. */
 static lt_status open_truth(ho3d *h, const char *file, int points, const float **out)
 {
     const char *path = lt_arena_printf(h->arena, "%s/%s", h->base.root, file);
+    float *xyz;
+    lt_status st;
 
     if (!path)
         return lt_error(LT_ENOMEM, "%s: no memory", h->base.root);
     if (access(path, F_OK))
         return LT_OK;
-    return ho3d_read_truth(h->arena, path, h->base.count, points, (float **)out);
+    st = ho3d_read_truth(h->arena, path, h->base.count, points, &xyz);
+    if (st)
+        return st;
+    for (int64_t i = 0; i < h->base.count * points; i++)
+        from_gl(xyz + 3 * i, xyz + 3 * i);
+    *out = xyz;
+    return LT_OK;
 }
 
 /* Our own generator leaves a manifest that says so. */

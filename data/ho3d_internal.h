@@ -15,7 +15,7 @@ typedef struct {
     const char *models;
     const char **name;              /* base.count of them, "ABF10/0123" */
     bool evaluation;
-    const float *xyz, *vertices;    /* ground truth of the evaluation as in the files, or NULL */
+    const float *xyz, *vertices;    /* ground truth of the evaluation: our axes, MANO order; or NULL */
 } ho3d;
 
 /* ho3d_read_annotation - the meta file alone: no image, nothing projected */
