@@ -21,8 +21,6 @@ typedef struct {
     double R[9], t[3];              /* x_cam = R x + t; R by rows */
 } eval_pose;
 
-static const eval_pose eval_pose_identity = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 0 } };
-
 /* eval_pose_apply - out (n, 3) = R x + t; out may not be x */
 void eval_pose_apply(const eval_pose *pose, int n, const double *x, double *out);
 

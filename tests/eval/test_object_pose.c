@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Object pose errors on a five-point model; the numbers were computed with the official
  * formulas. */
-#include "eval/object_pose.h"
+#include "eval/object_score.h"
 
 #include "libtensor/base/arena.h"
+#include "libtensor/base/parallel.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/eval/lcg.h"
 #include "tests/eval/object_vectors.h"
@@ -204,6 +205,46 @@ START_TEST(not_numbers_are_failures)
 }
 END_TEST
 
+/* Many samples at once give what one at a time gives, on any number of threads. */
+START_TEST(all_at_once)
+{
+    enum { N = 7 };
+    static const eval_object objects[2] = { { 5, model, false }, { 5, model, true } };
+    const int32_t which[N] = { 0, 1, -1, 0, 1, 1, 0 };
+    eval_pose e[N], g[N];
+    lt_camera cameras[N];
+    eval_object_errors one[N], many[N];
+
+    for (int i = 0; i < N; i++) {
+        g[i] = truth;
+        e[i] = turned(180 * (i % 2) + i, .01 * i, 0, .6);
+        cameras[i] = camera;
+    }
+    lt_set_threads(1);
+    ck_assert_int_eq(eval_object_measure(objects, N, which, e, g, cameras, one), LT_OK);
+    lt_set_threads(3);
+    ck_assert_int_eq(eval_object_measure(objects, N, which, e, g, cameras, many), LT_OK);
+    ck_assert_int_eq(memcmp(one, many, sizeof(one)), 0);
+    for (int i = 0; i < N; i++) {
+        if (i == 2) {
+            ck_assert(isnan(one[i].add01) && isnan(one[i].mce));
+            continue;
+        }
+        ck_assert_double_eq(one[i].add, eval_add(5, model, &e[i], &truth));
+        ck_assert_double_eq(one[i].adds_true, adds(EVAL_FROM_TRUE, &e[i]));
+        ck_assert_double_eq(one[i].add01, which[i] ? adds(EVAL_FROM_ESTIMATE, &e[i]) : one[i].add);
+        ck_assert_double_eq(one[i].reprojection_px,
+                            eval_reprojection_px(5, model, &e[i], &truth, &camera, 1e-5));
+        ck_assert_double_eq(one[i].rotation_deg, eval_rotation_error_deg(&e[i], &truth));
+        ck_assert_double_eq(one[i].mce, eval_mce(5, model, &e[i], &truth));
+        ck_assert_double_eq(one[i].oce, one[i].translation);
+    }
+    lt_alloc_fail_at(2);
+    ck_assert_int_eq(eval_object_measure(objects, N, which, e, g, cameras, many), LT_ENOMEM);
+    ck_assert_int_eq(eval_object_measure(objects, 0, NULL, NULL, NULL, NULL, NULL), LT_OK);
+}
+END_TEST
+
 int main(void)
 {
     TCase *t = tcase_create("object_pose");
@@ -219,6 +260,7 @@ int main(void)
     tcase_add_test(t, symmetries);
     tcase_add_test(t, equal_poses);
     tcase_add_loop_test(t, not_numbers_are_failures, 0, 4);
+    tcase_add_test(t, all_at_once);
     suite_add_tcase(s, t);
     r = srunner_create(s);
     srunner_run_all(r, CK_NORMAL);
