@@ -14,7 +14,7 @@ enum { V = LT_HAND_VERTICES, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, K = LT_HAND_
 #ifdef LT_DOUBLE
 static const double TOL = 1e-14;
 #else
-static const double TOL = 3e-6;         /* of numbers up to 4: posedirs here are 50 times a hand's */
+static const double TOL = 1e-7;
 #endif
 
 static lt_arena *arena;
@@ -139,6 +139,35 @@ START_TEST(plain_formula_agrees)
     lt_hand_layer_forward(layer, R, beta, lv, lkp, &scratch);
     expect_near(lv, v, 3 * V, TOL);
     expect_near(lkp, kp, 3 * K, TOL);
+}
+END_TEST
+
+/* A chain of three joints and a vertex that hangs on all: the numbers of the
+ * skinning formula in double precision. */
+START_TEST(chain_of_three)
+{
+    const double want_joint[9] = { 0, 0, 0, .088206, .017880, 0, .080259, .057083, 0 };
+    const double want_vertex[3] = { .079688, .062417, -.001023 };
+    const double aa[3][3] = { { 0, 0, .2 }, { 0, 0, M_PI / 2 }, { 0, .5, 0 } }, beta[B] = { 0 };
+    const float at[4][3] = { { 0, 0, 0 }, { .09f, 0, 0 }, { .13f, 0, 0 }, { .14f, .005f, .002f } };
+    double R[9 * J], v[3 * V], joints[3 * J];
+
+    memset(hand, 0, sizeof(*hand));
+    memcpy(hand->v_template, at, sizeof(at));
+    for (int j = 0; j < 3; j++)
+        hand->J_regressor[j][j] = 1;
+    for (int i = 0; i < 9 * J; i++)
+        R[i] = i % 9 % 4 == 0;
+    for (int j = 0; j < 3; j++)
+        lt_rot_from_axis_angle(aa[j], R + 9 * j);
+    hand->weights[3][0] = .1f;
+    hand->weights[3][1] = .3f;
+    hand->weights[3][2] = .6f;
+    lt_hand_pose(hand, R, beta, NULL, v, joints);
+    for (int i = 0; i < 9; i++)
+        ck_assert_double_eq_tol(joints[i], want_joint[i], 6e-7);
+    for (int a = 0; a < 3; a++)
+        ck_assert_double_eq_tol(v[9 + a], want_vertex[a], 6e-7);
 }
 END_TEST
 
@@ -293,6 +322,7 @@ int main(void)
     tcase_add_checked_fixture(c, make_hand, free_hand);
     tcase_add_test(c, values);
     tcase_add_test(c, plain_formula_agrees);
+    tcase_add_test(c, chain_of_three);
     tcase_add_test(c, zero_pose_is_the_template);
     tcase_add_test(c, root_rotation_is_rigid);
     tcase_add_test(c, slope);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* PnP: exact poses come back, outliers do no harm, impossible input gets a status. */
+#include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/pnp.h"
@@ -276,6 +277,19 @@ START_TEST(impossible)
 }
 END_TEST
 
+START_TEST(no_memory)
+{
+    lt_rng r = lt_rng_make(10, 0);
+    lt_pnp_pose pose = { .n_inliers = -1 };
+    scene s;
+
+    make_scene(&r, 0, 0, &s);
+    lt_alloc_fail_at(1);
+    ck_assert_int_eq(lt_pnp_ransac(&camera, MANY, s.X, s.uv, NULL, &pose, NULL), LT_ENOMEM);
+    ck_assert_int_eq(pose.n_inliers, -1);
+}
+END_TEST
+
 /* Whatever is thrown at it, an answer or a status, never a number that is not finite. */
 START_TEST(rubbish)
 {
@@ -316,6 +330,7 @@ int main(void)
     tcase_add_test(c, flat_things);
     tcase_add_test(c, thin_things);
     tcase_add_test(c, impossible);
+    tcase_add_test(c, no_memory);
     tcase_add_test(c, rubbish);
     suite_add_tcase(s, c);
     run = srunner_create(s);
