@@ -285,7 +285,7 @@ START_TEST(gradient)
     lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
     lt_hand_layer_backward(layer, R, gv, gk, dR, dbeta, &scratch);
     for (int i = 0; i < 9 * J + B; i++) {
-        lt_real *x = i < 9 * J ? R + i : beta + i - 9 * J;
+        lt_real *x = i < 9 * J ? &R[i] : &beta[i - 9 * J];
         const double got = i < 9 * J ? dR[i] : dbeta[i - 9 * J], x0 = *x;
         double up, down, want;
         *x = x0 + e;
