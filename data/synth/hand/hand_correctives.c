@@ -15,7 +15,7 @@
 
 typedef struct { double complex a, b; } bend_fit;
 
-static const double BULGE_MM = 0.8;         /* knuckles stand out when bent */
+static const double BULGE_MM = 0.5;         /* knuckles stand out when bent */
 static const double FOLD_MM = 0.8;          /* the skin inside the bend gives way */
 
 /* Least squares over the bends that a finger makes. */
@@ -66,7 +66,7 @@ static void add_bend(float (*dirs)[LT_HAND_POSE_FEATURES], int joint, vec3 n, ve
 
     for (int e = 0; e < 9; e++) {
         add_feature(dirs, joint, e, sin_dir, skew[e] / 2);
-        add_feature(dirs, joint, e, cos_dir, -(axis[e / 3] * axis[e % 3] - (e % 4 == 0)) / 2);
+        add_feature(dirs, joint, e, cos_dir, (axis[e / 3] * axis[e % 3] - (e % 4 == 0)) / 2);
     }
 }
 
@@ -76,7 +76,7 @@ static void correct(const hand_skeleton *s, int digit, int k, vec3 p, double w,
     const vec3 n = s->flex[digit], up = unit(reject(s->dorsal[digit], s->bone[digit][k]));
     const vec3 r = reject(sub(p, s->joint[digit][k]), n), turned = cross(n, r);
     const double height = clamp(dot(r, up) / s->radius[digit][k], -1, 1);
-    const double gain = digit == DIGIT_THUMB && k == 0 ? 0.4 : 0.7 + 0.3 * height;
+    const double gain = digit == DIGIT_THUMB && k == 0 ? 0.3 : 0.6 - 0.2 * height;
     const double puff = 4 * w * (1 - w) * (height > 0 ? BULGE_MM : FOLD_MM) * fabs(height);
     const bend_fit f = fit_bend(w);
 

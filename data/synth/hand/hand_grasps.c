@@ -34,7 +34,7 @@ static void draw_thumb(lt_rng *rng, double close, double oppose, double angles[3
     memset(angles, 0, sizeof(double[3][3]));
     angles[0][SYNTH_HAND_FLEX] = RAD(-12) + RAD(45) * oppose + RAD(6) * lt_rng_normal(rng);
     angles[0][SYNTH_HAND_SPREAD] = RAD(5) + RAD(30) * oppose + RAD(8) * lt_rng_normal(rng);
-    angles[0][SYNTH_HAND_TWIST] = RAD(-5) + RAD(25) * oppose + RAD(5) * lt_rng_normal(rng);
+    angles[0][SYNTH_HAND_TWIST] = RAD(5) - RAD(25) * oppose + RAD(5) * lt_rng_normal(rng);
     angles[1][SYNTH_HAND_FLEX] = RAD(5) + RAD(35) * close + RAD(8) * lt_rng_normal(rng);
     angles[1][SYNTH_HAND_SPREAD] = RAD(3) * lt_rng_normal(rng);
     angles[2][SYNTH_HAND_FLEX] = RAD(50) * close + RAD(12) * lt_rng_normal(rng);

@@ -31,7 +31,7 @@ static void fill_block(const hand_skeleton *s, net *n, int bi, int bj, int bk)
     const double half = (BLOCK - 1) / 2.0;
     const vec3 center = madd(origin, vec(bi + half, bj + half, bk + half), CELL_MM);
     const double far = hand_shape_distance(s, center);
-    const bool skip = fabs(far) > 2.5 * BLOCK * CELL_MM;
+    const bool skip = fabs(far) > 1.5 * BLOCK * CELL_MM;
 
     for (int i = bi; i < bi + BLOCK && i < NX; i++)
         for (int j = bj; j < bj + BLOCK && j < NY; j++)
@@ -141,7 +141,7 @@ static void add_vertices(const hand_skeleton *s, net *n)
                     continue;
                 n->vertex[at(i, j, k)] = m->n_vertices;
                 m->border[m->n_vertices] = border;
-                m->vertex[m->n_vertices++] = hand_shape_snap(s, p, border);
+                m->vertex[m->n_vertices++] = border ? hand_shape_snap(s, p, true) : p;
             }
 }
 

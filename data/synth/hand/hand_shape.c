@@ -94,8 +94,8 @@ static double metacarpals(const hand_skeleton *s, vec3 p)
 
     for (int i = 0; i < DIGIT_THUMB; i++) {
         const vec3 carpus = add(s->wrist, vec(-20, -0.5, spread[i] - 1));
-        const vec3 head = add(s->joint[i][0], vec(2, -1, 0));
-        d = smooth_min(d, round_cone(p, carpus, head, 13.5, s->radius[i][0] + 0.4), 11);
+        const vec3 head = add(s->joint[i][0], vec(3, -0.5, 0));
+        d = smooth_min(d, round_cone(p, carpus, head, 13.5, s->radius[i][0] + 0.6), 8);
     }
     return d;
 }
@@ -108,9 +108,9 @@ static double finger_webs(const hand_skeleton *s, vec3 p)
 
     for (int i = 0; i < 3; i++) {
         const int a = row[i], b = row[i + 1];
-        const vec3 wa = add(madd(s->joint[a][0], s->bone[a][0], 6), vec(0, -4.5, 0));
-        const vec3 wb = add(madd(s->joint[b][0], s->bone[b][0], 6), vec(0, -4.5, 0));
-        d = smooth_min(d, round_cone(p, wa, wb, 6.0, 6.0), 4);
+        const vec3 wa = add(madd(s->joint[a][0], s->bone[a][0], 1), vec(0, -4, 0));
+        const vec3 wb = add(madd(s->joint[b][0], s->bone[b][0], 1), vec(0, -4, 0));
+        d = smooth_min(d, round_cone(p, wa, wb, 6.5, 6.5), 4);
     }
     return d;
 }
@@ -131,10 +131,10 @@ static double thenar(const hand_skeleton *s, vec3 p)
 
 static double hypothenar(const hand_skeleton *s, vec3 p)
 {
-    const vec3 heel = add(s->wrist, vec(-20, -7, -14));
-    const vec3 head = add(s->joint[DIGIT_LITTLE][0], vec(14, -5, 1));
+    const vec3 heel = add(s->wrist, vec(-22, -9, -14));
+    const vec3 head = add(s->joint[DIGIT_LITTLE][0], vec(15, -7, 2));
 
-    return round_cone(p, heel, head, 12.5, 9.5);
+    return round_cone(p, heel, head, 12.5, 9.0);
 }
 
 static double wrist(const hand_skeleton *s, vec3 p)
@@ -151,23 +151,36 @@ static double palm_distance(const hand_skeleton *s, vec3 p)
     return smooth_min(d, finger_webs(s, p), 7);
 }
 
+/* Whether the digit's skin is surely more than 15 mm away, so that it cannot matter where others are near. */
+static bool far_from_digit(const hand_skeleton *s, int digit, vec3 p)
+{
+    const vec3 a = s->joint[digit][0], b = s->joint[digit][3];
+    return segment_distance(p, a, b) > s->radius[digit][0] + 18;
+}
+
 double hand_shape_distance(const hand_skeleton *s, vec3 p)
 {
     const double palm = palm_distance(s, p);
     double d = palm;
 
-    for (int i = 0; i < DIGITS; i++)            /* a digit grows out of the palm, not out of another */
+    for (int i = 0; i < DIGITS; i++) {          /* a digit grows out of the palm, not out of another */
+        if (d < 10 && far_from_digit(s, i, p))
+            continue;
         d = fmin(d, smooth_min(palm, digit_distance(s, i, p), i == DIGIT_THUMB ? 6 : 4));
+    }
     return d - SKIN_MM;
 }
 
+/* By differences at the corners of a tetrahedron. */
 static vec3 gradient(const hand_skeleton *s, vec3 p)
 {
+    static const vec3 corner[4] = { { 1, 1, 1 }, { 1, -1, -1 }, { -1, 1, -1 }, { -1, -1, 1 } };
     const double h = 0.05;
-    return scale(vec(hand_shape_distance(s, add(p, vec(h, 0, 0))) - hand_shape_distance(s, add(p, vec(-h, 0, 0))),
-                     hand_shape_distance(s, add(p, vec(0, h, 0))) - hand_shape_distance(s, add(p, vec(0, -h, 0))),
-                     hand_shape_distance(s, add(p, vec(0, 0, h))) - hand_shape_distance(s, add(p, vec(0, 0, -h)))),
-                 1 / (2 * h));
+    vec3 g = { 0, 0, 0 };
+
+    for (int i = 0; i < 4; i++)
+        g = madd(g, corner[i], hand_shape_distance(s, madd(p, corner[i], h)) / (4 * h));
+    return g;
 }
 
 vec3 hand_shape_normal(const hand_skeleton *s, vec3 p)
@@ -180,11 +193,12 @@ vec3 hand_shape_snap(const hand_skeleton *s, vec3 p, bool border)
     if (border)
         p.x = s->cut_x;
     for (int i = 0; i < 4; i++) {               /* Newton; the field is a distance but for the fillets */
-        vec3 g = gradient(s, p);
         const double d = hand_shape_distance(s, p);
+        vec3 g;
 
-        if (fabs(d) < 1e-4)
+        if (fabs(d) < 1e-3)
             break;
+        g = gradient(s, p);
         if (border)
             g.x = 0;
         p = madd(p, g, -d / fmax(dot(g, g), 0.1));
@@ -198,5 +212,5 @@ double hand_shape_spacing(const hand_skeleton *s, vec3 p)
 
     for (int i = 0; i < DIGITS; i++)
         tip = fmin(tip, dist(p, s->joint[i][3]));
-    return fmin(4.6 + 0.055 * tip, 9.5);
+    return fmin(4.3 + 0.052 * tip, 8.8);
 }
