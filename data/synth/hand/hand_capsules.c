@@ -29,11 +29,11 @@ static synth_hand_capsule between(const double a[3], const double b[3], double r
     return c;
 }
 
-/* The last capsule ends one radius short of the tip, so that its round end reaches just there. */
+/* The last capsule ends 0.7 radii short of the tip keypoint, which lies a little before the very tip. */
 static void end_at_tip(synth_hand_capsule *c)
 {
     const double len = lt_vec3_distance(c->a, c->b);
-    const double keep = len > c->radius_b ? 1 - c->radius_b / len : 0;
+    const double keep = len > c->radius_b ? 1 - 0.7 * c->radius_b / len : 0;
 
     for (int i = 0; i < 3; i++)
         c->b[i] = c->a[i] + keep * (c->b[i] - c->a[i]);

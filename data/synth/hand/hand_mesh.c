@@ -9,7 +9,7 @@
 
 #include "libtensor/base/parallel.h"
 
-enum { NX = 104, NY = 44, NZ = 82, BLOCK = 4 };     /* grid points; far blocks are not looked at */
+enum { NX = 104, NY = 44, NZ = 92, BLOCK = 4 };     /* grid points; far blocks are not looked at */
 
 static const double CELL_MM = 2;
 static const vec3 origin = { -98, -40, -73 };

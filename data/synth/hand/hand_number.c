@@ -18,7 +18,7 @@ const int32_t synth_hand_cap[SYNTH_HAND_CAP_FACES][3] = {
 };
 
 /* Places on a finger tip, in radii of the tip: back along the bone, towards the nail, sideways. */
-static const vec3 tip_place[5] = { { 0, 0, 0 }, { -0.2, -0.1, 0.5 }, { -0.3, -0.7, 0 }, { -0.2, -0.1, -0.5 },
+static const vec3 tip_place[5] = { { 0, 0, 0 }, { -0.2, -0.1, 0.5 }, { -0.2, -0.45, 0 }, { -0.2, -0.1, -0.5 },
                                    { -0.9, -0.9, 0 } };
 static const int tip_id[DIGITS][5] = {          /* -1: fewer conventions name this digit */
     [DIGIT_INDEX] = { 320, 317, 353, 333, -1 }, [DIGIT_MIDDLE] = { 443, 444, 442, 445, -1 },

@@ -128,7 +128,7 @@ static bool drop_negative(ring *r)
     return any;
 }
 
-void hand_regressor(const hand_skeleton *s, const hand_rig *rig, const hand_motion *motion,
+void hand_regressor(const hand_skeleton *s, const hand_rig *rig, const hand_motion motion[LT_HAND_BETAS],
                     float out[LT_HAND_JOINTS][LT_HAND_VERTICES])
 {
     memset(out, 0, sizeof(float[LT_HAND_JOINTS][LT_HAND_VERTICES]));

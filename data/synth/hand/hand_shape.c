@@ -212,5 +212,5 @@ double hand_shape_spacing(const hand_skeleton *s, vec3 p)
 
     for (int i = 0; i < DIGITS; i++)
         tip = fmin(tip, dist(p, s->joint[i][3]));
-    return fmin(4.3 + 0.052 * tip, 8.8);
+    return fmin(fmin(4.3 + 0.05 * tip, 8.2), 7.3 + 0.03 * (s->cut_x - p.x));
 }
