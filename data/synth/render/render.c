@@ -220,10 +220,10 @@ static float center_depth(const render_job *job, const layer *l, int at, float x
     return best > 0 ? 1 / best : n ? (float)n / sum : 0;
 }
 
-/* The sample whose instance's label covers most of the pixel; of equals the nearest. -1: nothing. */
+/* The sample whose instance's label covers most of the pixel; of equals the nearest. -1: nothing does. */
 static int find_winner(const render_job *job, const layer *l, int at)
 {
-    int label[SAMPLES], best = -1, best_count = 0;
+    int label[SAMPLES], best = 0, best_count = 0;
 
     if (same_triangle(l, at))
         return l->id[at] ? 0 : -1;
@@ -237,13 +237,13 @@ static int find_winner(const render_job *job, const layer *l, int at)
 
         for (int j = 0; j < SAMPLES; j++)
             count += label[j] == label[k];
-        if (label[k] >= 0 && (count > best_count ||
-            (count == best_count && l->inv_z[at + sample_at[k]] > l->inv_z[at + sample_at[best]]))) {
+        if (count > best_count ||
+            (count == best_count && l->inv_z[at + sample_at[k]] > l->inv_z[at + sample_at[best]])) {
             best = k;
             best_count = count;
         }
     }
-    return best;
+    return label[best] < 0 ? -1 : best;
 }
 
 static void amodal_pixel(const render_job *job, const layer *l, int at, float x, float y, uint8_t *mask,
@@ -257,18 +257,14 @@ static void amodal_pixel(const render_job *job, const layer *l, int at, float x,
     *depth = *mask ? center_depth(job, l, at, x, y, -1) : 0;
 }
 
-/* What is seen must be inside what would be seen: a label can win with one sample of four. */
-static void cover_seen(const synth_scene *scene, synth_frame *f, size_t i)
+/* What is seen and what would be seen agree: the depth is the one of the whole surface, and a label
+ * that won with one sample of four is in its mask all the same. */
+static void agree(float *depth, uint8_t *mask, float *alone)
 {
-    if (f->label[i] == SYNTH_LABEL_HAND && !f->hand_mask[i]) {
-        f->hand_mask[i] = 255;
-        f->hand_depth[i] = f->depth[i];
-    }
-    if (f->label[i] && f->label[i] == scene->target && f->label[i] != SYNTH_LABEL_HAND &&
-        !f->object_mask[i]) {
-        f->object_mask[i] = 255;
-        f->object_depth[i] = f->depth[i];
-    }
+    if (*mask)
+        *depth = *alone;
+    *mask = 255;
+    *alone = *depth;
 }
 
 static void label_pixel(const render_job *job, const layer *l, int at, float x, float y, size_t i)
@@ -285,7 +281,10 @@ static void label_pixel(const render_job *job, const layer *l, int at, float x, 
     f->depth[i] = center_depth(job, l, at, x, y, in->label);
     f->label[i] = in->label;
     f->moving[i] = in->moving;
-    cover_seen(job->scene, f, i);
+    if (layer_of(job->scene, in) == HAND)
+        agree(&f->depth[i], &f->hand_mask[i], &f->hand_depth[i]);
+    else if (layer_of(job->scene, in) == OBJECT)
+        agree(&f->depth[i], &f->object_mask[i], &f->object_depth[i]);
 }
 
 static void add(float out[3], const float in[3], float weight)

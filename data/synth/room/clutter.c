@@ -158,15 +158,18 @@ static void make_bowl(lt_arena *arena, lt_rng *r, clutter *c)
 static void make_fruit(lt_arena *arena, lt_rng *r, clutter *c)
 {
     const float radius = (float)lt_rng_range(r, 0.03, 0.042), dimple = (float)lt_rng_range(r, -0.15, 0.3);
-    float profile[18][2];
+    float profile[18][2], lowest = 0;
 
     for (int i = 0; i < 18; i++) {
         const double a = PI * i / 17;
         const double pull = 1 - dimple * exp(-12 * (1 - fabs(cos(a))));
 
         profile[i][0] = radius * (float)sin(a) + 1e-5f;
-        profile[i][1] = radius * (0.95f - 0.92f * (float)(cos(a) * pull));
+        profile[i][1] = radius * -0.92f * (float)(cos(a) * pull);
+        lowest = fminf(lowest, profile[i][1]);
     }
+    for (int i = 0; i < 18; i++)
+        profile[i][1] -= lowest;
     add(arena, c, primitive_lathe(arena, profile, 18, SEGMENTS), gloss(pattern_fruit(arena, r), 0.04, 35), origin,
         lt_rng_range(r, 0, 2 * PI));
     c->radius = radius;
