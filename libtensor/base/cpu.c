@@ -85,6 +85,30 @@ const char *lt_cpu_model(void) { return "unknown"; }
 
 #endif
 
+#ifdef __SSE__
+
+enum { FLUSH_TO_ZERO = 0x8000, DENORMALS_ARE_ZERO = 0x0040 };
+
+unsigned lt_flush_denormals(void)
+{
+    const unsigned mode = __builtin_ia32_stmxcsr();
+
+    __builtin_ia32_ldmxcsr(mode | FLUSH_TO_ZERO | DENORMALS_ARE_ZERO);
+    return mode;
+}
+
+void lt_restore_denormals(unsigned mode)
+{
+    __builtin_ia32_ldmxcsr(mode);
+}
+
+#else
+
+unsigned lt_flush_denormals(void) { return 0; }
+void lt_restore_denormals(unsigned mode) { (void)mode; }
+
+#endif
+
 const char *lt_isa_name(lt_isa isa)
 {
     return names[isa];

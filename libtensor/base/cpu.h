@@ -28,6 +28,16 @@ LT_API bool lt_cpu_has_vnni(void);
 LT_API const char *lt_isa_name(lt_isa isa);
 LT_API lt_status lt_isa_parse(const char *name, lt_isa *out);
 
+/**
+ * lt_flush_denormals - make this thread take subnormal numbers for zero, in and out; returns the old mode
+ *
+ * They cost up to a hundred times an ordinary operation, and near-zero maps and Adam's v are full of
+ * them. lt_restore_denormals puts the old mode back. lt_parallel_for does both around every task, so
+ * a task has the same bits on any thread. Does nothing but on x86.
+ */
+LT_API unsigned lt_flush_denormals(void);
+LT_API void lt_restore_denormals(unsigned mode);
+
 /* lt_cpu_model - the CPU's own name, "unknown" where there is none to be had */
 LT_API const char *lt_cpu_model(void);
 

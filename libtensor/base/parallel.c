@@ -2,6 +2,8 @@
 #define _GNU_SOURCE
 #include "libtensor/base/parallel.h"
 
+#include "libtensor/base/cpu.h"
+
 #include <omp.h>
 #include <sched.h>
 
@@ -34,16 +36,30 @@ int lt_thread_index(void)
     return omp_get_thread_num();
 }
 
+static void run_serially(int64_t n, lt_task_fn fn, void *ctx)
+{
+    const unsigned mode = lt_flush_denormals();
+
+    for (int64_t i = 0; i < n; i++)
+        fn(ctx, i);
+    lt_restore_denormals(mode);
+}
+
 void lt_parallel_for(int64_t n, lt_task_fn fn, void *ctx)
 {
     const int team = (int)lt_min_i64(lt_threads(), n);
 
     if (team <= 1 || omp_in_parallel()) {
-        for (int64_t i = 0; i < n; i++)
-            fn(ctx, i);
+        run_serially(n, fn, ctx);
         return;
     }
-#pragma omp parallel for schedule(dynamic, 1) num_threads(team)
-    for (int64_t i = 0; i < n; i++)
-        fn(ctx, i);
+#pragma omp parallel num_threads(team)
+    {
+        const unsigned mode = lt_flush_denormals();
+
+#pragma omp for schedule(dynamic, 1)
+        for (int64_t i = 0; i < n; i++)
+            fn(ctx, i);
+        lt_restore_denormals(mode);
+    }
 }

@@ -19,7 +19,8 @@ typedef void (*lt_task_fn)(void *ctx, int64_t task);
  *
  * Tasks must not write what another task reads or writes. A reduction writes one partial result per
  * task and the caller adds them in order afterwards. Returns when all tasks are done. Called from
- * inside a task it runs serially. n <= 1 runs in the caller.
+ * inside a task it runs serially. n <= 1 runs in the caller. In tasks subnormal numbers count as zero
+ * (lt_flush_denormals).
  */
 LT_API void lt_parallel_for(int64_t n, lt_task_fn fn, void *ctx);
 

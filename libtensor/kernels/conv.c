@@ -10,8 +10,16 @@
 
 enum { MOST_TAPS = 1024, MOST_CHUNKS = 8 };
 
-/* A matrix made of the weights: element (row, (channel, tap)) */
-typedef struct { const lt_real *w; int64_t row, channel; int taps; const int *tap; } weight_matrix;
+/* A matrix made of the weights: element (row, (channel, tap)) is w[row' + channel' + tap[tap]], where
+ * the dashes mean times the step; with `whole` that is w[row' + column'] in a column of its own step. */
+typedef struct {
+    const lt_real *w;
+    int64_t row, channel;
+    int taps;
+    const int *tap;
+    bool whole;
+    int64_t column;
+} weight_matrix;
 
 /* What the tasks of one product over the maps share; one group at a time. */
 typedef struct {
@@ -44,20 +52,38 @@ static bool pointwise(const lt_conv2d_params *p)
     return p->kh == 1 && p->kw == 1 && p->stride_h == 1 && p->stride_w == 1 && !p->pad_h && !p->pad_w;
 }
 
+/* Rows [from, from + rows) of the matrix, columns from (channel, tap) on: out[l][rows] */
+static void pack_weight_panel(const weight_matrix *a, lt_real *out, int64_t from, int64_t rows,
+                              int64_t k0, int64_t k)
+{
+    const lt_real *w = a->w + from * a->row + k0 / a->taps * a->channel;
+    int64_t t = k0 % a->taps;
+
+    for (int64_t l = 0; l < k; l++) {
+        const lt_real *at = w + a->tap[t];
+
+        for (int64_t r = 0; r < rows; r++)
+            *out++ = at[r * a->row];
+        if (++t == a->taps) {
+            t = 0;
+            w += a->channel;
+        }
+    }
+}
+
 static void pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k)
 {
     const weight_matrix *a = &((const job *)ctx)->a;
     const int64_t panels = lt_ceil_div(t->m, lt_k->mr);
 
+    if (a->whole) {
+        lt_k->pack_a(out, a->w + t->m0 * a->row + k0 * a->column, a->row, a->column, t->m, k);
+        return;
+    }
     for (int64_t i = 0; i < panels; i++) {
         const int64_t from = i * t->m / panels, rows = (i + 1) * t->m / panels - from;
 
-        for (int64_t l = k0; l < k0 + k; l++) {
-            const lt_real *w = a->w + l / a->taps * a->channel + a->tap[l % a->taps];
-
-            for (int64_t r = 0; r < rows; r++)
-                *out++ = w[(t->m0 + from + r) * a->row];
-        }
+        pack_weight_panel(a, out + from * k, t->m0 + from, rows, k0, k);
     }
 }
 
@@ -75,6 +101,14 @@ static void pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int6
         lt_k->pack_image(out, &at, k0, k, t->n0, t->n);
 }
 
+/* Images share the packed weights, so several go into a task while that leaves enough of them. */
+static int64_t images_at_once(const job *j)
+{
+    const int64_t tiles = j->tiles_m * j->tiles_n * j->p->groups;
+
+    return lt_max_i64(1, lt_min_i64(j->p->n, lt_max_i64(256 / j->n, tiles * j->p->n / 32)));
+}
+
 static void cut(job *j)
 {
     const int64_t m_most = j->m * j->n * j->p->n < 8 * 256 * 192 ? 128 : LT_TILE_M;
@@ -83,7 +117,7 @@ static void cut(job *j)
     j->tile_n = lt_tile_size(j->n, 256, 64);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
-    j->images = lt_max_i64(1, lt_min_i64(j->p->n, 256 / j->n));
+    j->images = images_at_once(j);
 }
 
 static lt_tile tile_of(const job *j, int64_t tm, int64_t tn)
@@ -121,8 +155,10 @@ static void run_tile(void *ctx, int64_t task)
     const job *j = ctx;
     const lt_tile t = tile_of(j, task % j->tiles_m, task / j->tiles_m % j->tiles_n);
     const int64_t from = task / j->tiles_m / j->tiles_n * j->images;
+    lt_product p = j->product;
 
-    lt_product_tile(&j->product, &t, from, lt_min_i64(j->p->n, from + j->images));
+    p.c += t.m0 * p.ldc + t.n0;
+    lt_product_tile(&p, &t, from, lt_min_i64(j->p->n, from + j->images));
 }
 
 /* How the window of output position (row, column) lies on x. */
@@ -141,7 +177,7 @@ static void forward_group(const lt_conv2d_params *p, const taps *t, int64_t g, c
     const int64_t cg = group_c(p), og = group_o(p), out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
     job j = {
         .p = p, .m = og, .n = out, .plain = pointwise(p), .image_step = p->c * p->h * p->w,
-        .a = { weights + g * og * cg * t->n, cg * t->n, t->n, t->n, t->weight },
+        .a = { weights + g * og * cg * t->n, cg * t->n, t->n, t->n, t->weight, true, 1 },
         .image = window_image(p, x + g * cg * p->h * p->w, t),
         .product = {
             .k = cg * t->n, .pack_a = pack_weights, .pack_b = pack_positions,
@@ -236,7 +272,7 @@ static void run_spread(void *ctx, int64_t task)
     _Alignas(LT_ALIGN) lt_real tile[SPREAD_M * SPREAD_N];
     lt_product product = j->product;
 
-    product.c = tile - t.m0 * SPREAD_N - t.n0;
+    product.c = tile;
     product.ldc = SPREAD_N;
     product.c_step = 0;
     lt_product_tile(&product, &t, image, image + 1);
@@ -271,7 +307,8 @@ static void data_group(const lt_conv2d_params *p, int64_t g, parity c, const tap
         .j = {
             .p = p, .m = cg, .n = c.rows * c.cols, .plain = pointwise(p),
             .image_step = p->o * out_h * out_w,
-            .a = { weights + g * og * cg * k_all, k_all, cg * k_all, t->n, t->weight },
+            .a = { weights + g * og * cg * k_all, k_all, cg * k_all, t->n, t->weight,
+                   k_all == 1, cg },
             .image = { dy + g * og * out_h * out_w, out_h, out_w, c.cols, 1, 1, t->n, t->at },
             .product = {
                 .k = og * t->n, .pack_a = pack_weights, .pack_b = pack_positions, .add = !strided,
@@ -371,7 +408,8 @@ static void run_weights(void *ctx, int64_t task)
         };
         const lt_product product = {
             .k = out, .ctx = &c, .pack_a = pack_dy, .pack_b = pack_x,
-            .c = j->part + chunk * weight_count(p) + g * og * n, .ldc = n, .add = i > from,
+            .c = j->part + chunk * weight_count(p) + (g * og + t.m0) * n + t.n0, .ldc = n,
+            .add = i > from,
         };
 
         lt_product_tile(&product, &t, 0, 1);

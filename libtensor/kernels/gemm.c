@@ -47,6 +47,7 @@ static void run_tile(void *ctx, int64_t task)
     };
     lt_product p = j->product;
 
+    p.c += t.m0 * p.ldc + t.n0;
     for (int64_t i = from; i < to; i = j->shared_a ? to : i + 1) {
         const task_ctx c = { j, j->a.base + i * j->a.step };
 
@@ -55,15 +56,14 @@ static void run_tile(void *ctx, int64_t task)
     }
 }
 
-/* Tiles: large enough that packing is cheap, small enough that there are some sixteen of them. */
+/* Tiles: large enough that packing is cheap, small enough that there are some eight of them. */
 static void cut(job *j)
 {
     const int64_t work = j->m * j->n;
+    const bool large = work * j->batch >= 8 * LT_TILE_M * 256;
 
-    j->tile_m = lt_tile_size(j->m, LT_TILE_M, 1);
-    j->tile_n = lt_tile_size(j->n, work * j->batch >= 16 * 128 * 192 ? 192 : LT_TILE_N, 64);
-    if (j->m > 128 && lt_ceil_div(j->m, j->tile_m) * lt_ceil_div(j->n, j->tile_n) * j->batch < 8)
-        j->tile_m = lt_tile_size(j->m, 128, 1);
+    j->tile_m = lt_tile_size(j->m, large ? LT_TILE_M : 128, 1);
+    j->tile_n = lt_tile_size(j->n, 256, 64);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     j->images = lt_max_i64(1, lt_min_i64(j->batch, LT_TILE_N * 128 / lt_max_i64(1, work)));

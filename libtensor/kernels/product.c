@@ -41,9 +41,10 @@ static scratch *thread_scratch(void)
     return s;
 }
 
-static void finish(const lt_product *p, const lt_tile *t, int64_t image, int64_t n0, int64_t n)
+/* n columns of the tile from its column j: what follows the sum. */
+static void finish(const lt_product *p, const lt_tile *t, int64_t image, int64_t j, int64_t n)
 {
-    const int64_t at = image * p->c_step;
+    const int64_t n0 = t->n0 + j;
     lt_epilogue e = *p->e;
 
     if (e.row_bias)
@@ -51,8 +52,8 @@ static void finish(const lt_product *p, const lt_tile *t, int64_t image, int64_t
     if (e.col_bias)
         e.col_bias += n0;
     if (e.residual)
-        e.residual += at + t->m0 * e.ld_residual + n0;
-    lt_k->epilogue(p->c + at + t->m0 * p->ldc + n0, p->ldc, t->m, n, &e);
+        e.residual += image * p->c_step + t->m0 * e.ld_residual + n0;
+    lt_k->epilogue(p->c + image * p->c_step + j, p->ldc, t->m, n, &e);
 }
 
 /* Strips of one image for k of the rows: the packed panel of B stays in L1 while A streams past. */
@@ -60,14 +61,14 @@ static void strips(const lt_product *p, const lt_tile *t, int64_t image, const l
                    const lt_real *b, int64_t k, bool add, bool last)
 {
     const int64_t nr = lt_k->nr;
-    lt_real *c = p->c + image * p->c_step + t->m0 * p->ldc;
+    lt_real *c = p->c + image * p->c_step;
 
     for (int64_t j = 0; j < t->n; j += nr) {
         const int64_t n = lt_min_i64(nr, t->n - j);
 
-        lt_k->gemm_strip(c + t->n0 + j, p->ldc, a, b + j * k, t->m, n, k, add);
+        lt_k->gemm_strip(c + j, p->ldc, a, b + j * k, t->m, n, k, add);
         if (last && p->e)
-            finish(p, t, image, t->n0 + j, n);
+            finish(p, t, image, j, n);
     }
 }
 

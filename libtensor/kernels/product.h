@@ -19,10 +19,10 @@ typedef struct lt_product {
     void (*pack_a)(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
     void (*pack_b)(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
                    int64_t k);
-    lt_real *c;                 /* element (0, 0) of image 0's result */
+    lt_real *c;                 /* the tile's first element in image 0's result */
     int64_t ldc, c_step;        /* between rows, between images */
     bool add;
-    const lt_epilogue *e;       /* or NULL; its residual is image 0's, with step c_step */
+    const lt_epilogue *e;       /* or NULL; its row_bias, col_bias and residual are the whole's */
 } lt_product;
 
 /**

@@ -165,13 +165,14 @@ static void check_isa(lt_isa isa, const lt_kernels *generic)
     }
     lt_kernels_use(&k);
     stage = lt_isa_name(isa);
-    (void)generic;
+    check_entries(&k, generic);
+    check_accuracy(&k);
     for (int threads = 1; threads <= 4; threads++) {
         snprintf(name, sizeof(name), "%s, %d threads", lt_isa_name(isa), threads);
         stage = name;
         lt_set_threads(threads);
-        check_gemms();
-        check_convs();
+        check_gemms(threads == 1);
+        check_convs(threads == 1);
     }
     printf("%-8s checked\n", lt_isa_name(isa));
     lt_kernels_use(NULL);
@@ -181,10 +182,13 @@ int main(int argc, char **argv)
 {
     static lt_kernels generic;
 
-    (void)argc, (void)argv;
     if (lt_kernels_init()) {
         printf("%s\n", lt_last_error());
         return 1;
+    }
+    if (argc > 1 && strcmp(argv[1], "--bench") == 0) {
+        bench();
+        return 0;
     }
     lt_kernels_get(LT_ISA_GENERIC, &generic);
     for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AVX512; isa++)

@@ -23,7 +23,11 @@ void expect_near(double got, double want, double bound, const char *what, const 
  * the same: on every instruction set and number of threads */
 void same_as_before(const float *got, size_t n, const char *fmt, ...) LT_PRINTF(3, 4);
 
-void check_gemms(void);
-void check_convs(void);
+/* plainly: also against plain loops, which are slow */
+void check_gemms(bool plainly);
+void check_convs(bool plainly);
+void check_entries(const lt_kernels *k, const lt_kernels *generic);
+void check_accuracy(const lt_kernels *k);
+void bench(void);
 
 #endif

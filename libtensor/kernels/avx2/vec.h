@@ -33,14 +33,24 @@ INLINE void v_store_part(float *p, vec v, int hi)
     _mm256_maskstore_ps(p, lanes_below(hi), v);
 }
 
-/* Pairs, then fours of rows within each 128 bits; then the halves change places. */
-INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col)
+/* p[0], p[2], p[4] ...: those of the places lo <= i < hi, zero for the others */
+INLINE vec v_load_even(const float *p, int lo, int hi)
+{
+    const vec a = v_load_part(p, lo, hi), b = v_load_part(p + VL, lo - VL, hi - VL);
+    const __m256d halves = _mm256_castps_pd(_mm256_shuffle_ps(a, b, 0x88));     /* a b a b */
+
+    return _mm256_castpd_ps(_mm256_permute4x64_pd(halves, 0xd8));
+}
+
+/* out[j * row + i] = x[i * col + j] for i < lanes, j < VL. Pairs, then fours of rows within each 128
+ * bits; then the halves change places. */
+INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, int lanes)
 {
     vec a[VL], b[VL];
 
 #pragma GCC unroll 8
     for (int i = 0; i < VL; i++)
-        a[i] = _mm256_loadu_ps(x + i * col);
+        a[i] = _mm256_loadu_ps(x + (i < lanes ? i : 0) * col);
 #pragma GCC unroll 8
     for (int i = 0; i < VL; i += 2) {
         b[i] = _mm256_unpacklo_ps(a[i], a[i + 1]);
@@ -55,8 +65,8 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col)
         }
 #pragma GCC unroll 8
     for (int c = 0; c < 4; c++) {
-        _mm256_storeu_ps(out + c * row, _mm256_permute2f128_ps(a[c], a[4 + c], 0x20));
-        _mm256_storeu_ps(out + (4 + c) * row, _mm256_permute2f128_ps(a[c], a[4 + c], 0x31));
+        v_store_part(out + c * row, _mm256_permute2f128_ps(a[c], a[4 + c], 0x20), lanes);
+        v_store_part(out + (4 + c) * row, _mm256_permute2f128_ps(a[c], a[4 + c], 0x31), lanes);
     }
 }
 

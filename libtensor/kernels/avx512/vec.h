@@ -20,7 +20,9 @@ INLINE vec v_fma(vec a, vec b, vec c) { return _mm512_fmadd_ps(a, b, c); }
 
 INLINE __mmask16 first_lanes(int n)         /* any n */
 {
-    return n >= VL ? 0xffff : n <= 0 ? 0 : (__mmask16)((1u << n) - 1);
+    const unsigned clipped = (unsigned)(n < 0 ? 0 : n > VL ? VL : n);
+
+    return (__mmask16)((1u << clipped) - 1);
 }
 
 INLINE vec v_load_part(const float *p, int lo, int hi)
@@ -33,14 +35,25 @@ INLINE void v_store_part(float *p, vec v, int hi)
     _mm512_mask_storeu_ps(p, first_lanes(hi), v);
 }
 
-/* Pairs, then fours of rows within each 128 bits; then the 128-bit parts change places. */
-INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col)
+/* p[0], p[2], p[4] ...: those of the places lo <= i < hi, zero for the others */
+INLINE vec v_load_even(const float *p, int lo, int hi)
 {
+    const __m512i even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
+
+    return _mm512_permutex2var_ps(v_load_part(p, lo, hi), even,
+                                  v_load_part(p + VL, lo - VL, hi - VL));
+}
+
+/* out[j * row + i] = x[i * col + j] for i < lanes, j < VL. Pairs, then fours of rows within each 128
+ * bits; then the 128-bit parts change places. */
+INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, int lanes)
+{
+    const __mmask16 keep = first_lanes(lanes);
     vec a[VL], b[VL];
 
 #pragma GCC unroll 16
     for (int i = 0; i < VL; i++)
-        a[i] = _mm512_loadu_ps(x + i * col);
+        a[i] = _mm512_loadu_ps(x + (i < lanes ? i : 0) * col);
 #pragma GCC unroll 16
     for (int i = 0; i < VL; i += 2) {
         b[i] = _mm512_unpacklo_ps(a[i], a[i + 1]);
@@ -62,10 +75,10 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col)
         const vec r = _mm512_shuffle_f32x4(a[8 + c], a[12 + c], 0x88);
         const vec s = _mm512_shuffle_f32x4(a[8 + c], a[12 + c], 0xdd);
 
-        _mm512_storeu_ps(out + c * row, _mm512_shuffle_f32x4(p, r, 0x88));
-        _mm512_storeu_ps(out + (4 + c) * row, _mm512_shuffle_f32x4(q, s, 0x88));
-        _mm512_storeu_ps(out + (8 + c) * row, _mm512_shuffle_f32x4(p, r, 0xdd));
-        _mm512_storeu_ps(out + (12 + c) * row, _mm512_shuffle_f32x4(q, s, 0xdd));
+        _mm512_mask_storeu_ps(out + c * row, keep, _mm512_shuffle_f32x4(p, r, 0x88));
+        _mm512_mask_storeu_ps(out + (4 + c) * row, keep, _mm512_shuffle_f32x4(q, s, 0x88));
+        _mm512_mask_storeu_ps(out + (8 + c) * row, keep, _mm512_shuffle_f32x4(p, r, 0xdd));
+        _mm512_mask_storeu_ps(out + (12 + c) * row, keep, _mm512_shuffle_f32x4(q, s, 0xdd));
     }
 }
 

@@ -24,10 +24,13 @@ INLINE void v_store_part(lt_real *p, vec v, int hi)
         *p = v;
 }
 
-/* out[j * row + i] = x[i * col + j] for a VL x VL block */
-INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col)
+/* p[0], p[2], p[4] ...: those of the places lo <= i < hi, zero for the others */
+INLINE vec v_load_even(const lt_real *p, int lo, int hi) { return v_load_part(p, lo, hi); }
+
+/* out[j * row + i] = x[i * col + j] for i < lanes, j < VL */
+INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col, int lanes)
 {
-    (void)row, (void)col;
+    (void)row, (void)col, (void)lanes;
     *out = *x;
 }
 

@@ -1,0 +1,290 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Every entry of the table against the generic one, bit by bit: n from 0 to a few vectors, every
+ * misalignment, awkward numbers, guard words around every array; and the promised accuracies.
+ * The product's and packing's entries are held by products.c, through what they are for.
+ */
+#include "tests/kernels/checkasm.h"
+
+#include "libtensor/base/rng.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { ARRAYS = 6, OUTS = 3, MOST = 160 };
+
+/* y[0 .. 2] are read and written, x[0 .. 2] only read; each has n elements. */
+typedef struct { float *y[3], *x[3]; double out[OUTS]; size_t n; } args;
+
+typedef void (*call_fn)(const lt_kernels *k, args *s);
+
+#define CALL(name, call) static void call_##name(const lt_kernels *k, args *s) { call; }
+#define Y s->y[0]
+#define A s->x[0]
+#define B s->x[1]
+#define C s->x[2]
+
+CALL(add, k->add(Y, A, B, s->n))
+CALL(sub, k->sub(Y, A, B, s->n))
+CALL(mul, k->mul(Y, A, B, s->n))
+CALL(scale, k->scale(Y, A, 1.7f, s->n))
+CALL(add_to, k->add_to(Y, A, s->n))
+CALL(axpy, k->axpy(Y, -0.3f, A, s->n))
+CALL(mul_to, k->mul_to(Y, A, B, s->n))
+CALL(axpy_in_2, k->axpy_in(Y, 0.7f, A, 2, (s->n + 1) / 2))
+CALL(axpy_in_3, k->axpy_in(Y, 0.7f, A, 3, (s->n + 2) / 3))
+CALL(axpy_out_2, k->axpy_out(Y, 2, 0.7f, A, (s->n + 1) / 2))
+CALL(relu, k->relu(Y, A, s->n))
+CALL(leaky_relu, k->leaky_relu(Y, A, 0.1f, s->n))
+CALL(silu, k->silu(Y, A, s->n))
+CALL(elu, k->elu(Y, A, 1.3f, s->n))
+CALL(gelu, k->gelu(Y, A, s->n))
+CALL(sigmoid, k->sigmoid(Y, A, s->n))
+CALL(tanh, k->tanh(Y, A, s->n))
+CALL(exp, k->exp(Y, A, s->n))
+CALL(erf, k->erf(Y, A, s->n))
+CALL(relu_grad, k->relu_grad(Y, A, B, s->n))
+CALL(leaky_relu_grad, k->leaky_relu_grad(Y, A, B, 0.1f, s->n))
+CALL(silu_grad, k->silu_grad(Y, A, B, s->n))
+CALL(elu_grad, k->elu_grad(Y, A, B, 1.3f, s->n))
+CALL(gelu_grad, k->gelu_grad(Y, A, B, s->n))
+CALL(sigmoid_grad, k->sigmoid_grad(Y, A, B, s->n))
+CALL(tanh_grad, k->tanh_grad(Y, A, B, s->n))
+CALL(affine, k->affine(Y, A, 1.5f, -0.2f, (lt_act){ LT_ACT_NONE, 0 }, s->n))
+CALL(affine_relu, k->affine(Y, A, 1.5f, -0.2f, (lt_act){ LT_ACT_RELU, 0 }, s->n))
+CALL(affine_silu, k->affine(Y, A, 1.5f, -0.2f, (lt_act){ LT_ACT_SILU, 0 }, s->n))
+CALL(affine_cols, k->affine_cols(Y, A, B, C, (lt_act){ LT_ACT_LEAKY_RELU, 0.2f }, s->n))
+CALL(affine_grad, k->affine_grad(Y, A, B, 0.5f, -2, 0.1f, s->n))
+CALL(sum, s->out[0] = k->sum(A, s->n))
+CALL(sumsq, s->out[0] = k->sumsq(A, s->n))
+CALL(dot, s->out[0] = k->dot(A, B, s->n))
+CALL(dot_step, s->out[0] = k->dot_step(A, B, 2, (s->n + 1) / 2))
+CALL(moments, k->moments(s->out, A, s->n))
+CALL(grad_moments, k->grad_moments(s->out, A, B, 0.3, s->n))
+CALL(max, s->out[0] = (double)k->max(A, s->n))
+CALL(all_finite, s->out[0] = k->all_finite(A, s->n))
+CALL(softmax, k->softmax(Y, A, s->n))
+CALL(softmax_grad, k->softmax_grad(Y, A, B, s->n))
+CALL(layer_norm, k->layer_norm(Y, NULL, A, B, C, 1e-5, s->n))
+CALL(layer_norm_bare, k->layer_norm(Y, NULL, A, NULL, NULL, 1e-5, s->n))
+CALL(layer_norm_grad, k->layer_norm_grad(Y, s->y[1], s->y[2], A, B, C, (float[]){ 0.1f, 2 }, s->n))
+CALL(layer_norm_grad_bare, k->layer_norm_grad(Y, NULL, NULL, A, B, NULL, (float[]){ 0.1f, 2 }, s->n))
+
+static void call_adam(const lt_kernels *k, args *s)
+{
+    const lt_adam_step p = { 1e-2f, 0.9f, 0.99f, 1e-8f, 0.01f, 0.1f, 0.19f, 0.02f, 0.5f };
+
+    k->mul(s->y[2], s->y[2], s->y[2], s->n);        /* a running mean of squares */
+    k->adam(Y, s->y[1], s->y[2], A, &p, s->n);
+}
+
+static void call_sgd(const lt_kernels *k, args *s)
+{
+    const lt_sgd_step plain = { 0.1f, 0.9f, 0.01f, 0.5f, false }, ahead = { 0.1f, 0.9f, 0, 1, true };
+
+    k->sgd(Y, s->y[1], A, &plain, s->n);
+    k->sgd(Y, s->y[1], B, &ahead, s->n);
+}
+
+/* A plane 7 wide, as high as n allows. */
+static void call_maxpool(const lt_kernels *k, args *s)
+{
+    int32_t where[MOST];
+    const int h = (int)s->n / 7, out_h = (h + 1) / 2;
+
+    if (h < 2)
+        return;
+    k->maxpool(Y, where, A, h, 7, 3, 2, 1, out_h, 4);
+    k->maxpool_grad(s->y[1], B, where, (size_t)(4 * out_h));
+}
+
+#define ENTRY(name) { #name, call_##name }
+static const struct { const char *name; call_fn call; } entries[] = {
+    ENTRY(add), ENTRY(sub), ENTRY(mul), ENTRY(scale), ENTRY(add_to), ENTRY(axpy), ENTRY(mul_to),
+    ENTRY(axpy_in_2), ENTRY(axpy_in_3), ENTRY(axpy_out_2), ENTRY(relu), ENTRY(leaky_relu), ENTRY(silu),
+    ENTRY(elu), ENTRY(gelu), ENTRY(sigmoid), ENTRY(tanh), ENTRY(exp), ENTRY(erf), ENTRY(relu_grad),
+    ENTRY(leaky_relu_grad), ENTRY(silu_grad), ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(sigmoid_grad),
+    ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu), ENTRY(affine_silu), ENTRY(affine_cols),
+    ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step), ENTRY(moments),
+    ENTRY(grad_moments), ENTRY(max), ENTRY(all_finite), ENTRY(softmax), ENTRY(softmax_grad),
+    ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
+    ENTRY(adam), ENTRY(sgd), ENTRY(maxpool),
+};
+
+/* ---- running one entry twice -------------------------------------------------------------------------- */
+
+/* Numbers of all sizes; with `awkward`, one in four is one that trips things. */
+static float number(lt_rng *r, bool awkward)
+{
+    static const float trip[] = { NAN, INFINITY, -INFINITY, 0.0f, -0.0f, 1e-40f, -1e-45f, 3e38f, -3e38f,
+                                  88.8f, -104.0f, 0.6f, 0.93f, 4.0f, 1.17549435e-38f };
+
+    if (awkward && lt_rng_below(r, 4) == 0)
+        return trip[lt_rng_below(r, LT_COUNT(trip))];
+    return (float)(lt_rng_normal(r) * exp(lt_rng_range(r, -6, 3)));
+}
+
+/* The same contents for the same n, whatever the offset. */
+static void fill(args *s, float *base[ARRAYS], size_t n, size_t offset, bool awkward)
+{
+    lt_rng r = lt_rng_make(7, n * 2 + awkward);
+
+    memset(s->out, 0, sizeof(s->out));
+    s->n = n;
+    for (int i = 0; i < ARRAYS; i++) {
+        float *at;
+
+        base[i] = guarded_array(n + offset);
+        at = base[i] + offset;
+        for (size_t j = 0; j < n; j++)
+            at[j] = number(&r, awkward);
+        *(i < 3 ? &s->y[i] : &s->x[i - 3]) = at;
+    }
+}
+
+static bool same_double(double a, double b)
+{
+    return memcmp(&a, &b, sizeof(a)) == 0 || (a != a && b != b);
+}
+
+static void check_one(const lt_kernels *k, const lt_kernels *generic, size_t e, size_t n, size_t offset,
+                      bool awkward)
+{
+    float *want_base[ARRAYS], *got_base[ARRAYS];
+    args want, got;
+
+    fill(&want, want_base, n, 0, awkward);
+    fill(&got, got_base, n, offset, awkward);
+    entries[e].call(generic, &want);
+    entries[e].call(k, &got);
+    for (int i = 0; i < 3; i++) {
+        expect_bits(got.y[i], want.y[i], n, "%s n %zu offset %zu awkward %d, output %d",
+                    entries[e].name, n, offset, awkward, i);
+        expect_bits(got.x[i], want.x[i], n, "%s n %zu, input %d", entries[e].name, n, i);
+    }
+    for (int i = 0; i < OUTS; i++)
+        if (!same_double(want.out[i], got.out[i]))
+            expect_near(got.out[i], want.out[i], -1, entries[e].name, "result", n);
+    for (int i = 0; i < ARRAYS; i++)
+        free_array(want_base[i]), free_array(got_base[i]);
+}
+
+/* y = f(x) with y on x itself gives what it gives elsewhere. */
+static void check_in_place(const lt_kernels *k)
+{
+    for (size_t e = 0; e < LT_COUNT(entries); e++) {
+        const char *const in_place[] = { "add", "sub", "mul", "scale", "relu", "leaky_relu", "silu",
+                                         "elu", "gelu", "sigmoid", "tanh", "exp", "erf", "affine",
+                                         "affine_silu", "affine_cols", "softmax", "layer_norm" };
+        float *base[ARRAYS];
+        float *copy;
+        bool listed = false;
+        args s;
+
+        for (size_t i = 0; i < LT_COUNT(in_place); i++)
+            listed |= strcmp(entries[e].name, in_place[i]) == 0;
+        if (!listed)
+            continue;
+        fill(&s, base, 77, 0, true);
+        copy = guarded_array(s.n);
+        memcpy(copy, s.x[0], s.n * sizeof(float));
+        entries[e].call(k, &s);
+        s.x[0] = copy;
+        float *apart = s.y[0];
+        s.y[0] = copy;
+        entries[e].call(k, &s);
+        expect_bits(copy, apart, s.n, "%s in place", entries[e].name);
+        for (int i = 0; i < ARRAYS; i++)
+            free_array(base[i]);
+        free_array(copy);
+    }
+}
+
+void check_entries(const lt_kernels *k, const lt_kernels *generic)
+{
+    for (size_t e = 0; e < LT_COUNT(entries); e++) {
+        for (size_t n = 0; n <= 70; n++)
+            for (int awkward = 0; awkward < 2; awkward++)
+                check_one(k, generic, e, n, 0, awkward);
+        for (size_t offset = 1; offset < 16; offset++)
+            check_one(k, generic, e, 53, offset, true);
+        check_one(k, generic, e, MOST - 3, 1, false);
+    }
+    check_in_place(k);
+}
+
+/* ---- accuracy --------------------------------------------------------------------------------------------- */
+
+static double exact_exp(double x) { return exp(x); }
+static double exact_sigmoid(double x) { return 1 / (1 + exp(-x)); }
+static double exact_silu(double x) { return x / (1 + exp(-x)); }
+static double exact_tanh(double x) { return tanh(x); }
+static double exact_erf(double x) { return erf(x); }
+static double exact_gelu(double x) { return 0.5 * x * erfc(-x * sqrt(0.5)); }
+
+/* The error in units of the last place of the exact value (of 1e-37 below that, when floor is set). */
+static double ulps(float got, double want, bool floor)
+{
+    const double size = fmax(fabs(want), floor ? 1e-37 : 0);
+    int e;
+
+    if (fabs(want) > 3.4028235e38)
+        return isinf(got) ? 0 : HUGE_VAL;
+    frexp(size, &e);
+    return fabs((double)got - want) / ldexp(1, (e < -125 ? -125 : e) - 24);
+}
+
+static double worst(void (*fn)(float *, const float *, size_t), double (*exact)(double), double lo,
+                    double hi, bool floor)
+{
+    enum { N = 1000 };
+    float x[N], y[N];
+    double most = 0;
+
+    for (int part = 0; part < 60; part++) {
+        for (int i = 0; i < N; i++)
+            x[i] = (float)(lo + (hi - lo) * (part + (double)i / N) / 60);
+        fn(y, x, N);
+        for (int i = 0; i < N; i++)
+            most = fmax(most, ulps(y[i], exact((double)x[i]), floor));
+    }
+    return most;
+}
+
+static void check_bound(const char *name, double error, double bound)
+{
+    expect_near(error, 0, bound, name, "units in the last place", 0);
+}
+
+static void check_gelu(const lt_kernels *k)
+{
+    for (int i = -6000; i <= 6000; i++) {
+        const float x = (float)i * 1e-3f;
+        float y;
+
+        k->gelu(&y, &x, 1);
+        expect_near((double)y, exact_gelu((double)x), 3e-7 * fmax(fabs((double)x), 1e-3), "gelu", "x",
+                    (size_t)(i + 6000));
+    }
+}
+
+void check_accuracy(const lt_kernels *k)
+{
+    const double e = fmax(worst(k->exp, exact_exp, -104, 89, false),
+                          worst(k->exp, exact_exp, -1, 1, false));
+    const double t = fmax(worst(k->tanh, exact_tanh, -10, 10, false),
+                          worst(k->tanh, exact_tanh, -0.7, 0.7, false));
+    const double f = fmax(worst(k->erf, exact_erf, -5, 5, false),
+                          worst(k->erf, exact_erf, -1, 1, false));
+    const double s = worst(k->sigmoid, exact_sigmoid, -85, 30, true);
+    const double u = worst(k->silu, exact_silu, -85, 30, true);
+
+    printf("  largest errors in units of the last place: exp %.2f, tanh %.2f, erf %.2f, sigmoid %.2f, "
+           "silu %.2f\n", e, t, f, s, u);
+    check_bound("exp", e, 2);
+    check_bound("tanh", t, 3);
+    check_bound("erf", f, 2);
+    check_bound("sigmoid", s, 3);
+    check_bound("silu", u, 3);
+    check_gelu(k);
+}
