@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 /* lt_opencv_decode - n bytes as an image in the arena; LT_EFORMAT when OpenCV does not know it either,
- * or was not built in. * Channels come out as RGB or RGBA. No exception leaves it. */
+ * or was not built in. Channels come out as RGB or RGBA. No exception leaves it. */
 lt_status lt_opencv_decode(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                            lt_image *out);
 

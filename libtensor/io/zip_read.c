@@ -110,6 +110,8 @@ lt_status lt_zip_open(lt_arena *arena, const char *path, const uint8_t *bytes, s
     zip_int64_t count;
     lt_status st;
 
+    if (n == 0)                         /* to libzip an archive without entries */
+        return lt_error(LT_EFORMAT, "%s: empty, want a zip archive", path);
     zip_error_init(&error);
     z.archive = open_memory(bytes, n, &error);
     if (!z.archive) {
