@@ -1,0 +1,133 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What every reader must stand: its samples cut at every byte, and with bits flipped. Run under the
+ * address sanitizer; each attempt reads from a block of exactly its size.
+ */
+#ifndef TESTS_IO_HOSTILE_H
+#define TESTS_IO_HOSTILE_H
+
+#include "libtensor/base/arena.h"
+#include "libtensor/base/rng.h"
+
+#include <check.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+typedef lt_status reader(lt_arena *arena, const uint8_t *bytes, size_t n);
+
+/* Read a private copy; a refusal must have come with one line. */
+static inline lt_status attempt(reader *read, const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    uint8_t *copy = malloc(n ? n : 1);
+    lt_status st;
+
+    if (n)
+        memcpy(copy, bytes, n);
+    lt_error(LT_OK, "nothing was said");
+    st = read(arena, copy, n);
+    if (st) {
+        ck_assert_str_ne(lt_last_error(), "nothing was said");
+        ck_assert_ptr_nonnull(strchr(lt_last_error(), ':'));
+        ck_assert_ptr_null(strchr(lt_last_error(), '\n'));
+    }
+    free(copy);
+    lt_arena_free(arena);
+    return st;
+}
+
+/* spare: how many bytes at the end may be missing unnoticed. */
+static inline void check_truncated(reader *read, const uint8_t *bytes, size_t n, size_t spare)
+{
+    ck_assert_msg(attempt(read, bytes, n) == LT_OK, "whole: %s", lt_last_error());
+    for (size_t cut = 0; cut + spare < n; cut++)
+        ck_assert_msg(attempt(read, bytes, cut) != LT_OK, "cut to %zu of %zu bytes", cut, n);
+}
+
+/* One to four bits at a time: whatever comes of it, no crash. */
+static inline void check_flipped(reader *read, const uint8_t *bytes, size_t n, int tries)
+{
+    lt_rng rng = lt_rng_make(20, n);
+    uint8_t *copy = malloc(n);
+
+    for (int t = 0; t < tries; t++) {
+        memcpy(copy, bytes, n);
+        for (uint32_t k = 1 + lt_rng_below(&rng, 4); k > 0; k--)
+            copy[lt_rng_below(&rng, (uint32_t)n)] ^= (uint8_t)(1u << lt_rng_below(&rng, 8));
+        attempt(read, copy, n);
+    }
+    free(copy);
+}
+
+static inline void check_refused(reader *read, const void *bytes, size_t n, const char *reason)
+{
+    ck_assert(attempt(read, bytes, n) != LT_OK);
+    ck_assert_msg(strstr(lt_last_error(), reason), "\"%s\" lacks \"%s\"", lt_last_error(), reason);
+}
+
+#define check_ok(call) \
+    do { \
+        const lt_status check_st = (call); \
+        ck_assert_msg(check_st == LT_OK, "%s: %s", #call, lt_last_error()); \
+    } while (0)
+
+#define check_error(call, status, reason) \
+    do { \
+        ck_assert_int_eq((call), (status)); \
+        ck_assert_msg(strstr(lt_last_error(), (reason)), "\"%s\" lacks \"%s\"", lt_last_error(), (reason)); \
+    } while (0)
+
+/* A folder of this test program's own, and names in it; the folder goes when the program ends. */
+static char scratch_folder[] = "/tmp/palmar-io-XXXXXX";
+
+static inline const char *in_folder(const char *name)
+{
+    static char paths[8][256];
+    static int next;
+    char *path = paths[next++ % 8];
+
+    snprintf(path, sizeof(paths[0]), "%s/%s", scratch_folder, name);
+    return path;
+}
+
+static inline void put_file(const char *path, const void *bytes, size_t n)
+{
+    FILE *f = fopen(path, "wb");
+
+    ck_assert_ptr_nonnull(f);
+    ck_assert_uint_eq(fwrite(bytes, 1, n, f), n);
+    fclose(f);
+}
+
+static inline bool exists(const char *path)
+{
+    struct stat info;
+
+    return stat(path, &info) == 0;
+}
+
+static inline int run_suite(const char *name, void (*add)(TCase *))
+{
+    Suite *suite = suite_create(name);
+    TCase *tc = tcase_create(name);
+    char command[64];
+    SRunner *runner;
+    int failed;
+
+    if (!mkdtemp(scratch_folder))
+        return 1;
+    tcase_set_timeout(tc, 0);
+    add(tc);
+    suite_add_tcase(suite, tc);
+    runner = srunner_create(suite);
+    srunner_run_all(runner, CK_NORMAL);
+    failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    snprintf(command, sizeof(command), "rm -r %s", scratch_folder);
+    return system(command) != 0 || failed != 0;
+}
+
+#endif

@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Files: atomic writing, folders, paths, and reading whole ones. */
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
+#include "tests/io/hostile.h"
+
+#include <dirent.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+static int files_in_folder(void)
+{
+    DIR *dir = opendir(scratch_folder);
+    int n = 0;
+
+    while (readdir(dir))
+        n++;
+    closedir(dir);
+    return n - 2;
+}
+
+static void check_contents(const char *path, const char *want)
+{
+    lt_arena *arena = lt_arena_new();
+    uint8_t *bytes;
+    size_t n;
+
+    check_ok(lt_read_file(arena, path, 1000, &bytes, &n));
+    ck_assert_str_eq((char *)bytes, want);
+    ck_assert_uint_eq(n, strlen(want));
+    lt_arena_free(arena);
+}
+
+START_TEST(old_until_commit)
+{
+    const char *path = in_folder("atomic");
+    lt_atomic_file f;
+
+    check_ok(lt_write_file(path, "old", 3));
+    ck_assert_int_eq(chmod(path, 0640), 0);
+    check_ok(lt_atomic_open(&f, path));
+    fputs("new", f.stream);
+    fflush(f.stream);
+    check_contents(path, "old");
+    check_ok(lt_atomic_commit(&f));
+    check_contents(path, "new");
+
+    struct stat info;
+    stat(path, &info);
+    ck_assert_int_eq(info.st_mode & 0777, 0640);
+    ck_assert_int_eq(files_in_folder(), 1);
+    unlink(path);
+}
+END_TEST
+
+START_TEST(abort_leaves_nothing)
+{
+    lt_atomic_file f;
+
+    check_ok(lt_atomic_open(&f, in_folder("aborted")));
+    fputs("text", f.stream);
+    lt_atomic_abort(&f);
+    ck_assert_int_eq(files_in_folder(), 0);
+    lt_atomic_abort(&f);
+}
+END_TEST
+
+START_TEST(cannot_open)
+{
+    lt_atomic_file f;
+
+    check_error(lt_atomic_open(&f, in_folder("missing/name")), LT_EIO, "missing/name: cannot write: No such");
+    lt_atomic_abort(&f);
+    check_error(lt_atomic_open(&f, scratch_folder), LT_EIO, "not a regular file");
+    check_error(lt_atomic_open(&f, "/dev/null"), LT_EIO, "not a regular file");
+}
+END_TEST
+
+/* A limit on file sizes behaves as a full disk does: the write fails, perhaps long before the commit. */
+START_TEST(full_disk_keeps_old_file)
+{
+    const char *path = in_folder("full");
+    const struct rlimit limit = { 1 << 16, RLIM_INFINITY };
+    const struct rlimit none = { RLIM_INFINITY, RLIM_INFINITY };
+    static char block[1 << 15];
+    lt_atomic_file f;
+
+    check_ok(lt_write_file(path, "old", 3));
+    signal(SIGXFSZ, SIG_IGN);
+    ck_assert_int_eq(setrlimit(RLIMIT_FSIZE, &limit), 0);
+    check_ok(lt_atomic_open(&f, path));
+    for (int i = 0; i < 3; i++)
+        fwrite(block, 1, sizeof(block), f.stream);
+    fputs("small", f.stream);
+    check_error(lt_atomic_commit(&f), LT_ENOSPC, path);
+    setrlimit(RLIMIT_FSIZE, &none);
+    check_contents(path, "old");
+    ck_assert_int_eq(files_in_folder(), 1);
+    unlink(path);
+}
+END_TEST
+
+START_TEST(dirs)
+{
+    check_ok(lt_make_dirs(in_folder("a/b//c/")));
+    check_ok(lt_make_dirs(in_folder("a/b/c")));
+    ck_assert(exists(in_folder("a/b/c")));
+    put_file(in_folder("plain"), "x", 1);
+    check_error(lt_make_dirs(in_folder("plain/d")), LT_EIO, "cannot make folder");
+    check_error(lt_make_dirs(in_folder("plain")), LT_EIO, "Not a directory");
+    check_error(lt_make_dirs(""), LT_EINVAL, "folder name of 0 bytes");
+}
+END_TEST
+
+START_TEST(paths)
+{
+    static const char *const outside[] = { "", "/etc/passwd", "..", "a/../b", "../a", "a/..", "C:/x", "a\\b" };
+    static const char *const inside[] = { "a", "a/b.png", "a..b", ".hidden", "..a/b" };
+    lt_arena *arena = lt_arena_new();
+
+    ck_assert_str_eq(lt_path_join(arena, "d", "n"), "d/n");
+    ck_assert_str_eq(lt_path_join(arena, "d/", "n"), "d/n");
+    ck_assert_str_eq(lt_path_join(arena, "", "n"), "n");
+    ck_assert_str_eq(lt_path_join(arena, "d", "/n"), "/n");
+    ck_assert_str_eq(lt_path_folder(arena, "a/b/c"), "a/b");
+    ck_assert_str_eq(lt_path_folder(arena, "c"), ".");
+    ck_assert_str_eq(lt_path_folder(arena, "/c"), "/");
+    for (size_t i = 0; i < LT_COUNT(outside); i++)
+        ck_assert_msg(!lt_path_is_inside(outside[i]), "%s", outside[i]);
+    for (size_t i = 0; i < LT_COUNT(inside); i++)
+        ck_assert_msg(lt_path_is_inside(inside[i]), "%s", inside[i]);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(only_regular_files)
+{
+    lt_arena *arena = lt_arena_new();
+    uint8_t *bytes;
+    size_t n;
+
+    ck_assert_int_eq(mkfifo(in_folder("pipe"), 0600), 0);
+    put_file(in_folder("ten"), "0123456789", 10);
+    put_file(in_folder("none"), "", 0);
+    check_error(lt_read_file(arena, in_folder("pipe"), 10, &bytes, &n), LT_EIO, "not a regular file");
+    check_error(lt_read_file(arena, "/dev/zero", 10, &bytes, &n), LT_EIO, "not a regular file");
+    check_error(lt_read_file(arena, scratch_folder, 10, &bytes, &n), LT_EIO, "not a regular file");
+    check_error(lt_read_file(arena, in_folder("no"), 10, &bytes, &n), LT_EIO, "No such file");
+    check_error(lt_read_file(arena, in_folder("ten"), 9, &bytes, &n), LT_EFORMAT, "10 bytes, more than the 9");
+    check_ok(lt_read_file(arena, in_folder("ten"), 10, &bytes, &n));
+    check_ok(lt_read_file(arena, in_folder("none"), 10, &bytes, &n));
+    ck_assert_uint_eq(n, 0);
+    lt_arena_free(arena);
+}
+END_TEST
+
+static void add(TCase *tc)
+{
+    tcase_add_test(tc, old_until_commit);
+    tcase_add_test(tc, abort_leaves_nothing);
+    tcase_add_test(tc, cannot_open);
+    tcase_add_test(tc, full_disk_keeps_old_file);
+    tcase_add_test(tc, dirs);
+    tcase_add_test(tc, paths);
+    tcase_add_test(tc, only_regular_files);
+}
+
+int main(void)
+{
+    return run_suite("file", add);
+}

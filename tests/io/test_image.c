@@ -1,0 +1,181 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Images: Pillow's files, round trips, damage, and sizes that cannot be. */
+#include "config.h"
+#include "libtensor/io/image.h"
+#include "tests/io/hostile.h"
+#include "tests/io/io_vectors.h"
+
+static lt_status read_image(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    lt_image img;
+
+    return lt_image_decode(arena, "x.img", bytes, n, &img);
+}
+
+/* What Pillow was given: gray = 7 i, 7 wide and 5 high. */
+static const struct {
+    const uint8_t *bytes;
+    size_t n;
+    int channels, bits;
+} pngs[] = {
+    { png_gray, sizeof(png_gray), 1, 8 }, { png_deep, sizeof(png_deep), 1, 16 },
+    { png_bits, sizeof(png_bits), 1, 8 }, { png_rgb, sizeof(png_rgb), 3, 8 },
+    { png_palette, sizeof(png_palette), 3, 8 }, { png_gray_alpha, sizeof(png_gray_alpha), 4, 8 },
+};
+
+START_TEST(foreign_png)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_image img;
+
+    check_ok(lt_image_decode(arena, "p", pngs[_i].bytes, pngs[_i].n, &img));
+    ck_assert(img.width == 7 && img.height == 5);
+    ck_assert(img.channels == pngs[_i].channels && img.bits == pngs[_i].bits);
+    for (int i = 0; i < 35; i++) {
+        if (pngs[_i].bytes == png_gray)
+            ck_assert_int_eq(img.data[i], 7 * i);
+        if (pngs[_i].bytes == png_bits)
+            ck_assert_int_eq(img.data[i], 7 * i > 100 ? 255 : 0);
+        if (pngs[_i].bytes == png_deep)
+            ck_assert_int_eq(((uint16_t *)(void *)img.data)[i], 7 * i * 257 + 1);
+        if (pngs[_i].bytes == png_rgb)
+            ck_assert(img.data[3 * i] == 7 * i && img.data[3 * i + 1] == 255 - 7 * i);
+        if (pngs[_i].bytes == png_gray_alpha)
+            ck_assert(img.data[4 * i + 2] == 7 * i && img.data[4 * i + 3] == 7 * i);
+    }
+    check_truncated(read_image, pngs[_i].bytes, pngs[_i].n, 0);
+    check_flipped(read_image, pngs[_i].bytes, pngs[_i].n, 1000);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(foreign_jpeg)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_image img;
+
+    check_ok(lt_image_decode(arena, "p", jpeg_progressive, sizeof(jpeg_progressive), &img));
+    ck_assert(img.width == 32 && img.height == 24 && img.channels == 3 && img.bits == 8);
+    for (size_t i = 0; i < sizeof(jpeg_progressive_rgb); i++)
+        ck_assert_int_le(abs(img.data[i] - jpeg_progressive_rgb[i]), 1);
+    check_ok(lt_image_decode(arena, "g", jpeg_gray, sizeof(jpeg_gray), &img));
+    ck_assert_int_eq(img.channels, 1);
+    check_refused(read_image, jpeg_cmyk, sizeof(jpeg_cmyk), "CMYK");
+    check_truncated(read_image, jpeg_progressive, sizeof(jpeg_progressive), 0);
+    check_truncated(read_image, jpeg_gray, sizeof(jpeg_gray), 0);
+    check_flipped(read_image, jpeg_progressive, sizeof(jpeg_progressive), 3000);
+    check_flipped(read_image, jpeg_gray, sizeof(jpeg_gray), 3000);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(other_formats)
+{
+    lt_arena *arena = lt_arena_new();
+
+    check_refused(read_image, "", 0, "empty file");
+    check_refused(read_image, "hello, this is text", 19, "x.img: ");
+#ifdef HAVE_OPENCV
+    lt_image img;
+
+    check_ok(lt_image_decode(arena, "b", bmp_rgb, sizeof(bmp_rgb), &img));
+    ck_assert(img.width == 7 && img.height == 5 && img.channels == 3);
+    ck_assert(img.data[3] == 7 && img.data[4] == 248);
+#endif
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* The header asks for 16384 x 6000 pixels; the file has a few dozen bytes. */
+START_TEST(huge_claims)
+{
+    uint8_t bytes[sizeof(jpeg_gray)];
+
+    memcpy(bytes, png_gray, sizeof(png_gray));
+    memcpy(bytes + 16, "\0\0\x40\0\0\0\x17\x70", 8);
+    memcpy(bytes + 29, "\x18\xc2\x2a\xb3", 4);          /* a wrong checksum is refused before the size */
+    check_refused(read_image, bytes, sizeof(png_gray), "bad PNG");
+    memcpy(bytes, jpeg_gray, sizeof(jpeg_gray));
+    for (size_t i = 0; i + 8 < sizeof(bytes); i++)
+        if (bytes[i] == 0xff && bytes[i + 1] == 0xc0)
+            memcpy(bytes + i + 5, "\x17\x70\x40\0", 4);
+    check_refused(read_image, bytes, sizeof(bytes), "16384 x 6000 pixels cannot be in");
+    for (size_t i = 0; i + 8 < sizeof(bytes); i++)
+        if (bytes[i] == 0xff && bytes[i + 1] == 0xc0)
+            memcpy(bytes + i + 5, "\x7f\xff\x7f\xff", 4);
+    check_refused(read_image, bytes, sizeof(bytes), "32767 x 32767 pixels, want");
+}
+END_TEST
+
+START_TEST(png_round_trip)
+{
+    static const int channels[] = { 1, 3, 4 };
+    lt_arena *arena = lt_arena_new();
+    lt_rng rng = lt_rng_make(3, 0);
+    lt_image img, back;
+
+    check_ok(lt_image_init(arena, 37, 5, channels[_i % 3], _i < 3 ? 8 : 16, &img));
+    for (size_t i = 0; i < lt_image_bytes(&img); i++)
+        img.data[i] = (uint8_t)lt_rng_u32(&rng);
+    check_ok(lt_png_write(in_folder("r.png"), &img));
+    check_ok(lt_image_read(arena, in_folder("r.png"), &back));
+    ck_assert(back.width == 37 && back.height == 5);
+    ck_assert(back.channels == img.channels && back.bits == img.bits);
+    ck_assert_mem_eq(back.data, img.data, lt_image_bytes(&img));
+    check_ok(lt_image_to_rgb8(arena, &img, &back));
+    ck_assert(back.channels == 3 && back.bits == 8);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(jpeg_round_trip)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_image img, back;
+    uint8_t *bytes;
+    size_t n;
+
+    check_ok(lt_image_init(arena, 33, 17, _i ? 3 : 1, 8, &img));
+    for (int y = 0; y < 17; y++)
+        for (int x = 0; x < 33 * img.channels; x++)
+            img.data[y * 33 * img.channels + x] = (uint8_t)(x / img.channels * 5 + y * 2);
+    check_ok(lt_jpeg_write(in_folder("r.jpg"), &img, 95));
+    check_ok(lt_image_read(arena, in_folder("r.jpg"), &back));
+    ck_assert(back.width == 33 && back.height == 17 && back.channels == img.channels);
+    for (size_t i = 0; i < lt_image_bytes(&img); i++)
+        ck_assert_int_le(abs(img.data[i] - back.data[i]), 4);
+    check_error(lt_jpeg_encode(arena, &img, 0, &bytes, &n), LT_EINVAL, "quality 0");
+    check_ok(lt_image_init(arena, 3, 3, 4, 8, &img));
+    check_error(lt_jpeg_encode(arena, &img, 95, &bytes, &n), LT_EINVAL, "4 channels");
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(cannot_be_made)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_image img;
+
+    check_error(lt_image_init(arena, 0, 5, 3, 8, &img), LT_EINVAL, "0 x 5");
+    check_error(lt_image_init(arena, 16384, 16384, 3, 8, &img), LT_EINVAL, "16384 x 16384");
+    check_error(lt_image_init(arena, 5, 5, 2, 8, &img), LT_EINVAL, "2 channels");
+    check_error(lt_image_read(arena, in_folder("no.png"), &img), LT_EIO, "no.png: No such file");
+    lt_arena_free(arena);
+}
+END_TEST
+
+static void add(TCase *tc)
+{
+    tcase_add_loop_test(tc, foreign_png, 0, LT_COUNT(pngs));
+    tcase_add_test(tc, foreign_jpeg);
+    tcase_add_test(tc, other_formats);
+    tcase_add_test(tc, huge_claims);
+    tcase_add_loop_test(tc, png_round_trip, 0, 6);
+    tcase_add_loop_test(tc, jpeg_round_trip, 0, 2);
+    tcase_add_test(tc, cannot_be_made);
+}
+
+int main(void)
+{
+    return run_suite("image", add);
+}

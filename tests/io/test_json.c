@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* JSON: places in errors, limits, numbers in any locale, names that were meant. */
+#include "libtensor/io/json.h"
+#include "tests/io/hostile.h"
+
+#include <cjson/cJSON.h>
+#include <locale.h>
+#include <math.h>
+
+static lt_status read_json(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    cJSON *value;
+    lt_status st = lt_json_parse("x.json", (const char *)bytes, n, &value);
+
+    (void)arena;
+    if (!st)
+        cJSON_Delete(value);
+    return st;
+}
+
+START_TEST(errors_have_places)
+{
+    static const struct {
+        const char *text, *reason;
+    } cases[] = {
+        { "{\n  \"lr\": 1e-3,\n  \"steps\": oops\n}", "x.json:3:12: not valid JSON" },
+        { "{} {}", "x.json:1:4: text after" }, { "", "empty" }, { "\xef\xbb\xbf", "empty" },
+        { "{\"a\": \"b\\u0000c\"}", "x.json:1:7: string with \\u0000" },
+        { "[1, 2", "not valid JSON" }, { "\"abc", "not valid JSON" },
+    };
+    char deep[2000];
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++)
+        check_refused(read_json, cases[i].text, strlen(cases[i].text), cases[i].reason);
+    memset(deep, '[', sizeof(deep));
+    check_refused(read_json, deep, sizeof(deep), "x.json:1:65: nested deeper than 64");
+    check_ok(attempt(read_json, (const uint8_t *)"\xef\xbb\xbf{\"a\\\\\": \"]\\\"\"} \n", 19));
+}
+END_TEST
+
+START_TEST(damage)
+{
+    static const char text[] = "{\"name\": \"r\\u00e9s\", \"list\": [1, -2.5e3, true, null], \"in\": {\"x\": {}}}";
+
+    check_truncated(read_json, (const uint8_t *)text, sizeof(text) - 1, 0);
+    check_flipped(read_json, (const uint8_t *)text, sizeof(text) - 1, 10000);
+}
+END_TEST
+
+START_TEST(numbers)
+{
+    static const struct {
+        double x;
+        const char *text;
+    } cases[] = {
+        { 0.1, "0.1" }, { 1, "1" }, { -2.5, "-2.5" }, { 1e300, "1e+300" }, { NAN, "null" }, { INFINITY, "null" },
+        { 3e-4, "0.0003" }, { 1.0 / 3, "0.3333333333333333" },
+    };
+    char out[LT_JSON_NUMBER];
+    lt_rng rng = lt_rng_make(1, 1);
+
+    setlocale(LC_ALL, "de_DE.UTF-8");           /* where there is none, nothing is lost */
+    for (size_t i = 0; i < LT_COUNT(cases); i++)
+        ck_assert_str_eq(lt_json_number(cases[i].x, out), cases[i].text);
+    for (int i = 0; i < 10000; i++) {
+        const double x = lt_rng_normal(&rng) * pow(10, lt_rng_range(&rng, -300, 300));
+        const char *text = lt_json_number(x, out);
+
+        ck_assert_ptr_null(strchr(text, ','));
+        setlocale(LC_ALL, "C");
+        ck_assert(strtod(text, NULL) == x);
+        setlocale(LC_ALL, "de_DE.UTF-8");
+    }
+    setlocale(LC_ALL, "C");
+}
+END_TEST
+
+START_TEST(round_trip)
+{
+    static const char text[] = "{\"a\": \"q\\\"\\\\\\n\\u0001\\u00e9\", \"b\": [1, 2.5, [true, null]], \"c\": {}, \"d\": []}";
+    cJSON *value, *back;
+
+    check_ok(lt_json_parse("t", text, sizeof(text) - 1, &value));
+    check_ok(lt_json_write(in_folder("r.json"), value));
+    check_ok(lt_json_read(in_folder("r.json"), &back));
+    ck_assert(cJSON_Compare(value, back, true));
+    cJSON_Delete(value);
+    cJSON_Delete(back);
+}
+END_TEST
+
+START_TEST(strings_are_escaped)
+{
+    char *out = NULL;
+    size_t n;
+    FILE *f = open_memstream(&out, &n);
+
+    lt_json_print_string(f, "a\"b\\\t\x01\xff\xc3\xa9\x7f");
+    fclose(f);
+    ck_assert_str_eq(out, "\"a\\\"b\\\\\\t\\u0001\xef\xbf\xbd\xc3\xa9\\u007f\"");
+    free(out);
+}
+END_TEST
+
+START_TEST(did_you_mean)
+{
+    static const char *const list[] = { "lr", "steps", "batch_size", "weight_decay" };
+
+    ck_assert_str_eq(lt_nearest_name("lrr", list, 4), "lr");
+    ck_assert_str_eq(lt_nearest_name("step", list, 4), "steps");
+    ck_assert_str_eq(lt_nearest_name("setps", list, 4), "steps");
+    ck_assert_str_eq(lt_nearest_name("wieght_decy", list, 4), "weight_decay");
+    ck_assert_ptr_null(lt_nearest_name("colour", list, 4));
+    ck_assert_ptr_null(lt_nearest_name("x", list, 4));
+    ck_assert_ptr_null(lt_nearest_name("lr", list, 0));
+}
+END_TEST
+
+static void add(TCase *tc)
+{
+    tcase_add_test(tc, errors_have_places);
+    tcase_add_test(tc, damage);
+    tcase_add_test(tc, numbers);
+    tcase_add_test(tc, round_trip);
+    tcase_add_test(tc, strings_are_escaped);
+    tcase_add_test(tc, did_you_mean);
+}
+
+int main(void)
+{
+    return run_suite("json", add);
+}

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* OBJ and .xyz: the rules of the format, round trips, and text that breaks them. */
+#include "libtensor/io/mesh_io.h"
+#include "tests/io/hostile.h"
+
+static lt_status read_obj(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    lt_mesh mesh;
+
+    put_file(in_folder("h.obj"), bytes, n);
+    return lt_obj_read(arena, in_folder("h.obj"), &mesh, NULL);
+}
+
+static const char box[] =
+    "# a square, its texture turned over at one corner\nmtllib box.mtl\no thing\nusemtl skin\n"
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\r\nv 0 1 \\\n 0\nv 9 9 9\n"
+    "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt .5 .5\nvn 0 0 2\n"
+    "f 1/1/1 2/2/1 3/3/1 4/4/1\nf -5/5/1 -4/2/1 -2/4/-1\n";
+
+START_TEST(obj)
+{
+    static const char library[] = "newmtl other\nmap_Kd no.png\nnewmtl skin\nKd 1 1 1\nmap_Kd -s 1 1 skin.png \r\n";
+    lt_arena *arena = lt_arena_new();
+    const char *texture;
+    lt_mesh m;
+
+    put_file(in_folder("box.obj"), box, sizeof(box) - 1);
+    put_file(in_folder("box.mtl"), library, sizeof(library) - 1);
+    check_ok(lt_obj_read(arena, in_folder("box.obj"), &m, &texture));
+    ck_assert_str_eq(texture, in_folder("skin.png"));
+    ck_assert_int_eq(m.n_vertices, 6);          /* the first corner has two texture places */
+    ck_assert_int_eq(m.n_faces, 3);
+    ck_assert(m.uv && m.normal && !m.color);
+    ck_assert(m.face[1][0] == 0 && m.face[1][1] == 2 && m.face[1][2] == 3);
+    ck_assert(m.face[2][0] == 5 && m.face[2][1] == 1 && m.face[2][2] == 3);
+    ck_assert(m.vertex[5][0] == 0 && m.uv[5][0] == 0.5f && m.vertex[4][0] == 9);
+    ck_assert(m.normal[0][2] == 1);
+    put_file(in_folder("box.mtl"), "newmtl skin\nmap_Kd ../../etc/passwd\n", 36);
+    check_ok(lt_obj_read(arena, in_folder("box.obj"), &m, &texture));
+    ck_assert_ptr_null(texture);
+    unlink(in_folder("box.mtl"));
+    check_ok(lt_obj_read(arena, in_folder("box.obj"), &m, &texture));
+    ck_assert_ptr_null(texture);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(bad_obj)
+{
+    static const struct {
+        const char *text, *reason;
+    } cases[] = {
+        { "v 0 0\n", "h.obj:1: vertex without" }, { "v 0 0 nan\n", "finite" }, { "v 0 0 1e39\n", "finite" },
+        { "v 0 0 0x\n", "finite" }, { "\n\nvt 1\n", "h.obj:3: texture" }, { "vn 1 2\n", "normal" },
+        { "v 0 0 0\nf 1 1\n", "fewer than 3" }, { "v 0 0 0\nf 1 1 2\n", "index beyond" },
+        { "v 0 0 0\nf 1 1 0\n", "no index" }, { "v 0 0 0\nf 1 1 -2\n", "no index" },
+        { "v 0 0 0\nf 1 1 99999999999\n", "no index" }, { "v 0 0 0\nf 1/ 1 1\n", "no index" },
+        { "v 0 0 0\nf 1/1 1/1 1/1\n", "index beyond" }, { "v 0 0 0\nf a b c\n", "no index" },
+    };
+    char face[400] = "f";
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++)
+        check_refused(read_obj, cases[i].text, strlen(cases[i].text), cases[i].reason);
+    check_refused(read_obj, "v 0 0 0\0v 1 1 1\n", 16, "zero byte");
+    for (int i = 0; i < 65; i++)
+        strcat(face, " 1");
+    check_refused(read_obj, face, strlen(face), "more than 64");
+    check_ok(attempt(read_obj, (const uint8_t *)"", 0));
+    check_flipped(read_obj, (const uint8_t *)box, sizeof(box) - 1, 2000);
+    for (size_t cut = 0; cut < sizeof(box); cut++)
+        attempt(read_obj, (const uint8_t *)box, cut);
+}
+END_TEST
+
+START_TEST(obj_round_trip)
+{
+    float vertex[4][3] = { { 0.1f, 1e-7f, -3 }, { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 / 3.0f } };
+    float uv[4][2] = { { 0, 0 }, { 1, 0 }, { 0, 1 }, { 0.5f, 0.25f } };
+    float normal[4][3] = { { 1, 0, 0 }, { 0, 1, 0 }, { 0, 0, 1 }, { 0, -1, 0 } };
+    float color[4][3] = { { 0.5f, 0.25f, 1 } };
+    int32_t face[2][3] = { { 0, 1, 2 }, { 2, 1, 3 } };
+    const lt_mesh mesh = {
+        .n_vertices = 4, .n_faces = 2, .vertex = vertex, .face = face, .uv = _i & 1 ? uv : NULL,
+        .normal = _i & 2 ? normal : NULL, .color = _i & 4 ? color : NULL,
+    };
+    lt_arena *arena = lt_arena_new();
+    const char *texture;
+    lt_mesh back;
+
+    check_ok(lt_obj_write(in_folder("r.obj"), &mesh, _i & 1 ? "skin.png" : NULL));
+    check_ok(lt_obj_read(arena, in_folder("r.obj"), &back, &texture));
+    ck_assert(back.n_vertices == 4 && back.n_faces == 2);
+    ck_assert_mem_eq(back.vertex, vertex, sizeof(vertex));
+    ck_assert_mem_eq(back.face, face, sizeof(face));
+    ck_assert(!back.uv == !mesh.uv && !back.normal == !mesh.normal && !back.color == !mesh.color);
+    if (back.uv) {
+        ck_assert_mem_eq(back.uv, uv, sizeof(uv));
+        ck_assert_str_eq(texture, in_folder("skin.png"));
+    }
+    if (back.color)
+        ck_assert_mem_eq(back.color, color, sizeof(color));
+    check_error(lt_obj_write(in_folder("r.obj"), &mesh, "../x.png"), LT_EINVAL, "no file name in its folder");
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(xyz)
+{
+    static const float points[3][3] = { { 0.1f, 2, 3 }, { -1e-20f, 5, 6 }, { 7, 8, 9 } };
+    lt_arena *arena = lt_arena_new();
+    float (*back)[3];
+    size_t n;
+
+    check_ok(lt_xyz_write(in_folder("p.xyz"), points, 3));
+    check_ok(lt_xyz_read(arena, in_folder("p.xyz"), &back, &n));
+    ck_assert_uint_eq(n, 3);
+    ck_assert_mem_eq(back, points, sizeof(points));
+    put_file(in_folder("q.xyz"), "# c\n\n1 2 3 255 0 0\r\n4 5", 23);
+    check_error(lt_xyz_read(arena, in_folder("q.xyz"), &back, &n), LT_EFORMAT, "q.xyz:4: want three");
+    put_file(in_folder("q.xyz"), "# c\n\n1 2 3 255 0 0\r\n4 5 6", 25);
+    check_ok(lt_xyz_read(arena, in_folder("q.xyz"), &back, &n));
+    ck_assert(n == 2 && back[1][2] == 6);
+    lt_arena_free(arena);
+}
+END_TEST
+
+static void add(TCase *tc)
+{
+    tcase_add_test(tc, obj);
+    tcase_add_test(tc, bad_obj);
+    tcase_add_loop_test(tc, obj_round_trip, 0, 8);
+    tcase_add_test(tc, xyz);
+}
+
+int main(void)
+{
+    return run_suite("mesh_io", add);
+}

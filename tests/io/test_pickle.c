@@ -1,0 +1,415 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Pickles: what Python wrote, what we write, and what nobody should have written. */
+#include "libtensor/io/pickle.h"
+#include "libtensor/io/pickle_dense.h"
+#include "tests/io/hostile.h"
+#include "tests/io/io_vectors.h"
+
+#include <math.h>
+
+static lt_status read_pickle(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const lt_pvalue *v;
+
+    return lt_pickle_parse(arena, "x.pkl", bytes, n, &v);
+}
+
+static const struct {
+    const uint8_t *bytes;
+    size_t n;
+} protocols[] = {
+    { pickle_0, sizeof(pickle_0) }, { pickle_1, sizeof(pickle_1) }, { pickle_2, sizeof(pickle_2) },
+    { pickle_3, sizeof(pickle_3) }, { pickle_4, sizeof(pickle_4) }, { pickle_5, sizeof(pickle_5) },
+};
+
+static double element(const lt_pvalue *d, const char *key, size_t i)
+{
+    const lt_array *a = lt_parray(lt_pdict_get(d, key));
+
+    ck_assert_msg(a && i < lt_array_count(a), "%s", key);
+    return lt_array_get(a, i);
+}
+
+static int64_t integer(const lt_pvalue *v)
+{
+    int64_t x = -1;
+
+    ck_assert(lt_pint(v, &x));
+    return x;
+}
+
+START_TEST(every_protocol)
+{
+    lt_arena *arena = lt_arena_new();
+    const lt_pvalue *d, *v;
+    double x;
+
+    check_ok(lt_pickle_parse(arena, "p", protocols[_i].bytes, protocols[_i].n, &d));
+    for (size_t i = 0; i < 6; i++) {
+        ck_assert(element(d, "a", i) == (double)i);
+        ck_assert(element(d, "f", i) == (double)i);
+    }
+    ck_assert(lt_pis_none(lt_pdict_get(d, "none")) && lt_pdict_get(d, "none"));
+    ck_assert(!lt_pdict_get(d, "absent"));
+    ck_assert_int_eq(integer(lt_pdict_get(d, "int")), -5);
+    ck_assert_int_eq(integer(lt_pdict_get(d, "long")), (int64_t)1 << 40);
+    ck_assert_int_eq(integer(lt_pdict_get(d, "least")), INT64_MIN);
+    ck_assert(lt_pfloat(lt_pdict_get(d, "float"), &x) && x == 1e-3);
+    ck_assert(lt_pfloat(lt_pdict_get(d, "scalar"), &x) && x == 1.5);
+    ck_assert_str_eq(lt_pstr(lt_pdict_get(d, "str")), "\xc3\xa9\xe2\x82\xac");
+    v = lt_pdict_get(d, "bytes");
+    ck_assert(v->kind == LT_PBYTES && v->n == 3 && memcmp(v->u.text, "\xff\0a", 3) == 0);
+    v = lt_pdict_get(d, "tuple");
+    ck_assert(v->kind == LT_PTUPLE && v->n == 4 && integer(v->u.item[3]) == 4);
+    v = lt_pdict_get(d, "set");
+    ck_assert(v->kind == LT_PSET && v->n == 1);
+    ck_assert(element(d, "bool", 0) == 1 && element(d, "bool", 1) == 0);
+    ck_assert_str_eq(lt_array_text(lt_parray(lt_pdict_get(d, "text")), 1), "\xc3\xa9");
+    ck_assert_int_eq(integer(lt_pdict_get(lt_pdict_get(d, "ordered"), "a")), 1);
+    ck_assert_int_eq(integer(lt_pdict_get(lt_pdict_get(d, "default"), "b")->u.item[0]), 2);
+    ck_assert(lt_pdict_get(d, "true")->kind == LT_PBOOL && integer(lt_pdict_get(d, "true")) == 1);
+    ck_assert(lt_array_has_shape(lt_parray(lt_pdict_get(d, "zero")), 2, (int64_t[]){ 0, 3 }));
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(damage)
+{
+    check_truncated(read_pickle, protocols[_i].bytes, protocols[_i].n, 0);
+    check_flipped(read_pickle, protocols[_i].bytes, protocols[_i].n, 3000);
+}
+END_TEST
+
+static size_t from_hex(const char *hex, uint8_t *out)
+{
+    size_t n = 0;
+    unsigned x;
+
+    for (; hex[2 * n] && sscanf(hex + 2 * n, "%2x", &x) == 1; n++)
+        out[n] = (uint8_t)x;
+    return n;
+}
+
+/* data.md 6.3: {'k': float32 [1.5, -2.0]} at protocols 2 and 4 */
+START_TEST(spec_vectors)
+{
+    static const char *const hex[] = {
+        "80027d710058010000006b7101636e756d70792e636f72652e6d756c746961727261790a5f7265636f6e7374727563740a"
+        "7102636e756d70790a6e6461727261790a71034b00857104635f636f646563730a656e636f64650a710558010000006271"
+        "0658060000006c6174696e31710786710852710987710a52710b284b014b0285710c636e756d70790a64747970650a710d"
+        "58020000006634710e898887710f527110284b0358010000003c71114e4e4e4affffffff4affffffff4b00747112628968"
+        "05580a0000000000c3803f000000c3807113680786711452711574711662732e",
+        "80049597000000000000007d948c016b948c156e756d70792e636f72652e6d756c74696172726179948c0c5f7265636f6e"
+        "7374727563749493948c056e756d7079948c076e6461727261799493944b0085944301629487945294284b014b02859468"
+        "058c0564747970659493948c02663494898887945294284b038c013c944e4e4e4affffffff4affffffff4b007494628943"
+        "080000c03f000000c094749462732e",
+    };
+
+    for (size_t i = 0; i < LT_COUNT(hex); i++) {
+        lt_arena *arena = lt_arena_new();
+        uint8_t bytes[512];
+        const size_t n = from_hex(hex[i], bytes);
+        const lt_pvalue *d;
+
+        check_ok(lt_pickle_parse(arena, "spec", bytes, n, &d));
+        ck_assert(lt_parray(lt_pdict_get(d, "k"))->type == LT_ELEM_F4);
+        ck_assert(element(d, "k", 0) == 1.5 && element(d, "k", 1) == -2);
+        check_truncated(read_pickle, bytes, n, 0);
+        check_flipped(read_pickle, bytes, n, 3000);
+        lt_arena_free(arena);
+    }
+}
+END_TEST
+
+static void check_matrix(const lt_pvalue *d, const char *key)
+{
+    static const double want[6] = { 0, 1.5, 0, 2, 0, -3 };
+    lt_arena *arena = lt_arena_new();
+    lt_array a;
+
+    check_ok(lt_pickle_dense(arena, lt_pdict_get(d, key), &a));
+    ck_assert_msg(lt_array_has_shape(&a, 2, (int64_t[]){ 2, 3 }), "%s", key);
+    for (size_t i = 0; i < 6; i++)
+        ck_assert(lt_array_get(&a, i) == want[i]);
+    lt_arena_free(arena);
+}
+
+static lt_status read_expressions(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const lt_pvalue *d;
+    lt_status st = lt_pickle_parse(arena, "x.pkl", bytes, n, &d);
+
+    for (size_t i = 0; !st && d->kind == LT_PDICT && i < d->n; i++) {
+        lt_array a;
+
+        st = lt_pickle_dense(arena, d->u.item[2 * i + 1], &a);
+        if (st)
+            return lt_error_prefix(st, "x.pkl");
+    }
+    return st;
+}
+
+START_TEST(chumpy_and_scipy)
+{
+    static const double select[8] = { 0, 1, 3, 4, 6, 7, 9, 10 };
+    lt_arena *arena = lt_arena_new();
+    const lt_pvalue *d;
+    lt_array a;
+
+    check_ok(lt_pickle_parse(arena, "e", pickle_expressions, sizeof(pickle_expressions), &d));
+    check_ok(lt_pickle_dense(arena, lt_pdict_get(d, "ch"), &a));
+    ck_assert(lt_array_has_shape(&a, 3, (int64_t[]){ 2, 2, 3 }) && lt_array_get(&a, 11) == 11);
+    check_ok(lt_pickle_dense(arena, lt_pdict_get(d, "select"), &a));
+    ck_assert(lt_array_has_shape(&a, 3, (int64_t[]){ 2, 2, 2 }));
+    for (size_t i = 0; i < 8; i++)
+        ck_assert(lt_array_get(&a, i) == select[i]);
+    check_ok(lt_pickle_dense(arena, lt_pdict_get(d, "turned"), &a));
+    ck_assert(lt_array_has_shape(&a, 3, (int64_t[]){ 3, 2, 2 }));
+    for (size_t k = 0; k < 3; k++)
+        for (size_t i = 0; i < 4; i++)
+            ck_assert(lt_array_get(&a, 4 * k + i) == (double)(3 * i + k));
+    check_matrix(d, "csc");
+    check_matrix(d, "csr");
+    check_matrix(d, "coo");
+    check_error(lt_pickle_dense(arena, d, &a), LT_EFORMAT, "no array");
+    check_truncated(read_expressions, pickle_expressions, sizeof(pickle_expressions), 0);
+    check_flipped(read_expressions, pickle_expressions, sizeof(pickle_expressions), 5000);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(never_executes)
+{
+    check_refused(read_pickle, pickle_evil_0, sizeof(pickle_evil_0), "offset 0: names posix.system");
+    check_refused(read_pickle, pickle_evil_2, sizeof(pickle_evil_2), "names posix.system");
+    check_refused(read_pickle, pickle_evil_4, sizeof(pickle_evil_4), "names posix.system");
+    check_refused(read_pickle, pickle_loop, sizeof(pickle_loop), "contains itself");
+    check_refused(read_pickle, pickle_objects, sizeof(pickle_objects), "Python objects");
+}
+END_TEST
+
+#define RAW(text, reason) { text, sizeof(text) - 1, reason }
+
+START_TEST(refusals)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *reason;
+    } cases[] = {
+        RAW("", "ends early"), RAW(".", "empty stack"), RAW("\x80\x09N.", "protocol 9"),
+        RAW("cos\nsystem\n(S'ls'\ntR.", "names os.system"),
+        RAW("cbuiltins\neval\n.", "names builtins.eval"),
+        RAW("c__builtin__\ngetattr\n.", "names __builtin__.getattr"),
+        RAW("\x8c\x02os\x8c\x06system\x93.", "names os.system"),
+        RAW("(S'ls'\nios\nsystem\n.", "opcode 0x69"), RAW("(o.", "opcode 0x6f"),
+        RAW("P1\n.", "opcode 0x50"), RAW("\x82\x01.", "opcode 0x82"), RAW("\x97.", "opcode 0x97"),
+        RAW("NNR.", "calls what is no class"), RAW("cnumpy\nndarray\n)R.", "may be called so"),
+        RAW("cnumpy\nndarray\n)\x81.", "may be made"), RAW("N)\x81.", "may be made"),
+        RAW("cnumpy\ndtype\n)R.", "numpy.dtype"), RAW("cnumpy\ndtype\n(X\1\0\0\0OtR.", "Python objects"),
+        RAW("cnumpy\ndtype\n(X\2\0\0\0V8tR.", "structures"),
+        RAW("]Nb.", "gives a state"), RAW("NNb.", "gives a state"),
+        RAW("cnumpy.core.multiarray\n_reconstruct\n(cnumpy\nndarray\n(I0\ntS'b'\ntR.", "never given"),
+        RAW("cnumpy.core.multiarray\n_reconstruct\n(cnumpy\nndarray\n(I0\ntS'b'\ntRNb.", "not one"),
+        RAW("NNa.", "no list"), RAW("NNNs.", "no dict"), RAW("](NNu.", "no dict"), RAW("}(Nu.", "no value"),
+        RAW("}(Ne.", "no list"), RAW("](N\x90.", "no set"), RAW("(Nd.", "no value"), RAW("e.", "no mark"),
+        RAW("h\5.", "never stored"), RAW("g99999999999999999999\n.", "no number"), RAW("g-1\n.", "no number"),
+        RAW("Nr\xff\xff\xff\x7f.", "beyond any"), RAW("X\xff\xff\xff\xffx", "ends early"),
+        RAW("\x8d\xff\xff\xff\xff\xff\xff\xff\xff.", "ends early"),
+        RAW("\x8a\x09" "123456789.", "9 bytes"), RAW("\x8b\xff\xff\xff\xff.", "ends early"),
+        RAW("I99999999999999999999\n.", "64-bit"), RAW("Ix\n.", "64-bit"), RAW("Fnought\n.", "not a number"),
+        RAW("Sx\n.", "without quotes"), RAW("S'\\q'\n.", "escape"), RAW("V\\ud800\n.", "none"),
+        RAW("\x85.", "empty stack"), RAW("N(\x86.", "empty stack"), RAW("(0.", "empty stack"),
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++)
+        check_refused(read_pickle, cases[i].bytes, cases[i].n, cases[i].reason);
+}
+END_TEST
+
+START_TEST(small_ones)
+{
+    static const struct {
+        const char *bytes;
+        int64_t want;
+    } cases[] = {
+        { "I01\n.", 1 }, { "I00\n.", 0 }, { "L-12L\n.", -12 }, { "N0I7\n.", 7 }, { "(NN1I7\n.", 7 },
+        { "I7\n2\x85.", 7 }, { "I7\np3\n0g3\n.", 7 }, { "\x8a\x01\xff.", -1 },
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        lt_arena *arena = lt_arena_new();
+        const lt_pvalue *v;
+
+        check_ok(lt_pickle_parse(arena, "s", (const uint8_t *)cases[i].bytes, strlen(cases[i].bytes), &v));
+        if (v->kind == LT_PTUPLE)
+            v = v->u.item[0];
+        ck_assert_int_eq(integer(v), cases[i].want);
+        lt_arena_free(arena);
+    }
+}
+END_TEST
+
+/* A million lists in each other, and a million marks: no recursion, and a limit. */
+START_TEST(deep)
+{
+    const size_t n = 1000000;
+    uint8_t *bytes = malloc(2 * n);
+
+    memset(bytes, ']', n);
+    memset(bytes + n, 'a', n - 1);
+    bytes[2 * n - 1] = '.';
+    check_refused(read_pickle, bytes, 2 * n, "nested deeper than 64");
+    memset(bytes, '(', n);
+    memset(bytes + n, 't', n - 1);
+    check_refused(read_pickle, bytes, 2 * n, "");
+    memset(bytes, '(', 2 * n);
+    check_refused(read_pickle, bytes, 2 * n, "ends early");
+    free(bytes);
+}
+END_TEST
+
+/* Each list holds the one before twice: 2^60 leaves in 300 bytes. Reading it is linear, and a walk
+ * that looks for numbers ends. */
+START_TEST(shared)
+{
+    uint8_t bytes[400] = { ']', 'q', 0 };
+    lt_arena *arena = lt_arena_new();
+    const lt_pvalue *v;
+    size_t n = 3;
+    float out[4];
+
+    for (uint8_t i = 0; i < 60; i++) {
+        const uint8_t step[] = { '0', '(', 'h', i, 'h', i, 'l', 'q', (uint8_t)(i + 1) };
+
+        ck_assert_uint_lt(n + sizeof(step) + 1, sizeof(bytes) * 2);
+        if (n + sizeof(step) + 1 > sizeof(bytes))
+            break;
+        memcpy(bytes + n, step, sizeof(step));
+        n += sizeof(step);
+    }
+    bytes[n++] = '.';
+    check_ok(lt_pickle_parse(arena, "shared", bytes, n, &v));
+    check_error(lt_pfloats(v, "v", out, 4), LT_EFORMAT, "v: want 4 numbers, found a list");
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* One megabyte of bytes, memoised, then copied into list after list: memory is bounded by the file. */
+START_TEST(amplified)
+{
+    const size_t data = 1 << 20, copies = 20000;
+    uint8_t *bytes = malloc(data * 2 + copies * 64), *p = bytes;
+
+    *p++ = '(';
+    memset(p, 'N', data);
+    p += data;
+    p = (uint8_t *)memcpy(p, "lq\0(", 4) + 4;
+    for (size_t i = 0; i < copies; i++)
+        p = (uint8_t *)memcpy(p, "c__builtin__\nlist\n(h\0tR", 23) + 23;
+    p = (uint8_t *)memcpy(p, "l.", 2) + 2;
+    check_refused(read_pickle, bytes, (size_t)(p - bytes), "asks for more memory");
+    free(bytes);
+}
+END_TEST
+
+START_TEST(numbers_of_any_shape)
+{
+    lt_arena *arena = lt_arena_new();
+    const lt_pvalue *v;
+    float out[5];
+
+    check_ok(lt_pickle_parse(arena, "n", (const uint8_t *)"(](F1\nI2\ne](I01\nF4\net.", 23, &v));
+    check_ok(lt_pfloats(v, "box", out, 4));
+    ck_assert(out[0] == 1 && out[1] == 2 && out[2] == 1 && out[3] == 4);
+    check_error(lt_pfloats(v, "box", out, 3), LT_EFORMAT, "box: want 3 numbers, found a tuple");
+    check_error(lt_pfloats(v, "box", out, 5), LT_EFORMAT, "box: want 5 numbers");
+    check_error(lt_pfloats(NULL, "box", out, 5), LT_EFORMAT, "box: missing");
+    check_ok(lt_pickle_parse(arena, "n", (const uint8_t *)"Finf\n.", 6, &v));
+    check_error(lt_pfloats(v, "box", out, 1), LT_EFORMAT, "not finite");
+    check_ok(lt_pickle_parse(arena, "n", (const uint8_t *)"N.", 2, &v));
+    check_error(lt_pfloats(v, "box", out, 1), LT_EFORMAT, "found None");
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(written)
+{
+    static const float K[9] = { 600, 0, 320, 0, 600, 240, 0, 0, 1 };
+    static const uint8_t contact[3] = { 1, 0, 1 };
+    const lt_pwrite corners[] = {
+        { .kind = LT_PW_INT, .integer = 255 }, { .kind = LT_PW_INT, .integer = 256 },
+        { .kind = LT_PW_INT, .integer = -1 }, { .kind = LT_PW_INT, .integer = INT64_MIN }, { .kind = LT_PW_LIST },
+    };
+    const lt_pwrite meta[] = {
+        { .key = "camMat", .kind = LT_PW_ARRAY, .array = lt_array_make(LT_ELEM_F4, 2, (int64_t[]){ 3, 3 }, K) },
+        { .key = "objName", .kind = LT_PW_STR, .text = "003_cracker_box" },
+        { .key = "handPose", .kind = LT_PW_NONE },
+        { .key = "depth", .kind = LT_PW_FLOAT, .number = -0.25 },
+        { .key = "corners", .kind = LT_PW_LIST, .item = corners, .n_items = LT_COUNT(corners) },
+        { .key = "contact", .kind = LT_PW_ARRAY, .array = lt_array_make(LT_ELEM_BOOL, 1, (int64_t[]){ 3 }, contact) },
+        { .key = "none", .kind = LT_PW_ARRAY, .array = lt_array_make(LT_ELEM_F8, 2, (int64_t[]){ 0, 3 }, NULL) },
+    };
+    lt_arena *arena = lt_arena_new();
+    const lt_pvalue *d, *list;
+    double x;
+
+    check_ok(lt_pickle_write_dict(in_folder("meta.pkl"), meta, LT_COUNT(meta)));
+    check_ok(lt_pickle_read(arena, in_folder("meta.pkl"), &d));
+    ck_assert_uint_eq(d->n, LT_COUNT(meta));
+    ck_assert(lt_parray(lt_pdict_get(d, "camMat"))->type == LT_ELEM_F4 && element(d, "camMat", 5) == 240);
+    ck_assert_str_eq(lt_pstr(lt_pdict_get(d, "objName")), "003_cracker_box");
+    ck_assert(lt_pis_none(lt_pdict_get(d, "handPose")));
+    ck_assert(lt_pfloat(lt_pdict_get(d, "depth"), &x) && x == -0.25);
+    list = lt_pdict_get(d, "corners");
+    ck_assert_uint_eq(list->n, 5);
+    for (size_t i = 0; i < 4; i++)
+        ck_assert_int_eq(integer(list->u.item[i]), corners[i].integer);
+    ck_assert(lt_parray(lt_pdict_get(d, "contact"))->type == LT_ELEM_BOOL && element(d, "contact", 2) == 1);
+    ck_assert(lt_array_has_shape(lt_parray(lt_pdict_get(d, "none")), 2, (int64_t[]){ 0, 3 }));
+    check_error(lt_pickle_write_dict(in_folder("no.pkl"), &(lt_pwrite){ .key = "h", .kind = LT_PW_ARRAY,
+                .array = lt_array_make(LT_ELEM_BF16, 0, NULL, K) }, 1), LT_EINVAL, "\"h\": an array of bf16");
+    ck_assert(!exists(in_folder("no.pkl")));
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* The n-th block of memory is refused, for n = 1, 2, ... until reading succeeds. */
+START_TEST(without_memory)
+{
+    lt_status st = LT_ENOMEM;
+
+    for (long n = 1; st; n++) {
+        lt_arena *arena = lt_arena_new();
+        const lt_pvalue *v;
+
+        lt_alloc_fail_at(n);
+        st = lt_pickle_parse(arena, "m", pickle_2, sizeof(pickle_2), &v);
+        lt_alloc_fail_at(0);
+        ck_assert(st == LT_OK || st == LT_ENOMEM);
+        lt_arena_free(arena);
+    }
+}
+END_TEST
+
+static void add(TCase *tc)
+{
+    tcase_add_loop_test(tc, every_protocol, 0, LT_COUNT(protocols));
+    tcase_add_loop_test(tc, damage, 0, LT_COUNT(protocols));
+    tcase_add_test(tc, spec_vectors);
+    tcase_add_test(tc, chumpy_and_scipy);
+    tcase_add_test(tc, never_executes);
+    tcase_add_test(tc, refusals);
+    tcase_add_test(tc, small_ones);
+    tcase_add_test(tc, deep);
+    tcase_add_test(tc, shared);
+    tcase_add_test(tc, amplified);
+    tcase_add_test(tc, numbers_of_any_shape);
+    tcase_add_test(tc, written);
+    tcase_add_test(tc, without_memory);
+}
+
+int main(void)
+{
+    return run_suite("pickle", add);
+}
