@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "models/hocat/hocat.h"
+
+#include "libtensor/nn/init.h"
+
+#include <string.h>
+
+/* ---- configuration ------------------------------------------------------------------------------------ */
+
+static const char *const variants[] = { "full", "dual", "base", NULL };
+static const char *const se_places[] = { "lateral+out", "out", "lateral", "none", NULL };
+static const char *const blocks[] = {
+    "trunk", "hand_fpn", "object_fpn", "hocat", "hand_head", "hand_encoder", "mano", "object_head", NULL,
+};
+
+#define KEY(field) #field, .offset = offsetof(hocat_config, field)
+
+static const lt_config_key keys[] = {
+    { KEY(variant), .type = LT_CONFIG_CHOICE, .fallback = "\"full\"", .choices = variants,
+      .doc = "row of Table 5: base, dual (without cross-attention), full" },
+    { KEY(image_size), .type = LT_CONFIG_INT, .fallback = "256", .lo = 64, .hi = 1024,
+      .doc = "side of the crop in pixels, a multiple of 32" },
+    { KEY(width), .type = LT_CONFIG_INT, .fallback = "64", .lo = 8, .hi = 256,
+      .doc = "planes of the trunk's first stage; all features have four times as many channels" },
+    { KEY(blocks), .type = LT_CONFIG_INTS, .fallback = "[3, 4, 6, 3]", .lo = 1, .hi = RESNET_MAX_BLOCKS,
+      .doc = "bottlenecks of the trunk's four stages" },
+    { KEY(roi), .type = LT_CONFIG_INT, .fallback = "32", .lo = 8, .hi = 64,
+      .doc = "side of the pooled features in cells: 8, 16, 32 or 64" },
+    { KEY(depth), .type = LT_CONFIG_INT, .fallback = "4", .lo = 1, .hi = HOCAT_MAX_DEPTH,
+      .doc = "blocks of cross-attention" },
+    { KEY(heads), .type = LT_CONFIG_INT, .fallback = "4", .lo = 1, .hi = 64, .doc = "attention heads" },
+    { KEY(mlp_ratio), .type = LT_CONFIG_INT, .fallback = "4", .lo = 1, .hi = 16,
+      .doc = "hidden width of the feed-forward part over its input's" },
+    { KEY(se_place), .type = LT_CONFIG_CHOICE, .fallback = "\"lateral+out\"", .choices = se_places,
+      .doc = "where squeeze-and-excitation gates stand in the feature pyramids" },
+    { KEY(detach_minor), .type = LT_CONFIG_BOOL, .fallback = "true",
+      .doc = "no gradient of the hand's loss into the object's pyramid" },
+    { KEY(imagenet_norm), .type = LT_CONFIG_BOOL, .fallback = "false",
+      .doc = "normalise the image by ImageNet's mean and deviation" },
+    { KEY(w_heatmap), .type = LT_CONFIG_NUMBER, .fallback = "100", .doc = "weight of the 2D joints' loss" },
+    { KEY(w_joints), .type = LT_CONFIG_NUMBER, .fallback = "10000", .doc = "weight of the 3D joints' loss" },
+    { KEY(w_vertices), .type = LT_CONFIG_NUMBER, .fallback = "10000", .doc = "weight of the vertices' loss" },
+    { KEY(w_pose), .type = LT_CONFIG_NUMBER, .fallback = "10", .doc = "weight of the rotations' loss" },
+    { KEY(w_shape), .type = LT_CONFIG_NUMBER, .fallback = "0.1", .doc = "weight of the shape's loss" },
+    { KEY(w_p2d), .type = LT_CONFIG_NUMBER, .fallback = "500", .doc = "weight of the control points' loss" },
+    { KEY(w_conf), .type = LT_CONFIG_NUMBER, .fallback = "100", .doc = "weight of the confidences' loss" },
+    { .name = NULL },
+};
+
+static lt_status check(const char *where, const hocat_config *c)
+{
+    if (c->image_size % 32)
+        return lt_error(LT_EINVAL, "%s.image_size: %d is no multiple of 32", where, c->image_size);
+    if (c->roi & (c->roi - 1))
+        return lt_error(LT_EINVAL, "%s.roi: %d is no power of two", where, c->roi);
+    if (4 * c->width % c->heads)
+        return lt_error(LT_EINVAL, "%s.heads: %d do not divide %d channels", where, c->heads, 4 * c->width);
+    return LT_OK;
+}
+
+/* ---- building ----------------------------------------------------------------------------------------- */
+
+/* Halvings from side to 2: the depth of the hourglass and the levels of the encoder. */
+static int levels_of(int side)
+{
+    int n = 0;
+
+    for (; side > 2; side /= 2)
+        n++;
+    return n;
+}
+
+static void build(hocat *m, lt_params *set, const lt_hand_layer *hand)
+{
+    const hocat_config *c = &m->config;
+    const int channels = 4 * c->width, levels = levels_of(c->roi);
+    resnet_opts trunk = { .width = c->width, .slope = 0.01 };
+
+    memcpy(trunk.blocks, c->blocks, sizeof(trunk.blocks));
+    resnet_new(&m->trunk, set, "trunk", &trunk);
+    if (c->variant != HOCAT_BASE) {
+        hocat_fpn_new(&m->hand_fpn, set, "hand_fpn", m->trunk.channels, channels, c->se_place);
+        hocat_fpn_new(&m->object_fpn, set, "object_fpn", m->trunk.channels, channels, c->se_place);
+    }
+    if (c->variant == HOCAT_FULL)
+        hocat_attention_new(&m->attention, set, "hocat", channels, c->depth, c->heads, c->mlp_ratio);
+    heatmap_head_new(&m->hand_head, set, "hand_head", channels, LT_HAND_KEYPOINTS, levels);
+    fusion_encoder_new(&m->encoder, set, "hand_encoder", channels, LT_HAND_KEYPOINTS, levels);
+    mano_regressor_new(&m->mano, set, "mano", 4 * channels, 4 * channels, 2 * channels, hand);
+    object_head_new(&m->object, set, "object_head", channels);
+}
+
+static lt_status create(const char *where, const struct cJSON *config, const lt_hand_layer *hand,
+                        lt_params *set, model *out)
+{
+    lt_arena *arena = lt_params_arena(set);
+    hocat *m = lt_arena_alloc(arena, sizeof(*m));
+    lt_status st;
+
+    if (!m)
+        return lt_error(LT_ENOMEM, "no memory for the model");
+    st = lt_config_read(arena, where, config, keys, &m->config);
+    if (st == LT_OK)
+        st = check(where, &m->config);
+    if (st)
+        return st;
+    build(m, set, hand);
+    *out = (model){
+        .cls = &hocat_class, .params = set, .self = m, .config = &m->config,
+        .variant = variants[m->config.variant], .image_size = m->config.image_size, .cells = m->config.roi,
+    };
+    return lt_params_status(set);
+}
+
+/* Heads and attention start near zero, so that at first every confidence is 0.5, every place its cell's
+ * centre and every heat map flat; the pyramids keep the default.                       [HFL model.py] */
+static void init_head(lt_param *p, uint64_t seed)
+{
+    const char *part = strrchr(p->name, '.') + 1;
+
+    if (strcmp(part, "temperature") == 0)
+        lt_init_constant(p, 1);
+    else if (strcmp(part, "bias") == 0)
+        lt_init_constant(p, 0);
+    else if (strcmp(part, "weight") == 0 && p->shape.rank == 4)
+        lt_init_normal(p, seed, 0.001);
+    else if (strcmp(part, "weight") == 0 && p->shape.rank == 2)
+        lt_init_normal(p, seed, 0.01);
+}
+
+static void init(const model *self, uint64_t seed)
+{
+    static const char *const heads[] = { "hocat.", "hand_head.", "hand_encoder.", "mano.", "object_head." };
+    const hocat *m = self->self;
+
+    lt_init_default(self->params, seed);
+    resnet_init(&m->trunk, seed);
+    for (lt_param *p = lt_params_first(self->params); p; p = p->next)
+        for (size_t i = 0; i < LT_COUNT(heads); i++)
+            if (strncmp(p->name, heads[i], strlen(heads[i])) == 0)
+                init_head(p, seed);
+}
+
+/* ---- the data flow of the paper, top to bottom ---------------------------------------------------------- */
+
+/* What RoIAlign reads: the two maps, or C2 twice in the baseline. */
+typedef struct {
+    lt_tensor *hand, *object;
+} feature_maps;
+
+static feature_maps features(const hocat *m, lt_tensor *image)
+{
+    const bool base = m->config.variant == HOCAT_BASE;
+    const resnet_out c = resnet_forward(&m->trunk, image, base ? 1 : RESNET_STAGES);
+
+    if (base)
+        return (feature_maps){ c.c[0], c.c[0] };
+    return (feature_maps){ hocat_fpn_forward(&m->hand_fpn, &c), hocat_fpn_forward(&m->object_fpn, &c) };
+}
+
+/* (B, 4) -> (B, 5): one box per image, its index in front */
+static lt_tensor *number_boxes(lt_tensor *boxes)
+{
+    const int64_t B = lt_dim(boxes, 0);
+    lt_real index[1024];
+
+    for (int64_t b = 0; b < B && b < (int64_t)LT_COUNT(index); b++)
+        index[b] = (lt_real)b;
+    return lt_concat((lt_tensor *[]){ lt_constant(boxes->graph, LT_F32, LT_SHAPE(B, 1), index), boxes }, 2, 1);
+}
+
+static lt_tensor *imagenet_normalise(lt_tensor *image)
+{
+    static const double mean[] = { 0.485, 0.456, 0.406 }, deviation[] = { 0.229, 0.224, 0.225 };
+    lt_real scale[3], shift[3];
+
+    for (int i = 0; i < 3; i++) {
+        scale[i] = (lt_real)(1 / deviation[i]);
+        shift[i] = (lt_real)(-mean[i] / deviation[i]);
+    }
+    return lt_channel_affine(image, lt_constant(image->graph, LT_F32, LT_SHAPE(3), scale),
+                             lt_constant(image->graph, LT_F32, LT_SHAPE(3), shift));
+}
+
+typedef struct {
+    heatmap_out heat;
+    mano_out mano;
+    object_out object;
+} hocat_out;
+
+static hocat_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, lt_tensor *object_box)
+{
+    const int roi = m->config.roi;
+    const feature_maps p2 = features(m, m->config.imagenet_norm ? imagenet_normalise(image) : image);
+    lt_tensor *hand_rois = number_boxes(hand_box), *object_rois = number_boxes(object_box);
+    lt_tensor *hand_main = lt_roi_align(p2.hand, hand_rois, roi, roi, 0.25);            /* F_hm */
+    lt_tensor *object_main = lt_roi_align(p2.object, object_rois, roi, roi, 0.25);      /* F_om */
+    hocat_out out;
+
+    if (m->config.variant == HOCAT_FULL) {
+        lt_tensor *minor = lt_roi_align(p2.object, hand_rois, roi, roi, 0.25);          /* F_on */
+
+        if (m->config.detach_minor)
+            minor = lt_detach(minor);
+        hand_main = hocat_attention_forward(&m->attention, hand_main, minor);           /* F_h */
+    }
+    out.heat = heatmap_head_forward(&m->hand_head, hand_main);
+    out.mano = mano_regressor_forward(&m->mano, fusion_encoder_forward(&m->encoder, out.heat.heatmaps,
+                                                                       out.heat.encoding));
+    out.object = object_head_forward(&m->object, object_main);
+    return out;
+}
+
+/* ---- losses                                                                  [HOCAT section 3.5] ------- */
+
+static void add_loss(model_record *r, const char *name, lt_tensor *value, double weight)
+{
+    lt_tensor *weighted = lt_output(lt_scale(value, weight), name);
+
+    model_port_add(&r->losses, name, weighted);
+    r->loss = r->loss ? lt_add(r->loss, weighted) : weighted;
+}
+
+static void record_losses(const hocat *m, const hocat_out *o, model_record *r)
+{
+    const hocat_config *c = &m->config;
+    const int64_t B = r->batch;
+    lt_tensor *joints2d = model_input(r, "joints2d", LT_SHAPE(B, LT_HAND_KEYPOINTS, 2));
+    lt_tensor *rotation = model_input(r, "rotation", LT_SHAPE(B, LT_HAND_JOINTS, 3, 3));
+    lt_tensor *beta = model_input(r, "beta", LT_SHAPE(B, LT_HAND_BETAS));
+    lt_tensor *points2d = model_input(r, "points2d", LT_SHAPE(B, OBJECT_POINTS, 2));
+    lt_tensor *mask = model_input(r, "mask", LT_SHAPE(B, c->roi, c->roi));
+    lt_tensor *weight = model_input(r, "weight", LT_SHAPE(B));
+    lt_tensor *vertices = lt_hand(m->mano.hand, rotation, beta);        /* truth from the same layer */
+    const object_losses object = object_head_losses(&o->object, points2d, mask, weight);
+
+    add_loss(r, "heatmap", lt_mse_loss(o->heat.joints2d, joints2d, weight), c->w_heatmap);
+    add_loss(r, "joints", lt_mse_loss(o->mano.joints, lt_result(vertices, 1), weight), c->w_joints);
+    add_loss(r, "vertices", lt_mse_loss(o->mano.vertices, vertices, weight), c->w_vertices);
+    add_loss(r, "pose", lt_mse_loss(o->mano.rotation, rotation, weight), c->w_pose);
+    add_loss(r, "shape", lt_mse_loss(o->mano.beta, beta, weight), c->w_shape);
+    add_loss(r, "p2d", object.p2d, c->w_p2d);
+    add_loss(r, "conf", object.conf, c->w_conf);
+    lt_output(r->loss, "loss");
+}
+
+static void add_output(model_record *r, const char *name, lt_tensor *t)
+{
+    model_port_add(&r->outputs, name, lt_output(t, name));
+}
+
+static void record(const model *self, bool losses, model_record *r)
+{
+    const hocat *m = self->self;
+    const int64_t B = r->batch, S = m->config.image_size;
+    lt_tensor *image = model_input(r, "image", LT_SHAPE(B, 3, S, S));
+    lt_tensor *hand_box = model_input(r, "hand_box", LT_SHAPE(B, 4));
+    lt_tensor *object_box = model_input(r, "object_box", LT_SHAPE(B, 4));
+    const hocat_out o = forward(m, image, hand_box, object_box);
+
+    add_output(r, "joints2d", o.heat.joints2d);
+    add_output(r, "rotation", o.mano.rotation);
+    add_output(r, "beta", o.mano.beta);
+    add_output(r, "vertices", o.mano.vertices);
+    add_output(r, "joints", o.mano.joints);
+    add_output(r, "conf", o.object.conf);
+    add_output(r, "point_x", o.object.x);
+    add_output(r, "point_y", o.object.y);
+    if (losses)
+        record_losses(m, &o, r);
+}
+
+const model_class hocat_class = {
+    .name = "hocat",
+    .paper = "Cai et al. 2025, Electronics 14(5), 1029",
+    .variants = variants, .keys = keys, .blocks = blocks,
+    .create = create, .init = init, .record = record,
+};

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * HOCAT: hand mesh and 6D object pose from one image, with a decoupled feature pyramid and hand-object
+ * cross-attention.
+ *
+ * Source: Cai, Pan, Yang, Liu, Gao, Wang 2025, "Geometry-aware 3D hand-object pose estimation under
+ * occlusion via hierarchical feature decoupling", Electronics 14(5), 1029. README.md beside this file
+ * says what we decided where the paper is silent.
+ */
+#ifndef MODELS_HOCAT_HOCAT_H
+#define MODELS_HOCAT_HOCAT_H
+
+#include "models/backbones/resnet.h"
+#include "models/heads/hourglass.h"
+#include "models/heads/mano_regressor.h"
+#include "models/heads/object_head.h"
+#include "models/hocat/attention.h"
+#include "models/hocat/fpn.h"
+#include "models/model.h"
+
+typedef enum { HOCAT_FULL, HOCAT_DUAL, HOCAT_BASE } hocat_variant;     /* rows of Table 5, last to first */
+
+typedef struct {
+    int variant;                    /* hocat_variant */
+    int image_size;                 /* pixels; a multiple of 32 */
+    int width;                      /* planes of the first stage; features have 4 width channels */
+    int blocks[RESNET_STAGES];
+    int roi;                        /* side of the pooled features; a power of two */
+    int depth, heads, mlp_ratio;    /* of the cross-attention */
+    int se_place;                   /* hocat_se_place */
+    bool detach_minor;              /* the object's minor features are constant to the hand's loss */
+    bool imagenet_norm;             /* subtract mean and divide by deviation of ImageNet first */
+    double w_heatmap, w_joints, w_vertices, w_pose, w_shape, w_p2d, w_conf;
+} hocat_config;
+
+typedef struct {
+    hocat_config config;
+    resnet trunk;
+    hocat_fpn hand_fpn, object_fpn;
+    hocat_attention attention;
+    heatmap_head hand_head;
+    fusion_encoder encoder;
+    mano_regressor mano;
+    object_head object;
+} hocat;
+
+extern const model_class hocat_class;
+
+#endif

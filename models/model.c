@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "models/model.h"
+
+#include "libtensor/io/json.h"
+#include "models/hocat/hocat.h"
+
+#include <assert.h>
+#include <string.h>
+
+const model_class *const model_classes[] = { &hocat_class, NULL };
+
+lt_status model_find(const char *name, const model_class **out)
+{
+    const char *names[16], *near;
+    size_t n = 0;
+
+    for (; model_classes[n]; n++) {
+        names[n] = model_classes[n]->name;
+        if (strcmp(names[n], name) == 0) {
+            *out = model_classes[n];
+            return LT_OK;
+        }
+    }
+    near = lt_nearest_name(name, names, n);
+    return lt_error(LT_EINVAL, "no such model \"%s\"; did you mean \"%s\"?", name, near ? near : names[0]);
+}
+
+lt_tensor *model_port_find(const model_ports *ports, const char *name)
+{
+    for (int i = 0; i < ports->n; i++)
+        if (strcmp(ports->port[i].name, name) == 0)
+            return ports->port[i].tensor;
+    return NULL;
+}
+
+void model_port_add(model_ports *ports, const char *name, lt_tensor *t)
+{
+    assert(ports->n < MODEL_PORTS);
+    ports->port[ports->n++] = (model_port){ name, t };
+}
+
+lt_tensor *model_input(model_record *r, const char *name, lt_shape shape)
+{
+    lt_tensor *t = lt_input(r->g, name, LT_F32, shape.rank, shape.dim);
+
+    model_port_add(&r->inputs, name, t);
+    return t;
+}

@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What a model is to the trainer, the scorer and the command: parameters, and graphs whose inputs,
+ * outputs and losses have names. Nothing outside a model's own folder knows more of it.
+ */
+#ifndef MODELS_MODEL_H
+#define MODELS_MODEL_H
+
+#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/graph/graph.h"
+#include "libtensor/io/config.h"
+
+enum { MODEL_PORTS = 24 };
+
+typedef struct {
+    const char *name;
+    lt_tensor *tensor;
+} model_port;
+
+typedef struct {
+    model_port port[MODEL_PORTS];
+    int n;
+} model_ports;
+
+/*
+ * One recorded graph of a model. Inputs that every image model has, by name:
+ *   "image" (B, 3, S, S)    "hand_box", "object_box" (B, 4) crop pixels
+ * and for losses:
+ *   "joints2d" (B, 21, 2)   "rotation" (B, 16, 3, 3)   "beta" (B, 10)   "points2d" (B, 21, 2)
+ *   "mask" (B, cells, cells)   "weight" (B)
+ * Outputs of a hand-object model:
+ *   "joints2d" (B, 21, 2)   "rotation" (B, 16, 3, 3)   "beta" (B, 10)
+ *   "vertices" (B, 778, 3)  "joints" (B, 21, 3)    wrist-relative, metres, simple order
+ *   "conf", "point_x", "point_y" (B, 21, cells, cells)    of the object's control points, in units
+ *                                                     of the object box
+ */
+typedef struct {
+    lt_graph *g;
+    int batch;
+    model_ports inputs, outputs, losses;
+    lt_tensor *loss;                /* the weighted sum of the losses; NULL without them */
+} model_record;
+
+typedef struct model model;
+
+typedef struct model_class {
+    const char *name;               /* "hocat" */
+    const char *paper;
+    const char *const *variants;    /* NULL-terminated; the first is the default */
+    const lt_config_key *keys;      /* of the "model" group of a config */
+    const char *const *blocks;      /* name prefixes of the parts, for listings; NULL-terminated */
+
+    /* Build the model into set from its config group. What create allocates lives in set's arena. */
+    lt_status (*create)(const char *where, const struct cJSON *config, const lt_hand_layer *hand,
+                        lt_params *set, model *out);
+
+    /* Give every parameter its initial value. */
+    void (*init)(const model *m, uint64_t seed);
+
+    /* Record the forward pass for a batch, and with losses the losses too. */
+    void (*record)(const model *m, bool losses, model_record *out);
+} model_class;
+
+struct model {
+    const model_class *cls;
+    lt_params *params;
+    void *self;                     /* the model's own struct */
+    void *config;                   /* as read by keys */
+    const char *variant;
+    int image_size, cells;          /* side of the crop; side of the pooled features and masks */
+};
+
+/* model_classes - all models, NULL-terminated; model_find - by name, with an error that lists them */
+extern const model_class *const model_classes[];
+lt_status model_find(const char *name, const model_class **out);
+
+/* model_port_find - by name, NULL when the graph has none; model_port_add - for the models */
+lt_tensor *model_port_find(const model_ports *ports, const char *name);
+void model_port_add(model_ports *ports, const char *name, lt_tensor *t);
+
+/* model_input - lt_input with a port of the same name */
+lt_tensor *model_input(model_record *r, const char *name, lt_shape shape);
+
+#endif
