@@ -45,6 +45,7 @@ typedef struct {
     float shininess;                /* Blinn's exponent: skin 12, plastic 40, metal 150 */
     float metal;                    /* 0..1: how much of the reflection takes the albedo's colour */
     float translucency;             /* 0..1: light creeps around the edge, red farthest: skin 1 */
+    float grain;                    /* 0..1: fine spots and furrows of skin */
     const synth_texture *texture;   /* needs mesh->uv; NULL: none */
 } synth_material;
 
@@ -52,6 +53,9 @@ typedef struct {
 typedef struct {
     const lt_mesh *mesh;            /* borrowed; without normals it is drawn with flat faces */
     double R_world_obj[9], t_world_obj[3];
+    /* (n_vertices, 3): where each vertex lies on the undeformed body, so that grain moves with the skin;
+     * for a hand its template. NULL: where it lies in the mesh. */
+    const float (*rest)[3];
     synth_material material;
     uint8_t label;
     bool moving;                    /* smeared by synth_sensor's motion */

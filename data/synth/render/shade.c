@@ -4,6 +4,7 @@
  * Fresnel term. Skin lets light creep past the edge of a shadow, red farther than blue.
  */
 #include "data/synth/render/shade.h"
+#include "data/synth/render/grain.h"
 #include "data/synth/render/small.h"
 #include "data/synth/render/texture.h"
 
@@ -136,6 +137,16 @@ static void find_albedo(const synth_instance *in, const raster_triangle *t, cons
         out->albedo[i] = in->material.albedo[i] * tint[i] * texel[i];
 }
 
+static void add_grain(const synth_instance *in, const int32_t v[3], const float b[3], float pixel,
+                      surface *out)
+{
+    const float (*rest)[3] = in->rest ? in->rest : (const float (*)[3])in->mesh->vertex;
+    float q[3];
+
+    blend3(rest[v[0]], rest[v[1]], rest[v[2]], b, q);
+    grain_apply(q, in->material.grain, pixel, out->albedo, out->n);
+}
+
 static surface find_surface(const shade_scene *s, const raster_triangle *t, float x, float y, float step)
 {
     const synth_instance *in = &s->scene->instance[t->instance];
@@ -151,6 +162,8 @@ static surface find_surface(const shade_scene *s, const raster_triangle *t, floa
     blend3(s->position[corner[0]], s->position[corner[1]], s->position[corner[2]], b, out.p);
     find_normal(s, t, corner, b, &out);
     find_albedo(in, t, b, z, step, &out);
+    if (in->material.grain > 0)
+        add_grain(in, v, b, z / (float)s->scene->camera.fx, &out);
     for (int i = 0; i < 3; i++)
         out.view[i] = s->eye[i] - out.p[i];
     normalise3(out.view);
@@ -167,11 +180,12 @@ static float fresnel(const synth_material *m, float cosine)
 }
 
 /* What the surroundings send from direction d: sky above, ground below, a soft horizon. */
-static float surroundings(const synth_scene *scene, const float d[3], int channel, float softness)
+static void surroundings(const synth_scene *scene, const float d[3], float softness, float out[3])
 {
     const float h = within(0.5f + 0.5f * dot3(d, scene->up) / softness, 0, 1);
 
-    return scene->ground[channel] + h * (scene->sky[channel] - scene->ground[channel]);
+    for (int c = 0; c < 3; c++)
+        out[c] = scene->ground[c] + h * (scene->sky[c] - scene->ground[c]);
 }
 
 static float tinted(const surface *s, int channel)
@@ -182,15 +196,15 @@ static float tinted(const surface *s, int channel)
 static void add_ambient(const synth_scene *scene, const surface *s, shade_light *out)
 {
     const float nv = dot3(s->n, s->view), f = s->material->specular > 0 ? fresnel(s->material, nv) : 0;
-    float mirror[3];
+    float mirror[3], around[3], mirrored[3];
 
     for (int i = 0; i < 3; i++)
         mirror[i] = 2 * nv * s->n[i] - s->view[i];
-    for (int c = 0; c < 3; c++) {
-        const float diffuse = s->albedo[c] * (1 - s->material->metal) * surroundings(scene, s->n, c, 1);
-
-        out->ambient[c] = diffuse + f * tinted(s, c) * 1.6f * surroundings(scene, mirror, c, 0.5f);
-    }
+    surroundings(scene, s->n, 1, around);
+    surroundings(scene, mirror, 0.5f, mirrored);
+    for (int c = 0; c < 3; c++)
+        out->ambient[c] = s->albedo[c] * (1 - s->material->metal) * around[c] +
+                          1.6f * f * tinted(s, c) * mirrored[c];
 }
 
 /* Blinn's lobe, scaled so that it sends out no more than it receives. */

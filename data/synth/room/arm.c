@@ -303,7 +303,7 @@ lt_status synth_arm_new(lt_arena *arena, const synth_arm_spec *spec, synth_arm *
     lt_rng r = lt_rng_make(spec->seed, lt_rng_mix(spec->stream, 0xa53));
     const cloth c = { .seed = lt_rng_u32(&r), .loose = (float)lt_rng_range(&r, 0.004, 0.008),
                       .folds = (float)lt_rng_range(&r, 0.003, 0.009), .cuff = (float)lt_rng_range(&r, 0, 0.06) };
-    synth_arm arm = { .skin_material = { .albedo = { 1, 1, 1 }, .specular = 0.028f, .shininess = 12, .translucency = 1 },
+    synth_arm arm = { .skin_material = { .albedo = { 1, 1, 1 }, .specular = 0.028f, .shininess = 12, .translucency = 1, .grain = 1 },
                       .sleeve_material = { .albedo = { 1, 1, 1 }, .specular = 0.01f, .shininess = 6 } };
     arm_frame f;
     lt_status st;

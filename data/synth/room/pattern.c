@@ -133,7 +133,7 @@ static void paint_wood(const paint *p, float u, float v, float rgb[3])
 
 synth_texture *pattern_wood(lt_arena *arena, lt_rng *r)
 {
-    static const int boards[4] = { 1, 4, 5, 7 };
+    static const int boards[4] = { 3, 4, 5, 7 };
     const double dark = lt_rng_range(r, 0.35, 0.95), hue = lt_rng_range(r, 0.055, 0.1);
     paint p = { .seed = lt_rng_u32(r), .count = boards[lt_rng_below(r, 4)] };
 
@@ -217,7 +217,7 @@ static paint cloth_paint(lt_rng *r)
     const double hue = lt_rng_uniform(r);
 
     pattern_hsv(hue, lt_rng_range(r, 0, 0.25), lt_rng_range(r, 0.7, 0.97), p.a);
-    pattern_hsv(fmod(hue + lt_rng_range(r, 0, 0.2), 1), lt_rng_range(r, 0.1, 0.8), lt_rng_range(r, 0.2, 0.8),
+    pattern_hsv(fmod(hue + lt_rng_range(r, 0, 0.2), 1), lt_rng_range(r, 0.1, 0.7), lt_rng_range(r, 0.2, 0.8),
                 p.b);
     return p;
 }
@@ -359,10 +359,10 @@ static void label_colors(lt_rng *r, float base[3], float panel[3], float ink[3])
 {
     const double hue = lt_rng_uniform(r), value = lt_rng_range(r, 0.25, 0.95);
 
-    pattern_hsv(hue, lt_rng_below(r, 4) ? lt_rng_range(r, 0.35, 0.9) : lt_rng_range(r, 0, 0.1), value, base);
-    pattern_hsv(fmod(hue + lt_rng_range(r, 0.05, 0.6), 1), lt_rng_range(r, 0, 0.8), lt_rng_range(r, 0.6, 0.97),
+    pattern_hsv(hue, lt_rng_below(r, 4) ? lt_rng_range(r, 0.25, 0.8) : lt_rng_range(r, 0, 0.1), value, base);
+    pattern_hsv(fmod(hue + lt_rng_range(r, 0.05, 0.6), 1), lt_rng_range(r, 0, 0.6), lt_rng_range(r, 0.6, 0.95),
                 panel);
-    pattern_hsv(lt_rng_uniform(r), lt_rng_range(r, 0, 0.9), value > 0.6 ? 0.2 : 0.92, ink);
+    pattern_hsv(lt_rng_uniform(r), lt_rng_range(r, 0, 0.5), value > 0.6 ? 0.18 : 0.92, ink);
 }
 
 /* One quarter of a label: a panel, a title, a picture, fine print. */

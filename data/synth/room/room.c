@@ -153,7 +153,7 @@ static synth_texture *table_texture(builder *b)
     case 1: return pattern_stripes(b->arena, &b->r);
     case 2: return pattern_tiles(b->arena, &b->r);
     case 3: return pattern_stone(b->arena, &b->r);
-    case 4: case 5: return pattern_plaster(b->arena, &b->r);
+    case 4: return pattern_plaster(b->arena, &b->r);
     default: return pattern_wood(b->arena, &b->r);
     }
 }
