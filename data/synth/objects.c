@@ -21,47 +21,42 @@ static double shape_yaw(const ycb_object *o)
     }
 }
 
-static void bounds(const lt_mesh *m, double lo[3], double hi[3])
+/* Around the real centre, stretched by the percent or two that bring every side of the box to within SLACK
+ * of the real one. */
+static synth_placement place(const lt_mesh *m, const ycb_object *o)
 {
-    for (int k = 0; k < 3; k++) {
-        lo[k] = INFINITY;
-        hi[k] = -INFINITY;
-    }
-    for (int i = 0; i < m->n_vertices; i++)
-        for (int k = 0; k < 3; k++) {
-            lo[k] = fmin(lo[k], m->vertex[i][k]);
-            hi[k] = fmax(hi[k], m->vertex[i][k]);
-        }
-}
-
-static void turn(lt_mesh *m, double yaw)
-{
-    const double c = cos(yaw), s = sin(yaw);
-
-    for (int i = 0; i < m->n_vertices; i++) {
-        float *p = m->vertex[i];
-        const double x = p[0], y = p[1];
-        p[0] = (float)(c * x - s * y);
-        p[1] = (float)(s * x + c * y);
-    }
-}
-
-/* To metres, around the real centre, stretched by the percent or two that bring every side of the box to
- * within SLACK of the real one. */
-static void fit(lt_mesh *m, const ycb_object *o)
-{
+    synth_placement p = { .cos_yaw = cos(shape_yaw(o)), .sin_yaw = sin(shape_yaw(o)) };
     double lo[3], hi[3];
 
-    bounds(m, lo, hi);
+    for (int k = 0; k < 3; k++)
+        p.scale[k] = 1;
+    for (int i = 0; i < m->n_vertices; i++) {
+        double at[3] = { m->vertex[i][0], m->vertex[i][1], m->vertex[i][2] };
+        synth_place_point(&p, at, at);
+        for (int k = 0; k < 3; k++) {
+            lo[k] = i ? fmin(lo[k], at[k]) : at[k];
+            hi[k] = i ? fmax(hi[k], at[k]) : at[k];
+        }
+    }
     for (int k = 0; k < 3; k++) {
         const double own = 1e-3 * (hi[k] - lo[k]);
         const double size = fmax(o->size[k] - SLACK, fmin(o->size[k] + SLACK, own));
-        for (int i = 0; i < m->n_vertices; i++)
-            m->vertex[i][k] = (float)(o->centre[k] + size * ((m->vertex[i][k] - lo[k]) / (hi[k] - lo[k]) - 0.5));
+        p.scale[k] = size / (hi[k] - lo[k]);
+        p.offset[k] = o->centre[k] - p.scale[k] * (hi[k] + lo[k]) / 2;
     }
+    return p;
 }
 
-lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh)
+void synth_place_point(const synth_placement *p, const double local[3], double out[3])
+{
+    const double x = local[0], y = local[1];
+
+    out[0] = p->scale[0] * (p->cos_yaw * x - p->sin_yaw * y) + p->offset[0];
+    out[1] = p->scale[1] * (p->sin_yaw * x + p->cos_yaw * y) + p->offset[1];
+    out[2] = p->scale[2] * local[2] + p->offset[2];
+}
+
+lt_status synth_object_build(lt_arena *arena, int ycb_id, lt_mesh *mesh, synth_placement *placement)
 {
     const ycb_object *o = ycb_find(ycb_id);
     loft_builder b;
@@ -75,8 +70,21 @@ lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh)
     synth_shape_build(&b, ycb_id);
     if (!b.ok)
         return lt_error(LT_EINVAL, "object %s: more than %d vertices", o->name, MAX_VERTICES);
-    turn(&b.mesh, shape_yaw(o));
-    fit(&b.mesh, o);
+    *placement = place(&b.mesh, o);
+    for (int i = 0; i < b.mesh.n_vertices; i++) {
+        float *v = b.mesh.vertex[i];
+        double at[3] = { v[0], v[1], v[2] };
+        synth_place_point(placement, at, at);
+        for (int k = 0; k < 3; k++)
+            v[k] = (float)at[k];
+    }
     *mesh = b.mesh;
     return LT_OK;
+}
+
+lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh)
+{
+    synth_placement placement;
+
+    return synth_object_build(arena, ycb_id, mesh, &placement);
 }

@@ -23,7 +23,7 @@ typedef struct {
  * synth_sdf_new - sample the distance to a mesh on a grid of 2 mm that reaches 24 mm beyond its box
  *
  * The mesh is closed parts that may overlap, and stands for their union. Exact where the surface is within
- * 6 mm, interpolated from every fourth point beyond. `value` lives in the arena. Runs on all threads.
+ * 6 mm, interpolated between points 8 mm apart beyond. `value` lives in the arena. Runs on all threads.
  *
  * Errors: LT_EINVAL when the mesh is empty, names missing vertices, or is larger than half a metre; LT_ENOMEM.
  */

@@ -317,7 +317,7 @@ static const cut along_x = {
 /* Barrel and chuck lie along x, the handle leans back to a battery block at -y. */
 static void drill(loft_builder *b)
 {
-    const double lean = 15 * M_PI / 180;
+    const double lean = 10 * M_PI / 180;
     cut barrel = along_x, handle = upright, battery = upright;
 
     barrel.origin[1] = 63;
@@ -330,7 +330,7 @@ static void drill(loft_builder *b)
 
     handle.columns = 28;
     handle.step = 10;
-    handle.origin[0] = -18;
+    handle.origin[0] = -44;
     handle.origin[1] = 50;
     handle.z[0] = -sin(lean), handle.z[1] = -cos(lean), handle.z[2] = 0;
     handle.x[0] = cos(lean), handle.x[1] = -sin(lean), handle.x[2] = 0;
@@ -344,7 +344,7 @@ static void drill(loft_builder *b)
     battery.columns = 32;
     battery.corner = 6;
     battery.step = 12;
-    battery.origin[0] = -36;
+    battery.origin[0] = -38;
     battery.z[1] = -1, battery.z[2] = 0;
     battery.y[1] = 0, battery.y[2] = -1;
     battery.x[0] = -1;
