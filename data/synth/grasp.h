@@ -43,7 +43,7 @@ typedef struct {
  * synth_grasp_ctx_new - prepare to grasp stand-in ycb_id
  *
  *   object   synth_object_new's mesh, in its model frame; not kept
- *   hand     a right hand; not kept
+ *   hand     a right hand; outlives the context
  *   beta     (10) the hand's shape; NULL: zeros
  *   out      lives in the arena
  *

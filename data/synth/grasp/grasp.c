@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The stages put together, and libraries of grasps.
+ */
+#include "data/synth/grasp/internal.h"
+
+#include "data/ycb.h"
+#include "libtensor/base/parallel.h"
+
+#include <math.h>
+
+enum { TRIES = 64 };
+
+static void measure_object(synth_grasp_ctx *c, const lt_mesh *m)
+{
+    const ycb_object *o = ycb_find(c->ycb_id);
+
+    c->lowest = INFINITY;
+    for (int i = 0; i < m->n_vertices; i++)
+        c->lowest = fmin(c->lowest, m->vertex[i][2]);
+    for (int k = 0; k < 3; k++)
+        c->centre[k] = o->centre[k];
+    c->radius = o->diameter / 2;
+}
+
+lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const lt_hand_model *hand,
+                              const double *beta, synth_grasp_ctx **out)
+{
+    synth_grasp_ctx *c = lt_arena_alloc(arena, sizeof(*c));
+    lt_arena *scratch = lt_arena_new();
+    lt_status st;
+
+    if (!c || !scratch) {
+        st = lt_error(LT_ENOMEM, "no memory for grasping");
+        goto done;
+    }
+    if (hand->left) {
+        st = lt_error(LT_EINVAL, "grasping wants a right hand; mirror the scene for a left one");
+        goto done;
+    }
+    c->ycb_id = ycb_id;
+    st = grasp_grips(scratch, ycb_id, c->grips, &c->n_grips);
+    if (!st)
+        st = synth_sdf_new(arena, object, &c->sdf);
+    if (st)
+        goto done;
+    measure_object(c, object);
+    grasp_hand_init(&c->hand, hand, beta);
+    *out = c;
+done:
+    lt_arena_free(scratch);
+    return st;
+}
+
+static void count(synth_grasp_stats *s, grasp_verdict v)
+{
+    s->tried++;
+    s->accepted += v == HOLDS;
+    s->no_contact += v == NO_CONTACT;
+    s->too_deep += v == TOO_DEEP;
+    s->no_balance += v == NO_BALANCE;
+    s->bent += v == BENT;
+}
+
+static void add_stats(synth_grasp_stats *to, const synth_grasp_stats *s)
+{
+    to->tried += s->tried;
+    to->accepted += s->accepted;
+    to->no_contact += s->no_contact;
+    to->too_deep += s->too_deep;
+    to->no_balance += s->no_balance;
+    to->bent += s->bent;
+}
+
+static lt_status none_holds(const synth_grasp_ctx *c, const synth_grasp_stats *s)
+{
+    return lt_error(LT_ENUMERIC, "grasp of %s: none of %d candidates holds (%d do not touch, %d too deep, "
+                    "%d do not balance, %d have crossed fingers)", ycb_find(c->ycb_id)->name, (int)s->tried,
+                    (int)s->no_contact, (int)s->too_deep, (int)s->no_balance, (int)s->bent);
+}
+
+lt_status synth_grasp_sample(const synth_grasp_ctx *ctx, uint64_t seed, synth_grasp_stats *stats,
+                             synth_grasp *out)
+{
+    synth_grasp_stats s = { 0 };
+    synth_grasp g;
+    const char *kind;
+
+    for (uint64_t i = 0; i < TRIES && !s.accepted; i++) {
+        lt_rng rng = lt_rng_make(seed, lt_rng_mix((uint64_t)ctx->ycb_id, i));
+        hand_state state;
+        grasp_wish wish;
+        if (!grasp_place(ctx, &rng, &state, &wish, &kind)) {
+            count(&s, NO_CONTACT);
+            continue;
+        }
+        grasp_refine(ctx, &wish, &state);
+        count(&s, grasp_judge(ctx, &state, &g));
+    }
+    if (stats)
+        add_stats(stats, &s);
+    if (!s.accepted)
+        return none_holds(ctx, &s);
+    g.kind = kind;
+    *out = g;
+    return LT_OK;
+}
+
+lt_status synth_grasp_refit(const synth_grasp_ctx *ctx, const synth_grasp *grasp, synth_grasp *out)
+{
+    static const int first_pad[FINGERS] = { 12, 0, 3, 9, 6 };   /* thumb, index, middle, ring, little */
+    grasp_wish wish = { { 0 } };
+    synth_grasp_stats s = { 0 };
+    hand_state state;
+    synth_grasp g;
+
+    grasp_hand_state(&ctx->hand, grasp->pose, grasp->trans, &state);
+    for (int i = 0; i < FINGERS; i++)
+        if (grasp->contact[i])
+            wish.pad[first_pad[i] + 2] = i ? 1 : 1.5;
+    grasp_refine(ctx, &wish, &state);
+    count(&s, grasp_judge(ctx, &state, &g));
+    if (!s.accepted)
+        return none_holds(ctx, &s);
+    g.kind = grasp->kind;
+    *out = g;
+    return LT_OK;
+}
+
+typedef struct {
+    const synth_grasp_ctx *ctx;
+    uint64_t seed;
+    synth_grasp *grasp;
+    synth_grasp_stats *stats;
+    lt_status *status;
+} library;
+
+static void draw_one(void *ctx, int64_t task)
+{
+    library *l = ctx;
+
+    l->status[task] = synth_grasp_sample(l->ctx, lt_rng_mix(l->seed, (uint64_t)task), &l->stats[task],
+                                         &l->grasp[task]);
+}
+
+lt_status synth_grasp_library(lt_arena *arena, const synth_grasp_ctx *ctx, uint64_t seed, int n,
+                              synth_grasp_stats *stats, synth_grasp **out)
+{
+    lt_arena *scratch = lt_arena_new();
+    library l = { .ctx = ctx, .seed = seed };
+    synth_grasp_stats total = { 0 };
+    lt_status st = LT_OK;
+
+    if (!scratch)
+        return lt_error(LT_ENOMEM, "no memory for a grasp library");
+    l.grasp = lt_arena_array(arena, (size_t)n, sizeof(*l.grasp));
+    l.stats = lt_arena_array(scratch, (size_t)n, sizeof(*l.stats));
+    l.status = lt_arena_array(scratch, (size_t)n, sizeof(*l.status));
+    if (!l.grasp || !l.stats || !l.status) {
+        st = lt_error(LT_ENOMEM, "no memory for a grasp library");
+        goto done;
+    }
+    lt_parallel_for(n, draw_one, &l);
+    for (int i = 0; i < n; i++) {
+        add_stats(&total, &l.stats[i]);
+        if (l.status[i] && !st)
+            st = none_holds(ctx, &l.stats[i]);
+    }
+    if (stats)
+        add_stats(stats, &total);
+    if (!st)
+        *out = l.grasp;
+done:
+    lt_arena_free(scratch);
+    return st;
+}
