@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Calibration folders of takes with several cameras.
+ */
+#ifndef DATA_SYNTH_CALIBRATION_H
+#define DATA_SYNTH_CALIBRATION_H
+
+#include "data/synth/manifest.h"
+#include "data/synth/render.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* synth_write_calibration - root/calibration/base/calibration: the cameras' order, the unit of depth, and for
+ * each its intrinsics and x_first = T x_camera (OpenCV axes); the files are added to the manifest */
+lt_status synth_write_calibration(const char *root, const char *base, const synth_camera *camera, int n,
+                                  synth_manifest *manifest);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Which takes a preset consists of: who handles what, how often, and what is kept for evaluation.
+ */
+#ifndef DATA_SYNTH_CAST_H
+#define DATA_SYNTH_CAST_H
+
+#include "data/synth/generate.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { SYNTH_MAX_TAKES = 100 };
+
+typedef struct {
+    int subject;
+    int object;                     /* 1..21 */
+    int frames;                     /* that each camera keeps */
+    bool evaluation;
+    char base[24];                  /* the sequences' name without the camera's digit: "SYN3MB0" */
+} synth_take;
+
+typedef struct {
+    int n_subjects, n_takes, n_cameras;
+    int object[10], n_objects;
+    synth_take take[SYNTH_MAX_TAKES];
+} synth_cast;
+
+/**
+ * synth_cast_plan - the takes of a preset
+ *
+ *   frames       in all; 0: the preset's
+ *
+ * Training and evaluation share no take. Evaluation goes over the four objects of HO3D's, of which the
+ * pitcher is never trained on, and where there are subjects enough has some that training has not.
+ * Errors: fewer frames than sequences, more than 200 a sequence.
+ */
+lt_status synth_cast_plan(synth_preset preset, int frames, synth_cast *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

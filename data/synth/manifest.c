@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Keeps the list of files, and writes it. */
+#include "data/synth/manifest.h"
+
+#include "libtensor/io/file.h"
+#include "libtensor/io/json.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+#include <zlib.h>
+
+lt_status synth_manifest_add(synth_manifest *m, const synth_file *file, int n)
+{
+    if (m->n + n > m->capacity) {
+        const int64_t more = 2 * m->capacity + 1024 + n;
+        synth_file *grown = lt_arena_array(m->arena, (size_t)more, sizeof(*grown));
+        if (!grown)
+            return lt_error(LT_ENOMEM, "synth: no memory for a list of %lld files", (long long)more);
+        if (m->n)
+            memcpy(grown, m->file, (size_t)m->n * sizeof(*grown));
+        m->file = grown;
+        m->capacity = more;
+    }
+    memcpy(m->file + m->n, file, (size_t)n * sizeof(*file));
+    m->n += n;
+    return LT_OK;
+}
+
+static void add_crc(cJSON *to, const char *name, uint32_t crc)
+{
+    char text[16];
+
+    snprintf(text, sizeof(text), "%08" PRIx32, crc);
+    cJSON_AddStringToObject(to, name, text);
+}
+
+static uint32_t crc_of_hand(const lt_hand_model *h)
+{
+    uLong crc = crc32_z(0, (const Bytef *)h->v_template, sizeof(h->v_template));
+
+    crc = crc32_z(crc, (const Bytef *)h->shapedirs, sizeof(h->shapedirs));
+    crc = crc32_z(crc, (const Bytef *)h->posedirs, sizeof(h->posedirs));
+    crc = crc32_z(crc, (const Bytef *)h->J_regressor, sizeof(h->J_regressor));
+    return (uint32_t)crc32_z(crc, (const Bytef *)h->weights, sizeof(h->weights));
+}
+
+static void add_options(cJSON *j, const synth_options *o)
+{
+    static const char *const preset[] = { "tiny", "small", "default" };
+    char seed[24];
+
+    snprintf(seed, sizeof(seed), "%" PRIu64, o->seed);          /* may not fit a JSON number */
+    cJSON_AddBoolToObject(j, "synthetic", true);
+    cJSON_AddStringToObject(j, "made_by", "palmar synth");
+    cJSON_AddStringToObject(j, "layout", o->png ? "HO3D v2" : "HO3D v3");
+    cJSON_AddStringToObject(j, "axes", "OpenGL camera, metres, MANO joint order, as in HO3D");
+    cJSON_AddStringToObject(j, "preset", preset[o->preset]);
+    cJSON_AddStringToObject(j, "seed", seed);
+    cJSON_AddNumberToObject(j, "frames", o->frames);
+    cJSON_AddBoolToObject(j, "alias_ycb", o->alias_ycb);
+}
+
+lt_status synth_manifest_write(const synth_manifest *m, const synth_options *o, const lt_hand_model *hand)
+{
+    char *path = lt_path_join(m->arena, o->out, "manifest.json");
+    cJSON *j = cJSON_CreateObject(), *files;
+    lt_status st;
+
+    add_options(j, o);
+    add_crc(j, "hand_crc32", crc_of_hand(hand));
+    files = cJSON_AddObjectToObject(j, "files_crc32");
+    for (int64_t i = 0; i < m->n; i++)
+        add_crc(files, m->file[i].path, m->file[i].crc);
+    st = path && files ? lt_json_write(path, j) : lt_error(LT_ENOMEM, "%s: no memory", o->out);
+    cJSON_Delete(j);
+    return st;
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What a synthetic dataset consists of and was made from: manifest.json, written last.
+ */
+#ifndef DATA_SYNTH_MANIFEST_H
+#define DATA_SYNTH_MANIFEST_H
+
+#include "data/synth/generate.h"
+#include "data/synth/write_ho3d.h"
+#include "libtensor/base/arena.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct {
+    lt_arena *arena;
+    int64_t n, capacity;
+    synth_file *file;
+} synth_manifest;
+
+/* synth_manifest_add - n files more; the memory is the arena's. LT_ENOMEM. */
+lt_status synth_manifest_add(synth_manifest *m, const synth_file *file, int n);
+
+/* synth_manifest_write - root/manifest.json: that the data are synthetic, the options, a checksum of the
+ * hand model, and the CRC-32 of every file added */
+lt_status synth_manifest_write(const synth_manifest *m, const synth_options *options,
+                               const lt_hand_model *hand);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,264 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Puts room, arm, hand and object together, and films them. */
+#include "data/synth/stage.h"
+
+#include "data/ho3d_internal.h"
+#include "data/synth/objects.h"
+#include "data/ycb.h"
+#include "libtensor/geometry/camera.h"
+#include "libtensor/geometry/mat3.h"
+
+#include <math.h>
+#include <string.h>
+
+/* Uses of a stage's stream. */
+enum { MOTION = 1, VIEW, ROOM, ARM, SENSOR, NOISE, DEPTH_NOISE, SHUTTER, LABEL };
+
+static const double CLEAR = 0.16;               /* radius of table without clutter, metres */
+static const double ARM_LENGTH = 0.6;
+static const double FRAMES_PER_SECOND = 30;
+
+/* ---- props ---- */
+
+lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed, synth_prop *out)
+{
+    const ycb_object *ycb = ycb_find(ycb_id);
+    float (*points)[3];
+    lt_status st = synth_object_new(arena, ycb_id, &out->mesh);
+
+    if (!st)
+        st = synth_object_texture(arena, ycb_id, lt_rng_mix(seed, LABEL), &out->rgb);
+    if (!st)
+        st = synth_object_points(arena, &out->mesh, &points);
+    if (!st)
+        st = lt_box_from_points(SYNTH_POINTS, &points[0][0], &out->box);
+    if (!st)
+        st = lt_mesh_index_new(arena, &out->mesh, &out->index);
+    if (st)
+        return st;
+    out->id = ycb_id;
+    out->points = (const float (*)[3])points;
+    out->texture = synth_texture_new(arena, &out->rgb[0][0], SYNTH_TEXTURE, SYNTH_TEXTURE);
+    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", ycb->name);
+    return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", ycb->name);
+}
+
+/* ---- a take ---- */
+
+void synth_stage_pose(const synth_stage *s, const synth_moment *m, synth_posed_hand *out)
+{
+    synth_subject_pose(s->subject, s->hand, m->R_hand, m->wrist, m->fingers, out);
+}
+
+/* n moments of the motion, evenly spread: frame k is moment kept[k]. */
+static int *choose_moments(lt_arena *arena, int of, int n)
+{
+    int *kept = lt_arena_array(arena, (size_t)n, sizeof(*kept));
+    const int stride = of / n, first = (of - 1 - (n - 1) * stride) / 2;
+
+    for (int k = 0; kept && k < n; k++)
+        kept[k] = first + k * stride;
+    return kept;
+}
+
+static void look_at(const synth_stage *s, const synth_moment *m, synth_sight *out)
+{
+    synth_posed_hand hand;
+    double centre[3];
+
+    synth_stage_pose(s, m, &hand);
+    memcpy(out->keypoints, hand.keypoints, sizeof(out->keypoints));
+    for (int k = 0; k < 3; k++) {
+        out->elbow[k] = m->R_hand[3 * k];
+        centre[k] = (s->prop->box.lo[k] + s->prop->box.hi[k]) / 2;
+    }
+    lt_rigid_apply(m->R_obj, m->t_obj, centre, out->object);
+}
+
+static lt_status place_cameras(lt_arena *arena, synth_stage *s)
+{
+    synth_sight *sight = lt_arena_array(arena, (size_t)s->n_kept, sizeof(*sight));
+
+    if (!sight)
+        return lt_error(LT_ENOMEM, "synth: no memory for a take");
+    for (int k = 0; k < s->n_kept; k++)
+        look_at(s, &s->sequence.moment[s->kept[k]], &sight[k]);
+    synth_view_choose(sight, s->n_kept, s->seed, lt_rng_mix(s->stream, VIEW), s->n_cameras, s->camera);
+    for (int c = 0; c < s->n_cameras; c++)
+        s->sensor[c] = synth_sensor_random(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SENSOR), (uint64_t)c));
+    return LT_OK;
+}
+
+lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
+                          const synth_prop *prop, const synth_grasp *grasp, int n_frames, int n_cameras,
+                          uint64_t seed, uint64_t stream, synth_stage *out)
+{
+    synth_sequence_spec spec = { .grasp = grasp, .object = &prop->mesh, .min_moments = n_frames,
+                                 .seed = seed, .stream = lt_rng_mix(stream, MOTION) };
+    synth_stage s = { .hand = hand, .subject = subject, .prop = prop, .n_kept = n_frames,
+                      .n_cameras = n_cameras, .seed = seed, .stream = stream };
+    lt_status st;
+
+    memcpy(spec.rest_wrist, subject->rest_wrist, sizeof(spec.rest_wrist));
+    st = synth_sequence_new(arena, &spec, &s.sequence);
+    if (st)
+        return st;
+    s.kept = choose_moments(arena, s.sequence.n, n_frames);
+    s.room = synth_room_new(arena, seed, lt_rng_mix(stream, ROOM), CLEAR);
+    if (!s.kept || !s.room)
+        return lt_error(LT_ENOMEM, "synth: no memory for a take");
+    st = place_cameras(arena, &s);
+    if (!st)
+        *out = s;
+    return st;
+}
+
+/* ---- filming ---- */
+
+/* The posed hand as a mesh to draw, with normals and the subject's skin. */
+static lt_status hand_mesh(lt_arena *arena, const synth_stage *s, const synth_posed_hand *hand, lt_mesh *out)
+{
+    *out = (lt_mesh){
+        .n_vertices = LT_HAND_VERTICES, .n_faces = LT_HAND_FACES,
+        .vertex = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*out->vertex)),
+        .normal = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*out->normal)),
+        .face = (int32_t (*)[3])s->hand->faces, .color = (float (*)[3])s->subject->color,
+    };
+    if (!out->vertex || !out->normal)
+        return lt_error(LT_ENOMEM, "synth: no memory for a hand");
+    for (int i = 0; i < LT_HAND_VERTICES; i++)
+        for (int k = 0; k < 3; k++)
+            out->vertex[i][k] = (float)hand->vertices[i][k];
+    lt_mesh_normals(out, out->normal);
+    return LT_OK;
+}
+
+static lt_status grow_arm(lt_arena *arena, const synth_stage *s, const synth_moment *m, const lt_mesh *hand,
+                          synth_arm *out)
+{
+    float loop[SYNTH_WRIST_LOOP][3], normal[SYNTH_WRIST_LOOP][3], color[SYNTH_WRIST_LOOP][3];
+    synth_arm_spec spec = {
+        .loop = (const float (*)[3])loop, .loop_normal = (const float (*)[3])normal,
+        .loop_color = (const float (*)[3])color, .elbow = { m->R_hand[0], m->R_hand[3], m->R_hand[6] },
+        .bare = s->subject->bare, .length = ARM_LENGTH, .seed = s->seed, .stream = lt_rng_mix(s->stream, ARM),
+    };
+
+    for (int i = 0; i < SYNTH_WRIST_LOOP; i++) {
+        const int v = synth_hand_wrist_loop[i];
+        memcpy(loop[i], hand->vertex[v], sizeof(loop[i]));
+        memcpy(normal[i], hand->normal[v], sizeof(normal[i]));
+        memcpy(color[i], hand->color[v], sizeof(color[i]));
+    }
+    memcpy(spec.skin, s->subject->skin, sizeof(spec.skin));
+    return synth_arm_new(arena, &spec, out);
+}
+
+/* A mesh whose vertices are in the world already. */
+static synth_instance in_world(const lt_mesh *mesh, const synth_material *material, uint8_t label)
+{
+    return (synth_instance){ .mesh = mesh, .R_world_obj = { 1, 0, 0, 0, 1, 0, 0, 0, 1 },
+                             .material = *material, .label = label, .moving = true };
+}
+
+static synth_instance object_instance(const synth_prop *prop, const synth_moment *m)
+{
+    synth_instance i = {
+        .mesh = &prop->mesh, .label = (uint8_t)prop->id, .moving = true,
+        .material = { .albedo = { 1, 1, 1 }, .specular = 0.04f, .shininess = 40, .texture = prop->texture },
+    };
+
+    memcpy(i.R_world_obj, m->R_obj, sizeof(i.R_world_obj));
+    memcpy(i.t_world_obj, m->t_obj, sizeof(i.t_world_obj));
+    return i;
+}
+
+typedef struct {
+    lt_mesh hand;
+    synth_arm arm;
+    synth_instance instance[SYNTH_ROOM_INSTANCES + 4];
+    int n;
+} cast;
+
+static lt_status gather(lt_arena *arena, const synth_stage *s, const synth_moment *m,
+                        const synth_posed_hand *hand, cast *c)
+{
+    static const synth_material skin = { .albedo = { 1, 1, 1 }, .specular = 0.028f, .shininess = 12,
+                                         .translucency = 1 };
+    lt_status st = hand_mesh(arena, s, hand, &c->hand);
+
+    if (!st)
+        st = grow_arm(arena, s, m, &c->hand, &c->arm);
+    if (st)
+        return st;
+    c->n = s->room->n_instances;
+    memcpy(c->instance, s->room->instance, (size_t)c->n * sizeof(c->instance[0]));
+    c->instance[c->n++] = object_instance(s->prop, m);
+    c->instance[c->n++] = in_world(&c->hand, &skin, SYNTH_LABEL_HAND);
+    c->instance[c->n++] = in_world(&c->arm.skin, &c->arm.skin_material, SYNTH_LABEL_BACKGROUND);
+    if (c->arm.sleeve.n_faces)
+        c->instance[c->n++] = in_world(&c->arm.sleeve, &c->arm.sleeve_material, SYNTH_LABEL_BACKGROUND);
+    return LT_OK;
+}
+
+static synth_scene scene_of(const synth_stage *s, const cast *c, int camera)
+{
+    synth_scene scene = { .instance = c->instance, .n_instances = c->n, .light = s->room->light,
+                          .n_lights = s->room->n_lights, .focus_radius = s->room->focus_radius,
+                          .camera = s->camera[camera], .target = (uint8_t)s->prop->id };
+
+    memcpy(scene.sky, s->room->sky, sizeof(scene.sky));
+    memcpy(scene.ground, s->room->ground, sizeof(scene.ground));
+    memcpy(scene.up, s->room->up, sizeof(scene.up));
+    memcpy(scene.focus, s->room->focus, sizeof(scene.focus));
+    return scene;
+}
+
+static void wrist_pixel(const synth_stage *s, int camera, const synth_moment *m, double uv[2])
+{
+    const synth_camera *c = &s->camera[camera];
+    const lt_camera cam = { c->fx, c->fy, c->cx, c->cy };
+    double p[3];
+
+    lt_rigid_apply(c->R_cam_world, c->t_cam_world, m->wrist, p);
+    lt_camera_project(&cam, p, uv);
+}
+
+/* How far the wrist moves in the picture while the shutter is open. */
+static void smear(const synth_stage *s, int camera, int moment, float out[2])
+{
+    lt_rng rng = lt_rng_make(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SHUTTER), (uint64_t)camera));
+    const double open = lt_rng_range(&rng, 0.008, 0.016) * FRAMES_PER_SECOND;
+    const int before = moment > 0 ? moment - 1 : 0, after = moment < s->sequence.n - 1 ? moment + 1 : moment;
+    double a[2], b[2];
+
+    wrist_pixel(s, camera, &s->sequence.moment[before], a);
+    wrist_pixel(s, camera, &s->sequence.moment[after], b);
+    for (int k = 0; k < 2; k++)
+        out[k] = (float)(open * (b[k] - a[k]) / (after - before));
+}
+
+lt_status synth_stage_film(const synth_stage *s, int camera, int k, const synth_posed_hand *hand,
+                           synth_frame *out, float *depth)
+{
+    const synth_moment *m = &s->sequence.moment[s->kept[k]];
+    const uint64_t frame = lt_rng_mix((uint64_t)camera, (uint64_t)k);
+    synth_sensor sensor = s->sensor[camera];
+    lt_arena *arena = lt_arena_new();
+    cast *c = arena ? lt_arena_alloc(arena, sizeof(*c)) : NULL;
+    lt_status st = c ? gather(arena, s, m, hand, c) : lt_error(LT_ENOMEM, "synth: no memory for a frame");
+
+    if (!st) {
+        const synth_scene scene = scene_of(s, c, camera);
+        st = synth_render(&scene, out);
+    }
+    if (!st) {
+        sensor.stream = lt_rng_mix(lt_rng_mix(s->stream, NOISE), frame);
+        sensor.seed = s->seed;
+        smear(s, camera, s->kept[k], sensor.motion);
+        synth_sensor_image(&sensor, out);
+        synth_sensor_depth(out, s->camera[camera].fx, HO3D_DEPTH_UNIT, s->seed,
+                           lt_rng_mix(lt_rng_mix(s->stream, DEPTH_NOISE), frame), depth);
+    }
+    lt_arena_free(arena);
+    return st;
+}

@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Everything that one take needs to be filmed: who, what, where, the motion, the cameras.
+ */
+#ifndef DATA_SYNTH_STAGE_H
+#define DATA_SYNTH_STAGE_H
+
+#include "data/synth/room.h"
+#include "data/synth/sequence.h"
+#include "data/synth/subject.h"
+#include "data/synth/view.h"
+#include "libtensor/geometry/box21.h"
+#include "libtensor/geometry/mesh_ops.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { SYNTH_MAX_CAMERAS = 8 };
+
+/* An object that can be handed to takes. */
+typedef struct {
+    int id;                                     /* 1..21 */
+    const char *name;                           /* the model's folder */
+    lt_mesh mesh;
+    const float (*points)[3];                   /* of points.xyz, SYNTH_POINTS of them */
+    uint8_t (*rgb)[3];                          /* its texture, SYNTH_TEXTURE a side, top row first */
+    const synth_texture *texture;
+    lt_box box;                                 /* of points */
+    lt_mesh_index *index;
+} synth_prop;
+
+/* synth_prop_new - object ycb_id with a label drawn from seed; alias: under its real name */
+lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed, synth_prop *out);
+
+/* A take. Read-only once made: frames of it can be drawn on any number of threads. */
+typedef struct {
+    const lt_hand_model *hand;
+    const synth_subject *subject;
+    const synth_prop *prop;
+    const synth_room *room;
+    synth_sequence sequence;
+    const int *kept;                            /* n_kept moments that become frames */
+    int n_kept;
+    synth_camera camera[SYNTH_MAX_CAMERAS];
+    synth_sensor sensor[SYNTH_MAX_CAMERAS];
+    int n_cameras;
+    uint64_t seed, stream;
+} synth_stage;
+
+/**
+ * synth_stage_new - a take of a subject with a prop
+ *
+ *   grasp        in the prop's frame, for this subject's hand
+ *   n_frames     to keep, spread evenly over the motion
+ *   out          lives in the arena; subject, prop and hand must outlive it
+ *
+ * A function of its arguments. Errors: LT_ENOMEM.
+ */
+lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
+                          const synth_prop *prop, const synth_grasp *grasp, int n_frames, int n_cameras,
+                          uint64_t seed, uint64_t stream, synth_stage *out);
+
+/* synth_stage_pose - the hand at a moment, in the world */
+void synth_stage_pose(const synth_stage *s, const synth_moment *m, synth_posed_hand *out);
+
+/**
+ * synth_stage_film - frame number k of a camera: all planes of out, rgb included
+ *
+ *   hand     synth_stage_pose at that moment
+ *   depth    (480, 640) as the depth camera measures it
+ *
+ * Errors: LT_ENOMEM.
+ */
+lt_status synth_stage_film(const synth_stage *s, int camera, int k, const synth_posed_hand *hand,
+                           synth_frame *out, float *depth);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

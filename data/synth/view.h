@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Where the cameras stand: so that the hand stays in the picture at a good size, and its arm does not hide it.
+ */
+#ifndef DATA_SYNTH_VIEW_H
+#define DATA_SYNTH_VIEW_H
+
+#include "data/synth/render.h"
+#include "libtensor/geometry/hand_model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What a camera has to see at one moment; world axes. */
+typedef struct {
+    double keypoints[LT_HAND_KEYPOINTS][3];     /* MANO order */
+    double elbow[3];                            /* unit direction from the wrist */
+    double object[3];                           /* its centre */
+} synth_sight;
+
+/**
+ * synth_view_choose - cameras for n moments
+ *
+ *   n_cameras    1 .. 8, at least 20 degrees apart as seen from the action
+ *   out          640 x 480, intrinsics of their own each, in the room's viewing half
+ *
+ * The best of many draws: wrist 0.4 to 0.9 m away, the joints' box 90 to 260 pixels, its centre within
+ * the middle 70 % of the picture. A function of (seed, stream) and the sights.
+ */
+void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t stream, int n_cameras,
+                       synth_camera *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
