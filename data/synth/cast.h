@@ -18,7 +18,7 @@ typedef struct {
     int object;                     /* 1..21 */
     int frames;                     /* that each camera keeps */
     bool evaluation;
-    char base[24];                  /* the sequences' name without the camera's digit: "SYN3MB0" */
+    char base[32];                  /* the sequences' name without the camera's digit: "SYN3MB0" */
 } synth_take;
 
 typedef struct {

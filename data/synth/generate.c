@@ -157,7 +157,7 @@ typedef struct {
     run *run;
     const synth_take *take;
     synth_stage stage;
-    char sequence[SYNTH_MAX_CAMERAS][32];
+    char sequence[SYNTH_MAX_CAMERAS][48];
     shot *shot;                     /* CHUNK of them */
     int64_t first;                  /* number of shot[0]: camera * frames + frame */
 } filming;
