@@ -56,10 +56,24 @@ typedef struct {
     synth_hand_frames frames;
 } anatomy;
 
-/* 1 on the back of the digit (or hand) that v belongs to, -1 on the palm side. */
-static double backward(const anatomy *a, int v)
+/* 1 on the back of the hand or digit, -1 on the palm side; where parts meet, a mean by weight. */
+static double backward(const lt_hand_model *m, const anatomy *a, int v)
 {
-    return a->part[v] ? dot(a->normal[v], load3(a->frames.dorsal[a->part[v] - 1])) : a->normal[v].y;
+    double sum = m->weights[v][0] * a->normal[v].y;
+
+    for (int j = 1; j < LT_HAND_JOINTS; j++)
+        if (m->weights[v][j] > 0)
+            sum += m->weights[v][j] * dot(a->normal[v], load3(a->frames.dorsal[j - 1]));
+    return sum;
+}
+
+/* The palm ends at the crease of the wrist: 1 in the hand, 0 on the forearm. */
+static double in_hand(const lt_hand_model *m, const anatomy *a, int v)
+{
+    const double past = fabs(m->v_template[v][0]) - fabs(a->joint[0].x);
+    const bool same_side = m->v_template[v][0] * a->joint[0].x > 0;
+
+    return same_side ? smoothstep(0.006, -0.012, past) : 1;
 }
 
 /* How much of the colour at v is nail: the back of a last phalanx, its outer half. */
@@ -71,7 +85,7 @@ static double nail(const lt_hand_model *m, const anatomy *a, int v)
     if (part == 0 || part % 3)
         return 0;
     reach = dot(sub(load(m->v_template[v]), a->joint[part]), load3(a->frames.bone[part - 1]));
-    return smoothstep(0.45, 0.8, backward(a, v)) * smoothstep(0.010, 0.014, reach);
+    return smoothstep(0.45, 0.8, backward(m, a, v)) * smoothstep(0.010, 0.014, reach);
 }
 
 /* Creases of the back gather over the knuckles. */
@@ -83,7 +97,7 @@ static double knuckle(const lt_hand_model *m, const anatomy *a, int v)
         const double q = dist(load(m->v_template[v]), a->joint[j]) / 0.0115;
         most = fmax(most, exp(-q * q * q * q));
     }
-    return most * smoothstep(0.2, 0.8, backward(a, v));
+    return most * smoothstep(0.2, 0.8, backward(m, a, v));
 }
 
 static double finger_pad(const lt_hand_model *m, const anatomy *a, int v)
@@ -94,14 +108,15 @@ static double finger_pad(const lt_hand_model *m, const anatomy *a, int v)
     if (part == 0 || part % 3)
         return 0;
     reach = dot(sub(load(m->v_template[v]), a->joint[part]), load3(a->frames.bone[part - 1]));
-    return smoothstep(0.3, -0.3, backward(a, v)) * smoothstep(0.004, 0.016, reach);
+    return smoothstep(0.3, -0.3, backward(m, a, v)) * smoothstep(0.004, 0.016, reach);
 }
 
 static vec3 shade(const lt_hand_model *m, const anatomy *a, const skin_tone *tone, int v)
 {
     const vec3 red = vec(1.04, 0.86, 0.84), dark = vec(0.80, 0.72, 0.70);
     const double k = knuckle(m, a, v), pad = finger_pad(m, a, v);
-    vec3 c = mix(linear(tone->palm), linear(tone->back), smoothstep(-0.5, 0.35, backward(a, v)));
+    const double palm = in_hand(m, a, v) * smoothstep(0.35, -0.5, backward(m, a, v));
+    vec3 c = mix(linear(tone->back), linear(tone->palm), palm);
 
     c = mix(c, vec(c.x * dark.x, c.y * dark.y, c.z * dark.z), 0.6 * k);
     c = mix(c, vec(c.x * red.x, c.y * red.y, c.z * red.z), 0.8 * pad);

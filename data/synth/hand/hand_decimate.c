@@ -7,7 +7,7 @@
  */
 #include "data/synth/hand/hand_internal.h"
 
-#include <string.h>
+#include <assert.h>
 
 enum { MAX_RING = 24 };             /* faces around a vertex; a collapse that makes more is refused */
 
@@ -105,8 +105,7 @@ static void sift_up(candidate *h, size_t i)
 
 static void push(decimation *d, int32_t a, int32_t b)
 {
-    if (d->heap_n == d->heap_cap)
-        return;                     /* cannot be: the heap holds every edge of every state it can meet */
+    assert(d->heap_n < d->heap_cap);
     d->heap[d->heap_n] = (candidate){ cost(d, a, b), a, b, d->stamp[a], d->stamp[b] };
     sift_up(d->heap, d->heap_n++);
 }
@@ -239,7 +238,7 @@ static lt_status prepare(lt_arena *arena, decimation *d)
     const hand_surface *m = d->m;
     const size_t n = (size_t)m->n_vertices;
 
-    d->heap_cap = 32 * n;
+    d->heap_cap = 32 * n;           /* an edge per face corner at first, some six per collapse after */
     d->q = lt_arena_array(arena, n, sizeof(quadric));
     d->ring = lt_arena_array(arena, n, sizeof(*d->ring));
     d->ring_n = lt_arena_array(arena, n, sizeof(int32_t));
@@ -272,8 +271,7 @@ static void push_all(decimation *d)
         add_face_quadric(d, m->face[f]);
     for (int f = 0; f < m->n_faces; f++)
         for (int k = 0; k < 3; k++)
-            if (m->face[f][k] < m->face[f][(k + 1) % 3] || shared_faces(d, m->face[f][k], m->face[f][(k + 1) % 3]) == 1)
-                push(d, m->face[f][k], m->face[f][(k + 1) % 3]);
+            push(d, m->face[f][k], m->face[f][(k + 1) % 3]);
 }
 
 /* Close the gaps that collapsed vertices and faces left. */
