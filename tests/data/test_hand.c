@@ -36,7 +36,8 @@ static vec3 joint(const lt_hand_model *m, int j)
 
 typedef struct { double vertices[V][3], joints[J][3], keypoints[LT_HAND_KEYPOINTS][3]; } posed;
 
-static void pose_hand(const lt_hand_model *m, const double root[3], const double pose[45], posed *out)
+static void pose_hand(const lt_hand_model *m, const double root[3], const double pose[45],
+                      posed *out)
 {
     static const double beta[LT_HAND_BETAS];
     double R[J][9];
@@ -72,7 +73,7 @@ START_TEST(one_disc)
 
     for (int a = 0; a < V; a++)
         for (int b = 0; b < V; b++) {
-            ck_assert_int_le(edges[a][b], 1);           /* manifold, and faces agree on their side */
+            ck_assert_int_le(edges[a][b], 1); /* manifold, and faces agree on their side */
             border += edges[a][b] && !edges[b][a];
             n_edges += edges[a][b] && (a < b || !edges[b][a]);
             used[a] |= edges[a][b];
@@ -123,7 +124,7 @@ START_TEST(closed_by_the_cap)
         for (int b = 0; b < V; b++)
             ck_assert_int_eq(edges[a][b], edges[b][a]);
     pose_hand(model, no_turn, zero, &p);
-    ck_assert_double_gt(volume(model, p.vertices), 250e-6);     /* outwards, and as large as a hand */
+    ck_assert_double_gt(volume(model, p.vertices), 250e-6); /* outwards, and as large as a hand */
     ck_assert_double_lt(volume(model, p.vertices), 400e-6);
 }
 END_TEST
@@ -200,9 +201,13 @@ END_TEST
 
 START_TEST(bone_lengths)
 {
-    static const double mm[2][5][3] = {         /* wrist to base, and on; index middle little ring thumb */
+    static const double mm[2][5][3] = {
+        /* wrist to base, and on; index middle little ring thumb */
         { { 91, 33, 22 }, { 95, 32, 23 }, { 82, 21, 19 }, { 86, 29, 25 }, { 39, 31, 27 } },
-        { { 93, 39.8, 22.4 }, { 91.6, 44.6, 26.3 }, { 78, 32.7, 18.1 }, { 84, 41.4, 25.7 },
+        { { 93, 39.8, 22.4 },
+          { 91.6, 44.6, 26.3 },
+          { 78, 32.7, 18.1 },
+          { 84, 41.4, 25.7 },
           { 32, 46.2, 31.6 } },
     };
 
@@ -255,7 +260,8 @@ static void design(hand_skeleton *s, hand_rig *rig, hand_motion *motion)
         const vec3 a = rig->vertex[c[0]];
 
         for (int k = 0; k < 3; k++)
-            rig->area[c[k]] += norm(cross(sub(rig->vertex[c[1]], a), sub(rig->vertex[c[2]], a))) / 6;
+            rig->area[c[k]] +=
+                norm(cross(sub(rig->vertex[c[1]], a), sub(rig->vertex[c[2]], a))) / 6;
     }
     double total = 0;
     for (int v = 0; v < V; v++)
@@ -290,7 +296,8 @@ END_TEST
 
 START_TEST(shape_sizes)
 {
-    static const double rms_mm[LT_HAND_BETAS] = { 3.0, 1.6, 1.2, 0.9, 0.75, 0.65, 0.55, 0.45, 0.38, 0.3 };
+    static const double rms_mm[LT_HAND_BETAS] = { 3.0,  1.6,  1.2,  0.9,  0.75,
+                                                  0.65, 0.55, 0.45, 0.38, 0.3 };
     static hand_motion motion[LT_HAND_BETAS];
     static hand_rig rig;
     hand_skeleton s;
@@ -302,7 +309,8 @@ START_TEST(shape_sizes)
 
             for (int v = 0; v < V; v++)
                 for (int c = 0; c < 3; c++)
-                    inner += rig.area[v] * 1e6 * model->shapedirs[v][c][a] * model->shapedirs[v][c][b];
+                    inner +=
+                        rig.area[v] * 1e6 * model->shapedirs[v][c][a] * model->shapedirs[v][c][b];
             ck_assert_double_eq_tol(inner, a == b ? rms_mm[a] * rms_mm[a] : 0, 2e-4);
         }
 }
@@ -425,7 +433,8 @@ START_TEST(components)
             ck_assert_double_eq_tol(inner, a == b, 1e-5);
         }
     for (int d = 0; d < 4; d++)                 /* the first bends all fingers together, about +z */
-        ck_assert_float_gt(model->hands_components[0][9 * d + 5] * model->hands_components[0][5], 0.05F);
+        ck_assert_float_gt(model->hands_components[0][9 * d + 5] * model->hands_components[0][5],
+                           0.05F);
 }
 END_TEST
 
@@ -514,7 +523,7 @@ START_TEST(capsules)
 
         for (int c = 0; c < SYNTH_HAND_CAPSULES; c++)
             d = fmin(d, synth_hand_capsule_distance(&capsule[c], p.vertices[v]));
-        if (part[v] && (part[v] - 1) % 3 && part[v] != 14)       /* not where a web or the palm joins */
+        if (part[v] && (part[v] - 1) % 3 && part[v] != 14) /* not where a web or the palm joins */
             ck_assert_double_eq_tol(d, 0, 0.004);
     }
 }
@@ -546,7 +555,8 @@ START_TEST(mirrored)
         ck_assert_double_eq_tol(same[i / 3][i % 3], angles[i / 3][i % 3], 1e-9);
     for (int v = 0; v < V; v++)
         for (int c = 0; c < 3; c++)
-            ck_assert_double_eq_tol(b.vertices[v][c], c ? a.vertices[v][c] : -a.vertices[v][c], 1e-6);
+            ck_assert_double_eq_tol(b.vertices[v][c], c ? a.vertices[v][c] : -a.vertices[v][c],
+                                    1e-6);
 }
 END_TEST
 

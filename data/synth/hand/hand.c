@@ -24,7 +24,8 @@ static void measure(const hand_skeleton *s, const hand_surface *m, hand_rig *rig
     double total = 0;
 
     for (int f = 0; f < m->n_faces; f++) {
-        const vec3 a = m->vertex[m->face[f][0]], b = m->vertex[m->face[f][1]], c = m->vertex[m->face[f][2]];
+        const vec3 a = m->vertex[m->face[f][0]], b = m->vertex[m->face[f][1]],
+                   c = m->vertex[m->face[f][2]];
         const double area = norm(cross(sub(b, a), sub(c, a))) / 2;
 
         total += area;
@@ -60,7 +61,8 @@ static void store_weights(const double w[LT_HAND_JOINTS], float out[LT_HAND_JOIN
     out[most] = rest;
 }
 
-static void store(const hand_surface *m, const hand_rig *rig, const hand_motion *motion, lt_hand_model *out)
+static void store(const hand_surface *m, const hand_rig *rig, const hand_motion *motion,
+                  lt_hand_model *out)
 {
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
         to_metres(rig->vertex[v], out->v_template[v]);
@@ -122,7 +124,8 @@ static void mirror_vectors(lt_hand_model *m)
         for (int k = 0; k < LT_HAND_BETAS; k++)
             m->shapedirs[v][0][k] = -m->shapedirs[v][0][k];
         for (int f = 0; f < LT_HAND_POSE_FEATURES; f++) {
-            const bool row_x = f % 9 / 3 == 0, col_x = f % 3 == 0;      /* of R - I: mirrored on one side */
+            const bool row_x = f % 9 / 3 == 0,
+                       col_x = f % 3 == 0; /* of R - I: mirrored on one side */
 
             for (int c = 0; c < 3; c++)
                 if ((c == 0) != (row_x != col_x))

@@ -52,17 +52,20 @@ static const hand_change changes[LT_HAND_BETAS] = {
     { still, { { 0, 0, -1, 0 }, { 0, 0, -1, 0 }, { 0, 0, -1, 0 }, { 0, 0, -1, 0 }, { 0, 0, -1, 0 } } },
 };
 
-static const double rms_mm[LT_HAND_BETAS] = { 3.0, 1.6, 1.2, 0.9, 0.75, 0.65, 0.55, 0.45, 0.38, 0.3 };
+static const double rms_mm[LT_HAND_BETAS] = { 3.0,  1.6,  1.2,  0.9,  0.75,
+                                              0.65, 0.55, 0.45, 0.38, 0.3 };
 
 /* How a point that is fixed to bone k of a digit moves, when the bone's joint moves by dj. */
-static vec3 with_bone(const hand_skeleton *s, const hand_change *c, int digit, int k, vec3 dj, vec3 p)
+static vec3 with_bone(const hand_skeleton *s, const hand_change *c, int digit, int k, vec3 dj,
+                      vec3 p)
 {
     const digit_change *g = &c->digit[digit];
     const vec3 b = s->bone[digit][k], r = sub(p, s->joint[digit][k]), ax = scale(b, dot(r, b));
     const double t = clamp((k + along(p, s->joint[digit][k], s->joint[digit][k + 1])) / 3, 0, 1);
     const vec3 turned = cross(scale(s->dorsal[digit], g->spread), r);
 
-    return add(add(add(dj, turned), scale(ax, g->length)), scale(sub(r, ax), g->girth + g->tip_girth * t * t));
+    return add(add(add(dj, turned), scale(ax, g->length)),
+               scale(sub(r, ax), g->girth + g->tip_girth * t * t));
 }
 
 static void move_joints(const hand_skeleton *s, const hand_change *c, vec3 dj[LT_HAND_JOINTS])
@@ -71,11 +74,13 @@ static void move_joints(const hand_skeleton *s, const hand_change *c, vec3 dj[LT
     for (int d = 0; d < DIGITS; d++) {
         dj[digit_joint(d, 0)] = c->palm(s, s->joint[d][0]);
         for (int k = 0; k < 2; k++)
-            dj[digit_joint(d, k + 1)] = with_bone(s, c, d, k, dj[digit_joint(d, k)], s->joint[d][k + 1]);
+            dj[digit_joint(d, k + 1)] =
+                with_bone(s, c, d, k, dj[digit_joint(d, k)], s->joint[d][k + 1]);
     }
 }
 
-static void move_skin(const hand_skeleton *s, const hand_change *c, const hand_rig *rig, hand_motion *out)
+static void move_skin(const hand_skeleton *s, const hand_change *c, const hand_rig *rig,
+                      hand_motion *out)
 {
     move_joints(s, c, out->joint);
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
@@ -84,7 +89,8 @@ static void move_skin(const hand_skeleton *s, const hand_change *c, const hand_r
         out->vertex[v] = scale(c->palm(s, p), rig->weight[v][0]);
         for (int j = 1; j < LT_HAND_JOINTS; j++)
             if (rig->weight[v][j] > 0)
-                out->vertex[v] = madd(out->vertex[v], with_bone(s, c, (j - 1) / 3, (j - 1) % 3, out->joint[j], p),
+                out->vertex[v] = madd(out->vertex[v],
+                                      with_bone(s, c, (j - 1) / 3, (j - 1) % 3, out->joint[j], p),
                                       rig->weight[v][j]);
     }
 }

@@ -20,7 +20,8 @@ static const double digit_radius[5][4] = {
 };
 static const int tip_keypoint[5] = { 17, 18, 20, 19, 16 };       /* of the same digits */
 
-static synth_hand_capsule between(const double a[3], const double b[3], double ra, double rb, int joint)
+static synth_hand_capsule between(const double a[3], const double b[3], double ra, double rb,
+                                  int joint)
 {
     synth_hand_capsule c = { .radius_a = ra, .radius_b = rb, .joint = joint };
 
@@ -42,8 +43,9 @@ static void end_at_tip(synth_hand_capsule *c)
 void synth_hand_capsules(const double keypoints[LT_HAND_KEYPOINTS][3],
                          synth_hand_capsule capsule[SYNTH_HAND_CAPSULES])
 {
-    for (int d = 0; d < 5; d++)                 /* the palm: from the wrist to the root of each digit */
-        capsule[d] = between(keypoints[0], keypoints[1 + 3 * d], 0.0145, d == 4 ? 0.013 : 0.0105, 0);
+    for (int d = 0; d < 5; d++) /* the palm: from the wrist to the root of each digit */
+        capsule[d] =
+            between(keypoints[0], keypoints[1 + 3 * d], 0.0145, d == 4 ? 0.013 : 0.0105, 0);
     for (int d = 0; d < 5; d++)
         for (int k = 0; k < 3; k++) {
             const int joint = 1 + 3 * d + k;
@@ -82,7 +84,8 @@ static bool may_touch(int part, int joint)
     return k == 0 && l == 0;
 }
 
-double synth_hand_self_depth(const uint8_t part[LT_HAND_VERTICES], const double vertices[LT_HAND_VERTICES][3],
+double synth_hand_self_depth(const uint8_t part[LT_HAND_VERTICES],
+                             const double vertices[LT_HAND_VERTICES][3],
                              const double keypoints[LT_HAND_KEYPOINTS][3])
 {
     synth_hand_capsule capsule[SYNTH_HAND_CAPSULES];

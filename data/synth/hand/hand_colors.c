@@ -31,7 +31,8 @@ static void rest_normals(const lt_hand_model *m, vec3 normal[LT_HAND_VERTICES])
     memset(normal, 0, LT_HAND_VERTICES * sizeof(*normal));
     for (int f = 0; f < LT_HAND_FACES; f++) {
         const int32_t *c = m->faces[f];
-        const vec3 a = load(m->v_template[c[0]]), b = load(m->v_template[c[1]]), d = load(m->v_template[c[2]]);
+        const vec3 a = load(m->v_template[c[0]]), b = load(m->v_template[c[1]]),
+                   d = load(m->v_template[c[2]]);
         const vec3 n = cross(sub(b, a), sub(d, a));
 
         for (int k = 0; k < 3; k++)
@@ -125,7 +126,7 @@ static vec3 shade(const lt_hand_model *m, const anatomy *a, const skin_tone *ton
 
 void synth_hand_colors(const lt_hand_model *model, int tone, float color[LT_HAND_VERTICES][3])
 {
-    const skin_tone *t = &tones[tone < 0 ? 0 : tone < SYNTH_HAND_TONES ? tone : SYNTH_HAND_TONES - 1];
+    const skin_tone *t = &tones[(int)clamp(tone, 0, SYNTH_HAND_TONES - 1)];
     anatomy a;
 
     rest_normals(model, a.normal);

@@ -49,7 +49,8 @@ static double turning_share(const double weight[LT_HAND_JOINTS], int digit, int 
     return w;
 }
 
-static void add_feature(float (*dirs)[LT_HAND_POSE_FEATURES], int joint, int entry, vec3 d, double factor)
+static void add_feature(float (*dirs)[LT_HAND_POSE_FEATURES], int joint, int entry, vec3 d,
+                        double factor)
 {
     const int at = 9 * (joint - 1) + entry;
 
@@ -59,7 +60,8 @@ static void add_feature(float (*dirs)[LT_HAND_POSE_FEATURES], int joint, int ent
 }
 
 /* out += sin_dir sin t + cos_dir (1 - cos t), written on the nine entries of R - I */
-static void add_bend(float (*dirs)[LT_HAND_POSE_FEATURES], int joint, vec3 n, vec3 sin_dir, vec3 cos_dir)
+static void add_bend(float (*dirs)[LT_HAND_POSE_FEATURES], int joint, vec3 n, vec3 sin_dir,
+                     vec3 cos_dir)
 {
     const double skew[9] = { 0, -n.z, n.y, n.z, 0, -n.x, -n.y, n.x, 0 };
     const double axis[3] = { n.x, n.y, n.z };

@@ -9,7 +9,7 @@
 
 #include <assert.h>
 
-enum { MAX_RING = 24 };             /* faces around a vertex; a collapse that makes more is refused */
+enum { MAX_RING = 24 }; /* faces around a vertex; a collapse that makes more is refused */
 
 typedef struct { double a[10]; } quadric;       /* upper triangle of the 4 x 4 form */
 
@@ -238,7 +238,7 @@ static lt_status prepare(lt_arena *arena, decimation *d)
     const hand_surface *m = d->m;
     const size_t n = (size_t)m->n_vertices;
 
-    d->heap_cap = 32 * n;           /* an edge per face corner at first, some six per collapse after */
+    d->heap_cap = 32 * n; /* an edge per face corner at first, some six per collapse after */
     d->q = lt_arena_array(arena, n, sizeof(quadric));
     d->ring = lt_arena_array(arena, n, sizeof(*d->ring));
     d->ring_n = lt_arena_array(arena, n, sizeof(int32_t));
@@ -252,7 +252,8 @@ static lt_status prepare(lt_arena *arena, decimation *d)
             const int32_t v = m->face[f][k];
 
             if (d->ring_n[v] == MAX_RING)
-                return lt_error(LT_ENUMERIC, "synthetic hand: over %d faces around a vertex", MAX_RING);
+                return lt_error(LT_ENUMERIC, "synthetic hand: over %d faces around a vertex",
+                                MAX_RING);
             d->ring[v][d->ring_n[v]++] = f;
         }
     for (int v = 0; v < m->n_vertices; v++) {
@@ -310,12 +311,15 @@ lt_status hand_decimate(lt_arena *arena, const hand_skeleton *s, hand_surface *m
     while (d.heap_n && (d.vertices > n_vertices || d.border > WRIST_LOOP)) {
         const candidate c = pop(&d);
 
-        if (d.stamp[c.a] == c.stamp_a && d.stamp[c.b] == c.stamp_b && allowed(&d, c.a, c.b, n_vertices))
+        if (d.stamp[c.a] == c.stamp_a && d.stamp[c.b] == c.stamp_b
+            && allowed(&d, c.a, c.b, n_vertices))
             collapse(&d, c.a, c.b);
     }
     if (d.vertices != n_vertices || d.border != WRIST_LOOP)
-        return lt_error(LT_ENUMERIC, "synthetic hand: simplified to %d vertices and a loop of %d, want %d and %d",
-                        d.vertices, d.border, n_vertices, WRIST_LOOP);
+        return lt_error(
+            LT_ENUMERIC,
+            "synthetic hand: simplified to %d vertices and a loop of %d, want %d and %d",
+            d.vertices, d.border, n_vertices, WRIST_LOOP);
     compact(&d);
     return LT_OK;
 }

@@ -29,7 +29,7 @@ typedef struct {
     vec3 joint[DIGITS][4];          /* base, middle, last joint, finger tip on the skin */
     double radius[DIGITS][4];       /* of the flesh around each; the last one is the tip's own */
     vec3 bone[DIGITS][3];           /* unit direction of each phalanx */
-    vec3 dorsal[DIGITS];            /* unit, at right angles to the first phalanx: towards the nail */
+    vec3 dorsal[DIGITS]; /* unit, at right angles to the first phalanx: towards the nail */
     vec3 flex[DIGITS];              /* unit axis: turning about it bends the digit */
     double cut_x;                   /* the plane in which the wrist is open */
 } hand_skeleton;
@@ -71,7 +71,8 @@ typedef struct {
 } hand_motion;
 
 void hand_betas(const hand_skeleton *s, const hand_rig *rig, hand_motion motion[LT_HAND_BETAS]);
-void hand_regressor(const hand_skeleton *s, const hand_rig *rig, const hand_motion motion[LT_HAND_BETAS],
+void hand_regressor(const hand_skeleton *s, const hand_rig *rig,
+                    const hand_motion motion[LT_HAND_BETAS],
                     float out[LT_HAND_JOINTS][LT_HAND_VERTICES]);
 void hand_correctives(const hand_skeleton *s, const hand_rig *rig,
                       float out[LT_HAND_VERTICES][3][LT_HAND_POSE_FEATURES]);

@@ -36,7 +36,8 @@ static void fill_block(const hand_skeleton *s, net *n, int bi, int bj, int bk)
     for (int i = bi; i < bi + BLOCK && i < NX; i++)
         for (int j = bj; j < bj + BLOCK && j < NY; j++)
             for (int k = bk; k < bk + BLOCK && k < NZ; k++)
-                n->field[at(i, j, k)] = (float)(skip ? far : hand_shape_distance(s, grid_point(i, j, k)));
+                n->field[at(i, j, k)] =
+                    (float)(skip ? far : hand_shape_distance(s, grid_point(i, j, k)));
 }
 
 typedef struct { const hand_skeleton *s; net *n; } fill_job;
@@ -149,8 +150,9 @@ lt_status hand_mesh_dense(lt_arena *arena, const hand_skeleton *s, hand_surface 
 {
     enum { MAX_VERTICES = 40000 };
     const size_t cells = (size_t)NX * NY * NZ;
-    net n = { lt_arena_array(arena, cells, sizeof(float)), lt_arena_array(arena, cells, sizeof(int32_t)),
-              out, (int)lround((s->cut_x - origin.x) / CELL_MM) };
+    net n = { lt_arena_array(arena, cells, sizeof(float)),
+              lt_arena_array(arena, cells, sizeof(int32_t)), out,
+              (int)lround((s->cut_x - origin.x) / CELL_MM) };
     fill_job job = { s, &n };
 
     *out = (hand_surface){ .vertex = lt_arena_array(arena, MAX_VERTICES, sizeof(vec3)),

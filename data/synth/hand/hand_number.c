@@ -18,8 +18,9 @@ const int32_t synth_hand_cap[SYNTH_HAND_CAP_FACES][3] = {
 };
 
 /* Places on a finger tip, in radii of the tip: back along the bone, towards the nail, sideways. */
-static const vec3 tip_place[5] = { { 0, 0, 0 }, { -0.2, -0.1, 0.5 }, { -0.2, -0.45, 0 }, { -0.2, -0.1, -0.5 },
-                                   { -0.9, -0.9, 0 } };
+static const vec3 tip_place[5] = {
+    { 0, 0, 0 }, { -0.2, -0.1, 0.5 }, { -0.2, -0.45, 0 }, { -0.2, -0.1, -0.5 }, { -0.9, -0.9, 0 }
+};
 static const int tip_id[DIGITS][5] = {          /* -1: fewer conventions name this digit */
     [DIGIT_INDEX] = { 320, 317, 353, 333, -1 }, [DIGIT_MIDDLE] = { 443, 444, 442, 445, -1 },
     [DIGIT_LITTLE] = { 671, 673, 694, 657, 672 }, [DIGIT_RING] = { 554, 556, 576, 555, -1 },
@@ -81,11 +82,13 @@ static void number_wrist(numbering *n)
 static void number_tips(const hand_skeleton *s, numbering *n)
 {
     for (int d = 0; d < DIGITS; d++) {
-        const vec3 bone = s->bone[d][2], up = unit(reject(s->dorsal[d], bone)), side = cross(up, bone);
+        const vec3 bone = s->bone[d][2], up = unit(reject(s->dorsal[d], bone)),
+                   side = cross(up, bone);
 
         for (int i = 0; i < 5; i++) {
             const vec3 q = scale(tip_place[i], s->radius[d][3]);
-            const vec3 p = add(s->joint[d][3], add(scale(bone, q.x), add(scale(up, q.y), scale(side, q.z))));
+            const vec3 p =
+                add(s->joint[d][3], add(scale(bone, q.x), add(scale(up, q.y), scale(side, q.z))));
 
             if (tip_id[d][i] >= 0)
                 give(n, nearest_free(n, p), tip_id[d][i]);

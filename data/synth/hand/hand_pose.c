@@ -46,7 +46,7 @@ static void rest_joint(const lt_hand_model *model, int j, double out[3])
 /* The end of the bone that starts at joint j: the next joint, or the tip of the digit. */
 static void bone_end(const lt_hand_model *model, int j, double out[3])
 {
-    static const int tip_of_digit[5] = { 1, 2, 4, 3, 0 };        /* joints' order to thumb-first order */
+    static const int tip_of_digit[5] = { 1, 2, 4, 3, 0 }; /* joints' order to thumb-first order */
 
     if (j % 3)
         rest_joint(model, j + 1, out);
@@ -98,7 +98,8 @@ static void frame_matrix(const synth_hand_frames *frames, int i, double F[9])
 /* A mirrored hand bends alike about its flexion axis, and turns the other way about the other two. */
 static double side(const synth_hand_frames *frames) { return frames->left ? -1 : 1; }
 
-void synth_hand_angles_to_pose(const synth_hand_frames *frames, double angles[15][3], double pose[45])
+void synth_hand_angles_to_pose(const synth_hand_frames *frames, double angles[15][3],
+                               double pose[45])
 {
     for (int i = 0; i < 15; i++) {
         const double s = side(frames), *a = angles[i];
@@ -117,7 +118,8 @@ void synth_hand_angles_to_pose(const synth_hand_frames *frames, double angles[15
     }
 }
 
-void synth_hand_pose_to_angles(const synth_hand_frames *frames, const double pose[45], double angles[15][3])
+void synth_hand_pose_to_angles(const synth_hand_frames *frames, const double pose[45],
+                               double angles[15][3])
 {
     for (int i = 0; i < 15; i++) {
         double F[9], Ft[9], T[9], R[9], M[9];
@@ -137,7 +139,8 @@ static double into(double x, double lo, double hi) { return fmin(fmax(x, lo), hi
 
 static void clamp_finger(double angles[3][3])
 {
-    const double bent = into(angles[0][SYNTH_HAND_FLEX] / RAD(90), 0, 1), follow = angles[1][SYNTH_HAND_FLEX] * 0.67;
+    const double bent = into(angles[0][SYNTH_HAND_FLEX] / RAD(90), 0, 1),
+                 follow = angles[1][SYNTH_HAND_FLEX] * 0.67;
     const double room = RAD(20) * (1 - bent);
 
     angles[0][SYNTH_HAND_SPREAD] = into(angles[0][SYNTH_HAND_SPREAD], -room, room);
@@ -149,7 +152,8 @@ void synth_hand_clamp_angles(double angles[15][3])
 {
     for (int i = 0; i < 15; i++)
         for (int k = 0; k < 3; k++)
-            angles[i][k] = into(angles[i][k], synth_hand_limits[i].lo[k], synth_hand_limits[i].hi[k]);
+            angles[i][k] =
+                into(angles[i][k], synth_hand_limits[i].lo[k], synth_hand_limits[i].hi[k]);
     for (int digit = 0; digit < 4; digit++)
         clamp_finger(&angles[3 * digit]);
 }

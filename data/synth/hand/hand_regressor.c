@@ -31,7 +31,8 @@ static void nearest_ring(const hand_rig *rig, vec3 joint, ring *r)
         int best = -1;
 
         for (int v = 0; v < LT_HAND_VERTICES; v++)
-            if (!taken[v] && (best < 0 || dist(rig->vertex[v], joint) < dist(rig->vertex[best], joint)))
+            if (!taken[v]
+                && (best < 0 || dist(rig->vertex[v], joint) < dist(rig->vertex[best], joint)))
                 best = v;
         taken[best] = true;
         far = dist(rig->vertex[best], joint);
@@ -105,7 +106,8 @@ static void solve_ring(const hand_rig *rig, const hand_motion *motion, int j, ve
     }
     for (int c = 0; c < CONSTRAINTS; c++) {
         for (int i = 0; i < n; i++)
-            a[i][n + c] = a[n + c][i] = c == 3 ? 1 : component(sub(rig->vertex[r->id[i]], joint), c) / 10;
+            a[i][n + c] = a[n + c][i] =
+                c == 3 ? 1 : component(sub(rig->vertex[r->id[i]], joint), c) / 10;
         b[n + c] = c == 3;
     }
     solve(a, b, n + CONSTRAINTS);
@@ -128,7 +130,8 @@ static bool drop_negative(ring *r)
     return any;
 }
 
-void hand_regressor(const hand_skeleton *s, const hand_rig *rig, const hand_motion motion[LT_HAND_BETAS],
+void hand_regressor(const hand_skeleton *s, const hand_rig *rig,
+                    const hand_motion motion[LT_HAND_BETAS],
                     float out[LT_HAND_JOINTS][LT_HAND_VERTICES])
 {
     memset(out, 0, sizeof(float[LT_HAND_JOINTS][LT_HAND_VERTICES]));

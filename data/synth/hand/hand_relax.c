@@ -18,7 +18,8 @@ typedef struct { int32_t a, b, f, g; } edge;
 static double smallest_cosine_loss(vec3 a, vec3 b, vec3 c)
 {
     const double ab = dist(a, b), bc = dist(b, c), ca = dist(c, a);
-    const double at_a = dot(sub(b, a), sub(c, a)) / (ab * ca), at_b = dot(sub(a, b), sub(c, b)) / (ab * bc);
+    const double at_a = dot(sub(b, a), sub(c, a)) / (ab * ca),
+                 at_b = dot(sub(a, b), sub(c, b)) / (ab * bc);
     const double at_c = dot(sub(a, c), sub(b, c)) / (bc * ca);
 
     return 1 - fmax(at_a, fmax(at_b, at_c));    /* grows with the smallest angle */
@@ -90,11 +91,14 @@ static bool runs(const int32_t f[3], int32_t a, int32_t b)
 static bool better_flipped(const hand_surface *m, int32_t a, int32_t b, int32_t c, int32_t d)
 {
     const vec3 *v = m->vertex;
-    const double now = fmin(smallest_cosine_loss(v[a], v[b], v[c]), smallest_cosine_loss(v[a], v[b], v[d]));
-    const double then = fmin(smallest_cosine_loss(v[c], v[d], v[a]), smallest_cosine_loss(v[c], v[d], v[b]));
+    const double now =
+        fmin(smallest_cosine_loss(v[a], v[b], v[c]), smallest_cosine_loss(v[a], v[b], v[d]));
+    const double then =
+        fmin(smallest_cosine_loss(v[c], v[d], v[a]), smallest_cosine_loss(v[c], v[d], v[b]));
     const vec3 n = add(face_normal(v, a, b, c), face_normal(v, b, a, d));
 
-    return then > now * 1.02 && dot(face_normal(v, c, a, d), n) > 1 && dot(face_normal(v, d, b, c), n) > 1;
+    return then > now * 1.02 && dot(face_normal(v, c, a, d), n) > 1
+           && dot(face_normal(v, d, b, c), n) > 1;
 }
 
 /* One pass over the edges; a face is touched once, so that the list stays true. */
@@ -130,9 +134,11 @@ static void middles(const hand_skeleton *s, const hand_surface *m, vec3 *sum, do
     memset(sum, 0, (size_t)m->n_vertices * sizeof(*sum));
     memset(weight, 0, (size_t)m->n_vertices * sizeof(*weight));
     for (int f = 0; f < m->n_faces; f++) {
-        const vec3 a = m->vertex[m->face[f][0]], b = m->vertex[m->face[f][1]], c = m->vertex[m->face[f][2]];
+        const vec3 a = m->vertex[m->face[f][0]], b = m->vertex[m->face[f][1]],
+                   c = m->vertex[m->face[f][2]];
         const vec3 mid = scale(add(add(a, b), c), 1.0 / 3);
-        const double h = hand_shape_spacing(s, mid), w = norm(cross(sub(b, a), sub(c, a))) / (h * h);
+        const double h = hand_shape_spacing(s, mid),
+                     w = norm(cross(sub(b, a), sub(c, a))) / (h * h);
 
         for (int k = 0; k < 3; k++) {
             sum[m->face[f][k]] = madd(sum[m->face[f][k]], mid, w);
@@ -142,7 +148,8 @@ static void middles(const hand_skeleton *s, const hand_surface *m, vec3 *sum, do
 }
 
 /* The wrist loop: each vertex towards the middle of its two neighbours on it. */
-static void border_middles(const hand_surface *m, const edge *edges, int n, vec3 *sum, double *weight)
+static void border_middles(const hand_surface *m, const edge *edges, int n, vec3 *sum,
+                           double *weight)
 {
     for (int v = 0; v < m->n_vertices; v++)
         if (m->border[v]) {
@@ -164,7 +171,8 @@ static void slide(const hand_skeleton *s, hand_surface *m, const vec3 *sum, cons
         const vec3 p = m->vertex[v], n = hand_shape_normal(s, p);
         const vec3 move = sub(scale(sum[v], 1 / weight[v]), p);
 
-        m->vertex[v] = hand_shape_snap(s, madd(p, m->border[v] ? move : reject(move, n), 0.6), m->border[v]);
+        m->vertex[v] =
+            hand_shape_snap(s, madd(p, m->border[v] ? move : reject(move, n), 0.6), m->border[v]);
     }
 }
 

@@ -53,7 +53,8 @@ static double triangle(vec3 p, vec3 a, vec3 b, vec3 c)
 
     if (over)
         return fabs(dot(n, pa)) / norm(n);
-    return fmin(segment_distance(p, a, b), fmin(segment_distance(p, b, c), segment_distance(p, c, a)));
+    return fmin(segment_distance(p, a, b),
+                fmin(segment_distance(p, b, c), segment_distance(p, c, a)));
 }
 
 /* What is added to a phalanx: pads on the palm side between joints, a flat nail, knuckles. */
@@ -62,7 +63,8 @@ static double relief(const hand_skeleton *s, int digit, int k, vec3 p)
     const vec3 a = s->joint[digit][k], b = s->joint[digit][k + 1];
     const double t = along(p, a, b), mid = 4 * t * (1 - t);
     const vec3 off = sub(p, mix(a, b, t));
-    const double up = dot(off, s->dorsal[digit]) / (norm(off) + 1);     /* 1 on the back, -1 on the pad */
+    const double up =
+        dot(off, s->dorsal[digit]) / (norm(off) + 1); /* 1 on the back, -1 on the pad */
 
     if (up < 0)
         return -up * (k == 2 ? 1.2 * smoothstep(0.0, 0.5, t) * (1 - 0.6 * t) : 0.9 * mid);
@@ -124,7 +126,8 @@ static double thenar(const hand_skeleton *s, vec3 p)
     const vec3 index = s->joint[DIGIT_INDEX][0];
     double d = round_cone(p, add(t[0], vec(4, 3, -4)), t[1], r[0] - 1.5, r[1]);
 
-    d = smooth_min(d, ellipsoid(p, belly, vec(-0.86, -0.1, 0.5), vec(0, 1, 0), vec(28, 14.5, 16)), 8);
+    d = smooth_min(d, ellipsoid(p, belly, vec(-0.86, -0.1, 0.5), vec(0, 1, 0), vec(28, 14.5, 16)),
+                   8);
     return smooth_min(d, triangle(p, add(t[0], vec(-8, 6, -2)), mix(t[1], t[2], 0.05),
                                   add(index, vec(16, -3, 3))) - 5.0, 10);
 }
@@ -139,7 +142,8 @@ static double hypothenar(const hand_skeleton *s, vec3 p)
 
 static double wrist(const hand_skeleton *s, vec3 p)
 {
-    return ellipsoid(p, add(s->wrist, vec(14, -0.5, -2)), vec(1, 0, 0), vec(0, 1, 0), vec(120, 19, 28));
+    return ellipsoid(p, add(s->wrist, vec(14, -0.5, -2)), vec(1, 0, 0), vec(0, 1, 0),
+                     vec(120, 19, 28));
 }
 
 static double palm_distance(const hand_skeleton *s, vec3 p)
@@ -163,7 +167,7 @@ double hand_shape_distance(const hand_skeleton *s, vec3 p)
     const double palm = palm_distance(s, p);
     double d = palm;
 
-    for (int i = 0; i < DIGITS; i++) {          /* a digit grows out of the palm, not out of another */
+    for (int i = 0; i < DIGITS; i++) { /* a digit grows out of the palm, not out of another */
         if (d < 10 && far_from_digit(s, i, p))
             continue;
         d = fmin(d, smooth_min(palm, digit_distance(s, i, p), i == DIGIT_THUMB ? 6 : 4));
@@ -192,7 +196,7 @@ vec3 hand_shape_snap(const hand_skeleton *s, vec3 p, bool border)
 {
     if (border)
         p.x = s->cut_x;
-    for (int i = 0; i < 4; i++) {               /* Newton; the field is a distance but for the fillets */
+    for (int i = 0; i < 4; i++) { /* Newton; the field is a distance but for the fillets */
         const double d = hand_shape_distance(s, p);
         vec3 g;
 

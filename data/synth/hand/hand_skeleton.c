@@ -34,7 +34,9 @@ static const digit_design anatomical[DIGITS] = {
     [DIGIT_THUMB]  = { { -20, -12, 22 }, 32, { 46.2, 31.6, 27.4 }, 0, { 0, 0, 0 }, { 14, 11, 9.5, 8.5 } },
 };
 
-static const vec3 thumb_bone[3] = { { -0.72, -0.16, 0.67 }, { -0.82, -0.08, 0.57 }, { -0.87, -0.04, 0.49 } };
+static const vec3 thumb_bone[3] = { { -0.72, -0.16, 0.67 },
+                                    { -0.82, -0.08, 0.57 },
+                                    { -0.87, -0.04, 0.49 } };
 static const vec3 thumb_dorsal = { 0.35, 0.35, 0.8 };
 
 static void place_bones(hand_skeleton *s, int digit, const digit_design *d)
