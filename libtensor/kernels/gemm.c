@@ -63,7 +63,7 @@ static void cut(job *j)
     const bool large = work * j->batch >= 8 * LT_TILE_M * 256;
 
     j->tile_m = lt_tile_size(j->m, large ? LT_TILE_M : 128, 1);
-    j->tile_n = lt_tile_size(j->n, 256, 64);
+    j->tile_n = lt_tile_size(j->n, 384, 64);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     j->images = lt_max_i64(1, lt_min_i64(j->batch, LT_TILE_N * 128 / lt_max_i64(1, work)));
