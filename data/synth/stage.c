@@ -3,6 +3,7 @@
 #include "data/synth/stage.h"
 
 #include "data/ho3d_internal.h"
+#include "data/synth/clearing.h"
 #include "data/synth/objects.h"
 #include "data/ycb.h"
 #include "libtensor/geometry/camera.h"
@@ -13,6 +14,8 @@
 
 /* Uses of a stage's stream. */
 enum { MOTION = 1, VIEW, ROOM, ARM, SENSOR, NOISE, DEPTH_NOISE, SHUTTER, LABEL };
+
+enum { ARM_BALLS = 12, BALLS = 1 + LT_HAND_KEYPOINTS + ARM_BALLS };
 
 static const double CLEAR = 0.16;               /* radius of table without clutter, metres */
 static const double ARM_LENGTH = 0.6;
@@ -75,18 +78,44 @@ static void look_at(const synth_stage *s, const synth_moment *m, synth_sight *ou
     lt_rigid_apply(m->R_obj, m->t_obj, centre, out->object);
 }
 
-static lt_status place_cameras(lt_arena *arena, synth_stage *s)
+/* Hand, object and forearm at one moment. */
+static void occupy(const synth_stage *s, const synth_sight *at, synth_ball ball[BALLS])
 {
-    synth_sight *sight = lt_arena_array(arena, (size_t)s->n_kept, sizeof(*sight));
+    const double *wrist = at->keypoints[0];
+    int n = 0;
 
-    if (!sight)
-        return lt_error(LT_ENOMEM, "synth: no memory for a take");
+    ball[n] = (synth_ball){ .radius = lt_box_diagonal(&s->prop->box) / 2 };
+    memcpy(ball[n++].centre, at->object, sizeof(at->object));
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++, n++) {
+        ball[n].radius = 0.02;
+        memcpy(ball[n].centre, at->keypoints[i], sizeof(ball[n].centre));
+    }
+    for (int i = 0; i < ARM_BALLS; i++, n++) {
+        ball[n].radius = 0.055;
+        for (int k = 0; k < 3; k++)
+            ball[n].centre[k] = wrist[k] + ARM_LENGTH * (i + 1) / ARM_BALLS * at->elbow[k];
+    }
+}
+
+static lt_status furnish(lt_arena *arena, const synth_sight *sight, synth_stage *s)
+{
+    synth_room *room = synth_room_new(arena, s->seed, lt_rng_mix(s->stream, ROOM), CLEAR);
+    synth_ball *ball = lt_arena_array(arena, (size_t)s->n_kept * BALLS, sizeof(*ball));
+
+    if (!room || !ball)
+        return lt_error(LT_ENOMEM, "synth: no memory for a room");
     for (int k = 0; k < s->n_kept; k++)
-        look_at(s, &s->sequence.moment[s->kept[k]], &sight[k]);
+        occupy(s, &sight[k], ball + k * BALLS);
+    synth_clear_way(room, ball, s->n_kept * BALLS);
+    s->room = room;
+    return LT_OK;
+}
+
+static void place_cameras(const synth_sight *sight, synth_stage *s)
+{
     synth_view_choose(sight, s->n_kept, s->seed, lt_rng_mix(s->stream, VIEW), s->n_cameras, s->camera);
     for (int c = 0; c < s->n_cameras; c++)
         s->sensor[c] = synth_sensor_random(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SENSOR), (uint64_t)c));
-    return LT_OK;
 }
 
 lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
@@ -97,6 +126,7 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
                                  .seed = seed, .stream = lt_rng_mix(stream, MOTION) };
     synth_stage s = { .hand = hand, .subject = subject, .prop = prop, .n_kept = n_frames,
                       .n_cameras = n_cameras, .seed = seed, .stream = stream };
+    synth_sight *sight;
     lt_status st;
 
     memcpy(spec.rest_wrist, subject->rest_wrist, sizeof(spec.rest_wrist));
@@ -104,13 +134,17 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
     if (st)
         return st;
     s.kept = choose_moments(arena, s.sequence.n, n_frames);
-    s.room = synth_room_new(arena, seed, lt_rng_mix(stream, ROOM), CLEAR);
-    if (!s.kept || !s.room)
+    sight = lt_arena_array(arena, (size_t)n_frames, sizeof(*sight));
+    if (!s.kept || !sight)
         return lt_error(LT_ENOMEM, "synth: no memory for a take");
-    st = place_cameras(arena, &s);
-    if (!st)
-        *out = s;
-    return st;
+    for (int k = 0; k < n_frames; k++)
+        look_at(&s, &s.sequence.moment[s.kept[k]], &sight[k]);
+    st = furnish(arena, sight, &s);
+    if (st)
+        return st;
+    place_cameras(sight, &s);
+    *out = s;
+    return LT_OK;
 }
 
 /* ---- filming ---- */

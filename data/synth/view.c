@@ -16,6 +16,9 @@ static const double MIDDLE = 0.7;                           /* of the picture */
 static const double LOWEST = 0.08;                          /* of the camera above the table */
 static const double APART = 0.35;                           /* radians between two cameras */
 
+static const double BEHIND_HAND = 0.6;                      /* share of cameras that look over the hand */
+static const double BEHIND_ANGLE = 0.5;                     /* cosine, at most, off the line object - hand */
+
 typedef struct { double eye[3], target[3]; synth_camera camera; } candidate;
 
 /* ---- drawing ---- */
@@ -97,8 +100,20 @@ static bool joints_box(const candidate *c, const synth_sight *s, double lo[2], d
     return true;
 }
 
+/* Cosine of the angle at the object between the camera and the middle of the hand. */
+static double hand_before_object(const candidate *c, const synth_sight *s)
+{
+    double hand[3], eye[3], middle[3];
+
+    for (int k = 0; k < 3; k++)
+        middle[k] = (s->keypoints[0][k] + s->keypoints[4][k] + s->keypoints[5][k] * 2) / 4;
+    lt_vec3_sub(middle, s->object, hand);
+    lt_vec3_sub(c->eye, s->object, eye);
+    return lt_vec3_dot(hand, eye) / fmax(1e-9, lt_vec3_norm(hand) * lt_vec3_norm(eye));
+}
+
 /* Faults of one moment, each about 1 when it is plain to see. */
-static double faults_at(const candidate *c, const synth_sight *s)
+static double faults_at(const candidate *c, const synth_sight *s, double want_before)
 {
     static const double size[2] = { WIDTH, HEIGHT };
     double lo[2], hi[2], view[3], away, sum = 0;
@@ -115,16 +130,16 @@ static double faults_at(const candidate *c, const synth_sight *s)
     away = lt_vec3_norm(view);
     sum += beyond(away, NEAREST, FARTHEST) / 0.05;
     sum += fmax(0, lt_vec3_dot(view, s->elbow) / away - 0.6) / 0.1;     /* the arm would hide the hand */
-    return sum;
+    return sum + fmax(0, want_before - hand_before_object(c, s)) / 0.2;
 }
 
-static double faults(const candidate *c, const synth_sight *s, int n, const candidate *others, int n_others,
-                     const double target[3])
+static double faults(const candidate *c, const synth_sight *s, int n, double want_before,
+                     const candidate *others, int n_others, const double target[3])
 {
     double sum = beyond(c->eye[2], LOWEST, 10) / 0.01, a[3], b[3];
 
     for (int i = 0; i < n; i++)
-        sum += faults_at(c, &s[i]) / n;
+        sum += faults_at(c, &s[i], want_before) / n;
     lt_vec3_sub(c->eye, target, a);
     for (int i = 0; i < n_others; i++) {
         double angle;
@@ -144,10 +159,11 @@ void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t 
 
     mean_target(sight, n, target);
     for (int i = 0; i < n_cameras; i++) {
+        const double want_before = lt_rng_uniform(&rng) < BEHIND_HAND ? BEHIND_ANGLE : -1;
         double best = INFINITY;
         for (int k = 0; k < DRAWS && best > 0; k++) {
             const candidate c = draw(&rng, target);
-            const double f = faults(&c, sight, n, chosen, i, target);
+            const double f = faults(&c, sight, n, want_before, chosen, i, target);
             if (f < best) {
                 best = f;
                 chosen[i] = c;

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Takes away the things on a table that a hand, its arm or what it holds would pass through.
+ */
+#ifndef DATA_SYNTH_CLEARING_H
+#define DATA_SYNTH_CLEARING_H
+
+#include "data/synth/room.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Something that is, at some moment, at this place. */
+typedef struct { double centre[3], radius; } synth_ball;
+
+/* synth_clear_way - remove from the room what stands in the way of n balls, whole things at a time; tables
+ * and walls, which cast no shadow, stay */
+void synth_clear_way(synth_room *room, const synth_ball *ball, int n);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
