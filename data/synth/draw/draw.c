@@ -71,13 +71,16 @@ static double distance_to(const double a[2], const double d[2], double x, double
 void draw_line(draw_canvas *c, const float a[2], const float b[2], float width, draw_color color,
                float opacity)
 {
-    const double reach = width / 2 + 1, p[2] = { a[0], a[1] }, d[2] = { (double)b[0] - a[0], (double)b[1] - a[1] };
+    const double reach = width / 2 + 1, p[2] = { a[0], a[1] };
+    const double d[2] = { (double)b[0] - a[0], (double)b[1] - a[1] };
     double lo = 0, hi = 1;
 
     if (!isfinite(a[0] + a[1] + b[0] + b[1]) || !(width > 0 && width < 1e4f) ||
-        !cut(p[0], d[0], -reach, c->width + reach, &lo, &hi) || !cut(p[1], d[1], -reach, c->height + reach, &lo, &hi))
+        !cut(p[0], d[0], -reach, c->width + reach, &lo, &hi) ||
+        !cut(p[1], d[1], -reach, c->height + reach, &lo, &hi))
         return;
-    const double top = fmin(p[1] + lo * d[1], p[1] + hi * d[1]), low = fmax(p[1] + lo * d[1], p[1] + hi * d[1]);
+    const double y0 = p[1] + lo * d[1], y1 = p[1] + hi * d[1];
+    const double top = fmin(y0, y1), low = fmax(y0, y1);
 
     for (int y = (int)fmax(ceil(top - reach), 0); y <= low + reach && y < c->height; y++) {
         double t0 = lo, t1 = hi;
@@ -85,8 +88,9 @@ void draw_line(draw_canvas *c, const float a[2], const float b[2], float width, 
         if (!cut(p[1], d[1], y - reach, y + reach, &t0, &t1))
             continue;
         const double x0 = p[0] + t0 * d[0], x1 = p[0] + t1 * d[0];
+        const double left = fmin(x0, x1) - reach, right = fmax(x0, x1) + reach;
 
-        for (int x = (int)fmax(ceil(fmin(x0, x1) - reach), 0); x <= fmax(x0, x1) + reach && x < c->width; x++)
+        for (int x = (int)fmax(ceil(left), 0); x <= right && x < c->width; x++)
             cover(c, x, y, color, opacity * (float)fmin(width / 2 + 0.5 - distance_to(p, d, x, y), 1));
     }
 }
@@ -216,11 +220,11 @@ void draw_picture(draw_canvas *c, int x, int y, int w, int h, const draw_canvas 
 {
     for (int v = 0; v < h; v++)
         for (int u = 0; u < w; u++) {
-            if (x + u < 0 || y + v < 0 || x + u >= c->width || y + v >= c->height)
-                continue;
-            cover(c, x + u, y + v,
-                  mean_of(p, (int)((int64_t)u * p->width / w), (int)((int64_t)v * p->height / h),
-                          (int)((int64_t)(u + 1) * p->width / w), (int)((int64_t)(v + 1) * p->height / h)), 1);
+            const int64_t x0 = (int64_t)u * p->width / w, x1 = (int64_t)(u + 1) * p->width / w;
+            const int64_t y0 = (int64_t)v * p->height / h, y1 = (int64_t)(v + 1) * p->height / h;
+
+            if (x + u >= 0 && y + v >= 0 && x + u < c->width && y + v < c->height)
+                cover(c, x + u, y + v, mean_of(p, (int)x0, (int)y0, (int)x1, (int)y1), 1);
         }
 }
 
@@ -230,13 +234,15 @@ draw_canvas draw_sheet(lt_arena *arena, const draw_canvas *picture, const char *
     const draw_color paper = { 250, 250, 250 }, ink = { 40, 40, 40 };
     const int head = title ? DRAW_GLYPH_HEIGHT + GAP : 0;
     draw_canvas c = { NULL, 0, 0 };
+    int rows;
 
-    if (n < 1 || columns < 1 || w < 1 || h < 1 || w > MAX_SIDE || h > MAX_SIDE || columns > MAX_SIDE / w)
+    if (n < 1 || columns < 1 || w < 1 || h < 1 || w > MAX_SIDE || h > MAX_SIDE)
         return c;
     columns = columns < n ? columns : n;
-    if ((n + columns - 1) / columns > MAX_SIDE / (h + head + GAP))
+    rows = (n + columns - 1) / columns;
+    if (columns > MAX_SIDE / (w + GAP) || rows > MAX_SIDE / (h + head + GAP))
         return c;
-    c = draw_canvas_new(arena, GAP + columns * (w + GAP), GAP + (n + columns - 1) / columns * (h + head + GAP), paper);
+    c = draw_canvas_new(arena, GAP + columns * (w + GAP), GAP + rows * (h + head + GAP), paper);
     for (int i = 0; i < n && c.rgb; i++) {
         const int x = GAP + i % columns * (w + GAP), y = GAP + i / columns * (h + head + GAP);
 

@@ -24,10 +24,12 @@ int draw_text(draw_canvas *c, int x, int y, int scale, draw_color color, const c
         const unsigned char byte = (unsigned char)*text;
         const char *rows = glyph[byte >= ' ' && byte <= '~' ? byte - ' ' : '?' - ' '];
 
-        for (int v = 0; v < 7; v++)
-            for (int u = 0; u < 5; u++)
-                if ((rows[v] - '@') >> (4 - u) & 1)
-                    draw_rect(c, x + u * scale, y + v * scale, x + (u + 1) * scale, y + (v + 1) * scale, color, 1);
+        for (int dot = 0; dot < 7 * 5; dot++) {
+            const int left = x + dot % 5 * scale, top = y + dot / 5 * scale;
+
+            if ((rows[dot / 5] - '@') >> (4 - dot % 5) & 1)
+                draw_rect(c, left, top, left + scale, top + scale, color, 1);
+        }
     }
     return x;
 }

@@ -55,7 +55,8 @@ void grain_apply(const float q[3], float strength, float pixel, float albedo[3],
 
     if (!(dot3(q, q) < 1e4f))
         return;
-    spots = 0.2f * visible(SPOT, pixel) * noise(q, SPOT, slope) + 0.16f * visible(PORE, pixel) * noise(q, PORE, slope);
+    spots = 0.2f * visible(SPOT, pixel) * noise(q, SPOT, slope) +
+            0.16f * visible(PORE, pixel) * noise(q, PORE, slope);
     for (int i = 0; i < 3; i++)
         albedo[i] *= 1 + strength * blood[i] * spots;
     noise(q, FURROW, slope);

@@ -119,7 +119,8 @@ static bool find_edges(raster_triangle *t, const double *const p[3])
         c[i][0] = a[1] * b[2] - a[2] * b[1];
         c[i][1] = a[2] * b[0] - a[0] * b[2];
         c[i][2] = a[0] * b[1] - a[1] * b[0];
-        scale = fmax(scale, fabs(q[i][0] * c[i][0]) + fabs(q[i][1] * c[i][1]) + fabs(q[i][2] * c[i][2]));
+        scale = fmax(scale, fabs(q[i][0] * c[i][0]) + fabs(q[i][1] * c[i][1]) +
+                                fabs(q[i][2] * c[i][2]));
     }
     det = q[0][0] * c[0][0] + q[0][1] * c[0][1] + q[0][2] * c[0][2];
     if (!(fabs(det) > 1e-12 * scale))
@@ -134,7 +135,8 @@ static bool find_edges(raster_triangle *t, const double *const p[3])
     return scale < 1e30;
 }
 
-static void add_instance(raster_list *l, const synth_scene *scene, int index, const raster_view *view)
+static void add_instance(raster_list *l, const synth_scene *scene, int index,
+                         const raster_view *view)
 {
     const synth_instance *in = &scene->instance[index];
 
@@ -192,7 +194,8 @@ static bool sort_into_tiles(raster_list *l, const raster_view *view)
     return true;
 }
 
-lt_status raster_collect(raster_list *l, const synth_scene *scene, const raster_view *view, bool casters)
+lt_status raster_collect(raster_list *l, const synth_scene *scene, const raster_view *view,
+                         bool casters)
 {
     size_t faces = 0, corners = 0;
 
@@ -243,8 +246,9 @@ static void fill(float *inv_z, uint32_t *id, int n, float w, float dw, uint32_t 
 void raster_draw(const raster_triangle *t, int tx, int ty, uint32_t name, float *inv_z, uint32_t *id)
 {
     const int left = tx * TILE, top = ty * TILE;
-    const int x0 = t->x0 > left ? t->x0 : left, x1 = t->x1 < left + TILE - 1 ? t->x1 : left + TILE - 1;
-    const int y0 = t->y0 > top ? t->y0 : top, y1 = t->y1 < top + TILE - 1 ? t->y1 : top + TILE - 1;
+    const int right = left + TILE - 1, below = top + TILE - 1;
+    const int x0 = t->x0 > left ? t->x0 : left, x1 = t->x1 < right ? t->x1 : right;
+    const int y0 = t->y0 > top ? t->y0 : top, y1 = t->y1 < below ? t->y1 : below;
     const float dw = t->e[0][0] + t->e[1][0] + t->e[2][0], slack = (float)SLACK;
 
     for (int y = y0; y <= y1; y++) {
@@ -263,6 +267,7 @@ void raster_draw(const raster_triangle *t, int tx, int ty, uint32_t name, float 
         const int at = (y - top) * TILE + t->x0 + first - left;
 
         if (first <= last)
-            fill(inv_z + at, id ? id + at : NULL, last - first + 1, w + dw * (float)first, dw, name);
+            fill(inv_z + at, id ? id + at : NULL, last - first + 1, w + dw * (float)first, dw,
+                 name);
     }
 }

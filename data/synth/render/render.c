@@ -42,19 +42,27 @@ static bool frame_alloc(synth_frame *f)
 {
     const size_t n = (size_t)f->width * (size_t)f->height;
     struct synth_scratch *s = f->scratch = lt_alloc(sizeof(*s));
-    bool ok = s != NULL;
 
-    if (!ok)
+    if (!s)
         return false;
     for (int i = 0; i < SYNTH_MAX_LIGHTS; i++)
-        ok = shadow_init(&s->shadow[i]) && ok;
-    return ok && (f->work[0] = lt_alloc(n * sizeof(*f->work[0]))) &&
-           (f->work[1] = lt_alloc(n * sizeof(*f->work[1]))) && (s->open = lt_alloc(n * sizeof(float))) &&
-           (s->open_rough = lt_alloc(n * sizeof(float))) &&
-           (f->radiance = lt_alloc(n * sizeof(*f->radiance))) && (f->rgb = lt_alloc(n * sizeof(*f->rgb))) &&
-           (f->depth = lt_alloc(n * sizeof(float))) && (f->hand_depth = lt_alloc(n * sizeof(float))) &&
-           (f->object_depth = lt_alloc(n * sizeof(float))) && (f->label = lt_alloc(n)) &&
-           (f->moving = lt_alloc(n)) && (f->hand_mask = lt_alloc(n)) && (f->object_mask = lt_alloc(n));
+        if (!shadow_init(&s->shadow[i]))
+            return false;
+    s->open = lt_alloc(n * sizeof(float));
+    s->open_rough = lt_alloc(n * sizeof(float));
+    f->work[0] = lt_alloc(n * sizeof(*f->work[0]));
+    f->work[1] = lt_alloc(n * sizeof(*f->work[1]));
+    f->radiance = lt_alloc(n * sizeof(*f->radiance));
+    f->rgb = lt_alloc(n * sizeof(*f->rgb));
+    f->depth = lt_alloc(n * sizeof(float));
+    f->hand_depth = lt_alloc(n * sizeof(float));
+    f->object_depth = lt_alloc(n * sizeof(float));
+    f->label = lt_alloc(n);
+    f->moving = lt_alloc(n);
+    f->hand_mask = lt_alloc(n);
+    f->object_mask = lt_alloc(n);
+    return s->open && s->open_rough && f->work[0] && f->work[1] && f->radiance && f->rgb && f->depth &&
+           f->hand_depth && f->object_depth && f->label && f->moving && f->hand_mask && f->object_mask;
 }
 
 synth_frame *synth_frame_new(int width, int height)
@@ -188,6 +196,11 @@ static void merge_layers(layer *layers)
 static const int sample_at[SAMPLES] = { 0, 1, TILE, TILE + 1 };
 static const float sample_x[SAMPLES] = { 0, 1, 0, 1 }, sample_y[SAMPLES] = { 0, 0, 1, 1 };
 
+static const raster_triangle *triangle_of(const render_job *job, uint32_t id)
+{
+    return &job->s->list.triangle[id - 1];
+}
+
 static bool same_triangle(const layer *l, int at)
 {
     const uint32_t id = l->id[at];
@@ -203,10 +216,10 @@ static float center_depth(const render_job *job, const layer *l, int at, float x
     int n = 0;
 
     if (same_triangle(l, at))
-        return l->id[at] ? 1 / raster_corner(&job->s->list.triangle[l->id[at] - 1], x + 0.5f, y + 0.5f, corner) : 0;
+        return l->id[at] ? 1 / raster_corner(triangle_of(job, l->id[at]), x + 0.5f, y + 0.5f, corner) : 0;
     for (int k = 0; k < SAMPLES; k++) {
         const uint32_t id = l->id[at + sample_at[k]];
-        const raster_triangle *t = id ? &job->s->list.triangle[id - 1] : NULL;
+        const raster_triangle *t = id ? triangle_of(job, id) : NULL;
         float b[3], w;
 
         if (!t || (wanted >= 0 && job->scene->instance[t->instance].label != wanted))
@@ -230,7 +243,7 @@ static int find_winner(const render_job *job, const layer *l, int at)
     for (int k = 0; k < SAMPLES; k++) {
         const uint32_t id = l->id[at + sample_at[k]];
 
-        label[k] = id ? job->scene->instance[job->s->list.triangle[id - 1].instance].label : -1;
+        label[k] = id ? job->scene->instance[triangle_of(job, id)->instance].label : -1;
     }
     for (int k = 0; k < SAMPLES; k++) {
         int count = 0;
@@ -277,7 +290,7 @@ static void label_pixel(const render_job *job, const layer *l, int at, float x, 
     f->label[i] = f->moving[i] = 0;
     if (winner < 0)
         return;
-    in = &job->scene->instance[job->s->list.triangle[l->id[at + sample_at[winner]] - 1].instance];
+    in = &job->scene->instance[triangle_of(job, l->id[at + sample_at[winner]])->instance];
     f->depth[i] = center_depth(job, l, at, x, y, in->label);
     f->label[i] = in->label;
     f->moving[i] = in->moving;
@@ -296,7 +309,8 @@ static void add(float out[3], const float in[3], float weight)
 /* A hash of the pixel in 0..1 whose neighbours differ evenly.           [Jimenez 2014] */
 static float dither(int x, int y)
 {
-    const float f = 0.06711056f * (float)x + 0.00583715f * (float)y, g = 52.9829189f * (f - (float)floor_int(f));
+    const float f = 0.06711056f * (float)x + 0.00583715f * (float)y;
+    const float g = 52.9829189f * (f - (float)floor_int(f));
 
     return g - (float)floor_int(g);
 }
@@ -325,8 +339,8 @@ static void light_pixel(const render_job *job, const layer *l, int at, float x, 
                 my += sample_y[j];
                 n++;
             }
-        const shade_light lit = shade(&job->s->shade, &job->s->list.triangle[id - 1], x + mx / n, y + my / n,
-                                      2, spin, &shadow);
+        const shade_light lit = shade(&job->s->shade, triangle_of(job, id), x + mx / n, y + my / n, 2,
+                                      spin, &shadow);
 
         add(ambient, lit.ambient, n / SAMPLES);
         add(direct, lit.direct, n / SAMPLES);
@@ -337,7 +351,8 @@ static void render_tile(void *ctx, int64_t tile)
 {
     const render_job *job = ctx;
     synth_frame *f = job->frame;
-    const int left = (int)tile % job->s->list.tiles_x * TILE, top = (int)tile / job->s->list.tiles_x * TILE;
+    const int tiles_x = job->s->list.tiles_x;
+    const int left = (int)tile % tiles_x * TILE, top = (int)tile / tiles_x * TILE;
     layer layers[LAYERS];
 
     draw_layers(job, (int)tile, layers);

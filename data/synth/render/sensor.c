@@ -31,17 +31,17 @@ synth_sensor synth_sensor_random(uint64_t seed, uint64_t stream)
 {
     lt_rng r = lt_rng_make(seed, lt_rng_mix(stream, 0x5e5));
     const double warmth = 0.06 * lt_rng_normal(&r), tint = 0.02 * lt_rng_normal(&r);
+    synth_sensor s = { .seed = seed, .stream = stream };
 
-    return (synth_sensor){
-        .exposure = (float)exp2(0.28 * lt_rng_normal(&r)),
-        .white = { (float)exp(warmth), (float)exp(tint), (float)exp(-warmth) },
-        .gamma = (float)lt_rng_range(&r, 0.92, 1.12),
-        .softness = (float)lt_rng_range(&r, 0.35, 0.8),
-        .vignette = (float)lt_rng_range(&r, 0.02, 0.2),
-        .noise = (float)lt_rng_range(&r, 1, 4),
-        .seed = seed,
-        .stream = stream,
-    };
+    s.white[0] = (float)exp(warmth);
+    s.white[1] = (float)exp(tint);
+    s.white[2] = (float)exp(-warmth);
+    s.exposure = (float)exp2(0.28 * lt_rng_normal(&r));
+    s.gamma = (float)lt_rng_range(&r, 0.92, 1.12);
+    s.softness = (float)lt_rng_range(&r, 0.35, 0.8);
+    s.vignette = (float)lt_rng_range(&r, 0.02, 0.2);
+    s.noise = (float)lt_rng_range(&r, 1, 4);
+    return s;
 }
 
 /* ---- blur ------------------------------------------------------------------------------------ */
@@ -69,7 +69,8 @@ static void smear_pixel(const image_job *job, int x, int y, float out[3])
         n_still += !f->moving[i];
     }
     for (int c = 0; c < 3; c++) {
-        const float rest = !f->moving[here] ? job->from[here][c] : n_still ? still[c] / (float)n_still : 0;
+        const float behind = n_still ? still[c] / (float)n_still : 0;
+        const float rest = f->moving[here] ? behind : job->from[here][c];
 
         out[c] = (moving[c] + rest * (float)n_still) / (float)(n_moving + n_still);
     }

@@ -60,7 +60,7 @@ static void aim(shadow_map *map, const synth_scene *scene, const synth_light *li
     cross(z, x, y);
     normalise(y);
     cross(y, z, x);
-    tangent = scene->focus_radius / sqrt(distance * distance - scene->focus_radius * scene->focus_radius);
+    tangent = scene->focus_radius / sqrt(pow(distance, 2) - pow(scene->focus_radius, 2));
     v->fx = v->fy = SHADOW_SIDE / 2 / tangent;
     v->cx = v->cy = (SHADOW_SIDE - 1) / 2.0;
     v->width = v->height = SHADOW_SIDE;
@@ -188,7 +188,7 @@ static float filter(const shadow_map *map, const receiver *r, float radius)
 float shadow_at(const shadow_map *map, const float p[3], const float n[3], float spin)
 {
     const float lift = 1.5f * map->texel + 4e-4f;       /* off the surface, or it shades itself */
-    float v[3], blocker, penumbra, reach;
+    float v[3], nearest, blocker, penumbra, reach;
     receiver r;
 
     for (int i = 0; i < 3; i++) {
@@ -203,12 +203,12 @@ float shadow_at(const shadow_map *map, const float p[3], const float n[3], float
     r.y = map->focal * v[1] * r.inv_z + (SHADOW_SIDE - 1) / 2.0f;
     if (!(r.x >= 0 && r.y >= 0 && r.x < SHADOW_SIDE && r.y < SHADOW_SIDE))
         return 1;
-    if (map->coarse[(int)r.y / SHADOW_BLOCK][(int)r.x / SHADOW_BLOCK] <= r.inv_z)
+    nearest = map->coarse[(int)r.y / SHADOW_BLOCK][(int)r.x / SHADOW_BLOCK];
+    if (nearest <= r.inv_z)
         return 1;
     r.cos = cosf(6.2831853f * spin);
     r.sin = sinf(6.2831853f * spin);
-    reach = map->lamp_radius * map->focal * (map->coarse[(int)r.y / SHADOW_BLOCK][(int)r.x / SHADOW_BLOCK] -
-                                             r.inv_z);
+    reach = map->lamp_radius * map->focal * (nearest - r.inv_z);
     blocker = find_blockers(map, &r, within(reach, 1.5f, MAX_TEXELS));
     if (blocker == 0)
         return 1;

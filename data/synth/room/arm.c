@@ -81,8 +81,10 @@ static lt_status find_frame(arm_frame *f, const synth_arm_spec *spec)
     f->side = dot3(area, f->d) < 0 ? -1 : 1;
     for (int k = 0; k < 3; k++)
         f->start[k] = f->side * area[k];
-    if (!(normalise3(f->d) > 0) || !(normalise3(f->start) > 1e-8f) || !isfinite(f->c[0] + f->c[1] + f->c[2]))
-        return lt_error(LT_EINVAL, "synth_arm_new: the wrist's loop or the elbow's direction has no size");
+    if (!(normalise3(f->d) > 0) || !(normalise3(f->start) > 1e-8f) ||
+        !isfinite(f->c[0] + f->c[1] + f->c[2]))
+        return lt_error(LT_EINVAL, "synth_arm_new: the wrist's loop or the elbow's direction has no "
+                        "size");
     find_axes(f, spec->loop);
     for (int k = 0; k < 3; k++)
         first[k] = spec->loop[0][k] - f->c[k];
@@ -116,7 +118,7 @@ static void section(const arm_frame *f, float s, float *wide, float *thin)
     const float swell = smoothly(0.02f, 0.2f, s) - 0.25f * smoothly(0.2f, 0.3f, s);
 
     *wide = f->wide * (1 + 0.42f * swell);
-    *thin = f->thin * (1 - smoothly(0, 0.1f, s)) + smoothly(0, 0.1f, s) * *wide * (0.78f + 0.1f * swell);
+    *thin = f->thin + smoothly(0, 0.1f, s) * (*wide * (0.78f + 0.1f * swell) - f->thin);
 }
 
 /* Point i around the ring at s of a smooth arm, grow metres outside the skin. */
@@ -134,11 +136,12 @@ static void arm_point(const arm_frame *f, float s, int i, float grow, float out[
 /* A value on the loop at point i: on the straight edge between two of its vertices. */
 static void loop_point(const float (*loop)[3], int i, float out[3])
 {
-    const float *p = loop[i % AROUND / PARTS], *q = loop[(i % AROUND / PARTS + 1) % SYNTH_WRIST_LOOP];
+    const int k = i % AROUND / PARTS;
+    const float *p = loop[k], *q = loop[(k + 1) % SYNTH_WRIST_LOOP];
     const float t = (float)(i % PARTS) / PARTS;
 
-    for (int k = 0; k < 3; k++)
-        out[k] = p[k] + t * (q[k] - p[k]);
+    for (int c = 0; c < 3; c++)
+        out[c] = p[c] + t * (q[c] - p[c]);
 }
 
 /* The loop's own shape, carried along and fading into the smooth arm. */
@@ -207,7 +210,8 @@ static void color_skin(lt_mesh *m, const synth_arm_spec *spec, int rings)
         }
 }
 
-static lt_status make_skin(lt_arena *arena, const arm_frame *f, const synth_arm_spec *spec, lt_mesh *m)
+static lt_status make_skin(lt_arena *arena, const arm_frame *f, const synth_arm_spec *spec,
+                           lt_mesh *m)
 {
     const double end = fmin(spec->bare + TUCK, spec->length);
     const int rings = 2 + (int)(fmax(end, 0) / RING);
@@ -254,7 +258,8 @@ static float stand_off(const cloth *c, float s, float turn)
 
 static void sleeve_ring(int r, const synth_arm_spec *spec, float *s, float *inset)
 {
-    static const float hem[4] = { 0.012f, 0.001f, 0, 0.0015f }, in[4] = { 0.0035f, 0.0025f, 0.001f, 0 };
+    static const float hem[4] = { 0.012f, 0.001f, 0, 0.0015f };
+    static const float in[4] = { 0.0035f, 0.0025f, 0.001f, 0 };
     const float step = ((float)(spec->length - spec->bare) - 0.004f) / (FOLDS - 4);
 
     *s = (float)spec->bare + (r < 4 ? hem[r] : 0.004f + step * (float)(r - 4));
@@ -287,24 +292,36 @@ static lt_status make_sleeve(lt_arena *arena, const arm_frame *f, const synth_ar
 static synth_texture *choose_cloth(lt_arena *arena, lt_rng *r)
 {
     const uint32_t kind = lt_rng_below(r, 6);
-    const double dark = lt_rng_below(r, 2) ? lt_rng_range(r, 0.08, 0.35) : lt_rng_range(r, 0.35, 0.95);
+    const bool dark = lt_rng_below(r, 2), grey = kind >= 4;
     float rgb[3];
 
     if (kind == 0)
         return pattern_stripes(arena, r);
     if (kind == 1)
         return pattern_checks(arena, r);
-    pattern_hsv(lt_rng_uniform(r), kind < 4 ? lt_rng_range(r, 0.3, 0.85) : lt_rng_range(r, 0, 0.15), dark, rgb);
+    pattern_draw_color(r, grey ? 0 : 0.3, grey ? 0.15 : 0.85, dark ? 0.08 : 0.35, dark ? 0.35 : 0.95, rgb);
     return pattern_weave(arena, r, rgb);
+}
+
+static cloth draw_cloth(lt_rng *r)
+{
+    cloth c = { .seed = lt_rng_u32(r) };
+
+    c.loose = (float)lt_rng_range(r, 0.004, 0.008);
+    c.folds = (float)lt_rng_range(r, 0.003, 0.009);
+    c.cuff = (float)lt_rng_range(r, 0, 0.06);
+    return c;
 }
 
 lt_status synth_arm_new(lt_arena *arena, const synth_arm_spec *spec, synth_arm *out)
 {
     lt_rng r = lt_rng_make(spec->seed, lt_rng_mix(spec->stream, 0xa53));
-    const cloth c = { .seed = lt_rng_u32(&r), .loose = (float)lt_rng_range(&r, 0.004, 0.008),
-                      .folds = (float)lt_rng_range(&r, 0.003, 0.009), .cuff = (float)lt_rng_range(&r, 0, 0.06) };
-    synth_arm arm = { .skin_material = { .albedo = { 1, 1, 1 }, .specular = 0.028f, .shininess = 12, .translucency = 1, .grain = 1 },
-                      .sleeve_material = { .albedo = { 1, 1, 1 }, .specular = 0.01f, .shininess = 6 } };
+    const cloth c = draw_cloth(&r);
+    synth_arm arm = {
+        .skin_material = { .albedo = { 1, 1, 1 }, .specular = 0.028f, .shininess = 12,
+                           .translucency = 1, .grain = 1 },
+        .sleeve_material = { .albedo = { 1, 1, 1 }, .specular = 0.01f, .shininess = 6 },
+    };
     arm_frame f;
     lt_status st;
 

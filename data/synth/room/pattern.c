@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+/* Every draw stands in a statement of its own, as C leaves the order of arguments open. */
 #include "data/synth/room/pattern.h"
 #include "data/synth/render/small.h"
 #include "libtensor/base/parallel.h"
@@ -63,6 +64,16 @@ void pattern_hsv(double hue, double saturation, double value, float rgb[3])
 
         rgb[c] = (float)(value * (1 - saturation * fmax(0, fmin(fmin(k, 4 - k), 1))));
     }
+}
+
+void pattern_draw_color(lt_rng *r, double saturation_lo, double saturation_hi, double value_lo,
+                        double value_hi, float rgb[3])
+{
+    const double hue = lt_rng_uniform(r);
+    const double saturation = lt_rng_range(r, saturation_lo, saturation_hi);
+    const double value = lt_rng_range(r, value_lo, value_hi);
+
+    pattern_hsv(hue, saturation, value, rgb);
 }
 
 static void mix(const float a[3], const float b[3], float t, float out[3])
@@ -135,10 +146,11 @@ synth_texture *pattern_wood(lt_arena *arena, lt_rng *r)
 {
     static const int boards[4] = { 3, 4, 5, 7 };
     const double dark = lt_rng_range(r, 0.35, 0.95), hue = lt_rng_range(r, 0.055, 0.1);
-    paint p = { .seed = lt_rng_u32(r), .count = boards[lt_rng_below(r, 4)] };
+    paint p = { .seed = lt_rng_u32(r) };
 
     pattern_hsv(hue, lt_rng_range(r, 0.2, 0.6), dark, p.a);
     pattern_hsv(hue - 0.015, lt_rng_range(r, 0.3, 0.65), 0.78 * dark, p.b);
+    p.count = boards[lt_rng_below(r, 4)];
     p.contrast = (float)lt_rng_range(r, 0.2, 1);
     return make(arena, &p, paint_wood);
 }
@@ -146,7 +158,8 @@ synth_texture *pattern_wood(lt_arena *arena, lt_rng *r)
 static void paint_stone(const paint *p, float u, float v, float rgb[3])
 {
     const float slow = pattern_noise(p->seed, u, v, 4, 4, 5);
-    const float vein = fabsf(pattern_noise(p->seed + 9, u + 0.1f * slow, v + 0.1f * slow, 3, 3, 4) - 0.5f);
+    const float bent = pattern_noise(p->seed + 9, u + 0.1f * slow, v + 0.1f * slow, 3, 3, 4);
+    const float vein = fabsf(bent - 0.5f);
     const float speck = lattice(p->seed, (int)(u * SIDE), (int)(v * SIDE));
 
     mix(p->a, p->b, p->contrast * (0.5f * slow + 0.6f * (1 - smoothly(0, 0.06f, vein))), rgb);
@@ -156,10 +169,11 @@ static void paint_stone(const paint *p, float u, float v, float rgb[3])
 synth_texture *pattern_stone(lt_arena *arena, lt_rng *r)
 {
     const double value = lt_rng_range(r, 0.25, 0.95), hue = lt_rng_uniform(r);
+    const double darker = value * lt_rng_range(r, 0.5, 0.9);
     paint p = { .seed = lt_rng_u32(r) };
 
     pattern_hsv(hue, lt_rng_range(r, 0, 0.15), value, p.a);
-    pattern_hsv(hue, lt_rng_range(r, 0, 0.2), value * lt_rng_range(r, 0.5, 0.9), p.b);
+    pattern_hsv(hue, lt_rng_range(r, 0, 0.2), darker, p.b);
     p.contrast = (float)lt_rng_range(r, 0.1, 1);
     p.scale = (float)lt_rng_range(r, 0, 2);
     return make(arena, &p, paint_stone);
@@ -167,7 +181,8 @@ synth_texture *pattern_stone(lt_arena *arena, lt_rng *r)
 
 static void paint_plaster(const paint *p, float u, float v, float rgb[3])
 {
-    const float stain = pattern_noise(p->seed, u, v, 2, 2, 3), grain = pattern_noise(p->seed + 3, u, v, 64, 64, 3);
+    const float stain = pattern_noise(p->seed, u, v, 2, 2, 3);
+    const float grain = pattern_noise(p->seed + 3, u, v, 64, 64, 3);
 
     mix(p->a, p->b, stain, rgb);
     scale(rgb, 1 + p->contrast * (grain - 0.5f));
@@ -176,9 +191,11 @@ static void paint_plaster(const paint *p, float u, float v, float rgb[3])
 synth_texture *pattern_plaster(lt_arena *arena, lt_rng *r)
 {
     const double value = lt_rng_range(r, 0.45, 0.97), hue = lt_rng_uniform(r);
-    const double saturation = lt_rng_below(r, 3) ? lt_rng_range(r, 0, 0.12) : lt_rng_range(r, 0.1, 0.45);
-    paint p = { .seed = lt_rng_u32(r), .contrast = (float)lt_rng_range(r, 0.05, 0.25) };
+    const bool pale = lt_rng_below(r, 3) > 0;
+    const double saturation = pale ? lt_rng_range(r, 0, 0.12) : lt_rng_range(r, 0.1, 0.45);
+    paint p = { .seed = lt_rng_u32(r) };
 
+    p.contrast = (float)lt_rng_range(r, 0.05, 0.25);
     pattern_hsv(hue, saturation, value, p.a);
     pattern_hsv(hue, saturation, 0.88 * value, p.b);
     return make(arena, &p, paint_plaster);
@@ -212,13 +229,12 @@ static void paint_checks(const paint *p, float u, float v, float rgb[3])
 
 static paint cloth_paint(lt_rng *r)
 {
-    paint p = { .seed = lt_rng_u32(r), .count = 4 + (int)lt_rng_below(r, 10),
-                .scale = (float)lt_rng_range(r, 0.2, 0.7) };
-    const double hue = lt_rng_uniform(r);
+    paint p = { .seed = lt_rng_u32(r) };
 
-    pattern_hsv(hue, lt_rng_range(r, 0, 0.25), lt_rng_range(r, 0.7, 0.97), p.a);
-    pattern_hsv(fmod(hue + lt_rng_range(r, 0, 0.2), 1), lt_rng_range(r, 0.1, 0.7), lt_rng_range(r, 0.2, 0.8),
-                p.b);
+    p.count = 4 + (int)lt_rng_below(r, 10);
+    p.scale = (float)lt_rng_range(r, 0.2, 0.7);
+    pattern_draw_color(r, 0, 0.25, 0.7, 0.97, p.a);
+    pattern_draw_color(r, 0.1, 0.7, 0.2, 0.8, p.b);
     return p;
 }
 
@@ -250,10 +266,11 @@ static void paint_tiles(const paint *p, float u, float v, float rgb[3])
 
 synth_texture *pattern_tiles(lt_arena *arena, lt_rng *r)
 {
-    paint p = { .seed = lt_rng_u32(r), .count = 2 + (int)lt_rng_below(r, 5) };
     const double value = lt_rng_range(r, 0.4, 0.95);
+    paint p = { .seed = lt_rng_u32(r) };
 
-    pattern_hsv(lt_rng_uniform(r), lt_rng_range(r, 0, 0.3), value, p.a);
+    p.count = 2 + (int)lt_rng_below(r, 5);
+    pattern_draw_color(r, 0, 0.3, value, value, p.a);
     pattern_hsv(0.1, 0.05, value * lt_rng_range(r, 0.5, 0.85), p.b);
     p.contrast = (float)lt_rng_range(r, 0, 2);
     return make(arena, &p, paint_tiles);
@@ -275,7 +292,8 @@ synth_texture *pattern_weave(lt_arena *arena, lt_rng *r, const float rgb[3])
 
 static void paint_fruit(const paint *p, float u, float v, float rgb[3])
 {
-    const float blush = pattern_noise(p->seed, u, v, 3, 2, 3), streak = pattern_noise(p->seed + 1, u, v, 40, 3, 2);
+    const float blush = pattern_noise(p->seed, u, v, 3, 2, 3);
+    const float streak = pattern_noise(p->seed + 1, u, v, 40, 3, 2);
     const float dot = lattice(p->seed, (int)(u * 90), (int)(v * 60)) > 0.96f ? 0.12f : 0;
 
     mix(p->a, p->b, smoothly(0.3f, 0.7f, 0.7f * blush + 0.3f * streak), rgb);
@@ -315,7 +333,8 @@ static void fill(canvas *c, int x0, int y0, int x1, int y1, const float rgb[3], 
 }
 
 /* A line of glyph-like blobs: strokes and bowls in cells, gaps between words. */
-static void print_line(canvas *c, lt_rng *r, int x, int y, int width, int height, const float rgb[3])
+static void print_line(canvas *c, lt_rng *r, int x, int y, int width, int height,
+                       const float rgb[3])
 {
     const int end = x + width, stroke = height > 7 ? height / 4 : 1;
 
@@ -340,10 +359,13 @@ static void print_line(canvas *c, lt_rng *r, int x, int y, int width, int height
     }
 }
 
-static void print_text(canvas *c, lt_rng *r, int x, int y, int width, int lines, int height, const float rgb[3])
+static void print_text(canvas *c, lt_rng *r, int x, int y, int width, int lines, const float rgb[3])
 {
-    for (int i = 0; i < lines; i++)
-        print_line(c, r, x, y + i * (height + height / 2 + 1), (int)(width * lt_rng_range(r, 0.6, 1)), height, rgb);
+    for (int i = 0; i < lines; i++) {
+        const int used = (int)(width * lt_rng_range(r, 0.6, 1));
+
+        print_line(c, r, x, y + 7 * i, used, 4, rgb);
+    }
 }
 
 static void print_bars(canvas *c, lt_rng *r, int x, int y)
@@ -351,34 +373,39 @@ static void print_bars(canvas *c, lt_rng *r, int x, int y)
     const float white[3] = { 0.95f, 0.95f, 0.95f }, black[3] = { 0.05f, 0.05f, 0.05f };
 
     fill(c, x, y, x + 42, y + 26, white, false);
-    for (int i = 3; i < 38; i += 2 + (int)lt_rng_below(r, 3))
+    for (int i = 3; i < 38; i += 2 + (int)lt_rng_below(r, 3))       /* the step is drawn after the bar */
         fill(c, x + i, y + 3, x + i + 1 + (int)lt_rng_below(r, 2), y + 22, black, false);
 }
 
 static void label_colors(lt_rng *r, float base[3], float panel[3], float ink[3])
 {
-    const double hue = lt_rng_uniform(r), value = lt_rng_range(r, 0.25, 0.95);
+    const double value = lt_rng_range(r, 0.25, 0.95), ink_value = value > 0.6 ? 0.18 : 0.92;
+    const bool grey = lt_rng_below(r, 4) == 0;
 
-    pattern_hsv(hue, lt_rng_below(r, 4) ? lt_rng_range(r, 0.25, 0.8) : lt_rng_range(r, 0, 0.1), value, base);
-    pattern_hsv(fmod(hue + lt_rng_range(r, 0.05, 0.6), 1), lt_rng_range(r, 0, 0.6), lt_rng_range(r, 0.6, 0.95),
-                panel);
-    pattern_hsv(lt_rng_uniform(r), lt_rng_range(r, 0, 0.5), value > 0.6 ? 0.18 : 0.92, ink);
+    pattern_draw_color(r, grey ? 0 : 0.25, grey ? 0.1 : 0.8, value, value, base);
+    pattern_draw_color(r, 0, 0.6, 0.6, 0.95, panel);
+    pattern_draw_color(r, 0, 0.5, ink_value, ink_value, ink);
 }
 
 /* One quarter of a label: a panel, a title, a picture, fine print. */
-static void print_quarter(canvas *c, lt_rng *r, int x, int y, const float panel[3], const float ink[3])
+static void print_quarter(canvas *c, lt_rng *r, int x, int y, const float panel[3],
+                          const float ink[3])
 {
     const int h = LABEL / 2, top = y + (int)lt_rng_below(r, 30);
+    const int low = top + 30 + (int)lt_rng_below(r, 60), title = 14 + (int)lt_rng_below(r, 12);
+    const int right = x + 60 + (int)lt_rng_below(r, 40), below = y + 92 + (int)lt_rng_below(r, 30);
+    const bool has_panel = lt_rng_below(r, 3) > 0, round = lt_rng_below(r, 4) == 0;
+    const bool has_picture = lt_rng_below(r, 2), has_bars = lt_rng_below(r, 3) == 0;
     float picture[3];
 
-    pattern_hsv(lt_rng_uniform(r), lt_rng_range(r, 0.3, 0.9), lt_rng_range(r, 0.4, 0.95), picture);
-    if (lt_rng_below(r, 3))
-        fill(c, x + 6, top, x + h - 6, top + 30 + (int)lt_rng_below(r, 60), panel, lt_rng_below(r, 4) == 0);
-    print_line(c, r, x + 12, top + 8, h - 30, 14 + (int)lt_rng_below(r, 12), ink);
-    if (lt_rng_below(r, 2))
-        fill(c, x + 30, y + 70, x + 60 + (int)lt_rng_below(r, 40), y + 92 + (int)lt_rng_below(r, 30), picture, true);
-    print_text(c, r, x + 14, y + 100, h - 28, 3, 4, ink);
-    if (lt_rng_below(r, 3) == 0)
+    pattern_draw_color(r, 0.3, 0.9, 0.4, 0.95, picture);
+    if (has_panel)
+        fill(c, x + 6, top, x + h - 6, low, panel, round);
+    print_line(c, r, x + 12, top + 8, h - 30, title, ink);
+    if (has_picture)
+        fill(c, x + 30, y + 70, right, below, picture, true);
+    print_text(c, r, x + 14, y + 100, h - 28, 3, ink);
+    if (has_bars)
         print_bars(c, r, x + h - 50, y + h - 34);
 }
 
@@ -417,11 +444,11 @@ synth_texture *pattern_page(lt_arena *arena, lt_rng *r)
         return NULL;
     fill(c, 0, 0, LABEL, LABEL, white, false);
     print_line(c, r, 24, 18, 170, 12, black);
-    print_text(c, r, 24, 44, 208, 24, 4, black);
+    print_text(c, r, 24, 44, 208, 24, black);
     if (lt_rng_below(r, 2)) {
         const int y = 60 + (int)lt_rng_below(r, 90);
 
-        pattern_hsv(lt_rng_uniform(r), lt_rng_range(r, 0.1, 0.7), lt_rng_range(r, 0.4, 0.9), picture);
+        pattern_draw_color(r, 0.1, 0.7, 0.4, 0.9, picture);
         fill(c, 24, y, 230, y + 70, picture, false);
     }
     t = synth_texture_new(arena, c->px[0][0], LABEL, LABEL);

@@ -18,8 +18,11 @@ synth_texture *pattern_label(lt_arena *arena, lt_rng *r);
 synth_texture *pattern_page(lt_arena *arena, lt_rng *r);
 synth_texture *pattern_fruit(lt_arena *arena, lt_rng *r);
 
-/* pattern_color - hue 0..1 (below 0: any), saturation and value as in HSV, to sRGB */
+/* pattern_hsv - hue, saturation and value 0..1 to sRGB; pattern_draw_color - of any hue, the others between
+ * these */
 void pattern_hsv(double hue, double saturation, double value, float rgb[3]);
+void pattern_draw_color(lt_rng *r, double saturation_lo, double saturation_hi, double value_lo,
+                        double value_hi, float rgb[3]);
 
 /* pattern_noise - smooth noise in 0..1 that repeats after px, py cells and is sampled at u, v in 0..1;
  * octaves double the cells and halve the weight */

@@ -32,7 +32,9 @@ static void box_vertex(lt_mesh *m, int k, int side, int i, int j, const double h
     static const int axes[6][3] = {                     /* across, up, out */
         { 0, 2, 1 }, { 1, 2, 0 }, { 0, 2, 1 }, { 1, 2, 0 }, { 0, 1, 2 }, { 0, 1, 2 },
     };
-    static const int sign[6][2] = { { 1, -1 }, { 1, 1 }, { -1, 1 }, { -1, -1 }, { 1, 1 }, { -1, -1 } };
+    static const int sign[6][2] = {
+        { 1, -1 }, { 1, 1 }, { -1, 1 }, { -1, -1 }, { 1, 1 }, { -1, -1 },
+    };
     static const float cell[6][2] = {
         { 0, 0 }, { 0.25f, 0 }, { 0, 0.5f }, { 0.25f, 0.5f }, { 0.5f, 0 }, { 0.5f, 0.5f },
     };
@@ -134,7 +136,8 @@ lt_mesh primitive_lathe(lt_arena *arena, const float (*profile)[2], int n, int s
 
 static void weave_normal(lt_mesh *m, int ring, int i, int rings, int around)
 {
-    const int row = around + 1, up = ring + 1 < rings ? ring + 1 : ring, down = ring > 0 ? ring - 1 : ring;
+    const int row = around + 1;
+    const int up = ring + 1 < rings ? ring + 1 : ring, down = ring > 0 ? ring - 1 : ring;
     const int next = (i + 1) % around, last = (i + around - 1) % around;
     float a[3], b[3], *n = m->normal[ring * row + i];
 

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Walls, floor, table, what hangs on the walls and stands on the table, and the lamps. */
+/*
+ * Walls, floor, table, what hangs on the walls and stands on the table, and the lamps. Every draw stands
+ * in a statement of its own, as C leaves the order of arguments open.
+ */
 #include "data/synth/room/clutter.h"
 #include "data/synth/room/pattern.h"
 #include "data/synth/room/primitive.h"
@@ -20,7 +23,8 @@ typedef struct {
 } builder;
 
 /* Puts a mesh into the room; R may be NULL for the identity. */
-static synth_instance *put(builder *b, lt_mesh mesh, synth_material material, const double *R, const double t[3])
+static synth_instance *put(builder *b, lt_mesh mesh, synth_material material, const double *R,
+                           const double t[3])
 {
     static const double identity[9] = { 1, 0, 0, 0, 1, 0, 0, 0, 1 };
     lt_mesh *kept = lt_arena_alloc(b->arena, sizeof(*kept));
@@ -60,7 +64,8 @@ static void wall_rotation(int wall, double R[9])
 }
 
 /* Where (along, up) on a wall lies, off metres in front of it. */
-static void wall_point(int wall, double distance, double along, double up, double off, double out[3])
+static void wall_point(int wall, double distance, double along, double up, double off,
+                       double out[3])
 {
     double R[9];
 
@@ -84,19 +89,17 @@ static void decorate(builder *b, int wall, double distance)
 {
     const double width = lt_rng_range(&b->r, 0.25, 0.9), height = lt_rng_range(&b->r, 0.25, 0.9);
     const double along = lt_rng_range(&b->r, -0.9, 0.9), up = lt_rng_range(&b->r, 0, 0.8);
-    const uint32_t kind = lt_rng_below(&b->r, 5);
     synth_material m = matt(NULL, 0.04, 20), frame = matt(NULL, 0.04, 30);
     double R[9], t[3];
 
-    if (kind == 0) {
-        for (int c = 0; c < 3; c++)
-            m.albedo[c] = (float)lt_rng_range(&b->r, 1.6, 2.4);
-    } else {
-        m.texture = kind == 1 ? pattern_page(b->arena, &b->r) : kind == 2 ? pattern_wood(b->arena, &b->r) :
-                                                                          pattern_label(b->arena, &b->r);
-    }
     for (int c = 0; c < 3; c++)
-        frame.albedo[c] = kind == 0 ? 0.75f : (float)lt_rng_range(&b->r, 0.02, 0.6);
+        frame.albedo[c] = (float)lt_rng_range(&b->r, 0.02, 0.7);
+    switch (lt_rng_below(&b->r, 5)) {
+    case 0: m.albedo[0] = m.albedo[1] = m.albedo[2] = (float)lt_rng_range(&b->r, 1.6, 2.4); break;
+    case 1: m.texture = pattern_page(b->arena, &b->r); break;
+    case 2: m.texture = pattern_wood(b->arena, &b->r); break;
+    default: m.texture = pattern_label(b->arena, &b->r);
+    }
     wall_rotation(wall, R);
     wall_point(wall, distance, along, up, 0.01, t);
     put(b, primitive_sheet(b->arena, width + 0.05, height + 0.05, 1, 1), frame, R, t);
@@ -107,14 +110,17 @@ static void decorate(builder *b, int wall, double distance)
 /* Furniture before a wall: a box with a face of boards. */
 static void furnish(builder *b, int wall, double distance)
 {
-    const double size[3] = { lt_rng_range(&b->r, 0.4, 1.1), lt_rng_range(&b->r, 0.2, 0.4), lt_rng_range(&b->r, 0.5, 1.7) };
-    const double turn = -0.5 * PI * wall, R[9] = { cos(turn), -sin(turn), 0, sin(turn), cos(turn), 0, 0, 0, 1 };
-    double t[3];
+    static const double lo[3] = { 0.4, 0.2, 0.5 }, hi[3] = { 1.1, 0.4, 1.7 };
+    const double c = cos(-0.5 * PI * wall), s = sin(-0.5 * PI * wall), R[9] = { c, -s, 0, s, c, 0, 0, 0, 1 };
+    const bool wooden = lt_rng_below(&b->r, 3) > 0;
+    double size[3], t[3];
 
+    for (int k = 0; k < 3; k++)
+        size[k] = lt_rng_range(&b->r, lo[k], hi[k]);
     wall_point(wall, distance, lt_rng_range(&b->r, -1, 1), 0, size[1] / 2, t);
     t[2] = -0.75;
     put(b, primitive_box(b->arena, size, 0.004),
-        matt(lt_rng_below(&b->r, 3) ? pattern_wood(b->arena, &b->r) : pattern_plaster(b->arena, &b->r), 0.04, 20), R, t);
+        matt((wooden ? pattern_wood : pattern_plaster)(b->arena, &b->r), 0.04, 20), R, t);
 }
 
 static void build_walls(builder *b)
@@ -139,9 +145,10 @@ static void build_walls(builder *b)
 static void build_floor(builder *b)
 {
     const double t[3] = { 0, 0, -0.75 };
-    synth_texture *texture = lt_rng_below(&b->r, 2) ? pattern_wood(b->arena, &b->r) : pattern_tiles(b->arena, &b->r);
+    const bool wooden = lt_rng_below(&b->r, 2);
 
-    put(b, primitive_sheet(b->arena, 8, 8, 6, 6), matt(texture, 0.03, 20), NULL, t);
+    put(b, primitive_sheet(b->arena, 8, 8, 6, 6),
+        matt((wooden ? pattern_wood : pattern_tiles)(b->arena, &b->r), 0.03, 20), NULL, t);
 }
 
 /* ---- the table ------------------------------------------------------------------------------- */
@@ -187,10 +194,13 @@ static void build_table(builder *b)
 }
 
 /* A free place for a thing of this radius on the table; false after some tries. */
-static bool find_place(builder *b, double radius, double clear, const double (*taken)[3], int n, double at[3])
+static bool find_place(builder *b, double radius, double clear, const double (*taken)[3], int n,
+                       double at[3])
 {
+    const double left = fmax(b->table[0], -0.65), right = fmin(b->table[2], 0.65);
+
     for (int attempt = 0; attempt < 40; attempt++) {
-        const double x = lt_rng_range(&b->r, fmax(b->table[0], -0.65) + radius, fmin(b->table[2], 0.65) - radius);
+        const double x = lt_rng_range(&b->r, left + radius, right - radius);
         const double y = lt_rng_range(&b->r, b->table[1] + radius, b->table[3] - radius);
         bool free = hypot(x, y) > clear + radius;
 
@@ -247,37 +257,48 @@ static void lamp_color(double kelvin, double strength, float rgb[3])
     rgb[2] = (float)(strength * exp(1.05 * x));
 }
 
-static void add_lamp(builder *b, double azimuth, double height_deg, double distance, double radius, double kelvin,
-                     double strength)
+/* What a lamp may be: its height over the table, distance and size, temperature, share of light. */
+typedef struct {
+    double degrees[2], distance[2], log_radius[2], kelvin[2], strength[2];
+} lamp_range;
+
+static double draw(lt_rng *r, const double range[2])
+{
+    return lt_rng_range(r, range[0], range[1]);
+}
+
+static void add_lamp(builder *b, const lamp_range *k, double azimuth, double strength)
 {
     synth_light *l = &b->room->light[b->room->n_lights++];
-    const double up = height_deg * PI / 180;
+    const double up = draw(&b->r, k->degrees) * PI / 180, distance = draw(&b->r, k->distance);
+    const double kelvin = draw(&b->r, k->kelvin), share = draw(&b->r, k->strength);
 
     l->position[0] = b->room->focus[0] + distance * cos(up) * cos(azimuth);
     l->position[1] = b->room->focus[1] + distance * cos(up) * sin(azimuth);
     l->position[2] = b->room->focus[2] + distance * sin(up);
-    l->radius = radius;
-    lamp_color(kelvin, strength, l->color);
+    l->radius = exp(draw(&b->r, k->log_radius));
+    lamp_color(kelvin, strength * share, l->color);
 }
 
-/* A main light from any side but straight behind, a weaker one across from it, now and then a third. */
+/* A main light, two times in three a weaker one from another side, and one in three a third from above. */
 static void build_lamps(builder *b)
 {
-    lt_rng *r = &b->r;
-    const double azimuth = lt_rng_range(r, 0, 2 * PI), ambient = lt_rng_range(r, 0.22, 0.42);
-    const double main_kelvin = lt_rng_range(r, 3300, 7000), main_light = lt_rng_range(r, 0.65, 1.05);
-    const int extra = (int)lt_rng_below(r, 3);
+    static const lamp_range ranges[3] = {
+        { { 32, 75 }, { 1, 2.4 }, { -3.9, -1.4 }, { 3300, 7000 }, { 1, 1 } },
+        { { 20, 65 }, { 1.2, 3 }, { -2.3, -0.8 }, { 3000, 7000 }, { 0.15, 0.5 } },
+        { { 60, 85 }, { 1.5, 3 }, { -1.6, -0.7 }, { 3500, 6500 }, { 0.1, 0.35 } },
+    };
+    const double strength = lt_rng_range(&b->r, 0.65, 1.05), ambient = lt_rng_range(&b->r, 0.22, 0.42);
+    const double day = lt_rng_range(&b->r, 4200, 7000), floor = lt_rng_range(&b->r, 3200, 5200);
+    const int n = 1 + (int)lt_rng_below(&b->r, 3);
+    double azimuth = lt_rng_range(&b->r, 0, 2 * PI);
 
-    add_lamp(b, azimuth, lt_rng_range(r, 32, 75), lt_rng_range(r, 1.0, 2.4), exp(lt_rng_range(r, log(0.02), log(0.25))),
-             main_kelvin, main_light);
-    if (extra > 0)
-        add_lamp(b, azimuth + lt_rng_range(r, 1.5, 4.8), lt_rng_range(r, 20, 65), lt_rng_range(r, 1.2, 3),
-                 lt_rng_range(r, 0.1, 0.45), lt_rng_range(r, 3000, 7000), main_light * lt_rng_range(r, 0.15, 0.5));
-    if (extra > 1)
-        add_lamp(b, azimuth + lt_rng_range(r, 1.5, 4.8), lt_rng_range(r, 60, 85), lt_rng_range(r, 1.5, 3),
-                 lt_rng_range(r, 0.2, 0.5), lt_rng_range(r, 3500, 6500), main_light * lt_rng_range(r, 0.1, 0.35));
-    lamp_color(lt_rng_range(r, 4200, 7000), ambient, b->room->sky);
-    lamp_color(lt_rng_range(r, 3200, 5200), ambient * lt_rng_range(r, 0.4, 0.75), b->room->ground);
+    for (int i = 0; i < n; i++) {
+        add_lamp(b, &ranges[i], azimuth, strength);
+        azimuth += lt_rng_range(&b->r, 1.5, 4.8);
+    }
+    lamp_color(day, ambient, b->room->sky);
+    lamp_color(floor, ambient * lt_rng_range(&b->r, 0.4, 0.75), b->room->ground);
 }
 
 synth_room *synth_room_new(lt_arena *arena, uint64_t seed, uint64_t stream, double clear)
@@ -327,10 +348,9 @@ void synth_room_place(synth_room *room, const double R[9], const double t[3])
         synth_instance *in = &room->instance[i];
         double M[9];
 
-        for (int row = 0; row < 3; row++)
-            for (int col = 0; col < 3; col++)
-                M[3 * row + col] = R[3 * row] * in->R_world_obj[col] + R[3 * row + 1] * in->R_world_obj[3 + col] +
-                                   R[3 * row + 2] * in->R_world_obj[6 + col];
+        for (int k = 0; k < 9; k++)
+            M[k] = R[k / 3 * 3] * in->R_world_obj[k % 3] + R[k / 3 * 3 + 1] * in->R_world_obj[3 + k % 3] +
+                   R[k / 3 * 3 + 2] * in->R_world_obj[6 + k % 3];
         memcpy(in->R_world_obj, M, sizeof(M));
         move_point(R, t, in->t_world_obj);
     }
