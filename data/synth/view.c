@@ -16,10 +16,13 @@ static const double MIDDLE = 0.7;                           /* of the picture */
 static const double LOWEST = 0.08;                          /* of the camera above the table */
 static const double APART = 0.35;                           /* radians between two cameras */
 
-static const double BEHIND_HAND = 0.6;                      /* share of cameras that look over the hand */
-static const double BEHIND_ANGLE = 0.5;                     /* cosine, at most, off the line object - hand */
+/* Shares of cameras that look over the hand, and over the object at the hand; the rest may be anywhere.
+ * So that each hides much of the other in a part of the pictures, as in HO3D. */
+static const double OVER_HAND = 0.40, OVER_OBJECT = 0.40;
+static const double OVER_HAND_COSINE = 0.7, OVER_OBJECT_COSINE = -0.2;  /* of camera and hand from the object */
 
 typedef struct { double eye[3], target[3]; synth_camera camera; } candidate;
+typedef struct { double lo, hi; } range;
 
 /* ---- drawing ---- */
 
@@ -113,7 +116,7 @@ static double hand_before_object(const candidate *c, const synth_sight *s)
 }
 
 /* Faults of one moment, each about 1 when it is plain to see. */
-static double faults_at(const candidate *c, const synth_sight *s, double want_before)
+static double faults_at(const candidate *c, const synth_sight *s, range side)
 {
     static const double size[2] = { WIDTH, HEIGHT };
     double lo[2], hi[2], view[3], away, sum = 0;
@@ -130,16 +133,16 @@ static double faults_at(const candidate *c, const synth_sight *s, double want_be
     away = lt_vec3_norm(view);
     sum += beyond(away, NEAREST, FARTHEST) / 0.05;
     sum += fmax(0, lt_vec3_dot(view, s->elbow) / away - 0.6) / 0.1;     /* the arm would hide the hand */
-    return sum + fmax(0, want_before - hand_before_object(c, s)) / 0.2;
+    return sum + beyond(hand_before_object(c, s), side.lo, side.hi) / 0.2;
 }
 
-static double faults(const candidate *c, const synth_sight *s, int n, double want_before,
+static double faults(const candidate *c, const synth_sight *s, int n, range side,
                      const candidate *others, int n_others, const double target[3])
 {
     double sum = beyond(c->eye[2], LOWEST, 10) / 0.01, a[3], b[3];
 
     for (int i = 0; i < n; i++)
-        sum += faults_at(c, &s[i], want_before) / n;
+        sum += faults_at(c, &s[i], side) / n;
     lt_vec3_sub(c->eye, target, a);
     for (int i = 0; i < n_others; i++) {
         double angle;
@@ -148,6 +151,15 @@ static double faults(const candidate *c, const synth_sight *s, int n, double wan
         sum += fmax(0, APART - angle) * 10;
     }
     return sum;
+}
+
+static range draw_side(lt_rng *rng)
+{
+    const double u = lt_rng_uniform(rng);
+
+    if (u < OVER_HAND)
+        return (range){ OVER_HAND_COSINE, 1 };
+    return u < OVER_HAND + OVER_OBJECT ? (range){ -1, OVER_OBJECT_COSINE } : (range){ -1, 1 };
 }
 
 void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t stream, int n_cameras,
@@ -159,11 +171,11 @@ void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t 
 
     mean_target(sight, n, target);
     for (int i = 0; i < n_cameras; i++) {
-        const double want_before = lt_rng_uniform(&rng) < BEHIND_HAND ? BEHIND_ANGLE : -1;
+        const range side = draw_side(&rng);
         double best = INFINITY;
         for (int k = 0; k < DRAWS && best > 0; k++) {
             const candidate c = draw(&rng, target);
-            const double f = faults(&c, sight, n, want_before, chosen, i, target);
+            const double f = faults(&c, sight, n, side, chosen, i, target);
             if (f < best) {
                 best = f;
                 chosen[i] = c;
