@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Boxes, cameras and object names as people type them. */
+#include "eval/predict.h"
+
+#include "libtensor/io/json.h"
+#include "libtensor/io/number.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { ID = 4 };                        /* length of "003_" */
+
+/* Four finite numbers with commas between, and nothing else. */
+static lt_status parse_four(const char *name, const char *want, const char *text, double out[4])
+{
+    const char *p = text;
+
+    for (int i = 0; i < 4; i++) {
+        const char *end;
+
+        out[i] = lt_strtod(p, &end);
+        if (end == p || *end != (i < 3 ? ',' : '\0') || !isfinite(out[i]) || fabs(out[i]) > 1e6)
+            return lt_error(LT_EINVAL, "%s %s: want %s in pixels", name, text, want);
+        p = end + 1;
+    }
+    return LT_OK;
+}
+
+lt_status predict_parse_box(const char *name, const char *text, crop_box *out)
+{
+    double b[4];
+    const lt_status st = parse_four(name, "x0,y0,x1,y1", text, b);
+
+    if (st)
+        return st;
+    if (!(b[0] < b[2] && b[1] < b[3]))
+        return lt_error(LT_EINVAL, "%s %s: an empty box; the order is x0,y0,x1,y1: left, top, right, bottom",
+                        name, text);
+    *out = (crop_box){ (float)b[0], (float)b[1], (float)b[2], (float)b[3] };
+    return LT_OK;
+}
+
+lt_status predict_parse_camera(const char *name, const char *text, lt_camera *out)
+{
+    double k[4];
+    const lt_status st = parse_four(name, "fx,fy,cx,cy", text, k);
+
+    if (st)
+        return st;
+    if (!(k[0] > 0 && k[1] > 0))
+        return lt_error(LT_EINVAL, "%s %s: focal lengths must be positive; the order is fx,fy,cx,cy", name,
+                        text);
+    *out = (lt_camera){ .fx = k[0], .fy = k[1], .cx = k[2], .cy = k[3] };
+    return LT_OK;
+}
+
+/* "no object of that name", with the nearest or, when none is near, all of them. */
+static lt_status unknown_object(const char *text)
+{
+    const char *full[YCB_COUNT], *plain[YCB_COUNT], *near;
+    char all[1024] = "";
+
+    for (int i = 0; i < YCB_COUNT; i++) {
+        full[i] = ycb_find(i + 1)->name;
+        plain[i] = full[i] + ID;
+        strncat(all, i ? " " : "", sizeof(all) - strlen(all) - 1);
+        strncat(all, plain[i], sizeof(all) - strlen(all) - 1);
+    }
+    near = lt_nearest_name(text, full, YCB_COUNT);
+    near = near ? near : lt_nearest_name(text, plain, YCB_COUNT);
+    if (near)
+        return lt_error(LT_EINVAL, "--object %s: no such object; did you mean \"%s\"?", text, near);
+    return lt_error(LT_EINVAL, "--object %s: no such object; there are: %s", text, all);
+}
+
+lt_status predict_find_object(const char *text, const ycb_object **out)
+{
+    const char *name = strncmp(text, "syn_", 4) ? text : text + 4;
+
+    for (int id = 1; id <= YCB_COUNT; id++) {
+        const ycb_object *o = ycb_find(id);
+
+        if (!strcmp(name, o->name) || !strcmp(name, o->name + ID)) {
+            *out = o;
+            return LT_OK;
+        }
+    }
+    return unknown_object(text);
+}

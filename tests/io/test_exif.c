@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What cameras write beside the picture, whole, cut, and bent. */
+#include "libtensor/io/exif.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LENGTH = 82, SEGMENT_END = 68 };
+
+/* A JPEG's first bytes: one APP1 with orientation 6 and, in the EXIF directory, 28 mm. */
+static const uint8_t little[LENGTH] = {
+    0xff, 0xd8, 0xff, 0xe1, 0, 64, 'E', 'x', 'i', 'f', 0, 0,
+    'I', 'I', 42, 0, 8, 0, 0, 0,
+    2, 0,
+    0x12, 0x01, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0,
+    0x69, 0x87, 4, 0, 1, 0, 0, 0, 38, 0, 0, 0,
+    0, 0, 0, 0,
+    1, 0,
+    0x05, 0xa4, 3, 0, 1, 0, 0, 0, 28, 0, 0, 0,
+    0, 0, 0, 0,
+    0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0, 1, 2, 3, 4,
+};
+
+static const uint8_t big[] = {
+    0xff, 0xd8, 0xff, 0xe0, 0, 4, 'J', 'F', 0xff, 0xe1, 0, 34, 'E', 'x', 'i', 'f', 0, 0,
+    'M', 'M', 0, 42, 0, 0, 0, 8,
+    0, 1,
+    0xa4, 0x05, 0, 3, 0, 0, 0, 1, 0, 50, 0, 0,
+    0, 0, 0, 0,
+};
+
+static bool sane(lt_exif e)
+{
+    return e.orientation >= 1 && e.orientation <= 8 && e.focal_35mm >= 0 && e.focal_35mm <= 5000;
+}
+
+/* A copy of exactly n bytes, so that a read past the end is seen by the sanitizer. */
+static lt_exif read_copy(const uint8_t *bytes, size_t n)
+{
+    uint8_t *copy = malloc(n ? n : 1);
+    lt_exif e;
+
+    memcpy(copy, bytes, n);
+    e = lt_exif_read(copy, n);
+    free(copy);
+    return e;
+}
+
+START_TEST(values)
+{
+    lt_exif e = read_copy(little, LENGTH);
+
+    ck_assert_int_eq(e.orientation, 6);
+    ck_assert_double_eq(e.focal_35mm, 28);
+    ck_assert_double_eq_tol(lt_exif_focal_px(&e, 3600, 2400), 2800, 1e-9);
+    e = read_copy(big, sizeof(big));
+    ck_assert_int_eq(e.orientation, 1);
+    ck_assert_double_eq(e.focal_35mm, 50);
+}
+END_TEST
+
+START_TEST(cut)
+{
+    for (size_t n = 0; n < LENGTH; n++) {
+        const lt_exif e = read_copy(little, n);
+
+        ck_assert(sane(e));
+        if (n < SEGMENT_END)
+            ck_assert_int_eq(e.orientation, 1);         /* a segment that is not all there is not read */
+    }
+}
+END_TEST
+
+START_TEST(bent)
+{
+    for (size_t i = 0; i < LENGTH; i++)
+        for (int v = 0; v < 256; v++) {
+            uint8_t b[LENGTH];
+
+            memcpy(b, little, LENGTH);
+            b[i] = (uint8_t)v;
+            ck_assert(sane(read_copy(b, LENGTH)));
+        }
+}
+END_TEST
+
+/* A directory that claims 65535 entries, and one that points to itself. */
+START_TEST(hostile)
+{
+    uint8_t b[LENGTH];
+
+    memcpy(b, little, LENGTH);
+    b[20] = b[21] = 0xff;
+    ck_assert(sane(read_copy(b, LENGTH)));
+    memcpy(b, little, LENGTH);
+    b[42] = 8;
+    ck_assert_int_eq(read_copy(b, LENGTH).orientation, 6);
+    memcpy(b, little, LENGTH);
+    memset(b + 42, 0xff, 4);
+    ck_assert_double_eq(read_copy(b, LENGTH).focal_35mm, 0);
+}
+END_TEST
+
+/* A 3 x 2 picture, letters a to f row by row, upright under each orientation. */
+START_TEST(turn)
+{
+    static const char *const upright[8] = {
+        "abcdef", "cbafed", "fedcba", "defabc", "adbecf", "daebfc", "fcebda", "cfbead",
+    };
+
+    for (int o = 1; o <= 8; o++) {
+        const int width = o < 5 ? 3 : 2;
+
+        for (int i = 0; i < 6; i++) {
+            int x, y;
+
+            lt_exif_turn(o, 3, 2, i % width, i / width, &x, &y);
+            ck_assert_int_eq("abcdef"[3 * y + x], upright[o - 1][i]);
+        }
+    }
+}
+END_TEST
+
+int main(void)
+{
+    TCase *t = tcase_create("exif");
+    Suite *s = suite_create("exif");
+    SRunner *r;
+    int failed;
+
+    tcase_add_test(t, values);
+    tcase_add_test(t, cut);
+    tcase_add_test(t, bent);
+    tcase_add_test(t, hostile);
+    tcase_add_test(t, turn);
+    suite_add_tcase(s, t);
+    r = srunner_create(s);
+    srunner_run_all(r, CK_NORMAL);
+    failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
