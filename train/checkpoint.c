@@ -1,0 +1,429 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/checkpoint.h"
+
+#include "libtensor/base/cpu.h"
+#include "libtensor/io/json.h"
+#include "libtensor/io/number.h"
+#include "libtensor/io/safetensors.h"
+#include "libtensor/kernels/kernels.h"
+
+#include <config.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+
+static const char FORMAT[] = "palmar-checkpoint";
+static const char EMA[] = "optim.ema.";
+
+/* ---- the check sum: one flipped bit anywhere changes it -------------------------------------------------- */
+
+static uint32_t crc_text(uint32_t crc, const char *text)
+{
+    return (uint32_t)crc32(crc, (const uint8_t *)text, (uInt)strlen(text) + 1);
+}
+
+static uint32_t crc_array(uint32_t crc, const lt_named_array *e)
+{
+    size_t bytes = 0;
+
+    lt_array_bytes(&e->array, &bytes);
+    crc = crc_text(crc, e->name);
+    crc = (uint32_t)crc32(crc, (const uint8_t *)e->array.shape,
+                          (uInt)((size_t)e->array.rank * sizeof(*e->array.shape)));
+    return (uint32_t)crc32_z(crc, e->array.data, bytes);
+}
+
+static uint32_t crc_all(const lt_named_array *entry, size_t n, const lt_text_pair *meta, size_t n_meta)
+{
+    uint32_t crc = 0;
+
+    for (size_t i = 0; i < n; i++)
+        crc = crc_array(crc, &entry[i]);
+    for (size_t i = 0; i < n_meta; i++)
+        if (strcmp(meta[i].key, "crc32") != 0)
+            crc = crc_text(crc_text(crc, meta[i].key), meta[i].value);
+    return crc;
+}
+
+/* ---- writing ------------------------------------------------------------------------------------------ */
+
+enum { META = 14 };
+
+typedef struct {
+    lt_arena *arena;
+    lt_named_array *entry;
+    size_t n;
+    lt_text_pair meta[META];
+    size_t n_meta;
+    bool no_memory;
+} contents;
+
+static lt_named_array named(const char *name, const lt_shape *shape, const lt_real *data)
+{
+    const lt_elem type = sizeof(lt_real) == sizeof(float) ? LT_ELEM_F4 : LT_ELEM_F8;
+
+    return (lt_named_array){ name, lt_array_make(type, shape->rank, shape->dim, data) };
+}
+
+static bool collect(contents *c, const model *m, const lt_optim *optim)
+{
+    size_t n = (size_t)lt_optim_state_count(optim);
+
+    for (const lt_param *p = lt_params_first(m->params); p; p = p->next)
+        n++;
+    c->entry = lt_arena_array(c->arena, n, sizeof(*c->entry));
+    if (!c->entry)
+        return false;
+    for (const lt_param *p = lt_params_first(m->params); p; p = p->next)
+        c->entry[c->n++] = named(p->name, &p->shape, p->data);
+    for (int i = 0; i < lt_optim_state_count(optim); i++) {
+        const lt_optim_state s = lt_optim_state_at(optim, i);
+
+        c->entry[c->n++] = named(s.name, &s.shape, s.data);
+    }
+    return true;
+}
+
+static void put(contents *c, const char *key, const char *value)
+{
+    c->no_memory |= !value;
+    c->meta[c->n_meta++] = (lt_text_pair){ key, value };
+}
+
+static void put_int(contents *c, const char *key, int64_t value)
+{
+    put(c, key, lt_arena_printf(c->arena, "%" PRId64, value));
+}
+
+static bool describe(contents *c, const model *m, const char *config, const checkpoint_state *s)
+{
+    char best[LT_JSON_NUMBER];
+
+    put(c, "format", FORMAT);
+    put(c, "version", PACKAGE_VERSION);
+    put(c, "model", m->cls->name);
+    put(c, "variant", m->variant);
+    put(c, "config", config);
+    put_int(c, "step", s->step);
+    put_int(c, "epoch", (int64_t)s->position.epoch);
+    put_int(c, "next", s->position.next);
+    put_int(c, "seed", (int64_t)s->seed);
+    put_int(c, "skipped", s->skipped);
+    put_int(c, "optim_steps", s->optim_steps);
+    put_int(c, "validated", s->validated);
+    put(c, "best", lt_arena_strdup(c->arena, lt_json_number(s->best_mm, best)));
+    put(c, "isa", lt_isa_name(lt_k->isa));
+    return !c->no_memory;
+}
+
+static lt_status check_finite(const char *path, const contents *c)
+{
+    for (size_t i = 0; i < c->n; i++) {
+        const lt_array *a = &c->entry[i].array;
+        const lt_real *x = a->data;
+
+        for (size_t k = 0; k < lt_array_count(a); k++)
+            if (!isfinite(x[k]))
+                return lt_error(LT_ENUMERIC, "%s: not written, for \"%s\" is not finite at %zu", path,
+                                c->entry[i].name, k);
+    }
+    return LT_OK;
+}
+
+lt_status checkpoint_save(const char *path, const model *m, const lt_optim *optim, const char *config,
+                          const checkpoint_state *state)
+{
+    contents c = { .arena = lt_arena_new() };
+    lt_text_pair meta[META + 1];
+    char crc[16];
+    lt_status st;
+
+    if (!c.arena || !collect(&c, m, optim) || !describe(&c, m, config, state)) {
+        lt_arena_free(c.arena);
+        return lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
+    }
+    st = check_finite(path, &c);
+    if (st == LT_OK) {
+        memcpy(meta, c.meta, sizeof(c.meta));
+        snprintf(crc, sizeof(crc), "%08" PRIx32, crc_all(c.entry, c.n, meta, META));
+        meta[META] = (lt_text_pair){ "crc32", crc };
+        st = lt_safetensors_write(path, c.entry, c.n, meta, META + 1);
+    }
+    lt_arena_free(c.arena);
+    return st;
+}
+
+size_t checkpoint_bytes(const model *m, const lt_optim *optim)
+{
+    size_t n = 0, names = 0;
+
+    for (const lt_param *p = lt_params_first(m->params); p; p = p->next, names++)
+        n += (size_t)lt_param_numel(p);
+    for (int i = 0; i < lt_optim_state_count(optim); i++, names++) {
+        const lt_optim_state s = lt_optim_state_at(optim, i);
+
+        n += (size_t)lt_shape_numel(&s.shape);
+    }
+    return n * sizeof(lt_real) + 160 * names + 8192;
+}
+
+/* ---- reading ------------------------------------------------------------------------------------------ */
+
+static lt_status read_file(lt_arena *arena, const char *path, lt_safetensors *f)
+{
+    const lt_status st = lt_safetensors_read(arena, path, f);
+    const char *format, *crc;
+    char found[16];
+
+    if (st)
+        return st;
+    format = lt_safetensors_meta(f, "format");
+    crc = lt_safetensors_meta(f, "crc32");
+    if (!format || strcmp(format, FORMAT) != 0 || !crc)
+        return lt_error(LT_EFORMAT, "%s: has weights, but is no checkpoint of palmar train", path);
+    snprintf(found, sizeof(found), "%08" PRIx32, crc_all(f->entry, f->n, f->meta, f->n_meta));
+    if (strcmp(found, crc) != 0)
+        return lt_error(LT_EFORMAT, "%s: is damaged: its check sum is %s, its contents give %s", path, crc, found);
+    return LT_OK;
+}
+
+static lt_status check_model(const lt_safetensors *f, const model *m)
+{
+    const char *name = lt_safetensors_meta(f, "model"), *variant = lt_safetensors_meta(f, "variant");
+
+    if (!name || !variant)
+        return lt_error(LT_EFORMAT, "%s: does not say which model it is of", f->path);
+    if (strcmp(name, m->cls->name) != 0 || strcmp(variant, m->variant) != 0)
+        return lt_error(LT_EINVAL, "%s: is of model %s (%s), not of %s (%s)", f->path, name, variant,
+                        m->cls->name, m->variant);
+    return LT_OK;
+}
+
+static bool fits(const lt_array *a, const lt_shape *shape)
+{
+    return a->type != LT_ELEM_TEXT && lt_array_has_shape(a, shape->rank, shape->dim);
+}
+
+static lt_status wrong_shape(const lt_safetensors *f, const char *array, const lt_array *a, const char *name,
+                             const lt_shape *shape)
+{
+    char have[160], want[LT_SHAPE_TEXT];
+
+    return lt_error(LT_EINVAL, "%s: \"%s\" is %s, the model's \"%s\" is %s", f->path, array,
+                    lt_array_shape_text(a, have, sizeof(have)), name, lt_shape_text(shape, want));
+}
+
+static lt_status check_entry(const lt_safetensors *f, const char *name, const lt_shape *shape)
+{
+    const lt_array *a = lt_safetensors_find(f, name);
+
+    if (!a)
+        return lt_error(LT_EINVAL, "%s: has no \"%s\"; it is of another model or optimiser", f->path, name);
+    return fits(a, shape) ? LT_OK : wrong_shape(f, name, a, name, shape);
+}
+
+static lt_status check_params(const lt_safetensors *f, const model *m)
+{
+    lt_status st = LT_OK;
+
+    for (const lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
+        st = check_entry(f, p->name, &p->shape);
+    return st;
+}
+
+static lt_status check_optim(const lt_safetensors *f, const lt_optim *optim)
+{
+    lt_status st = LT_OK;
+
+    for (int i = 0; st == LT_OK && i < lt_optim_state_count(optim); i++) {
+        const lt_optim_state s = lt_optim_state_at(optim, i);
+
+        st = check_entry(f, s.name, &s.shape);
+    }
+    return st;
+}
+
+static void copy_array(const lt_array *a, lt_real *out)
+{
+    const size_t n = lt_array_count(a);
+
+    for (size_t i = 0; i < n; i++)
+        out[i] = (lt_real)lt_array_get(a, i);
+}
+
+static lt_status get_int(const lt_safetensors *f, const char *key, int64_t *out)
+{
+    const char *text = lt_safetensors_meta(f, key);
+    char *end = NULL;
+
+    *out = text ? strtoll(text, &end, 10) : 0;
+    if (!text || end == text || *end || *out < 0)
+        return lt_error(LT_EFORMAT, "%s: metadata \"%s\" is no count", f->path, key);
+    return LT_OK;
+}
+
+static lt_status get_state(const lt_safetensors *f, checkpoint_state *out)
+{
+    const char *best = lt_safetensors_meta(f, "best");
+    const char *end = NULL;
+    int64_t epoch, seed;
+    lt_status st = get_int(f, "step", &out->step);
+
+    if (st == LT_OK)
+        st = get_int(f, "skipped", &out->skipped);
+    if (st == LT_OK)
+        st = get_int(f, "optim_steps", &out->optim_steps);
+    if (st == LT_OK)
+        st = get_int(f, "validated", &out->validated);
+    if (st == LT_OK)
+        st = get_int(f, "epoch", &epoch);
+    if (st == LT_OK)
+        st = get_int(f, "next", &out->position.next);
+    if (st == LT_OK)
+        st = get_int(f, "seed", &seed);
+    if (st)
+        return st;
+    out->position.epoch = (uint64_t)epoch;
+    out->seed = (uint64_t)seed;
+    out->best_mm = best ? lt_strtod(best, &end) : INFINITY;
+    if (best && end == best)
+        out->best_mm = INFINITY;                /* "null": no validation yet */
+    return LT_OK;
+}
+
+static void put_back(const lt_safetensors *f, const model *m, lt_optim *optim, const checkpoint_state *s)
+{
+    for (lt_param *p = lt_params_first(m->params); p; p = p->next)
+        copy_array(lt_safetensors_find(f, p->name), p->data);
+    for (int i = 0; i < lt_optim_state_count(optim); i++) {
+        const lt_optim_state state = lt_optim_state_at(optim, i);
+
+        copy_array(lt_safetensors_find(f, state.name), state.data);
+    }
+    lt_optim_set_steps(optim, s->optim_steps);
+}
+
+lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state)
+{
+    lt_arena *arena = lt_arena_new();
+    checkpoint_state s;
+    lt_safetensors f;
+    lt_status st = arena ? read_file(arena, path, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = check_model(&f, m);
+    if (st == LT_OK)
+        st = check_params(&f, m);
+    if (st == LT_OK)
+        st = check_optim(&f, optim);
+    if (st == LT_OK)
+        st = get_state(&f, &s);
+    if (st == LT_OK) {
+        put_back(&f, m, optim, &s);
+        *state = s;
+    }
+    lt_arena_free(arena);
+    return st;
+}
+
+/* The average of a weight where the file has one, else the weight. */
+static const lt_array *best_of(lt_arena *arena, const lt_safetensors *f, const lt_param *p)
+{
+    const char *name = lt_arena_printf(arena, "%s%s", EMA, p->name);
+    const lt_array *ema = name ? lt_safetensors_find(f, name) : NULL;
+
+    return ema && fits(ema, &p->shape) ? ema : lt_safetensors_find(f, p->name);
+}
+
+lt_status checkpoint_load_model(const char *path, const model *m)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_safetensors f;
+    lt_status st = arena ? read_file(arena, path, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = check_model(&f, m);
+    if (st == LT_OK)
+        st = check_params(&f, m);
+    for (lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
+        copy_array(best_of(arena, &f, p), p->data);
+    lt_arena_free(arena);
+    return st;
+}
+
+lt_status checkpoint_config(lt_arena *arena, const char *path, const char **config, int64_t *step)
+{
+    lt_safetensors f;
+    lt_status st = read_file(arena, path, &f);
+
+    if (st)
+        return st;
+    *config = lt_safetensors_meta(&f, "config");
+    if (!*config)
+        return lt_error(LT_EFORMAT, "%s: carries no configuration", path);
+    return step ? get_int(&f, "step", step) : LT_OK;
+}
+
+/* ---- initial weights by name -------------------------------------------------------------------------- */
+
+static lt_param *param_for(lt_arena *arena, const model *m, const char *name)
+{
+    lt_param *p = lt_params_find(m->params, name);
+
+    for (int i = 0; !p && m->cls->blocks[i]; i++) {
+        const char *full = lt_arena_printf(arena, "%s.%s", m->cls->blocks[i], name);
+
+        p = full ? lt_params_find(m->params, full) : NULL;
+    }
+    return p;
+}
+
+static lt_status check_init(lt_arena *arena, const lt_safetensors *f, const model *m, checkpoint_match *out)
+{
+    for (size_t i = 0; i < f->n; i++) {
+        const lt_named_array *e = &f->entry[i];
+        const lt_param *p = param_for(arena, m, e->name);
+
+        if (!p) {
+            out->left_over++;
+            continue;
+        }
+        if (!fits(&e->array, &p->shape))
+            return wrong_shape(f, e->name, &e->array, p->name, &p->shape);
+        for (size_t k = 0; k < lt_array_count(&e->array); k++)
+            if (!isfinite(lt_array_get(&e->array, k)))
+                return lt_error(LT_EFORMAT, "%s: \"%s\" is not finite at %zu", f->path, e->name, k);
+        out->loaded++;
+    }
+    if (!out->loaded)
+        return lt_error(LT_EINVAL, "%s: none of its %zu arrays has the name of a parameter of %s", f->path,
+                        f->n, m->cls->name);
+    return LT_OK;
+}
+
+lt_status checkpoint_init(const char *path, const model *m, checkpoint_match *out)
+{
+    lt_arena *arena = lt_arena_new();
+    checkpoint_match match = { 0 };
+    lt_safetensors f;
+    lt_status st = arena ? lt_safetensors_read(arena, path, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = check_init(arena, &f, m, &match);
+    for (size_t i = 0; st == LT_OK && i < f.n; i++) {
+        lt_param *p = param_for(arena, m, f.entry[i].name);
+
+        if (p)
+            copy_array(&f.entry[i].array, p->data);
+    }
+    for (const lt_param *p = lt_params_first(m->params); p; p = p->next)
+        match.missing++;
+    match.missing -= match.loaded;
+    if (st == LT_OK)
+        *out = match;
+    lt_arena_free(arena);
+    return st;
+}

@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A run at one moment, in one safetensors file: weights, running statistics, what the optimiser remembers,
+ * and as metadata where it was. The same run gives the same bytes, whenever and wherever it is made.
+ *
+ * Metadata keys: "format" (palmar-checkpoint), "version", "model", "variant", "config" (JSON), "step", "epoch",
+ * "next", "seed", "skipped", "optim_steps", "validated", "best", "isa", "crc32" (of everything else).
+ */
+#ifndef TRAIN_CHECKPOINT_H
+#define TRAIN_CHECKPOINT_H
+
+#include "data/loader.h"
+#include "libtensor/optim/optim.h"
+#include "models/model.h"
+
+/* Where a run was, apart from its arrays. */
+typedef struct {
+    int64_t step;                   /* steps tried, skipped ones included */
+    int64_t skipped;                /* steps without a finite gradient */
+    int64_t optim_steps;
+    loader_position position;       /* of the next batch */
+    uint64_t seed;
+    int64_t validated;              /* the step of the last validation; 0 before one */
+    double best_mm;                 /* the lowest PA-MPJPE of a validation so far; infinite before one */
+} checkpoint_state;
+
+/**
+ * checkpoint_save - write everything to path, atomically
+ *
+ *   config   resolved, as text
+ *
+ * Errors: LT_ENUMERIC names a parameter that is not finite (nothing is written then); LT_ENOSPC, LT_EIO:
+ * what was at path is as it was, and no temporary file stays.
+ */
+lt_status checkpoint_save(const char *path, const model *m, const lt_optim *optim, const char *config,
+                          const checkpoint_state *state);
+
+/**
+ * checkpoint_load - put back what checkpoint_save wrote
+ *
+ * Model and optimiser are as they were before on any error. Errors: LT_EFORMAT for a file that is damaged or
+ * no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both.
+ */
+lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state);
+
+/**
+ * checkpoint_load_model - weights and running statistics alone, to evaluate or predict
+ *
+ * Where the run kept an average of the weights, that is what is loaded. Errors as checkpoint_load.
+ */
+lt_status checkpoint_load_model(const char *path, const model *m);
+
+/* What a file of weights had for a model. */
+typedef struct {
+    int loaded;                     /* parameters that got values */
+    int missing;                    /* parameters that did not */
+    int left_over;                  /* arrays that no parameter has the name of */
+} checkpoint_match;
+
+/**
+ * checkpoint_init - initial weights by name from any safetensors file
+ *
+ * An array fits the parameter of its name, or of its name behind one of the model's blocks: "conv1.weight"
+ * fits "trunk.conv1.weight". Errors: none fits; a shape that differs, naming both; a number that is not finite.
+ */
+lt_status checkpoint_init(const char *path, const model *m, checkpoint_match *out);
+
+/**
+ * checkpoint_config - the configuration that a checkpoint carries, as JSON text in the arena, and the step
+ * it is of (may be NULL)
+ */
+lt_status checkpoint_config(lt_arena *arena, const char *path, const char **config, int64_t *step);
+
+/* checkpoint_bytes - about how large the file will be */
+size_t checkpoint_bytes(const model *m, const lt_optim *optim);
+
+#endif

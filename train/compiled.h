@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A model ready to run on batches of one size: its record and the plan made of it.
+ */
+#ifndef TRAIN_COMPILED_H
+#define TRAIN_COMPILED_H
+
+#include "data/hand_object.h"
+#include "libtensor/graph/plan.h"
+#include "models/model.h"
+
+typedef enum {
+    COMPILED_TRAIN,                 /* losses, and their gradients */
+    COMPILED_CHECK,                 /* inference with the losses beside the outputs */
+    COMPILED_INFER,                 /* outputs alone: only image and boxes are inputs */
+} compiled_kind;
+
+typedef struct {
+    model_record record;            /* owns the graph */
+    lt_plan *plan;
+} compiled;
+
+/* compiled_new - record and compile m for batches of `batch`. Errors: those of lt_compile; inputs that
+ * hand-object data do not have. m must outlive it. */
+lt_status compiled_new(const model *m, int batch, compiled_kind kind, compiled *out);
+void compiled_free(compiled *c);
+
+/* compiled_output - where the plan keeps an output, or NULL when the model has none of that name */
+const lt_real *compiled_output(const compiled *c, const char *name);
+
+/**
+ * compiled_walk - run through all samples of a source in order
+ *
+ *   source     whose batches are hand_object_batch
+ *   threads    that prepare samples
+ *   tolerate   share of unreadable samples that is skipped
+ *   visit      called after each run; sample i of the batch is at place i of the outputs, and those with
+ *              b->weight[i] 0 do not count
+ *   stop       asked before each batch, may be NULL; true: LT_ESTOPPED
+ *
+ * Parameters may have changed since the last walk. Errors: those of the loader.
+ */
+typedef void (*compiled_visit)(void *ctx, const compiled *c, const hand_object_batch *b);
+lt_status compiled_walk(const compiled *c, const loader_source *source, int threads, double tolerate,
+                        compiled_visit visit, void *ctx, bool (*stop)(void));
+
+#endif

@@ -1,0 +1,326 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/config.h"
+
+#include "libtensor/io/file.h"
+#include "libtensor/io/json.h"
+#include "libtensor/optim/optim.h"
+
+#include <cjson/cJSON.h>
+#include <string.h>
+#include <sys/stat.h>
+
+/* ---- the keys ----------------------------------------------------------------------------------------- */
+
+static const char *const kinds[] = { "sgd", "adam", "adamw", NULL };                /* as lt_optim_kind */
+static const char *const schedules[] = { "constant", "step", "cosine", NULL };      /* as lt_schedule_kind */
+
+#define DATA(field) #field, .offset = offsetof(train_data_config, field)
+#define OPTIM(field) #field, .offset = offsetof(train_optim_config, field)
+#define LOOP(field) #field, .offset = offsetof(train_loop_config, field)
+
+static const lt_config_key data_keys[] = {
+    { DATA(dir), .type = LT_CONFIG_TEXT, .fallback = "\"\"", .doc = "folder of the dataset" },
+    { DATA(objects), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
+      .doc = "folder of the object models; empty: models/ in the dataset, or beside it" },
+    { DATA(hand), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
+      .doc = "hand model, MANO's .pkl or a .npz; empty: the embedded hand" },
+    { DATA(threads), .type = LT_CONFIG_INT, .fallback = "2", .lo = 1, .hi = 64,
+      .doc = "threads that prepare samples" },
+    { DATA(ahead), .type = LT_CONFIG_INT, .fallback = "2", .lo = 1, .hi = 64,
+      .doc = "batches that are prepared ahead" },
+    { DATA(tolerate), .type = LT_CONFIG_NUMBER, .fallback = "0.05", .lo = 0, .hi = 1,
+      .doc = "share of unreadable samples that is skipped; 0: the first one stops" },
+    { DATA(augment), .type = LT_CONFIG_BOOL, .fallback = "true", .doc = "jitter, turn and recolour the crops" },
+    { DATA(bilinear), .type = LT_CONFIG_BOOL, .fallback = "false",
+      .doc = "sample crops between pixels, not at the nearest" },
+    { DATA(centre_jitter), .type = LT_CONFIG_NUMBER, .fallback = "0.1", .lo = 0, .hi = 1,
+      .doc = "the crop's centre moves by up to this share of its side" },
+    { DATA(scale_jitter), .type = LT_CONFIG_NUMBER, .fallback = "0.2", .lo = 0, .hi = 0.9,
+      .doc = "deviation of the crop's scale, and its limit" },
+    { DATA(rotation_deg), .type = LT_CONFIG_NUMBER, .fallback = "180", .lo = 0, .hi = 180,
+      .doc = "the crop turns by up to this, degrees" },
+    { DATA(blur), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1,
+      .doc = "deviation of the blur at most, pixels" },
+    { DATA(brightness), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
+    { DATA(contrast), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
+    { DATA(saturation), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
+    { DATA(hue), .type = LT_CONFIG_NUMBER, .fallback = "0.15", .lo = 0, .hi = 0.5,
+      .doc = "hue turns by up to this, in turns" },
+    { .name = NULL },
+};
+
+static const lt_config_key optim_keys[] = {
+    { OPTIM(kind), .type = LT_CONFIG_CHOICE, .fallback = "\"adam\"", .choices = kinds,
+      .doc = "adam adds weight_decay * w to the gradient, adamw takes it off the weight" },
+    { OPTIM(lr), .type = LT_CONFIG_NUMBER, .fallback = "1e-4", .lo = 0, .hi = 1e30, .doc = "highest learning rate" },
+    { OPTIM(weight_decay), .type = LT_CONFIG_NUMBER, .fallback = "5e-4", .lo = 0, .hi = 1e30, .doc = "of all weights" },
+    { OPTIM(beta1), .type = LT_CONFIG_NUMBER, .fallback = "0.9", .lo = 0, .hi = 1, .doc = "adam: decay of the mean" },
+    { OPTIM(beta2), .type = LT_CONFIG_NUMBER, .fallback = "0.999", .lo = 0, .hi = 1,
+      .doc = "adam: decay of the mean square" },
+    { OPTIM(eps), .type = LT_CONFIG_NUMBER, .fallback = "1e-8", .lo = 0, .hi = 1, .doc = "adam: added to the root" },
+    { OPTIM(momentum), .type = LT_CONFIG_NUMBER, .fallback = "0.9", .lo = 0, .hi = 1, .doc = "of sgd" },
+    { OPTIM(nesterov), .type = LT_CONFIG_BOOL, .fallback = "false", .doc = "sgd: look ahead" },
+    { OPTIM(clip_norm), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e30,
+      .doc = "longest gradient, L2 norm over all weights; 0: any" },
+    { OPTIM(ema_decay), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1,
+      .doc = "validate and predict with an average of the weights with this decay; 0: with the weights" },
+    { OPTIM(schedule), .type = LT_CONFIG_CHOICE, .fallback = "\"step\"", .choices = schedules,
+      .doc = "how the learning rate falls" },
+    { OPTIM(gamma), .type = LT_CONFIG_NUMBER, .fallback = "0.7", .lo = 0, .hi = 1, .doc = "step: factor" },
+    { OPTIM(every), .type = LT_CONFIG_INT, .fallback = "10", .lo = 1, .hi = 1e9, .doc = "step: epochs between factors" },
+    { OPTIM(min_lr), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e30, .doc = "cosine: where it ends" },
+    { OPTIM(warmup), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e9,
+      .doc = "epochs of a linear rise from 0" },
+    { OPTIM(epochs), .type = LT_CONFIG_INT, .fallback = "120", .lo = 1, .hi = 1e9, .doc = "passes over the data" },
+    { OPTIM(steps), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 2e9,
+      .doc = "stop after so many steps; 0: after the epochs" },
+    { OPTIM(batch), .type = LT_CONFIG_INT, .fallback = "32", .lo = 1, .hi = 1024, .doc = "samples in a step" },
+    { OPTIM(shards), .type = LT_CONFIG_INT, .fallback = "1", .lo = 1, .hi = 1024,
+      .doc = "parts of a batch with statistics of their own; divides batch" },
+    { .name = NULL },
+};
+
+static const lt_config_key loop_keys[] = {
+    { LOOP(seed), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 2147483647,
+      .doc = "of initial weights, order and augmentation" },
+    { LOOP(checkpoint_minutes), .type = LT_CONFIG_NUMBER, .fallback = "15", .lo = 0, .hi = 1e9,
+      .doc = "minutes between checkpoints; 0: not by time" },
+    { LOOP(checkpoint_steps), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 2e9,
+      .doc = "steps between checkpoints; 0: not by steps" },
+    { LOOP(keep), .type = LT_CONFIG_INT, .fallback = "3", .lo = 1, .hi = 10000,
+      .doc = "newest checkpoints that stay; last and best always do" },
+    { LOOP(validate_every), .type = LT_CONFIG_INT, .fallback = "1", .lo = 0, .hi = 1e9,
+      .doc = "epochs between validations; 0: not by epochs" },
+    { LOOP(validate_steps), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 2e9,
+      .doc = "steps between validations; 0: not by steps" },
+    { LOOP(validate_samples), .type = LT_CONFIG_INT, .fallback = "1000", .lo = 1, .hi = 1e9,
+      .doc = "samples to validate on, at most; without evaluation truth the last ones of training" },
+    { LOOP(max_bad_steps), .type = LT_CONFIG_INT, .fallback = "5", .lo = 1, .hi = 1e9,
+      .doc = "steps in a row without a finite gradient that stop the run" },
+    { LOOP(log_every), .type = LT_CONFIG_INT, .fallback = "1", .lo = 1, .hi = 1e9,
+      .doc = "steps between lines of log.jsonl" },
+    { .name = NULL },
+};
+
+/* ---- reading ------------------------------------------------------------------------------------------ */
+
+static const char *const groups[] = { "model", "data", "optim", "train" };
+
+static lt_status check_groups(const char *path, const cJSON *tree)
+{
+    const cJSON *item;
+
+    if (!cJSON_IsObject(tree))
+        return lt_error(LT_EINVAL, "%s: want an object with the groups model, data, optim, train", path);
+    cJSON_ArrayForEach(item, tree) {
+        const char *near = lt_nearest_name(item->string, groups, LT_COUNT(groups));
+        size_t i = 0;
+
+        while (i < LT_COUNT(groups) && strcmp(groups[i], item->string) != 0)
+            i++;
+        if (i == LT_COUNT(groups) && near)
+            return lt_error(LT_EINVAL, "%s: %s: no such group; did you mean \"%s\"?", path, item->string, near);
+        if (i == LT_COUNT(groups))
+            return lt_error(LT_EINVAL, "%s: %s: no such group; there are model, data, optim, train", path,
+                            item->string);
+    }
+    return LT_OK;
+}
+
+static lt_status read_model(train_config *c)
+{
+    const cJSON *group = cJSON_GetObjectItemCaseSensitive(c->tree, "model");
+    const cJSON *name = cJSON_GetObjectItemCaseSensitive(group, "name");
+
+    if (!cJSON_IsString(name))
+        return lt_error(LT_EINVAL, "%s: model.name: want the name of a model, such as \"%s\"", c->path,
+                        model_classes[0]->name);
+    if (model_find(name->valuestring, &c->model))
+        return lt_error_prefix(LT_EINVAL, "%s: model.name", c->path);
+    c->model_keys = cJSON_Duplicate(group, true);
+    if (!c->model_keys)
+        return lt_error(LT_ENOMEM, "%s: no memory", c->path);
+    cJSON_DeleteItemFromObjectCaseSensitive(c->model_keys, "name");
+    return LT_OK;
+}
+
+static lt_status read_group(lt_arena *arena, const train_config *c, const char *name,
+                            const lt_config_key *keys, void *out)
+{
+    const char *where = lt_arena_printf(arena, "%s: %s", c->path, name);
+
+    return where ? lt_config_read(arena, where, cJSON_GetObjectItemCaseSensitive(c->tree, name), keys, out)
+                 : lt_error(LT_ENOMEM, "%s: no memory", c->path);
+}
+
+static lt_status check_values(const train_config *c)
+{
+    const train_optim_config *o = &c->optim;
+
+    if (o->batch % o->shards)
+        return lt_error(LT_EINVAL, "%s: optim.shards: %d do not divide a batch of %d", c->path, o->shards,
+                        o->batch);
+    if (o->schedule == LT_COSINE_LR && o->warmup >= o->epochs)
+        return lt_error(LT_EINVAL, "%s: optim.warmup: %g epochs leave nothing of %d for the cosine", c->path,
+                        o->warmup, o->epochs);
+    return LT_OK;
+}
+
+/* c->tree is there: put the overrides into it, and read the groups. */
+static lt_status read_tree(lt_arena *arena, const char *const *set, int n_set, train_config *c)
+{
+    lt_status st = LT_OK;
+
+    if (cJSON_IsObject(c->tree))
+        for (int i = 0; st == LT_OK && i < n_set; i++)
+            st = lt_config_set(c->tree, set[i]);
+    if (st == LT_OK)
+        st = check_groups(c->path, c->tree);
+    if (st == LT_OK)
+        st = read_model(c);
+    if (st == LT_OK)
+        st = read_group(arena, c, "data", data_keys, &c->data);
+    if (st == LT_OK)
+        st = read_group(arena, c, "optim", optim_keys, &c->optim);
+    if (st == LT_OK)
+        st = read_group(arena, c, "train", loop_keys, &c->loop);
+    if (st == LT_OK)
+        st = check_values(c);
+    if (st)
+        train_config_fini(c);
+    return st;
+}
+
+lt_status train_config_load(lt_arena *arena, const char *path, const char *const *set, int n_set,
+                            train_config *out)
+{
+    train_config c = { .path = lt_arena_strdup(arena, path) };
+    struct stat info;
+    lt_status st;
+
+    if (c.path && stat(path, &info) == 0 && S_ISDIR(info.st_mode))
+        c.path = lt_path_join(arena, path, "config.json");
+    if (!c.path)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    st = lt_json_read(c.path, &c.tree);
+    if (st == LT_OK)
+        st = read_tree(arena, set, n_set, &c);
+    if (st == LT_OK)
+        *out = c;
+    return st;
+}
+
+lt_status train_config_parse(lt_arena *arena, const char *name, const char *text, const char *const *set,
+                             int n_set, train_config *out)
+{
+    train_config c = { .path = lt_arena_strdup(arena, name) };
+    lt_status st;
+
+    if (!c.path)
+        return lt_error(LT_ENOMEM, "%s: no memory", name);
+    st = lt_json_parse(name, text, strlen(text), &c.tree);
+    if (st == LT_OK)
+        st = read_tree(arena, set, n_set, &c);
+    if (st == LT_OK)
+        *out = c;
+    return st;
+}
+
+void train_config_fini(train_config *c)
+{
+    cJSON_Delete(c->tree);
+    cJSON_Delete(c->model_keys);
+    c->tree = c->model_keys = NULL;
+}
+
+lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
+{
+    const char *where = lt_arena_printf(lt_params_arena(set), "%s: model", c->path);
+    lt_status st;
+
+    if (!where)
+        return lt_error(LT_ENOMEM, "%s: no memory", c->path);
+    st = c->model->create(where, c->model_keys, hand, set, out);
+    if (st == LT_OK)
+        out->cls->init(out, (uint64_t)c->loop.seed);
+    return st;
+}
+
+/* ---- writing ------------------------------------------------------------------------------------------ */
+
+static cJSON *model_json(const model *m)
+{
+    cJSON *group = lt_config_write(m->cls->keys, m->config);
+    cJSON *name = cJSON_CreateString(m->cls->name);
+
+    if (group && name && cJSON_AddItemToObject(group, "name", name)) {
+        cJSON_DetachItemViaPointer(group, name);            /* to the front, for the reader */
+        cJSON_InsertItemInArray(group, 0, name);
+        return group;
+    }
+    cJSON_Delete(name);
+    cJSON_Delete(group);
+    return NULL;
+}
+
+struct cJSON *train_config_json(const train_config *c, const model *m)
+{
+    cJSON *tree = cJSON_CreateObject();
+    const struct { const char *name; cJSON *group; } part[] = {
+        { "model", model_json(m) },
+        { "data", lt_config_write(data_keys, &c->data) },
+        { "optim", lt_config_write(optim_keys, &c->optim) },
+        { "train", lt_config_write(loop_keys, &c->loop) },
+    };
+    bool ok = tree != NULL;
+
+    for (size_t i = 0; i < LT_COUNT(part); i++)
+        if (!ok || !part[i].group || !cJSON_AddItemToObject(tree, part[i].name, part[i].group)) {
+            cJSON_Delete(part[i].group);
+            ok = false;
+        }
+    if (ok)
+        return tree;
+    cJSON_Delete(tree);
+    return NULL;
+}
+
+/* ---- help --------------------------------------------------------------------------------------------- */
+
+static const char *type_name(const lt_config_key *k)
+{
+    static const char *const name[] = {
+        [LT_CONFIG_INT] = "whole number", [LT_CONFIG_NUMBER] = "number", [LT_CONFIG_BOOL] = "true or false",
+        [LT_CONFIG_TEXT] = "text", [LT_CONFIG_CHOICE] = "one of", [LT_CONFIG_INTS] = "four whole numbers",
+    };
+
+    return name[k->type];
+}
+
+static void print_keys(FILE *f, const char *group, const lt_config_key *k)
+{
+    for (; k->name; k++) {
+        fprintf(f, "  %s.%s: %s", group, k->name, type_name(k));
+        for (int i = 0; k->choices && k->choices[i]; i++)
+            fprintf(f, " %s", k->choices[i]);
+        if (k->lo != 0 || k->hi != 0)
+            fprintf(f, " from %g to %g", k->lo, k->hi);
+        fprintf(f, ", default %s\n      %s\n", k->fallback, k->doc);
+    }
+}
+
+void train_config_help(FILE *f)
+{
+    fprintf(f, "  model.name: one of");
+    for (int i = 0; model_classes[i]; i++)
+        fprintf(f, " %s", model_classes[i]->name);
+    fprintf(f, "\n      the model to train\n");
+    for (int i = 0; model_classes[i]; i++) {
+        fprintf(f, "\n%s\n", model_classes[i]->name);
+        print_keys(f, "model", model_classes[i]->keys);
+    }
+    fprintf(f, "\nall models\n");
+    print_keys(f, "data", data_keys);
+    print_keys(f, "optim", optim_keys);
+    print_keys(f, "train", loop_keys);
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * From the arrays of a prepared batch to the inputs of a model, by the names of its ports.
+ */
+#ifndef TRAIN_FEED_H
+#define TRAIN_FEED_H
+
+#include "data/hand_object.h"
+#include "libtensor/graph/plan.h"
+#include "models/model.h"
+
+/**
+ * feed_check - whether a hand-object batch has what the model asks for
+ *
+ * Errors: LT_EINVAL names the port that it does not have, or whose samples have another size.
+ */
+lt_status feed_check(const model_record *r);
+
+/**
+ * feed_batch - fill the inputs of a plan with slots first .. first + r->batch - 1 of b
+ *
+ * Returns the weight of the samples among them. A place without one, behind the end of a last batch or for a
+ * sample that could not be read, gets a neighbour's arrays and weight 0, so that it changes no loss and
+ * no black image disturbs the batch's statistics. Returns 0, and fills nothing, when no sample counts.
+ */
+double feed_batch(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first);
+
+#endif

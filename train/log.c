@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/log.h"
+
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/json.h"
+
+#include <errno.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* ---- opening ------------------------------------------------------------------------------------------ */
+
+/* Whether a line stays: its number behind prefix is at most step, or it has none (a heading). */
+static bool stays(const char *line, const char *prefix, int64_t step)
+{
+    const size_t n = strlen(prefix);
+    char *end;
+    long long number;
+
+    if (strncmp(line, prefix, n) != 0)
+        return true;
+    number = strtoll(line + n, &end, 10);
+    return end == line + n || number <= step;
+}
+
+/* Keep whole lines up to step; the rest was written after the checkpoint that we go on from. */
+static lt_status cut(lt_arena *arena, const char *path, const char *prefix, int64_t step)
+{
+    size_t n, kept = 0;
+    uint8_t *bytes;
+    const char *text, *end;
+    lt_status st;
+
+    if (access(path, F_OK) != 0)
+        return LT_OK;
+    st = lt_read_file(arena, path, LT_FILE_MAX, &bytes, &n);
+    if (st)
+        return st;
+    text = (const char *)bytes;
+    while ((end = memchr(text + kept, '\n', n - kept)) && stays(text + kept, prefix, step))
+        kept = (size_t)(end + 1 - text);
+    return kept == n ? LT_OK : lt_write_file(path, bytes, kept);
+}
+
+static lt_status open_one(lt_arena *arena, const char *folder, const char *name, const char *prefix,
+                          int64_t step, FILE **out)
+{
+    const char *path = lt_path_join(arena, folder, name);
+    const lt_status st = path ? cut(arena, path, prefix, step) : lt_error(LT_ENOMEM, "%s: no memory", name);
+
+    if (st)
+        return st;
+    *out = fopen(path, "a");
+    return *out ? LT_OK : lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+}
+
+lt_status train_log_open(lt_arena *arena, const char *folder, int64_t step, train_log *out)
+{
+    lt_status st;
+
+    *out = (train_log){ 0 };
+    st = open_one(arena, folder, "log.jsonl", "{\"step\":", step, &out->log);
+    if (st == LT_OK)
+        st = open_one(arena, folder, "metrics.csv", "", step, &out->metrics);
+    if (st)
+        train_log_close(out);
+    return st;
+}
+
+void train_log_close(train_log *l)
+{
+    if (l->log)
+        fclose(l->log);
+    if (l->metrics)
+        fclose(l->metrics);
+    l->log = l->metrics = NULL;
+}
+
+/* ---- writing ------------------------------------------------------------------------------------------ */
+
+static void number(FILE *f, const char *key, double x)
+{
+    char text[LT_JSON_NUMBER];
+
+    fprintf(f, ",\"%s\":%s", key, lt_json_number(x, text));
+}
+
+static void parts(FILE *f, const char *const *name, const double *value, int n)
+{
+    char text[LT_JSON_NUMBER];
+
+    fprintf(f, ",\"parts\":{");
+    for (int i = 0; i < n; i++)
+        fprintf(f, "%s\"%s\":%s", i ? "," : "", name[i], lt_json_number(value[i], text));
+    fprintf(f, "}");
+}
+
+void train_log_step(train_log *l, const train_step_record *r)
+{
+    fprintf(l->log, "{\"step\":%" PRId64 ",\"epoch\":%" PRId64, r->step, r->epoch);
+    number(l->log, "loss", r->loss);
+    parts(l->log, r->part_name, r->part, r->n_parts);
+    number(l->log, "lr", r->lr);
+    number(l->log, "grad_norm", r->grad_norm);
+    number(l->log, "img_per_s", r->img_per_s);
+    number(l->log, "seconds", r->seconds);
+    if (r->bad) {
+        fprintf(l->log, ",\"skipped\":");
+        lt_json_print_string(l->log, r->bad);
+    }
+    fprintf(l->log, "}\n");
+    fflush(l->log);
+}
+
+static void csv_heading(FILE *f, const train_validation *v)
+{
+    fprintf(f, "step,epoch,samples,pa_mpjpe_mm,mpjpe_mm,loss");
+    for (int i = 0; i < v->n_parts; i++)
+        fprintf(f, ",%s", v->part_name[i]);
+    fprintf(f, "\n");
+}
+
+/* An empty field stands for what was not measured. */
+static void csv_number(FILE *f, double x)
+{
+    char text[LT_JSON_NUMBER];
+
+    fprintf(f, ",%s", isfinite(x) ? lt_json_number(x, text) : "");
+}
+
+static void csv_line(FILE *f, const train_validation *v)
+{
+    fprintf(f, "%" PRId64 ",%" PRId64 ",%" PRId64, v->step, v->epoch, v->samples);
+    csv_number(f, v->pa_mpjpe_mm);
+    csv_number(f, v->mpjpe_mm);
+    csv_number(f, v->loss);
+    for (int i = 0; i < v->n_parts; i++)
+        csv_number(f, v->part[i]);
+    fprintf(f, "\n");
+}
+
+void train_log_validation(train_log *l, const train_validation *v)
+{
+    fprintf(l->log, "{\"step\":%" PRId64 ",\"epoch\":%" PRId64 ",\"samples\":%" PRId64, v->step, v->epoch,
+            v->samples);
+    number(l->log, "pa_mpjpe_mm", v->pa_mpjpe_mm);
+    number(l->log, "mpjpe_mm", v->mpjpe_mm);
+    number(l->log, "validation_loss", v->loss);
+    parts(l->log, v->part_name, v->part, v->n_parts);
+    fprintf(l->log, "}\n");
+    fflush(l->log);
+    if (fseek(l->metrics, 0, SEEK_END) == 0 && ftell(l->metrics) == 0)
+        csv_heading(l->metrics, v);
+    csv_line(l->metrics, v);
+    fflush(l->metrics);
+}
+
+lt_status train_log_flush(train_log *l)
+{
+    if (fflush(l->log) == 0 && fflush(l->metrics) == 0 && !ferror(l->log) && !ferror(l->metrics))
+        return LT_OK;
+    return lt_error(errno == ENOSPC || errno == EFBIG ? LT_ENOSPC : LT_EIO, "log.jsonl: %s", strerror(errno));
+}
+
+/* ---- spikes ------------------------------------------------------------------------------------------- */
+
+static int ascending(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+double train_log_spike(train_log *l, double norm)
+{
+    enum { WINDOW = LT_COUNT(l->norm), WARM = 10 };
+    const int n = l->n_norms < WINDOW ? l->n_norms : WINDOW;
+    double sorted[WINDOW], ratio = 0;
+
+    if (n >= WARM) {
+        memcpy(sorted, l->norm, (size_t)n * sizeof(*sorted));
+        qsort(sorted, (size_t)n, sizeof(*sorted), ascending);
+        ratio = norm / sorted[n / 2];
+    }
+    l->norm[l->n_norms++ % WINDOW] = norm;
+    return ratio > 100 ? ratio : 0;
+}

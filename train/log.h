@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What a run writes down as it goes: log.jsonl, one object a line, and metrics.csv, one line for each
+ * validation. Both are flushed line by line; going on from a checkpoint cuts off what came after it.
+ */
+#ifndef TRAIN_LOG_H
+#define TRAIN_LOG_H
+
+#include "libtensor/base/arena.h"
+#include "models/model.h"
+
+#include <stdio.h>
+
+/* One step. */
+typedef struct {
+    int64_t step, epoch;            /* step counts from 1, epoch from 0 */
+    double loss;
+    const char *part_name[MODEL_PORTS];
+    double part[MODEL_PORTS];
+    int n_parts;
+    double lr, grad_norm;
+    double img_per_s, seconds;      /* since the run began, or went on */
+    const char *bad;                /* not NULL: the step was skipped for this tensor, which is not finite */
+} train_step_record;
+
+/* One validation. Losses are NaN where the samples lack what they compare with. */
+typedef struct {
+    int64_t step, epoch, samples;
+    double pa_mpjpe_mm, mpjpe_mm;   /* mean over samples; mpjpe after the wrists are put together */
+    double loss;
+    const char *part_name[MODEL_PORTS];
+    double part[MODEL_PORTS];
+    int n_parts;
+} train_validation;
+
+typedef struct {
+    FILE *log, *metrics;
+    double norm[101];               /* the last gradient norms */
+    int n_norms;
+} train_log;
+
+/**
+ * train_log_open - append to folder/log.jsonl and folder/metrics.csv
+ *
+ * Lines of steps after `step`, and a torn last line, are cut off first. End with train_log_close.
+ */
+lt_status train_log_open(lt_arena *arena, const char *folder, int64_t step, train_log *out);
+void train_log_close(train_log *l);
+
+/* train_log_step, train_log_validation - errors are found by train_log_flush */
+void train_log_step(train_log *l, const train_step_record *r);
+void train_log_validation(train_log *l, const train_validation *v);
+
+/* train_log_flush - LT_ENOSPC or LT_EIO when a line could not be written */
+lt_status train_log_flush(train_log *l);
+
+/* train_log_spike - remember a gradient norm; how many times the median of the last 101 it is, when that is over
+ * 100, else 0. Needs 10 norms before it says anything. */
+double train_log_spike(train_log *l, double norm);
+
+#endif

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/progress.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <sys/ioctl.h>
+#include <time.h>
+#include <unistd.h>
+
+static const double TERMINAL_SECONDS = 0.1, PLAIN_SECONDS = 10;
+
+double progress_clock(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+void progress_init(train_progress *p, FILE *f, bool quiet)
+{
+    const char *plain = getenv("NO_COLOR"), *term = getenv("TERM");
+
+    *p = (train_progress){ .f = f, .quiet = quiet, .terminal = isatty(fileno(f)), .last = -1e9 };
+    p->colour = p->terminal && !(plain && *plain) && term && term[0] != 'd';        /* "dumb" */
+}
+
+/* ---- the line ----------------------------------------------------------------------------------------- */
+
+typedef struct {
+    char text[512];
+    size_t n;
+} line;
+
+static void add(line *l, const char *fmt, ...) LT_PRINTF(2, 3);
+
+static void add(line *l, const char *fmt, ...)
+{
+    va_list args;
+    int n;
+
+    va_start(args, fmt);
+    n = vsnprintf(l->text + l->n, sizeof(l->text) - l->n, fmt, args);
+    va_end(args);
+    if (n > 0)
+        l->n = (size_t)lt_min_i64((int64_t)l->n + n, (int64_t)sizeof(l->text) - 1);
+}
+
+static void add_duration(line *l, double seconds)
+{
+    const int64_t s = seconds > 0 && seconds < 1e9 ? (int64_t)seconds : 0;
+
+    if (s >= 86400)
+        add(l, "%" PRId64 "d%02" PRId64 "h", s / 86400, s / 3600 % 24);
+    else if (s >= 3600)
+        add(l, "%" PRId64 "h%02" PRId64 "m", s / 3600, s / 60 % 60);
+    else
+        add(l, "%" PRId64 "m%02" PRId64 "s", s / 60, s % 60);
+}
+
+static void compose(line *l, const train_step_record *r, const train_progress_state *s)
+{
+    add(l, "epoch %" PRId64 "/%" PRId64 "  step %" PRId64 "/%" PRId64 "  loss %.4g", r->epoch + 1, s->epochs,
+        s->step_of_epoch, s->steps_of_epoch, r->loss);
+    for (int i = 0; i < r->n_parts; i++)
+        add(l, "%s%s %.3g", i ? " " : " (", r->part_name[i], r->part[i]);
+    add(l, "%s  lr %.2g  %.1f img/s  ETA ", r->n_parts ? ")" : "", r->lr, r->img_per_s);
+    add_duration(l, s->eta_seconds);
+    add(l, "  skipped %" PRId64, s->skipped);
+}
+
+static int columns(FILE *f)
+{
+    struct winsize w;
+
+    return ioctl(fileno(f), TIOCGWINSZ, &w) == 0 && w.ws_col > 0 ? w.ws_col : 80;
+}
+
+void progress_step(train_progress *p, const train_step_record *r, const train_progress_state *s, bool now)
+{
+    const double t = progress_clock();
+    line l = { .n = 0 };
+
+    if (p->quiet || (!now && t - p->last < (p->terminal ? TERMINAL_SECONDS : PLAIN_SECONDS)))
+        return;
+    p->last = t;
+    compose(&l, r, s);
+    if (p->terminal)
+        fprintf(p->f, "\r\033[K%.*s", columns(p->f) - 1, l.text);
+    else
+        fprintf(p->f, "%s\n", l.text);
+    p->drawn = p->terminal;
+    fflush(p->f);
+}
+
+/* ---- lines of their own ------------------------------------------------------------------------------- */
+
+void progress_end(train_progress *p)
+{
+    if (p->drawn)
+        fputc('\n', p->f);
+    p->drawn = false;
+    fflush(p->f);
+}
+
+void progress_note(train_progress *p, const char *fmt, ...)
+{
+    va_list args;
+
+    if (p->quiet)
+        return;
+    progress_end(p);
+    va_start(args, fmt);
+    vfprintf(p->f, fmt, args);
+    va_end(args);
+    fputc('\n', p->f);
+}
+
+void progress_warn(train_progress *p, const char *fmt, ...)
+{
+    va_list args;
+
+    progress_end(p);
+    fprintf(p->f, "%swarning:%s ", p->colour ? "\033[33m" : "", p->colour ? "\033[0m" : "");
+    va_start(args, fmt);
+    vfprintf(p->f, fmt, args);
+    va_end(args);
+    fputc('\n', p->f);
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Tells people how far a run is: a line that is drawn over on a terminal, a plain line every ten seconds
+ * elsewhere.
+ */
+#ifndef TRAIN_PROGRESS_H
+#define TRAIN_PROGRESS_H
+
+#include "train/log.h"
+
+typedef struct {
+    FILE *f;
+    bool quiet;                     /* notes of trouble only */
+    bool terminal, colour;
+    bool drawn;                     /* a line without its end stands there */
+    double last;                    /* when the last one was drawn, seconds */
+} train_progress;
+
+/* What the line needs beside the step's own record. */
+typedef struct {
+    int64_t epochs, step_of_epoch, steps_of_epoch;
+    double eta_seconds;
+    int64_t skipped;
+} train_progress_state;
+
+/* progress_init - f is stderr but in tests; colour only on a terminal and without NO_COLOR */
+void progress_init(train_progress *p, FILE *f, bool quiet);
+
+/* progress_step - draw when it is time; now: drawn whatever the time, as at the end */
+void progress_step(train_progress *p, const train_step_record *r, const train_progress_state *s, bool now);
+
+/* progress_note - a line of its own, not when quiet; progress_warn - also when quiet */
+void progress_note(train_progress *p, const char *fmt, ...) LT_PRINTF(2, 3);
+void progress_warn(train_progress *p, const char *fmt, ...) LT_PRINTF(2, 3);
+
+/* progress_end - finish the line that stands there */
+void progress_end(train_progress *p);
+
+/* progress_clock - monotonic seconds */
+double progress_clock(void);
+
+#endif

@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The folder of a run and the files in it that say how it came about.
+ */
+#include "train/trainer_internal.h"
+
+#include "libtensor/base/cpu.h"
+#include "libtensor/base/parallel.h"
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/json.h"
+#include "libtensor/kernels/kernels.h"
+#include "train/checkpoint_folder.h"
+
+#include <cjson/cJSON.h>
+#include <config.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+#include <zlib.h>
+
+static const char readme[] =
+    "A run of palmar train.\n"
+    "\n"
+    "config.json   every setting of the run; palmar train --config THIS_FOLDER repeats it\n"
+    "env.json      version, processor and data that it ran with\n"
+    "log.jsonl     one object a line: each step's losses, learning rate, gradient norm, speed;\n"
+    "              each validation's errors; steps that were skipped say for which tensor\n"
+    "metrics.csv   one line for each validation; errors in millimetres\n"
+    "checkpoints/  step-NNNNNN.safetensors, the newest few; last and best are further names of\n"
+    "              two of them; palmar train --resume goes on from the newest sound one\n";
+
+static lt_status refuse_old_run(const trainer *t)
+{
+    const char *log = lt_path_join(t->arena, t->opt->out, "log.jsonl");
+    const char *const *paths;
+    lt_status st;
+    int n;
+
+    if (!log)
+        return lt_error(LT_ENOMEM, "%s: no memory", t->opt->out);
+    st = checkpoint_list(t->arena, t->checkpoints, &paths, &n);
+    if (st == LT_OK && (n || access(log, F_OK) == 0))
+        return lt_error(LT_EINVAL, "%s: holds a run already; go on with --resume, or choose another --out",
+                        t->opt->out);
+    return st;
+}
+
+static lt_status write_config(const trainer *t, const char *path)
+{
+    cJSON *tree = train_config_json(&t->config, &t->model);
+    const lt_status st = tree ? lt_json_write(path, tree) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    cJSON_Delete(tree);
+    return st;
+}
+
+/* CRC-32 of what describes the data best: the generator's manifest, or else the list of training samples. */
+static void data_hash(const trainer *t, char hash[16], const char **of)
+{
+    static const char *const names[] = { "manifest.json", "train.txt" };
+    uint8_t *bytes;
+    size_t n;
+
+    *of = NULL;
+    for (size_t i = 0; i < LT_COUNT(names) && !*of; i++) {
+        const char *path = lt_path_join(t->arena, t->config.data.dir, names[i]);
+
+        if (!path || access(path, R_OK) != 0 || lt_read_file(t->arena, path, LT_FILE_MAX, &bytes, &n))
+            continue;
+        snprintf(hash, 16, "%08lx", (unsigned long)crc32_z(0, bytes, n));
+        *of = names[i];
+    }
+}
+
+static lt_status write_env(const trainer *t, const char *path)
+{
+    cJSON *env = cJSON_CreateObject();
+    char hash[16] = "";
+    const char *of;
+    lt_status st;
+
+    data_hash(t, hash, &of);
+    cJSON_AddStringToObject(env, "version", PACKAGE_VERSION);
+    cJSON_AddStringToObject(env, "cpu", lt_cpu_model());
+    cJSON_AddStringToObject(env, "isa", lt_isa_name(lt_k->isa));
+    cJSON_AddNumberToObject(env, "threads", lt_threads());
+    cJSON_AddStringToObject(env, "data", t->source.train->kind);
+    cJSON_AddBoolToObject(env, "synthetic_data", t->source.train->synthetic);
+    cJSON_AddBoolToObject(env, "synthetic_hand", t->source.hand->synthetic);
+    cJSON_AddStringToObject(env, "data_crc32", hash);
+    cJSON_AddStringToObject(env, "data_crc32_of", of ? of : "");
+    st = env ? lt_json_write(path, env) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    cJSON_Delete(env);
+    return st;
+}
+
+lt_status run_folder_make(const trainer *t)
+{
+    const char *config = lt_path_join(t->arena, t->opt->out, "config.json");
+    const char *env = lt_path_join(t->arena, t->opt->out, "env.json");
+    const char *about = lt_path_join(t->arena, t->opt->out, "README.txt");
+    lt_status st = config && env && about ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", t->opt->out);
+
+    if (st == LT_OK && !t->opt->resume)
+        st = refuse_old_run(t);
+    if (st == LT_OK)
+        st = lt_make_dirs(t->checkpoints);
+    if (st == LT_OK)
+        st = write_config(t, config);
+    if (st == LT_OK)
+        st = write_env(t, env);
+    if (st == LT_OK)
+        st = lt_write_file(about, readme, sizeof(readme) - 1);
+    return st;
+}

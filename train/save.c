@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * When and where the run is kept, and how it is found again.
+ */
+#include "train/trainer_internal.h"
+
+#include "libtensor/io/file.h"
+#include "train/checkpoint_folder.h"
+
+#include <inttypes.h>
+#include <string.h>
+#include <sys/statvfs.h>
+
+lt_status trainer_save(trainer *t)
+{
+    const char *path = checkpoint_name(t->arena, t->checkpoints, t->state.step);
+    lt_status st = LT_OK;
+
+    if (!path)
+        return lt_error(LT_ENOMEM, "no memory for the checkpoint's name");
+    if (t->saved_step != t->state.step || t->improved)
+        st = checkpoint_save(path, &t->model, t->optim, t->config_text, &t->state);
+    if (st == LT_OK)
+        st = checkpoint_alias(t->checkpoints, "last.safetensors", path);
+    if (st == LT_OK && t->improved)
+        st = checkpoint_alias(t->checkpoints, "best.safetensors", path);
+    if (st == LT_OK)
+        st = checkpoint_prune(t->checkpoints, t->config.loop.keep);
+    if (st)
+        return st;
+    t->saved_step = t->state.step;
+    t->saved_at = progress_clock();
+    t->improved = false;
+    return LT_OK;
+}
+
+/* ---- resume ------------------------------------------------------------------------------------------- */
+
+static lt_status load_newest(trainer *t)
+{
+    const char *const *paths;
+    lt_status st;
+    int n;
+
+    st = checkpoint_list(t->arena, t->checkpoints, &paths, &n);
+    if (st)
+        return st;
+    for (int i = 0; i < n; i++) {
+        st = checkpoint_load(paths[i], &t->model, t->optim, &t->state);
+        if (st == LT_OK)
+            progress_note(&t->progress, "going on from %s", paths[i]);
+        if (st != LT_EFORMAT && st != LT_EIO)
+            return st;
+        progress_warn(&t->progress, "%s; taking the checkpoint before it", lt_last_error());
+    }
+    return lt_error(LT_EINVAL, "%s: no sound checkpoint to resume from", t->checkpoints);
+}
+
+lt_status trainer_resume(trainer *t)
+{
+    const char *from = t->opt->resume;
+    lt_status st = *from ? checkpoint_load(from, &t->model, t->optim, &t->state) : load_newest(t);
+
+    if (st)
+        return st;
+    if (t->state.seed != (uint64_t)t->config.loop.seed)
+        return lt_error(LT_EINVAL, "%s: train.seed: %d, but the run to resume has %" PRIu64, t->config.path,
+                        t->config.loop.seed, t->state.seed);
+    t->saved_step = *from ? -1 : t->state.step;
+    return LT_OK;
+}
+
+/* ---- the disk ----------------------------------------------------------------------------------------- */
+
+/* The file system of the nearest folder above out that is there. */
+static bool free_bytes(lt_arena *arena, const char *path, double *out)
+{
+    struct statvfs fs;
+
+    while (path && statvfs(path, &fs) != 0) {
+        if (strcmp(path, ".") == 0 || strcmp(path, "/") == 0 || !*path)
+            return false;
+        path = lt_path_folder(arena, path);
+    }
+    if (!path)
+        return false;
+    *out = (double)fs.f_bavail * (double)fs.f_frsize;
+    return true;
+}
+
+lt_status trainer_check_disk(const trainer *t)
+{
+    const double one = (double)checkpoint_bytes(&t->model, t->optim);
+    const double need = one * (t->config.loop.keep + 3);        /* last, best and the one being written */
+    double have;
+
+    if (!free_bytes(t->arena, t->opt->out, &have))
+        return LT_OK;
+    progress_note((train_progress *)&t->progress, "disk         %.1f MB for checkpoints, %.1f MB free",
+                  1e-6 * need, 1e-6 * have);
+    if (have < 2 * one)
+        return lt_error(LT_ENOSPC, "%s: a checkpoint takes %.1f MB, and %.1f MB are free; make room, or choose "
+                        "another --out", t->opt->out, 1e-6 * one, 1e-6 * have);
+    if (have < need)
+        progress_warn((train_progress *)&t->progress, "the disk may fill up; train.keep=1 needs less");
+    return LT_OK;
+}

@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Builds a run up to its first batch, and says what it will take.
+ */
+#include "train/trainer_internal.h"
+
+#include "libtensor/base/cpu.h"
+#include "libtensor/base/parallel.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/json.h"
+#include "libtensor/kernels/kernels.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* ---- configuration ------------------------------------------------------------------------------------ */
+
+static lt_status load_config(trainer *t)
+{
+    const train_options *o = t->opt;
+    const char *own = lt_path_join(t->arena, o->out, "config.json"), *text;
+    lt_status st;
+
+    if (o->config)
+        return train_config_load(t->arena, o->config, o->set, o->n_set, &t->config);
+    if (!o->resume)
+        return lt_error(LT_EINVAL, "no configuration given");
+    if (!*o->resume || (own && access(own, R_OK) == 0))
+        return train_config_load(t->arena, o->out, o->set, o->n_set, &t->config);
+    st = checkpoint_config(t->arena, o->resume, &text, NULL);
+    return st ? st : train_config_parse(t->arena, o->resume, text, o->set, o->n_set, &t->config);
+}
+
+/* The resolved configuration as one line, the same for the same settings. */
+static lt_status print_config(trainer *t)
+{
+    cJSON *tree = train_config_json(&t->config, &t->model);
+    char *text = NULL;
+    size_t n = 0;
+    FILE *f = tree ? open_memstream(&text, &n) : NULL;
+
+    if (f) {
+        lt_json_print(f, tree);
+        fclose(f);
+        t->config_text = text ? lt_arena_strdup(t->arena, text) : NULL;
+        free(text);
+    }
+    cJSON_Delete(tree);
+    return t->config_text ? LT_OK : lt_error(LT_ENOMEM, "no memory for the configuration");
+}
+
+/* ---- model and plans ---------------------------------------------------------------------------------- */
+
+static lt_optim_opts optim_opts(const train_optim_config *o)
+{
+    return (lt_optim_opts){
+        .kind = (lt_optim_kind)o->kind, .beta1 = o->beta1, .beta2 = o->beta2, .eps = o->eps,
+        .momentum = o->momentum, .nesterov = o->nesterov, .weight_decay = o->weight_decay,
+        .clip_norm = o->clip_norm, .ema_decay = o->ema_decay,
+    };
+}
+
+static lt_status init_weights(trainer *t)
+{
+    checkpoint_match match;
+    lt_status st;
+
+    if (!t->opt->init)
+        return LT_OK;
+    st = checkpoint_init(t->opt->init, &t->model, &match);
+    if (st == LT_OK)
+        progress_note(&t->progress, "init         %s: %d parameters loaded, %d without a value in the file, %d of "
+                      "its arrays left over", t->opt->init, match.loaded, match.missing, match.left_over);
+    return st;
+}
+
+static lt_status build_model(trainer *t)
+{
+    lt_status st;
+
+    t->params = lt_params_new();
+    if (!t->params)
+        return lt_error(LT_ENOMEM, "no memory for the model");
+    st = train_config_model(&t->config, t->source.layer, t->params, &t->model);
+    if (st == LT_OK)
+        st = init_weights(t);
+    if (st == LT_OK)
+        st = print_config(t);
+    return st;
+}
+
+static lt_status compile_plans(trainer *t)
+{
+    const int batch = t->config.optim.batch / t->config.optim.shards;
+    const lt_optim_opts opts = optim_opts(&t->config.optim);
+    lt_status st = compiled_new(&t->model, batch, COMPILED_TRAIN, &t->train);
+
+    if (st == LT_OK && t->source.check_count)
+        st = compiled_new(&t->model, batch, COMPILED_CHECK, &t->check);
+    if (st)
+        return st;
+    t->sum = tree_sum_new(t->params, t->config.optim.shards);
+    t->optim = lt_optim_new(t->params, &opts);
+    return t->sum && t->optim ? LT_OK : LT_ENOMEM;
+}
+
+static void count_steps(trainer *t)
+{
+    const train_optim_config *o = &t->config.optim;
+
+    t->steps_of_epoch = lt_ceil_div(t->source.train_count, o->batch);
+    t->total_steps = t->steps_of_epoch * o->epochs;
+    if (o->steps)
+        t->total_steps = lt_min_i64(t->total_steps, o->steps);
+}
+
+lt_status trainer_init(trainer *t, const train_options *o)
+{
+    lt_status st;
+
+    *t = (trainer){ .opt = o, .saved_step = -1, .state = { .best_mm = INFINITY } };
+    progress_init(&t->progress, o->progress ? o->progress : stderr, o->quiet);
+    t->arena = lt_arena_new();
+    t->checkpoints = t->arena ? lt_path_join(t->arena, o->out, "checkpoints") : NULL;
+    if (!t->checkpoints)
+        return lt_error(LT_ENOMEM, "no memory to begin");
+    st = load_config(t);
+    if (st == LT_OK)
+        st = train_source_open(t->arena, &t->config, &t->source);
+    if (st == LT_OK)
+        st = build_model(t);
+    if (st)
+        return st;
+    t->state.seed = (uint64_t)t->config.loop.seed;
+    train_source_sizes(&t->source, &t->model);
+    count_steps(t);
+    return compile_plans(t);
+}
+
+void trainer_fini(trainer *t)
+{
+    loader_free(t->loader);
+    train_log_close(&t->log);
+    lt_optim_free(t->optim);
+    tree_sum_free(t->sum);
+    compiled_free(&t->train);
+    compiled_free(&t->check);
+    lt_params_free(t->params);
+    train_source_close(&t->source);
+    train_config_fini(&t->config);
+    progress_end(&t->progress);
+    lt_arena_free(t->arena);
+}
+
+/* ---- what it will take -------------------------------------------------------------------------------- */
+
+static size_t plan_bytes(const trainer *t)
+{
+    return lt_plan_bytes(t->train.plan) + (t->check.plan ? lt_plan_bytes(t->check.plan) : 0);
+}
+
+static size_t batch_bytes(const trainer *t)
+{
+    const size_t side = (size_t)t->model.image_size;
+    const size_t batches = (size_t)t->config.data.ahead + 1;
+
+    return batches * (size_t)t->config.optim.batch * side * side * 4 * sizeof(float);
+}
+
+size_t trainer_bytes(const trainer *t)
+{
+    size_t n = plan_bytes(t) + batch_bytes(t) + tree_sum_bytes(t->sum) + lt_arena_bytes(t->arena)
+        + lt_arena_bytes(lt_params_arena(t->params));
+
+    for (int i = 0; i < lt_optim_state_count(t->optim); i++) {
+        const lt_optim_state s = lt_optim_state_at(t->optim, i);
+
+        n += (size_t)lt_shape_numel(&s.shape) * sizeof(lt_real);
+    }
+    return n;
+}
+
+static void describe_data(trainer *t)
+{
+    const train_source *s = &t->source;
+    const train_optim_config *o = &t->config.optim;
+
+    progress_note(&t->progress, "data         %s%s, %s: %" PRId64 " to train on, %" PRId64 " %s to validate",
+                  s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
+                  s->check_count, s->evaluation ? "of evaluation" : "held back");
+    progress_note(&t->progress, "hand         %s%s, finger tips %.2f mm from the annotated",
+                  *t->config.data.hand ? t->config.data.hand : "embedded",
+                  s->hand->synthetic ? " (synthetic)" : "", s->tips_rms_mm);
+    progress_note(&t->progress, "steps        %" PRId64 " of %d samples in %d shard%s, %" PRId64 " an epoch",
+                  t->total_steps, o->batch, o->shards, o->shards > 1 ? "s" : "", t->steps_of_epoch);
+}
+
+void trainer_describe(trainer *t)
+{
+    progress_note(&t->progress, "model        %s (%s), %.2f M parameters, %.2f GMAC an image",
+                  t->model.cls->name, t->model.variant,
+                  1e-6 * (double)lt_params_count(t->params, LT_WEIGHT, ""),
+                  1e-9 * (double)lt_plan_macs(t->train.plan) / t->train.record.batch);
+    describe_data(t);
+    progress_note(&t->progress, "machine      %s, %s, %d thread%s", lt_cpu_model(), lt_isa_name(lt_k->isa),
+                  lt_threads(), lt_threads() > 1 ? "s" : "");
+    progress_note(&t->progress, "memory       %.1f MB, of which plans %.1f MB", 1e-6 * (double)trainer_bytes(t),
+                  1e-6 * (double)plan_bytes(t));
+}

@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/source.h"
+
+#include "data/ho3d.h"
+#include "data/synth/hand.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/hand_file.h"
+
+#include <unistd.h>
+
+lt_status train_hand_read(lt_arena *arena, const char *path, const lt_hand_model **out)
+{
+    lt_hand_model *hand;
+    const lt_status st = *path ? lt_hand_model_read(arena, path, &hand)
+                               : synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand);
+
+    if (st == LT_OK)
+        *out = hand;
+    return st;
+}
+
+/* Evaluation joints came years after the data: where they are not, validation takes training samples. */
+static bool has_truth(lt_arena *arena, const char *dir)
+{
+    const char *path = lt_path_join(arena, dir, "evaluation_xyz.json");
+
+    return path && access(path, R_OK) == 0;
+}
+
+static bool validates(const train_config *c)
+{
+    return c->loop.validate_every > 0 || c->loop.validate_steps > 0;
+}
+
+static lt_status open_datasets(lt_arena *arena, const train_config *c, train_source *s)
+{
+    ho3d_options o = { .root = c->data.dir, .split = "train" };
+    lt_status st;
+
+    if (!*c->data.dir)
+        return lt_error(LT_EINVAL, "%s: data.dir: no dataset given; name its folder with --data or "
+                        "--set data.dir=FOLDER", c->path);
+    o.models = *c->data.objects ? c->data.objects : NULL;
+    st = ho3d_open(&o, &s->train);
+    if (st || !validates(c) || !has_truth(arena, c->data.dir))
+        return st;
+    o.split = "evaluation";
+    return ho3d_open(&o, &s->evaluation);
+}
+
+static hand_object_options train_options_of(const train_config *c)
+{
+    const train_data_config *d = &c->data;
+    hand_object_options o = hand_object_defaults(d->augment, (uint64_t)c->loop.seed);
+
+    o.centre_jitter = d->centre_jitter;
+    o.scale_jitter = d->scale_jitter;
+    o.rotation = d->rotation_deg * 3.14159265358979323846 / 180;
+    o.colour = (augment_limits){ d->blur, d->brightness, d->contrast, d->saturation, d->hue };
+    o.bilinear = d->bilinear;
+    return o;
+}
+
+static lt_status deal(const train_config *c, train_source *s)
+{
+    const int64_t want = validates(c) ? c->loop.validate_samples : 0;
+
+    s->train_count = s->train->count;
+    s->check_first = 0;
+    s->check_count = s->evaluation ? lt_min_i64(want, s->evaluation->count) : want;
+    if (s->evaluation || !want)
+        return LT_OK;
+    if (want >= s->train->count)
+        return lt_error(LT_EINVAL, "%s: train.validate_samples: the data have no evaluation truth, and holding "
+                        "back %lld of %lld training samples leaves none; ask for fewer, or none with "
+                        "validate_every=0", c->path, (long long)want, (long long)s->train->count);
+    s->train_count -= want;
+    s->check_first = s->train_count;
+    return LT_OK;
+}
+
+lt_status train_source_open(lt_arena *arena, const train_config *c, train_source *out)
+{
+    lt_hand_layer *layer = NULL;
+    lt_status st;
+
+    *out = (train_source){ 0 };
+    st = train_hand_read(arena, c->data.hand, &out->hand);
+    if (st == LT_OK)
+        st = open_datasets(arena, c, out);
+    if (st == LT_OK)
+        st = ho3d_check_tips(out->train, out->hand, &out->tips_rms_mm);
+    if (st == LT_OK)
+        st = lt_hand_layer_new(arena, out->hand, out->train->tips, &layer);
+    if (st == LT_OK)
+        st = deal(c, out);
+    if (st)
+        return st;
+    out->layer = layer;
+    out->train_feed = (hand_object_feed){ out->train, train_options_of(c) };
+    out->check_feed = (hand_object_feed){ out->evaluation ? out->evaluation : out->train,
+                                          hand_object_defaults(false, (uint64_t)c->loop.seed) };
+    out->check_feed.options.bilinear = c->data.bilinear;
+    return LT_OK;
+}
+
+void train_source_close(train_source *s)
+{
+    dataset_free(s->train);
+    dataset_free(s->evaluation);
+    s->train = s->evaluation = NULL;
+}
+
+void train_source_sizes(train_source *s, const model *m)
+{
+    s->train_feed.options.size = s->check_feed.options.size = m->image_size;
+    s->train_feed.options.cells = s->check_feed.options.cells = m->cells;
+}
+
+loader_source train_source_loader(const train_source *s)
+{
+    loader_source l = hand_object_source(&s->train_feed);
+
+    l.count = s->train_count;
+    return l;
+}
+
+/* ---- a loader's view of the validation samples: they need not begin at the dataset's first --------------- */
+
+static const char *check_name(const void *ctx, int64_t index)
+{
+    const train_source *s = ctx;
+
+    return dataset_name(s->check_feed.data, s->check_first + index);
+}
+
+static void *check_batch_new(const void *ctx, int capacity)
+{
+    const train_source *s = ctx;
+
+    return hand_object_batch_new(capacity, s->check_feed.options.size, s->check_feed.options.cells);
+}
+
+static lt_status check_fill(const void *ctx, uint64_t epoch, int64_t index, void *batch, int slot)
+{
+    const train_source *s = ctx;
+
+    return hand_object_source(&s->check_feed).fill(&s->check_feed, epoch, s->check_first + index, batch, slot);
+}
+
+loader_source train_source_checker(const train_source *s)
+{
+    loader_source l = hand_object_source(&s->check_feed);
+
+    l.ctx = s;
+    l.count = s->check_count;
+    l.name = check_name;
+    l.batch_new = check_batch_new;
+    l.fill = check_fill;
+    return l;
+}

@@ -1,0 +1,153 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * One step: the shards of a batch, their gradients over the tree, the optimiser. A step whose gradient is
+ * not finite changes nothing but the counts.
+ */
+#include "train/trainer_internal.h"
+
+#include "train/feed.h"
+
+#include <inttypes.h>
+#include <math.h>
+
+static double total_weight(const hand_object_batch *b)
+{
+    double sum = 0;
+
+    for (int i = 0; i < b->count; i++)
+        sum += b->weight[i];
+    return sum;
+}
+
+static double value(const compiled *c, const lt_tensor *tensor)
+{
+    return *(const lt_real *)lt_plan_data(c->plan, tensor);
+}
+
+/* Fill the plan with a shard and set what depends on it; its weight among the batch's, 0 when it is empty. */
+static double load_shard(trainer *t, const hand_object_batch *b, int shard, double total)
+{
+    const int n_shards = t->config.optim.shards;
+    const compiled *c = &t->train;
+    const double share = feed_batch(c->plan, &c->record, b, shard * c->record.batch) / total;
+
+    lt_plan_set_step(c->plan, t->state.seed, (uint64_t)(t->state.step * n_shards + shard));
+    lt_plan_set_loss_weight(c->plan, share);
+    return share;
+}
+
+/* Gradients of the batch into the parameters, losses into the record; the number of shards with samples. */
+static int run_shards(trainer *t, const hand_object_batch *b, double total)
+{
+    const model_record *r = &t->train.record;
+    train_step_record *out = &t->record;
+    int ran = 0;
+
+    lt_params_zero_grad(t->params);
+    for (int s = 0; s < t->config.optim.shards; s++) {
+        const double share = load_shard(t, b, s, total);
+
+        if (share > 0) {
+            ran++;
+            lt_run(t->train.plan);
+            out->loss += share * value(&t->train, r->loss);
+            for (int i = 0; i < r->losses.n; i++)
+                out->part[i] += share * value(&t->train, r->losses.port[i].tensor);
+        }
+        tree_sum_add(t->sum, s);
+    }
+    return ran;
+}
+
+/* What the batches measured must be finite as well: an infinite variance has a gradient of 0. */
+static bool statistics_are_finite(const trainer *t)
+{
+    for (const lt_param *p = lt_params_first(t->params); p; p = p->next)
+        for (int64_t i = 0; p->kind == LT_STATISTIC && p->grad && i < lt_param_numel(p); i++)
+            if (!isfinite(p->grad[i]))
+                return false;
+    return true;
+}
+
+/* Run the shards again, tensor by tensor, until one is not finite. */
+static void name_culprit(trainer *t, const hand_object_batch *b, double total, char *where, size_t bytes)
+{
+    where[0] = '\0';
+    for (int s = 0; s < t->config.optim.shards && !where[0]; s++)
+        if (load_shard(t, b, s, total) > 0)
+            lt_plan_find_nonfinite(t->train.plan, where, bytes);
+    if (!where[0])
+        snprintf(where, bytes, "the sum of the shards' gradients");
+    lt_params_zero_grad(t->params);
+}
+
+static lt_status skip(trainer *t, const char *where)
+{
+    const int limit = t->config.loop.max_bad_steps;
+
+    t->state.skipped++;
+    t->bad_in_a_row++;
+    t->record.bad = lt_arena_strdup(t->arena, where);
+    progress_warn(&t->progress, "step %" PRId64 " skipped: %s is not finite", t->record.step, where);
+    if (t->bad_in_a_row < limit)
+        return LT_OK;
+    return lt_error(LT_ENUMERIC, "step %" PRId64 ": %d steps in a row without a finite gradient; the first bad "
+                    "tensor is %s; try a lower optim.lr or optim.clip_norm=1", t->record.step, limit, where);
+}
+
+static void warn_of_spike(trainer *t, const hand_object_batch *b)
+{
+    const double times = train_log_spike(&t->log, t->record.grad_norm);
+    const dataset *d = t->source.train;
+
+    if (times > 0)
+        progress_warn(&t->progress, "step %" PRId64 ": the gradient's norm %.3g is %.0f times the usual; its "
+                      "first samples are %s%s%s", t->record.step, t->record.grad_norm, times,
+                      dataset_name(d, b->index[0]), b->count > 1 ? ", " : "",
+                      b->count > 1 ? dataset_name(d, b->index[1]) : "");
+}
+
+static void begin_record(trainer *t)
+{
+    const model_ports *losses = &t->train.record.losses;
+    const train_optim_config *o = &t->config.optim;
+    const loader_position at = t->state.position;
+    const int64_t batch = at.next ? lt_ceil_div(at.next, o->batch) - 1 : 0;
+    const lt_schedule schedule = {
+        .kind = (lt_schedule_kind)o->schedule, .lr = o->lr, .gamma = o->gamma, .every = o->every,
+        .min_lr = o->min_lr, .epochs = o->epochs, .warmup = o->warmup,
+    };
+
+    t->record = (train_step_record){
+        .step = t->state.step + 1, .epoch = (int64_t)at.epoch, .n_parts = losses->n,
+        .lr = lt_schedule_lr(&schedule, (double)at.epoch + ((double)batch + 0.5) / (double)t->steps_of_epoch),
+    };
+    for (int i = 0; i < losses->n; i++)
+        t->record.part_name[i] = losses->port[i].name;
+}
+
+lt_status trainer_step(trainer *t, const hand_object_batch *b)
+{
+    const double total = total_weight(b);
+    lt_status st = LT_OK;
+    char where[256];
+
+    begin_record(t);
+    if (total > 0) {
+        const int ran = run_shards(t, b, total);
+
+        t->record.grad_norm = lt_optim_grad_norm(t->optim);
+        if (isfinite(t->record.loss) && isfinite(t->record.grad_norm) && statistics_are_finite(t)) {
+            t->bad_in_a_row = 0;
+            warn_of_spike(t, b);
+            lt_optim_step(t->optim, t->record.lr, t->record.grad_norm);
+            lt_statistics_update(t->params, ran);
+        } else {
+            name_culprit(t, b, total, where, sizeof(where));
+            st = skip(t, where);
+        }
+    }
+    t->state.step++;
+    t->state.optim_steps = lt_optim_steps(t->optim);
+    return st;
+}

@@ -1,0 +1,256 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/trainer_internal.h"
+
+#include "train/signals.h"
+#include "train/validate.h"
+
+#include <inttypes.h>
+#include <math.h>
+
+/* ---- validation --------------------------------------------------------------------------------------- */
+
+static bool stop_asked(void)
+{
+    return signals_stop() != 0;
+}
+
+static bool every(int64_t n, int64_t period)
+{
+    return period > 0 && n % period == 0;
+}
+
+/* A step is validated once, also when the run was stopped before it came to that. */
+static bool validation_is_due(const trainer *t)
+{
+    const train_loop_config *c = &t->config.loop;
+    const int64_t step = t->state.step, epoch = step / t->steps_of_epoch;
+
+    if (!t->check.plan || step == 0 || t->state.validated == step)
+        return false;
+    return every(step, c->validate_steps) || step == t->total_steps
+        || (step % t->steps_of_epoch == 0 && every(epoch, c->validate_every));
+}
+
+static lt_status score(trainer *t, train_validation *v)
+{
+    const bool ema = t->config.optim.ema_decay > 0;
+    lt_status st;
+
+    if (ema)
+        lt_optim_swap_ema(t->optim);
+    st = validate_run(&t->check, &t->source, &t->config.data, stop_asked, v);
+    if (ema)
+        lt_optim_swap_ema(t->optim);
+    return st;
+}
+
+static lt_status validate(trainer *t)
+{
+    train_validation v = { .step = t->state.step, .epoch = (int64_t)t->state.position.epoch };
+    const lt_status st = score(t, &v);
+
+    if (st)
+        return st;
+    t->state.validated = t->state.step;
+    if (v.pa_mpjpe_mm < t->state.best_mm) {
+        t->state.best_mm = v.pa_mpjpe_mm;
+        t->improved = true;
+    }
+    train_log_validation(&t->log, &v);
+    progress_note(&t->progress, "validation at step %" PRId64 ": PA-MPJPE %.2f mm, MPJPE %.2f mm, loss %.4g, %" PRId64
+                  " samples%s", v.step, v.pa_mpjpe_mm, v.mpjpe_mm, v.loss, v.samples, t->improved ? ", best" : "");
+    if (t->opt->validated)
+        t->opt->validated(t->opt->ctx, &v);
+    return train_log_flush(&t->log);
+}
+
+/* ---- between steps ------------------------------------------------------------------------------------ */
+
+static bool save_is_due(const trainer *t)
+{
+    const train_loop_config *c = &t->config.loop;
+
+    if (t->improved || signals_take_save() || stop_asked())
+        return true;
+    if (t->state.step == t->first_step)
+        return false;
+    return every(t->state.step, c->checkpoint_steps)
+        || (c->checkpoint_minutes > 0 && progress_clock() - t->saved_at > 60 * c->checkpoint_minutes);
+}
+
+/* Validate, save, stop: whatever stands at this step. LT_ESTOPPED when a signal came and all is saved. */
+static lt_status between_steps(trainer *t)
+{
+    lt_status st = LT_OK;
+
+    if (!stop_asked() && validation_is_due(t))
+        st = validate(t);
+    if (st && st != LT_ESTOPPED)
+        return st;
+    if (save_is_due(t)) {
+        st = trainer_save(t);
+        if (st)
+            return st;
+    }
+    if (!stop_asked())
+        return LT_OK;
+    return lt_error(LT_ESTOPPED, "stopped by signal %d at step %" PRId64 "; go on with --resume",
+                    signals_stop(), t->state.step);
+}
+
+/* ---- the loop ----------------------------------------------------------------------------------------- */
+
+static lt_status next_batch(trainer *t, hand_object_batch **b)
+{
+    void *batch = NULL;
+    lt_status st = loader_next(t->loader, &batch);
+
+    if (st == LT_OK && !batch)                  /* the epoch ended */
+        st = loader_next(t->loader, &batch);
+    if (st)
+        return st;
+    for (; t->samples_warned < loader_skipped(t->loader); t->samples_warned++)
+        progress_warn(&t->progress, "%s", loader_skipped_line(t->loader, t->samples_warned));
+    t->state.position = loader_where(t->loader);
+    *b = batch;
+    return LT_OK;
+}
+
+/* Smooth the time of a step, so that the rate and the time left do not jump. */
+static void clock_step(trainer *t, double began)
+{
+    const double now = progress_clock(), took = now - began;
+
+    t->step_seconds = t->step_seconds > 0 ? 0.9 * t->step_seconds + 0.1 * took : took;
+    t->record.seconds = now - t->began_at;
+    t->record.img_per_s = t->config.optim.batch / t->step_seconds;
+}
+
+static lt_status report(trainer *t, bool last)
+{
+    const int64_t here = t->state.step - t->first_step, in_epoch = t->state.step % t->steps_of_epoch;
+    const train_progress_state s = {
+        .epochs = t->config.optim.epochs, .step_of_epoch = in_epoch ? in_epoch : t->steps_of_epoch,
+        .steps_of_epoch = t->steps_of_epoch, .skipped = t->state.skipped,
+        .eta_seconds = t->step_seconds * (double)(t->total_steps - t->state.step),
+    };
+
+    progress_step(&t->progress, &t->record, &s, last || here == 20);
+    if (last || t->record.bad || every(t->state.step, t->config.loop.log_every))
+        train_log_step(&t->log, &t->record);
+    return train_log_flush(&t->log);
+}
+
+static lt_status one_step(trainer *t)
+{
+    const double began = progress_clock();
+    hand_object_batch *b;
+    lt_status st, logged;
+
+    if (t->opt->before_step)
+        t->opt->before_step(t->opt->ctx, t->state.step + 1, t->params);
+    st = next_batch(t, &b);
+    if (st)
+        return st;
+    st = trainer_step(t, b);
+    clock_step(t, began);
+    logged = report(t, st || t->state.step == t->total_steps);
+    return st ? st : logged;
+}
+
+static lt_status loop(trainer *t)
+{
+    lt_status st = between_steps(t);
+
+    while (st == LT_OK && t->state.step < t->total_steps) {
+        st = one_step(t);
+        if (st == LT_OK)
+            st = between_steps(t);
+    }
+    return st ? st : trainer_save(t);
+}
+
+/* ---- from the beginning to the end -------------------------------------------------------------------- */
+
+static lt_status start_loader(trainer *t)
+{
+    const train_config *c = &t->config;
+    const loader_source source = train_source_loader(&t->source);
+    const loader_options o = {
+        .batch = c->optim.batch, .threads = c->data.threads, .ahead = c->data.ahead, .shuffle = true,
+        .seed = t->state.seed, .tolerate = c->data.tolerate,
+    };
+
+    return loader_new(&source, &o, t->state.position, &t->loader);
+}
+
+static lt_status train(trainer *t)
+{
+    lt_status st = run_folder_make(t);
+
+    if (st == LT_OK)
+        st = train_log_open(t->arena, t->opt->out, t->state.step, &t->log);
+    if (st == LT_OK)
+        st = start_loader(t);
+    if (st)
+        return st;
+    t->began_at = t->saved_at = progress_clock();
+    t->first_step = t->state.step;
+    st = loop(t);
+    if (st == LT_OK)
+        progress_note(&t->progress, "done: %" PRId64 " steps, %" PRId64 " skipped, in %s", t->state.step,
+                      t->state.skipped, t->opt->out);
+    return st;
+}
+
+static void fill_result(const trainer *t, lt_status st, train_result *out)
+{
+    *out = (train_result){
+        .step = t->state.step, .steps_here = t->state.step - t->first_step, .skipped = t->state.skipped,
+        .loss = t->record.loss, .best_mm = t->state.best_mm, .img_per_s = t->record.img_per_s,
+        .signal = st == LT_ESTOPPED ? signals_stop() : 0,
+    };
+    if (t->optim && t->sum) {
+        out->plan_bytes = lt_plan_bytes(t->train.plan) + (t->check.plan ? lt_plan_bytes(t->check.plan) : 0);
+        out->bytes = trainer_bytes(t);
+    }
+}
+
+lt_status train_run(const train_options *o, train_result *out)
+{
+    trainer t;
+    lt_status st;
+
+    signals_install();
+    st = trainer_init(&t, o);
+    if (st == LT_OK && o->resume)
+        st = trainer_resume(&t);
+    if (st == LT_OK) {
+        trainer_describe(&t);
+        st = trainer_check_disk(&t);
+    }
+    if (st == LT_OK && !o->dry_run)
+        st = train(&t);
+    if (out)
+        fill_result(&t, st, out);
+    trainer_fini(&t);
+    signals_restore();
+    return st;
+}
+
+int train_exit_code(lt_status st, int signal)
+{
+    switch (st) {
+    case LT_OK:
+        return 0;
+    case LT_ENUMERIC:
+        return 3;
+    case LT_ENOMEM:
+    case LT_ENOSPC:
+        return 4;
+    case LT_ESTOPPED:
+        return 128 + signal;
+    default:
+        return 1;
+    }
+}

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the trainer's files share: setup.c makes it, step.c moves it, save.c keeps it, trainer.c is the loop.
+ */
+#ifndef TRAIN_TRAINER_INTERNAL_H
+#define TRAIN_TRAINER_INTERNAL_H
+
+#include "train/checkpoint.h"
+#include "train/compiled.h"
+#include "train/progress.h"
+#include "train/source.h"
+#include "train/trainer.h"
+#include "train/tree_sum.h"
+
+typedef struct {
+    const train_options *opt;
+    lt_arena *arena;
+    train_config config;
+    const char *config_text;        /* resolved, one line of JSON */
+    train_source source;
+    lt_params *params;
+    model model;
+    compiled train, check;          /* check: empty without validation */
+    lt_optim *optim;
+    tree_sum *sum;
+    loader *loader;
+    train_log log;
+    train_progress progress;
+    const char *checkpoints;        /* the folder */
+
+    checkpoint_state state;
+    int64_t steps_of_epoch, total_steps, first_step;
+    int64_t saved_step;             /* of the last checkpoint, -1 before */
+    double saved_at, began_at, step_seconds;
+    int bad_in_a_row, samples_warned;
+    train_step_record record;       /* of the last step */
+    bool improved;                  /* the last validation was the best, and is not saved yet */
+} trainer;
+
+/* setup.c: everything up to the first batch; trainer_fini takes it apart, at whatever point it stopped */
+lt_status trainer_init(trainer *t, const train_options *o);
+void trainer_fini(trainer *t);
+size_t trainer_bytes(const trainer *t);
+void trainer_describe(trainer *t);
+
+/* run_folder.c: config.json, env.json, README.txt. Refuses a folder that holds a run, unless going on. */
+lt_status run_folder_make(const trainer *t);
+
+/* step.c: one step on a batch, recorded in t->record. LT_ENUMERIC after too many bad ones. */
+lt_status trainer_step(trainer *t, const hand_object_batch *b);
+
+/* save.c */
+lt_status trainer_save(trainer *t);             /* step file, last, best; does nothing when just done */
+lt_status trainer_resume(trainer *t);           /* load what the options ask for */
+lt_status trainer_check_disk(const trainer *t);
+
+#endif
