@@ -15,10 +15,11 @@ static const double SMALLEST = 90, LARGEST = 260;           /* of the joints' bo
 static const double MIDDLE = 0.7;                           /* of the picture */
 static const double LOWEST = 0.08;                          /* of the camera above the table */
 static const double APART = 0.35;                           /* radians between two cameras */
+static const double ARM = 0.6, ARM_CLEAR = 0.25;            /* the arm's length; its distance from the camera */
 
 /* Shares of cameras that look over the hand, and over the object at the hand; the rest may be anywhere.
  * So that each hides much of the other in a part of the pictures, as in HO3D. */
-static const double OVER_HAND = 0.40, OVER_OBJECT = 0.40;
+static const double OVER_HAND = 0.36, OVER_OBJECT = 0.44;
 static const double OVER_HAND_COSINE = 0.7, OVER_OBJECT_COSINE = -0.2;  /* of camera and hand from the object */
 
 typedef struct { double eye[3], target[3]; synth_camera camera; } candidate;
@@ -136,13 +137,26 @@ static double faults_at(const candidate *c, const synth_sight *s, range side)
     return sum + beyond(hand_before_object(c, s), side.lo, side.hi) / 0.2;
 }
 
+/* How far the camera is from the middle line of the forearm. */
+static double arm_distance(const candidate *c, const synth_sight *s)
+{
+    double view[3], along, d[3];
+
+    lt_vec3_sub(c->eye, s->keypoints[0], view);
+    along = fmax(0, fmin(ARM, lt_vec3_dot(view, s->elbow)));
+    for (int k = 0; k < 3; k++)
+        d[k] = view[k] - along * s->elbow[k];
+    return lt_vec3_norm(d);
+}
+
+/* Faults of all moments: their mean, but one moment with the arm in the lens is one too many. */
 static double faults(const candidate *c, const synth_sight *s, int n, range side,
                      const candidate *others, int n_others, const double target[3])
 {
     double sum = beyond(c->eye[2], LOWEST, 10) / 0.01, a[3], b[3];
 
     for (int i = 0; i < n; i++)
-        sum += faults_at(c, &s[i], side) / n;
+        sum += faults_at(c, &s[i], side) / n + fmax(0, ARM_CLEAR - arm_distance(c, &s[i])) / 0.05;
     lt_vec3_sub(c->eye, target, a);
     for (int i = 0; i < n_others; i++) {
         double angle;
