@@ -36,7 +36,7 @@ typedef struct {
     int64_t no_contact;             /* fewer than three fingers, or no thumb */
     int64_t too_deep;
     int64_t no_balance;             /* no forces inside the friction cones hold the object still */
-    int64_t bent;                   /* a finger through another */
+    int64_t bent;                   /* beyond a joint's limits, or a finger through another */
 } synth_grasp_stats;
 
 /**
@@ -55,8 +55,7 @@ lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object
 /**
  * synth_grasp_sample - one accepted grasp
  *
- * Joint angles are within synth_hand_limits. A function of (ctx, seed) alone. Tries up to 64 candidates;
- * stats, when not NULL, is added to.
+ * A function of (ctx, seed) alone. Tries up to 64 candidates; stats, when not NULL, is added to.
  *
  * Errors: LT_ENUMERIC when every candidate is turned down; the line says how many for which reason.
  */

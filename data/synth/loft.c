@@ -18,9 +18,8 @@ lt_status loft_builder_init(loft_builder *b, lt_arena *arena, int max_vertices)
     *b = (loft_builder){ .max_vertices = max_vertices, .max_faces = 2 * max_vertices, .ok = true };
     b->mesh.vertex = lt_arena_array(arena, n, sizeof(*b->mesh.vertex));
     b->mesh.uv = lt_arena_array(arena, n, sizeof(*b->mesh.uv));
-    b->mesh.normal = lt_arena_array(arena, n, sizeof(*b->mesh.normal));
     b->mesh.face = lt_arena_array(arena, 2 * n, sizeof(*b->mesh.face));
-    if (!b->mesh.vertex || !b->mesh.uv || !b->mesh.normal || !b->mesh.face)
+    if (!b->mesh.vertex || !b->mesh.uv || !b->mesh.face)
         return lt_error(LT_ENOMEM, "no memory for a mesh of %d vertices", max_vertices);
     return LT_OK;
 }

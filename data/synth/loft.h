@@ -37,7 +37,7 @@ typedef struct {
     loft_section section[LOFT_SECTIONS];
 } loft;
 
-/* The mesh under construction, its normals still zero; a build that does not fit clears ok. */
+/* The mesh under construction; a build that does not fit clears ok. */
 typedef struct {
     lt_mesh mesh;
     int max_vertices, max_faces;

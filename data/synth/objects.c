@@ -3,7 +3,6 @@
 
 #include "data/synth/shapes.h"
 #include "data/ycb.h"
-#include "libtensor/geometry/mesh_ops.h"
 
 #include <math.h>
 
@@ -79,7 +78,6 @@ lt_status synth_object_build(lt_arena *arena, int ycb_id, lt_mesh *mesh, synth_p
         for (int k = 0; k < 3; k++)
             v[k] = (float)at[k];
     }
-    lt_mesh_normals(&b.mesh, b.mesh.normal);
     *mesh = b.mesh;
     return LT_OK;
 }

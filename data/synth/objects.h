@@ -21,7 +21,7 @@ enum {
 /**
  * synth_object_new - the mesh of a YCB object's stand-in
  *
- *   mesh     metres, 1000 to 3000 vertices with uv and normals; owned by the arena
+ *   mesh     metres, 1000 to 3000 vertices with uv; owned by the arena
  *
  * The mesh is one or more closed manifold parts, faces outwards; parts (a mug and its handle) may overlap,
  * and the object is their union. Size, centre and yaw are those of data/ycb.h: every side of the
@@ -50,7 +50,7 @@ lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint64_t seed, uint8
  *
  * Where parts overlap, the few points inside another part stay.
  *
- * Errors: LT_EINVAL for a mesh without area, LT_ENOMEM.
+ * Errors: LT_ENOMEM.
  */
 lt_status synth_object_points(lt_arena *arena, const lt_mesh *mesh, float (**point)[3]);
 

@@ -84,8 +84,6 @@ static void solid(loft_builder *b, const cut *c, const level *l, int n)
     loft_build(b, &body);
 }
 
-#define AT(chart, z, a, b) { CHART_##chart, z, a, b, 0, 0 }
-#define SHAPED(chart, z, a, b, cx, power) { CHART_##chart, z, a, b, cx, power }
 #define SOLID(b, c, ...) \
     solid(b, c, (const level[]){ __VA_ARGS__ }, (int)LT_COUNT(((const level[]){ __VA_ARGS__ })))
 
@@ -149,19 +147,16 @@ static void sweep(loft_builder *b, const pipe *s, const knot *k, int n)
 static void can(loft_builder *b, double r, double h, double power, double depth)
 {
     const double f = depth / r;
-    const struct { synth_chart chart; double z, a; } rim[] = {
-        { CHART_BOTTOM, 1.5 - h, 0.3 * r }, { CHART_BOTTOM, 1.5 - h, r - 5 }, { CHART_BOTTOM, -h, r - 3 },
-        { CHART_BOTTOM, -h, r - 1.2 }, { CHART_SIDE, 0.4 - h, r - 0.4 }, { CHART_SIDE, 1.4 - h, r },
-        { CHART_SIDE, 3.2 - h, r }, { CHART_SIDE, 4.2 - h, r - 0.9 }, { CHART_SIDE, h - 4.2, r - 0.9 },
-        { CHART_SIDE, h - 3.2, r }, { CHART_SIDE, h - 1.4, r }, { CHART_TOP, h - 0.4, r - 0.4 },
-        { CHART_TOP, h, r - 1.2 }, { CHART_TOP, h, r - 3 }, { CHART_TOP, h - 2.5, r - 4 },
-        { CHART_TOP, h - 2.5, 0.3 * r },
-    };
-    level l[LT_COUNT(rim)];
-
-    for (size_t i = 0; i < LT_COUNT(rim); i++)
-        l[i] = (level){ rim[i].chart, rim[i].z, rim[i].a, rim[i].a * f, 0, power };
-    solid(b, &upright, l, (int)LT_COUNT(l));
+    cut c = upright;
+#define AT(chart, z, a) { chart, z, a, (a) * f, 0, power }
+    SOLID(b, &c,
+          AT(CHART_BOTTOM, 1.5 - h, 0.3 * r), AT(CHART_BOTTOM, 1.5 - h, r - 5), AT(CHART_BOTTOM, -h, r - 3),
+          AT(CHART_BOTTOM, -h, r - 1.2), AT(CHART_SIDE, 0.4 - h, r - 0.4), AT(CHART_SIDE, 1.4 - h, r),
+          AT(CHART_SIDE, 3.2 - h, r), AT(CHART_SIDE, 4.2 - h, r - 0.9), AT(CHART_SIDE, h - 4.2, r - 0.9),
+          AT(CHART_SIDE, h - 3.2, r), AT(CHART_SIDE, h - 1.4, r), AT(CHART_TOP, h - 0.4, r - 0.4),
+          AT(CHART_TOP, h, r - 1.2), AT(CHART_TOP, h, r - 3), AT(CHART_TOP, h - 2.5, r - 4),
+          AT(CHART_TOP, h - 2.5, 0.3 * r));
+#undef AT
 }
 
 /* A box with half sizes a, b, h at the edges, bulging by `bulge` in the middle of its sides. */
@@ -176,11 +171,11 @@ static void box(loft_builder *b, double a, double d, double h, double edge, doub
     c.bulge_height = h;
     c.step = fmax(8, h / 12);
     SOLID(b, &c,
-          AT(BOTTOM, -h, 0.1 * a, 0.1 * d), AT(BOTTOM, -h, 0.6 * a, 0.6 * d),
-          AT(BOTTOM, -h, a - edge, d - edge), AT(SIDE, e - h, a - e, d - e),
-          AT(SIDE, edge - h, a, d), AT(SIDE, h - edge, a, d), AT(SIDE, h - e, a - e, d - e),
-          AT(TOP, h, a - edge, d - edge), AT(TOP, h, 0.6 * a, 0.6 * d),
-          AT(TOP, h, 0.1 * a, 0.1 * d));
+          { CHART_BOTTOM, -h, 0.1 * a, 0.1 * d, 0, 0 }, { CHART_BOTTOM, -h, 0.6 * a, 0.6 * d, 0, 0 },
+          { CHART_BOTTOM, -h, a - edge, d - edge, 0, 0 }, { CHART_SIDE, e - h, a - e, d - e, 0, 0 },
+          { CHART_SIDE, edge - h, a, d, 0, 0 }, { CHART_SIDE, h - edge, a, d, 0, 0 }, { CHART_SIDE, h - e, a - e, d - e, 0, 0 },
+          { CHART_TOP, h, a - edge, d - edge, 0, 0 }, { CHART_TOP, h, 0.6 * a, 0.6 * d, 0, 0 },
+          { CHART_TOP, h, 0.1 * a, 0.1 * d, 0, 0 });
 }
 
 /* ---- bottles -------------------------------------------------------------------------------------- */
@@ -191,15 +186,15 @@ static void mustard(loft_builder *b)
 
     c.columns = 52;
     SOLID(b, &c,
-          SHAPED(BOTTOM, -94, 8, 6, 0, 2.6), SHAPED(BOTTOM, -94, 25, 15, 0, 2.6),
-          SHAPED(BOTTOM, -95.5, 42, 23, 0, 2.6), SHAPED(SIDE, -93, 45.5, 26.5, 0, 2.6),
-          SHAPED(SIDE, -88, 47.5, 28.5, 0, 2.6), SHAPED(SIDE, -30, 47.9, 28.8, 0, 2.6),
-          SHAPED(SIDE, 8, 46.5, 28.8, 0, 2.6), SHAPED(SIDE, 26, 43.5, 28, 0, 2.5),
-          SHAPED(SIDE, 38, 38, 26, 0, 2.3), SHAPED(SIDE, 47, 30, 22.5, 0, 2.1),
-          SHAPED(SIDE, 52, 23, 19.5, 0, 2), AT(SIDE, 55, 16, 16), AT(SECOND, 57, 15, 15),
-          AT(SECOND, 58, 17, 17), AT(SECOND, 72, 16.5, 16.5), AT(SECOND, 74, 14.5, 14.5),
-          AT(SECOND, 75, 9, 9), AT(SECOND, 90, 4.5, 4.5), AT(SECOND, 95.5, 3.2, 3.2),
-          AT(SECOND, 95.9, 1.5, 1.5));
+          { CHART_BOTTOM, -94, 8, 6, 0, 2.6 }, { CHART_BOTTOM, -94, 25, 15, 0, 2.6 },
+          { CHART_BOTTOM, -95.5, 42, 23, 0, 2.6 }, { CHART_SIDE, -93, 45.5, 26.5, 0, 2.6 },
+          { CHART_SIDE, -88, 47.5, 28.5, 0, 2.6 }, { CHART_SIDE, -30, 47.9, 28.8, 0, 2.6 },
+          { CHART_SIDE, 8, 46.5, 28.8, 0, 2.6 }, { CHART_SIDE, 26, 43.5, 28, 0, 2.5 },
+          { CHART_SIDE, 38, 38, 26, 0, 2.3 }, { CHART_SIDE, 47, 30, 22.5, 0, 2.1 },
+          { CHART_SIDE, 52, 23, 19.5, 0, 2 }, { CHART_SIDE, 55, 16, 16, 0, 0 },
+          { CHART_SECOND, 57, 15, 15, 0, 0 }, { CHART_SECOND, 58, 17, 17, 0, 0 }, { CHART_SECOND, 72, 16.5, 16.5, 0, 0 },
+          { CHART_SECOND, 74, 14.5, 14.5, 0, 0 }, { CHART_SECOND, 75, 9, 9, 0, 0 }, { CHART_SECOND, 90, 4.5, 4.5, 0, 0 },
+          { CHART_SECOND, 95.5, 3.2, 3.2, 0, 0 }, { CHART_SECOND, 95.9, 1.5, 1.5, 0, 0 });
 }
 
 /* The finger hole of the bleach bottle: both broad faces are pressed in beside the neck. */
@@ -220,15 +215,15 @@ static void bleach(loft_builder *b)
     c.columns = 52;
     c.step = 7;
     SOLID(b, &c,
-          SHAPED(BOTTOM, -123, 8, 6, 0, 3), SHAPED(BOTTOM, -123, 28, 18, 0, 3),
-          SHAPED(BOTTOM, -125, 44, 27, 0, 3), SHAPED(SIDE, -122, 48.5, 31.5, 0, 3),
-          SHAPED(SIDE, -116, 51, 33.8, 0, 3), SHAPED(SIDE, 5, 51, 33.8, 0, 3),
-          SHAPED(SIDE, 30, 49.5, 33, -1, 2.8), SHAPED(SIDE, 55, 45, 31, -4, 2.6),
-          SHAPED(SIDE, 72, 38, 28, -8, 2.4), SHAPED(SIDE, 83, 29, 23, -12, 2.2),
-          SHAPED(SIDE, 90, 20, 18, -15, 2), SHAPED(SIDE, 93, 16, 16, -16, 0),
-          SHAPED(SECOND, 96, 15.5, 15.5, -16, 0), SHAPED(SECOND, 97, 18.5, 18.5, -16, 0),
-          SHAPED(SECOND, 122, 17.5, 17.5, -16, 0), SHAPED(SECOND, 124.6, 15.5, 15.5, -16, 0),
-          SHAPED(SECOND, 125.3, 6, 6, -16, 0));
+          { CHART_BOTTOM, -123, 8, 6, 0, 3 }, { CHART_BOTTOM, -123, 28, 18, 0, 3 },
+          { CHART_BOTTOM, -125, 44, 27, 0, 3 }, { CHART_SIDE, -122, 48.5, 31.5, 0, 3 },
+          { CHART_SIDE, -116, 51, 33.8, 0, 3 }, { CHART_SIDE, 5, 51, 33.8, 0, 3 },
+          { CHART_SIDE, 30, 49.5, 33, -1, 2.8 }, { CHART_SIDE, 55, 45, 31, -4, 2.6 },
+          { CHART_SIDE, 72, 38, 28, -8, 2.4 }, { CHART_SIDE, 83, 29, 23, -12, 2.2 },
+          { CHART_SIDE, 90, 20, 18, -15, 2 }, { CHART_SIDE, 93, 16, 16, -16, 0 },
+          { CHART_SECOND, 96, 15.5, 15.5, -16, 0 }, { CHART_SECOND, 97, 18.5, 18.5, -16, 0 },
+          { CHART_SECOND, 122, 17.5, 17.5, -16, 0 }, { CHART_SECOND, 124.6, 15.5, 15.5, -16, 0 },
+          { CHART_SECOND, 125.3, 6, 6, -16, 0 });
     press_grip(&b->mesh);
 }
 
@@ -239,11 +234,11 @@ static void mug(loft_builder *b)
     const pipe handle = { CHART_SECOND, { 0, 1, 0 }, 16, 30, 2.6, false };
 
     SOLID(b, &upright,
-          AT(BOTTOM, -39, 8, 8), AT(BOTTOM, -39, 33, 33), AT(BOTTOM, -40.5, 35, 35),
-          AT(SIDE, -40.2, 38, 38), AT(SIDE, -38, 41.5, 41.5), AT(SIDE, -34, 43.5, 43.5),
-          AT(SIDE, 39.5, 44, 44), AT(SECOND, 40.6, 43.2, 43.2), AT(SECOND, 40.6, 42, 42),
-          AT(THIRD, 39.5, 41.2, 41.2), AT(THIRD, -32, 40.5, 40.5), AT(THIRD, -35.5, 37, 37),
-          AT(THIRD, -36.2, 30, 30), AT(THIRD, -36.2, 8, 8));
+          { CHART_BOTTOM, -39, 8, 8, 0, 0 }, { CHART_BOTTOM, -39, 33, 33, 0, 0 }, { CHART_BOTTOM, -40.5, 35, 35, 0, 0 },
+          { CHART_SIDE, -40.2, 38, 38, 0, 0 }, { CHART_SIDE, -38, 41.5, 41.5, 0, 0 }, { CHART_SIDE, -34, 43.5, 43.5, 0, 0 },
+          { CHART_SIDE, 39.5, 44, 44, 0, 0 }, { CHART_SECOND, 40.6, 43.2, 43.2, 0, 0 }, { CHART_SECOND, 40.6, 42, 42, 0, 0 },
+          { CHART_THIRD, 39.5, 41.2, 41.2, 0, 0 }, { CHART_THIRD, -32, 40.5, 40.5, 0, 0 },
+          { CHART_THIRD, -35.5, 37, 37, 0, 0 }, { CHART_THIRD, -36.2, 30, 30, 0, 0 }, { CHART_THIRD, -36.2, 8, 8, 0, 0 });
     SWEEP(b, &handle, { 42.2, 0, 25, 3.5, 6.5 }, { 52, 0, 26.5, 4, 6 }, { 65, 0, 20, 4, 6 },
           { 71, 0, 4, 4, 6 }, { 65, 0, -13, 4, 6 }, { 54, 0, -22, 4, 6 }, { 42.2, 0, -24, 3.5, 6.5 });
 }
@@ -266,12 +261,15 @@ static void pitcher(loft_builder *b)
     c.columns = 40;
     c.step = 15;
     SOLID(b, &c,
-          AT(BOTTOM, -117.5, 10, 10), AT(BOTTOM, -117.5, 36, 36), AT(BOTTOM, -120.5, 39, 39),
-          AT(SIDE, -119, 44, 44), AT(SIDE, -114, 49, 49), AT(SIDE, 60, 57, 57),
-          AT(SIDE, 90, 58, 58), AT(SIDE, 92, 60, 60), AT(SIDE, 120, 60.5, 60.5),
-          AT(SECOND, 121.5, 59.5, 59.5), AT(SECOND, 121.5, 58, 58), AT(THIRD, 120, 57.5, 57.5),
-          AT(THIRD, 92, 57, 57), AT(THIRD, 60, 54.5, 54.5), AT(THIRD, -110, 46.5, 46.5),
-          AT(THIRD, -114, 40, 40), AT(THIRD, -114, 10, 10));
+          { CHART_BOTTOM, -117.5, 10, 10, 0, 0 }, { CHART_BOTTOM, -117.5, 36, 36, 0, 0 },
+          { CHART_BOTTOM, -120.5, 39, 39, 0, 0 }, { CHART_SIDE, -119, 44, 44, 0, 0 },
+          { CHART_SIDE, -114, 49, 49, 0, 0 }, { CHART_SIDE, 60, 57, 57, 0, 0 },
+          { CHART_SIDE, 90, 58, 58, 0, 0 }, { CHART_SIDE, 92, 60, 60, 0, 0 },
+          { CHART_SIDE, 120, 60.5, 60.5, 0, 0 }, { CHART_SECOND, 121.5, 59.5, 59.5, 0, 0 },
+          { CHART_SECOND, 121.5, 58, 58, 0, 0 }, { CHART_THIRD, 120, 57.5, 57.5, 0, 0 },
+          { CHART_THIRD, 92, 57, 57, 0, 0 }, { CHART_THIRD, 60, 54.5, 54.5, 0, 0 },
+          { CHART_THIRD, -110, 46.5, 46.5, 0, 0 }, { CHART_THIRD, -114, 40, 40, 0, 0 },
+          { CHART_THIRD, -114, 10, 10, 0, 0 });
     pull_lip(&b->mesh);
     SWEEP(b, &handle, { 56.6, 0, 78, 5, 11 }, { 76, 0, 83, 5, 10 }, { 99, 0, 76, 5.5, 10 },
           { 107, 0, 54, 5.5, 10 }, { 104, 0, 15, 5.5, 10 }, { 91, 0, -16, 5.5, 10 },
@@ -285,12 +283,13 @@ static void bowl(loft_builder *b)
     c.columns = 64;
     c.step = 9;
     SOLID(b, &c,
-          AT(BOTTOM, -25.5, 8, 8), AT(BOTTOM, -25.5, 36, 36), AT(BOTTOM, -27.5, 37, 37),
-          AT(SIDE, -27.5, 40, 40), AT(SIDE, -23, 42, 42), AT(SIDE, -17, 54, 54),
-          AT(SIDE, -8, 64.5, 64.5), AT(SIDE, 3, 72, 72), AT(SIDE, 15, 77.5, 77.5),
-          AT(SIDE, 26.5, 80.6, 80.6), AT(SIDE, 27.5, 79.6, 79.6), AT(THIRD, 26.8, 78.2, 78.2),
-          AT(THIRD, 15, 75, 75), AT(THIRD, 3, 69.5, 69.5), AT(THIRD, -8, 62, 62),
-          AT(THIRD, -17, 51.5, 51.5), AT(THIRD, -22.5, 38, 38), AT(THIRD, -23, 8, 8));
+          { CHART_BOTTOM, -25.5, 8, 8, 0, 0 }, { CHART_BOTTOM, -25.5, 36, 36, 0, 0 }, { CHART_BOTTOM, -27.5, 37, 37, 0, 0 },
+          { CHART_SIDE, -27.5, 40, 40, 0, 0 }, { CHART_SIDE, -23, 42, 42, 0, 0 }, { CHART_SIDE, -17, 54, 54, 0, 0 },
+          { CHART_SIDE, -8, 64.5, 64.5, 0, 0 }, { CHART_SIDE, 3, 72, 72, 0, 0 }, { CHART_SIDE, 15, 77.5, 77.5, 0, 0 },
+          { CHART_SIDE, 26.5, 80.6, 80.6, 0, 0 }, { CHART_SIDE, 27.5, 79.6, 79.6, 0, 0 },
+          { CHART_THIRD, 26.8, 78.2, 78.2, 0, 0 }, { CHART_THIRD, 15, 75, 75, 0, 0 }, { CHART_THIRD, 3, 69.5, 69.5, 0, 0 },
+          { CHART_THIRD, -8, 62, 62, 0, 0 }, { CHART_THIRD, -17, 51.5, 51.5, 0, 0 }, { CHART_THIRD, -22.5, 38, 38, 0, 0 },
+          { CHART_THIRD, -23, 8, 8, 0, 0 });
 }
 
 /* ---- the rest ------------------------------------------------------------------------------------- */
@@ -323,11 +322,11 @@ static void drill(loft_builder *b)
 
     barrel.origin[1] = 63;
     SOLID(b, &barrel,
-          AT(SECOND, -92, 6, 6), SHAPED(SECOND, -91, 20, 19, 0, 2.6),
-          SHAPED(SECOND, -85, 27, 25, 0, 2.6), SHAPED(SIDE, -70, 30, 28.6, 0, 2.6),
-          SHAPED(SIDE, 5, 30, 28.6, 0, 2.6), AT(SIDE, 20, 25, 25), AT(SECOND, 38, 22, 22),
-          AT(SECOND, 41, 19, 19), AT(SECOND, 60, 17.5, 17.5), AT(SECOND, 72, 8, 8),
-          AT(THIRD, 73, 3, 3), AT(THIRD, 91, 3, 3), AT(THIRD, 92, 1, 1));
+          { CHART_SECOND, -92, 6, 6, 0, 0 }, { CHART_SECOND, -91, 20, 19, 0, 2.6 },
+          { CHART_SECOND, -85, 27, 25, 0, 2.6 }, { CHART_SIDE, -70, 30, 28.6, 0, 2.6 },
+          { CHART_SIDE, 5, 30, 28.6, 0, 2.6 }, { CHART_SIDE, 20, 25, 25, 0, 0 }, { CHART_SECOND, 38, 22, 22, 0, 0 },
+          { CHART_SECOND, 41, 19, 19, 0, 0 }, { CHART_SECOND, 60, 17.5, 17.5, 0, 0 }, { CHART_SECOND, 72, 8, 8, 0, 0 },
+          { CHART_THIRD, 73, 3, 3, 0, 0 }, { CHART_THIRD, 91, 3, 3, 0, 0 }, { CHART_THIRD, 92, 1, 1, 0, 0 });
 
     handle.columns = 28;
     handle.step = 10;
@@ -337,10 +336,10 @@ static void drill(loft_builder *b)
     handle.x[0] = cos(lean), handle.x[1] = -sin(lean), handle.x[2] = 0;
     handle.y[1] = 0, handle.y[2] = -1;
     SOLID(b, &handle,
-          SHAPED(SECOND, 0, 5, 4, 0, 2.4), SHAPED(SECOND, 0.3, 22, 18, 0, 2.4),
-          SHAPED(SECOND, 25, 21, 17.2, 0, 2.4), SHAPED(SIDE, 45, 20.5, 17.2, 0, 2.4),
-          SHAPED(SIDE, 70, 21, 17.5, 0, 2.4), SHAPED(SIDE, 95, 23, 19, 0, 2.4),
-          SHAPED(SECOND, 112, 26, 21, 0, 2.4), SHAPED(SECOND, 112.4, 5, 4, 0, 2.4));
+          { CHART_SECOND, 0, 5, 4, 0, 2.4 }, { CHART_SECOND, 0.3, 22, 18, 0, 2.4 },
+          { CHART_SECOND, 25, 21, 17.2, 0, 2.4 }, { CHART_SIDE, 45, 20.5, 17.2, 0, 2.4 },
+          { CHART_SIDE, 70, 21, 17.5, 0, 2.4 }, { CHART_SIDE, 95, 23, 19, 0, 2.4 },
+          { CHART_SECOND, 112, 26, 21, 0, 2.4 }, { CHART_SECOND, 112.4, 5, 4, 0, 2.4 });
 
     battery.columns = 32;
     battery.corner = 6;
@@ -350,9 +349,9 @@ static void drill(loft_builder *b)
     battery.y[1] = 0, battery.y[2] = -1;
     battery.x[0] = -1;
     SOLID(b, &battery,
-          AT(SECOND, 51, 4, 3), AT(SECOND, 51, 30, 19), AT(SECOND, 53, 36, 23),
-          AT(SECOND, 60, 37.5, 25), AT(SECOND, 86, 37.5, 25), AT(SECOND, 92, 35, 23),
-          AT(SECOND, 93.4, 30, 19), AT(SECOND, 93.4, 4, 3));
+          { CHART_SECOND, 51, 4, 3, 0, 0 }, { CHART_SECOND, 51, 30, 19, 0, 0 }, { CHART_SECOND, 53, 36, 23, 0, 0 },
+          { CHART_SECOND, 60, 37.5, 25, 0, 0 }, { CHART_SECOND, 86, 37.5, 25, 0, 0 }, { CHART_SECOND, 92, 35, 23, 0, 0 },
+          { CHART_SECOND, 93.4, 30, 19, 0, 0 }, { CHART_SECOND, 93.4, 4, 3, 0, 0 });
 }
 
 /* One half: blade up and to the side s, finger loop down and to the other. */
@@ -373,9 +372,9 @@ static void scissor_half(loft_builder *b, double s)
     blade.x[0] = cos(tilt), blade.x[1] = -sin(tilt), blade.x[2] = 0;
     blade.y[1] = 0, blade.y[2] = -1;
     SOLID(b, &blade,
-          AT(THIRD, -20, 1, 0.5), AT(THIRD, -20, 6, 1.25), AT(THIRD, 0, 9, 1.25),
-          SHAPED(THIRD, 30, 8, 1.25, -s, 0), SHAPED(THIRD, 70, 5, 1.2, -2.5 * s, 0),
-          SHAPED(THIRD, 100, 1.8, 1, -4.5 * s, 0), SHAPED(THIRD, 102, 0.8, 0.6, -4.7 * s, 0));
+          { CHART_THIRD, -20, 1, 0.5, 0, 0 }, { CHART_THIRD, -20, 6, 1.25, 0, 0 }, { CHART_THIRD, 0, 9, 1.25, 0, 0 },
+          { CHART_THIRD, 30, 8, 1.25, -s, 0 }, { CHART_THIRD, 70, 5, 1.2, -2.5 * s, 0 },
+          { CHART_THIRD, 100, 1.8, 1, -4.5 * s, 0 }, { CHART_THIRD, 102, 0.8, 0.6, -4.7 * s, 0 });
     SWEEP(b, &arm, { -s, -12, z, 5, 3 }, { -4 * s, -26, z, 7, 5.5 }, { -9 * s, -38, 0, 6, 7 },
           { -14 * s, -47, 0, 4.5, 6.5 });
     SWEEP(b, &ring, { -25 * s, -42, 0, 4.2, 7.2 }, { -37 * s, -50, 0, 4.2, 7.8 },
@@ -392,8 +391,8 @@ static void scissors(loft_builder *b)
     pivot.columns = 20;
     pivot.step = 3;
     SOLID(b, &pivot,
-          AT(SECOND, -4, 1, 1), AT(SECOND, -4, 3, 3), AT(SECOND, -3.4, 4, 4),
-          AT(SECOND, 3.4, 4, 4), AT(SECOND, 4, 3, 3), AT(SECOND, 4, 1, 1));
+          { CHART_SECOND, -4, 1, 1, 0, 0 }, { CHART_SECOND, -4, 3, 3, 0, 0 }, { CHART_SECOND, -3.4, 4, 4, 0, 0 },
+          { CHART_SECOND, 3.4, 4, 4, 0, 0 }, { CHART_SECOND, 4, 3, 3, 0, 0 }, { CHART_SECOND, 4, 1, 1, 0, 0 });
 }
 
 /* Barrel ⌀16 with a cap over the last 35 %, a clip on it and a nib; along +y. */
@@ -407,17 +406,17 @@ static void marker(loft_builder *b)
     c.z[1] = 1, c.z[2] = 0;
     c.y[1] = 0, c.y[2] = -1;
     SOLID(b, &c,
-          AT(SIDE, -60.4, 2, 2), AT(SIDE, -60.4, 7, 7), AT(SIDE, -59, 8.6, 8.6),
-          AT(SIDE, -55, 9, 9), AT(SIDE, 12, 9, 9), AT(SECOND, 13, 9.45, 9.45),
-          AT(SECOND, 18, 9.45, 9.45), AT(SECOND, 50, 8.7, 8.7), AT(SECOND, 54, 7.4, 7.4),
-          AT(SECOND, 55.4, 4, 4), AT(SECOND, 60.2, 2.2, 2.2), AT(SECOND, 60.4, 1, 1));
+          { CHART_SIDE, -60.4, 2, 2, 0, 0 }, { CHART_SIDE, -60.4, 7, 7, 0, 0 }, { CHART_SIDE, -59, 8.6, 8.6, 0, 0 },
+          { CHART_SIDE, -55, 9, 9, 0, 0 }, { CHART_SIDE, 12, 9, 9, 0, 0 }, { CHART_SECOND, 13, 9.45, 9.45, 0, 0 },
+          { CHART_SECOND, 18, 9.45, 9.45, 0, 0 }, { CHART_SECOND, 50, 8.7, 8.7, 0, 0 }, { CHART_SECOND, 54, 7.4, 7.4, 0, 0 },
+          { CHART_SECOND, 55.4, 4, 4, 0, 0 }, { CHART_SECOND, 60.2, 2.2, 2.2, 0, 0 }, { CHART_SECOND, 60.4, 1, 1, 0, 0 });
     clip = c;
     clip.columns = 16;
     clip.step = 6;
     clip.origin[0] = 9.6;
     SOLID(b, &clip,
-          AT(SECOND, 16, 0.4, 0.6), AT(SECOND, 16.2, 1.4, 2.2), AT(SECOND, 44, 1.2, 2.2),
-          AT(SECOND, 45, 0.4, 0.6));
+          { CHART_SECOND, 16, 0.4, 0.6, 0, 0 }, { CHART_SECOND, 16.2, 1.4, 2.2, 0, 0 }, { CHART_SECOND, 44, 1.2, 2.2, 0, 0 },
+          { CHART_SECOND, 45, 0.4, 0.6, 0, 0 });
 }
 
 typedef struct { double width, jaw, grip; } clamp_size;
@@ -446,8 +445,8 @@ static void clamp(loft_builder *b, const clamp_size *c)
     pivot.columns = 28;
     pivot.step = 8;
     SOLID(b, &pivot,
-          AT(THIRD, -18.5, 3, 3), AT(THIRD, -18.5, 9, 9), AT(THIRD, -17.5, 11, 11),
-          AT(THIRD, 17.5, 11, 11), AT(THIRD, 18.5, 9, 9), AT(THIRD, 18.5, 3, 3));
+          { CHART_THIRD, -18.5, 3, 3, 0, 0 }, { CHART_THIRD, -18.5, 9, 9, 0, 0 }, { CHART_THIRD, -17.5, 11, 11, 0, 0 },
+          { CHART_THIRD, 17.5, 11, 11, 0, 0 }, { CHART_THIRD, 18.5, 9, 9, 0, 0 }, { CHART_THIRD, 18.5, 3, 3, 0, 0 });
 }
 
 void synth_shape_build(loft_builder *b, int ycb_id)

@@ -112,7 +112,7 @@ START_TEST(sdf_outside)
 }
 END_TEST
 
-/* A cube and another that sticks out of it: on the hidden wall a point is deep inside their union. */
+/* A box and another whose lower half is inside it: their union, so a point on the hidden wall is deep inside. */
 static void add_box(lt_mesh *m, double x, double h)
 {
     static const int quad[6][4] = { { 0, 2, 3, 1 }, { 4, 5, 7, 6 }, { 0, 1, 5, 4 }, { 2, 6, 7, 3 },
@@ -185,18 +185,6 @@ static int finger_of(int v)
     return best ? order[(best - 1) / 3] : -1;
 }
 
-static void check_limits(const synth_grasp *g)
-{
-    synth_hand_frames frames;
-    double pose[45];
-
-    synth_hand_frames_init(&frames, hand);
-    memcpy(pose, &g->pose[3], sizeof(pose));
-    synth_hand_clamp_pose(&frames, pose);
-    for (int i = 0; i < 45; i++)
-        ck_assert_double_eq_tol(pose[i], g->pose[3 + i], 1e-9);
-}
-
 static void check_grasp(const synth_grasp *g, const lt_mesh_index *index)
 {
     double p[LT_HAND_VERTICES][3], near[5], deepest = 0, sum = 0;
@@ -204,7 +192,6 @@ static void check_grasp(const synth_grasp *g, const lt_mesh_index *index)
 
     for (int f = 0; f < 5; f++)
         near[f] = INFINITY;
-    check_limits(g);
     pose_hand(g, p);
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
         const double d = lt_mesh_closest(index, p[v]).distance;

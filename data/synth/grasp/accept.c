@@ -93,7 +93,7 @@ static bool bones_free(const synth_grasp_ctx *ctx, const hand_state *s, bool *cr
             const hand_sphere *a = &h->sphere[i], *b = &h->sphere[j];
             const double d[3] = { at[i][0] - at[j][0], at[i][1] - at[j][1], at[i][2] - at[j][2] };
             const double r = 0.55 * (a->radius + b->radius);
-            if (a->joint && b->joint && (a->joint - 1) / 3 != (b->joint - 1) / 3 && lt_vec3_dot(d, d) < r * r)
+            if (a->joint && b->joint && (a->joint - 1) / 3 != (b->joint - 1) / 3 && dot3(d, d) < r * r)
                 *crossed = true;
         }
     return true;
@@ -106,12 +106,12 @@ static void cone_edge(const contact *c, int edge, double radius, double w[6])
     const double a = 2 * M_PI * edge / EDGES;
     double u[3], v[3], t[3];
 
-    lt_vec3_cross(c->inward, ref, u);
+    cross3(c->inward, ref, u);
     unit3(u);
-    lt_vec3_cross(c->inward, u, v);
+    cross3(c->inward, u, v);
     for (int k = 0; k < 3; k++)
         w[k] = c->inward[k] + FRICTION * (cos(a) * u[k] + sin(a) * v[k]);
-    lt_vec3_cross(c->at, w, t);
+    cross3(c->at, w, t);
     for (int k = 0; k < 3; k++)
         w[3 + k] = t[k] / radius;
 }

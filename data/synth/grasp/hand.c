@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A MANO-shaped hand as 21 joint angles: skin, pads and the spheres that keep bones out of things.
+ * A MANO-shaped hand as 21 joint angles: axes and limits of the human hand, skin, pads and the spheres that
+ * keep bones out of things.
  */
 #include "data/synth/grasp/internal.h"
 
@@ -9,9 +10,16 @@
 
 #include <string.h>
 
-/* ---- shape ---------------------------------------------------------------------------------------- */
+#define DEG (M_PI / 180)
+
+/* Towards the back of each digit at rest; made square to its first bone before use. */
+static const double dorsal_hint[FINGERS][3] = {
+    { 0, 1, 0 }, { 0, 1, 0 }, { 0, 1, 0 }, { 0, 1, 0 }, { -0.05, 0.72, 0.55 },
+};
 
 static int digit_joint(int finger, int phalanx) { return 1 + 3 * finger + phalanx; }
+
+/* ---- shape ---------------------------------------------------------------------------------------- */
 
 static void shape_skin(grasp_hand *h)
 {
@@ -68,9 +76,9 @@ static void rest_normals(grasp_hand *h, double (*normal)[3])
             a[k] = h->rest[i[1]][k] - h->rest[i[0]][k];
             b[k] = h->rest[i[2]][k] - h->rest[i[0]][k];
         }
-        lt_vec3_cross(a, b, n);
+        cross3(a, b, n);
         for (int c = 0; c < 3; c++) {
-            h->area[i[c]] += sqrt(lt_vec3_dot(n, n)) / 6;
+            h->area[i[c]] += sqrt(dot3(n, n)) / 6;
             for (int k = 0; k < 3; k++)
                 normal[i[c]][k] += n[k];
         }
@@ -79,58 +87,71 @@ static void rest_normals(grasp_hand *h, double (*normal)[3])
         unit3(normal[v]);
 }
 
+static void bone_frame(const grasp_hand *h, int finger, double along[3], double dorsal[3], double flex[3])
+{
+    const double *a = h->J[digit_joint(finger, 0)], *b = h->J[digit_joint(finger, 1)];
+    double d;
+
+    for (int k = 0; k < 3; k++)
+        along[k] = b[k] - a[k];
+    unit3(along);
+    d = dot3(along, dorsal_hint[finger]);
+    for (int k = 0; k < 3; k++)
+        dorsal[k] = dorsal_hint[finger][k] - d * along[k];
+    unit3(dorsal);
+    cross3(dorsal, along, flex);
+}
+
 /* Palmar skin: what is to touch. */
 static void mark_pads(grasp_hand *h, double (*normal)[3])
 {
-    uint8_t part[LT_HAND_VERTICES];
-
-    synth_hand_parts(h->model, part);
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
-        const int j = part[v];
+        const int j = h->weight_joint[v][0];
+        double along[3], dorsal[3], flex[3];
         h->finger[v] = (int8_t)(j ? (j - 1) / 3 : -1);
-        h->phalanx[v] = (int8_t)(j ? (j - 1) % 3 : -1);
         h->pad[v] = -1;
-        if (!j && normal[v][1] < -0.6)
-            h->pad[v] = 15;
-        if (j && lt_vec3_dot(normal[v], h->frames.dorsal[j - 1]) < -0.45 && h->weight[v][0] > 0.6)
+        if (!j) {
+            if (normal[v][1] < -0.6)
+                h->pad[v] = 15;
+            continue;
+        }
+        bone_frame(h, h->finger[v], along, dorsal, flex);
+        if (dot3(normal[v], dorsal) < -0.45 && h->weight[v][0] > 0.6)
             h->pad[v] = (int8_t)(j - 1);
     }
 }
 
 /* ---- angles --------------------------------------------------------------------------------------- */
 
-static void add_angle(grasp_hand *h, int *n, int joint, int kind)
+static void set_angle(hand_angle *a, int joint, const double axis[3], double sign, double lo, double hi)
 {
-    const double (*axes[3])[3] = { h->frames.flex, h->frames.dorsal, h->frames.bone };
-
-    h->angle[*n] = (hand_angle){ .joint = joint, .kind = kind };
-    memcpy(h->angle[*n].axis, axes[kind][joint - 1], sizeof(h->angle[*n].axis));
-    ++*n;
+    *a = (hand_angle){ .joint = joint, .lo = lo * DEG, .hi = hi * DEG };
+    for (int k = 0; k < 3; k++)
+        a->axis[k] = sign * axis[k];
 }
 
-/* Every flexion, the spread of the first joints, the thumb's twist; the rest barely moves. */
+/* Ranges of motion in degrees; positive flexion bends, positive spread leads towards the thumb, for the
+ * thumb away from the palm. */
 static void set_angles(grasp_hand *h)
 {
-    int n = 0;
-
-    for (int j = 1; j < LT_HAND_JOINTS; j++) {
-        add_angle(h, &n, j, SYNTH_HAND_FLEX);
-        if (j % 3 == 1)
-            add_angle(h, &n, j, SYNTH_HAND_SPREAD);
-        if (j == digit_joint(THUMB, 0))
-            add_angle(h, &n, j, SYNTH_HAND_TWIST);
+    for (int f = 0; f < FINGERS; f++) {
+        hand_angle *a = &h->angle[finger_angle(f)];
+        const int j = digit_joint(f, 0);
+        double along[3], dorsal[3], flex[3];
+        bone_frame(h, f, along, dorsal, flex);
+        if (f == THUMB) {
+            set_angle(a++, j, along, 1, -30, 30);
+            set_angle(a++, j, dorsal, 1, -15, 45);
+            set_angle(a++, j, flex, 1, -20, 45);
+            set_angle(a++, j + 1, flex, 1, -5, 60);
+            set_angle(a++, j + 2, flex, 1, -15, 85);
+        } else {
+            set_angle(a++, j, dorsal, 1, -15, 15);
+            set_angle(a++, j, flex, 1, -20, 90);
+            set_angle(a++, j + 1, flex, 1, 0, 105);
+            set_angle(a++, j + 2, flex, 1, -5, 75);
+        }
     }
-}
-
-void grasp_hand_clamp(const grasp_hand *h, double q[ANGLES])
-{
-    double angles[15][3] = { { 0 } };
-
-    for (int a = 0; a < ANGLES; a++)
-        angles[h->angle[a].joint - 1][h->angle[a].kind] = q[a];
-    synth_hand_clamp_angles(angles);
-    for (int a = 0; a < ANGLES; a++)
-        q[a] = angles[h->angle[a].joint - 1][h->angle[a].kind];
 }
 
 /* ---- spheres -------------------------------------------------------------------------------------- */
@@ -149,8 +170,8 @@ static double flesh(const grasp_hand *h, int joint, const double a[3], const dou
             continue;
         for (int k = 0; k < 3; k++)
             p[k] = h->rest[v][k] - a[k];
-        lt_vec3_cross(along, p, c);
-        sum += sqrt(lt_vec3_dot(c, c));
+        cross3(along, p, c);
+        sum += sqrt(dot3(c, c));
         n++;
     }
     return n > 0 ? sum / n : 8e-3;
@@ -172,7 +193,7 @@ static void finger_tip(const grasp_hand *h, int finger, double out[3])
             continue;
         for (int k = 0; k < 3; k++)
             p[k] = h->rest[v][k] - h->J[joint][k];
-        reach = fmax(reach, lt_vec3_dot(p, along));
+        reach = fmax(reach, dot3(p, along));
     }
     for (int k = 0; k < 3; k++)
         out[k] = h->J[joint][k] + reach * along[k];
@@ -215,7 +236,6 @@ void grasp_hand_init(grasp_hand *h, const lt_hand_model *model, const double *be
     h->model = model;
     if (beta)
         memcpy(h->beta, beta, sizeof(h->beta));
-    synth_hand_frames_init(&h->frames, model);
     shape_skin(h);
     for (int v = 0; v < LT_HAND_VERTICES; v++)
         take_weights(h, v);
@@ -324,15 +344,42 @@ void grasp_hand_pose(const grasp_hand *h, const hand_state *s, double pose[48], 
         trans[k] = s->t[k] - h->J[0][k];
 }
 
+/* The angles of R = twist * spread * flexion, each about its axis of the bone's frame. */
+static void split_turn(const double R[9], const double along[3], const double dorsal[3], const double flex[3],
+                       double out[3])
+{
+    double u[3], T[9], S[9], w[3];
+
+    turn3(R, flex, u);
+    out[0] = atan2(dot3(u, dorsal), dot3(u, flex));
+    out[1] = -asin(fmax(-1, fmin(1, dot3(u, along))));
+    turn3(R, along, w);
+    axis_turn(along, -out[0], T);
+    axis_turn(dorsal, -out[1], S);
+    turn3(T, w, w);
+    turn3(S, w, w);
+    out[2] = atan2(-dot3(w, dorsal), dot3(w, along));
+}
+
 void grasp_hand_state(const grasp_hand *h, const double pose[48], const double trans[3], hand_state *s)
 {
-    double angles[15][3];
-
     lt_rot_from_axis_angle(pose, s->R);
     for (int k = 0; k < 3; k++)
         s->t[k] = trans[k] + h->J[0][k];
-    synth_hand_pose_to_angles(&h->frames, &pose[3], angles);
+    for (int f = 0; f < FINGERS; f++) {
+        double along[3], dorsal[3], flex[3], R[9], e[3];
+        double *q = &s->q[finger_angle(f)];
+        bone_frame(h, f, along, dorsal, flex);
+        for (int p = 0; p < 3; p++) {
+            lt_rot_from_axis_angle(&pose[3 * digit_joint(f, p)], R);
+            split_turn(R, along, dorsal, flex, e);
+            if (p == 0 && f == THUMB)
+                *q++ = e[0];
+            if (p == 0)
+                *q++ = e[1];
+            *q++ = e[2];
+        }
+    }
     for (int a = 0; a < ANGLES; a++)
-        s->q[a] = angles[h->angle[a].joint - 1][h->angle[a].kind];
-    grasp_hand_clamp(h, s->q);
+        s->q[a] = fmax(h->angle[a].lo, fmin(h->angle[a].hi, s->q[a]));
 }

@@ -14,7 +14,6 @@
 #define SYNTH_GRASP_INTERNAL_H
 
 #include "data/synth/grasp.h"
-#include "data/synth/hand.h"
 #include "data/synth/sdf.h"
 #include "libtensor/base/rng.h"
 
@@ -37,9 +36,9 @@ lt_status grasp_grips(lt_arena *scratch, int ycb_id, grip out[MAX_GRIPS], int *n
 
 /* ---- the hand ------------------------------------------------------------------------------------- */
 
-/* One angle: which joint turns about which axis (at rest); kind is SYNTH_HAND_FLEX and so on. A joint's angles
- * follow each other in the order in which their rotations multiply. */
-typedef struct { int joint, kind; double axis[3]; } hand_angle;
+/* One angle: about which axis (at rest) which joint turns, and how far. A joint's angles follow each other
+ * in the order in which their rotations multiply. */
+typedef struct { int joint; double axis[3], lo, hi; } hand_angle;
 
 typedef struct { int joint; double at[3], radius; } hand_sphere;    /* at: at rest, on the bone's line */
 
@@ -50,7 +49,6 @@ typedef struct {
 
 typedef struct {
     const lt_hand_model *model;
-    synth_hand_frames frames;
     double J[LT_HAND_JOINTS][3];                        /* joints at rest */
     double beta[LT_HAND_BETAS];
     double rest[LT_HAND_VERTICES][3];                   /* the shaped skin */
@@ -59,18 +57,13 @@ typedef struct {
     uint8_t weight_joint[LT_HAND_VERTICES][MAX_WEIGHTS];
     double weight[LT_HAND_VERTICES][MAX_WEIGHTS];
     int8_t pad[LT_HAND_VERTICES];                       /* 3 * finger + phalanx, 15: palm, -1: not a pad */
-    int8_t finger[LT_HAND_VERTICES], phalanx[LT_HAND_VERTICES];     /* whose skin it is; -1: the palm's */
+    int8_t finger[LT_HAND_VERTICES];                    /* whose skin it is; -1: the palm's */
     hand_angle angle[ANGLES];
     hand_sphere sphere[SPHERES];
 } grasp_hand;
 
-/* A finger's angles: flexion and spread of its first joint (the thumb's twist), two more flexions. */
-static inline int flexion(int finger, int phalanx)
-{
-    return 4 * finger + (phalanx ? phalanx + (finger == THUMB ? 2 : 1) : 0);
-}
-static inline int spread(int finger) { return 4 * finger + 1; }
-enum { THUMB_TWIST = 4 * THUMB + 2 };
+/* First of a finger's angles: spread, three flexions; the thumb has twist before its spread. */
+static inline int finger_angle(int finger) { return 4 * finger; }
 
 /* The hand posed: frames of the joints, and for each angle the axis about which it now turns. */
 typedef struct {
@@ -81,9 +74,6 @@ typedef struct {
 void grasp_hand_init(grasp_hand *h, const lt_hand_model *model, const double *beta);
 void grasp_hand_frames(const grasp_hand *h, const hand_state *s, hand_frames *f);
 
-/* grasp_hand_clamp - the angles into the limits of a hand */
-void grasp_hand_clamp(const grasp_hand *h, double q[ANGLES]);
-
 /* grasp_hand_correct - rest plus the pose correctives of s: what skinning then poses */
 void grasp_hand_correct(const grasp_hand *h, const hand_state *s, double (*rest)[3]);
 
@@ -92,8 +82,8 @@ void grasp_hand_skin(const grasp_hand *h, const hand_frames *f, const double (*r
 
 void grasp_hand_sphere(const grasp_hand *h, const hand_frames *f, int i, double out[3]);
 
-/* grasp_hand_pose, grasp_hand_state - to and from axis-angle and translation as lt_hand_pose takes
- * them; what the 21 angles cannot say is lost on the way back */
+/* grasp_hand_pose, grasp_hand_state - to and from axis-angle and translation as lt_hand_pose takes them.
+ * The latter finds the angles by Euler-like projection, exact for poses that the former wrote. */
 void grasp_hand_pose(const grasp_hand *h, const hand_state *s, double pose[48], double trans[3]);
 void grasp_hand_state(const grasp_hand *h, const double pose[48], const double trans[3], hand_state *s);
 

@@ -31,7 +31,7 @@ static double side_chance(const grip *g, const side *s)
     if (w > OPENING || up > 0.35)
         return 0;
     if (s->sign_u * g->axis[s->u][2] < -0.5)
-        return 0.08;                                    /* thumb down is rare */
+        return 0.15;                                    /* thumb down is rare */
     return (w < 70 * MM ? 1 : 0.5) * (g->half[s->u] > 28 * MM ? 1 : 0.4);
 }
 
@@ -97,33 +97,34 @@ static style draw_style(const grasp_hand *h, double width, double depth, lt_rng 
 
 static void open_hand(const grasp_hand *h, const style *s, lt_rng *rng, double q[ANGLES])
 {
-    static const double power[3] = { 5, 12, 8 }, precise[3] = { 25, 20, 12 };
-
     for (int f = 0; f < THUMB; f++) {
-        q[spread(f)] = lt_rng_range(rng, -6, 6) * DEG;
-        for (int k = 0; k < 3; k++)
-            q[flexion(f, k)] = (s->power ? power[k] : precise[k]) * DEG;
+        double *a = &q[finger_angle(f)];
+        a[0] = lt_rng_range(rng, -6, 6) * DEG;
+        a[1] = (s->power ? 5 : 25) * DEG;
+        a[2] = (s->power ? 12 : 20) * DEG;
+        a[3] = (s->power ? 8 : 12) * DEG;
     }
-    q[flexion(THUMB, 0)] = lt_rng_range(rng, -10, 15) * DEG;
-    q[spread(THUMB)] = lt_rng_range(rng, 28, 45) * DEG;
-    q[THUMB_TWIST] = lt_rng_range(rng, -30, -10) * DEG;
-    q[flexion(THUMB, 1)] = 0;
-    q[flexion(THUMB, 2)] = 5 * DEG;
-    grasp_hand_clamp(h, q);
+    q[16] = lt_rng_range(rng, 15, 30) * DEG;
+    q[17] = lt_rng_range(rng, 25, 45) * DEG;
+    q[18] = lt_rng_range(rng, -10, 15) * DEG;
+    q[19] = 0;
+    q[20] = 0;
+    for (int a = 0; a < ANGLES; a++)
+        q[a] = fmax(h->angle[a].lo, fmin(h->angle[a].hi, q[a]));
 }
 
 /* Rest axes to the object's: the palm (-y) looks along a, the thumb's side (+z) points along u. */
 static void face(const double a[3], const double u[3], double R[9])
 {
     double x[3], y[3], z[3];
-    double d = lt_vec3_dot(a, u);
+    double d = dot3(a, u);
 
     for (int k = 0; k < 3; k++) {
         y[k] = -a[k];
         z[k] = u[k] - d * a[k];
     }
     unit3(z);
-    lt_vec3_cross(y, z, x);
+    cross3(y, z, x);
     for (int k = 0; k < 3; k++) {
         R[3 * k] = x[k];
         R[3 * k + 1] = y[k];
@@ -209,7 +210,7 @@ static void finger_distance(const synth_grasp_ctx *ctx, const hand_state *s, int
     d[0] = d[1] = d[2] = INFINITY;
     for (int v = 0; v < LT_HAND_VERTICES; v++)
         if (h->finger[v] == finger) {
-            const int k = h->phalanx[v];
+            const int k = (h->weight_joint[v][0] - 1) % 3;
             grasp_hand_skin(h, &f, h->rest, v, p);
             d[k] = fmin(d[k], synth_sdf_at(&ctx->sdf, p, NULL));
         }
@@ -218,6 +219,8 @@ static void finger_distance(const synth_grasp_ctx *ctx, const hand_state *s, int
 /* Bend all joints at their rates; what touches stops itself and every joint nearer to the palm. */
 static void close_finger(const synth_grasp_ctx *ctx, int finger, const double rate[3], hand_state *s)
 {
+    const grasp_hand *h = &ctx->hand;
+    const int first = finger_angle(finger) + (finger == THUMB ? 2 : 1);
     double d[3], step;
     int free_from = 0;
 
@@ -228,14 +231,15 @@ static void close_finger(const synth_grasp_ctx *ctx, int finger, const double ra
                 free_from = k + 1;
         step = fmin(7, fmax(1, fmin(fmin(d[0], d[1]), d[2]) / MM)) * DEG;
         for (int k = free_from; k < 3; k++)
-            s->q[flexion(finger, k)] += rate[k] * step;
-        grasp_hand_clamp(&ctx->hand, s->q);
+            s->q[first + k] = fmin(h->angle[first + k].hi, s->q[first + k] + rate[k] * step);
     }
 }
 
 /* A finger that starts inside the object is stretched first. */
 static void open_finger(const synth_grasp_ctx *ctx, int finger, hand_state *s)
 {
+    const grasp_hand *h = &ctx->hand;
+    const int first = finger_angle(finger) + (finger == THUMB ? 2 : 1);
     double d[3];
 
     for (int i = 0; i < 12; i++) {
@@ -243,8 +247,7 @@ static void open_finger(const synth_grasp_ctx *ctx, int finger, hand_state *s)
         if (fmin(fmin(d[0], d[1]), d[2]) > 0)
             return;
         for (int k = 0; k < 3; k++)
-            s->q[flexion(finger, k)] -= 5 * DEG;
-        grasp_hand_clamp(&ctx->hand, s->q);
+            s->q[first + k] = fmax(h->angle[first + k].lo, s->q[first + k] - 5 * DEG);
     }
 }
 

@@ -24,7 +24,7 @@ static void pull(load *l, int joint, const double at[3], const double force[3])
 {
     double m[3];
 
-    lt_vec3_cross(at, force, m);
+    cross3(at, force, m);
     for (int k = 0; k < 3; k++) {
         l->force[joint][k] += force[k];
         l->moment[joint][k] += m[k];
@@ -80,8 +80,8 @@ static void skin_loads(const synth_grasp_ctx *ctx, const hand_frames *f, const d
 }
 
 /* Quadratic when near, fading out from 15 mm: a pad that cannot reach does not drag the hand along. */
-static void pad_loads(const grasp_hand *h, const hand_frames *f, const double (*rest)[3],
-                      const grasp_wish *wish, const nearest *near, load *l)
+static void pad_loads(const grasp_hand *h, const hand_frames *f, const double (*rest)[3], const grasp_wish *wish,
+                      const nearest *near, load *l)
 {
     for (int i = 0; i < 16; i++) {
         const double d = near->distance[i] + PRESS, q = d / 15e-3;
@@ -128,7 +128,7 @@ static void bone_loads(const synth_grasp_ctx *ctx, const hand_frames *f, load *l
                 continue;
             for (int k = 0; k < 3; k++)
                 way[k] = at[i][k] - at[j][k];
-            d2 = lt_vec3_dot(way, way);
+            d2 = dot3(way, way);
             if (d2 >= r * r)
                 continue;
             d = sqrt(d2) + 1e-9;
@@ -153,10 +153,10 @@ static void collect(const grasp_hand *h, const hand_frames *f, load *l, double g
         }
     for (int a = 0; a < ANGLES; a++) {
         const int j = h->angle[a].joint;
-        lt_vec3_cross(f->t[j], l->force[j], arm);
-        grad[a] = lt_vec3_dot(f->axis[a], l->moment[j]) - lt_vec3_dot(f->axis[a], arm);
+        cross3(f->t[j], l->force[j], arm);
+        grad[a] = dot3(f->axis[a], l->moment[j]) - dot3(f->axis[a], arm);
     }
-    lt_vec3_cross(f->t[0], l->force[0], arm);
+    cross3(f->t[0], l->force[0], arm);
     for (int k = 0; k < 3; k++) {
         grad[ANGLES + k] = l->moment[0][k] - arm[k];
         grad[ANGLES + 3 + k] = l->force[0][k];
@@ -169,9 +169,9 @@ static void habit(const hand_state *s, const double *q0, double grad[PARAMETERS]
     for (int a = 0; a < ANGLES; a++)
         grad[a] += 2e-5 * (s->q[a] - q0[a]);
     for (int finger = 0; finger < THUMB; finger++) {
-        const int a = flexion(finger, 1), b = flexion(finger, 2);
-        const double off = s->q[b] - 0.67 * s->q[a];
-        grad[b] += 4e-5 * off;
+        const int a = finger_angle(finger) + 2;
+        const double off = s->q[a + 1] - 0.67 * s->q[a];
+        grad[a + 1] += 4e-5 * off;
         grad[a] -= 4e-5 * 0.67 * off;
     }
 }
@@ -185,20 +185,20 @@ static double adam(moments *a, int i, double g, int step)
     return a->m[i] / (1 - pow(0.85, step)) / (sqrt(a->v[i] / (1 - pow(0.95, step))) + 1e-7);
 }
 
-static void take_step(const grasp_hand *h, const double grad[PARAMETERS], int step, moments *mo,
-                      hand_state *s)
+static void take_step(const grasp_hand *h, const double grad[PARAMETERS], int step, moments *mo, hand_state *s)
 {
     const double fade = 1 - 0.85 * (step - 1.0) / STEPS;
     double turn[3], angle, T[9];
 
-    for (int a = 0; a < ANGLES; a++)
+    for (int a = 0; a < ANGLES; a++) {
         s->q[a] -= 0.035 * fade * adam(mo, a, grad[a], step);
-    grasp_hand_clamp(h, s->q);
+        s->q[a] = fmax(h->angle[a].lo, fmin(h->angle[a].hi, s->q[a]));
+    }
     for (int k = 0; k < 3; k++) {
         turn[k] = -0.012 * fade * adam(mo, ANGLES + k, grad[ANGLES + k], step);
         s->t[k] -= 1e-3 * fade * adam(mo, ANGLES + 3 + k, grad[ANGLES + 3 + k], step);
     }
-    angle = sqrt(lt_vec3_dot(turn, turn));
+    angle = sqrt(dot3(turn, turn));
     if (angle < 1e-12)
         return;
     unit3(turn);

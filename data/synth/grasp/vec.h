@@ -1,37 +1,53 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What libtensor/geometry/mat3.h does not have: products that may write over their inputs, turns about an axis.
+ * Three numbers at a time.
  */
 #ifndef SYNTH_GRASP_VEC_H
 #define SYNTH_GRASP_VEC_H
 
-#include "libtensor/geometry/mat3.h"
+#include <math.h>
+
+static inline double dot3(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static inline void cross3(const double a[3], const double b[3], double out[3])
+{
+    const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2];
+
+    out[2] = a[0] * b[1] - a[1] * b[0];
+    out[0] = x;
+    out[1] = y;
+}
 
 static inline void unit3(double a[3])
 {
-    const double n = lt_vec3_norm(a);
+    const double n = sqrt(dot3(a, a));
 
     for (int k = 0; k < 3; k++)
         a[k] /= n;
 }
 
-/* out = R a; out may be a */
+/* out = R a, out = R^T a; out may be a */
 static inline void turn3(const double R[9], const double a[3], double out[3])
 {
-    const double x = lt_vec3_dot(&R[0], a), y = lt_vec3_dot(&R[3], a);
+    const double x = dot3(&R[0], a), y = dot3(&R[3], a);
 
-    out[2] = lt_vec3_dot(&R[6], a);
+    out[2] = dot3(&R[6], a);
     out[0] = x;
     out[1] = y;
 }
 
-/* out = A B; out may be either */
 static inline void mul33(const double A[9], const double B[9], double out[9])
 {
     double C[9];
 
-    lt_mat3_mul(A, B, C);
-    memcpy(out, C, sizeof(C));
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            C[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
+    for (int i = 0; i < 9; i++)
+        out[i] = C[i];
 }
 
 /* The rotation by angle about a unit axis. */

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cli/cli.h"
+
+#include "data/synth/hand.h"
+#include "libtensor/base/parallel.h"
+#include "libtensor/io/hand_file.h"
+#include "libtensor/io/json.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+/* ---- arguments ---------------------------------------------------------------------------------------- */
+
+void cli_parse(const char *name, const struct argp *argp, int argc, char **argv, void *input)
+{
+    static char full[64];
+
+    snprintf(full, sizeof(full), "palmar %s", name);
+    argv[0] = full;
+    argp_err_exit_status = 2;
+    argp_parse(argp, argc, argv, 0, NULL, input);
+}
+
+double cli_real(struct argp_state *state, const char *option, const char *text, double lo, double hi)
+{
+    char *end;
+    const double x = strtod(text, &end);
+
+    if (end == text || *end || !(x >= lo && x <= hi))
+        argp_error(state, "--%s: found \"%s\", want a number from %g to %g", option, text, lo, hi);
+    return x;
+}
+
+int cli_number(struct argp_state *state, const char *option, const char *text, int lo, int hi)
+{
+    const double x = cli_real(state, option, text, lo, hi);
+
+    if (x != floor(x))
+        argp_error(state, "--%s: found \"%s\", want a whole number", option, text);
+    return (int)x;
+}
+
+void cli_threads(struct argp_state *state, const char *text)
+{
+    lt_set_threads(cli_number(state, "threads", text, 1, 1024));
+}
+
+/* ---- failing and stopping ------------------------------------------------------------------------------ */
+
+static volatile sig_atomic_t stop_signal;
+
+static void on_signal(int number)
+{
+    if (stop_signal)
+        _exit(128 + number);
+    stop_signal = number;
+}
+
+void cli_catch_signals(void)
+{
+    struct sigaction a = { .sa_handler = on_signal };
+
+    sigaction(SIGINT, &a, NULL);
+    sigaction(SIGTERM, &a, NULL);
+}
+
+int cli_stop_requested(void)
+{
+    return stop_signal;
+}
+
+int cli_fail(lt_status status)
+{
+    fprintf(stderr, "palmar: %s\n", lt_last_error());
+    switch (status) {
+    case LT_OK:
+        return 0;
+    case LT_ENOMEM:
+    case LT_ENOSPC:
+        return 4;
+    case LT_ENUMERIC:
+        return 3;
+    case LT_ESTOPPED:
+        return stop_signal ? 128 + stop_signal : 1;
+    default:
+        return 1;
+    }
+}
+
+static double now(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+void cli_progress(const char *what, int64_t done, int64_t total)
+{
+    static double last;
+    const bool terminal = isatty(STDERR_FILENO);
+
+    if (done < total && now() - last < (terminal ? 0.2 : 10))
+        return;
+    last = now();
+    fprintf(stderr, terminal ? "\r\033[K%s %lld/%lld" : "%s %lld/%lld\n", what, (long long)done, (long long)total);
+    if (terminal && done >= total)
+        fputc('\n', stderr);
+}
+
+/* ---- hands and models ----------------------------------------------------------------------------------- */
+
+static lt_status read_hand(const char *path, cli_hand *h)
+{
+    if (path) {
+        h->name = path;
+        return lt_hand_model_read(h->arena, path, &h->model);
+    }
+    h->name = "embedded synthetic hand";
+    return synth_hand_new(h->arena, SYNTH_HAND_MANO_LIKE, &h->model);
+}
+
+lt_status cli_hand_open(const char *path, const int *tips, cli_hand *h)
+{
+    lt_status st;
+
+    *h = (cli_hand){ .arena = lt_arena_new() };
+    if (!h->arena)
+        return lt_error(LT_ENOMEM, "no memory for the hand model");
+    if (!path && getenv("PALMAR_HAND") && *getenv("PALMAR_HAND"))
+        path = getenv("PALMAR_HAND");
+    st = read_hand(path, h);
+    if (st == LT_OK)
+        st = lt_hand_layer_new(h->arena, h->model, tips ? tips : lt_hand_tips_ho3d, &h->layer);
+    if (st)
+        cli_hand_close(h);
+    return st;
+}
+
+void cli_hand_close(cli_hand *h)
+{
+    lt_arena_free(h->arena);
+    h->arena = NULL;
+}
+
+static lt_status read_config(const char *config, cJSON **root)
+{
+    if (config)
+        return lt_json_read(config, root);
+    *root = cJSON_CreateObject();
+    return *root ? LT_OK : lt_error(LT_ENOMEM, "no memory for a config");
+}
+
+/* The "model" group without its name, which chose the class. */
+static const cJSON *model_group(cJSON *root)
+{
+    cJSON *group = cJSON_GetObjectItemCaseSensitive(root, "model");
+
+    if (cJSON_IsObject(group))
+        cJSON_DeleteItemFromObjectCaseSensitive(group, "name");
+    return group;
+}
+
+lt_status cli_model_new(const char *name, const char *config, const char *const *set, int n_set,
+                        const cli_hand *hand, lt_params **params, model *out)
+{
+    const model_class *cls;
+    cJSON *root = NULL;
+    lt_status st = model_find(name, &cls);
+
+    *params = NULL;
+    if (st == LT_OK)
+        st = read_config(config, &root);
+    for (int i = 0; st == LT_OK && i < n_set; i++)
+        st = lt_config_set(root, set[i]);
+    if (st == LT_OK) {
+        *params = lt_params_new();
+        st = *params ? cls->create(config ? config : "model", model_group(root), hand->layer, *params, out)
+                     : lt_error(LT_ENOMEM, "no memory for the model");
+    }
+    if (st == LT_OK)
+        cls->init(out, 0);
+    cJSON_Delete(root);
+    return st;
+}

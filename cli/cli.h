@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the subcommands of `palmar` share. Each is a function over its own arguments that returns the
+ * process's exit code: 0 done, 1 bad input or failed work, 2 bad usage, 3 numerical stop, 4 no resources,
+ * 130 and 143 stopped by SIGINT and SIGTERM after saving.
+ */
+#ifndef CLI_CLI_H
+#define CLI_CLI_H
+
+#include "data/dataset.h"
+#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand_model.h"
+#include "models/model.h"
+#include "train/config.h"
+
+#include <argp.h>
+
+int cmd_synth(int argc, char **argv);
+int cmd_train(int argc, char **argv);
+int cmd_eval(int argc, char **argv);
+int cmd_bench(int argc, char **argv);
+int cmd_info(int argc, char **argv);
+int cmd_gradcheck(int argc, char **argv);
+
+/* cli_parse - argp over a subcommand's arguments, known to people as "palmar NAME" */
+void cli_parse(const char *name, const struct argp *argp, int argc, char **argv, void *input);
+
+/* cli_fail - print "palmar: " and the last error's line; the exit code that goes with the status */
+int cli_fail(lt_status status);
+
+/* cli_number - a whole number between lo and hi, or a usage error naming the option */
+int cli_number(struct argp_state *state, const char *option, const char *text, int lo, int hi);
+
+/* cli_real - a number between lo and hi, likewise */
+double cli_real(struct argp_state *state, const char *option, const char *text, double lo, double hi);
+
+/* cli_threads - the --threads option: sets the number of threads */
+void cli_threads(struct argp_state *state, const char *text);
+
+/* cli_stop_requested - SIGINT or SIGTERM arrived; its number, or 0. cli_catch_signals makes it so; a
+ * second signal ends the process at once. */
+int cli_stop_requested(void);
+void cli_catch_signals(void);
+
+/* cli_progress - a line "what 12/96" on stderr, redrawn on a terminal, now and then elsewhere */
+void cli_progress(const char *what, int64_t done, int64_t total);
+
+/* What a model needs to be built: the hand it poses. */
+typedef struct {
+    lt_arena *arena;
+    lt_hand_model *model;
+    lt_hand_layer *layer;
+    const char *name;               /* "embedded synthetic hand", or the file's name */
+} cli_hand;
+
+/**
+ * cli_hand_open - the hand model from path; NULL: $PALMAR_HAND, else the embedded one, said on stderr
+ *
+ * tips NULL: HO3D's. cli_hand_close frees it.
+ */
+lt_status cli_hand_open(const char *path, const int *tips, cli_hand *out);
+void cli_hand_close(cli_hand *h);
+
+/**
+ * cli_model_new - a model by name with a config, initialised from seed 0
+ *
+ * config is a file with a "model" group, or NULL; assignments (n of "key=value") go on top.
+ * *params is the caller's to free.
+ */
+lt_status cli_model_new(const char *name, const char *config, const char *const *set, int n_set,
+                        const cli_hand *hand, lt_params **params, model *out);
+
+/* A trained model, and what it was trained with. */
+typedef struct {
+    lt_arena *arena;
+    const char *path;               /* the checkpoint file */
+    const char *run;                /* the folder of its run, or the one it lies in */
+    train_config config;
+    cli_hand hand;
+    lt_params *params;
+    model m;
+    int64_t step;
+} cli_checkpoint;
+
+/**
+ * cli_checkpoint_open - a checkpoint file, or the last one of a run's folder
+ *
+ * hand as in cli_hand_open; NULL: what the run was trained with. cli_checkpoint_close frees it, also
+ * after a failure.
+ */
+lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint *out);
+void cli_checkpoint_close(cli_checkpoint *c);
+
+#endif

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cli/cli.h"
+
+#include "data/ho3d.h"
+#include "eval/bench.h"
+#include "eval/evaluate.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/json.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA };
+
+typedef struct {
+    const char *checkpoint, *data, *split, *models, *hand, *out, *submit;
+    int batch, limit;
+    double max_pa_mpjpe_mm;
+    bool json, no_bench;
+} eval_args;
+
+static const struct argp_option options[] = {
+    { "data", DATA, "DIR", 0, "the dataset, HO3D v2 or v3 layout", 0 },
+    { "split", SPLIT, "NAME", 0, "evaluation (default) or train", 0 },
+    { "models", MODELS, "DIR", 0, "the objects' models; default in the dataset's folder, or beside it", 0 },
+    { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the embedded one", 0 },
+    { "out", 'o', "DIR", 0, "where table.md, scores.json, scores.txt, per-sample.csv go; default eval in the run's folder", 0 },
+    { "submit", SUBMIT, "FILE", 0, "write pred.json or pred.zip for the official scorer instead of scoring", 0 },
+    { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
+    { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
+    { "max-pa-mpjpe", MIN_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
+    { "no-bench", NO_BENCH, NULL, 0, "leave the time columns of Table 5 empty", 0 },
+    { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
+    { "json", JSON, NULL, 0, "print scores.json instead of the tables", 0 },
+    { 0 },
+};
+
+static error_t parse(int key, char *arg, struct argp_state *state)
+{
+    eval_args *a = state->input;
+
+    switch (key) {
+    case 'o': a->out = arg; break;
+    case 'b': a->batch = cli_number(state, "batch", arg, 1, 256); break;
+    case 't': cli_threads(state, arg); break;
+    case DATA: a->data = arg; break;
+    case SPLIT: a->split = arg; break;
+    case MODELS: a->models = arg; break;
+    case HAND: a->hand = arg; break;
+    case SUBMIT: a->submit = arg; break;
+    case LIMIT: a->limit = cli_number(state, "limit", arg, 1, 1000000000); break;
+    case MIN_PA: a->max_pa_mpjpe_mm = cli_real(state, "max-pa-mpjpe", arg, 0, 1e6); break;
+    case NO_BENCH: a->no_bench = true; break;
+    case JSON: a->json = true; break;
+    case ARGP_KEY_ARG:
+        if (a->checkpoint)
+            argp_error(state, "one checkpoint at a time");
+        a->checkpoint = arg;
+        break;
+    case ARGP_KEY_END:
+        if (!a->checkpoint || !a->data)
+            argp_error(state, "want a checkpoint or a run's folder, and --data DIR");
+        break;
+    default: return ARGP_ERR_UNKNOWN;
+    }
+    return 0;
+}
+
+static const struct argp argp = {
+    options, parse, "CHECKPOINT|RUN",
+    "Score a trained model and print its paper's tables with our rows beneath the paper's.\v"
+    "The zero predictor and the mean-pose predictor stand in the tables for reference. Rows made on "
+    "synthetic data say so.\n\n  palmar eval runs/tiny --data data/tiny", NULL, NULL, NULL,
+};
+
+static bool show_progress(void *ctx, int64_t done, int64_t total)
+{
+    (void)ctx;
+    cli_progress("scored", done, total);
+    return !cli_stop_requested();
+}
+
+static double latency(const model *m)
+{
+    bench *b;
+    bench_result r;
+
+    if (bench_new(&(bench_options){ .m = m, .batch = 1, .runs = 10, .seconds = 5 }, &b))
+        return 0;
+    r = bench_run(b);
+    bench_free(b);
+    return 1e-3 * r.median_ms;
+}
+
+static lt_status print(const evaluation *e, bool json)
+{
+    cJSON *root;
+
+    if (!json)
+        return evaluation_print(e, stdout, EVAL_TEXT);
+    root = evaluation_json(e);
+    if (!root)
+        return lt_error(LT_ENOMEM, "no memory for the scores");
+    lt_json_print(stdout, root);
+    putchar('\n');
+    cJSON_Delete(root);
+    return LT_OK;
+}
+
+static lt_status check_limit(const evaluation *e, double max_mm)
+{
+    const double mm = evaluation_summary(e, EVALUATE_MODEL).pa_mpjpe_mm;
+
+    if (max_mm > 0 && !(mm <= max_mm))
+        return lt_error(LT_EINVAL, "PA-MPJPE is %.2f mm, want at most %.2f", mm, max_mm);
+    return LT_OK;
+}
+
+/* The folder "eval" of the run that a checkpoint lies in, else beside the checkpoint. */
+static void default_out(const cli_checkpoint *c, char *out, size_t n)
+{
+    snprintf(out, n, "%s/eval", c->run);
+}
+
+static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_options *o)
+{
+    evaluation *e;
+    char folder[4096];
+    lt_status st;
+
+    o->seconds_per_image = a->no_bench ? 0 : latency(o->m);
+    st = evaluate(o, &e);
+    if (st)
+        return st;
+    default_out(c, folder, sizeof(folder));
+    st = print(e, a->json);
+    if (st == LT_OK)
+        st = evaluation_write(e, a->out ? a->out : folder);
+    if (st == LT_OK)
+        fprintf(stderr, "tables, scores and errors per sample: %s\n", a->out ? a->out : folder);
+    if (st == LT_OK)
+        st = check_limit(e, a->max_pa_mpjpe_mm);
+    evaluation_free(e);
+    return st;
+}
+
+static lt_status open_data(const eval_args *a, const char *split, dataset **out)
+{
+    const ho3d_options o = { .root = a->data, .split = split, .models = a->models, .vertices = !a->submit };
+
+    return ho3d_open(&o, out);
+}
+
+static lt_status run(const eval_args *a, const cli_checkpoint *c)
+{
+    dataset *data = NULL, *training = NULL;
+    evaluate_options o = {
+        .m = &c->m, .hand = c->hand.model, .hand_name = c->hand.name, .checkpoint = c->path, .batch = a->batch,
+        .limit = a->limit, .progress = show_progress,
+    };
+    lt_status st = open_data(a, a->split, &data);
+
+    if (st == LT_OK && !a->submit && open_data(a, "train", &training))
+        fprintf(stderr, "no mean-pose row: %s\n", lt_last_error());
+    o.data = data;
+    o.training = training;
+    if (st == LT_OK)
+        st = a->submit ? evaluate_submission(&o, a->submit) : score(a, c, &o);
+    if (training)
+        dataset_free(training);
+    if (data)
+        dataset_free(data);
+    return st;
+}
+
+int cmd_eval(int argc, char **argv)
+{
+    eval_args a = { .split = "evaluation", .batch = 8 };
+    cli_checkpoint c;
+    lt_status st;
+
+    cli_parse("eval", &argp, argc, argv, &a);
+    cli_catch_signals();
+    st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
+    if (st == LT_OK)
+        st = run(&a, &c);
+    cli_checkpoint_close(&c);
+    return st ? cli_fail(st) : 0;
+}

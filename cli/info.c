@@ -1,0 +1,392 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cli/cli.h"
+
+#include "config.h"
+#include "data/ho3d.h"
+#include "libtensor/base/parallel.h"
+#include "libtensor/graph/plan.h"
+#include "libtensor/io/hand_file.h"
+#include "libtensor/io/json.h"
+#include "libtensor/io/npz.h"
+#include "libtensor/io/pickle.h"
+#include "libtensor/io/safetensors.h"
+#include "libtensor/kernels/kernels.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_SET = 64 };
+enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES };
+
+typedef struct {
+    const char *model, *config, *data, *file;
+    const char *set[MAX_SET];
+    int n_set, samples;
+    bool system, json;
+    char variant[64];
+} info_args;
+
+static const struct argp_option options[] = {
+    { "model", 'm', "NAME", 0, "parameters and multiply-adds of a model, by block", 0 },
+    { "variant", VARIANT, "NAME", 0, "of that model", 0 },
+    { "config", 'c', "FILE", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
+    { "set", SET, "KEY=VALUE", 0, "override a key of the config; may be repeated", 0 },
+    { "data", DATA, "DIR", 0, "a dataset: version, splits, objects, a self-test on some samples", 0 },
+    { "samples", SAMPLES, "N", 0, "how many samples of each split the self-test reads; default 20", 0 },
+    { "system", SYSTEM, NULL, 0, "this machine and this program", 0 },
+    { "json", JSON, NULL, 0, "as JSON", 0 },
+    { 0 },
+};
+
+static error_t parse(int key, char *arg, struct argp_state *state)
+{
+    info_args *a = state->input;
+
+    switch (key) {
+    case 'm': a->model = arg; break;
+    case 'c': a->config = arg; break;
+    case DATA: a->data = arg; break;
+    case SAMPLES: a->samples = cli_number(state, "samples", arg, 0, 1000000); break;
+    case SYSTEM: a->system = true; break;
+    case JSON: a->json = true; break;
+    case VARIANT:
+        snprintf(a->variant, sizeof(a->variant), "model.variant=%s", arg);
+        arg = a->variant;               /* fall through */
+    case SET:
+        if (a->n_set == MAX_SET)
+            argp_error(state, "at most %d overrides", MAX_SET);
+        a->set[a->n_set++] = arg;
+        break;
+    case ARGP_KEY_ARG:
+        if (a->file)
+            argp_error(state, "one file at a time");
+        a->file = arg;
+        break;
+    case ARGP_KEY_END:
+        if (!a->model && !a->data && !a->file && !a->system)
+            argp_error(state, "of what? give a file, --model, --data or --system");
+        break;
+    default: return ARGP_ERR_UNKNOWN;
+    }
+    return 0;
+}
+
+static const struct argp argp = {
+    options, parse, "[FILE]",
+    "Tell what is in a model, a checkpoint, a dataset, a hand file, an npz or a pickle.\v"
+    "  palmar info --model hocat --variant full --json\n"
+    "  palmar info runs/tiny/checkpoints/last.safetensors\n"
+    "  palmar info --data HO3D_v3\n"
+    "  palmar info MANO_RIGHT.pkl", NULL, NULL, NULL,
+};
+
+/* Print the value as JSON, or as text: one "key  value" a line, lists of objects as rows. */
+static void print_text(const cJSON *v, int indent)
+{
+    const cJSON *item;
+
+    cJSON_ArrayForEach(item, v) {
+        char *text = cJSON_IsObject(item) || cJSON_IsArray(item) ? NULL : cJSON_PrintUnformatted(item);
+
+        printf("%*s%-24s %s\n", indent, "", item->string ? item->string : "-",
+               cJSON_IsString(item) ? item->valuestring : text ? text : "");
+        cJSON_free(text);
+        if (cJSON_IsObject(item) || cJSON_IsArray(item))
+            print_text(item, indent + 2);
+    }
+}
+
+static void print(const cJSON *root, bool json)
+{
+    if (json) {
+        lt_json_print(stdout, root);
+        putchar('\n');
+    } else {
+        print_text(root, 0);
+    }
+}
+
+/* ---- a model ------------------------------------------------------------------------------------------- */
+
+static int64_t count_macs(const model *m)
+{
+    model_record r = { .g = lt_graph_new(), .batch = 1 };
+    lt_plan *p = NULL;
+    int64_t macs = -1;
+
+    if (r.g) {
+        m->cls->record(m, false, &r);
+        p = lt_compile(r.g, NULL);
+    }
+    if (p)
+        macs = lt_plan_macs(p);
+    lt_plan_free(p);
+    lt_graph_free(r.g);
+    return macs;
+}
+
+static lt_status model_json(const model *m, cJSON *root)
+{
+    const int64_t macs = count_macs(m);
+    const double parameters = (double)lt_params_count(m->params, LT_WEIGHT, "");
+    cJSON *blocks;
+    char prefix[64];
+
+    if (macs < 0)
+        return LT_ENOMEM;
+    cJSON_AddStringToObject(root, "model", m->cls->name);
+    cJSON_AddStringToObject(root, "variant", m->variant);
+    cJSON_AddStringToObject(root, "paper", m->cls->paper);
+    cJSON_AddNumberToObject(root, "parameters", parameters);
+    cJSON_AddNumberToObject(root, "parameters_mib", 4 * parameters / 1048576);
+    cJSON_AddNumberToObject(root, "running_statistics", (double)lt_params_count(m->params, LT_STATISTIC, ""));
+    cJSON_AddNumberToObject(root, "macs", (double)macs);
+    cJSON_AddNumberToObject(root, "image_size", m->image_size);
+    blocks = cJSON_AddObjectToObject(root, "blocks");
+    for (int i = 0; m->cls->blocks[i]; i++) {
+        snprintf(prefix, sizeof(prefix), "%s.", m->cls->blocks[i]);
+        cJSON_AddNumberToObject(blocks, m->cls->blocks[i], (double)lt_params_count(m->params, LT_WEIGHT, prefix));
+    }
+    cJSON_AddItemToObject(root, "config", lt_config_write(m->cls->keys, m->config));
+    return LT_OK;
+}
+
+static lt_status info_model(const info_args *a, cJSON *root)
+{
+    lt_params *params = NULL;
+    cli_hand hand;
+    model m;
+    lt_status st = cli_hand_open(NULL, NULL, &hand);
+
+    if (st)
+        return st;
+    st = cli_model_new(a->model, a->config, a->set, a->n_set, &hand, &params, &m);
+    if (st == LT_OK)
+        st = model_json(&m, root);
+    lt_params_free(params);
+    cli_hand_close(&hand);
+    return st;
+}
+
+/* ---- files --------------------------------------------------------------------------------------------- */
+
+static void add_arrays(cJSON *root, const lt_named_array *entry, size_t n)
+{
+    cJSON *list = cJSON_AddObjectToObject(root, "arrays");
+    char shape[LT_SHAPE_TEXT];
+
+    for (size_t i = 0; i < n; i++)
+        cJSON_AddStringToObject(list, entry[i].name, lt_array_shape_text(&entry[i].array, shape, sizeof(shape)));
+}
+
+static lt_status info_safetensors(lt_arena *arena, const char *path, cJSON *root)
+{
+    lt_safetensors s;
+    lt_status st = lt_safetensors_read(arena, path, &s);
+    cJSON *meta;
+
+    if (st)
+        return st;
+    meta = cJSON_AddObjectToObject(root, "metadata");
+    for (size_t i = 0; i < s.n_meta; i++) {
+        cJSON *value = cJSON_Parse(s.meta[i].value);
+
+        if (cJSON_IsObject(value))
+            cJSON_AddItemToObject(meta, s.meta[i].key, value);
+        else
+            cJSON_AddStringToObject(meta, s.meta[i].key, s.meta[i].value);
+        if (!cJSON_IsObject(value))
+            cJSON_Delete(value);
+    }
+    add_arrays(root, s.entry, s.n);
+    return LT_OK;
+}
+
+static lt_status info_npz(lt_arena *arena, const char *path, cJSON *root)
+{
+    lt_npz z;
+    lt_status st = lt_npz_read(arena, path, &z);
+
+    if (st == LT_OK)
+        add_arrays(root, z.entry, z.n);
+    return st;
+}
+
+static lt_status info_pickle(lt_arena *arena, const char *path, cJSON *root)
+{
+    static const char *const kind[] = {
+        "None", "bool", "int", "float", "str", "bytes", "list", "tuple", "set", "dict", "array", "object",
+        "class", "dtype",
+    };
+    const lt_pvalue *v;
+    lt_status st = lt_pickle_read(arena, path, &v);
+    cJSON *keys;
+
+    if (st)
+        return st;
+    cJSON_AddStringToObject(root, "value", kind[v->kind]);
+    keys = cJSON_AddObjectToObject(root, "keys");
+    for (size_t i = 0; v->kind == LT_PDICT && i < v->n; i++) {
+        const char *key = lt_pstr(v->u.item[2 * i]);
+        const lt_pvalue *item = v->u.item[2 * i + 1];
+        char shape[LT_SHAPE_TEXT];
+
+        if (key && item->kind == LT_PARRAY)
+            cJSON_AddStringToObject(keys, key, lt_array_shape_text(item->u.array, shape, sizeof(shape)));
+        else if (key)
+            cJSON_AddStringToObject(keys, key, item->kind == LT_POBJECT ? item->u.object.class_name : kind[item->kind]);
+    }
+    return LT_OK;
+}
+
+/* A hand file is checked as well: all arrays there, of the right shapes. */
+static void add_hand_check(lt_arena *arena, const char *path, cJSON *root)
+{
+    lt_hand_model *hand;
+
+    if (lt_hand_model_read(arena, path, &hand)) {
+        cJSON_AddStringToObject(root, "hand model", lt_last_error());
+        return;
+    }
+    cJSON_AddStringToObject(root, "hand model", hand->synthetic ? "complete, synthetic" : "complete");
+    cJSON_AddStringToObject(root, "side", hand->left ? "left" : "right");
+}
+
+static bool ends_with(const char *text, const char *end)
+{
+    const size_t n = strlen(text), m = strlen(end);
+
+    return n >= m && strcmp(text + n - m, end) == 0;
+}
+
+static lt_status info_file(const char *path, cJSON *root)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_status st;
+
+    if (!arena)
+        return lt_error(LT_ENOMEM, "no memory to read %s", path);
+    cJSON_AddStringToObject(root, "file", path);
+    if (ends_with(path, ".safetensors")) {
+        st = info_safetensors(arena, path, root);
+    } else if (ends_with(path, ".npz") || ends_with(path, ".pkl")) {
+        st = ends_with(path, ".npz") ? info_npz(arena, path, root) : info_pickle(arena, path, root);
+        if (st == LT_OK)
+            add_hand_check(arena, path, root);
+    } else {
+        st = lt_error(LT_EINVAL, "%s: want a file ending in .safetensors, .npz or .pkl, or a dataset with --data",
+                      path);
+    }
+    lt_arena_free(arena);
+    return st;
+}
+
+/* ---- a dataset ------------------------------------------------------------------------------------------ */
+
+static lt_status test_samples(const dataset *d, int samples)
+{
+    const int64_t n = lt_min_i64(samples, d->count);
+    lt_status st = LT_OK;
+
+    for (int64_t i = 0; st == LT_OK && i < n; i++) {
+        lt_arena *arena = lt_arena_new();
+        dataset_sample s;
+
+        st = arena ? dataset_read(d, i * d->count / n, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s)
+                   : lt_error(LT_ENOMEM, "no memory for a sample");
+        lt_arena_free(arena);
+    }
+    return st;
+}
+
+/* The hand on the stored parameters must meet the stored joints. */
+static lt_status add_tips(dataset *d, cJSON *split)
+{
+    cli_hand hand;
+    double rms_mm;
+    lt_status st = cli_hand_open(NULL, NULL, &hand);
+
+    if (st)
+        return st;
+    st = ho3d_check_tips(d, hand.model, &rms_mm);
+    if (st == LT_OK) {
+        cJSON_AddStringToObject(split, "hand", hand.name);
+        cJSON_AddNumberToObject(split, "finger tips off by mm", rms_mm);
+    }
+    cli_hand_close(&hand);
+    return st;
+}
+
+static lt_status add_split(const info_args *a, const char *name, cJSON *root)
+{
+    dataset *d;
+    cJSON *split = cJSON_AddObjectToObject(root, name);
+    lt_status st = ho3d_open(&(ho3d_options){ .root = a->data, .split = name }, &d);
+
+    if (st)
+        return st;
+    if (!cJSON_GetObjectItem(root, "dataset")) {
+        cJSON_AddStringToObject(root, "dataset", d->kind);
+        cJSON_AddBoolToObject(root, "synthetic", d->synthetic);
+        cJSON_AddNumberToObject(root, "objects", d->n_objects);
+    }
+    cJSON_AddNumberToObject(split, "samples", (double)d->count);
+    st = test_samples(d, a->samples);
+    if (st == LT_OK && strcmp(name, "train") == 0)
+        st = add_tips(d, split);
+    if (st == LT_OK)
+        cJSON_AddNumberToObject(split, "read and checked", (double)lt_min_i64(a->samples, d->count));
+    dataset_free(d);
+    return st;
+}
+
+static lt_status info_data(const info_args *a, cJSON *root)
+{
+    lt_status st;
+
+    cJSON_AddStringToObject(root, "folder", a->data);
+    st = add_split(a, "train", root);
+    return st ? st : add_split(a, "evaluation", root);
+}
+
+/* ---- the machine ---------------------------------------------------------------------------------------- */
+
+static void info_system(cJSON *root)
+{
+    cJSON_AddStringToObject(root, "palmar", PACKAGE_VERSION);
+    cJSON_AddStringToObject(root, "cpu", lt_cpu_model());
+    cJSON_AddStringToObject(root, "best instruction set", lt_isa_name(lt_cpu_best_isa()));
+    cJSON_AddStringToObject(root, "in use", lt_isa_name(lt_k->isa));
+    cJSON_AddBoolToObject(root, "8-bit dot products", lt_cpu_has_vnni());
+    cJSON_AddNumberToObject(root, "threads", lt_threads());
+    cJSON_AddNumberToObject(root, "FMA peak GFLOP/s", lt_fma_peak_gflops(50));
+    cJSON_AddStringToObject(root, "compiler", __VERSION__);
+#ifdef HAVE_OPENCV
+    cJSON_AddStringToObject(root, "images", "PNG, JPEG, and through OpenCV what it reads");
+#else
+    cJSON_AddStringToObject(root, "images", "PNG, JPEG");
+#endif
+}
+
+int cmd_info(int argc, char **argv)
+{
+    info_args a = { .samples = 20 };
+    cJSON *root = cJSON_CreateObject();
+    lt_status st = root ? LT_OK : lt_error(LT_ENOMEM, "no memory");
+
+    cli_parse("info", &argp, argc, argv, &a);
+    if (a.system)
+        info_system(root);
+    if (st == LT_OK && a.model)
+        st = info_model(&a, root);
+    if (st == LT_OK && a.data)
+        st = info_data(&a, root);
+    if (st == LT_OK && a.file)
+        st = info_file(a.file, root);
+    if (st == LT_OK || cJSON_GetArraySize(root) > 1)
+        print(root, a.json);
+    cJSON_Delete(root);
+    return st ? cli_fail(st) : 0;
+}

@@ -1,0 +1,126 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cli/cli.h"
+
+#include "train/trainer.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { MAX_SET = 128 };
+enum { DATA = 256, HAND, SET, RESUME, INIT, DRY_RUN, KEYS };
+
+typedef struct {
+    train_options o;
+    const char *set[MAX_SET];
+    int n_set;
+    char data[4096], hand[4096];
+    char config[4096];
+    bool keys;
+} train_args;
+
+static const struct argp_option options[] = {
+    { "config", 'c', "FILE|NAME", 0, "a JSON file, a run's folder, or a config that comes with palmar: hocat-tiny, "
+      "hocat-full, hocat-dual, hocat-base", 0 },
+    { "data", DATA, "DIR", 0, "the dataset: short for --set data.dir=DIR", 0 },
+    { "hand", HAND, "FILE", 0, "hand model: short for --set data.hand=FILE", 0 },
+    { "set", SET, "KEY=VALUE", 0, "override a key, as optim.lr=3e-4; may be repeated", 0 },
+    { "out", 'o', "DIR", 0, "the run's folder", 0 },
+    { "resume", RESUME, "FILE", OPTION_ARG_OPTIONAL, "go on from FILE, or from the newest sound checkpoint of --out", 0 },
+    { "init", INIT, "FILE", 0, "initial weights (safetensors) for the parameters of the same names", 0 },
+    { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
+    { "dry-run", DRY_RUN, NULL, 0, "build everything, check the data, say what it takes, stop", 0 },
+    { "quiet", 'q', NULL, 0, "no progress", 0 },
+    { "keys", KEYS, NULL, 0, "list every key of a config with its default and meaning", 0 },
+    { 0 },
+};
+
+static void add_set(train_args *a, struct argp_state *state, const char *text)
+{
+    if (a->n_set == MAX_SET)
+        argp_error(state, "at most %d overrides", MAX_SET);
+    a->set[a->n_set++] = text;
+}
+
+/* hocat-tiny -> .../models/hocat/configs/tiny.json, installed or in the source tree */
+static const char *find_config(const char *name, char *path, size_t n)
+{
+    static const char *const roots[] = { PALMAR_DATADIR, PALMAR_SRCDIR };
+    const char *dash = strchr(name, '-');
+
+    if (access(name, R_OK) == 0 || !dash || strchr(name, '/'))
+        return name;
+    for (size_t i = 0; i < LT_COUNT(roots); i++) {
+        snprintf(path, n, "%s/models/%.*s/configs/%s.json", roots[i], (int)(dash - name), name, dash + 1);
+        if (access(path, R_OK) == 0)
+            return path;
+    }
+    return name;
+}
+
+static void check(train_args *a, struct argp_state *state)
+{
+    if (a->keys)
+        return;
+    if (!a->o.out)
+        argp_error(state, "where to? give --out DIR");
+    if (!a->o.config && !a->o.resume)
+        argp_error(state, "train what? give --config FILE or NAME, or --resume");
+}
+
+static error_t parse(int key, char *arg, struct argp_state *state)
+{
+    train_args *a = state->input;
+
+    switch (key) {
+    case 'c': a->o.config = find_config(arg, a->config, sizeof(a->config)); break;
+    case 'o': a->o.out = arg; break;
+    case 'q': a->o.quiet = true; break;
+    case 't': cli_threads(state, arg); break;
+    case SET: add_set(a, state, arg); break;
+    case RESUME: a->o.resume = arg ? arg : ""; break;
+    case INIT: a->o.init = arg; break;
+    case DRY_RUN: a->o.dry_run = true; break;
+    case KEYS: a->keys = true; break;
+    case DATA:
+        snprintf(a->data, sizeof(a->data), "data.dir=%s", arg);
+        add_set(a, state, a->data);
+        break;
+    case HAND:
+        snprintf(a->hand, sizeof(a->hand), "data.hand=%s", arg);
+        add_set(a, state, a->hand);
+        break;
+    case ARGP_KEY_ARG: argp_error(state, "\"%s\": options only; the data go behind --data", arg); break;
+    case ARGP_KEY_END: check(a, state); break;
+    default: return ARGP_ERR_UNKNOWN;
+    }
+    return 0;
+}
+
+static const struct argp argp = {
+    options, parse, NULL,
+    "Train a model. The weights after step k depend on config and data alone, not on threads, stops or "
+    "resumes.\v"
+    "SIGINT and SIGTERM save and stop; SIGUSR1 saves and goes on.\n\n"
+    "  palmar train --config hocat-tiny --data data/tiny --out runs/tiny\n"
+    "  palmar train --resume --out runs/tiny", NULL, NULL, NULL,
+};
+
+int cmd_train(int argc, char **argv)
+{
+    train_args a = { .o = { .config = NULL } };
+    train_result r = { .step = 0 };
+    lt_status st;
+
+    cli_parse("train", &argp, argc, argv, &a);
+    if (a.keys) {
+        train_config_help(stdout);
+        return 0;
+    }
+    a.o.set = a.set;
+    a.o.n_set = a.n_set;
+    st = train_run(&a.o, &r);
+    if (st)
+        fprintf(stderr, "palmar: %s\n", lt_last_error());
+    return train_exit_code(st, r.signal);
+}

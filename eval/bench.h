@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * How long a model takes: latency of inference and of a training step, memory, and a profile by layer.
+ */
+#ifndef EVAL_BENCH_H
+#define EVAL_BENCH_H
+
+#include "models/model.h"
+
+#include <stdio.h>
+
+typedef struct {
+    const model *m;                 /* initialised; a training step moves its weights */
+    int batch;
+    bool train;                     /* forward, backward and Adam instead of forward alone */
+    int runs;                       /* timed runs wanted */
+    double seconds;                 /* but stop after this long, with at least three */
+} bench_options;
+
+typedef struct {
+    double median_ms, p5_ms, p95_ms, min_ms;
+    int runs;
+    double peak_rss_mb;             /* of the process so far */
+    double fma_before, fma_after;   /* GFLOP/s of the machine, read around the runs */
+    int64_t macs;                   /* multiply-adds of one forward run of the batch */
+    size_t plan_bytes;
+} bench_result;
+
+typedef struct bench bench;
+
+/* bench_new - compiles the model and fills its inputs with numbers. Errors: no memory. */
+lt_status bench_new(const bench_options *o, bench **out);
+void bench_free(bench *b);
+
+/* bench_run - warm up three times, then measure. Another process slows it down: look at fma_before. */
+bench_result bench_run(bench *b);
+
+/* bench_print - one Markdown row (heading first when asked for), or one line of JSON */
+void bench_print(const bench *b, const bench_result *r, FILE *f, bool heading);
+void bench_print_json(const bench *b, const bench_result *r, FILE *f);
+
+/* bench_profile - one more run, step by step: time, GFLOP/s and share by op, then the slowest layers */
+void bench_profile(bench *b, FILE *f);
+
+#endif

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A trained model at work: batches in, hands and object poses in camera coordinates out.
+ */
+#ifndef EVAL_ESTIMATOR_H
+#define EVAL_ESTIMATOR_H
+
+#include "data/hand_object.h"
+#include "eval/object_pose.h"
+#include "models/model.h"
+
+typedef struct estimator estimator;
+
+/* estimator_new - compiles the model for batches of up to `batch`; the model must outlive it */
+lt_status estimator_new(const model *m, int batch, estimator **out);
+void estimator_free(estimator *e);
+
+/* estimator_refresh - the model's weights have changed */
+void estimator_refresh(estimator *e);
+
+/* What is seen in one image. Camera axes (x right, y down, z forward), metres, simple order. */
+typedef struct {
+    float joints[LT_HAND_KEYPOINTS][3], vertices[LT_HAND_VERTICES][3];      /* wrist added */
+    float rotation[LT_HAND_JOINTS][9], beta[LT_HAND_BETAS];
+    float joints2d[LT_HAND_KEYPOINTS][2];       /* of the heat maps, crop pixels */
+    eval_pose object;               /* R = I, t = (0, 0, 1) when no pose was found */
+    int object_inliers;             /* 0: no pose was found */
+    float object_confidence;        /* the mean over points of the best cell's */
+} estimate;
+
+/**
+ * estimator_run - estimate for the samples of a batch
+ *
+ *   control  (21, 3) of each sample's object, borrowed; NULL for a sample without
+ *   out      (b->count)
+ *
+ * The wrist is taken from b->wrist, as the papers' protocols do.
+ *
+ * Source for the object: HOCAT section 3.4; Semi-Hand-Object utils/metric.py: the ten most confident
+ * cells of every control point above 0.5, then EPnP in RANSAC.
+ */
+void estimator_run(estimator *e, const hand_object_batch *b, const float (*const *control)[3],
+                   estimate *out);
+
+#endif

@@ -1,0 +1,459 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Scoring: batches of a split through the model and the two predictors that see no image.
+ */
+#include "eval/evaluation_internal.h"
+
+#include "eval/ho3d_submission.h"
+#include "libtensor/base/parallel.h"
+
+#include <string.h>
+
+static lt_status set_new(score_set *s, const char *label)
+{
+    s->label = label;
+    s->ho3d = ho3d_scorer_new();
+    s->dexycb = dexycb_scorer_new();
+    return s->ho3d && s->dexycb ? LT_OK : lt_error(LT_ENOMEM, "no memory to score");
+}
+
+static void *array(evaluation *e, size_t n, size_t size)
+{
+    return lt_arena_array(e->arena, n, size);
+}
+
+static bool rows_new(evaluation *e, batch_rows *r, int n)
+{
+    const size_t B = (size_t)n;
+
+    r->joints = array(e, B, sizeof(*r->joints));
+    r->vertices = array(e, B, sizeof(*r->vertices));
+    r->gl_joints = array(e, B, sizeof(*r->gl_joints));
+    r->gl_vertices = array(e, B, sizeof(*r->gl_vertices));
+    r->object = array(e, B, sizeof(*r->object));
+    r->hand_errors = array(e, B, sizeof(*r->hand_errors));
+    r->relative_errors = array(e, B, sizeof(*r->relative_errors));
+    r->object_errors = array(e, B, sizeof(*r->object_errors));
+    return r->joints && r->vertices && r->gl_joints && r->gl_vertices && r->object && r->hand_errors
+        && r->relative_errors && r->object_errors;
+}
+
+static bool objects_new(evaluation *e)
+{
+    const dataset *d = e->o.data;
+
+    e->plain = array(e, (size_t)d->n_objects, sizeof(*e->plain));
+    e->symmetric = array(e, (size_t)d->n_objects, sizeof(*e->symmetric));
+    for (int i = 0; e->plain && e->symmetric && i < d->n_objects; i++) {
+        const dataset_object *o = &d->objects[i];
+        double *points = array(e, (size_t)o->n_points * 3, sizeof(*points));
+
+        if (!points)
+            return false;
+        for (int k = 0; k < 3 * o->n_points; k++)
+            points[k] = o->point[k / 3][k % 3];
+        e->plain[i] = e->symmetric[i] = (eval_object){ .n_points = o->n_points, .point = points };
+        e->symmetric[i].symmetric = eval_is_symmetric(EVAL_SYM_HFL, o->ycb_id);
+    }
+    return e->plain && e->symmetric;
+}
+
+static lt_status prepare(evaluation *e)
+{
+    const int B = e->o.batch;
+    bool ok = rows_new(e, &e->rows, B) && rows_new(e, &e->truth, B) && objects_new(e);
+
+    e->control = array(e, (size_t)B, sizeof(*e->control));
+    e->estimates = array(e, (size_t)B, sizeof(*e->estimates));
+    e->camera = array(e, (size_t)B, sizeof(*e->camera));
+    e->which = array(e, (size_t)B, sizeof(*e->which));
+    e->per_sample = array(e, (size_t)e->samples, sizeof(*e->per_sample));
+    e->names = array(e, (size_t)e->samples, sizeof(*e->names));
+    e->table2 = eval_table_find("hocat-2");
+    e->table4 = eval_table_find("hocat-4");
+    ok = ok && e->control && e->estimates && e->camera && e->which && e->per_sample && e->names;
+    if (!ok || set_new(&e->set[EVALUATE_MODEL], e->o.m->cls->name) || set_new(&e->set[EVALUATE_ZERO], "zero predictor"))
+        return lt_error(LT_ENOMEM, "no memory to score %d images at a time", B);
+    return e->has_mean ? set_new(&e->set[EVALUATE_MEAN_POSE], "mean-pose predictor") : LT_OK;
+}
+
+/* ---- the mean-pose predictor's training labels ---------------------------------------------------------- */
+
+enum { MEAN_SAMPLES = 400 };        /* spread over the training split: a mean needs no more */
+
+typedef struct {
+    float (*joints)[LT_HAND_KEYPOINTS][3], (*rotation)[LT_HAND_JOINTS][9], (*beta)[LT_HAND_BETAS];
+    float (*R)[9], (*t)[3];
+    int32_t *object;
+} label_arrays;
+
+static lt_status read_label(const dataset *d, int64_t index, label_arrays *a, int64_t i)
+{
+    lt_arena *arena = lt_arena_new();
+    dataset_sample s;
+    lt_status st = arena ? dataset_read(d, index, 0, arena, &s) : lt_error(LT_ENOMEM, "no memory for a sample");
+
+    if (st == LT_OK) {
+        memcpy(a->joints[i], s.joints, sizeof(s.joints));
+        memcpy(a->rotation[i], s.rotation, sizeof(s.rotation));
+        memcpy(a->beta[i], s.beta, sizeof(s.beta));
+        memcpy(a->R[i], s.R, sizeof(s.R));
+        memcpy(a->t[i], s.t, sizeof(s.t));
+        a->object[i] = s.object;
+    }
+    lt_arena_free(arena);
+    return st;
+}
+
+static lt_status fit_mean(evaluation *e)
+{
+    const dataset *d = e->o.training;
+    const int64_t n = lt_min_i64(MEAN_SAMPLES, d->count);
+    label_arrays a = {
+        array(e, (size_t)n, sizeof(*a.joints)), array(e, (size_t)n, sizeof(*a.rotation)),
+        array(e, (size_t)n, sizeof(*a.beta)), array(e, (size_t)n, sizeof(*a.R)),
+        array(e, (size_t)n, sizeof(*a.t)), array(e, (size_t)n, sizeof(*a.object)),
+    };
+    predictor_labels labels;
+
+    if (!a.joints || !a.rotation || !a.beta || !a.R || !a.t || !a.object)
+        return lt_error(LT_ENOMEM, "no memory for the training labels");
+    for (int64_t i = 0; i < n; i++)
+        if (read_label(d, i * d->count / n, &a, i))
+            return LT_EFORMAT;
+    labels = (predictor_labels){
+        .n = n, .joints = a.joints[0][0], .rotation = a.rotation[0][0], .beta = a.beta[0],
+        .object = a.object, .R = a.R[0], .t = a.t[0],
+    };
+    e->has_mean = true;
+    return mean_predictor_fit(&labels, e->o.hand, &e->mean);
+}
+
+/* ---- one batch ------------------------------------------------------------------------------------------ */
+
+static eval_pose pose_of(const float *R, const float *t)
+{
+    eval_pose p;
+
+    for (int i = 0; i < 9; i++)
+        p.R[i] = R[i];
+    for (int i = 0; i < 3; i++)
+        p.t[i] = t[i];
+    return p;
+}
+
+/* The mesh of the annotated pose, where the dataset has the pose instead of the mesh. */
+static void pose_vertices(const evaluation *e, const hand_object_batch *b, int s, float (*out)[3])
+{
+    double R[9 * LT_HAND_JOINTS], beta[LT_HAND_BETAS], vertices[LT_HAND_VERTICES][3], joints[LT_HAND_JOINTS][3];
+
+    for (int i = 0; i < 9 * LT_HAND_JOINTS; i++)
+        R[i] = b->rotation[9 * LT_HAND_JOINTS * s + i];
+    for (int i = 0; i < LT_HAND_BETAS; i++)
+        beta[i] = b->beta[LT_HAND_BETAS * s + i];
+    lt_hand_pose(e->o.hand, R, beta, NULL, vertices[0], joints[0]);
+    for (int v = 0; v < LT_HAND_VERTICES; v++)
+        for (int d = 0; d < 3; d++)
+            out[v][d] = (float)(vertices[v][d] - joints[0][d] + b->wrist[3 * s + d]);
+}
+
+static lt_status read_truth(evaluation *e, const hand_object_batch *b)
+{
+    for (int s = 0; s < b->count; s++) {
+        const float *K = b->K + 9 * s;
+
+        if (!(b->flags[s] & SAMPLE_JOINTS) || (!b->vertices[s] && !(b->flags[s] & SAMPLE_HAND_POSE)))
+            return lt_error(LT_EINVAL, "%s: no ground truth for %s; want evaluation_xyz.json and "
+                            "evaluation_verts.json beside evaluation.txt", e->o.data->root,
+                            dataset_name(e->o.data, b->index[s]));
+        memcpy(e->truth.joints[s], b->joints + 63 * (int64_t)s, sizeof(e->truth.joints[s]));
+        if (b->vertices[s])
+            memcpy(e->truth.vertices[s], b->vertices[s], sizeof(e->truth.vertices[s]));
+        else
+            pose_vertices(e, b, s, e->truth.vertices[s]);
+        e->truth.object[s] = pose_of(b->R + 9 * s, b->t + 3 * s);
+        e->which[s] = b->object[s];
+        e->control[s] = b->object[s] < 0 ? NULL : e->o.data->objects[b->object[s]].control;
+        e->camera[s] = (lt_camera){ .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] };
+    }
+    return LT_OK;
+}
+
+static void to_opengl(void *ctx, int64_t s)
+{
+    batch_rows *r = ctx;
+
+    ho3d_joints_from_camera(r->joints[s][0], r->gl_joints[s][0]);
+    ho3d_vertices_from_camera(r->vertices[s][0], r->gl_vertices[s][0]);
+}
+
+static void count_objects(evaluation *e, score_set *set, int n)
+{
+    const dataset_object *objects = e->o.data->objects;
+
+    for (int s = 0; s < n; s++) {
+        const eval_object_errors *err = &e->rows.object_errors[s];
+        const int i = e->which[s];
+
+        if (i < 0)
+            continue;
+        eval_object_shares_add(e->table2, &set->shares2, objects[i].name, err->add, objects[i].diagonal);
+        eval_object_shares_add(e->table4, &set->shares4, objects[i].name,
+                               e->symmetric[i].symmetric ? err->adds_estimate : err->add, objects[i].diagonal);
+        eval_share_add(&set->add01, err->add <= 0.1 * objects[i].diagonal);
+        eval_mean_add(&set->add, err->add);
+    }
+}
+
+static lt_status score_rows(evaluation *e, score_set *set, int n)
+{
+    batch_rows *p = &e->rows, *g = &e->truth;
+    lt_status st;
+
+    lt_parallel_for(n, to_opengl, p);
+    st = ho3d_scorer_add(set->ho3d, n, p->gl_joints[0][0], p->gl_vertices[0][0], g->gl_joints[0][0],
+                         g->gl_vertices[0][0], p->hand_errors);
+    if (st)
+        return st;
+    dexycb_scorer_add(set->dexycb, n, p->joints[0][0], g->joints[0][0], p->relative_errors);
+    st = eval_object_measure(e->plain, n, e->which, p->object, g->object, e->camera, p->object_errors);
+    if (st == LT_OK)
+        count_objects(e, set, n);
+    return st;
+}
+
+static lt_status score_model(evaluation *e, int64_t done, int n)
+{
+    for (int s = 0; s < n; s++) {
+        memcpy(e->rows.joints[s], e->estimates[s].joints, sizeof(e->rows.joints[s]));
+        memcpy(e->rows.vertices[s], e->estimates[s].vertices, sizeof(e->rows.vertices[s]));
+        e->rows.object[s] = e->estimates[s].object;
+        e->set[EVALUATE_MODEL].no_pose += e->which[s] >= 0 && e->estimates[s].object_inliers == 0;
+    }
+    if (score_rows(e, &e->set[EVALUATE_MODEL], n))
+        return LT_ENOMEM;
+    for (int s = 0; s < n; s++) {
+        const double errors[] = {
+            1e3 * e->rows.hand_errors[s].xyz_pa, 1e3 * e->rows.hand_errors[s].mesh_pa,
+            1e3 * e->rows.relative_errors[s].relative, 1e3 * e->rows.object_errors[s].add,
+            e->rows.object_errors[s].rotation_deg,
+        };
+
+        memcpy(e->per_sample[done + s], errors, sizeof(errors));
+    }
+    return LT_OK;
+}
+
+static lt_status score_mean(evaluation *e, const hand_object_batch *b)
+{
+    for (int s = 0; s < b->count; s++) {
+        const float *wrist = b->wrist + 3 * s;
+
+        mean_predictor_hand(&e->mean, wrist, e->rows.joints[s][0], e->rows.vertices[s][0]);
+        e->rows.object[s] = mean_predictor_object(&e->mean, b->object[s], wrist);
+    }
+    return score_rows(e, &e->set[EVALUATE_MEAN_POSE], b->count);
+}
+
+static lt_status score_zero(evaluation *e, const hand_object_batch *b)
+{
+    for (int s = 0; s < b->count; s++) {
+        zero_predictor_hand(e->rows.joints[s][0], e->rows.vertices[s][0]);
+        e->rows.object[s] = zero_predictor_object();
+    }
+    return score_rows(e, &e->set[EVALUATE_ZERO], b->count);
+}
+
+static lt_status score_batch(evaluation *e, estimator *est, const hand_object_batch *b, int64_t done)
+{
+    lt_status st = read_truth(e, b);
+
+    if (st)
+        return st;
+    lt_parallel_for(b->count, to_opengl, &e->truth);
+    estimator_run(est, b, e->control, e->estimates);
+    for (int s = 0; s < b->count; s++)
+        e->names[done + s] = dataset_name(e->o.data, b->index[s]);
+    st = score_model(e, done, b->count);
+    if (st == LT_OK && e->has_mean)
+        st = score_mean(e, b);
+    return st ? st : score_zero(e, b);
+}
+
+/* ---- the whole split -------------------------------------------------------------------------------------- */
+
+typedef struct {
+    const dataset *data;
+    const hand_object_options *options;
+    hand_object_batch *batch;
+    int64_t first, total, samples;  /* of the evenly spread samples: the batch starts at first */
+    lt_status status[256];
+} fill_job;
+
+/* Read and crop one sample of the batch; the first error in the batch's order is the one reported. */
+static void fill_slot(void *ctx, int64_t slot)
+{
+    fill_job *j = ctx;
+    const int64_t index = (j->first + slot) * j->total / j->samples;
+    lt_arena *arena = lt_arena_new();
+    dataset_sample s;
+    lt_status st = arena ? dataset_read(j->data, index, SAMPLE_OBJECT, arena, &s)
+                         : lt_error(LT_ENOMEM, "no memory for a sample");
+
+    if (st == LT_OK)
+        st = hand_object_prepare(&s, j->options, 0, index, j->batch, (int)slot);
+    j->status[slot] = st;
+    lt_arena_free(arena);
+}
+
+static lt_status first_error(fill_job *j)
+{
+    for (int s = 0; s < j->batch->count; s++)
+        if (j->status[s]) {
+            fill_slot(j, s);                    /* again on this thread, whose error line is ours */
+            return j->status[s];
+        }
+    return LT_OK;
+}
+
+typedef lt_status (*batch_fn)(void *ctx, const hand_object_batch *b, int64_t done);
+
+/* Call fn for all batches of the split, in its order. */
+static lt_status each_batch(const evaluate_options *o, batch_fn fn, void *ctx)
+{
+    hand_object_options options = hand_object_defaults(false, 0);
+    fill_job job = { .data = o->data, .options = &options, .total = o->data->count };
+    lt_status st = LT_OK;
+
+    options.size = o->m->image_size;
+    options.cells = o->m->cells;
+    job.samples = o->limit > 0 ? lt_min_i64(o->limit, job.total) : job.total;
+    job.batch = hand_object_batch_new(o->batch, options.size, options.cells);
+    if (!job.batch)
+        return lt_error(LT_ENOMEM, "no memory for a batch of %d", o->batch);
+    for (; st == LT_OK && job.first < job.samples; job.first += job.batch->count) {
+        job.batch->count = (int)lt_min_i64(o->batch, job.samples - job.first);
+        lt_parallel_for(job.batch->count, fill_slot, &job);
+        st = first_error(&job);
+        if (st == LT_OK)
+            st = fn(ctx, job.batch, job.first);
+        if (st == LT_OK && o->progress && !o->progress(o->progress_ctx, job.first + job.batch->count, job.samples))
+            st = lt_error(LT_ESTOPPED, "stopped after %lld of %lld samples",
+                          (long long)(job.first + job.batch->count), (long long)job.samples);
+    }
+    hand_object_batch_free(job.batch);
+    return st;
+}
+
+typedef struct {
+    evaluation *e;
+    estimator *estimator;
+} score_job;
+
+static lt_status score_one(void *ctx, const hand_object_batch *b, int64_t done)
+{
+    const score_job *j = ctx;
+
+    return score_batch(j->e, j->estimator, b, done);
+}
+
+static lt_status run(evaluation *e)
+{
+    score_job job = { .e = e };
+    lt_status st = e->o.training ? fit_mean(e) : LT_OK;
+
+    if (st == LT_OK)
+        st = prepare(e);
+    if (st == LT_OK)
+        st = estimator_new(e->o.m, e->o.batch, &job.estimator);
+    if (st == LT_OK)
+        st = each_batch(&e->o, score_one, &job);
+    estimator_free(job.estimator);
+    return st;
+}
+
+lt_status evaluate(const evaluate_options *o, evaluation **out)
+{
+    lt_arena *arena = lt_arena_new();
+    evaluation *e = arena ? lt_arena_alloc(arena, sizeof(*e)) : NULL;
+    lt_status st;
+
+    if (!e) {
+        lt_arena_free(arena);
+        return lt_error(LT_ENOMEM, "no memory to score");
+    }
+    e->arena = arena;
+    e->o = *o;
+    e->o.batch = (int)lt_max_i64(1, lt_min_i64(o->batch, 256));
+    e->samples = o->limit > 0 ? lt_min_i64(o->limit, o->data->count) : o->data->count;
+    st = e->samples ? run(e) : lt_error(LT_EINVAL, "%s: the split has no samples", o->data->root);
+    if (st) {
+        evaluation_free(e);
+        return st;
+    }
+    *out = e;
+    return LT_OK;
+}
+
+void evaluation_free(evaluation *e)
+{
+    if (!e)
+        return;
+    for (int i = 0; i < EVALUATE_ROWS; i++) {
+        ho3d_scorer_free(e->set[i].ho3d);
+        dexycb_scorer_free(e->set[i].dexycb);
+    }
+    lt_arena_free(e->arena);
+}
+
+/* ---- a submission ----------------------------------------------------------------------------------------- */
+
+typedef struct {
+    ho3d_submission *file;
+    estimator *estimator;
+    estimate *estimates;
+    const float (**no_control)[3];
+} submission_job;
+
+static lt_status submit_batch(void *ctx, const hand_object_batch *b, int64_t done)
+{
+    const submission_job *j = ctx;
+    float joints[LT_HAND_KEYPOINTS][3], vertices[LT_HAND_VERTICES][3];
+
+    (void)done;
+    estimator_run(j->estimator, b, j->no_control, j->estimates);
+    for (int s = 0; s < b->count; s++) {
+        ho3d_joints_from_camera(j->estimates[s].joints[0], joints[0]);
+        ho3d_vertices_from_camera(j->estimates[s].vertices[0], vertices[0]);
+        if (ho3d_submission_add(j->file, joints[0], vertices[0]))
+            return LT_EINVAL;
+    }
+    return LT_OK;
+}
+
+lt_status evaluate_submission(const evaluate_options *o, const char *path)
+{
+    lt_arena *arena = lt_arena_new();
+    submission_job j = { .file = NULL };
+    lt_status st = LT_OK;
+
+    if (arena) {
+        j.estimates = lt_arena_array(arena, (size_t)o->batch, sizeof(*j.estimates));
+        j.no_control = lt_arena_array(arena, (size_t)o->batch, sizeof(*j.no_control));
+    }
+    if (!j.estimates || !j.no_control)
+        st = lt_error(LT_ENOMEM, "no memory for a submission");
+    if (st == LT_OK)
+        st = estimator_new(o->m, o->batch, &j.estimator);
+    if (st == LT_OK)
+        st = ho3d_submission_open(path, o->data->count, &j.file);
+    if (st == LT_OK)
+        st = each_batch(o, submit_batch, &j);
+    if (st == LT_OK)
+        st = ho3d_submission_close(j.file);
+    else
+        ho3d_submission_abort(j.file);
+    estimator_free(j.estimator);
+    lt_arena_free(arena);
+    return st;
+}

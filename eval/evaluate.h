@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Scoring a model on a dataset's split: the papers' metrics, their tables with our rows beneath, files for
+ * the official scorers. The zero predictor and the mean-pose predictor are scored beside it.
+ */
+#ifndef EVAL_EVALUATE_H
+#define EVAL_EVALUATE_H
+
+#include "eval/estimator.h"
+#include "eval/tables.h"
+
+typedef struct {
+    const model *m;
+    const dataset *data;            /* with ground truth: joints and vertices */
+    const dataset *training;        /* what the mean-pose predictor is made from; NULL: no such row */
+    const lt_hand_model *hand;
+    const char *hand_name;          /* for the protocol: "embedded synthetic hand", a file's name */
+    const char *checkpoint;         /* its name, for scores.json */
+    int batch;                      /* images at a time */
+    int64_t limit;                  /* samples scored, spread evenly over the split; 0: all */
+    double seconds_per_image;       /* latency of one image, for Table 5; 0: not measured */
+    /* told how far it is; false: stop. May be NULL. */
+    bool (*progress)(void *ctx, int64_t done, int64_t total);
+    void *progress_ctx;
+} evaluate_options;
+
+/* Mean errors of one predictor, as its rows print them. */
+typedef struct {
+    const char *label;
+    double pa_mpjpe_mm, pa_mpvpe_mm, f5, f15;   /* HO3D protocol; F in % */
+    double mpjpe_mm, rigid_pa_mpjpe_mm;         /* DexYCB protocol: wrist-relative */
+    double add01;                               /* % of all samples with ADD <= 0.1 diameter */
+    double add_mm;                              /* mean ADD; infinite when one pose failed */
+    double no_pose;                             /* % of samples without an object pose */
+} evaluate_summary;
+
+enum { EVALUATE_MODEL, EVALUATE_MEAN_POSE, EVALUATE_ZERO, EVALUATE_ROWS };
+
+typedef struct evaluation evaluation;
+
+/**
+ * evaluate - run the model over the split and score it
+ *
+ * Errors: a sample that cannot be read; ground truth that is missing (then only a submission can be
+ * made); LT_ESTOPPED when progress said so.
+ */
+lt_status evaluate(const evaluate_options *o, evaluation **out);
+void evaluation_free(evaluation *e);
+
+/* evaluation_summary - row EVALUATE_MODEL and so on; label NULL where the row was not made */
+evaluate_summary evaluation_summary(const evaluation *e, int row);
+
+/* evaluation_print - the tables of the model's paper, our rows beneath the paper's */
+lt_status evaluation_print(const evaluation *e, FILE *f, eval_format format);
+
+/* evaluation_json - everything as a value that the caller frees with cJSON_Delete */
+struct cJSON *evaluation_json(const evaluation *e);
+
+/**
+ * evaluation_write - table.md, scores.json, scores.txt (HO3D's own 14 lines), per-sample.csv in folder
+ */
+lt_status evaluation_write(const evaluation *e, const char *folder);
+
+/* evaluate_submission - pred.json (or .zip) of the split in the official layout: OpenGL axes, metres, MANO
+ * order, the order of evaluation.txt; needs no joints' or vertices' truth */
+lt_status evaluate_submission(const evaluate_options *o, const char *path);
+
+#endif

@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Reporting: the tables, JSON and files of an evaluation.
+ */
+#include "eval/evaluation_internal.h"
+
+#include "eval/per_sample.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/json.h"
+
+#include <cjson/cJSON.h>
+#include <string.h>
+
+evaluate_summary evaluation_summary(const evaluation *e, int row)
+{
+    const score_set *set = &e->set[row];
+    evaluate_summary s = { .label = set->label };
+    double ho3d[HO3D_SCORES], dexycb[DEXYCB_SCORES];
+
+    if (!set->label)
+        return s;
+    ho3d_scorer_scores(set->ho3d, ho3d);
+    dexycb_scorer_scores(set->dexycb, dexycb);
+    s.pa_mpjpe_mm = 10 * ho3d[HO3D_XYZ_PA_MEAN];
+    s.pa_mpvpe_mm = 10 * ho3d[HO3D_MESH_PA_MEAN];
+    s.f5 = 100 * ho3d[HO3D_F_AL_5];
+    s.f15 = 100 * ho3d[HO3D_F_AL_15];
+    s.mpjpe_mm = dexycb[DEXYCB_RELATIVE_MEAN];
+    s.rigid_pa_mpjpe_mm = dexycb[DEXYCB_RIGID_MEAN];
+    s.add01 = 100 * eval_share_value(&set->add01);
+    s.add_mm = 1e3 * eval_mean_value(&set->add);
+    s.no_pose = 100.0 * (double)set->no_pose / (double)e->samples;
+    return s;
+}
+
+/* Row `set` of a table; what the table does not ask for is left out. */
+static eval_row row_of(const evaluation *e, const eval_table *t, const score_set *set)
+{
+    eval_row row = { .label = set->label, .cite = "", .note = "" };
+    double ho3d[HO3D_SCORES], dexycb[DEXYCB_SCORES];
+
+    ho3d_scorer_scores(set->ho3d, ho3d);
+    dexycb_scorer_scores(set->dexycb, dexycb);
+    if (strcmp(t->id, "hocat-2") == 0)
+        eval_row_objects(t, &set->shares2, &row);
+    else if (strcmp(t->id, "hocat-4") == 0)
+        eval_row_objects(t, &set->shares4, &row);
+    else if (strcmp(t->id, "hocat-3") == 0)
+        eval_row_dexycb(&row, dexycb, EVAL_RIGID);
+    else
+        eval_row_ho3d(&row, ho3d);
+    if (strcmp(t->id, "hocat-5") == 0 && set == &e->set[EVALUATE_MODEL]) {
+        eval_row_set(t, &row, "parameters",
+                     4.0 * (double)lt_params_count(e->o.m->params, LT_WEIGHT, "") / 1048576);
+        if (e->o.seconds_per_image > 0) {
+            eval_row_set(t, &row, "time", e->o.seconds_per_image);
+            eval_row_set(t, &row, "FPS", 1 / e->o.seconds_per_image);
+        }
+    }
+    return row;
+}
+
+/* The paper's row that a variant reproduces. */
+static int paper_row(const evaluation *e, const eval_table *t)
+{
+    static const char *const of_table5[][2] = { { "base", "baseline" }, { "dual", "w/o HOCAT" } };
+
+    for (size_t i = 0; strcmp(t->id, "hocat-5") == 0 && i < LT_COUNT(of_table5); i++)
+        if (strcmp(e->o.m->variant, of_table5[i][0]) == 0)
+            return eval_find_row(t, of_table5[i][1]);
+    return eval_find_row(t, "HOCAT");
+}
+
+/* A real dataset's numbers appear only under tables about that dataset. */
+static bool belongs(const evaluation *e, const eval_table *t)
+{
+    return e->o.data->synthetic || strncmp(e->o.data->kind, t->data, 4) == 0;
+}
+
+static int results_of(const evaluation *e, const eval_table *t, eval_result out[EVALUATE_ROWS])
+{
+    int n = 0;
+
+    for (int i = 0; belongs(e, t) && i < EVALUATE_ROWS; i++)
+        if (e->set[i].label)
+            out[n++] = (eval_result){ row_of(e, t, &e->set[i]), i == EVALUATE_MODEL ? paper_row(e, t) : EVAL_NO_ROW };
+    return n;
+}
+
+static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
+{
+    const bool objects = strcmp(t->id, "hocat-2") == 0 || strcmp(t->id, "hocat-4") == 0;
+    eval_protocol p = {
+        .dataset = e->o.data->kind, .synthetic = e->o.data->synthetic, .split = e->o.data->split,
+        .samples = e->samples, .failed = ho3d_scorer_failed(e->set[EVALUATE_MODEL].ho3d),
+        .given = "hand box, object box, wrist position, object class",
+    };
+
+    if (objects) {
+        p.threshold = "ADD <= 0.1 diameter";
+        p.diameter = eval_diameter_name(EVAL_BBOX_DIAG);
+        p.symmetry = eval_symmetry_name(strcmp(t->id, "hocat-4") == 0 ? EVAL_SYM_HFL : EVAL_SYM_NONE);
+        p.alignment = "none";
+    } else if (strcmp(t->id, "hocat-3") == 0) {
+        p.alignment = "MPJPE: wrist on wrist; PAMPJPE: similarity per sample, no reflections";
+    } else {
+        p.alignment = "similarity per sample, reflections allowed; joints and vertices each on their own";
+    }
+    return p;
+}
+
+lt_status evaluation_print(const evaluation *e, FILE *f, eval_format format)
+{
+    lt_status st = LT_OK;
+
+    for (int i = 0; st == LT_OK && i < eval_n_hocat_tables; i++) {
+        const eval_table *t = &eval_hocat_tables[i];
+        const eval_protocol p = protocol_of(e, t);
+        eval_result ours[EVALUATE_ROWS];
+        const int n = results_of(e, t, ours);
+
+        st = eval_table_print(f, format, t, ours, n, n ? &p : NULL);
+        fputc('\n', f);
+    }
+    return st;
+}
+
+static cJSON *summary_json(const evaluate_summary *s)
+{
+    cJSON *o = cJSON_CreateObject();
+
+    cJSON_AddStringToObject(o, "predictor", s->label);
+    cJSON_AddNumberToObject(o, "pa_mpjpe_mm", s->pa_mpjpe_mm);
+    cJSON_AddNumberToObject(o, "pa_mpvpe_mm", s->pa_mpvpe_mm);
+    cJSON_AddNumberToObject(o, "f5_percent", s->f5);
+    cJSON_AddNumberToObject(o, "f15_percent", s->f15);
+    cJSON_AddNumberToObject(o, "mpjpe_mm", s->mpjpe_mm);
+    cJSON_AddNumberToObject(o, "rigid_pa_mpjpe_mm", s->rigid_pa_mpjpe_mm);
+    cJSON_AddNumberToObject(o, "add01_percent", s->add01);
+    cJSON_AddNumberToObject(o, "add_mm", s->add_mm);
+    cJSON_AddNumberToObject(o, "no_object_pose_percent", s->no_pose);
+    return o;
+}
+
+cJSON *evaluation_json(const evaluation *e)
+{
+    cJSON *root = cJSON_CreateObject(), *rows, *tables;
+
+    cJSON_AddStringToObject(root, "model", e->o.m->cls->name);
+    cJSON_AddStringToObject(root, "variant", e->o.m->variant);
+    cJSON_AddStringToObject(root, "checkpoint", e->o.checkpoint);
+    cJSON_AddStringToObject(root, "dataset", e->o.data->kind);
+    cJSON_AddBoolToObject(root, "synthetic", e->o.data->synthetic);
+    cJSON_AddStringToObject(root, "split", e->o.data->split);
+    cJSON_AddNumberToObject(root, "samples", (double)e->samples);
+    cJSON_AddStringToObject(root, "hand", e->o.hand_name);
+    rows = cJSON_AddArrayToObject(root, "rows");
+    for (int i = 0; i < EVALUATE_ROWS; i++) {
+        const evaluate_summary s = evaluation_summary(e, i);
+
+        if (s.label)
+            cJSON_AddItemToArray(rows, summary_json(&s));
+    }
+    tables = cJSON_AddArrayToObject(root, "tables");
+    for (int i = 0; i < eval_n_hocat_tables; i++) {
+        const eval_table *t = &eval_hocat_tables[i];
+        const eval_protocol p = protocol_of(e, t);
+        eval_result ours[EVALUATE_ROWS];
+        const int n = results_of(e, t, ours);
+
+        cJSON_AddItemToArray(tables, eval_table_json(t, ours, n, n ? &p : NULL));
+    }
+    return root;
+}
+
+static lt_status write_per_sample(const evaluation *e, const char *path)
+{
+    static const char *const metric[] = {
+        "pa_mpjpe_mm", "pa_mpvpe_mm", "mpjpe_mm", "add_mm", "object_rotation_deg",
+    };
+    eval_per_sample w;
+    lt_status st = eval_per_sample_open(&w, path, LT_COUNT(metric), metric);
+
+    for (int64_t i = 0; st == LT_OK && i < e->samples; i++)
+        eval_per_sample_add(&w, e->names[i], e->per_sample[i]);
+    return st ? st : eval_per_sample_commit(&w);
+}
+
+static lt_status write_tables(const evaluation *e, const char *path)
+{
+    lt_atomic_file f;
+    lt_status st = lt_atomic_open(&f, path);
+
+    if (st)
+        return st;
+    st = evaluation_print(e, f.stream, EVAL_MARKDOWN);
+    if (st == LT_OK)
+        return lt_atomic_commit(&f);
+    lt_atomic_abort(&f);
+    return st;
+}
+
+static lt_status write_scores(const evaluation *e, const char *json, const char *text)
+{
+    cJSON *root = evaluation_json(e);
+    double scores[HO3D_SCORES];
+    lt_status st = root ? lt_json_write(json, root) : lt_error(LT_ENOMEM, "no memory for %s", json);
+
+    cJSON_Delete(root);
+    ho3d_scorer_scores(e->set[EVALUATE_MODEL].ho3d, scores);
+    return st ? st : ho3d_write_scores(text, scores);
+}
+
+lt_status evaluation_write(const evaluation *e, const char *folder)
+{
+    static const char *const name[] = { "table.md", "scores.json", "scores.txt", "per-sample.csv" };
+    const char *path[LT_COUNT(name)];
+    lt_status st = lt_make_dirs(folder);
+
+    for (size_t i = 0; i < LT_COUNT(name); i++) {
+        path[i] = lt_arena_printf(e->arena, "%s/%s", folder, name[i]);
+        if (!path[i])
+            return lt_error(LT_ENOMEM, "no memory to write %s", folder);
+    }
+    if (st == LT_OK)
+        st = write_tables(e, path[0]);
+    if (st == LT_OK)
+        st = write_scores(e, path[1], path[2]);
+    return st ? st : write_per_sample(e, path[3]);
+}

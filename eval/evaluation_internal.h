@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What scoring leaves for reporting.
+ */
+#ifndef EVAL_EVALUATION_INTERNAL_H
+#define EVAL_EVALUATION_INTERNAL_H
+
+#include "eval/dexycb_score.h"
+#include "eval/evaluate.h"
+#include "eval/ho3d_score.h"
+#include "eval/object_score.h"
+#include "eval/predictors.h"
+#include "eval/rows.h"
+
+typedef struct {
+    const char *label;
+    ho3d_scorer *ho3d;
+    dexycb_scorer *dexycb;
+    eval_object_shares shares2, shares4;        /* of Tables 2 and 4 */
+    eval_share add01;
+    eval_mean_of add;
+    int64_t no_pose;
+} score_set;
+
+/* What one predictor says of a batch, and where its errors go. */
+typedef struct {
+    float (*joints)[LT_HAND_KEYPOINTS][3], (*vertices)[LT_HAND_VERTICES][3];   /* camera */
+    float (*gl_joints)[LT_HAND_KEYPOINTS][3], (*gl_vertices)[LT_HAND_VERTICES][3];
+    eval_pose *object;
+    ho3d_sample_errors *hand_errors;
+    dexycb_sample_errors *relative_errors;
+    eval_object_errors *object_errors;
+} batch_rows;
+
+struct evaluation {
+    evaluate_options o;
+    lt_arena *arena;
+    score_set set[EVALUATE_ROWS];
+    mean_predictor mean;
+    bool has_mean;
+    eval_object *plain, *symmetric;             /* by the dataset's objects: ADD; HFL's list */
+    const eval_table *table2, *table4;
+    int64_t samples;
+    batch_rows rows, truth;
+    const float (**control)[3];
+    estimate *estimates;
+    lt_camera *camera;
+    int32_t *which;
+    double (*per_sample)[5];
+    const char **names;
+};
+
+#endif
