@@ -543,6 +543,31 @@ START_TEST(no_such_sample)
 }
 END_TEST
 
+/* Whichever block is refused, there is an answer and nothing is lost. */
+START_TEST(without_memory)
+{
+    const ho3d_options o = { .root = root, .split = "train" };
+    long n = 0;
+    lt_status st;
+
+    do {
+        lt_arena *scratch = lt_arena_new();
+        dataset *d = NULL;
+        dataset_sample s;
+        lt_alloc_fail_at(++n);
+        st = ho3d_open(&o, &d);
+        if (!st)
+            st = dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, scratch, &s);
+        lt_alloc_fail_at(0);
+        ck_assert(st == LT_OK || st == LT_ENOMEM);
+        dataset_free(d);
+        lt_arena_free(scratch);
+    } while (st && n < 1000);
+    ck_assert_int_eq(st, LT_OK);
+    ck_assert_int_gt(n, 3);
+}
+END_TEST
+
 int main(void)
 {
     Suite *s = suite_create("ho3d");
@@ -571,6 +596,7 @@ int main(void)
     tcase_add_test(c, annotation_missing_key);
     tcase_add_test(c, behind_the_camera);
     tcase_add_test(c, no_such_sample);
+    tcase_add_test(c, without_memory);
     srunner_run_all(r, CK_NORMAL);
     failed = srunner_ntests_failed(r);
     srunner_free(r);

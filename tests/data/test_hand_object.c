@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Sample preparation: every array of a batch against the map that made its crop. */
+#include "data/crop.h"
+#include "data/hand_object.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { W = 640, H = 480, S = 64, CELLS = 8 };
+
+static uint8_t *rgb, *silhouette;
+static dataset_sample sample;
+
+static void setup(void)
+{
+    rgb = malloc((size_t)W * H * 3);
+    silhouette = calloc((size_t)W * H, 1);
+    for (int i = 0; i < W * H * 3; i++)
+        rgb[i] = (uint8_t)(i * 7 % 256);
+    for (int y = 180; y < 260; y++)
+        for (int x = 330; x < 420; x++)
+            silhouette[y * W + x] = 1;
+    sample = (dataset_sample){
+        .name = "A/0", .width = W, .height = H, .rgb = rgb, .silhouette = silhouette,
+        .flags = SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT | SAMPLE_OBJECT,
+        .camera = { 610, 611, 320, 240 }, .object = 2, .root = { .1f, .2f, .6f }, .t = { 0, 0, 1 },
+    };
+    for (int i = 0; i < 21; i++) {
+        sample.joints2d[i][0] = 250 + (float)(i * 37 % 100);
+        sample.joints2d[i][1] = 190 + (float)(i * 53 % 90);
+        sample.control2d[i][0] = 330 + (float)(i * 29 % 91);
+        sample.control2d[i][1] = 180 + (float)(i * 31 % 81);
+    }
+    for (int i = 0; i < 16 * 9; i++)
+        sample.rotation[i / 9][i % 9] = (float)(i % 7) - 3;
+    for (int i = 0; i < 10; i++)
+        sample.beta[i] = (float)i / 10;
+}
+
+static void teardown(void)
+{
+    free(rgb);
+    free(silhouette);
+}
+
+static hand_object_options options(bool augment)
+{
+    hand_object_options o = hand_object_defaults(augment, 17);
+
+    o.size = S;
+    o.cells = CELLS;
+    return o;
+}
+
+static hand_object_batch *prepare(const hand_object_options *o, uint64_t epoch, int64_t index, int slot)
+{
+    hand_object_batch *b = hand_object_batch_new(2, S, CELLS);
+
+    ck_assert_ptr_nonnull(b);
+    ck_assert_msg(hand_object_prepare(&sample, o, epoch, index, b, slot) == LT_OK, "%s", lt_last_error());
+    return b;
+}
+
+static void map_of(const hand_object_batch *b, int slot, double A[6])
+{
+    for (int k = 0; k < 6; k++)
+        A[k] = b->affine[6 * slot + k];
+}
+
+/* p in units of box is q mapped by A. */
+static void same_place(const double A[6], const float *box, const float *p, const float *q)
+{
+    double m[2] = { q[0], q[1] };
+
+    lt_affine_apply(A, m, m);
+    ck_assert_double_eq_tol(box[0] + p[0] * (box[2] - box[0]), m[0], 2e-3);
+    ck_assert_double_eq_tol(box[1] + p[1] * (box[3] - box[1]), m[1], 2e-3);
+}
+
+START_TEST(points_are_mapped)
+{
+    const hand_object_options o = options(_i);
+    hand_object_batch *b = prepare(&o, 3, 9, 1);
+    double A[6];
+
+    map_of(b, 1, A);
+    for (int i = 0; i < 21; i++) {
+        same_place(A, b->hand_box + 4, b->joints2d + 42 + 2 * i, sample.joints2d[i]);
+        same_place(A, b->object_box + 4, b->points2d + 42 + 2 * i, sample.control2d[i]);
+    }
+    ck_assert_float_eq(b->weight[1], 1);
+    ck_assert_float_eq(b->weight[0], 0);
+    ck_assert_int_eq(b->index[1], 9);
+    ck_assert_int_eq(b->object[1], 2);
+    ck_assert_mem_eq(b->beta + 10, sample.beta, sizeof(sample.beta));
+    ck_assert_mem_eq(b->wrist + 3, sample.root, sizeof(sample.root));
+    hand_object_batch_free(b);
+}
+END_TEST
+
+START_TEST(hand_turns_with_the_crop)
+{
+    const hand_object_options o = options(true);
+    hand_object_batch *b = prepare(&o, 0, 1, 0);
+    const double phi = atan2(b->affine[3], b->affine[0]);
+    const float *r = sample.rotation[0];
+
+    ck_assert_double_gt(fabs(phi), 0.01);
+    for (int j = 0; j < 3; j++) {
+        ck_assert_double_eq_tol(b->rotation[j], cos(phi) * r[j] - sin(phi) * r[3 + j], 1e-4);
+        ck_assert_double_eq_tol(b->rotation[3 + j], sin(phi) * r[j] + cos(phi) * r[3 + j], 1e-4);
+        ck_assert_float_eq(b->rotation[6 + j], r[6 + j]);
+    }
+    ck_assert_mem_eq(b->rotation + 9, sample.rotation[1], 15 * 9 * sizeof(float));
+    hand_object_batch_free(b);
+}
+END_TEST
+
+/* Test crops: 7.3 by hand. Hand x 250 .. 349, y 190 .. 279; object x 330 .. 420, y 180 .. 260. */
+START_TEST(test_crop)
+{
+    const hand_object_options o = options(false);
+    hand_object_batch *b = prepare(&o, 0, 0, 0);
+    const crop_box hand = crop_box_around(sample.joints2d, 21, 1.5);
+    const crop_box object = crop_box_around(sample.control2d, 21, 1.5);
+    const crop_window w = crop_window_around(hand, object, W, H);
+    double A[6];
+    crop_box pool;
+
+    crop_affine(w, S, A);
+    for (int k = 0; k < 6; k++)
+        ck_assert_double_eq_tol(b->affine[k], A[k], 1e-4);
+    pool = crop_corners(A, crop_box_around(sample.joints2d, 21, 1.1));
+    ck_assert_float_eq_tol(b->hand_box[0], pool.x0, 1e-4);
+    ck_assert_float_eq_tol(b->hand_box[3], pool.y1, 1e-4);
+    for (int k = 0; k < 9; k++)
+        ck_assert_float_eq_tol(b->K[k], k == 0 ? A[0] * 610 : k == 2 ? A[0] * 320 + A[2] : k == 4 ? A[4] * 611 :
+                               k == 5 ? A[4] * 240 + A[5] : k == 8, 1e-2);
+    for (int k = 0; k < CELLS * CELLS; k++)         /* the silhouette fills the object's box */
+        ck_assert_float_eq(b->mask[k], 1);
+    hand_object_batch_free(b);
+}
+END_TEST
+
+START_TEST(annotated_box_is_taken)
+{
+    const hand_object_options o = options(false);
+    const float corner[2][2] = { { 240, 170 }, { 360, 300 } };
+    hand_object_batch *b;
+    crop_box pool;
+    double A[6];
+
+    sample.flags = SAMPLE_ROOT | SAMPLE_HAND_BOX | SAMPLE_OBJECT;
+    memcpy(sample.hand_box, corner, sizeof(corner));
+    b = prepare(&o, 0, 0, 0);
+    map_of(b, 0, A);
+    pool = crop_corners(A, crop_box_around(corner, 2, 1.1));
+    ck_assert_float_eq_tol(b->hand_box[0], pool.x0, 1e-3);
+    ck_assert_float_eq_tol(b->hand_box[3], pool.y1, 1e-3);
+    for (int k = 0; k < 42; k++)
+        ck_assert_float_eq(b->joints2d[k], 0);
+    hand_object_batch_free(b);
+}
+END_TEST
+
+START_TEST(hand_alone)
+{
+    const hand_object_options o = options(true);
+    hand_object_batch *b;
+
+    sample.flags &= ~(unsigned)SAMPLE_OBJECT;
+    b = prepare(&o, 0, 0, 0);
+    ck_assert_int_eq(b->object[0], -1);
+    for (int k = 0; k < CELLS * CELLS; k++)
+        ck_assert_float_eq(b->mask[k], 0);
+    hand_object_batch_free(b);
+    sample.flags = SAMPLE_OBJECT;
+    b = hand_object_batch_new(1, S, CELLS);
+    ck_assert_int_eq(hand_object_prepare(&sample, &o, 0, 0, b, 0), LT_EFORMAT);
+    ck_assert_str_eq(lt_last_error(), "A/0: has neither joints nor a hand box, so there is nothing to crop");
+    hand_object_batch_free(b);
+}
+END_TEST
+
+START_TEST(draws_are_keyed)
+{
+    const hand_object_options o = options(true);
+    const size_t image = 3 * S * S, bytes = image * sizeof(float);
+    hand_object_batch *a = prepare(&o, 2, 5, 0), *b = prepare(&o, 2, 5, 1);
+    hand_object_batch *c = prepare(&o, 3, 5, 0), *d = prepare(&o, 2, 6, 0);
+
+    ck_assert_mem_eq(a->image, b->image + image, bytes);
+    ck_assert_mem_ne(a->image, c->image, bytes);
+    ck_assert_mem_ne(a->image, d->image, bytes);
+    hand_object_batch_free(a);
+    hand_object_batch_free(b);
+    hand_object_batch_free(c);
+    hand_object_batch_free(d);
+}
+END_TEST
+
+START_TEST(jitter_keeps_its_limits)
+{
+    hand_object_options o = options(true);
+    const crop_box hand = crop_box_around(sample.joints2d, 21, 1.5);
+    const crop_box object = crop_box_around(sample.control2d, 21, 1.5);
+    const crop_window w = crop_window_around(hand, object, W, H);
+    int turned = 0;
+
+    o.rotation = M_PI / 6;
+    o.rotation_chance = 0.6;
+    for (int i = 0; i < 400; i++) {
+        hand_object_batch *b = prepare(&o, 0, i, 0);
+        double A[6], back[6], c[2] = { S / 2.0, S / 2.0 }, phi;
+        const double side = S / hypot(b->affine[0], b->affine[3]);
+        map_of(b, 0, A);
+        ck_assert(lt_affine_inverse(A, back) == LT_OK);
+        lt_affine_apply(back, c, c);
+        phi = atan2(A[3], A[0]);
+        ck_assert(side >= 0.8 * w.side - 0.01 && side <= 1.2 * w.side + 0.01);
+        ck_assert_double_le(fabs(c[0] - w.cx), 0.1 * w.side + 0.01);
+        ck_assert_double_le(fabs(c[1] - w.cy), 0.1 * w.side + 0.01);
+        ck_assert_double_le(fabs(phi), M_PI / 3 + 1e-4);
+        turned += fabs(phi) > 1e-6;
+        hand_object_batch_free(b);
+    }
+    ck_assert(turned > 400 * 0.52 && turned < 400 * 0.68);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *s = suite_create("hand_object");
+    TCase *c = tcase_create("all");
+    SRunner *r = srunner_create(s);
+    int failed;
+
+    tcase_add_checked_fixture(c, setup, teardown);
+    suite_add_tcase(s, c);
+    tcase_add_loop_test(c, points_are_mapped, 0, 2);
+    tcase_add_test(c, hand_turns_with_the_crop);
+    tcase_add_test(c, test_crop);
+    tcase_add_test(c, annotated_box_is_taken);
+    tcase_add_test(c, hand_alone);
+    tcase_add_test(c, draws_are_keyed);
+    tcase_add_test(c, jitter_keeps_its_limits);
+    srunner_run_all(r, CK_NORMAL);
+    failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed != 0;
+}
