@@ -1,0 +1,25 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# What the documents print is what the files hold: each C block of docs/adding-a-layer.md stands, line for
+# line, in the example's source, and every file that a document links to exists.
+cd "${srcdir:?}" || exit 1
+bad=0
+
+# Blank lines aside, the blocks in order are the whole program.
+program=docs/examples/swish_layer/swish.c
+shown=$(awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on && NF' docs/adding-a-layer.md)
+[ "$shown" = "$(awk NF $program)" ] || {
+    echo "docs/adding-a-layer.md and $program differ"
+    bad=1
+}
+
+for doc in *.md docs/*.md models/*/README.md; do
+    links=$(grep -oE '\]\([^)#: ]+' "$doc" | cut -c3-)
+    for link in $links; do
+        [ -e "$(dirname "$doc")/$link" ] || {
+            echo "$doc links to $link, which is not there"
+            bad=1
+        }
+    done
+done
+exit $bad

@@ -1,0 +1,20 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# The programs that the documents show, built outside the tree against the installed library, and run:
+# the layer of docs/adding-a-layer.md, and the C of README.md exactly as printed.
+. "${srcdir:?}/tests/tree/stage.sh"
+set -e
+top=$(cd "${srcdir:?}" && pwd)
+rm -rf tests/tree/examples.dir
+mkdir -p tests/tree/examples.dir
+cd tests/tree/examples.dir
+
+cp "$top"/docs/examples/swish_layer/* .
+env -u MAKEFLAGS -u MFLAGS -u MAKELEVEL make -s CC="$CC" CFLAGS="-O2 -Wall -Wextra -Werror $EXTRA_CFLAGS" \
+    PKG_CONFIG="$PKG_CONFIG"
+./swish
+
+awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on' "$top/README.md" >readme.c
+# shellcheck disable=SC2046,SC2086 # lists of flags
+$CC -O2 -Wall -Wextra -Werror $EXTRA_CFLAGS readme.c -o readme $($PKG_CONFIG --cflags --libs libtensor)
+./readme

@@ -1,0 +1,16 @@
+#!/bin/sh
+# SPDX-License-Identifier: Apache-2.0
+# The library exports lt_ names and nothing else.
+. "${srcdir:?}/tests/tree/stage.sh"
+names=$(nm -D --defined-only "$stage$libdir/libtensor.so" | awk '$2 ~ /[A-Z]/ { print $3 }')
+
+echo "$names" | grep -q '^lt_compile$' || {
+    echo "lt_compile is not exported"
+    exit 1
+}
+foreign=$(echo "$names" | grep -v '^lt_')
+[ -z "$foreign" ] || {
+    echo "exported, and not ours to export:"
+    echo "$foreign"
+    exit 1
+}
