@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "config.h"
+#include <config.h>
 #include "data/ho3d.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan.h"

@@ -4,7 +4,7 @@
  */
 #include "cli/cli.h"
 
-#include "config.h"
+#include <config.h>
 #include "libtensor/io/json.h"
 #include "libtensor/kernels/kernels.h"
 

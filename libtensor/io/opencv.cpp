@@ -4,7 +4,7 @@
  */
 #include "libtensor/io/opencv.h"
 
-#include "config.h"
+#include <config.h>
 #include "libtensor/io/codec.h"
 
 #ifdef HAVE_OPENCV

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Images: Pillow's files, round trips, damage, and sizes that cannot be. */
-#include "config.h"
+#include <config.h>
 #include "libtensor/io/image.h"
 #include "tests/io/hostile.h"
 #include "tests/io/io_vectors.h"
