@@ -26,7 +26,7 @@ typedef struct {
     const lt_conv2d_params *p;
     lt_product product;
     weight_matrix a;
-    lt_image image;                     /* x: the first channel of image 0 of this group */
+    lt_conv_image image;                     /* x: the first channel of image 0 of this group */
     int64_t image_step;                 /* between images */
     bool plain;                         /* 1 x 1, stride 1: the map is the matrix */
     int64_t m, n;                       /* rows, positions */
@@ -92,7 +92,7 @@ static void pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int6
 {
     const job *j = ctx;
     const int64_t plane = j->image.h * j->image.w;
-    lt_image at = j->image;
+    lt_conv_image at = j->image;
 
     at.x += image * j->image_step;
     if (j->plain)
@@ -162,9 +162,9 @@ static void run_tile(void *ctx, int64_t task)
 }
 
 /* How the window of output position (row, column) lies on x. */
-static lt_image window_image(const lt_conv2d_params *p, const lt_real *x, const taps *t)
+static lt_conv_image window_image(const lt_conv2d_params *p, const lt_real *x, const taps *t)
 {
-    const lt_image g = {
+    const lt_conv_image g = {
         .x = x, .h = p->h, .w = p->w, .grid_w = lt_conv2d_out_w(p),
         .step_h = p->stride_h, .step_w = p->stride_w, .taps = t->n, .tap = t->at,
     };
@@ -354,7 +354,7 @@ typedef struct {
     int64_t chunks, tile_m, tile_n, tiles_m, tiles_n;
 } weights_job;
 
-typedef struct { const lt_real *dy; lt_image x; int64_t positions; } weights_ctx;
+typedef struct { const lt_real *dy; lt_conv_image x; int64_t positions; } weights_ctx;
 
 static int64_t weight_count(const lt_conv2d_params *p)
 {

@@ -74,7 +74,7 @@ typedef struct {
     int step_h, step_w;
     int taps;
     const lt_tap *tap;
-} lt_image;
+} lt_conv_image;
 
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
 
@@ -181,8 +181,8 @@ typedef struct lt_kernels {
     /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix
      * whose row is (channel, tap) and whose column is a position;
      * pack_image_t: the same for its transpose: k positions from k0, n (channel, tap) from n0. */
-    void (*pack_image)(lt_real *out, const lt_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
-    void (*pack_image_t)(lt_real *out, const lt_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
+    void (*pack_image)(lt_real *out, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
+    void (*pack_image_t)(lt_real *out, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
 
     /* fma_loop: rounds of independent fused multiply-adds on registers; returns how many single
      * operations (two per multiply-add and lane) were done. *sink keeps the compiler honest. */
