@@ -41,17 +41,18 @@ static bool use(lt_plan *p, int *buffer, size_t bytes, int step)
     return true;
 }
 
-/* Inputs and results live in our memory; parameters and constants bring their own. */
-static bool ours(const lt_tensor *root)
+/* Inputs and results live in our memory; parameters and constants bring their own, and so do results of
+ * the prologue, which must outlast every run. */
+static bool ours(const lt_plan *p, const lt_tensor *root)
 {
-    return root->kind == LT_RESULT || root->kind == LT_INPUT;
+    return root->kind == LT_INPUT || (root->kind == LT_RESULT && !p->node[root->node->id].constant);
 }
 
 static bool use_value(lt_plan *p, const lt_tensor *t, int step)
 {
     const lt_tensor *root = plan_root_tensor(p, t);
 
-    return !ours(root) || use(p, &plan_root(p, t)->value, lt_nbytes(root), step);
+    return !ours(p, root) || use(p, &plan_root(p, t)->value, lt_nbytes(root), step);
 }
 
 /* A value as the backward pass reads it: kept, or made again. */
