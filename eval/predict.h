@@ -52,10 +52,11 @@ typedef struct {
  *   object       none: no object pose
  *
  * The hand's position solves weighted least squares (libtensor/geometry/translation.h) with the 2D
- * joints of the heat maps; where that has no solution the hand is put 0.6 m away in its box.
+ * joints of the heat maps; without a solution between 0.05 and 10 m the hand is put 0.6 m away in its box.
  *
  * Errors: an unreadable image is named, skipped and counted, and when all are done the call returns
- * LT_EFORMAT. At once: LT_EINVAL (unknown object, empty box, nothing to do), LT_EIO, LT_ENOSPC, LT_ENOMEM.
+ * LT_EFORMAT. At once: LT_EINVAL (unknown object, nothing to do), LT_ENUMERIC (damaged
+ * weights), LT_EIO, LT_ENOSPC, LT_ENOMEM.
  * sum may be NULL.
  */
 lt_status predict_images(const predict_options *o, predict_summary *sum);

@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Images and folders named by the user, as a list of files with a name of its own for each result. */
+#include "eval/predict_internal.h"
+
+#include "libtensor/io/file.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+static const char *const extensions[] = {
+    "png", "jpg", "jpeg", "bmp", "tif", "tiff", "webp", "ppm", "pgm", "jp2",
+};
+
+/* Of an image that is worth a look: not hidden, and not an overlay of an earlier run. */
+static bool is_image_name(const char *name)
+{
+    static const char ours[] = ".overlay.png";
+    const char *dot = strrchr(name, '.');
+    const size_t n = strlen(name), end = sizeof(ours) - 1;
+
+    if (n >= end && !strcmp(name + n - end, ours))
+        return false;
+    for (size_t i = 0; dot && name[0] != '.' && i < LT_COUNT(extensions); i++)
+        if (!strcasecmp(dot + 1, extensions[i]))
+            return true;
+    return false;
+}
+
+/* ---- a growing list of paths; the arena owns the text, the pointers are ours --------------------------- */
+
+typedef struct {
+    char **path;
+    size_t n, capacity;
+} paths;
+
+static lt_status add_path(paths *p, char *path)
+{
+    if (p->n == p->capacity) {
+        const size_t capacity = p->capacity ? 2 * p->capacity : 64;
+        char **more = realloc(p->path, capacity * sizeof(*more));
+
+        if (!more)
+            return lt_error(LT_ENOMEM, "no memory for a list of %zu images", p->n);
+        p->path = more;
+        p->capacity = capacity;
+    }
+    if (!path)
+        return lt_error(LT_ENOMEM, "no memory for a list of %zu images", p->n);
+    p->path[p->n++] = path;
+    return LT_OK;
+}
+
+static int by_text(const void *a, const void *b)
+{
+    return strcmp(*(char *const *)a, *(char *const *)b);
+}
+
+static lt_status add_folder(lt_arena *arena, const char *folder, paths *all)
+{
+    const size_t first = all->n;
+    const struct dirent *entry;
+    lt_status st = LT_OK;
+    DIR *dir = opendir(folder);
+
+    if (!dir)
+        return lt_error(LT_EIO, "%s: %s", folder, strerror(errno));
+    while (!st && (entry = readdir(dir)))
+        if (is_image_name(entry->d_name))
+            st = add_path(all, lt_path_join(arena, folder, entry->d_name));
+    closedir(dir);
+    if (st)
+        return st;
+    if (all->n == first)
+        return lt_error(LT_EFORMAT, "%s: no images in this folder", folder);
+    qsort(all->path + first, all->n - first, sizeof(*all->path), by_text);
+    return LT_OK;
+}
+
+static lt_status add_input(lt_arena *arena, const char *input, paths *all)
+{
+    struct stat s;
+
+    if (stat(input, &s))
+        return lt_error(LT_EIO, "%s: %s", input, strerror(errno));
+    if (S_ISDIR(s.st_mode))
+        return add_folder(arena, input, all);
+    return add_path(all, lt_arena_strdup(arena, input));
+}
+
+/* ---- names ---------------------------------------------------------------------------------------------- */
+
+static char *stem_of(lt_arena *arena, const char *path)
+{
+    const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
+    char *stem = lt_arena_strdup(arena, base), *dot = stem ? strrchr(stem, '.') : NULL;
+
+    if (dot && dot != stem)
+        *dot = '\0';
+    return stem;
+}
+
+/* Names given so far, sorted, so that a lookup is a search. */
+typedef struct { const char *name; } taken_name;
+
+static bool is_taken(const taken_name *sorted, size_t n, const char *name, size_t *place)
+{
+    size_t lo = 0, hi = n;
+
+    while (lo < hi) {
+        const size_t mid = lo + (hi - lo) / 2;
+
+        if (strcmp(sorted[mid].name, name) < 0)
+            lo = mid + 1;
+        else
+            hi = mid;
+    }
+    *place = lo;
+    return lo < n && !strcmp(sorted[lo].name, name);
+}
+
+/* stem, or stem-2, stem-3 ... whichever is free first; NULL without memory. */
+static const char *take_name(lt_arena *arena, taken_name *sorted, size_t n, const char *stem)
+{
+    const char *name = stem;
+    size_t place;
+
+    for (int k = 2; name && is_taken(sorted, n, name, &place); k++)
+        name = lt_arena_printf(arena, "%s-%d", stem, k);
+    if (!name)
+        return NULL;
+    memmove(sorted + place + 1, sorted + place, (n - place) * sizeof(*sorted));
+    sorted[place].name = name;
+    return name;
+}
+
+static lt_status give_names(lt_arena *arena, const paths *all, predict_list *out)
+{
+    taken_name *sorted = lt_arena_array(arena, all->n + 1, sizeof(*sorted));
+
+    out->input = lt_arena_array(arena, all->n, sizeof(*out->input));
+    if (!sorted || !out->input)
+        return lt_error(LT_ENOMEM, "no memory for the names of %zu images", all->n);
+    for (size_t i = 0; i < all->n; i++) {
+        const char *stem = stem_of(arena, all->path[i]);
+        const char *name = stem ? take_name(arena, sorted, i, stem) : NULL;
+
+        if (!name)
+            return lt_error(LT_ENOMEM, "no memory for the names of %zu images", all->n);
+        out->input[i] = (predict_input){ all->path[i], name };
+    }
+    out->n = (int)all->n;
+    return LT_OK;
+}
+
+lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict_list *out)
+{
+    paths all = { 0 };
+    lt_status st = LT_OK;
+
+    *out = (predict_list){ 0 };
+    for (int i = 0; i < o->n_inputs && st != LT_ENOMEM; i++) {
+        st = add_input(arena, o->inputs[i], &all);
+        if (st && st != LT_ENOMEM) {
+            predict_say(o, "skipped: %s", lt_last_error());
+            out->skipped++;
+        }
+    }
+    st = st == LT_ENOMEM ? st : give_names(arena, &all, out);
+    free(all.path);
+    return st;
+}

@@ -1,0 +1,94 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Internal: the steps of predict_images, one file each.
+ */
+#ifndef EVAL_PREDICT_INTERNAL_H
+#define EVAL_PREDICT_INTERNAL_H
+
+#include "eval/estimator.h"
+#include "eval/predict.h"
+#include "libtensor/geometry/mesh.h"
+
+/* predict_say - one line to o->messages, bytes that would bend the line replaced by '?' */
+void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3);
+
+/* ---- predict_inputs.c: which images, and what their results are called --------------------------------- */
+
+typedef struct {
+    const char *path, *name;        /* name: of the results, without extension; unique in a list */
+} predict_input;
+
+typedef struct {
+    predict_input *input;
+    int n, skipped;                 /* skipped: inputs that are no file and no folder with images */
+} predict_list;
+
+lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict_list *out);
+
+/* ---- predict_view.c: the image, upright, with boxes and a camera --------------------------------------- */
+
+typedef enum { PREDICT_GIVEN, PREDICT_EXIF, PREDICT_DEFAULT } predict_source;
+
+typedef struct {
+    const char *path, *name;
+    const uint8_t *rgb;             /* (height, width, 3) */
+    int width, height, orientation; /* EXIF's, of the file */
+    crop_box hand_box, object_box;
+    lt_camera camera;
+    predict_source hand_from, object_from, camera_from;
+} predict_view;
+
+const char *predict_source_name(predict_source s);
+lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in,
+                            predict_view *out);
+
+/* predict_view_mirror - the same seen in a mirror, x -> width - 1 - x */
+lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_view *out);
+
+/* ---- predict_solve.c: from the view to a hand and an object in camera coordinates ----------------------- */
+
+typedef struct {
+    const char *name, *origin;      /* origin: where the mesh is from, for the JSON */
+    lt_mesh mesh;
+    float control[21][3], mirrored[21][3];
+} predict_object;
+
+lt_status predict_object_load(lt_arena *arena, const predict_options *o, predict_object *out);
+
+typedef struct {
+    estimate e;                     /* of the hand as it is, left or right */
+    double theta[3 * LT_HAND_JOINTS];
+    float heatmap2d[LT_HAND_KEYPOINTS][2], joints2d[LT_HAND_KEYPOINTS][2];      /* image pixels */
+    double agreement_px;            /* mean distance of the two */
+    bool placed;                    /* else the hand's position is a guess */
+    bool object_found;
+} predict_result;
+
+typedef struct predict_solver predict_solver;
+
+lt_status predict_solver_new(const predict_options *o, predict_solver **out);
+void predict_solver_free(predict_solver *s);
+
+/* predict_solve - object may be NULL */
+lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_options *o, const predict_view *v,
+                        const predict_object *object, predict_result *out);
+
+/* predict_trusted - whether 2D and 3D joints agree to a tenth of the hand's box */
+bool predict_trusted(const predict_view *v, const predict_result *r);
+
+/* ---- predict_overlay.c, predict_files.c: what is written ------------------------------------------------ */
+
+/* All that is known about one image; object NULL when none was asked for. */
+typedef struct {
+    const predict_options *o;
+    const predict_view *v;
+    const predict_object *object;
+    const predict_result *r;
+} predict_case;
+
+/* predict_hand_mesh - the posed hand, its triangles looking outwards; in the arena */
+lt_status predict_hand_mesh(lt_arena *arena, const predict_case *s, lt_mesh *out);
+lt_status predict_write_overlay(lt_arena *arena, const predict_case *s, const lt_mesh *hand, const char *path);
+lt_status predict_write_files(lt_arena *arena, const predict_case *s);
+
+#endif

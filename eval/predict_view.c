@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A photograph made ready: upright, with boxes and a camera, given or assumed. */
+#include "eval/predict_internal.h"
+
+#include "libtensor/io/exif.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/image.h"
+
+#include <math.h>
+#include <string.h>
+
+#define FILE_MAX ((size_t)1 << 30)
+
+static const double CENTRAL = 0.6, OBJECT_GROWTH = 1.3, FOCAL_PER_SIDE = 1.2;
+
+const char *predict_source_name(predict_source s)
+{
+    static const char *const name[] = { "given", "exif", "default" };
+
+    return name[s];
+}
+
+static void turn_upright(const lt_image *stored, int orientation, predict_view *v, uint8_t *rgb)
+{
+    for (int y = 0; y < v->height; y++)
+        for (int x = 0; x < v->width; x++) {
+            int u, w;
+
+            lt_exif_turn(orientation, stored->width, stored->height, x, y, &u, &w);
+            memcpy(rgb + 3 * ((size_t)y * (size_t)v->width + (size_t)x),
+                   stored->data + 3 * ((size_t)w * (size_t)stored->width + (size_t)u), 3);
+        }
+}
+
+static lt_status read_upright(lt_arena *arena, const char *path, lt_exif *exif, predict_view *v)
+{
+    lt_image img, stored;
+    uint8_t *bytes, *rgb;
+    size_t n;
+    lt_status st = lt_read_file(arena, path, FILE_MAX, &bytes, &n);
+
+    st = st ? st : lt_image_decode(arena, path, bytes, n, &img);
+    st = st ? st : lt_image_to_rgb8(arena, &img, &stored);
+    if (st)
+        return st;
+    *exif = lt_exif_read(bytes, n);
+    v->orientation = exif->orientation;
+    v->width = exif->orientation < 5 ? stored.width : stored.height;
+    v->height = exif->orientation < 5 ? stored.height : stored.width;
+    v->rgb = stored.data;
+    if (exif->orientation == 1)
+        return LT_OK;
+    st = lt_arena_try(arena, lt_image_bytes(&stored), (void **)&rgb);
+    if (st)
+        return lt_error_prefix(st, "%s", path);
+    turn_upright(&stored, exif->orientation, v, rgb);
+    v->rgb = rgb;
+    return LT_OK;
+}
+
+static crop_box central_box(const predict_view *v)
+{
+    const double half = CENTRAL * (v->width < v->height ? v->width : v->height) / 2;
+    const double cx = (v->width - 1) / 2.0, cy = (v->height - 1) / 2.0;
+
+    return (crop_box){ (float)(cx - half), (float)(cy - half), (float)(cx + half), (float)(cy + half) };
+}
+
+static crop_box grown_box(crop_box b, double factor)
+{
+    const double cx = (b.x0 + b.x1) / 2, cy = (b.y0 + b.y1) / 2;
+    const double hx = (b.x1 - b.x0) * factor / 2, hy = (b.y1 - b.y0) * factor / 2;
+
+    return (crop_box){ (float)(cx - hx), (float)(cy - hy), (float)(cx + hx), (float)(cy + hy) };
+}
+
+static void choose_boxes(const predict_options *o, predict_view *v)
+{
+    v->hand_box = o->hand_box ? *o->hand_box : central_box(v);
+    v->hand_from = o->hand_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
+    v->object_box = o->object_box ? *o->object_box : grown_box(v->hand_box, OBJECT_GROWTH);
+    v->object_from = o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
+}
+
+static void choose_camera(const predict_options *o, const lt_exif *exif, predict_view *v)
+{
+    const double measured = lt_exif_focal_px(exif, v->width, v->height);
+    const double focal = measured > 0 ? measured : FOCAL_PER_SIDE * fmax(v->width, v->height);
+
+    v->camera = (lt_camera){ focal, focal, (v->width - 1) / 2.0, (v->height - 1) / 2.0 };
+    v->camera_from = measured > 0 ? PREDICT_EXIF : PREDICT_DEFAULT;
+    if (o->camera) {
+        v->camera = *o->camera;
+        v->camera_from = PREDICT_GIVEN;
+    }
+}
+
+static lt_status check_inside(const predict_view *v, const char *what, crop_box b)
+{
+    if (!(b.x1 > b.x0 && b.y1 > b.y0))
+        return lt_error(LT_EINVAL, "%s: the %s box is empty", v->path, what);
+    if (b.x1 < 1 || b.y1 < 1 || b.x0 > (float)v->width - 1 || b.y0 > (float)v->height - 1)
+        return lt_error(LT_EINVAL, "%s: the %s box %g,%g,%g,%g lies outside the image of %d x %d pixels",
+                        v->path, what, (double)b.x0, (double)b.y0, (double)b.x1, (double)b.y1, v->width,
+                        v->height);
+    return LT_OK;
+}
+
+/* Everything that was not given, in one line each. */
+static void say_assumed(const predict_options *o, const predict_view *v)
+{
+    const crop_box h = v->hand_box, b = v->object_box;
+
+    if (v->orientation != 1)
+        predict_say(o, "%s: turned upright (EXIF orientation %d), now %d x %d", v->path, v->orientation,
+                    v->width, v->height);
+    if (v->hand_from == PREDICT_DEFAULT)
+        predict_say(o, "%s: no --hand-box: took the middle of the image, %.0f,%.0f,%.0f,%.0f", v->path,
+                    (double)h.x0, (double)h.y0, (double)h.x1, (double)h.y1);
+    if (v->object_from == PREDICT_DEFAULT)
+        predict_say(o, "%s: no --object-box: took the hand's box grown 1.3 times, %.0f,%.0f,%.0f,%.0f",
+                    v->path, (double)b.x0, (double)b.y0, (double)b.x1, (double)b.y1);
+    if (v->camera_from == PREDICT_EXIF)
+        predict_say(o, "%s: no --K: focal length %.0f px from EXIF; right unless the image was cut", v->path,
+                    v->camera.fx);
+    if (v->camera_from == PREDICT_DEFAULT)
+        predict_say(o, "%s: no --K: assumed a focal length of %.0f px (1.2 times the longer side), so "
+                    "distances are rough", v->path, v->camera.fx);
+}
+
+lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in,
+                            predict_view *out)
+{
+    predict_view v = { .path = in->path, .name = in->name };
+    lt_exif exif;
+    lt_status st = read_upright(arena, in->path, &exif, &v);
+
+    if (st)
+        return st;
+    choose_boxes(o, &v);
+    choose_camera(o, &exif, &v);
+    st = check_inside(&v, "hand", v.hand_box);
+    st = st ? st : check_inside(&v, "object", v.object_box);
+    if (st)
+        return st;
+    say_assumed(o, &v);
+    *out = v;
+    return LT_OK;
+}
+
+static crop_box mirrored_box(crop_box b, int width)
+{
+    const float last = (float)(width - 1);
+
+    return (crop_box){ last - b.x1, b.y0, last - b.x0, b.y1 };
+}
+
+lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_view *out)
+{
+    const size_t width = (size_t)v->width, rows = (size_t)v->height;
+    uint8_t *rgb;
+    const lt_status st = lt_arena_try(arena, 3 * width * rows, (void **)&rgb);
+
+    if (st)
+        return lt_error_prefix(st, "%s", v->path);
+    for (size_t y = 0; y < rows; y++)
+        for (size_t x = 0; x < width; x++)
+            memcpy(rgb + 3 * (y * width + x), v->rgb + 3 * (y * width + width - 1 - x), 3);
+    *out = *v;
+    out->rgb = rgb;
+    out->hand_box = mirrored_box(v->hand_box, v->width);
+    out->object_box = mirrored_box(v->object_box, v->width);
+    out->camera.cx = v->width - 1 - v->camera.cx;
+    return LT_OK;
+}

@@ -1,0 +1,411 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* From photographs to files: names, defaults, JSON, meshes, mirrored hands, and inputs that are none. */
+#define _GNU_SOURCE                     /* nftw */
+#include "eval/predict.h"
+
+#include "data/synth/draw.h"
+#include "eval/sheet.h"
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/image.h"
+#include "libtensor/io/mesh_io.h"
+#include "tests/eval/tiny_model.h"
+
+#include <ftw.h>
+#include <math.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+enum { WIDTH = 100, HEIGHT = 80 };
+
+static tiny_model tiny;
+static lt_arena *arena;
+static char folder[] = "test_predict.XXXXXX";
+static char *said;                      /* messages of the last run */
+
+static const char *in(const char *name)
+{
+    return lt_path_join(arena, folder, name);
+}
+
+static bool exists(const char *name)
+{
+    return access(in(name), F_OK) == 0;
+}
+
+/* A picture without symmetry. */
+static lt_image picture(bool mirrored)
+{
+    lt_image img;
+
+    ck_assert_int_eq(lt_image_init(arena, WIDTH, HEIGHT, 3, 8, &img), LT_OK);
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            uint8_t *p = img.data + 3 * (y * WIDTH + (mirrored ? WIDTH - 1 - x : x));
+
+            p[0] = (uint8_t)(2 * x);
+            p[1] = (uint8_t)(3 * y);
+            p[2] = (uint8_t)((x - 30) * (x - 30) + (y - 50) * (y - 50) < 400 ? 250 : 20);
+        }
+    return img;
+}
+
+static void write_png(const char *name, bool mirrored)
+{
+    const lt_image img = picture(mirrored);
+
+    ck_assert_int_eq(lt_png_write(in(name), &img), LT_OK);
+}
+
+static void write_bytes(const char *name, const void *bytes, size_t n)
+{
+    ck_assert_int_eq(lt_write_file(in(name), bytes, n), LT_OK);
+}
+
+static lt_status predict(predict_options o, int n, const char *const *inputs, predict_summary *sum)
+{
+    size_t size;
+    lt_status st;
+
+    free(said);
+    said = NULL;
+    o.m = &tiny.m;
+    o.hand = tiny.hand;
+    o.inputs = inputs;
+    o.n_inputs = n;
+    o.out = in("out");
+    o.messages = open_memstream(&said, &size);
+    st = predict_images(&o, sum);
+    fclose(o.messages);
+    return st;
+}
+
+static cJSON *numbers(const char *name)
+{
+    cJSON *root;
+
+    ck_assert_msg(!lt_json_read(in(name), &root), "%s", lt_last_error());
+    return root;
+}
+
+/* root.a.b.c of "a.b.c"; the test fails when it is not there */
+static const cJSON *get(const cJSON *root, const char *path)
+{
+    char *copy = strdup(path), *rest = copy;
+
+    for (const char *key = strtok_r(rest, ".", &rest); key; key = strtok_r(rest, ".", &rest)) {
+        root = cJSON_GetObjectItemCaseSensitive(root, key);
+        ck_assert_msg(root, "no %s in %s", key, path);
+    }
+    free(copy);
+    return root;
+}
+
+static double item(const cJSON *root, const char *path, int i)
+{
+    return cJSON_GetArrayItem(get(root, path), i)->valuedouble;
+}
+
+static const char *text(const cJSON *root, const char *path)
+{
+    return get(root, path)->valuestring;
+}
+
+static void check_files(const char *name, const cJSON *root)
+{
+    lt_image img;
+    lt_mesh mesh;
+
+    ck_assert_int_eq(lt_image_read(arena, in(lt_arena_printf(arena, "out/%s.overlay.png", name)), &img), LT_OK);
+    ck_assert_int_eq(img.width, (int)get(root, "width_px")->valuedouble);
+    ck_assert_int_eq(img.height, (int)get(root, "height_px")->valuedouble);
+    ck_assert_int_eq(lt_obj_read(arena, in(lt_arena_printf(arena, "out/%s", text(root, "hand.vertices_file"))),
+                                 &mesh, NULL), LT_OK);
+    ck_assert_int_eq(mesh.n_vertices, LT_HAND_VERTICES);
+    ck_assert_int_eq(mesh.n_faces, LT_HAND_FACES);
+    ck_assert_int_eq(exists(lt_arena_printf(arena, "out/%s.object.obj", name)),
+                     cJSON_IsTrue(get(root, "object.found")));
+}
+
+START_TEST(one_image)
+{
+    static const struct { const char *key; int n; } lists[] = {
+        { "hand.joints3d_m", 21 }, { "hand.joints2d_px", 21 }, { "hand.heatmap2d_px", 21 },
+        { "hand.theta_rad", 48 }, { "hand.beta", 10 }, { "camera.K_px", 4 },
+        { "boxes.hand.x0y0x1y1_px", 4 }, { "boxes.object.x0y0x1y1_px", 4 },
+    };
+    static const char *const present[] = {
+        "object.confidence", "object.inliers", "object.R", "object.t_m", "hand.agreement_px", "hand.trusted",
+        "conventions.axes", "conventions.joints", "conventions.theta", "model.checkpoint",
+    };
+    const crop_box hand = { 20, 20, 70, 70 };
+    const lt_camera camera = { 120, 121, 50, 40 };
+    const char *const input[] = { in("one.png") };
+    predict_summary sum;
+    cJSON *root;
+
+    write_png("one.png", false);
+    ck_assert_int_eq(predict((predict_options){ .checkpoint = "run/best", .trained_on = "synthetic",
+                     .hand_box = &hand, .camera = &camera, .object = "cracker_box" }, 1, input, &sum), LT_OK);
+    ck_assert_int_eq(sum.written, 1);
+    ck_assert_int_eq(sum.skipped, 0);
+    root = numbers("out/one.json");
+    for (size_t i = 0; i < LT_COUNT(lists); i++)
+        ck_assert_int_eq(cJSON_GetArraySize(get(root, lists[i].key)), lists[i].n);
+    for (size_t i = 0; i < LT_COUNT(present); i++)
+        get(root, present[i]);
+    ck_assert_str_eq(text(root, "image"), input[0]);
+    ck_assert_str_eq(text(root, "object.name"), "003_cracker_box");
+    ck_assert_str_eq(text(root, "model.trained_on"), "synthetic");
+    ck_assert_str_eq(text(root, "boxes.hand.source"), "given");
+    ck_assert_str_eq(text(root, "boxes.object.source"), "default");
+    ck_assert_str_eq(text(root, "camera.source"), "given");
+    ck_assert_double_eq(item(root, "camera.K_px", 1), 121);
+    check_files("one", root);
+    cJSON_Delete(root);
+    ck_assert(!strstr(said, "--hand-box"));
+    ck_assert(strstr(said, "--object-box"));
+}
+END_TEST
+
+START_TEST(defaults)
+{
+    static const double hand[4] = { 25.5, 15.5, 73.5, 63.5 }, object[4] = { 18.3, 8.3, 80.7, 70.7 };
+    const char *const input[] = { in("one.png") };
+    cJSON *root;
+
+    write_png("one.png", false);
+    ck_assert_int_eq(predict((predict_options){ .left = false }, 1, input, NULL), LT_OK);
+    root = numbers("out/one.json");
+    for (int i = 0; i < 4; i++) {
+        ck_assert_double_eq_tol(item(root, "boxes.hand.x0y0x1y1_px", i), hand[i], 1e-4);
+        ck_assert_double_eq_tol(item(root, "boxes.object.x0y0x1y1_px", i), object[i], 1e-4);
+    }
+    ck_assert_double_eq(item(root, "camera.K_px", 0), 120);
+    ck_assert_double_eq(item(root, "camera.K_px", 2), 49.5);
+    ck_assert_str_eq(text(root, "camera.source"), "default");
+    ck_assert(cJSON_IsNull(get(root, "object")));
+    ck_assert(cJSON_IsNull(get(root, "model.trained_on")));
+    cJSON_Delete(root);
+    ck_assert(strstr(said, "--hand-box") && strstr(said, "--object-box") && strstr(said, "--K"));
+    ck_assert(strstr(said, "--object:"));
+}
+END_TEST
+
+/* Two folders with the same names, and things in them that are no images. */
+START_TEST(folders)
+{
+    const char *const inputs[] = { in("first"), in("second"), in("missing.png"), in("empty") };
+    predict_summary sum;
+
+    ck_assert(!lt_make_dirs(in("first/deeper")) && !lt_make_dirs(in("second")) && !lt_make_dirs(in("empty")));
+    write_png("first/b.png", false);
+    write_png("first/a b \xc3\xbc.PNG", false);
+    write_png("first/.hidden.png", false);
+    write_png("first/b.overlay.png", false);
+    write_bytes("first/notes.txt", "no image", 8);
+    write_bytes("first/bad.jpg", "\xff\xd8\xff\xe1 no image either", 20);
+    write_bytes("first/c.png", "", 0);
+    write_png("second/b.png", false);
+    write_png("second/b-2.png", false);
+    ck_assert_int_eq(predict((predict_options){ .left = true }, 4, inputs, &sum), LT_EFORMAT);
+    ck_assert(strstr(lt_last_error(), "4 of 8"));
+    ck_assert_int_eq(sum.written, 4);
+    ck_assert_int_eq(sum.skipped, 4);
+    ck_assert(exists("out/a b \xc3\xbc.json") && exists("out/b.json"));
+    ck_assert(exists("out/b-2.json") && exists("out/b-3.json"));
+    ck_assert(!exists("out/bad.json") && !exists("out/bad.hand.obj") && !exists("out/.hidden.json"));
+    ck_assert(!exists("out/b.overlay.json"));
+    ck_assert(strstr(said, "bad.jpg") && strstr(said, "c.png") && strstr(said, "missing.png"));
+    ck_assert(strstr(said, "empty: no images"));
+}
+END_TEST
+
+START_TEST(wrong)
+{
+    const crop_box outside = { 500, 500, 600, 600 };
+    const char *const input[] = { in("one.png") };
+    predict_summary sum;
+
+    write_png("one.png", false);
+    ck_assert_int_eq(predict((predict_options){ .hand_box = &outside }, 1, input, &sum), LT_EFORMAT);
+    ck_assert(strstr(said, "outside the image of 100 x 80"));
+    ck_assert_int_eq(sum.skipped, 1);
+    ck_assert_int_eq(predict((predict_options){ .object = "cracker_bix" }, 1, input, NULL), LT_EINVAL);
+    ck_assert(strstr(lt_last_error(), "cracker_box"));
+    ck_assert_int_eq(predict((predict_options){ .object = "cracker_box", .models = in("nowhere") }, 1, input,
+                     NULL), LT_EIO);
+    ck_assert_int_eq(predict((predict_options){ .left = false }, 0, input, NULL), LT_EINVAL);
+    ck_assert(!exists("out/one.json"));
+}
+END_TEST
+
+/* A model that has gone bad stops the run before anything is written. */
+START_TEST(not_finite)
+{
+    const char *const input[] = { in("one.png") };
+
+    write_png("one.png", false);
+    lt_params_first(tiny.params)->data[0] = NAN;
+    ck_assert_int_eq(predict((predict_options){ .left = false }, 1, input, NULL), LT_ENUMERIC);
+    ck_assert(!exists("out/one.json"));
+}
+END_TEST
+
+/* The left hand in a mirrored image is the mirrored right hand. Boxes are their own mirror images. */
+START_TEST(mirror)
+{
+    const crop_box hand = { 20, 20, 79, 70 }, object = { 10, 10, 89, 75 };
+    predict_options o = { .object = "mug", .hand_box = &hand, .object_box = &object };
+    const char *const right[] = { in("right.png") }, *const left[] = { in("left.png") };
+    cJSON *r, *l;
+
+    write_png("right.png", false);
+    write_png("left.png", true);
+    ck_assert_int_eq(predict(o, 1, right, NULL), LT_OK);
+    o.left = true;
+    ck_assert_int_eq(predict(o, 1, left, NULL), LT_OK);
+    r = numbers("out/right.json");
+    l = numbers("out/left.json");
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
+        const cJSON *a = cJSON_GetArrayItem(get(r, "hand.joints3d_m"), i);
+        const cJSON *b = cJSON_GetArrayItem(get(l, "hand.joints3d_m"), i);
+
+        for (int d = 0; d < 3; d++)
+            ck_assert_double_eq_tol(cJSON_GetArrayItem(b, d)->valuedouble,
+                                    (d ? 1 : -1) * cJSON_GetArrayItem(a, d)->valuedouble, 1e-5);
+    }
+    for (int k = 0; k < 48; k++)
+        ck_assert_double_eq_tol(item(l, "hand.theta_rad", k), (k % 3 ? -1 : 1) * item(r, "hand.theta_rad", k),
+                                1e-5);
+    ck_assert_int_eq(cJSON_IsTrue(get(l, "object.found")), cJSON_IsTrue(get(r, "object.found")));
+    ck_assert_str_eq(text(l, "hand.side"), "left");
+    cJSON_Delete(r);
+    cJSON_Delete(l);
+}
+END_TEST
+
+/* A JPEG of ours with an APP1 behind its first two bytes: turned by 90 degrees, 28 mm. */
+static void write_exif_jpeg(const char *name)
+{
+    static const uint8_t app1[] = {
+        0xff, 0xe1, 0, 64, 'E', 'x', 'i', 'f', 0, 0, 'I', 'I', 42, 0, 8, 0, 0, 0, 2, 0,
+        0x12, 0x01, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0, 0x69, 0x87, 4, 0, 1, 0, 0, 0, 38, 0, 0, 0, 0, 0, 0, 0,
+        1, 0, 0x05, 0xa4, 3, 0, 1, 0, 0, 0, 28, 0, 0, 0, 0, 0, 0, 0,
+    };
+    const lt_image img = picture(false);
+    uint8_t *jpeg, *all;
+    size_t n;
+
+    ck_assert_int_eq(lt_jpeg_encode(arena, &img, 90, &jpeg, &n), LT_OK);
+    all = lt_arena_alloc(arena, n + sizeof(app1));
+    memcpy(all, jpeg, 2);
+    memcpy(all + 2, app1, sizeof(app1));
+    memcpy(all + 2 + sizeof(app1), jpeg + 2, n - 2);
+    write_bytes(name, all, n + sizeof(app1));
+}
+
+START_TEST(exif)
+{
+    const char *const input[] = { in("turned.jpg") };
+    cJSON *root;
+
+    write_exif_jpeg("turned.jpg");
+    ck_assert_int_eq(predict((predict_options){ .object = "mug" }, 1, input, NULL), LT_OK);
+    root = numbers("out/turned.json");
+    ck_assert_double_eq(get(root, "width_px")->valuedouble, HEIGHT);
+    ck_assert_double_eq(get(root, "height_px")->valuedouble, WIDTH);
+    ck_assert_str_eq(text(root, "camera.source"), "exif");
+    ck_assert_double_eq_tol(item(root, "camera.K_px", 0), 28 * hypot(WIDTH, HEIGHT) / hypot(36, 24), 1e-9);
+    check_files("turned", root);
+    cJSON_Delete(root);
+    ck_assert(strstr(said, "turned upright") && strstr(said, "from EXIF"));
+}
+END_TEST
+
+static bool differ(const lt_image *sheet, int x0, int x1)
+{
+    for (int y = 0; y < sheet->height; y++)
+        for (int x = 0; x < x1 - x0; x++)
+            if (memcmp(sheet->data + 3 * (y * sheet->width + x0 + x),
+                       sheet->data + 3 * (y * sheet->width + x1 + x), 3))
+                return true;
+    return false;
+}
+
+START_TEST(sheet)
+{
+    dataset_sample s = { .name = "SEQ/0001", .flags = SAMPLE_JOINTS, .width = WIDTH, .height = HEIGHT,
+                         .camera = { 120, 120, 49.5, 39.5 }, .object = -1 };
+    estimate *e = lt_arena_alloc(arena, sizeof(*e));
+    const sheet_item items[3] = { { .sample = &s, .estimate = e }, { .sample = &s, .estimate = e },
+                                  { .sample = &s, .estimate = e, .title = "third" } };
+    lt_image img = picture(false);
+
+    s.rgb = img.data;
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
+        const float p[3] = { .005f * (float)i - .05f, .04f * sinf((float)i), .5f };
+
+        memcpy(s.joints[i], p, sizeof(p));
+        memcpy(e->joints[i], p, sizeof(p));
+        e->joints[i][1] += .02f;
+        s.joints2d[i][0] = 49.5f + 120 * p[0] / p[2];
+        s.joints2d[i][1] = 39.5f + 120 * p[1] / p[2];
+    }
+    ck_assert_int_eq(predict_sheet(in("sheet.png"), items, 3, NULL), LT_OK);
+    ck_assert_int_eq(lt_image_read(arena, in("sheet.png"), &img), LT_OK);
+    ck_assert_int_gt(img.width, 4 * 200);
+    ck_assert_int_gt(img.height, 2 * 200);
+    ck_assert(differ(&img, 0, img.width / 4));          /* the truth is not the prediction */
+    ck_assert_int_eq(predict_sheet(in("sheet.png"), items, 3, tiny.hand->faces), LT_OK);
+    ck_assert_int_eq(predict_sheet(in("sheet.png"), items, 0, NULL), LT_EINVAL);
+}
+END_TEST
+
+static int remove_one(const char *path, const struct stat *s, int kind, struct FTW *f)
+{
+    (void)s;
+    (void)kind;
+    (void)f;
+    return remove(path);
+}
+
+static void start(void)
+{
+    arena = lt_arena_new();
+    ck_assert(mkdtemp(folder));
+    tiny_model_init(&tiny);
+}
+
+static void stop(void)
+{
+    tiny_model_fini(&tiny);
+    free(said);
+    lt_arena_free(arena);
+    nftw(folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
+}
+
+int main(void)
+{
+    TCase *t = tcase_create("predict");
+    Suite *s = suite_create("predict");
+    SRunner *r;
+    int failed;
+
+    tcase_add_checked_fixture(t, start, stop);
+    tcase_set_timeout(t, 120);
+    tcase_add_test(t, one_image);
+    tcase_add_test(t, defaults);
+    tcase_add_test(t, folders);
+    tcase_add_test(t, wrong);
+    tcase_add_test(t, not_finite);
+    tcase_add_test(t, mirror);
+    tcase_add_test(t, exif);
+    tcase_add_test(t, sheet);
+    suite_add_tcase(s, t);
+    r = srunner_create(s);
+    srunner_run_all(r, CK_NORMAL);
+    failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
