@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/graph/internal.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -65,6 +66,28 @@ static void remember(lt_graph *g, lt_status status, const char *text)
     snprintf(g->error, sizeof(g->error), "%s", text);
 }
 
+static void LT_PRINTF(2, 3) refuse(lt_graph *g, const char *fmt, ...)
+{
+    char text[sizeof(g->error)];
+    va_list args;
+
+    va_start(args, fmt);
+    vsnprintf(text, sizeof(text), fmt, args);
+    va_end(args);
+    remember(g, LT_ESHAPE, text);
+}
+
+/* No dimension is negative, and the bytes of the largest type can be counted. */
+static bool fits_memory(const lt_shape *s)
+{
+    size_t bytes = sizeof(double);
+
+    for (int i = 0; i < s->rank; i++)
+        if (s->dim[i] < 0 || !lt_size_mul(bytes, (size_t)s->dim[i], &bytes) || bytes > PTRDIFF_MAX)
+            return false;
+    return true;
+}
+
 /* Make room for one more pointer; doubling leaves at most the list's own size behind in the arena. */
 static bool room(lt_graph *g, void ***list, int n, int *cap)
 {
@@ -127,17 +150,20 @@ static lt_tensor *or_harmless(lt_graph *g, lt_tensor *t)
 lt_tensor *lt_input(lt_graph *g, const char *name, lt_dtype dtype, int rank, const int64_t *dim)
 {
     lt_shape shape = { .rank = rank };
-    char text[256];
+    char text[LT_SHAPE_TEXT];
 
     if (g->status)
         return g->harmless;
     if (rank < 0 || rank > LT_MAX_RANK) {
-        snprintf(text, sizeof(text), "input \"%s\" has rank %d, at most %d is possible", name, rank,
-                 LT_MAX_RANK);
-        remember(g, LT_ESHAPE, text);
+        refuse(g, "input \"%s\" has rank %d, at most %d is possible", name, rank, LT_MAX_RANK);
         return g->harmless;
     }
-    memcpy(shape.dim, dim, (size_t)rank * sizeof(dim[0]));
+    if (rank)
+        memcpy(shape.dim, dim, (size_t)rank * sizeof(dim[0]));
+    if (!fits_memory(&shape)) {
+        refuse(g, "input \"%s\" is %s, which no memory holds", name, lt_shape_text(&shape, text));
+        return g->harmless;
+    }
     name = lt_arena_strdup(g->arena, name);
     return or_harmless(g, lt_tensor_new(g, LT_INPUT, name ? name : "", dtype, shape));
 }
@@ -270,13 +296,39 @@ static lt_node *node_new(lt_graph *g, const lt_op *op, const void *attr, size_t 
     return n;
 }
 
+static lt_status check_inputs(lt_call *c)
+{
+    const lt_graph *g = graph_of(c->in, c->n_in);
+
+    for (int i = 0; i < c->n_in; i++) {
+        if (!c->in[i] && !(c->node->op->optional & LT_OPTIONAL_IN(i)))
+            return lt_fail(c, "input %d is missing", i);
+        if (c->in[i] && c->in[i]->graph != g)
+            return lt_fail(c, "input %d belongs to another graph", i);
+    }
+    return LT_OK;
+}
+
+static lt_status check_results(lt_call *c)
+{
+    char text[LT_SHAPE_TEXT];
+
+    for (int i = 0; i < c->n_out; i++)
+        if (!fits_memory(&c->outs[i]->shape))
+            return lt_fail(c, "its result would be %s, which no memory holds",
+                           lt_shape_text(&c->outs[i]->shape, text));
+    return LT_OK;
+}
+
 static bool infer(lt_graph *g, const lt_node *n)
 {
     lt_call c;
 
     lt_call_init(&c, n);
+    if (check_inputs(&c))
+        return false;
     if (n->op->infer(&c) == LT_OK)
-        return true;
+        return check_results(&c) == LT_OK;
     if (g->status == LT_OK)
         lt_fail(&c, "its shape rule refused without a reason");
     return false;
@@ -289,6 +341,11 @@ lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes, lt_ten
 
     if (!g || g->status)
         return g ? g->harmless : NULL;
+    if (n_in > LT_MAX_IN) {
+        refuse(g, "%s: %d inputs, at most %d are possible (%s:%d)", op->name, n_in, LT_MAX_IN, here.file,
+               here.line);
+        return g->harmless;
+    }
     n = node_new(g, op, attr, attr_bytes, in, n_in);
     if (!n) {
         remember(g, LT_ENOMEM, "no memory to record the graph");

@@ -18,8 +18,8 @@ extern "C" {
 enum { LT_MAX_IN = 12, LT_MAX_OUT = 4, LT_MAX_SAVED = 4 };
 
 /*
- * One use of an op: what its functions are handed. Inputs that were left out are NULL, and so are
- * gradients that nobody wants.
+ * One use of an op: what its functions are handed. Optional inputs that were left out are NULL, and so
+ * are gradients that nobody wants.
  */
 typedef struct lt_call {
     const void *attr;               /* the op's own struct, as given to lt_apply */
@@ -47,6 +47,9 @@ typedef struct lt_call {
 #define LT_KEEP_OUT(i) (1u << (LT_MAX_IN + (i)))
 #define LT_KEEP_NOTHING (1u << 31)
 
+/* What may be left out. */
+#define LT_OPTIONAL_IN(i) (1u << (i))
+
 enum {
     LT_OP_INPLACE = 1,              /* out may be the memory of in[0] when that dies here */
     LT_OP_VIEW = 2,                 /* out is the memory of in[0]; forward and backward do nothing */
@@ -68,6 +71,7 @@ typedef struct lt_op {
     int n_out;                      /* 0 means 1 */
     unsigned flags;
     unsigned keeps;                 /* LT_KEEP_IN(i) | LT_KEEP_OUT(i) ...; 0: everything */
+    unsigned optional;              /* LT_OPTIONAL_IN(i) ...: inputs that may be NULL */
 
     /* Shape rule: check in and attr, set shape (and dtype, LT_F32 unless set) of every out. Fails with
      * lt_fail. Data is not there. */
@@ -112,6 +116,8 @@ struct lt_node {
  *
  * The graph is that of the first input that is not NULL; at least one must be there. After an error,
  * here or earlier in the graph, returns a tensor that is harmless to pass on.
+ * Errors: an input is missing that is not optional, belongs to another graph, more than LT_MAX_IN of
+ * them, and those of the op's shape rule.
  */
 LT_API lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes,
                            lt_tensor *const *in, int n_in);

@@ -117,8 +117,8 @@ static lt_status slice_infer(lt_call *c)
     if (check_axis(c, a->axis))
         return LT_ESHAPE;
     if (a->start < 0 || a->length < 0 || a->start > lt_dim(c->in[0], a->axis) - a->length)
-        return lt_fail(c, "elements %lld to %lld are not inside axis %d of %s", (long long)a->start,
-                       (long long)(a->start + a->length), a->axis, lt_shape_text(&c->in[0]->shape, text));
+        return lt_fail(c, "%lld elements from %lld are not inside axis %d of %s", (long long)a->length,
+                       (long long)a->start, a->axis, lt_shape_text(&c->in[0]->shape, text));
     c->out->shape = c->in[0]->shape;
     c->out->shape.dim[a->axis] = a->length;
     return LT_OK;

@@ -101,7 +101,9 @@ static void backward(const lt_call *c)
 
 static int64_t macs(const lt_call *c)
 {
-    return lt_numel(c->out) * (lt_numel(c->in[W]) / lt_dim(c->in[W], 0));
+    const lt_tensor *w = c->in[W];
+
+    return lt_numel(c->out) * lt_dim(w, 1) * lt_dim(w, 2) * lt_dim(w, 3);
 }
 
 /* conv(x, w) s + t = conv(x, w s) + b s + t, channel by channel of the output. */
@@ -131,7 +133,8 @@ static bool absorb(lt_node *node, const lt_tail *tail)
 }
 
 static const lt_op conv2d_op = {
-    .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .infer = infer, .plan = plan,
+    .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
+    .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer, .plan = plan,
     .forward = forward, .backward = backward, .macs = macs, .absorb = absorb,
 };
 

@@ -91,7 +91,8 @@ static bool absorb(lt_node *node, const lt_tail *tail)
 }
 
 static const lt_op linear_op = {
-    .name = "linear", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .infer = infer,
+    .name = "linear", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
+    .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer,
     .forward = forward, .backward = backward, .macs = macs, .absorb = absorb,
 };
 

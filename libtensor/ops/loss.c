@@ -137,11 +137,13 @@ static void l1_backward(const lt_call *c)
 }
 
 static const lt_op mse_loss_op = {
-    .name = "mse_loss", .infer = infer, .plan = plan, .forward = mse_forward, .backward = mse_backward,
+    .name = "mse_loss", .optional = LT_OPTIONAL_IN(WEIGHT), .infer = infer, .plan = plan,
+    .forward = mse_forward, .backward = mse_backward,
 };
 
 static const lt_op l1_loss_op = {
-    .name = "l1_loss", .infer = infer, .plan = plan, .forward = l1_forward, .backward = l1_backward,
+    .name = "l1_loss", .optional = LT_OPTIONAL_IN(WEIGHT), .infer = infer, .plan = plan,
+    .forward = l1_forward, .backward = l1_backward,
 };
 
 lt_tensor *(lt_mse_loss)(lt_tensor *a, lt_tensor *b, lt_tensor *weight)

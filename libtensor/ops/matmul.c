@@ -26,7 +26,7 @@ static lt_status infer(lt_call *c)
     const lt_tensor *a = c->in[0], *b = c->in[1];
     char ta[LT_SHAPE_TEXT], tb[LT_SHAPE_TEXT];
 
-    if (!a || !b || (a->shape.rank != 2 && a->shape.rank != 3) || a->shape.rank != b->shape.rank
+    if ((a->shape.rank != 2 && a->shape.rank != 3) || a->shape.rank != b->shape.rank
         || lt_dim(a, -1) != lt_dim(b, -2) || (a->shape.rank == 3 && lt_dim(a, 0) != lt_dim(b, 0)))
         return lt_fail(c, "%s times %s is no product of matrices", lt_shape_text(&a->shape, ta),
                        lt_shape_text(&b->shape, tb));

@@ -125,7 +125,7 @@ LT_API lt_tensor *lt_resize_bilinear(lt_tensor *x, int64_t h, int64_t w);
  * more than a pixel are 0. The gradient reaches x; boxes are constants. A box whose index is outside
  * [0, B), or with a corner that is not finite, pools zeros. Samples per bin and axis: the bin's size
  * rounded up (sampling_ratio -1), at most 64.
- * Errors: boxes not (R, 5), sizes below 1, scale not above 0.
+ * Errors: boxes not (R, 5), an empty map, sizes below 1, scale not above 0.
  * Source: He et al. 2017, "Mask R-CNN", section 3; no half-pixel shift (aligned=False elsewhere).
  */
 LT_API lt_tensor *lt_roi_align(lt_tensor *x, lt_tensor *boxes, int out_h, int out_w, double scale);

@@ -37,13 +37,19 @@ static int64_t source_of(const lt_call *c, int64_t row, int64_t *step)
         at += row % y->dim[i] * stride[a->order[i]];
         row /= y->dim[i];
     }
-    *step = stride[a->order[y->rank - 1]];
+    *step = y->rank ? stride[a->order[y->rank - 1]] : 1;
     return at;
+}
+
+/* Elements of a row of y; a single number is one. */
+static int64_t row_of(const lt_call *c)
+{
+    return c->out->shape.rank ? lt_dim(c->out, -1) : 1;
 }
 
 static void forward_row(const lt_call *c, int64_t row)
 {
-    const int64_t n = lt_dim(c->out, -1);
+    const int64_t n = row_of(c);
     int64_t step, at = source_of(c, row, &step);
     const lt_real *x = (const lt_real *)c->in[0]->data + at;
     lt_real *y = (lt_real *)c->out->data + row * n;
@@ -54,7 +60,7 @@ static void forward_row(const lt_call *c, int64_t row)
 
 static void backward_row(const lt_call *c, int64_t row)
 {
-    const int64_t n = lt_dim(c->out, -1);
+    const int64_t n = row_of(c);
     int64_t step, at = source_of(c, row, &step);
 
     lt_k->axpy_out(c->din[0] + at, step, 1, c->dout + row * n, (size_t)n);
@@ -62,10 +68,8 @@ static void backward_row(const lt_call *c, int64_t row)
 
 static void by_row(const lt_call *c, op_row_fn fn)
 {
-    const int64_t n = c->out->shape.rank ? lt_dim(c->out, -1) : 0;
-
     if (lt_numel(c->out))
-        op_by_row(c, lt_numel(c->out) / n, n, fn);
+        op_by_row(c, lt_numel(c->out) / row_of(c), row_of(c), fn);
 }
 
 static void forward(const lt_call *c)

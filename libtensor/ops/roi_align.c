@@ -32,6 +32,8 @@ static lt_status infer(lt_call *c)
         return LT_ESHAPE;
     if (lt_dim(c->in[BOXES], 1) != 5)
         return lt_fail(c, "boxes are %s, want (R, 5)", lt_shape_text(&c->in[BOXES]->shape, text));
+    if (lt_dim(c->in[X], 2) < 1 || lt_dim(c->in[X], 3) < 1)
+        return lt_fail(c, "the map is empty");
     if (a->out_h < 1 || a->out_w < 1 || !(a->scale > 0) || isinf(a->scale))
         return lt_fail(c, "output %d x %d, scale %g: want sizes of at least 1 and a scale above 0", a->out_h,
                        a->out_w, a->scale);

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* palmar-gradcheck: every op's gradient against central differences in double. */
+#include "libtensor/base/parallel.h"
+#include "tests/ops/gradient.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { SHAPES = 20 };               /* random ones, besides the listed */
+
+static const char usage[] =
+    "usage: palmar-gradcheck --all | --op NAME | --list  [--json]\n";
+
+static const op_suite *find(const char *name)
+{
+    for (int i = 0; i < n_op_suites; i++)
+        if (strcmp(op_suites[i]->name, name) == 0)
+            return op_suites[i];
+    return NULL;
+}
+
+static int list(void)
+{
+    for (int i = 0; i < n_op_suites; i++)
+        puts(op_suites[i]->name);
+    return 0;
+}
+
+static void print_json(const op_suite *s, const gradient_report *r, bool ok, bool first)
+{
+    printf("%s\n  {\"op\": \"%s\", \"error\": %.3g, \"probes\": %ld, \"ok\": %s}", first ? "[" : ",", s->name,
+           r->worst > 1e300 ? 1e300 : r->worst, r->probes, ok ? "true" : "false");
+}
+
+static void print_line(const op_suite *s, const gradient_report *r, bool ok)
+{
+    printf("%-20s %.1e  %6ld probes  %s%s\n", s->name, r->worst, r->probes, ok ? "ok" : "FAILS at ",
+           ok ? "" : r->where);
+}
+
+static bool check(const op_suite *s, bool json, bool first)
+{
+    gradient_report r = { .worst = 0 };
+    bool ok;
+
+    if (!gradient_check_op(s, SHAPES, &r)) {
+        r.worst = 1e300;
+        snprintf(r.where, sizeof(r.where), "%s", lt_last_error());
+    }
+    ok = r.worst <= GRADIENT_BOUND;
+    if (json)
+        print_json(s, &r, ok, first);
+    else
+        print_line(s, &r, ok);
+    fflush(stdout);
+    return ok;
+}
+
+static int check_these(const op_suite *only, bool json)
+{
+    bool ok = true;
+    int done = 0;
+
+    for (int i = 0; i < n_op_suites; i++)
+        if (!only || op_suites[i] == only)
+            ok &= check(op_suites[i], json, done++ == 0);
+    if (json)
+        puts("\n]");
+    return ok ? 0 : 1;
+}
+
+int main(int argc, char **argv)
+{
+    const op_suite *only = NULL;
+    bool all = false, json = false;
+
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--list") == 0)
+            return list();
+        if (strcmp(argv[i], "--all") == 0) {
+            all = true;
+        } else if (strcmp(argv[i], "--json") == 0) {
+            json = true;
+        } else if (strcmp(argv[i], "--op") == 0 && i + 1 < argc) {
+            only = find(argv[++i]);
+            if (!only) {
+                fprintf(stderr, "palmar-gradcheck: no op \"%s\"; --list names them\n", argv[i]);
+                return 2;
+            }
+        } else {
+            fputs(usage, stderr);
+            return 2;
+        }
+    }
+    if (!all && !only) {
+        fputs(usage, stderr);
+        return 2;
+    }
+    lt_set_threads(1);                  /* the graphs are too small to share */
+    return check_these(only, json);
+}
