@@ -57,7 +57,7 @@ static int note_object(draw_canvas *c, int y, int scale, const predict_case *s)
 
 static void draw_notes(draw_canvas *c, const predict_case *s)
 {
-    const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 400, c->height / 200));
+    const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 500, c->height / 300));
     char line[160];
     int y = note_hand(c, 0, scale, s);
 
