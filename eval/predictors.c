@@ -14,7 +14,7 @@ enum {
 };
 
 typedef struct {
-    double joints[3 * J], rotation[POSE], beta[BETA];
+    double rotation[POSE], beta[BETA];
     double R[PREDICTOR_OBJECTS][9], t[PREDICTOR_OBJECTS][3];
     int64_t n_object[PREDICTOR_OBJECTS];
 } sums;
@@ -55,10 +55,6 @@ static void add(int n, const float *x, double *sum)
 
 static void add_hand(const predictor_labels *l, int64_t i, sums *s)
 {
-    const float *joints = l->joints + i * 3 * J;
-
-    for (int k = 0; k < 3 * J; k++)
-        s->joints[k] += (double)joints[k] - joints[k % 3];
     add(POSE, l->rotation + i * POSE, s->rotation);
     add(BETA, l->beta + i * BETA, s->beta);
 }
@@ -95,7 +91,7 @@ static lt_status add_all(const predictor_labels *l, sums *s)
 static lt_status mean_mesh(const sums *s, int64_t n, const lt_hand_model *model,
                            mean_predictor *out)
 {
-    double R[POSE], beta[BETA], joints[3 * LT_HAND_JOINTS];
+    double R[POSE], beta[BETA], joints[3 * LT_HAND_JOINTS], keypoints[3 * J];
     double *vertices = lt_alloc(3 * V * sizeof(double));
 
     if (!vertices)
@@ -107,6 +103,9 @@ static lt_status mean_mesh(const sums *s, int64_t n, const lt_hand_model *model,
     lt_hand_pose(model, R, beta, NULL, vertices, joints);
     for (int k = 0; k < 3 * V; k++)
         out->vertices[k / 3][k % 3] = (float)(vertices[k] - joints[k % 3]);
+    lt_hand_keypoints(vertices, joints, lt_hand_tips_ho3d, LT_HAND_SIMPLE_ORDER, keypoints);
+    for (int k = 0; k < 3 * J; k++)
+        out->joints[k / 3][k % 3] = (float)(keypoints[k] - joints[k % 3]);
     lt_release(vertices);
     return LT_OK;
 }
@@ -135,8 +134,6 @@ lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model
     st = add_all(labels, &s);
     if (st)
         return st;
-    for (int k = 0; k < 3 * J; k++)
-        out->joints[k / 3][k % 3] = (float)(s.joints[k] / (double)labels->n);
     mean_objects(&s, out);
     return mean_mesh(&s, labels->n, model, out);
 }

@@ -28,8 +28,8 @@ typedef struct {
 
 /* The mean of a training set. Everything is relative to the wrist. */
 typedef struct {
-    float joints[LT_HAND_KEYPOINTS][3];         /* mean of the joints; no hand, perhaps */
-    float vertices[LT_HAND_VERTICES][3];        /* the hand model at mean rotations and mean shape */
+    float joints[LT_HAND_KEYPOINTS][3];         /* the hand model at mean rotations and mean shape */
+    float vertices[LT_HAND_VERTICES][3];
     struct {
         int64_t n;                              /* training samples of the object */
         eval_pose pose;                         /* mean rotation, and mean place from the wrist */
