@@ -2,6 +2,7 @@
 /* Whole runs: the same bits on any number of threads and after any stop, and what happens when things go wrong. */
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/safetensors.h"
 #include "tests/train/tree.h"
 #include "train/trainer.h"
 
@@ -26,13 +27,16 @@ static train_options options(const char *out)
                             .quiet = true };
 }
 
+/* On one thread: the tests are forked off, and threads of OpenMP do not survive that. */
 static void setup(void)
 {
+    lt_set_threads(1);
     tree_make(true);
 }
 
 static void begin(void)
 {
+    lt_set_threads(1);
     n_set = 0;
     with(lt_arena_printf(tree_arena, "data.dir=\"%s\"", tree_root));
 }
@@ -42,17 +46,51 @@ static void run_ok(const train_options *o)
     tree_ok(train_run(o, NULL));
 }
 
+static void expect(const train_options *o, lt_status want, const char *words)
+{
+    const lt_status st = train_run(o, NULL);
+
+    ck_assert_msg(st == want, "status %d: %s", (int)st, lt_last_error());
+    ck_assert_msg(strstr(lt_last_error(), words) != NULL, "\"%s\" does not say \"%s\"", lt_last_error(), words);
+}
+
+static const char *last_of(const char *run)
+{
+    return lt_arena_printf(tree_arena, "%s/checkpoints/last.safetensors", run);
+}
+
+static void read_back(const char *path, uint8_t **bytes, size_t *n)
+{
+    tree_ok(lt_read_file(tree_arena, tree_at(path), LT_FILE_MAX, bytes, n));
+}
+
 static void same_file(const char *a, const char *b)
 {
     uint8_t *x, *y;
     size_t n, m;
 
-    tree_ok(lt_read_file(tree_arena, tree_at(a), LT_FILE_MAX, &x, &n));
-    tree_ok(lt_read_file(tree_arena, tree_at(b), LT_FILE_MAX, &y, &m));
+    read_back(a, &x, &n);
+    read_back(b, &y, &m);
     ck_assert_uint_eq(n, m);
     ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
+static bool there(const char *path)
+{
+    return access(tree_at(path), F_OK) == 0;
+}
+
+static int lines_of(const char *path)
+{
+    uint8_t *bytes;
+    size_t n;
+    int lines = 0;
+
+    read_back(path, &bytes, &n);
+    for (size_t i = 0; i < n; i++)
+        lines += bytes[i] == '\n';
+    return lines;
+}
 
 /* ---- the same bits ------------------------------------------------------------------------------------ */
 
@@ -60,27 +98,362 @@ START_TEST(threads_do_not_matter)
 {
     with("optim.steps=50");
     for (int threads = 1; threads <= 4; threads++) {
-        const train_options o = options(lt_arena_printf(tree_arena, "threads%d", threads));
+        const char *out = lt_arena_printf(tree_arena, "threads%d", threads);
+        const train_options o = options(out);
 
         lt_set_threads(threads);
         run_ok(&o);
-        if (threads > 1)
-            same_file("threads1/checkpoints/last.safetensors",
-                      lt_arena_printf(tree_arena, "threads%d/checkpoints/last.safetensors", threads));
+        same_file(last_of("threads1"), last_of(out));
+    }
+    ck_assert_int_eq(lines_of("threads1/log.jsonl"), 50);
+}
+END_TEST
+
+/* Stop a run before a step, as the user would. */
+typedef struct {
+    int64_t step;
+    int signal;
+} stop_at;
+
+static void raise_signal(void *ctx, int64_t step, lt_params *params)
+{
+    const stop_at *s = ctx;
+
+    (void)params;
+    if (step == s->step)
+        raise(s->signal);
+}
+
+/* With shards, an average, validation at epochs and a partial last batch, stopped at each step. */
+START_TEST(resume_is_exact)
+{
+    train_options o;
+
+    with("optim.shards=2");
+    with("optim.ema_decay=0.9");
+    with("train.validate_every=1");
+    with("optim.steps=9");
+    o = options("whole");
+    run_ok(&o);
+    for (int64_t step = 1; step < 9; step++) {
+        const char *out = lt_arena_printf(tree_arena, "stopped%d", (int)step);
+        stop_at at = { step, step % 2 ? SIGTERM : SIGINT };
+        train_result r;
+
+        o = options(out);
+        o.before_step = raise_signal;
+        o.ctx = &at;
+        ck_assert_int_eq(train_run(&o, &r), LT_ESTOPPED);
+        ck_assert_int_eq(r.step, step);
+        ck_assert_int_eq(train_exit_code(LT_ESTOPPED, r.signal), 128 + at.signal);
+        o.before_step = NULL;
+        o.resume = "";
+        o.config = step % 2 ? NULL : o.config;
+        run_ok(&o);
+        same_file(last_of("whole"), last_of(out));
+        same_file("whole/metrics.csv", lt_arena_printf(tree_arena, "%s/metrics.csv", out));
+        same_file("whole/checkpoints/best.safetensors",
+                  lt_arena_printf(tree_arena, "%s/checkpoints/best.safetensors", out));
+        ck_assert_int_eq(lines_of(lt_arena_printf(tree_arena, "%s/log.jsonl", out)), 9 + 3);
     }
 }
 END_TEST
 
-int main(void)
+START_TEST(usr1_saves_and_goes_on)
+{
+    stop_at at = { 2, SIGUSR1 };
+    train_options o;
+
+    with("optim.steps=4");
+    o = options("usr1");
+    o.before_step = raise_signal;
+    o.ctx = &at;
+    run_ok(&o);
+    ck_assert(there("usr1/checkpoints/step-000002.safetensors"));
+    ck_assert(there("usr1/checkpoints/step-000004.safetensors"));
+}
+END_TEST
+
+START_TEST(shards_repeat)
+{
+    train_options o;
+
+    with("optim.steps=6");
+    with("optim.shards=4");
+    with("optim.kind=adamw");
+    with("optim.clip_norm=1");
+    o = options("shards4a");
+    run_ok(&o);
+    lt_set_threads(2);
+    o = options("shards4b");
+    run_ok(&o);
+    same_file(last_of("shards4a"), last_of("shards4b"));
+}
+END_TEST
+
+/* ---- numbers that are none ---------------------------------------------------------------------------- */
+
+typedef struct {
+    int64_t from, to;               /* steps that see a weight that is not a number */
+    float *weight, kept;
+    float before[2][64];            /* other weights, as they were when it began, and after */
+    lt_param *other;
+} poison;
+
+static void spoil(void *ctx, int64_t step, lt_params *params)
+{
+    poison *p = ctx;
+
+    p->other = lt_params_find(params, "trunk.conv1.weight");
+    p->weight = lt_params_first(params)->next->data;
+    if (step == p->from) {
+        p->kept = p->weight[0];
+        memcpy(p->before[0], p->other->data, sizeof(p->before[0]));
+        p->weight[0] = NAN;
+    }
+    if (step == p->to) {
+        memcpy(p->before[1], p->other->data, sizeof(p->before[1]));
+        p->weight[0] = p->kept;
+    }
+}
+
+START_TEST(bad_steps_change_nothing)
+{
+    poison p = { .from = 3, .to = 5 };
+    train_result r;
+    train_options o;
+
+    with("optim.steps=7");
+    o = options("bad");
+    o.before_step = spoil;
+    o.ctx = &p;
+    o.progress = tmpfile();
+    tree_ok(train_run(&o, &r));
+    ck_assert_int_eq(r.skipped, 2);
+    ck_assert_int_eq(r.step, 7);
+    ck_assert(isfinite(r.loss));
+    ck_assert_mem_eq(p.before[0], p.before[1], sizeof(p.before[0]));
+    fclose(o.progress);
+}
+END_TEST
+
+START_TEST(too_many_bad_steps)
+{
+    poison p = { .from = 4, .to = 100 };
+    train_options o;
+
+    with("optim.steps=20");
+    with("train.checkpoint_steps=3");
+    with("train.max_bad_steps=3");
+    o = options("fatal");
+    o.before_step = spoil;
+    o.ctx = &p;
+    o.progress = tmpfile();
+    expect(&o, LT_ENUMERIC, "step 6: 3 steps in a row without a finite gradient; the first bad tensor is ");
+    ck_assert_int_eq(train_exit_code(LT_ENUMERIC, 0), 3);
+    ck_assert(!there("fatal/checkpoints/step-000006.safetensors"));
+    ck_assert(there("fatal/checkpoints/step-000003.safetensors"));
+    ck_assert_int_eq(lines_of("fatal/log.jsonl"), 6);
+    fclose(o.progress);
+}
+END_TEST
+
+/* ---- files that fail ---------------------------------------------------------------------------------- */
+
+static void limit_files(void *ctx, int64_t step, lt_params *params)
+{
+    (void)ctx;
+    (void)params;
+    if (step == 3)
+        setrlimit(RLIMIT_FSIZE, &(struct rlimit){ 200000, RLIM_INFINITY });
+}
+
+static int entries(const char *folder)
+{
+    char command[256];
+    int n = -1;
+    FILE *f;
+
+    snprintf(command, sizeof(command), "ls %s | wc -l", tree_at(folder));
+    f = popen(command, "r");
+    ck_assert_int_eq(fscanf(f, "%d", &n), 1);
+    pclose(f);
+    return n;
+}
+
+START_TEST(disk_full)
+{
+    train_options o;
+
+    signal(SIGXFSZ, SIG_IGN);
+    with("optim.steps=6");
+    with("train.checkpoint_steps=2");
+    o = options("full");
+    o.before_step = limit_files;
+    expect(&o, LT_ENOSPC, "step-000004.safetensors");
+    setrlimit(RLIMIT_FSIZE, &(struct rlimit){ RLIM_INFINITY, RLIM_INFINITY });
+    ck_assert_int_eq(train_exit_code(LT_ENOSPC, 0), 4);
+    ck_assert_int_eq(entries("full/checkpoints"), 2);           /* step 2 and last */
+    o.before_step = NULL;
+    o.resume = "";
+    run_ok(&o);
+    o = options("roomy");
+    run_ok(&o);
+    same_file(last_of("full"), last_of("roomy"));
+}
+END_TEST
+
+static void damage(const char *path, size_t at)
+{
+    uint8_t *bytes;
+    size_t n;
+
+    read_back(path, &bytes, &n);
+    bytes[at < n ? at : n - 1] ^= 16;
+    unlink(tree_at(path));                      /* last is a name of the same file */
+    tree_ok(lt_write_file(tree_at(path), bytes, n));
+}
+
+START_TEST(damaged_newest)
+{
+    train_options o;
+
+    with("optim.steps=6");
+    with("train.checkpoint_steps=2");
+    o = options("damaged");
+    run_ok(&o);
+    damage("damaged/checkpoints/step-000006.safetensors", SIZE_MAX);
+    damage("damaged/checkpoints/step-000004.safetensors", 300000);
+    o.resume = "";
+    o.progress = tmpfile();
+    run_ok(&o);
+    same_file(last_of("damaged"), "damaged/checkpoints/step-000006.safetensors");
+    ck_assert_int_eq(lines_of("damaged/log.jsonl"), 6);
+    o.resume = tree_at("damaged/checkpoints/step-000002.safetensors");
+    damage("damaged/checkpoints/step-000002.safetensors", 100000);
+    expect(&o, LT_EFORMAT, "is damaged: its check sum is ");
+    fclose(o.progress);
+}
+END_TEST
+
+START_TEST(of_another_model)
+{
+    train_options o;
+
+    with("optim.steps=1");
+    o = options("mine");
+    run_ok(&o);
+    o = options("other");
+    o.resume = tree_at(last_of("mine"));
+    with("model.variant=base");
+    o.n_set = n_set;
+    expect(&o, LT_EINVAL, "is of model hocat (full), not of hocat (base)");
+    set[n_set - 1] = "model.width=16";
+    expect(&o, LT_EINVAL, "the model's \"trunk.conv1.weight\" is (16, 3, 7, 7)");
+    set[n_set - 1] = "train.seed=4";
+    expect(&o, LT_EINVAL, "train.seed: 4, but the run to resume has 3");
+    set[n_set - 1] = "train.seed=3";
+    o.resume = NULL;
+    o.out = tree_at("mine");
+    expect(&o, LT_EINVAL, "holds a run already");
+    o.out = tree_at("nothing");
+    o.resume = "";
+    expect(&o, LT_EINVAL, "no sound checkpoint");
+}
+END_TEST
+
+/* ---- initial weights, dry runs, validation without truth ------------------------------------------------ */
+
+START_TEST(initial_weights)
+{
+    float w[8 * 3 * 7 * 7] = { 0.5f };
+    lt_named_array e[2] = {
+        { "conv1.weight", lt_array_make(LT_ELEM_F4, 4, (int64_t[]){ 8, 3, 7, 7 }, w) },
+        { "fc.weight", lt_array_make(LT_ELEM_F4, 1, (int64_t[]){ 8 }, w) },
+    };
+    train_options o = options("init");
+    char text[4096] = "";
+
+    tree_ok(lt_safetensors_write(tree_at("init.safetensors"), e, 2, NULL, 0));
+    o.init = tree_at("init.safetensors");
+    o.dry_run = true;
+    o.quiet = false;
+    o.progress = tmpfile();
+    run_ok(&o);
+    rewind(o.progress);
+    ck_assert_uint_gt(fread(text, 1, sizeof(text) - 1, o.progress), 0);
+    ck_assert_ptr_nonnull(strstr(text, "1 parameters loaded, "));
+    ck_assert_ptr_nonnull(strstr(text, "1 of its arrays left over"));
+    ck_assert_ptr_nonnull(strstr(text, "HO3D v3, "));
+    ck_assert(!there("init"));                                  /* a dry run leaves nothing */
+    e[0].array.shape[0] = 4;
+    tree_ok(lt_safetensors_write(tree_at("init.safetensors"), e, 2, NULL, 0));
+    expect(&o, LT_EINVAL, "\"conv1.weight\" is (4, 3, 7, 7), the model's \"trunk.conv1.weight\" is (8, 3, 7, 7)");
+    fclose(o.progress);
+}
+END_TEST
+
+static void keep_validation(void *ctx, const train_validation *v)
+{
+    *(train_validation *)ctx = *v;
+}
+
+START_TEST(validation_without_truth)
+{
+    train_validation v = { 0 };
+    train_options o;
+
+    rename(tree_at("evaluation_xyz.json"), tree_at("hidden.json"));
+    with("train.validate_steps=3");
+    with("train.validate_samples=4");
+    with("optim.steps=3");
+    o = options("held");
+    o.validated = keep_validation;
+    o.ctx = &v;
+    run_ok(&o);
+    ck_assert_int_eq(v.samples, 4);
+    ck_assert_msg(isfinite(v.loss) && v.pa_mpjpe_mm > 0 && v.mpjpe_mm > 0, "%g %g %g", v.loss, v.pa_mpjpe_mm,
+                  v.mpjpe_mm);
+    ck_assert(there("held/checkpoints/best.safetensors"));
+    ck_assert_int_eq(lines_of("held/metrics.csv"), 2);
+    set[n_set - 2] = "train.validate_samples=14";
+    o = options("none");
+    expect(&o, LT_EINVAL, "holding back 14 of 14 training samples leaves none");
+    rename(tree_at("hidden.json"), tree_at("evaluation_xyz.json"));
+}
+END_TEST
+
+/* Threads that wait must not burn the cores of those that work: there may be more of them than cores. */
+static void wait_passively(char **argv)
+{
+    if (getenv("OMP_WAIT_POLICY"))
+        return;
+    setenv("OMP_WAIT_POLICY", "passive", 1);
+    execv("/proc/self/exe", argv);
+}
+
+int main(int argc, char **argv)
 {
     Suite *s = suite_create("trainer");
     TCase *c = tcase_create("runs");
     SRunner *r;
     int failed;
 
+    (void)argc;
+    wait_passively(argv);
     tcase_set_timeout(c, 0);
     tcase_add_unchecked_fixture(c, setup, tree_remove);
     tcase_add_checked_fixture(c, begin, NULL);
+    tcase_add_test(c, resume_is_exact);
+    tcase_add_test(c, usr1_saves_and_goes_on);
+    tcase_add_test(c, shards_repeat);
+    tcase_add_test(c, bad_steps_change_nothing);
+    tcase_add_test(c, too_many_bad_steps);
+    tcase_add_test(c, disk_full);
+    tcase_add_test(c, damaged_newest);
+    tcase_add_test(c, of_another_model);
+    tcase_add_test(c, initial_weights);
+    tcase_add_test(c, validation_without_truth);
     tcase_add_test(c, threads_do_not_matter);
     suite_add_tcase(s, c);
     r = srunner_create(s);
