@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The configuration of a run: overrides, slips of the pen, and that what is written reads back. */
+#include "libtensor/io/json.h"
+#include "train/config.h"
+
+#include <check.h>
+#include <cjson/cJSON.h>
+#include <stdlib.h>
+#include <string.h>
+
+static lt_arena *arena;
+
+static void setup(void) { arena = lt_arena_new(); }
+static void teardown(void) { lt_arena_free(arena); }
+
+static void refuse(const char *text, const char *set, const char *line)
+{
+    const char *const sets[] = { set };
+    train_config c;
+
+    ck_assert_int_ne(train_config_parse(arena, "run.json", text, sets, set != NULL, &c), LT_OK);
+    ck_assert_str_eq(lt_last_error(), line);
+}
+
+#define MODEL "\"model\": { \"name\": \"hocat\" }"
+
+START_TEST(defaults_are_the_papers)
+{
+    train_config c;
+
+    ck_assert_int_eq(train_config_parse(arena, "run.json", "{" MODEL "}", NULL, 0, &c), LT_OK);
+    ck_assert_str_eq(c.model->name, "hocat");
+    ck_assert_int_eq(c.optim.batch, 32);
+    ck_assert_int_eq(c.optim.epochs, 120);
+    ck_assert_double_eq(c.optim.lr, 1e-4);
+    ck_assert_double_eq(c.optim.gamma, 0.7);
+    ck_assert_double_eq(c.optim.weight_decay, 5e-4);
+    ck_assert_int_eq(c.loop.max_bad_steps, 5);
+    train_config_fini(&c);
+}
+END_TEST
+
+START_TEST(overrides)
+{
+    const char *const sets[] = { "optim.lr=3e-4", "data.dir=/some where", "model.width=16", "optim.shards=4" };
+    train_config c;
+
+    ck_assert_int_eq(train_config_parse(arena, "run.json", "{" MODEL ", \"optim\": { \"lr\": 1 } }", sets, 4, &c),
+                     LT_OK);
+    ck_assert_double_eq(c.optim.lr, 3e-4);
+    ck_assert_str_eq(c.data.dir, "/some where");
+    ck_assert_int_eq(c.optim.shards, 4);
+    ck_assert_int_eq(cJSON_GetObjectItem(c.model_keys, "width")->valueint, 16);
+    ck_assert_ptr_null(cJSON_GetObjectItem(c.model_keys, "name"));
+    train_config_fini(&c);
+}
+END_TEST
+
+START_TEST(slips)
+{
+    refuse("{" MODEL "}", "optim.lrr=1", "run.json: optim.lrr: no such key; did you mean \"lr\"?");
+    refuse("{" MODEL ", \"optm\": {} }", NULL, "run.json: optm: no such group; did you mean \"optim\"?");
+    refuse("{" MODEL ", \"zzzzzzz\": {} }", NULL,
+           "run.json: zzzzzzz: no such group; there are model, data, optim, train");
+    refuse("{}", NULL, "run.json: model.name: want the name of a model, such as \"hocat\"");
+    refuse("{" MODEL "}", "model.name=hokat", "run.json: model.name: no such model \"hokat\"; did you mean \"hocat\"?");
+    refuse("{" MODEL "}", "optim.shards=5", "run.json: optim.shards: 5 do not divide a batch of 32");
+    refuse("{" MODEL "}", "optim.kind=adan", "run.json: optim.kind: no such choice \"adan\"; did you mean \"adam\"?");
+    refuse("{" MODEL "}", "train.seed=-1", "run.json: train.seed: -1 is not between 0 and 2.14748e+09");
+    refuse("[]", NULL, "run.json: want an object with the groups model, data, optim, train");
+}
+END_TEST
+
+START_TEST(help_names_every_key)
+{
+    char *text = NULL;
+    size_t n;
+    FILE *f = open_memstream(&text, &n);
+
+    train_config_help(f);
+    fclose(f);
+    ck_assert_ptr_nonnull(strstr(text, "  optim.lr: number from 0 to 1e+30, default 1e-4\n"));
+    ck_assert_ptr_nonnull(strstr(text, "  optim.kind: one of sgd adam adamw, default \"adam\"\n"));
+    ck_assert_ptr_nonnull(strstr(text, "  model.image_size: "));
+    ck_assert_ptr_nonnull(strstr(text, "  train.max_bad_steps: "));
+    free(text);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *s = suite_create("config");
+    TCase *c = tcase_create("all");
+    SRunner *r;
+    int failed;
+
+    tcase_add_checked_fixture(c, setup, teardown);
+    tcase_add_test(c, defaults_are_the_papers);
+    tcase_add_test(c, overrides);
+    tcase_add_test(c, slips);
+    tcase_add_test(c, help_names_every_key);
+    suite_add_tcase(s, c);
+    r = srunner_create(s);
+    srunner_run_all(r, CK_NORMAL);
+    failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed != 0;
+}

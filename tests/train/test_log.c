@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a run writes down: lines that can be read, torn ones cut off, spikes noticed; and progress off a terminal. */
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
+#include "train/log.h"
+#include "train/progress.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static char root[64];
+static lt_arena *arena;
+
+static void setup(void)
+{
+    strcpy(root, "/tmp/test_log_XXXXXX");
+    ck_assert_ptr_nonnull(mkdtemp(root));
+    arena = lt_arena_new();
+}
+
+static void teardown(void)
+{
+    char command[128];
+
+    snprintf(command, sizeof(command), "rm -rf %s", root);
+    ck_assert_int_eq(system(command), 0);
+    lt_arena_free(arena);
+}
+
+static void put(const char *name, const char *text)
+{
+    ck_assert_int_eq(lt_write_file(lt_path_join(arena, root, name), text, strlen(text)), LT_OK);
+}
+
+static const char *get(const char *name)
+{
+    uint8_t *bytes;
+    size_t n;
+
+    ck_assert_int_eq(lt_read_file(arena, lt_path_join(arena, root, name), LT_FILE_MAX, &bytes, &n), LT_OK);
+    return (const char *)bytes;
+}
+
+static const train_step_record one_step = {
+    .step = 3, .epoch = 1, .loss = 0.25, .part_name = { "a", "b" }, .part = { 0.125, NAN }, .n_parts = 2,
+    .lr = 1e-4, .grad_norm = INFINITY, .img_per_s = 2, .seconds = 8, .bad = "conv2d \"x\"",
+};
+
+START_TEST(cut_and_append)
+{
+    train_log l;
+
+    put("log.jsonl", "{\"step\":1,\"x\":1}\n{\"step\":2,\"x\":1}\n{\"step\":3,\"x\":1}\n{\"step\":4,\"x");
+    put("metrics.csv", "step,pa\n2,1.5\n4,1.25\n6,1.");
+    ck_assert_int_eq(train_log_open(arena, root, 2, &l), LT_OK);
+    train_log_step(&l, &one_step);
+    ck_assert_int_eq(train_log_flush(&l), LT_OK);
+    train_log_close(&l);
+    ck_assert_str_eq(get("log.jsonl"), "{\"step\":1,\"x\":1}\n{\"step\":2,\"x\":1}\n"
+                     "{\"step\":3,\"epoch\":1,\"loss\":0.25,\"parts\":{\"a\":0.125,\"b\":null},\"lr\":0.0001,"
+                     "\"grad_norm\":null,\"img_per_s\":2,\"seconds\":8,\"skipped\":\"conv2d \\\"x\\\"\"}\n");
+    ck_assert_str_eq(get("metrics.csv"), "step,pa\n2,1.5\n");
+}
+END_TEST
+
+/* Only the last line is torn: all before it stay. */
+START_TEST(torn)
+{
+    train_log l;
+
+    put("log.jsonl", "{\"step\":1}\n{\"step\":2}\n{\"st");
+    ck_assert_int_eq(train_log_open(arena, root, 100, &l), LT_OK);
+    train_log_close(&l);
+    ck_assert_str_eq(get("log.jsonl"), "{\"step\":1}\n{\"step\":2}\n");
+}
+END_TEST
+
+START_TEST(validation_lines)
+{
+    const train_validation v = { .step = 7, .epoch = 2, .samples = 5, .pa_mpjpe_mm = 8.5, .mpjpe_mm = 20,
+                                 .loss = NAN, .part_name = { "a" }, .part = { NAN }, .n_parts = 1 };
+    train_log l;
+
+    ck_assert_int_eq(train_log_open(arena, root, 0, &l), LT_OK);
+    train_log_validation(&l, &v);
+    train_log_validation(&l, &v);
+    train_log_close(&l);
+    ck_assert_str_eq(get("metrics.csv"), "step,epoch,samples,pa_mpjpe_mm,mpjpe_mm,loss,a\n7,2,5,8.5,20,,\n"
+                     "7,2,5,8.5,20,,\n");
+    ck_assert_ptr_nonnull(strstr(get("log.jsonl"), "{\"step\":7,\"epoch\":2,\"samples\":5,\"pa_mpjpe_mm\":8.5,"));
+}
+END_TEST
+
+START_TEST(spikes)
+{
+    train_log l = { .n_norms = 0 };
+
+    ck_assert_double_eq(train_log_spike(&l, 1e9), 0);           /* too early to tell */
+    for (int i = 0; i < 300; i++)
+        ck_assert_double_eq(train_log_spike(&l, 1 + 0.01 * (i % 10)), 0);
+    ck_assert_double_eq(train_log_spike(&l, 90), 0);
+    ck_assert_double_gt(train_log_spike(&l, 500), 100);
+}
+END_TEST
+
+START_TEST(plain_progress)
+{
+    const train_progress_state s = { .epochs = 70, .step_of_epoch = 412, .steps_of_epoch = 1031,
+                                     .eta_seconds = 8040, .skipped = 2 };
+    char text[512] = "";
+    train_progress p;
+    FILE *f = tmpfile();
+
+    progress_init(&p, f, false);
+    progress_step(&p, &one_step, &s, true);
+    progress_step(&p, &one_step, &s, false);                    /* not ten seconds later */
+    progress_warn(&p, "%d", 7);
+    progress_init(&p, f, true);
+    progress_step(&p, &one_step, &s, true);
+    progress_note(&p, "not when quiet");
+    rewind(f);
+    ck_assert_uint_gt(fread(text, 1, sizeof(text) - 1, f), 0);
+    ck_assert_str_eq(text, "epoch 2/70  step 412/1031  loss 0.25 (a 0.125 b nan)  lr 0.0001  2.0 img/s  ETA 2h14m"
+                     "  skipped 2\nwarning: 7\n");
+    fclose(f);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *s = suite_create("log");
+    TCase *c = tcase_create("all");
+    SRunner *r;
+    int failed;
+
+    tcase_add_checked_fixture(c, setup, teardown);
+    tcase_add_test(c, cut_and_append);
+    tcase_add_test(c, torn);
+    tcase_add_test(c, validation_lines);
+    tcase_add_test(c, spikes);
+    tcase_add_test(c, plain_progress);
+    suite_add_tcase(s, c);
+    r = srunner_create(s);
+    srunner_run_all(r, CK_NORMAL);
+    failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed != 0;
+}
