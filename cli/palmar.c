@@ -23,6 +23,7 @@ static const command commands[] = {
     { "train", cmd_train, "train a model from a config" },
     { "eval", cmd_eval, "score a model; print the paper's tables with our rows" },
 
+    { "predict", cmd_predict, "images or folders -> overlays, JSON, meshes" },
     { "bench", cmd_bench, "latency, throughput, memory, per-layer profile" },
     { "info", cmd_info, "what is in this model, checkpoint, dataset, hand file, machine" },
     { "gradcheck", cmd_gradcheck, "check the gradients of ops in double precision" },

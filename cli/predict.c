@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cli/cli.h"
+
+#include "eval/predict.h"
+
+#include <stdio.h>
+#include <string.h>
+
+enum { MAX_INPUTS = 4096 };
+enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE };
+
+typedef struct {
+    const char *checkpoint, *hand, *out, *object, *models;
+    const char *inputs[MAX_INPUTS];
+    int n_inputs;
+    crop_box hand_box, object_box;
+    lt_camera camera;
+    bool has_hand_box, has_object_box, has_camera, left;
+} predict_args;
+
+static const struct argp_option options[] = {
+    { "hand-box", HAND_BOX, "X0,Y0,X1,Y1", 0, "where the hand is, pixels; default the middle of the image", 0 },
+    { "object-box", OBJECT_BOX, "X0,Y0,X1,Y1", 0, "where the object is, pixels; default around the hand box", 0 },
+    { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle; default none: no object pose", 0 },
+    { "models", MODELS, "DIR", 0, "a dataset's models/ folder; default the embedded stand-ins", 0 },
+    { "K", CAMERA, "FX,FY,CX,CY", 0, "the camera, pixels; default from EXIF, else a guess", 0 },
+    { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
+    { "hand", HAND, "FILE", 0, "hand model; default the one of the training, $PALMAR_HAND, or the embedded one", 0 },
+    { "out", 'o', "DIR", 0, "where the results go; default predictions", 0 },
+    { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
+    { 0 },
+};
+
+static void add_input(predict_args *a, struct argp_state *state, const char *path)
+{
+    if (!a->checkpoint) {
+        a->checkpoint = path;
+        return;
+    }
+    if (a->n_inputs == MAX_INPUTS)
+        argp_error(state, "at most %d images and folders; put them in a folder", MAX_INPUTS);
+    a->inputs[a->n_inputs++] = path;
+}
+
+static void parse_side(predict_args *a, struct argp_state *state, const char *text)
+{
+    a->left = strcmp(text, "left") == 0;
+    if (!a->left && strcmp(text, "right") != 0)
+        argp_error(state, "--side: found \"%s\", want right or left", text);
+}
+
+/* An option whose text is wrong is a usage error that says what the parser said. */
+static void must(struct argp_state *state, lt_status st)
+{
+    if (st)
+        argp_error(state, "%s", lt_last_error());
+}
+
+static error_t parse(int key, char *arg, struct argp_state *state)
+{
+    predict_args *a = state->input;
+
+    switch (key) {
+    case 'o': a->out = arg; break;
+    case 't': cli_threads(state, arg); break;
+    case OBJECT: a->object = arg; break;
+    case MODELS: a->models = arg; break;
+    case HAND: a->hand = arg; break;
+    case SIDE: parse_side(a, state, arg); break;
+    case HAND_BOX:
+        must(state, predict_parse_box("--hand-box", arg, &a->hand_box));
+        a->has_hand_box = true;
+        break;
+    case OBJECT_BOX:
+        must(state, predict_parse_box("--object-box", arg, &a->object_box));
+        a->has_object_box = true;
+        break;
+    case CAMERA:
+        must(state, predict_parse_camera("--K", arg, &a->camera));
+        a->has_camera = true;
+        break;
+    case ARGP_KEY_ARG: add_input(a, state, arg); break;
+    case ARGP_KEY_END:
+        if (!a->checkpoint || !a->n_inputs)
+            argp_error(state, "want a checkpoint or a run's folder, and images");
+        break;
+    default: return ARGP_ERR_UNKNOWN;
+    }
+    return 0;
+}
+
+static const struct argp argp = {
+    options, parse, "CHECKPOINT|RUN IMAGE|FOLDER...",
+    "Estimate hand and object in images: an overlay, JSON and meshes for each.\v"
+    "The networks have no detector: they look where the boxes say. What is not given is assumed, and said.\n\n"
+    "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object 010_potted_meat_can",
+    NULL, NULL, NULL,
+};
+
+static lt_status run(const predict_args *a, const cli_checkpoint *c)
+{
+    const predict_options o = {
+        .m = &c->m, .hand = c->hand.model, .checkpoint = c->path, .trained_on = c->config.data.dir,
+        .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out,
+        .hand_box = a->has_hand_box ? &a->hand_box : NULL,
+        .object_box = a->has_object_box ? &a->object_box : NULL,
+        .camera = a->has_camera ? &a->camera : NULL,
+        .object = a->object, .models = a->models, .left = a->left, .messages = stderr,
+    };
+    predict_summary sum = { 0, 0 };
+    lt_status st = predict_images(&o, &sum);
+
+    printf("%d images written to %s, %d skipped\n", sum.written, a->out, sum.skipped);
+    return st;
+}
+
+int cmd_predict(int argc, char **argv)
+{
+    static predict_args a = { .out = "predictions" };
+    cli_checkpoint c;
+    lt_status st;
+
+    cli_parse("predict", &argp, argc, argv, &a);
+    st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
+    if (st == LT_OK)
+        st = run(&a, &c);
+    cli_checkpoint_close(&c);
+    return st ? cli_fail(st) : 0;
+}
