@@ -1,0 +1,446 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Reference values and gradients of the ops, by PyTorch in float64, for tests/ops.
+
+    scripts/vectors/ops.py [NAME...]        writes tests/vectors/ops/NAME.npz
+
+A case has the arrays case.in0 ..., case.out0 ..., case.dout0 ..., case.din0 ..., and case.infer0 where
+the op computes something else without training. Inputs are float32, so that both programs read the
+same numbers. roi_align is written out in NumPy after torchvision's definition, and the hand is the
+formula of scripts/vectors/geometry.py in torch.
+"""
+import importlib.util
+import io
+import contextlib
+import math
+import os
+import sys
+
+import numpy as np
+import torch
+import torch.nn.functional as F
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+OUT = os.path.join(HERE, "../../tests/vectors/ops")
+rng = np.random.default_rng(2025)
+
+
+def clear(*shape):
+    """0.1 <= |x| < 1"""
+    return (rng.uniform(0.1, 1, shape) * rng.choice([-1, 1], shape)).astype(np.float32)
+
+
+def positive(*shape):
+    return rng.uniform(0.5, 1.5, shape).astype(np.float32)
+
+
+def apart(*shape):
+    n = int(np.prod(shape))
+    return (0.01 * (rng.permutation(n) - n // 2)).reshape(shape).astype(np.float32)
+
+
+class Suite:
+    def __init__(self):
+        self.arrays = {}
+
+    def case(self, name, fn, *inputs, const=(), infer=None):
+        """fn of float64 tensors to a tensor or several; const: places of inputs without gradient."""
+        x = [None if a is None else torch.tensor(np.asarray(a, np.float64), requires_grad=i not in const)
+             for i, a in enumerate(inputs)]
+        outs = fn(*x)
+        outs = outs if isinstance(outs, (tuple, list)) else (outs,)
+        douts = [rng.uniform(-1, 1, tuple(o.shape)).astype(np.float32) for o in outs]
+        total = sum((o * torch.tensor(d.astype(np.float64))).sum() for o, d in zip(outs, douts))
+        if total.requires_grad:
+            total.backward()
+        for i, a in enumerate(inputs):
+            if a is None:
+                continue
+            self.arrays["%s.in%d" % (name, i)] = np.asarray(a, np.float32)
+            if i not in const:
+                grad = x[i].grad if x[i].grad is not None else torch.zeros_like(x[i])
+                self.arrays["%s.din%d" % (name, i)] = grad.numpy()
+        for i, (o, d) in enumerate(zip(outs, douts)):
+            self.arrays["%s.out%d" % (name, i)] = o.detach().numpy()
+            self.arrays["%s.dout%d" % (name, i)] = d
+        if infer:
+            self.arrays["%s.infer0" % name] = infer(*x).detach().numpy()
+
+
+def unary(fn, wide=False):
+    def make(s):
+        s.case("one", fn, clear(1))
+        s.case("rows", fn, clear(3, 67))
+        s.case("map", fn, clear(2, 3, 5, 7))
+        s.case("empty", fn, clear(0, 7))
+        if wide:
+            s.case("wide", fn, np.linspace(-12, 12, 241))
+    return make
+
+
+def binary(fn):
+    def make(s):
+        for name, a, b in (("same", (2, 3, 5), (2, 3, 5)), ("row", (4, 67), (67,)), ("column", (5, 33), (5, 1)),
+                           ("channel", (2, 3, 4, 5), (1, 3, 1, 1)), ("crossed", (3, 1, 5), (4, 1)),
+                           ("left", (1, 3), (2, 5, 3)), ("number", (2, 19), ()), ("numbers", (), ()),
+                           ("gate", (2, 3, 4, 4), (2, 3, 1, 1)), ("empty", (0, 3), (1, 3))):
+            s.case(name, fn, clear(*a), clear(*b))
+        s.case("itself", lambda x: fn(x, x), clear(3, 17))
+    return make
+
+
+def scale(s):
+    s.case("rows", lambda x: -2.5 * x, clear(3, 67))
+    s.case("number", lambda x: -2.5 * x, clear())
+    s.case("zero", lambda x: 0 * x, clear(5))
+    s.case("empty", lambda x: -2.5 * x, clear(0, 7))
+
+
+def leaky_relu(s):
+    leaky = lambda x: F.leaky_relu(x, 0.1)
+    s.case("one", leaky, clear(1))
+    s.case("map", leaky, clear(2, 3, 5, 7))
+    s.case("relu", F.relu, clear(3, 67))
+    s.case("steep", lambda x: F.leaky_relu(x, 3), clear(19))
+    s.case("empty", leaky, clear(0, 7))
+
+
+def reshape(s):
+    flat = lambda x: x.reshape(-1)
+    s.case("flat", flat, clear(2, 3, 5))
+    s.case("chain", lambda x: x.reshape(2, 12), clear(4, 6))
+    s.case("number", flat, clear())
+    s.case("empty", flat, clear(0, 7))
+
+
+def detach(s):
+    fn = lambda x, y: x * y.detach()
+    s.case("beside", fn, clear(3, 5), clear(3, 5), const=(1,))
+    s.case("empty", fn, clear(0), clear(0), const=(1,))
+
+
+def permute(s):
+    rolled = lambda x: x.permute(*np.roll(np.arange(x.dim()), 1).tolist())
+    s.case("rolled", rolled, clear(2, 3, 5, 7))
+    s.case("heads", lambda x: x.permute(0, 2, 1, 3), clear(2, 3, 4, 5))
+    s.case("same", lambda x: x.permute(0, 1), clear(3, 5))
+    s.case("transposed", rolled, clear(17, 33))
+    s.case("row", rolled, clear(7))
+    s.case("number", lambda x: x * 1, clear())
+    s.case("empty", rolled, clear(3, 0))
+
+
+def concat(s):
+    at = lambda axis: lambda *x: torch.cat(x, axis)
+    s.case("three", at(1), clear(2, 3, 5), clear(2, 1, 5), clear(2, 4, 5))
+    s.case("first", at(0), clear(2, 7), clear(3, 7))
+    s.case("last", at(2), clear(2, 3, 7), clear(2, 3, 2))
+    s.case("alone", at(0), clear(5))
+    s.case("itself", lambda x: torch.cat((x, x), 0), clear(2, 3))
+    s.case("empty", at(0), clear(0, 7), clear(2, 7))
+
+
+def slice_(s):
+    s.case("middle", lambda x: x.narrow(1, 1, 3), clear(2, 4, 5))
+    s.case("first", lambda x: x.narrow(0, 0, 1), clear(3, 7))
+    s.case("whole", lambda x: x * 1, clear(5))
+    s.case("nothing", lambda x: x.narrow(0, 2, 0), clear(5, 3))
+    s.case("overlap", lambda x: x.narrow(0, 0, 3) * x.narrow(0, 2, 3), clear(5, 3))
+
+
+def linear(s):
+    s.case("rows", F.linear, clear(3, 7), clear(5, 7), clear(5))
+    s.case("no_bias", F.linear, clear(3, 7), clear(5, 7))
+    s.case("vector", F.linear, clear(9), clear(4, 9), clear(4))
+    s.case("deep", F.linear, clear(2, 3, 67), clear(17, 67), clear(17))
+    s.case("one", F.linear, clear(1, 1), clear(1, 1), clear(1))
+    s.case("no_rows", F.linear, clear(0, 7), clear(5, 7), clear(5))
+    s.case("no_features", lambda x, w, b: x @ w.T + b, clear(3, 0), clear(5, 0), clear(5))
+
+
+def matmul(s):
+    s.case("batch", torch.matmul, clear(2, 3, 7), clear(2, 7, 5))
+    s.case("one", torch.matmul, clear(1, 1), clear(1, 1))
+    s.case("single", torch.matmul, clear(17, 33), clear(33, 19))
+    s.case("empty_batch", torch.matmul, clear(0, 3, 7), clear(0, 7, 5))
+    s.case("empty_sum", torch.matmul, clear(3, 0), clear(0, 5))
+
+
+def attend(heads):
+    def fn(q, k, v):
+        B, T, C = q.shape
+        split = lambda x: x.reshape(B, x.shape[1], heads, C // heads).transpose(1, 2)
+        p = torch.softmax(split(q) @ split(k).transpose(2, 3) / math.sqrt(C // heads), -1)
+        return (p @ split(v)).transpose(1, 2).reshape(B, T, C)
+    return fn
+
+
+def attention(s):
+    s.case("cross", attend(2), clear(2, 5, 6), clear(2, 7, 6), clear(2, 7, 6))
+    s.case("one", attend(1), clear(1, 1, 1), clear(1, 1, 1), clear(1, 1, 1))
+    s.case("self", lambda x: attend(3)(x, x, x), clear(2, 9, 12))
+    s.case("blocks", attend(2), clear(1, 67, 4), clear(1, 70, 4), clear(1, 70, 4))
+    s.case("no_queries", attend(2), clear(2, 0, 6), clear(2, 7, 6), clear(2, 7, 6))
+    s.case("empty_batch", attend(2), clear(0, 5, 6), clear(0, 7, 6), clear(0, 7, 6))
+
+
+def conv2d(s):
+    conv = lambda **o: lambda x, w, b=None: F.conv2d(x, w, b, **o)
+    s.case("plain", conv(), clear(2, 3, 5, 7), clear(4, 3, 3, 3), clear(4))
+    s.case("pointwise", conv(), clear(2, 5, 4, 9), clear(3, 5, 1, 1), clear(3))
+    s.case("no_bias", conv(padding=1), clear(1, 2, 6, 5), clear(3, 2, 3, 3))
+    s.case("strided", conv(stride=2, padding=1), clear(2, 3, 9, 8), clear(4, 3, 3, 3), clear(4))
+    s.case("stem", conv(stride=2, padding=3), clear(1, 3, 13, 17), clear(2, 3, 7, 7))
+    s.case("skip", conv(stride=2), clear(1, 4, 7, 9), clear(5, 4, 1, 1))
+    s.case("dilated", conv(padding=2, dilation=2), clear(1, 2, 7, 9), clear(3, 2, 3, 3), clear(3))
+    s.case("grouped", conv(padding=1, groups=2), clear(2, 4, 5, 6), clear(6, 2, 3, 3), clear(6))
+    s.case("depthwise", conv(padding=1, groups=5), clear(2, 5, 6, 19), clear(5, 1, 3, 3), clear(5))
+    s.case("oblong", conv(), clear(1, 2, 6, 8), clear(3, 2, 1, 5), clear(3))
+    s.case("one", conv(), clear(1, 1, 1, 1), clear(1, 1, 1, 1), clear(1))
+    s.case("empty", conv(padding=1), clear(0, 2, 6, 5), clear(3, 2, 3, 3), clear(3))
+
+
+def max_pool2d(s):
+    pool = lambda *o, **k: lambda x: F.max_pool2d(x, *o, **k)
+    s.case("stem", pool(3, 2, 1), apart(2, 3, 9, 8))
+    s.case("halves", pool(2, 2), apart(1, 2, 5, 7))
+    s.case("ceiled", pool(2, 2, ceil_mode=True), apart(1, 2, 5, 7))
+    s.case("ceiled_pad", pool(3, 2, 1, ceil_mode=True), apart(1, 2, 6, 7))
+    s.case("apart", pool(1, 3, ceil_mode=True), apart(1, 2, 7, 8))
+    s.case("one", pool(3, 2, 1), apart(1, 1, 1, 1))
+    s.case("empty", lambda x: torch.zeros(0, 3, 5, 4, dtype=x.dtype) + x.sum(), apart(0, 3, 9, 8))
+
+
+def global_avg_pool(s):
+    fn = lambda x: x.mean((2, 3))
+    s.case("map", fn, clear(2, 3, 5, 7))
+    s.case("one", fn, clear(1, 1, 1, 1))
+    s.case("empty", fn, clear(0, 3, 5, 7))
+
+
+def upsample_nearest(s):
+    up = lambda f: lambda x: x.repeat_interleave(f, 2).repeat_interleave(f, 3)
+    s.case("twice", up(2), clear(2, 3, 5, 7))
+    s.case("triple", up(3), clear(1, 2, 3, 1))
+    s.case("once", up(1), clear(1, 2, 3, 4))
+    s.case("empty", up(2), clear(1, 3, 0, 7))
+
+
+def resize_bilinear(s):
+    to = lambda h, w: lambda x: F.interpolate(x, (h, w), mode="bilinear", align_corners=False)
+    s.case("up", to(7, 11), clear(2, 3, 5, 4))
+    s.case("down", to(3, 2), clear(1, 2, 8, 7))
+    s.case("same", to(7, 11), clear(1, 1, 7, 11))
+    s.case("from_one", to(7, 11), clear(1, 2, 1, 1))
+    s.case("to_one", to(1, 1), clear(1, 2, 4, 3))
+    s.case("empty", lambda x: torch.zeros(0, 3, 7, 11, dtype=x.dtype) + x.sum(), clear(0, 3, 5, 4))
+
+
+def bilinear(x, y, u):
+    """x (C, H, W) at row y, column u: 0 beyond a pixel outside, else clamped to the border."""
+    H, W = x.shape[1:]
+    if y < -1 or y > H or u < -1 or u > W:
+        return torch.zeros(x.shape[0], dtype=x.dtype)
+    y, u = max(y, 0), max(u, 0)
+    y0, u0 = min(int(y), H - 1), min(int(u), W - 1)
+    y1, u1 = min(y0 + 1, H - 1), min(u0 + 1, W - 1)
+    fy, fu = (0 if y0 == H - 1 else y - y0), (0 if u0 == W - 1 else u - u0)
+    top = x[:, y0, u0] * (1 - fu) + x[:, y0, u1] * fu
+    return top * (1 - fy) + (x[:, y1, u0] * (1 - fu) + x[:, y1, u1] * fu) * fy
+
+
+def roi(out_h, out_w, scale):
+    def fn(x, boxes):
+        pooled = []
+        for box in boxes.detach().numpy():
+            if not np.isfinite(box).all() or not 0 <= box[0] < x.shape[0]:
+                pooled.append(torch.zeros(x.shape[1], out_h, out_w, dtype=x.dtype) + 0 * x.sum())
+                continue
+            x0, y0, x1, y1 = box[1:] * scale
+            bin_h, bin_w = max(y1 - y0, 1) / out_h, max(x1 - x0, 1) / out_w
+            n_y, n_x = math.ceil(bin_h), math.ceil(bin_w)
+            cells = [sum(bilinear(x[int(box[0])], y0 + i * bin_h + (a + .5) * bin_h / n_y,
+                                  x0 + j * bin_w + (b + .5) * bin_w / n_x)
+                         for a in range(n_y) for b in range(n_x)) / (n_y * n_x)
+                     for i in range(out_h) for j in range(out_w)]
+            pooled.append(torch.stack(cells, 1).reshape(x.shape[1], out_h, out_w))
+        return torch.stack(pooled) if pooled else torch.zeros(0, x.shape[1], out_h, out_w, dtype=x.dtype) + 0 * x.sum()
+    return fn
+
+
+def roi_align(s):
+    boxes = [[0, 4, 4, 20, 24], [1, -10, -6, 12, 9], [1, 20, 18, 60, 70], [0, 8, 8, 8.5, 8.25],
+             [0, 100, 100, 140, 140], [1, 30, 30, 10, 10], [0, 0, 0, 32, 36]]
+    s.case("boxes", roi(4, 3, .25), clear(2, 3, 9, 8), boxes, const=(1,))
+    nan, inf = math.nan, math.inf
+    broken = [[2, 0, 0, 9, 9], [-1, 0, 0, 9, 9], [0, nan, 0, 9, 9], [0, 0, 0, inf, 9], [1, 0, 0, 9, 9], [nan, 0, 0, 9, 9]]
+    s.case("broken", roi(4, 3, .25), clear(2, 2, 6, 6), broken, const=(1,))
+    s.case("whole", roi(1, 1, .25), clear(1, 1, 20, 20), [[0, 0, 0, 80, 80], [0, -40, -40, 160, 150]], const=(1,))
+    s.case("no_boxes", roi(4, 3, .25), clear(2, 3, 9, 8), np.zeros((0, 5)), const=(1,))
+    s.case("no_images", roi(4, 3, .25), clear(0, 3, 9, 8), [[0, 0, 0, 9, 9], [1, 0, 0, 9, 9]], const=(1,))
+
+
+def soft_argmax2d(s):
+    def fn(h):
+        H, W = h.shape[2:]
+        u = (torch.arange(W, dtype=h.dtype) + .5) / W
+        v = (torch.arange(H, dtype=h.dtype) + .5) / H
+        return torch.stack(((h * u).sum((2, 3)), (h * v[:, None]).sum((2, 3))), 2)
+    s.case("map", fn, clear(2, 3, 5, 7))
+    s.case("one", fn, clear(1, 1, 1, 1))
+    s.case("empty", fn, clear(0, 3, 5, 7))
+
+
+def softmax(s):
+    fn = lambda x: torch.softmax(x, -1)
+    s.case("rows", fn, clear(3, 67))
+    s.case("one", fn, clear(4, 1))
+    s.case("high", fn, 100 + 3 * clear(3, 17))
+    s.case("deep", fn, clear(2, 2, 3, 5))
+    s.case("no_rows", fn, clear(0, 5))
+    s.case("no_columns", lambda x: x * 1, clear(3, 0))
+
+
+def layer_norm(s):
+    fn = lambda x, w, b: F.layer_norm(x, x.shape[-1:], w, b, 1e-5)
+    s.case("rows", fn, clear(2, 3, 8), clear(8), clear(8))
+    s.case("one_row", fn, clear(5), clear(5), clear(5))
+    s.case("prime", fn, clear(5, 67), clear(67), clear(67))
+    s.case("no_rows", lambda x, w, b: x * w + b, clear(0, 7), clear(7), clear(7))
+    s.case("no_columns", lambda x, w, b: x * w + b, clear(3, 0), clear(0), clear(0))
+
+
+def batch_norm(s):
+    train = lambda x, w, b, m, v: F.batch_norm(x, None, None, w, b, True, 0, 1e-5)
+    infer = lambda x, w, b, m, v: F.batch_norm(x, m, v, w, b, False, 0, 1e-5)
+    for name, shape in (("map", (2, 3, 5, 7)), ("rows", (9, 5)), ("one_channel", (3, 1, 4))):
+        n = shape[1]
+        s.case(name, train, clear(*shape), clear(n), clear(n), clear(n), positive(n), const=(3, 4), infer=infer)
+
+
+def channel_affine(s):
+    fn = lambda x, a, b: x * a.reshape(-1, *[1] * (x.dim() - 2)) + b.reshape(-1, *[1] * (x.dim() - 2))
+    s.case("map", fn, clear(2, 3, 5, 7), clear(3), clear(3))
+    s.case("rows", fn, clear(4, 5), clear(5), clear(5))
+    s.case("empty", fn, clear(0, 5, 3), clear(5), clear(5))
+
+
+def rot6d(s):
+    def fn(x):
+        b1 = F.normalize(x[..., :3], dim=-1)
+        b2 = F.normalize(x[..., 3:] - (b1 * x[..., 3:]).sum(-1, keepdim=True) * b1, dim=-1)
+        return torch.stack((b1, b2, torch.cross(b1, b2, dim=-1)), -1)
+    s.case("joints", fn, clear(2, 16, 6))
+    s.case("one", fn, clear(6))
+    s.case("empty", fn, clear(0, 6))
+
+
+def geometry():
+    spec = importlib.util.spec_from_file_location("geometry", os.path.join(HERE, "geometry.py"))
+    module = importlib.util.module_from_spec(spec)
+    with contextlib.redirect_stdout(io.StringIO()):
+        spec.loader.exec_module(module)
+    return module
+
+
+def hand(s):
+    g = geometry()
+    h = {k: torch.tensor(v) for k, v in g.hand().items()}
+
+    def one(R, beta):
+        v = h["template"] + h["shapedirs"] @ beta
+        joints = h["regressor"] @ v
+        v = v + h["posedirs"] @ (R[1:] - torch.eye(3, dtype=R.dtype)).reshape(135)
+        A, t = [], []
+        for k in range(g.J):
+            at = joints[k] - (joints[g.PARENT[k]] if k else 0)
+            p = g.PARENT[k]
+            A.append(R[k] if k == 0 else A[p] @ R[k])
+            t.append(at if k == 0 else A[p] @ at + t[p])
+        A, t = torch.stack(A), torch.stack(t)
+        move = t - torch.einsum("kab,kb->ka", A, joints)
+        v = torch.einsum("ik,kab,ib->ia", h["weights"], A, v) + h["weights"] @ move
+        mano21 = torch.cat([t, v[g.TIPS]])
+        return v - mano21[0], mano21[g.SIMPLE] - mano21[0]
+
+    def both(R, beta):
+        r = [one(a, b) for a, b in zip(R, beta)]
+        if not r:
+            nothing = 0 * (R.sum() + beta.sum())
+            return nothing + torch.zeros(0, g.V, 3), nothing + torch.zeros(0, 21, 3)
+        return torch.stack([a for a, _ in r]), torch.stack([b for _, b in r])
+
+    s.case("both", both, clear(2, 16, 3, 3), clear(2, 10))
+    s.case("vertices", lambda R, b: both(R, b)[0], clear(1, 16, 3, 3), clear(1, 10))
+    s.case("keypoints", lambda R, b: both(R, b)[1], clear(1, 16, 3, 3), clear(1, 10))
+    s.case("empty", both, clear(0, 16, 3, 3), clear(0, 10))
+
+
+def loss(of):
+    def fn(a, b, w=None):
+        each = of(a - b)
+        if w is None:
+            return each.mean()
+        per = each.reshape(each.shape[0], -1)
+        return (per.mean(1) * w).sum() / w.sum()
+
+    def make(s):
+        w = positive(3)
+        w[1] = 0
+        s.case("weighed", fn, clear(3, 4, 5), clear(3, 4, 5), w, const=(2,))
+        s.case("plain", fn, clear(3, 67), clear(3, 67))
+        s.case("target", fn, clear(2, 5), clear(2, 5), positive(2), const=(1, 2))
+        s.case("number", fn, clear(), clear())
+    return make
+
+
+def sum_(s):
+    s.case("rows", lambda x: x.sum(), clear(3, 67))
+    s.case("number", lambda x: x.sum(), clear())
+    s.case("empty", lambda x: x.sum(), clear(0, 7))
+
+
+def confidence_target(s):
+    def weighed(a, b, w):
+        return ((a - b).abs().flatten(1).mean(1) * w).sum() / w.sum()
+
+    def confidence(conf, x, y, g, mask, w):
+        far = torch.sqrt((x - g[:, :, 0, None, None]) ** 2 + (y - g[:, :, 1, None, None]) ** 2)
+        return weighed(conf, (torch.exp(-far) * mask[:, None]).detach(), w)
+
+    def places(conf, x, y, g, mask, w):
+        m = mask[:, None]
+        return weighed(x * m, g[:, :, 0, None, None] * m, w) + weighed(y * m, g[:, :, 1, None, None] * m, w)
+
+    m, p, mask = (2, 21, 2, 2), (2, 21, 2), rng.integers(0, 2, (2, 2, 2))
+    s.case("confidence", confidence, positive(*m), positive(*m), positive(*m), positive(*p), mask, positive(2),
+           const=(1, 2, 3, 4, 5))
+    s.case("places", places, positive(*m), positive(*m), positive(*m), positive(*p), mask, positive(2),
+           const=(0, 3, 4, 5))
+
+
+SUITES = {
+    "add": binary(torch.add), "sub": binary(torch.sub), "mul": binary(torch.mul), "scale": scale,
+    "leaky_relu": leaky_relu, "sigmoid": unary(torch.sigmoid, True), "tanh": unary(torch.tanh, True),
+    "silu": unary(F.silu, True), "elu": unary(F.elu), "gelu": unary(F.gelu, True), "reshape": reshape,
+    "detach": detach, "permute": permute, "concat": concat, "slice": slice_, "linear": linear, "matmul": matmul,
+    "attention": attention, "conv2d": conv2d, "max_pool2d": max_pool2d, "global_avg_pool": global_avg_pool,
+    "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,
+    "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm, "batch_norm": batch_norm,
+    "channel_affine": channel_affine, "rot6d": rot6d, "hand": hand, "mse_loss": loss(torch.square),
+    "l1_loss": loss(torch.abs), "sum": sum_, "confidence_target": confidence_target,
+}
+
+
+def main():
+    global rng
+    os.makedirs(OUT, exist_ok=True)
+    for name in sys.argv[1:] or SUITES:
+        rng = np.random.default_rng(2025)
+        s = Suite()
+        SUITES[name](s)
+        np.savez_compressed(os.path.join(OUT, name + ".npz"), **s.arrays)
+
+
+if __name__ == "__main__":
+    main()
