@@ -88,7 +88,7 @@ static bool free_bytes(lt_arena *arena, const char *path, double *out)
     return true;
 }
 
-lt_status trainer_check_disk(const trainer *t)
+lt_status trainer_check_disk(trainer *t)
 {
     const double one = (double)checkpoint_bytes(&t->model, t->optim);
     const double need = one * (t->config.loop.keep + 3);        /* last, best and the one being written */
@@ -96,12 +96,12 @@ lt_status trainer_check_disk(const trainer *t)
 
     if (!free_bytes(t->arena, t->opt->out, &have))
         return LT_OK;
-    progress_note((train_progress *)&t->progress, "disk         %.1f MB for checkpoints, %.1f MB free",
+    progress_note(&t->progress, "disk         %.1f MB for checkpoints, %.1f MB free",
                   1e-6 * need, 1e-6 * have);
     if (have < 2 * one)
         return lt_error(LT_ENOSPC, "%s: a checkpoint takes %.1f MB, and %.1f MB are free; make room, or choose "
                         "another --out", t->opt->out, 1e-6 * one, 1e-6 * have);
     if (have < need)
-        progress_warn((train_progress *)&t->progress, "the disk may fill up; train.keep=1 needs less");
+        progress_warn(&t->progress, "the disk may fill up; train.keep=1 needs less");
     return LT_OK;
 }

@@ -158,7 +158,7 @@ void trainer_fini(trainer *t)
 
 /* ---- what it will take -------------------------------------------------------------------------------- */
 
-static size_t plan_bytes(const trainer *t)
+size_t trainer_plan_bytes(const trainer *t)
 {
     return lt_plan_bytes(t->train.plan) + (t->check.plan ? lt_plan_bytes(t->check.plan) : 0);
 }
@@ -173,7 +173,7 @@ static size_t batch_bytes(const trainer *t)
 
 size_t trainer_bytes(const trainer *t)
 {
-    size_t n = plan_bytes(t) + batch_bytes(t) + tree_sum_bytes(t->sum) + lt_arena_bytes(t->arena)
+    size_t n = trainer_plan_bytes(t) + batch_bytes(t) + tree_sum_bytes(t->sum) + lt_arena_bytes(t->arena)
         + lt_arena_bytes(lt_params_arena(t->params));
 
     for (int i = 0; i < lt_optim_state_count(t->optim); i++) {
@@ -209,5 +209,5 @@ void trainer_describe(trainer *t)
     progress_note(&t->progress, "machine      %s, %s, %d thread%s", lt_cpu_model(), lt_isa_name(lt_k->isa),
                   lt_threads(), lt_threads() > 1 ? "s" : "");
     progress_note(&t->progress, "memory       %.1f MB, of which plans %.1f MB", 1e-6 * (double)trainer_bytes(t),
-                  1e-6 * (double)plan_bytes(t));
+                  1e-6 * (double)trainer_plan_bytes(t));
 }

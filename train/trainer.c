@@ -211,7 +211,7 @@ static void fill_result(const trainer *t, lt_status st, train_result *out)
         .signal = st == LT_ESTOPPED ? signals_stop() : 0,
     };
     if (t->optim && t->sum) {
-        out->plan_bytes = lt_plan_bytes(t->train.plan) + (t->check.plan ? lt_plan_bytes(t->check.plan) : 0);
+        out->plan_bytes = trainer_plan_bytes(t);
         out->bytes = trainer_bytes(t);
     }
 }

@@ -40,7 +40,8 @@ typedef struct {
 /* setup.c: everything up to the first batch; trainer_fini takes it apart, at whatever point it stopped */
 lt_status trainer_init(trainer *t, const train_options *o);
 void trainer_fini(trainer *t);
-size_t trainer_bytes(const trainer *t);
+size_t trainer_plan_bytes(const trainer *t);
+size_t trainer_bytes(const trainer *t);         /* plans, batches, parameters, optimiser */
 void trainer_describe(trainer *t);
 
 /* run_folder.c: config.json, env.json, README.txt. Refuses a folder that holds a run, unless going on. */
@@ -52,6 +53,6 @@ lt_status trainer_step(trainer *t, const hand_object_batch *b);
 /* save.c */
 lt_status trainer_save(trainer *t);             /* step file, last, best; does nothing when just done */
 lt_status trainer_resume(trainer *t);           /* load what the options ask for */
-lt_status trainer_check_disk(const trainer *t);
+lt_status trainer_check_disk(trainer *t);   /* room for a checkpoint, at least */
 
 #endif
