@@ -63,33 +63,30 @@ static void find_what_is_read(lt_plan *p)
         p->tensor[i].touched = false;
 }
 
-/* Whether the value can be had in the backward pass without keeping anything more than is kept anyway. */
-static bool obtainable(const lt_plan *p, const lt_tensor *t)
+static bool inputs_at_hand(const lt_plan *p, const lt_node *n)
 {
-    const plan_tensor *root = plan_root(p, t);
-    const lt_node *n = plan_root_tensor(p, t)->node;
-
-    if (!n || root->needed)
-        return true;
-    if (!(n->op->flags & LT_OP_CHEAP))
-        return false;
     for (int i = 0; i < n->n_in; i++)
-        if (n->in[i] && !obtainable(p, n->in[i]))
+        if (n->in[i] && plan_root_tensor(p, n->in[i])->node && !plan_root(p, n->in[i])->at_hand)
             return false;
     return true;
 }
 
+/* A cheap op whose inputs will be there in the backward pass, kept or made again, is made again itself. */
 static void choose_what_to_redo(lt_plan *p)
 {
     for (int k = 0; k < p->g->n_nodes; k++) {
         const lt_node *n = p->g->node[k];
-        bool can = n && (n->op->flags & LT_OP_CHEAP) && n->n_out == 1 && !lt_op_is_view(n->op)
-            && !n->outs[0]->is_output;
+        bool can;
 
-        for (int i = 0; can && i < n->n_in; i++)
-            can = !n->in[i] || obtainable(p, n->in[i]);
-        if (can)
-            p->tensor[n->outs[0]->id].redo = true;      /* also of use to those who come after it */
+        if (!n || lt_op_is_view(n->op))
+            continue;
+        can = (n->op->flags & LT_OP_CHEAP) && n->n_out == 1 && inputs_at_hand(p, n);
+        for (int i = 0; i < n->n_out; i++) {
+            plan_tensor *out = &p->tensor[n->outs[i]->id];
+
+            out->at_hand = out->needed || can;
+            out->redo = can && !n->outs[i]->is_output;
+        }
     }
 }
 

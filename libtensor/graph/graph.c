@@ -117,11 +117,22 @@ bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t)
     return true;
 }
 
+static bool all_constant(const lt_node *n)
+{
+    if (n->op->flags & LT_OP_RANDOM)
+        return false;
+    for (int i = 0; i < n->n_in; i++)
+        if (n->in[i] && !lt_is_constant(n->in[i]))
+            return false;
+    return true;
+}
+
 bool lt_graph_add_node(lt_graph *g, lt_node *n)
 {
     if (!room(g, (void ***)&g->node, g->n_nodes, &g->cap_nodes))
         return false;
     n->id = g->n_nodes;
+    n->constant = all_constant(n);
     g->node[g->n_nodes++] = n;
     return true;
 }
@@ -402,12 +413,5 @@ lt_status lt_want_shape(lt_call *c, int i, const char *what, lt_shape want)
 
 bool lt_is_constant(const lt_tensor *t)
 {
-    if (t->kind != LT_RESULT)
-        return t->kind != LT_INPUT;
-    if (t->node->op->flags & LT_OP_RANDOM)
-        return false;
-    for (int i = 0; i < t->node->n_in; i++)
-        if (t->node->in[i] && !lt_is_constant(t->node->in[i]))
-            return false;
-    return true;
+    return t->kind == LT_RESULT ? t->node->constant : t->kind != LT_INPUT;
 }

@@ -109,6 +109,7 @@ struct lt_node {
     const char *file;               /* where it was recorded */
     int line;
     int id;
+    bool constant;                  /* lt_is_constant of its results */
 };
 
 /**

@@ -56,12 +56,16 @@ static lt_param **slot_of(const lt_params *set, const char *name)
 /* Keep at least half of the buckets empty. */
 static bool grow(lt_params *set)
 {
+    const size_t n = set->n_buckets ? 2 * set->n_buckets : 256;
+    lt_param **bucket;
+
     if (2 * (set->n + 1) <= set->n_buckets)
         return true;
-    set->n_buckets = set->n_buckets ? 2 * set->n_buckets : 256;
-    set->bucket = lt_arena_array(set->arena, set->n_buckets, sizeof(*set->bucket));
-    if (!set->bucket)
+    bucket = lt_arena_array(set->arena, n, sizeof(*bucket));
+    if (!bucket)
         return false;
+    set->bucket = bucket;
+    set->n_buckets = n;
     for (lt_param *p = set->first; p; p = p->next)
         *slot_of(set, p->name) = p;
     return true;

@@ -34,6 +34,7 @@ typedef struct {
     bool needs_grad;
     bool touched;                   /* some reader has written its gradient */
     bool needed;                    /* its value is read in the backward pass */
+    bool at_hand;                   /* needed, or can be made from what is */
     bool redo;                      /* made again in the backward pass instead of kept */
     bool redone;                    /* the step that does it is in the list */
     int value, again, grad;         /* buffers, or -1 */

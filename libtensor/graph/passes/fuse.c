@@ -36,6 +36,7 @@ static void merge(lt_graph *g, lt_node *producer, lt_node *reader)
     g->node[producer->id] = NULL;
     g->node[reader->id] = producer;
     producer->id = reader->id;
+    producer->constant = reader->constant;
 }
 
 static void fuse_one(lt_graph *g, lt_node *reader, reader_count readers)

@@ -1,0 +1,494 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Recording, compiling and running: errors, passes, views, memory, gradients, randomness. */
+#include "libtensor/graph/plan.h"
+#include "libtensor/nn/init.h"
+#include "libtensor/nn/layers.h"
+#include "libtensor/optim/optim.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static lt_graph *g;
+static lt_params *set;
+
+static void start(void)
+{
+    g = lt_graph_new();
+    set = lt_params_new();
+}
+
+static void stop(void)
+{
+    lt_graph_free(g);
+    lt_params_free(set);
+}
+
+static lt_tensor *input(const char *name, lt_shape s)
+{
+    return lt_input(g, name, LT_F32, s.rank, s.dim);
+}
+
+static void fill(const lt_plan *p, const lt_tensor *t, uint64_t stream)
+{
+    lt_rng r = lt_rng_make(5, stream);
+    lt_real *x = lt_plan_data(p, t);
+
+    for (int64_t i = 0; i < lt_numel(t); i++)
+        x[i] = (lt_real)lt_rng_range(&r, -1, 1);
+}
+
+static lt_real at(const lt_plan *p, const lt_tensor *t, int64_t i)
+{
+    return ((const lt_real *)lt_plan_data(p, t))[i];
+}
+
+static int steps_of(const lt_plan *p, const char *op, const char *phase)
+{
+    int n = 0;
+
+    for (int i = 0; i < lt_plan_steps(p); i++) {
+        const lt_step_info s = lt_plan_step(p, i);
+
+        n += strcmp(s.op, op) == 0 && strcmp(s.phase, phase) == 0;
+    }
+    return n;
+}
+
+/* ---- mistakes ------------------------------------------------------------------------------------- */
+
+START_TEST(the_first_mistake_is_kept)
+{
+    const lt_conv_layer conv = lt_conv_layer_new(set, "fpn.lateral", 4, 8, 1, true, NULL);
+    lt_tensor *x = input("x", LT_SHAPE(1, 3, 5, 5)), *y;
+    char want[128];
+
+    y = lt_conv_layer_forward(&conv, x); const int line = __LINE__;
+    y = lt_relu(lt_add(y, lt_reshape(x, LT_SHAPE(7))));
+    lt_output(y, "y");
+    ck_assert_ptr_null(lt_compile(g, NULL));
+    snprintf(want, sizeof(want), "conv2d \"fpn.lateral\": input has 3 channels, weight wants 4 (%s:%d)", __FILE__,
+             line);
+    ck_assert_str_eq(lt_last_error(), want);
+    ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
+}
+END_TEST
+
+START_TEST(scopes_name_layers_without_parameters)
+{
+    lt_scope(g, "head");
+    lt_softmax(lt_scalar(g, 1));
+    ck_assert_ptr_null(lt_compile(g, NULL));
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "softmax \"head\": its input is a single number"));
+}
+END_TEST
+
+START_TEST(inputs_of_impossible_size)
+{
+    input("x", LT_SHAPE(3, -1));
+    ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
+    ck_assert_str_eq(lt_last_error(), "input \"x\" is (3, -1), which no memory holds");
+}
+END_TEST
+
+START_TEST(products_of_sizes_that_overflow)
+{
+    const int64_t huge = INT64_C(1) << 33;
+
+    input("x", LT_SHAPE(huge, huge));
+    ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
+}
+END_TEST
+
+START_TEST(tensors_of_two_graphs)
+{
+    lt_graph *other = lt_graph_new();
+    lt_tensor *y = lt_input(other, "y", LT_F32, 1, (int64_t[]){ 3 });
+
+    lt_add(input("x", LT_SHAPE(3)), y);
+    ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "add: input 1 belongs to another graph"));
+    lt_graph_free(other);
+}
+END_TEST
+
+START_TEST(losses_that_cannot_be)
+{
+    lt_tensor *x = input("x", LT_SHAPE(3));
+
+    ck_assert_ptr_null(lt_compile(g, &(lt_compile_opts){ .train = true }));
+    ck_assert_str_eq(lt_last_error(), "a training plan needs a loss");
+    ck_assert_ptr_null(lt_compile(g, &(lt_compile_opts){ .loss = x }));
+    ck_assert_str_eq(lt_last_error(), "the loss is (3), want one number");
+}
+END_TEST
+
+/* ---- passes --------------------------------------------------------------------------------------- */
+
+START_TEST(dead_code_goes)
+{
+    lt_tensor *x = input("x", LT_SHAPE(3));
+    lt_plan *p;
+
+    lt_sigmoid(lt_tanh(x));
+    lt_output(lt_gelu(x), "y");
+    p = lt_compile(g, NULL);
+    ck_assert_int_eq(lt_plan_steps(p), 1);
+    lt_plan_free(p);
+}
+END_TEST
+
+START_TEST(constants_are_folded_and_refreshed)
+{
+    lt_param *w = lt_params_add(set, "", "w", LT_WEIGHT, LT_SHAPE(2));
+    lt_tensor *x = input("x", LT_SHAPE(2)), *y = lt_output(lt_add(x, lt_scale(lt_use(g, w), 3)), "y");
+    lt_plan *p;
+
+    w->data[0] = 1;
+    p = lt_compile(g, NULL);
+    ck_assert_int_eq(lt_plan_steps(p), 1);
+    lt_run(p);
+    ck_assert(at(p, y, 0) == 3);
+    w->data[0] = 2;
+    lt_plan_refresh(p);
+    lt_run(p);
+    ck_assert(at(p, y, 0) == 6);
+    lt_plan_free(p);
+}
+END_TEST
+
+/* x doubled 60 times, and 60 cheap diamonds: found out in a moment, not in 2^60 of them. */
+START_TEST(diamonds_take_no_longer_than_chains)
+{
+    lt_param *w = lt_params_add(set, "", "w", LT_WEIGHT, LT_SHAPE(2));
+    lt_tensor *x = lt_use(g, w), *y = lt_tanh(x);
+    lt_plan *p;
+
+    for (int i = 0; i < 60; i++) {
+        x = lt_add(x, x);
+        y = lt_concat((lt_tensor *[]){ lt_slice(y, 0, 0, 1), lt_slice(y, 0, 1, 1) }, 2, 0);
+    }
+    lt_output(x, "x");
+    lt_output(y, "y");
+    p = lt_compile(g, NULL);
+    ck_assert_int_eq(lt_plan_steps(p), 0);
+    lt_plan_free(p);
+    p = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = lt_sum(lt_mul(x, y)) });
+    ck_assert_ptr_nonnull(p);
+    lt_plan_free(p);
+}
+END_TEST
+
+/* conv, batch norm, residual, relu: one step of inference, and the numbers of the four. */
+START_TEST(tails_fuse)
+{
+    const lt_conv_layer conv = lt_conv_layer_new(set, "c", 3, 3, 3, true, &(lt_conv_opts){ .pad = 1 });
+    const lt_batch_norm_layer bn = lt_batch_norm_layer_new(set, "bn", 3);
+    lt_tensor *x = input("x", LT_SHAPE(2, 3, 6, 7)), *y;
+    lt_plan *fused, *plain;
+
+    lt_init_default(set, 3);
+    lt_init_uniform(bn.running_mean, 4, 1);
+    lt_init_constant(bn.running_var, 0.3);
+    y = lt_batch_norm_layer_forward(&bn, lt_conv_layer_forward(&conv, x));
+    y = lt_output(lt_leaky_relu(lt_add(y, x), 0.1), "y");
+    fused = lt_compile(g, NULL);
+    plain = lt_compile(g, &(lt_compile_opts){ .no_fusion = true });
+    ck_assert_int_eq(lt_plan_steps(fused), 1);
+    ck_assert_int_eq(steps_of(fused, "conv2d", "forward"), 1);
+    ck_assert_int_eq(lt_plan_steps(plain), 4);
+    fill(fused, x, 1);
+    fill(plain, x, 1);
+    lt_run(fused);
+    lt_run(plain);
+    for (int64_t i = 0; i < lt_numel(y); i++)
+        ck_assert_double_eq_tol(at(fused, y, i), at(plain, y, i), 2e-6);
+    lt_plan_free(fused);
+    lt_plan_free(plain);
+}
+END_TEST
+
+/* A product that someone else reads, or that is an output, keeps its own step. */
+START_TEST(what_is_read_twice_does_not_fuse)
+{
+    const lt_linear_layer fc = lt_linear_layer_new(set, "fc", 3, 3, true);
+    lt_tensor *x = input("x", LT_SHAPE(2, 3)), *h = lt_linear_layer_forward(&fc, x);
+    lt_plan *p;
+
+    lt_output(lt_add(lt_gelu(h), lt_sigmoid(h)), "y");
+    p = lt_compile(g, NULL);
+    ck_assert_int_eq(lt_plan_steps(p), 4);
+    lt_plan_free(p);
+}
+END_TEST
+
+/* ---- views, readers, gradients --------------------------------------------------------------------- */
+
+START_TEST(views_share_values_and_gradients)
+{
+    lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(2, 3)));
+    lt_tensor *v = lt_reshape(lt_reshape(x, LT_SHAPE(6)), LT_SHAPE(3, 2)), *loss;
+    lt_plan *p;
+
+    lt_output(v, "v");
+    loss = lt_add(lt_sum(lt_mul(v, v)), lt_sum(lt_mul(x, lt_detach(x))));
+    p = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = true });
+    fill(p, x, 1);
+    lt_run(p);
+    ck_assert_ptr_eq(lt_plan_data(p, v), lt_plan_data(p, x));
+    ck_assert_ptr_null(lt_plan_grad(p, v));
+    for (int i = 0; i < 6; i++)                         /* 2 x from the square, x beside the detached */
+        ck_assert_double_eq_tol(lt_plan_grad(p, x)[i], 3 * at(p, x, i), 1e-6);
+    lt_plan_free(p);
+}
+END_TEST
+
+START_TEST(gradients_reach_what_the_loss_reads)
+{
+    lt_param *a = lt_params_add(set, "", "a", LT_WEIGHT, LT_SHAPE(2));
+    lt_param *b = lt_params_add(set, "", "b", LT_WEIGHT, LT_SHAPE(2));
+    lt_param *frozen = lt_params_add(set, "", "frozen", LT_WEIGHT, LT_SHAPE(2));
+    lt_tensor *x = input("x", LT_SHAPE(2)), *loss;
+    lt_plan *p;
+
+    frozen->frozen = true;
+    lt_output(lt_mul(x, lt_use(g, b)), "beside");
+    loss = lt_sum(lt_mul(lt_mul(x, lt_use(g, a)), lt_use(g, frozen)));
+    p = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = true });
+    ck_assert_ptr_nonnull(a->grad);
+    ck_assert_ptr_null(b->grad);
+    ck_assert_ptr_null(frozen->grad);
+    frozen->data[0] = 2;
+    ((lt_real *)lt_plan_data(p, x))[0] = 5;
+    lt_run(p);
+    lt_plan_set_loss_weight(p, 0.5);
+    lt_run(p);
+    ck_assert(a->grad[0] == 15);                        /* runs add up */
+    lt_params_zero_grad(set);
+    ck_assert(a->grad[0] == 0);
+    lt_plan_free(p);
+}
+END_TEST
+
+/* y = relu(x) may take x's place only where nobody needs x. */
+START_TEST(nothing_is_overwritten_that_is_still_read)
+{
+    lt_tensor *x = input("x", LT_SHAPE(5)), *h = lt_scale(x, 2), *r = lt_relu(h), *y;
+    lt_plan *p;
+
+    y = lt_output(lt_add(lt_scale(r, 3), h), "y");
+    lt_output(r, "r");
+    p = lt_compile(g, NULL);
+    fill(p, x, 1);
+    for (int run = 0; run < 2; run++) {
+        lt_run(p);
+        for (int i = 0; i < 5; i++) {
+            const lt_real v = 2 * at(p, x, i), relu = v > 0 ? v : 0;
+
+            ck_assert(at(p, r, i) == relu);
+            ck_assert_double_eq_tol(at(p, y, i), 3 * relu + v, 1e-6);
+        }
+    }
+    lt_plan_free(p);
+}
+END_TEST
+
+START_TEST(the_first_bad_tensor_has_a_name)
+{
+    lt_param *w = lt_params_add(set, "head.fc", "weight", LT_WEIGHT, LT_SHAPE(2, 2));
+    lt_tensor *x = input("x", LT_SHAPE(1, 2)), *loss = lt_sum(lt_tanh(lt_linear(x, lt_use(g, w), NULL)));
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = true });
+    char where[64];
+
+    lt_plan_find_nonfinite(p, where, sizeof(where));
+    ck_assert_str_eq(where, "");
+    w->data[0] = NAN;
+    lt_plan_find_nonfinite(p, where, sizeof(where));
+    ck_assert_str_eq(where, "linear \"head.fc\"");
+    w->data[0] = 0;
+    lt_plan_set_loss_weight(p, INFINITY);
+    lt_plan_find_nonfinite(p, where, sizeof(where));
+    ck_assert_str_eq(where, "sum \"\" (gradient)");
+    lt_plan_free(p);
+}
+END_TEST
+
+/* ---- randomness ------------------------------------------------------------------------------------ */
+
+START_TEST(dropout_draws_by_step)
+{
+    enum { N = 40000 };
+    lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(N))), *y = lt_output(lt_dropout(x, 0.25), "y");
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){ .loss = lt_sum(y), .train = true });
+    lt_real *first = malloc(N * sizeof(*first));
+    int zeros = 0, other = 0;
+
+    for (int i = 0; i < N; i++)
+        ((lt_real *)lt_plan_data(p, x))[i] = 1;
+    lt_plan_set_step(p, 1, 10);
+    lt_run(p);
+    memcpy(first, lt_plan_data(p, y), N * sizeof(*first));
+    ck_assert(memcmp(first, lt_plan_grad(p, x), N * sizeof(*first)) == 0);
+    lt_plan_set_step(p, 1, 11);
+    lt_run(p);
+    for (int i = 0; i < N; i++) {
+        zeros += first[i] == 0;
+        other += first[i] != at(p, y, i);
+        ck_assert(first[i] == 0 || fabs(first[i] - 4.0 / 3) < 1e-6);
+    }
+    ck_assert_int_lt(abs(zeros - N / 4), 400);          /* 4.6 deviations */
+    ck_assert_int_lt(abs(other - N * 3 / 8), 500);
+    lt_plan_set_step(p, 1, 10);
+    lt_run(p);
+    ck_assert(memcmp(first, lt_plan_data(p, y), N * sizeof(*first)) == 0);
+    lt_plan_free(p);
+    free(first);
+}
+END_TEST
+
+/* ---- the memory plan ------------------------------------------------------------------------------- */
+
+enum { LAYERS = 24 };
+
+/* A random graph of ops on (4, 6), in-place ones, cheap ones, views and many readers among them. */
+static lt_tensor *random_graph(lt_rng *r, lt_tensor *x, lt_tensor **made)
+{
+    lt_tensor *t[LAYERS + 1] = { x };
+
+    for (int i = 1; i <= LAYERS; i++) {
+        lt_tensor *a = t[lt_rng_below(r, (uint32_t)i)], *b = t[i - 1 - (int)lt_rng_below(r, (uint32_t)(i < 4 ? i : 4))];
+
+        switch (lt_rng_below(r, 8)) {
+        case 0: t[i] = lt_add(a, b); break;
+        case 1: t[i] = lt_mul(b, lt_sigmoid(a)); break;
+        case 2: t[i] = lt_leaky_relu(b, 0.1); break;
+        case 3: t[i] = lt_reshape(lt_scale(lt_reshape(b, LT_SHAPE(24)), 0.7), LT_SHAPE(4, 6)); break;
+        case 4: t[i] = lt_concat((lt_tensor *[]){ lt_slice(b, 0, 1, 3), lt_slice(a, 0, 0, 1) }, 2, 0); break;
+        case 5: t[i] = lt_softmax(b); break;
+        case 6: t[i] = lt_tanh(lt_sub(a, b)); break;
+        default: t[i] = lt_dropout(b, 0.2); break;
+        }
+        made[i - 1] = t[i];
+    }
+    return lt_sum(lt_mul(t[LAYERS], lt_tanh(t[LAYERS / 2])));
+}
+
+typedef struct {
+    lt_real loss, grad[24];
+} outcome;
+
+/* everything: mark every tensor an output, so that no memory is shared. */
+static outcome run_random(int seed, bool train, bool no_recompute, bool everything)
+{
+    lt_rng r = lt_rng_make((uint64_t)seed, 0);
+    lt_tensor *x, *made[LAYERS], *loss;
+    outcome out = { .loss = 0 };
+    lt_plan *p;
+
+    start();
+    x = lt_want_grad(input("x", LT_SHAPE(4, 6)));
+    loss = random_graph(&r, x, made);
+    for (int i = 0; everything && i < LAYERS; i++)
+        lt_output(made[i], "made");
+    p = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = train, .no_recompute = no_recompute });
+    fill(p, x, 1);
+    for (int i = 0; i < 2; i++)
+        lt_run(p);
+    out.loss = at(p, loss, 0);
+    if (train)
+        memcpy(out.grad, lt_plan_grad(p, x), sizeof(out.grad));
+    lt_plan_free(p);
+    stop();
+    return out;
+}
+
+START_TEST(sharing_memory_changes_no_bit)
+{
+    const outcome alone = run_random(_i, true, true, true), kept = run_random(_i, true, true, false);
+    const outcome redone = run_random(_i, true, false, false);
+    const outcome infer_alone = run_random(_i, false, false, true), infer = run_random(_i, false, false, false);
+
+    ck_assert(memcmp(&alone, &kept, sizeof(alone)) == 0);
+    ck_assert(memcmp(&alone, &redone, sizeof(alone)) == 0);
+    ck_assert(infer_alone.loss == infer.loss);
+}
+END_TEST
+
+/* ---- memory that is not there ----------------------------------------------------------------------- */
+
+static lt_plan *record_and_compile(bool train)
+{
+    lt_params *s = set = lt_params_new();
+    lt_conv_layer conv;
+    lt_batch_norm_layer bn;
+    lt_tensor *x, *loss;
+
+    g = lt_graph_new();
+    if (!s || !g)
+        return NULL;
+    conv = lt_conv_layer_new(s, "conv", 3, 4, 3, true, NULL);
+    bn = lt_batch_norm_layer_new(s, "bn", 4);
+    if (lt_params_status(s))
+        return NULL;
+    x = input("x", LT_SHAPE(2, 3, 40, 40));
+    loss = lt_sum(lt_relu(lt_batch_norm_layer_forward(&bn, lt_conv_layer_forward(&conv, x))));
+    return lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = train });
+}
+
+START_TEST(every_allocation_may_fail)
+{
+    for (int n = 1; n < 1000; n++) {
+        lt_plan *p;
+
+        lt_alloc_fail_at(n);
+        p = record_and_compile(_i);
+        lt_alloc_fail_at(0);
+        lt_plan_free(p);
+        if (set)
+            ck_assert(!lt_params_find(set, "conv.weight") || p || lt_last_error()[0]);
+        lt_graph_free(g);
+        lt_params_free(set);
+        if (p) {
+            ck_assert_int_gt(n, 5);
+            return;
+        }
+    }
+    ck_abort_msg("never succeeds");
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("graph");
+    TCase *tc = tcase_create("one graph"), *many = tcase_create("many graphs");
+    SRunner *runner = srunner_create(suite);
+    int failed;
+
+    tcase_add_checked_fixture(tc, start, stop);
+    tcase_add_test(tc, the_first_mistake_is_kept);
+    tcase_add_test(tc, scopes_name_layers_without_parameters);
+    tcase_add_test(tc, inputs_of_impossible_size);
+    tcase_add_test(tc, products_of_sizes_that_overflow);
+    tcase_add_test(tc, tensors_of_two_graphs);
+    tcase_add_test(tc, losses_that_cannot_be);
+    tcase_add_test(tc, dead_code_goes);
+    tcase_add_test(tc, constants_are_folded_and_refreshed);
+    tcase_add_test(tc, diamonds_take_no_longer_than_chains);
+    tcase_add_test(tc, tails_fuse);
+    tcase_add_test(tc, what_is_read_twice_does_not_fuse);
+    tcase_add_test(tc, views_share_values_and_gradients);
+    tcase_add_test(tc, gradients_reach_what_the_loss_reads);
+    tcase_add_test(tc, nothing_is_overwritten_that_is_still_read);
+    tcase_add_test(tc, the_first_bad_tensor_has_a_name);
+    tcase_add_test(tc, dropout_draws_by_step);
+    suite_add_tcase(suite, tc);
+    tcase_add_loop_test(many, sharing_memory_changes_no_bit, 0, 60);
+    tcase_add_loop_test(many, every_allocation_may_fail, 0, 2);
+    suite_add_tcase(suite, many);
+    srunner_run_all(runner, CK_NORMAL);
+    failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
