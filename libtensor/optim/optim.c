@@ -168,6 +168,12 @@ static void step_chunk(void *ctx, int64_t k)
         update_ema(j->o, s, at, n);
 }
 
+/* 1 - beta^t of the beta that the kernel has: 1 - 0.999f is not 0.001, by 1.3e-5 of it. */
+static lt_real correction(double beta, double t)
+{
+    return (lt_real)(1 - pow((lt_real)beta, t));
+}
+
 void lt_optim_step(lt_optim *o, double lr, double norm)
 {
     const lt_optim_opts *p = &o->opts;
@@ -179,7 +185,7 @@ void lt_optim_step(lt_optim *o, double lr, double norm)
             .lr = (lt_real)lr, .beta1 = (lt_real)p->beta1, .beta2 = (lt_real)p->beta2, .eps = (lt_real)p->eps,
             .l2 = (lt_real)(p->kind == LT_ADAM ? p->weight_decay : 0),
             .decay = (lt_real)(p->kind == LT_ADAMW ? p->weight_decay : 0),
-            .correct1 = (lt_real)(1 - pow(p->beta1, t)), .correct2 = (lt_real)(1 - pow(p->beta2, t)),
+            .correct1 = correction(p->beta1, t), .correct2 = correction(p->beta2, t),
             .grad_scale = scale,
         },
         .sgd = {

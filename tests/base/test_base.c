@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Random numbers, arenas, error lines, tasks, sizes, instruction sets. */
+#include "libtensor/base/arena.h"
+#include "libtensor/base/cpu.h"
+#include "libtensor/base/parallel.h"
+#include "libtensor/base/rng.h"
+
+#include <check.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Known answers of philox4x32-10 from the Random123 distribution. */
+START_TEST(philox_known_answers)
+{
+    static const struct {
+        uint32_t ctr[4], key[2], want[4];
+    } kat[] = {
+        { { 0 }, { 0 }, { 0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8 } },
+        { { UINT32_MAX, UINT32_MAX, UINT32_MAX, UINT32_MAX }, { UINT32_MAX, UINT32_MAX },
+          { 0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd } },
+        { { 0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344 }, { 0xa4093822, 0x299f31d0 },
+          { 0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1 } },
+    };
+    uint32_t out[4];
+
+    lt_philox(kat[_i].key, kat[_i].ctr, out);
+    ck_assert(memcmp(out, kat[_i].want, sizeof(out)) == 0);
+}
+END_TEST
+
+START_TEST(a_draw_is_a_function_of_its_index)
+{
+    lt_rng a = lt_rng_make(1, 2), b = lt_rng_make(1, 2), other = lt_rng_make(1, 3);
+    uint32_t tenth = 0;
+
+    for (int i = 0; i < 10; i++)
+        tenth = lt_rng_u32(&a);
+    b.index = 9;
+    ck_assert_uint_eq(lt_rng_u32(&b), tenth);
+    other.index = 9;
+    ck_assert_uint_ne(lt_rng_u32(&other), tenth);
+}
+END_TEST
+
+START_TEST(draws_stay_in_range)
+{
+    lt_rng r = lt_rng_make(7, 0);
+    double sum = 0, squares = 0;
+    uint32_t order[50], seen[50] = { 0 };
+
+    for (int i = 0; i < 20000; i++) {
+        const double u = lt_rng_uniform(&r), n = lt_rng_normal(&r);
+
+        ck_assert(u >= 0 && u < 1);
+        ck_assert_uint_lt(lt_rng_below(&r, 7), 7);
+        sum += n;
+        squares += n * n;
+    }
+    ck_assert_double_eq_tol(sum / 20000, 0, 0.03);
+    ck_assert_double_eq_tol(squares / 20000, 1, 0.05);
+    ck_assert_uint_eq(lt_rng_below(&r, 0), 0);
+    lt_rng_permute(&r, order, 50);
+    for (int i = 0; i < 50; i++)
+        seen[order[i]]++;
+    for (int i = 0; i < 50; i++)
+        ck_assert_uint_eq(seen[i], 1);
+}
+END_TEST
+
+START_TEST(arenas_give_zeroed_aligned_memory)
+{
+    lt_arena *a = lt_arena_new();
+    void *out = NULL;
+
+    for (size_t n = 0; n < 300000; n = 3 * n + 1) {
+        unsigned char *p = lt_arena_alloc(a, n);
+
+        ck_assert_ptr_nonnull(p);
+        ck_assert_uint_eq((uintptr_t)p % LT_ALIGN, 0);
+        for (size_t i = 0; i < n; i++)
+            ck_assert(p[i] == 0);
+        memset(p, 0xa5, n);
+    }
+    ck_assert_ptr_null(lt_arena_array(a, SIZE_MAX / 2, 3));
+    ck_assert_ptr_null(lt_arena_alloc(a, SIZE_MAX));
+    ck_assert_int_eq(lt_arena_try(a, SIZE_MAX - 70, &out), LT_ENOMEM);
+    ck_assert_str_eq(lt_arena_printf(a, "%d-%s", 3, "x"), "3-x");
+    ck_assert_str_eq(lt_arena_strdup(a, "text"), "text");
+    lt_arena_free(a);
+    lt_arena_free(NULL);
+    lt_release(NULL);
+}
+END_TEST
+
+START_TEST(allocations_fail_on_demand)
+{
+    void *p;
+
+    lt_alloc_fail_at(2);
+    p = lt_alloc(8);
+    ck_assert_ptr_nonnull(p);
+    ck_assert_ptr_null(lt_alloc(8));
+    lt_release(p);
+    p = lt_alloc(8);
+    ck_assert_ptr_nonnull(p);
+    lt_release(p);
+}
+END_TEST
+
+START_TEST(error_lines)
+{
+    char longest[3000];
+
+    ck_assert_int_eq(lt_error(LT_EIO, "%s: %d\n\tbad", "file", 3), LT_EIO);
+    ck_assert_str_eq(lt_last_error(), "file: 3??bad");
+    ck_assert_int_eq(lt_error_prefix(LT_EIO, "while %s", "reading"), LT_EIO);
+    ck_assert_str_eq(lt_last_error(), "while reading: file: 3??bad");
+    memset(longest, 'x', sizeof(longest) - 1);
+    longest[sizeof(longest) - 1] = '\0';
+    lt_error(LT_EINVAL, "%s", longest);
+    ck_assert_uint_eq(strlen(lt_last_error()), 1023);
+}
+END_TEST
+
+static void count(void *ctx, int64_t i)
+{
+    ((int *)ctx)[i]++;
+}
+
+static void nested(void *ctx, int64_t i)
+{
+    lt_parallel_for(10, count, (int *)ctx + 10 * i);
+}
+
+START_TEST(every_task_runs_once)
+{
+    int done[1000] = { 0 };
+
+    lt_set_threads(3);
+    ck_assert_int_eq(lt_threads(), 3);
+    lt_parallel_for(0, count, done);
+    lt_parallel_for(-5, count, done);
+    lt_parallel_for(1000, count, done);
+    lt_parallel_for(100, nested, done);
+    for (int i = 0; i < 1000; i++)
+        ck_assert_int_eq(done[i], 2);
+    lt_set_threads(0);
+    ck_assert_int_ge(lt_threads(), 1);
+}
+END_TEST
+
+START_TEST(sizes_know_when_they_overflow)
+{
+    size_t out;
+
+    ck_assert(lt_size_mul(SIZE_MAX / 3, 3, &out) && out == SIZE_MAX / 3 * 3);
+    ck_assert(!lt_size_mul(SIZE_MAX / 3 + 1, 3, &out));
+    ck_assert(lt_size_add(SIZE_MAX - 1, 1, &out) && out == SIZE_MAX);
+    ck_assert(!lt_size_add(SIZE_MAX, 1, &out));
+    ck_assert_int_eq(lt_ceil_div(0, 7), 0);
+    ck_assert_int_eq(lt_ceil_div(8, 7), 2);
+}
+END_TEST
+
+START_TEST(instruction_sets_have_names)
+{
+    for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AVX512; isa++) {
+        lt_isa found;
+
+        ck_assert_int_eq(lt_isa_parse(lt_isa_name(isa), &found), LT_OK);
+        ck_assert_int_eq((int)found, isa);
+    }
+    ck_assert_int_eq(lt_isa_parse("sse9", &(lt_isa){ 0 }), LT_EINVAL);
+    ck_assert_int_gt((int)strlen(lt_cpu_model()), 0);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("base");
+    TCase *tc = tcase_create("base");
+    SRunner *runner = srunner_create(suite);
+    int failed;
+
+    tcase_add_loop_test(tc, philox_known_answers, 0, 3);
+    tcase_add_test(tc, a_draw_is_a_function_of_its_index);
+    tcase_add_test(tc, draws_stay_in_range);
+    tcase_add_test(tc, arenas_give_zeroed_aligned_memory);
+    tcase_add_test(tc, allocations_fail_on_demand);
+    tcase_add_test(tc, error_lines);
+    tcase_add_test(tc, every_task_runs_once);
+    tcase_add_test(tc, sizes_know_when_they_overflow);
+    tcase_add_test(tc, instruction_sets_have_names);
+    suite_add_tcase(suite, tc);
+    srunner_run_all(runner, CK_NORMAL);
+    failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}

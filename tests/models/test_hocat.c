@@ -1,0 +1,302 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* HOCAT: parameters of the paper's variants, and what must hold of any build of it, on a tiny one. */
+#include "libtensor/graph/plan.h"
+#include "libtensor/nn/init.h"
+#include "models/hocat/hocat.h"
+#include "tests/eval/tiny_model.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+/* ---- parameters, of the paper's size ------------------------------------------------------------------ */
+
+static const struct {
+    const char *config;
+    int64_t total;
+} variants[] = {
+    { "{\"variant\": \"base\"}", 31002259 },
+    { "{\"variant\": \"dual\"}", 34510995 },
+    { "{\"variant\": \"full\"}", 37404819 },
+};
+
+static const struct {
+    const char *prefix;
+    int64_t count;
+} parts[] = {
+    { "trunk", 23508032 }, { "hand_head", 3075114 }, { "hand_encoder", 1787648 }, { "mano", 1628778 },
+    { "object_head", 1002687 }, { "hocat", 2893824 },
+};
+
+static lt_params *params_of(const char *text, const lt_hand_layer *layer, model *m)
+{
+    lt_params *set = lt_params_new();
+    cJSON *config;
+
+    ck_assert_int_eq(lt_json_parse("test", text, strlen(text), &config), LT_OK);
+    ck_assert_msg(hocat_class.create("test", config, layer, set, m) == LT_OK, "%s", lt_last_error());
+    cJSON_Delete(config);
+    return set;
+}
+
+START_TEST(parameter_totals)
+{
+    tiny_model t;
+    lt_params *set;
+    model m;
+
+    tiny_model_init(&t);
+    set = params_of(variants[_i].config, ((const hocat *)t.m.self)->mano.hand, &m);
+    ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, ""), variants[_i].total);
+    for (size_t i = 0; i < LT_COUNT(parts); i++)
+        if (lt_params_count(set, LT_WEIGHT, parts[i].prefix))
+            ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, parts[i].prefix), parts[i].count);
+    if (_i > 0)                                         /* two pyramids and their eight gates */
+        ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, "hand_fpn")
+                         + lt_params_count(set, LT_WEIGHT, "object_fpn"), 3148288 + 360448);
+    lt_params_free(set);
+    tiny_model_fini(&t);
+}
+END_TEST
+
+/* ---- what must hold ----------------------------------------------------------------------------------- */
+
+static tiny_model t;
+static model_record r;
+static lt_plan *plan;
+
+static void start(void)
+{
+    tiny_model_init(&t);
+    r = (model_record){ .g = lt_graph_new(), .batch = 2 };
+}
+
+static void stop(void)
+{
+    lt_plan_free(plan);
+    lt_graph_free(r.g);
+    tiny_model_fini(&t);
+}
+
+static void set_all(const char *prefix, double value)
+{
+    for (lt_param *p = lt_params_first(t.params); p; p = p->next)
+        if (p->kind == LT_WEIGHT && strncmp(p->name, prefix, strlen(prefix)) == 0)
+            lt_init_constant(p, value);
+}
+
+static lt_real *data(const char *output)
+{
+    return lt_plan_data(plan, model_port_find(&r.outputs, output));
+}
+
+static void fill_inputs(void)
+{
+    static const lt_real boxes[] = { 10, 8, 50, 60, 4, 4, 33, 30 };
+    lt_rng rng = lt_rng_make(3, 0);
+
+    for (int i = 0; i < r.inputs.n; i++) {
+        const lt_tensor *x = r.inputs.port[i].tensor;
+        lt_real *v = lt_plan_data(plan, x);
+
+        for (int64_t k = 0; k < lt_numel(x); k++)
+            v[k] = (lt_real)lt_rng_uniform(&rng);
+        if (strstr(r.inputs.port[i].name, "_box"))
+            memcpy(v, boxes, sizeof(boxes));
+    }
+}
+
+static void run(void)
+{
+    t.m.cls->record(&t.m, false, &r);
+    plan = lt_compile(r.g, NULL);
+    ck_assert_msg(plan != NULL, "%s", lt_last_error());
+    fill_inputs();
+    lt_run(plan);
+}
+
+/* Flat heat maps mean the middle of the box. */
+START_TEST(no_logits_no_opinion)
+{
+    set_all("hand_head.", 0);
+    run();
+    for (int i = 0; i < 2 * LT_HAND_KEYPOINTS * 2; i++)
+        ck_assert_double_eq_tol(data("joints2d")[i], 0.5, 1e-6);
+}
+END_TEST
+
+START_TEST(no_object_output_means_cell_centres)
+{
+    set_all("object_head.head.", 0);
+    run();
+    for (int i = 0; i < 2 * OBJECT_POINTS * 64; i++) {
+        ck_assert_double_eq_tol(data("conf")[i], 0.5, 1e-7);
+        ck_assert_double_eq_tol(data("point_x")[i], (i % 8 + 0.5) / 8, 1e-7);
+        ck_assert_double_eq_tol(data("point_y")[i], (i / 8 % 8 + 0.5) / 8, 1e-7);
+    }
+}
+END_TEST
+
+/* The identity for all joints and no shape: the template, seen from its wrist. */
+START_TEST(no_pose_means_the_template)
+{
+    lt_param *bias = lt_params_find(t.params, "mano.pose.bias");
+    double wrist[3] = { 0 };
+
+    set_all("mano.", 0);
+    for (int j = 0; j < LT_HAND_JOINTS; j++)
+        bias->data[6 * j] = bias->data[6 * j + 4] = 1;
+    run();
+    for (int a = 0; a < 3; a++) {
+        for (int v = 0; v < LT_HAND_VERTICES; v++)
+            wrist[a] += (double)t.hand->J_regressor[0][v] * t.hand->v_template[v][a];
+        ck_assert(data("joints")[a] == 0);
+    }
+    for (int v = 0; v < LT_HAND_VERTICES; v++)
+        for (int a = 0; a < 3; a++)
+            ck_assert_double_eq_tol(data("vertices")[3 * v + a], t.hand->v_template[v][a] - wrist[a], 1e-6);
+}
+END_TEST
+
+/* A quarter turn about z of the wrist turns every vertex and joint by it. */
+START_TEST(turning_the_wrist_turns_the_hand)
+{
+    lt_graph *g = lt_graph_new();
+    const hocat *m = t.m.self;
+    lt_tensor *R = lt_input(g, "R", LT_F32, 4, (int64_t[]){ 2, 16, 3, 3 });
+    lt_tensor *beta = lt_input(g, "beta", LT_F32, 2, (int64_t[]){ 2, 10 });
+    lt_tensor *v = lt_output(lt_hand(m->mano.hand, R, beta), "v"), *k = lt_output(lt_result(v, 1), "k");
+    lt_plan *p = lt_compile(g, NULL);
+    lt_real *rot = lt_plan_data(p, R), *x = lt_plan_data(p, v), *y = lt_plan_data(p, k);
+
+    for (int i = 0; i < 2 * 16; i++)
+        for (int a = 0; a < 3; a++)
+            rot[9 * i + 4 * a] = 1;
+    memcpy(rot + 144, (lt_real[]){ 0, -1, 0, 1, 0, 0, 0, 0, 1 }, 9 * sizeof(lt_real));
+    for (int j = 1; j < 16; j++)                        /* fingers bent alike in both */
+        for (int b = 0; b < 2; b++)
+            memcpy(rot + 144 * b + 9 * j, (lt_real[]){ 0.8f, 0, 0.6f, 0, 1, 0, -0.6f, 0, 0.8f }, 9 * sizeof(lt_real));
+    lt_run(p);
+    for (int i = 0; i < LT_HAND_VERTICES + LT_HAND_KEYPOINTS; i++) {
+        const lt_real *a = i < LT_HAND_VERTICES ? x + 3 * i : y + 3 * (i - LT_HAND_VERTICES);
+        const lt_real *b = a + 3 * (i < LT_HAND_VERTICES ? LT_HAND_VERTICES : LT_HAND_KEYPOINTS);
+
+        ck_assert_double_eq_tol(b[0], -a[1], 1e-6);
+        ck_assert_double_eq_tol(b[1], a[0], 1e-6);
+        ck_assert_double_eq_tol(b[2], a[2], 1e-6);
+    }
+    lt_plan_free(p);
+    lt_graph_free(g);
+}
+END_TEST
+
+/* Without values and without its second layer an attention block passes the hand's map on. */
+START_TEST(an_idle_block_is_the_identity)
+{
+    const hocat *m = t.m.self;
+    lt_graph *g = r.g;
+    lt_tensor *hand = lt_input(g, "hand", LT_F32, 4, (int64_t[]){ 1, 32, 8, 8 });
+    lt_tensor *object = lt_input(g, "object", LT_F32, 4, (int64_t[]){ 1, 32, 8, 8 });
+    lt_tensor *out = lt_output(hocat_attention_forward(&m->attention, hand, object), "out");
+
+    for (int i = 0; i < m->attention.depth; i++) {
+        lt_init_constant(m->attention.block[i].v_weight, 0);
+        lt_init_constant(m->attention.block[i].v_bias, 0);
+        lt_init_constant(m->attention.block[i].fc2.weight, 0);
+        lt_init_constant(m->attention.block[i].fc2.bias, 0);
+    }
+    plan = lt_compile(g, NULL);
+    ck_assert_msg(plan != NULL, "%s", lt_last_error());
+    for (int i = 0; i < 32 * 64; i++) {
+        ((lt_real *)lt_plan_data(plan, hand))[i] = (lt_real)sin(i);
+        ((lt_real *)lt_plan_data(plan, object))[i] = (lt_real)cos(i);
+    }
+    lt_run(plan);
+    ck_assert(memcmp(lt_plan_data(plan, hand), lt_plan_data(plan, out), lt_nbytes(out)) == 0);
+}
+END_TEST
+
+/* The plan of inference says what the plain one says. */
+START_TEST(fused_and_plain_agree)
+{
+    lt_plan *plain;
+    const lt_tensor *v;
+
+    run();
+    plain = lt_compile(r.g, &(lt_compile_opts){ .no_fusion = true });
+    for (int i = 0; i < r.inputs.n; i++)
+        memcpy(lt_plan_data(plain, r.inputs.port[i].tensor), lt_plan_data(plan, r.inputs.port[i].tensor),
+               lt_nbytes(r.inputs.port[i].tensor));
+    lt_run(plain);
+    for (int i = 0; i < r.outputs.n; i++) {
+        v = r.outputs.port[i].tensor;
+        for (int64_t k = 0; k < lt_numel(v); k++)
+            ck_assert_double_eq_tol(((lt_real *)lt_plan_data(plan, v))[k], ((lt_real *)lt_plan_data(plain, v))[k], 1e-5);
+    }
+    ck_assert_int_lt(lt_plan_steps(plan), lt_plan_steps(plain));
+    lt_plan_free(plain);
+}
+END_TEST
+
+/* Recomputing instead of keeping, and the number of threads, change no bit of any gradient. */
+static void gradients(bool no_recompute, lt_real *out)
+{
+    model_record rec = { .g = lt_graph_new(), .batch = 2 };
+
+    r = rec;
+    t.m.cls->record(&t.m, true, &r);
+    plan = lt_compile(r.g, &(lt_compile_opts){ .loss = r.loss, .train = true, .no_recompute = no_recompute });
+    ck_assert_msg(plan != NULL, "%s", lt_last_error());
+    fill_inputs();
+    lt_params_zero_grad(t.params);
+    lt_run(plan);
+    for (lt_param *p = lt_params_first(t.params); p; p = p->next)
+        for (int64_t i = 0; p->grad && i < lt_param_numel(p); i++)
+            *out++ = p->grad[i];
+    lt_plan_free(plan);
+    lt_graph_free(r.g);
+    plan = NULL;
+    r.g = NULL;
+}
+
+START_TEST(recomputing_changes_no_bit)
+{
+    const size_t n = (size_t)(lt_params_count(t.params, LT_WEIGHT, "") + lt_params_count(t.params, LT_STATISTIC, ""));
+    lt_real *kept = calloc(n, sizeof(*kept)), *redone = calloc(n, sizeof(*redone));
+    bool any = false;
+
+    lt_graph_free(r.g);
+    gradients(true, kept);
+    gradients(false, redone);
+    for (size_t i = 0; i < n; i++)
+        any |= kept[i] != 0;
+    ck_assert(any && memcmp(kept, redone, n * sizeof(*kept)) == 0);
+    free(kept);
+    free(redone);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("hocat");
+    TCase *sizes = tcase_create("sizes"), *tc = tcase_create("tiny");
+    SRunner *runner = srunner_create(suite);
+    int failed;
+
+    tcase_set_timeout(sizes, 0);
+    tcase_add_loop_test(sizes, parameter_totals, 0, (int)LT_COUNT(variants));
+    suite_add_tcase(suite, sizes);
+    tcase_set_timeout(tc, 0);
+    tcase_add_checked_fixture(tc, start, stop);
+    tcase_add_test(tc, no_logits_no_opinion);
+    tcase_add_test(tc, no_object_output_means_cell_centres);
+    tcase_add_test(tc, no_pose_means_the_template);
+    tcase_add_test(tc, turning_the_wrist_turns_the_hand);
+    tcase_add_test(tc, an_idle_block_is_the_identity);
+    tcase_add_test(tc, fused_and_plain_agree);
+    tcase_add_test(tc, recomputing_changes_no_bit);
+    suite_add_tcase(suite, tc);
+    srunner_run_all(runner, CK_NORMAL);
+    failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}

@@ -1,0 +1,221 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Optimisers against PyTorch over some steps; clipping, averages, state, schedules, running statistics. */
+#include "libtensor/graph/plan.h"
+#include "libtensor/nn/layers.h"
+#include "libtensor/optim/optim.h"
+#include "tests/optim/optim_vectors.h"
+
+#include <check.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { N = 5, STEPS = 6 };
+
+static lt_params *set;
+static lt_param *w;
+
+static void start(void)
+{
+    set = lt_params_new();
+    w = lt_params_add(set, "fc", "weight", LT_WEIGHT, LT_SHAPE(N));
+    lt_param_need_grad(w);
+    for (int i = 0; i < N; i++)
+        w->data[i] = (lt_real)(i - 2) / 4;
+    ck_assert_int_eq(lt_kernels_init(), LT_OK);
+}
+
+static void stop(void)
+{
+    lt_params_free(set);
+}
+
+/* The same formula as in scripts/vectors/optim.py. */
+static void set_gradient(int step)
+{
+    for (int i = 0; i < N; i++)
+        w->grad[i] = (lt_real)((i + 1) * (w->data[i] - 0.25) + sin((i + 1.0) * step) / 8);
+}
+
+static void steps(lt_optim *o, int from, int to)
+{
+    for (int step = from; step <= to; step++) {
+        set_gradient(step);
+        lt_optim_step(o, 0.05, lt_optim_grad_norm(o));
+    }
+}
+
+static const struct {
+    lt_optim_opts opts;
+    const double *want;
+} kinds[] = {
+    { { .kind = LT_SGD, .weight_decay = 0.1 }, want_sgd },
+    { { .kind = LT_SGD, .momentum = 0.9, .weight_decay = 0.1 }, want_momentum },
+    { { .kind = LT_SGD, .momentum = 0.9, .nesterov = true }, want_nesterov },
+    { { .kind = LT_ADAM }, want_adam },
+    { { .kind = LT_ADAM, .beta1 = 0.8, .beta2 = 0.99, .eps = 1e-6, .weight_decay = 0.1 }, want_adam_l2 },
+    { { .kind = LT_ADAMW, .weight_decay = 0.1 }, want_adamw },
+    { { .kind = LT_SGD, .clip_norm = 0.5 }, want_clipped },
+};
+
+START_TEST(pytorch_agrees)
+{
+    lt_optim *o = lt_optim_new(set, &kinds[_i].opts);
+
+    steps(o, 1, STEPS);
+    ck_assert_int_eq(lt_optim_steps(o), STEPS);
+    for (int i = 0; i < N; i++)
+        ck_assert_double_eq_tol(w->data[i], kinds[_i].want[i], 5e-7);
+    lt_optim_free(o);
+}
+END_TEST
+
+/* Saved state and weights put into a new optimiser go on with the same bits. */
+START_TEST(state_resumes)
+{
+    const lt_optim_opts opts = { .kind = LT_ADAM, .ema_decay = 0.9 };
+    lt_optim *o = lt_optim_new(set, &opts), *again;
+    lt_real at_3[N], at_end[N], state[3][N];
+
+    steps(o, 1, 3);
+    ck_assert_int_eq(lt_optim_state_count(o), 3);
+    ck_assert_str_eq(lt_optim_state_at(o, 0).name, "optim.m.fc.weight");
+    ck_assert_str_eq(lt_optim_state_at(o, 2).name, "optim.ema.fc.weight");
+    for (int i = 0; i < 3; i++)
+        memcpy(state[i], lt_optim_state_at(o, i).data, sizeof(state[i]));
+    memcpy(at_3, w->data, sizeof(at_3));
+    steps(o, 4, STEPS);
+    memcpy(at_end, w->data, sizeof(at_end));
+    memcpy(w->data, at_3, sizeof(at_3));
+    again = lt_optim_new(set, &opts);
+    for (int i = 0; i < 3; i++)
+        memcpy(lt_optim_state_at(again, i).data, state[i], sizeof(state[i]));
+    lt_optim_set_steps(again, 3);
+    steps(again, 4, STEPS);
+    ck_assert(memcmp(w->data, at_end, sizeof(at_end)) == 0);
+    ck_assert(memcmp(lt_optim_state_at(o, 2).data, lt_optim_state_at(again, 2).data, sizeof(at_end)) == 0);
+    lt_optim_free(o);
+    lt_optim_free(again);
+}
+END_TEST
+
+START_TEST(the_average_follows)
+{
+    lt_optim *o = lt_optim_new(set, &(lt_optim_opts){ .kind = LT_SGD, .ema_decay = 0.75 });
+    double average[N];
+    lt_real now[N];
+
+    for (int i = 0; i < N; i++)
+        average[i] = w->data[i];
+    for (int step = 1; step <= STEPS; step++) {
+        steps(o, step, step);
+        for (int i = 0; i < N; i++)
+            average[i] = 0.75 * average[i] + 0.25 * w->data[i];
+    }
+    memcpy(now, w->data, sizeof(now));
+    lt_optim_swap_ema(o);
+    for (int i = 0; i < N; i++)
+        ck_assert_double_eq_tol(w->data[i], average[i], 1e-6);
+    lt_optim_swap_ema(o);
+    ck_assert(memcmp(now, w->data, sizeof(now)) == 0);
+    lt_optim_free(o);
+}
+END_TEST
+
+START_TEST(what_has_no_gradient_stays)
+{
+    lt_param *idle = lt_params_add(set, "", "idle", LT_WEIGHT, LT_SHAPE(1));
+    lt_param *frozen = lt_params_add(set, "", "frozen", LT_WEIGHT, LT_SHAPE(1));
+    lt_optim *o;
+
+    idle->data[0] = frozen->data[0] = 1;
+    lt_param_need_grad(frozen);
+    frozen->frozen = true;
+    o = lt_optim_new(set, &(lt_optim_opts){ .kind = LT_ADAMW, .weight_decay = 0.5 });
+    steps(o, 1, 2);
+    ck_assert(idle->data[0] == 1 && frozen->data[0] == 1);
+    lt_optim_free(o);
+}
+END_TEST
+
+START_TEST(the_norm_tells_of_bad_gradients)
+{
+    lt_optim *o = lt_optim_new(set, &(lt_optim_opts){ .kind = LT_SGD });
+
+    for (int i = 0; i < N; i++)
+        w->grad[i] = 2;
+    ck_assert_double_eq_tol(lt_optim_grad_norm(o), sqrt(4.0 * N), 1e-12);
+    w->grad[3] = NAN;
+    ck_assert(!isfinite(lt_optim_grad_norm(o)));
+    w->grad[3] = INFINITY;
+    ck_assert(!isfinite(lt_optim_grad_norm(o)));
+    lt_optim_free(o);
+}
+END_TEST
+
+START_TEST(schedules)
+{
+    const lt_schedule step = { .kind = LT_STEP_LR, .lr = 0.4, .gamma = 0.5, .every = 10 };
+    const lt_schedule cosine = { .kind = LT_COSINE_LR, .lr = 0.4, .min_lr = 0.1, .epochs = 12, .warmup = 2 };
+    const lt_schedule constant = { .kind = LT_CONSTANT_LR, .lr = 0.4, .warmup = 4 };
+
+    ck_assert_double_eq_tol(lt_schedule_lr(&step, 9.99), 0.4, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&step, 10), 0.2, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&step, 25), 0.1, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&cosine, 1), 0.2, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&cosine, 2), 0.4, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&cosine, 7), 0.25, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&cosine, 12), 0.1, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&cosine, 40), 0.1, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&constant, 1), 0.1, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&constant, 99), 0.4, 1e-15);
+}
+END_TEST
+
+/* Three batches through a batch norm move its running statistics as PyTorch's are moved. */
+START_TEST(running_statistics)
+{
+    const lt_batch_norm_layer bn = lt_batch_norm_layer_new(set, "bn", 2);
+    lt_graph *g = lt_graph_new();
+    lt_tensor *x = lt_input(g, "x", LT_F32, 2, (int64_t[]){ 4, 2 });
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){
+        .loss = lt_sum(lt_batch_norm_layer_forward(&bn, x)), .train = true });
+
+    for (int c = 0; c < 2; c++)
+        bn.running_var->data[c] = bn.weight->data[c] = 1;
+    for (int step = 1; step <= 3; step++) {
+        for (int i = 0; i < 8; i++)
+            ((lt_real *)lt_plan_data(p, x))[i] = (lt_real)(sin(i * step + 1.0) + i / 4.0);
+        lt_run(p);
+        lt_statistics_update(set, 1);
+    }
+    for (int c = 0; c < 2; c++) {
+        ck_assert_double_eq_tol(bn.running_mean->data[c], want_statistics[c], 3e-7);
+        ck_assert_double_eq_tol(bn.running_var->data[c], want_statistics[2 + c], 3e-7);
+    }
+    lt_plan_free(p);
+    lt_graph_free(g);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *suite = suite_create("optim");
+    TCase *tc = tcase_create("optim");
+    SRunner *runner = srunner_create(suite);
+    int failed;
+
+    tcase_add_checked_fixture(tc, start, stop);
+    tcase_add_loop_test(tc, pytorch_agrees, 0, (int)LT_COUNT(kinds));
+    tcase_add_test(tc, state_resumes);
+    tcase_add_test(tc, the_average_follows);
+    tcase_add_test(tc, what_has_no_gradient_stays);
+    tcase_add_test(tc, the_norm_tells_of_bad_gradients);
+    tcase_add_test(tc, schedules);
+    tcase_add_test(tc, running_statistics);
+    suite_add_tcase(suite, tc);
+    srunner_run_all(runner, CK_NORMAL);
+    failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
