@@ -4,6 +4,7 @@
 #include "data/ho3d.h"
 #include "eval/bench.h"
 #include "eval/evaluate.h"
+#include "eval/pictures.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 
@@ -12,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { PICTURES = 12 };
 enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA };
 
 typedef struct {
@@ -26,7 +28,8 @@ static const struct argp_option options[] = {
     { "split", SPLIT, "NAME", 0, "evaluation (default) or train", 0 },
     { "models", MODELS, "DIR", 0, "the objects' models; default in the dataset's folder, or beside it", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the embedded one", 0 },
-    { "out", 'o', "DIR", 0, "where table.md, scores.json, scores.txt, per-sample.csv go; default eval in the run's folder", 0 },
+    { "out", 'o', "DIR", 0, "where table.md, scores.json, scores.txt, per-sample.csv, pictures.png go; default eval in the run's "
+      "folder", 0 },
     { "submit", SUBMIT, "FILE", 0, "write pred.json or pred.zip for the official scorer instead of scoring", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
@@ -118,28 +121,33 @@ static lt_status check_limit(const evaluation *e, double max_mm)
     return LT_OK;
 }
 
-/* The folder "eval" of the run that a checkpoint lies in, else beside the checkpoint. */
-static void default_out(const cli_checkpoint *c, char *out, size_t n)
+/* Tables and pictures into --out, or into "eval" of the run that the checkpoint lies in. */
+static lt_status write_files(const eval_args *a, const cli_checkpoint *c, const evaluate_options *o,
+                             const evaluation *e)
 {
-    snprintf(out, n, "%s/eval", c->run);
+    const char *folder = a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
+    const char *pictures = folder ? lt_path_join(c->arena, folder, "pictures.png") : NULL;
+    lt_status st = pictures ? evaluation_write(e, folder) : lt_error(LT_ENOMEM, "no memory to write the scores");
+
+    if (st == LT_OK)
+        st = evaluate_pictures(o, PICTURES, pictures);
+    if (st == LT_OK)
+        fprintf(stderr, "tables, scores, errors per sample, pictures: %s\n", folder);
+    return st;
 }
 
 static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_options *o)
 {
     evaluation *e;
-    char folder[4096];
     lt_status st;
 
     o->seconds_per_image = a->no_bench ? 0 : latency(o->m);
     st = evaluate(o, &e);
     if (st)
         return st;
-    default_out(c, folder, sizeof(folder));
     st = print(e, a->json);
     if (st == LT_OK)
-        st = evaluation_write(e, a->out ? a->out : folder);
-    if (st == LT_OK)
-        fprintf(stderr, "tables, scores and errors per sample: %s\n", a->out ? a->out : folder);
+        st = write_files(a, c, o, e);
     if (st == LT_OK)
         st = check_limit(e, a->max_pa_mpjpe_mm);
     evaluation_free(e);
