@@ -14,7 +14,7 @@ shown=$(awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on && NF' docs/adding-
 }
 
 for doc in *.md docs/*.md models/*/README.md; do
-    links=$(grep -oE '\]\([^)#: ]+' "$doc" | cut -c3-)
+    links=$(grep -oE '\]\([^)#: ]+[)#]' "$doc" | sed 's/^](//; s/.$//')
     for link in $links; do
         [ -e "$(dirname "$doc")/$link" ] || {
             echo "$doc links to $link, which is not there"

@@ -29,7 +29,7 @@ only_from $lt/optim    "$below|$lt/graph/|$lt/optim/"
 only_from $lt/io       "$lt/base/|$lt/geometry/|$lt/graph/|$lt/io/"
 only_from models       "$lt/|models/"
 only_from data         "$lt/|data/"
-only_from train        "$lt/|models/|data/|train/"
+only_from train        "$lt/|models/|data/|train/|eval/metrics\.h"
 only_from eval         "$lt/|models/|data/|eval/|train/feed\.h|train/checkpoint\.h"
 only_from cli          "$lt/|models/|data/|train/|eval/|cli/"
 
