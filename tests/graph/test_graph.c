@@ -315,6 +315,22 @@ START_TEST(the_first_bad_tensor_has_a_name)
 }
 END_TEST
 
+/* A NaN is the largest of its windows, and takes their gradient. */
+START_TEST(a_nan_wins_its_windows)
+{
+    lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(1, 1, 2, 4)));
+    lt_tensor *y = lt_output(lt_max_pool2d(x, 2, 2, 0, false), "y");
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){ .loss = lt_sum(y), .train = true });
+
+    memcpy(lt_plan_data(p, x), (lt_real[]){ 1, NAN, 3, 4, 9, 2, 8, 5 }, 8 * sizeof(lt_real));
+    lt_run(p);
+    ck_assert(isnan(at(p, y, 0)) && at(p, y, 1) == 8);
+    for (int i = 0; i < 8; i++)
+        ck_assert(lt_plan_grad(p, x)[i] == (i == 1 || i == 6));
+    lt_plan_free(p);
+}
+END_TEST
+
 /* ---- randomness ------------------------------------------------------------------------------------ */
 
 START_TEST(dropout_draws_by_step)
@@ -482,6 +498,7 @@ int main(void)
     tcase_add_test(tc, gradients_reach_what_the_loss_reads);
     tcase_add_test(tc, nothing_is_overwritten_that_is_still_read);
     tcase_add_test(tc, the_first_bad_tensor_has_a_name);
+    tcase_add_test(tc, a_nan_wins_its_windows);
     tcase_add_test(tc, dropout_draws_by_step);
     suite_add_tcase(suite, tc);
     tcase_add_loop_test(many, sharing_memory_changes_no_bit, 0, 60);
