@@ -8,7 +8,8 @@ echo "$names" | grep -q '^lt_compile$' || {
     echo "lt_compile is not exported"
     exit 1
 }
-foreign=$(echo "$names" | grep -v '^lt_')
+# Some linkers export their own marks.
+foreign=$(echo "$names" | grep -vE '^lt_|^(_edata|_end|__bss_start|_init|_fini)$')
 [ -z "$foreign" ] || {
     echo "exported, and not ours to export:"
     echo "$foreign"
