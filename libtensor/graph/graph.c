@@ -316,6 +316,8 @@ static lt_status check_inputs(lt_call *c)
             return lt_fail(c, "input %d is missing", i);
         if (c->in[i] && c->in[i]->graph != g)
             return lt_fail(c, "input %d belongs to another graph", i);
+        if (c->in[i] && c->in[i]->dtype != LT_F32 && !(c->node->op->any_type & LT_ANY_TYPE_IN(i)))
+            return lt_fail(c, "input %d holds whole numbers, want real ones", i);
     }
     return LT_OK;
 }

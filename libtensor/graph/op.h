@@ -47,8 +47,9 @@ typedef struct lt_call {
 #define LT_KEEP_OUT(i) (1u << (LT_MAX_IN + (i)))
 #define LT_KEEP_NOTHING (1u << 31)
 
-/* What may be left out. */
+/* What may be left out; what need not be LT_F32. */
 #define LT_OPTIONAL_IN(i) (1u << (i))
+#define LT_ANY_TYPE_IN(i) (1u << (i))
 
 enum {
     LT_OP_INPLACE = 1,              /* out may be the memory of in[0] when that dies here */
@@ -72,6 +73,7 @@ typedef struct lt_op {
     unsigned flags;
     unsigned keeps;                 /* LT_KEEP_IN(i) | LT_KEEP_OUT(i) ...; 0: everything */
     unsigned optional;              /* LT_OPTIONAL_IN(i) ...: inputs that may be NULL */
+    unsigned any_type;              /* LT_ANY_TYPE_IN(i) ...: inputs whose type infer looks at */
 
     /* Shape rule: check in and attr, set shape (and dtype, LT_F32 unless set) of every out. Fails with
      * lt_fail. Data is not there. */
@@ -117,8 +119,8 @@ struct lt_node {
  *
  * The graph is that of the first input that is not NULL; at least one must be there. After an error,
  * here or earlier in the graph, returns a tensor that is harmless to pass on.
- * Errors: an input is missing that is not optional, belongs to another graph, more than LT_MAX_IN of
- * them, and those of the op's shape rule.
+ * Errors: an input is missing that is not optional, is not LT_F32 where the op says nothing else,
+ * belongs to another graph; more than LT_MAX_IN of them; and those of the op's shape rule.
  */
 LT_API lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes,
                            lt_tensor *const *in, int n_in);

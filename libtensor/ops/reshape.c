@@ -27,9 +27,12 @@ static lt_status detach_infer(lt_call *c)
     return op_same_shape(c);
 }
 
-static const lt_op reshape_op = { .name = "reshape", .flags = LT_OP_VIEW, .infer = reshape_infer };
+static const lt_op reshape_op = {
+    .name = "reshape", .flags = LT_OP_VIEW, .any_type = LT_ANY_TYPE_IN(0), .infer = reshape_infer,
+};
 static const lt_op detach_op = {
-    .name = "detach", .flags = LT_OP_VIEW | LT_OP_DETACH, .infer = detach_infer,
+    .name = "detach", .flags = LT_OP_VIEW | LT_OP_DETACH, .any_type = LT_ANY_TYPE_IN(0),
+    .infer = detach_infer,
 };
 
 lt_tensor *(lt_reshape)(lt_tensor *x, lt_shape shape)

@@ -102,6 +102,16 @@ START_TEST(products_of_sizes_that_overflow)
 }
 END_TEST
 
+START_TEST(whole_numbers_are_no_real_ones)
+{
+    lt_tensor *index = lt_input(g, "index", LT_I32, 1, (int64_t[]){ 3 });
+
+    lt_sigmoid(lt_reshape(index, LT_SHAPE(3, 1)));
+    ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "sigmoid: input 0 holds whole numbers, want real ones"));
+}
+END_TEST
+
 START_TEST(tensors_of_two_graphs)
 {
     lt_graph *other = lt_graph_new();
@@ -487,6 +497,7 @@ int main(void)
     tcase_add_test(tc, scopes_name_layers_without_parameters);
     tcase_add_test(tc, inputs_of_impossible_size);
     tcase_add_test(tc, products_of_sizes_that_overflow);
+    tcase_add_test(tc, whole_numbers_are_no_real_ones);
     tcase_add_test(tc, tensors_of_two_graphs);
     tcase_add_test(tc, losses_that_cannot_be);
     tcase_add_test(tc, dead_code_goes);
