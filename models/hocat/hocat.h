@@ -29,6 +29,7 @@ typedef struct {
     int depth, heads, mlp_ratio;    /* of the cross-attention */
     int se_place;                   /* hocat_se_place */
     bool detach_minor;              /* the object's minor features are constant to the hand's loss */
+    bool identity_pose;             /* start from the flat hand */
     bool imagenet_norm;             /* subtract mean and divide by deviation of ImageNet first */
     double w_heatmap, w_joints, w_vertices, w_pose, w_shape, w_p2d, w_conf;
 } hocat_config;
