@@ -1,9 +1,19 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # What the documents print is what the files hold: each C block of docs/adding-a-layer.md stands, line for
-# line, in the example's source, and every file that a document links to exists.
+# line, in the example's source, every file that a document links to exists, and the user guide has a section
+# for each command.
+commands=$(./palmar help | awk '/^  [a-z]+ / && $1 != "palmar" { print $1 }')
 cd "${srcdir:?}" || exit 1
 bad=0
+
+[ -n "$commands" ] || bad=1
+for c in $commands; do
+    grep -q "^## $c" docs/user-guide.md || {
+        echo "docs/user-guide.md has no section on palmar $c"
+        bad=1
+    }
+done
 
 # Blank lines aside, the blocks in order are the whole program.
 program=docs/examples/swish_layer/swish.c
