@@ -42,6 +42,10 @@ LT_API lt_tensor *lt_gelu(lt_tensor *x);
  * backward it is nothing. The draws depend on lt_plan_set_step, not on threads. Errors: p not in [0, 1). */
 LT_API lt_tensor *lt_dropout(lt_tensor *x, double p);
 
+/* lt_stochastic_depth - the same, but whole samples (dimension 0) are zeroed: a block left out.
+ * Source: Huang et al. 2016, "Deep networks with stochastic depth". */
+LT_API lt_tensor *lt_stochastic_depth(lt_tensor *x, double p);
+
 /* ---- shape ----------------------------------------------------------------------------------------- */
 
 /* lt_reshape - the same values under another shape, no copy. Errors: another number of elements. */
@@ -200,6 +204,7 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_elu(...) LT_HERE(lt_elu(__VA_ARGS__))
 #define lt_gelu(...) LT_HERE(lt_gelu(__VA_ARGS__))
 #define lt_dropout(...) LT_HERE(lt_dropout(__VA_ARGS__))
+#define lt_stochastic_depth(...) LT_HERE(lt_stochastic_depth(__VA_ARGS__))
 #define lt_reshape(...) LT_HERE(lt_reshape(__VA_ARGS__))
 #define lt_permute(...) LT_HERE(lt_permute(__VA_ARGS__))
 #define lt_concat(...) LT_HERE(lt_concat(__VA_ARGS__))

@@ -374,6 +374,28 @@ START_TEST(dropout_draws_by_step)
 }
 END_TEST
 
+START_TEST(stochastic_depth_draws_by_sample)
+{
+    enum { N = 10000, EACH = 3 };
+    lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(N, EACH)));
+    lt_tensor *y = lt_output(lt_stochastic_depth(x, 0.25), "y");
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){ .loss = lt_sum(y), .train = true });
+    int zeros = 0;
+
+    for (int i = 0; i < N * EACH; i++)
+        ((lt_real *)lt_plan_data(p, x))[i] = 1;
+    lt_run(p);
+    for (int i = 0; i < N; i++) {
+        zeros += at(p, y, EACH * i) == 0;
+        ck_assert(at(p, y, EACH * i) == 0 || fabs(at(p, y, EACH * i) - 4.0 / 3) < 1e-6);
+        for (int k = 1; k < EACH; k++)
+            ck_assert(at(p, y, EACH * i + k) == at(p, y, EACH * i));
+    }
+    ck_assert_int_lt(abs(zeros - N / 4), 200);          /* 4.6 deviations */
+    lt_plan_free(p);
+}
+END_TEST
+
 /* ---- the memory plan ------------------------------------------------------------------------------- */
 
 enum { LAYERS = 24 };
@@ -511,6 +533,7 @@ int main(void)
     tcase_add_test(tc, the_first_bad_tensor_has_a_name);
     tcase_add_test(tc, a_nan_wins_its_windows);
     tcase_add_test(tc, dropout_draws_by_step);
+    tcase_add_test(tc, stochastic_depth_draws_by_sample);
     suite_add_tcase(suite, tc);
     tcase_add_loop_test(many, sharing_memory_changes_no_bit, 0, 60);
     tcase_add_loop_test(many, every_allocation_may_fail, 0, 2);
