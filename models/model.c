@@ -2,12 +2,13 @@
 #include "models/model.h"
 
 #include "libtensor/io/json.h"
+#include "models/classifiers/classifier.h"
 #include "models/hocat/hocat.h"
 
 #include <assert.h>
 #include <string.h>
 
-const model_class *const model_classes[] = { &hocat_class, NULL };
+const model_class *const model_classes[] = { &hocat_class, &resnet50_class, &efficientnet_b0_class, NULL };
 
 lt_status model_find(const char *name, const model_class **out)
 {

@@ -23,7 +23,7 @@ typedef struct {
 } model_ports;
 
 /*
- * One recorded graph of a model. Inputs that every image model has, by name:
+ * One recorded graph of a model. Inputs that every hand-object model has, by name:
  *   "image" (B, 3, S, S)    "hand_box", "object_box" (B, 4) crop pixels
  * and for losses:
  *   "joints2d" (B, 21, 2)   "rotation" (B, 16, 3, 3)   "beta" (B, 10)   "points2d" (B, 21, 2)
@@ -33,6 +33,8 @@ typedef struct {
  *   "vertices" (B, 778, 3)  "joints" (B, 21, 3)    wrist-relative, metres, simple order
  *   "conf", "point_x", "point_y" (B, 21, cells, cells)    of the object's control points, in units
  *                                                     of the object box
+ * A classifier has the input "image", the output "logits" (B, classes), and for its loss the input
+ * "target" (B, classes).
  */
 typedef struct {
     lt_graph *g;
@@ -43,9 +45,16 @@ typedef struct {
 
 typedef struct model model;
 
+/* What a model is for, and so which ports it has. There is data here to train and to score the first. */
+typedef enum {
+    MODEL_HAND_OBJECT,
+    MODEL_CLASSIFIER,               /* a published network, known for its speed elsewhere: to measure */
+} model_task;
+
 typedef struct model_class {
     const char *name;               /* "hocat" */
     const char *paper;
+    model_task task;
     const char *const *variants;    /* NULL-terminated; the first is the default */
     const lt_config_key *keys;      /* of the "model" group of a config */
     const char *const *blocks;      /* name prefixes of the parts, for listings; NULL-terminated */

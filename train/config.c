@@ -137,6 +137,9 @@ static lt_status read_model(train_config *c)
                         model_classes[0]->name);
     if (model_find(name->valuestring, &c->model))
         return lt_error_prefix(LT_EINVAL, "%s: model.name", c->path);
+    if (c->model->task != MODEL_HAND_OBJECT)
+        return lt_error(LT_EINVAL, "%s: model.name: %s is a classifier: palmar bench and info know it, but there "
+                        "is no data to train it on", c->path, c->model->name);
     c->model_keys = cJSON_Duplicate(group, true);
     if (!c->model_keys)
         return lt_error(LT_ENOMEM, "%s: no memory", c->path);
@@ -313,7 +316,8 @@ void train_config_help(FILE *f)
 {
     fprintf(f, "  model.name: one of");
     for (int i = 0; model_classes[i]; i++)
-        fprintf(f, " %s", model_classes[i]->name);
+        if (model_classes[i]->task == MODEL_HAND_OBJECT)
+            fprintf(f, " %s", model_classes[i]->name);
     fprintf(f, "\n      the model to train\n");
     for (int i = 0; model_classes[i]; i++) {
         fprintf(f, "\n%s\n", model_classes[i]->name);

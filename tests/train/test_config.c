@@ -63,6 +63,8 @@ START_TEST(slips)
     refuse("{" MODEL ", \"zzzzzzz\": {} }", NULL,
            "run.json: zzzzzzz: no such group; there are model, data, optim, train");
     refuse("{}", NULL, "run.json: model.name: want the name of a model, such as \"hocat\"");
+    refuse("{" MODEL "}", "model.name=resnet50", "run.json: model.name: resnet50 is a classifier: palmar bench and "
+           "info know it, but there is no data to train it on");
     refuse("{" MODEL "}", "model.name=hokat", "run.json: model.name: no such model \"hokat\"; did you mean \"hocat\"?");
     refuse("{" MODEL "}", "optim.shards=5", "run.json: optim.shards: 5 do not divide a batch of 32");
     refuse("{" MODEL "}", "optim.kind=adan", "run.json: optim.kind: no such choice \"adan\"; did you mean \"adam\"?");

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Reference values of the models, by the PyTorch twins of scripts/peers in float64, for tests/models.
+
+    scripts/vectors/models.py [NAME...]        writes tests/vectors/models/NAME.npz
+
+Parameters and inputs are hashed from their names, so that the C tests make the same ones and the files
+hold results alone: names and sizes of the parameters, outputs of inference, and of a training step the
+loss and the length of each parameter's gradient.
+"""
+import contextlib
+import io
+import os
+import sys
+
+import numpy as np
+import torch
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+OUT = os.path.join(HERE, "../../tests/vectors/models")
+sys.path[:0] = [HERE, os.path.join(HERE, "../peers")]
+
+from efficientnet import EfficientNetB0     # noqa: E402
+from hocat import Hocat                     # noqa: E402
+from resnet import ResNet50                 # noqa: E402
+with contextlib.redirect_stdout(io.StringIO()):     # it prints its own vectors
+    from geometry import hashed             # noqa: E402
+
+
+def named(name, *shape):
+    """Numbers in [-1, 1) that depend on the name, by its FNV-1a hash"""
+    seed = 2166136261
+    for byte in name.encode():
+        seed = (seed ^ byte) * 16777619 % 2 ** 32
+    return hashed(seed, *shape)
+
+
+def value(name, shape):
+    """A parameter's: weights keep the variance, the rest is near what it is at first; in float32"""
+    h = named(name, *shape)
+    if len(shape) > 1:
+        h = h * np.sqrt(3 / np.prod(shape[1:]))
+    elif name.endswith((".weight", "running_var", "temperature")):
+        h = 1 + h / 2
+    else:
+        h = h / 8
+    return h.astype(np.float32).astype(np.float64)
+
+
+def filled(model):
+    model = model.double()
+    state = {k: torch.tensor(value(k, tuple(v.shape))) for k, v in model.state_dict().items()
+             if not k.endswith("num_batches_tracked")}
+    model.load_state_dict(state, strict=False)
+    return model
+
+
+def unit(name, *shape):
+    return torch.tensor(named(name, *shape) / 2 + 0.5)
+
+
+def save(name, model, outputs, inputs, targets):
+    model = filled(model)
+    with torch.no_grad():
+        out = model.eval()(*inputs)
+    out = out if isinstance(out, tuple) else (out,)
+    arrays = dict(zip(outputs, (o.numpy().astype(np.float32) for o in out)))
+    names = [k for k, _ in model.named_parameters()]
+    arrays["names"] = np.array(names)
+    arrays["sizes"] = np.array([p.numel() for p in model.parameters()])
+    if targets:
+        loss = model.train().loss(*inputs, *targets)
+        loss.backward()
+        arrays["loss"] = loss.detach().numpy()
+        arrays["gradients"] = np.array([p.grad.norm() for p in model.parameters()])
+    np.savez_compressed(os.path.join(OUT, name + ".npz"), **{k: v for k, v in arrays.items() if k != "-"})
+    print(name, len(names), arrays["sizes"].sum())
+
+
+def resnet50():
+    save("resnet50", ResNet50(8, (1, 2, 1, 1), 10), ["logits"], [unit("image", 4, 3, 64, 64)],
+         [unit("target", 4, 10)])
+
+
+def efficientnet_b0():
+    save("efficientnet_b0", EfficientNetB0(10, 0, 0), ["logits"], [unit("image", 4, 3, 64, 64)],
+         [unit("target", 4, 10)])
+
+
+def hocat():
+    """At most one map cell a bin: boxes of at most 32 pixels. The hand layer has vectors of its own."""
+    hand = torch.tensor([[10, 8, 41, 36], [30, 29, 60, 61]], dtype=torch.float64)
+    obj = torch.tensor([[4, 4, 33, 30], [22, 31, 52, 62]], dtype=torch.float64)
+    save("hocat", Hocat(8, (1, 1, 1, 1), 8, 1, 2, 1),
+         ["joints2d", "rotation", "beta", "-", "-", "conf", "point_x", "point_y"],
+         [unit("image", 2, 3, 64, 64), hand, obj], None)
+
+
+MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat}
+
+if __name__ == "__main__":
+    for name in sys.argv[1:] or MODELS:
+        MODELS[name]()

@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The models against their PyTorch twins of scripts/peers: names, sizes, inference, gradients. */
+#include "data/synth/hand.h"
+#include "libtensor/graph/plan.h"
+#include "libtensor/io/json.h"
+#include "libtensor/io/npz.h"
+#include "models/model.h"
+
+#include <check.h>
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* forward is relative to the largest value of an output; gradient to the length of each parameter's own,
+ * where that is above a millionth of the longest: a shift that a batch norm behind it takes off has none. */
+static const struct {
+    const char *model, *config;
+    int batch;
+    double forward, gradient;
+} twins[] = {
+    { "resnet50", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 2, 1, 1], \"classes\": 10}", 4, 5e-6, 5e-5 },
+    { "efficientnet_b0", "{\"image_size\": 64, \"classes\": 10, \"dropout\": 0, \"stochastic_depth\": 0}", 4,
+      5e-6, 1e-4 },
+    { "hocat", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, "
+      "\"heads\": 2, \"mlp_ratio\": 1}", 2, 2e-5, 0 },
+};
+
+static lt_arena *arena;
+static lt_params *params;
+static lt_npz npz;
+static model m;
+static model_record r;
+static lt_plan *plan;
+
+/* ---- the numbers of scripts/vectors/models.py ---------------------------------------------------------- */
+
+static uint32_t seed_of(const char *name)
+{
+    uint32_t h = 2166136261u;
+
+    for (; *name; name++)
+        h = (h ^ (unsigned char)*name) * 16777619u;
+    return h;
+}
+
+static double hashed(uint32_t seed, uint32_t i)
+{
+    uint32_t x = i * 2654435761u + seed;
+
+    x = (x ^ x >> 16) * 0x85EBCA6Bu;
+    x = (x ^ x >> 13) * 0xC2B2AE35u;
+    x ^= x >> 16;
+    return (x >> 16) / 32768.0 - 1;
+}
+
+static bool ends_with(const char *name, const char *end)
+{
+    const size_t n = strlen(name), k = strlen(end);
+
+    return n >= k && strcmp(name + n - k, end) == 0;
+}
+
+static void fill_parameter(lt_param *p)
+{
+    const bool near_one = ends_with(p->name, ".weight") || ends_with(p->name, "running_var")
+        || ends_with(p->name, "temperature");
+    const int64_t n = lt_param_numel(p);
+    const double scale = p->shape.rank > 1 ? sqrt(3 / (double)(n / p->shape.dim[0])) : near_one ? 0.5 : 0.125;
+    const double offset = p->shape.rank == 1 && near_one ? 1 : 0;
+
+    for (int64_t i = 0; i < n; i++)
+        p->data[i] = (lt_real)(offset + scale * hashed(seed_of(p->name), (uint32_t)i));
+}
+
+static void fill_inputs(void)
+{
+    static const lt_real hand[] = { 10, 8, 41, 36, 30, 29, 60, 61 }, object[] = { 4, 4, 33, 30, 22, 31, 52, 62 };
+
+    for (int k = 0; k < r.inputs.n; k++) {
+        const model_port *port = &r.inputs.port[k];
+        lt_real *x = lt_plan_data(plan, port->tensor);
+
+        for (int64_t i = 0; i < lt_numel(port->tensor); i++)
+            x[i] = (lt_real)(hashed(seed_of(port->name), (uint32_t)i) / 2 + 0.5);
+        if (strcmp(port->name, "hand_box") == 0)
+            memcpy(x, hand, sizeof(hand));
+        if (strcmp(port->name, "object_box") == 0)
+            memcpy(x, object, sizeof(object));
+    }
+}
+
+/* ---- one model ----------------------------------------------------------------------------------------- */
+
+static void read_vectors(const char *name)
+{
+    const char *srcdir = getenv("srcdir");
+    const char *path = lt_arena_printf(arena, "%s/tests/vectors/models/%s.npz", srcdir ? srcdir : "..", name);
+
+    ck_assert_msg(lt_npz_read(arena, path, &npz) == LT_OK, "%s", lt_last_error());
+}
+
+static void open_twin(int i)
+{
+    const model_class *cls;
+    lt_hand_model *hand;
+    lt_hand_layer *layer;
+    cJSON *config;
+
+    arena = lt_arena_new();
+    params = lt_params_new();
+    read_vectors(twins[i].model);
+    ck_assert_int_eq(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand), LT_OK);
+    ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
+    ck_assert_int_eq(lt_json_parse("twin", twins[i].config, strlen(twins[i].config), &config), LT_OK);
+    ck_assert_int_eq(model_find(twins[i].model, &cls), LT_OK);
+    ck_assert_msg(cls->create("twin", config, layer, params, &m) == LT_OK, "%s", lt_last_error());
+    cJSON_Delete(config);
+    for (lt_param *p = lt_params_first(params); p; p = p->next)
+        fill_parameter(p);
+}
+
+static void run(int i, bool train)
+{
+    r = (model_record){ .g = lt_graph_new(), .batch = twins[i].batch };
+    m.cls->record(&m, train, &r);
+    plan = lt_compile(r.g, &(lt_compile_opts){ .train = train, .loss = r.loss });
+    ck_assert_msg(plan != NULL, "%s", lt_last_error());
+    fill_inputs();
+    lt_params_zero_grad(params);
+    lt_run(plan);
+}
+
+static void close_twin(void)
+{
+    lt_plan_free(plan);
+    lt_graph_free(r.g);
+    lt_params_free(params);
+    lt_arena_free(arena);
+    plan = NULL;
+    r.g = NULL;
+}
+
+static const lt_array *vector(const char *name)
+{
+    const lt_array *a;
+
+    ck_assert_msg(lt_npz_get(&npz, name, &a) == LT_OK, "%s", lt_last_error());
+    return a;
+}
+
+START_TEST(names_and_sizes)
+{
+    const lt_array *names, *sizes;
+    int64_t total = 0;
+
+    open_twin(_i);
+    names = vector("names");
+    sizes = vector("sizes");
+    for (size_t k = 0; k < lt_array_count(names); k++) {
+        const lt_param *p = lt_params_find(params, lt_array_text(names, k));
+
+        ck_assert_msg(p != NULL, "%s: no such parameter", lt_array_text(names, k));
+        ck_assert_int_eq(lt_param_numel(p), lt_array_int(sizes, k));
+        total += lt_param_numel(p);
+    }
+    ck_assert_int_eq(lt_params_count(params, LT_WEIGHT, ""), total);
+    close_twin();
+}
+END_TEST
+
+/* The largest difference over the largest value. */
+static double difference(const lt_tensor *t, const lt_array *want)
+{
+    const lt_real *got = lt_plan_data(plan, t);
+    double most = 0, largest = 0;
+
+    ck_assert_int_eq(lt_numel(t), lt_array_count(want));
+    for (int64_t i = 0; i < lt_numel(t); i++) {
+        const double w = lt_array_get(want, (size_t)i);
+
+        most = fmax(most, isfinite(got[i]) ? fabs(got[i] - w) : INFINITY);
+        largest = fmax(largest, fabs(w));
+    }
+    return most / largest;
+}
+
+START_TEST(inference)
+{
+    int compared = 0;
+
+    open_twin(_i);
+    run(_i, false);
+    for (int k = 0; k < r.outputs.n; k++) {
+        const lt_array *want = lt_npz_find(&npz, r.outputs.port[k].name);
+
+        if (!want)
+            continue;
+        ck_assert_double_lt(difference(r.outputs.port[k].tensor, want), twins[_i].forward);
+        compared++;
+    }
+    ck_assert_int_gt(compared, 0);
+    close_twin();
+}
+END_TEST
+
+static double largest(const lt_array *a)
+{
+    double most = 0;
+
+    for (size_t i = 0; i < lt_array_count(a); i++)
+        most = fmax(most, lt_array_get(a, i));
+    return most;
+}
+
+static double length(const lt_real *x, int64_t n)
+{
+    double sum = 0;
+
+    for (int64_t i = 0; i < n; i++)
+        sum += (double)x[i] * x[i];
+    return sqrt(sum);
+}
+
+START_TEST(training_step)
+{
+    const lt_array *names, *want;
+
+    open_twin(_i);
+    if (lt_npz_find(&npz, "loss")) {
+        run(_i, true);
+        ck_assert_double_lt(difference(r.loss, vector("loss")), twins[_i].gradient);
+        names = vector("names");
+        want = vector("gradients");
+        for (size_t k = 0; k < lt_array_count(names); k++) {
+            const lt_param *p = lt_params_find(params, lt_array_text(names, k));
+            const double w = lt_array_get(want, k);
+
+            ck_assert_msg(fabs(length(p->grad, lt_param_numel(p)) - w)
+                          < twins[_i].gradient * w + 1e-6 * largest(want),
+                          "%s: %.9g, want %.9g", p->name, length(p->grad, lt_param_numel(p)), w);
+        }
+    }
+    close_twin();
+}
+END_TEST
+
+/* ---- the sizes that are published ------------------------------------------------------------------------ */
+
+static const struct {
+    const char *model;
+    int64_t parameters, macs;
+} published[] = {
+    { "resnet50", 25557032, 5340348416 }, { "efficientnet_b0", 5288548, 385814752 },
+};
+
+START_TEST(full_size)
+{
+    const model_class *cls;
+    lt_plan *p;
+
+    params = lt_params_new();
+    ck_assert_int_eq(model_find(published[_i].model, &cls), LT_OK);
+    ck_assert_int_eq(cls->create("model", NULL, NULL, params, &m), LT_OK);
+    ck_assert_int_eq(lt_params_count(params, LT_WEIGHT, ""), published[_i].parameters);
+    r = (model_record){ .g = lt_graph_new(), .batch = 1 };
+    cls->record(&m, false, &r);
+    p = lt_compile(r.g, NULL);
+    ck_assert_msg(p != NULL, "%s", lt_last_error());
+    ck_assert_int_eq(lt_plan_macs(p), published[_i].macs);
+    lt_plan_free(p);
+    lt_graph_free(r.g);
+    lt_params_free(params);
+}
+END_TEST
+
+int main(void)
+{
+    Suite *s = suite_create("twins");
+    TCase *tc = tcase_create("twins");
+    SRunner *runner;
+    int failed;
+
+    tcase_set_timeout(tc, 300);
+    tcase_add_loop_test(tc, names_and_sizes, 0, (int)LT_COUNT(twins));
+    tcase_add_loop_test(tc, inference, 0, (int)LT_COUNT(twins));
+    tcase_add_loop_test(tc, training_step, 0, (int)LT_COUNT(twins));
+    tcase_add_loop_test(tc, full_size, 0, (int)LT_COUNT(published));
+    suite_add_tcase(s, tc);
+    runner = srunner_create(s);
+    srunner_run_all(runner, CK_NORMAL);
+    failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed != 0;
+}
