@@ -40,12 +40,8 @@ static lt_status infer(lt_call *c)
 
 static void plan(lt_call *c)
 {
-    const size_t where = (size_t)lt_numel(c->out) * sizeof(int32_t);
-
     if (c->train)
-        c->saved_bytes[0] = where;
-    else
-        c->work_bytes = where;
+        c->saved_bytes[0] = (size_t)lt_numel(c->out) * sizeof(int32_t);
 }
 
 static int64_t plane(const lt_tensor *t)
@@ -57,9 +53,9 @@ static void forward_plane(const lt_call *c, int64_t i)
 {
     const pool_attr *a = c->attr;
     const lt_tensor *x = c->in[0], *y = c->out;
-    int32_t *where = c->train ? c->saved[0] : c->work;
+    int32_t *where = c->train ? (int32_t *)c->saved[0] + i * plane(y) : NULL;
 
-    lt_k->maxpool((lt_real *)y->data + i * plane(y), where + i * plane(y),
+    lt_k->maxpool((lt_real *)y->data + i * plane(y), where,
                   (const lt_real *)x->data + i * plane(x), (int)lt_dim(x, 2), (int)lt_dim(x, 3), a->k,
                   a->stride, a->pad, (int)lt_dim(y, 2), (int)lt_dim(y, 3));
 }

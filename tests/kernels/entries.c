@@ -86,17 +86,28 @@ static void call_sgd(const lt_kernels *k, args *s)
     k->sgd(Y, s->y[1], B, &ahead, s->n);
 }
 
-/* A plane 7 wide, as high as n allows. */
-static void call_maxpool(const lt_kernels *k, args *s)
+/* Planes as high as n allows: the window that has a loop of its own, the other one, and any other. */
+static void pool(const lt_kernels *k, args *s, int w, int window, int step, int pad, bool places)
 {
     int32_t where[MOST];
-    const int h = (int)s->n / 7, out_h = (h + 1) / 2;
+    const int h = (int)s->n / w, out_h = (h + 2 * pad - window) / step + 1;
+    const int out_w = (w + 2 * pad - window) / step + 1;
 
-    if (h < 2)
+    if (h < window - pad)
         return;
-    k->maxpool(Y, where, A, h, 7, 3, 2, 1, out_h, 4);
-    k->maxpool_grad(s->y[1], B, where, (size_t)(4 * out_h));
+    k->maxpool(Y, places ? where : NULL, A, h, w, window, step, pad, out_h, out_w);
+    if (places)
+        k->maxpool_grad(s->y[1], B, where, (size_t)(out_h * out_w));
 }
+
+CALL(maxpool, pool(k, s, 7, 3, 2, 1, true))
+CALL(maxpool_wide, pool(k, s, 37, 3, 2, 1, true))
+CALL(maxpool_values, pool(k, s, 37, 3, 2, 1, false))
+CALL(maxpool_2, pool(k, s, 36, 2, 2, 0, true))
+CALL(maxpool_2_padded, pool(k, s, 2, 2, 2, 1, true))
+CALL(maxpool_2_values, pool(k, s, 70, 2, 2, 0, false))
+CALL(maxpool_3_each, pool(k, s, 21, 3, 1, 1, true))
+CALL(maxpool_5, pool(k, s, 9, 5, 3, 2, true))
 
 #define ENTRY(name) { #name, call_##name }
 static const struct { const char *name; call_fn call; } entries[] = {
@@ -108,7 +119,8 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step), ENTRY(moments),
     ENTRY(grad_moments), ENTRY(max), ENTRY(all_finite), ENTRY(softmax), ENTRY(softmax_grad),
     ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
-    ENTRY(adam), ENTRY(sgd), ENTRY(maxpool),
+    ENTRY(adam), ENTRY(sgd), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
+    ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),
 };
 
 /* ---- running one entry twice -------------------------------------------------------------------------- */

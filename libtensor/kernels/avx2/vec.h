@@ -8,6 +8,7 @@
 #include <immintrin.h>
 
 typedef __m256 vec;
+typedef __m256i ivec;
 
 enum { VL = 8, TILE_ROWS = 6, TILE_VECS = 2 };
 #define TILE_LIST(X) ROWS6(X, 1) ROWS6(X, 2)
@@ -68,6 +69,25 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
         v_store_part(out + c * row, _mm256_permute2f128_ps(a[c], a[4 + c], 0x20), lanes);
         v_store_part(out + (4 + c) * row, _mm256_permute2f128_ps(a[c], a[4 + c], 0x31), lanes);
     }
+}
+
+/* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and
+ * so does its place. v_count: first, first + step ... */
+INLINE ivec v_count(int32_t first, int step)
+{
+    const ivec lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+
+    return _mm256_add_epi32(_mm256_set1_epi32(first), _mm256_mullo_epi32(lane, _mm256_set1_epi32(step)));
+}
+
+INLINE void v_store_count(int32_t *p, ivec v, int hi) { _mm256_maskstore_epi32(p, lanes_below(hi), v); }
+
+INLINE void v_take_larger(vec *best, ivec *place, vec v, ivec at)
+{
+    const vec take = _mm256_and_ps(_mm256_cmp_ps(v, *best, _CMP_NLE_UQ), _mm256_cmp_ps(*best, *best, _CMP_ORD_Q));
+
+    *best = _mm256_blendv_ps(*best, v, take);
+    *place = _mm256_blendv_epi8(*place, at, _mm256_castps_si256(take));
 }
 
 #endif

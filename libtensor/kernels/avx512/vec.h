@@ -8,6 +8,7 @@
 #include <immintrin.h>
 
 typedef __m512 vec;
+typedef __m512i ivec;
 
 enum { VL = 16, TILE_ROWS = 14, TILE_VECS = 2 };
 #define TILE_LIST(X) ROWS14(X, 1) ROWS14(X, 2)
@@ -80,6 +81,26 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
         _mm512_mask_storeu_ps(out + (8 + c) * row, keep, _mm512_shuffle_f32x4(p, r, 0xdd));
         _mm512_mask_storeu_ps(out + (12 + c) * row, keep, _mm512_shuffle_f32x4(q, s, 0xdd));
     }
+}
+
+/* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and
+ * so does its place. v_count: first, first + step ... */
+INLINE ivec v_count(int32_t first, int step)
+{
+    const ivec lane = _mm512_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+
+    return _mm512_add_epi32(_mm512_set1_epi32(first), _mm512_mullo_epi32(lane, _mm512_set1_epi32(step)));
+}
+
+INLINE void v_store_count(int32_t *p, ivec v, int hi) { _mm512_mask_storeu_epi32(p, first_lanes(hi), v); }
+
+INLINE void v_take_larger(vec *best, ivec *place, vec v, ivec at)
+{
+    const __mmask16 take = _mm512_cmp_ps_mask(v, *best, _CMP_NLE_UQ)
+        & _mm512_cmp_ps_mask(*best, *best, _CMP_ORD_Q);
+
+    *best = _mm512_mask_mov_ps(*best, take, v);
+    *place = _mm512_mask_mov_epi32(*place, take, at);
 }
 
 #endif

@@ -6,6 +6,7 @@
 #include "libtensor/kernels/body/body.h"
 
 typedef lt_real vec;
+typedef int32_t ivec;
 
 enum { VL = 1, TILE_ROWS = 4, TILE_VECS = 4 };
 #define TILE_LIST(X) ROWS4(X, 1) ROWS4(X, 2) ROWS4(X, 3) ROWS4(X, 4)
@@ -32,6 +33,23 @@ INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col
 {
     (void)row, (void)col, (void)lanes;
     *out = *x;
+}
+
+/* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and
+ * so does its place. v_count: first, first + step ... */
+INLINE ivec v_count(int32_t first, int step) { (void)step; return first; }
+INLINE void v_store_count(int32_t *p, ivec v, int hi)
+{
+    if (hi > 0)
+        *p = v;
+}
+
+INLINE void v_take_larger(vec *best, ivec *place, vec v, ivec at)
+{
+    const bool take = !(v <= *best) & (*best == *best);
+
+    *best = take ? v : *best;
+    *place = take ? at : *place;
 }
 
 #endif
