@@ -236,7 +236,7 @@ static lt_status choose_grasp(lt_arena *arena, const run *r, const synth_subject
     synth_sequence_spec spec = { .object = &what->mesh };
     synth_grasp_ctx *ctx;
     synth_grasp *grasp;
-    lt_status st = synth_grasp_ctx_new(arena, what->id, &what->mesh, r->hand, who->beta, &ctx);
+    lt_status st = synth_grasp_ctx_new(arena, what->id, &what->mesh, &what->sdf, r->hand, who->beta, &ctx);
 
     if (!st)
         st = synth_grasp_library(arena, ctx, seed, GRASPS, NULL, &grasp);

@@ -6,6 +6,7 @@
 #ifndef DATA_SYNTH_GRASP_H
 #define DATA_SYNTH_GRASP_H
 
+#include "data/synth/sdf.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/hand_model.h"
 #include "libtensor/geometry/mesh.h"
@@ -43,14 +44,15 @@ typedef struct {
  * synth_grasp_ctx_new - prepare to grasp stand-in ycb_id
  *
  *   object   synth_object_new's mesh, in its model frame; not kept
+ *   sdf      the distance to it, whose values outlive the context; NULL: sampled here
  *   hand     a right hand; outlives the context
  *   beta     (10) the hand's shape; NULL: zeros
  *   out      lives in the arena
  *
  * Errors: LT_EINVAL for an unknown id, a left hand, or a mesh that synth_sdf_new refuses; LT_ENOMEM.
  */
-lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const lt_hand_model *hand,
-                              const double *beta, synth_grasp_ctx **out);
+lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const synth_sdf *sdf,
+                              const lt_hand_model *hand, const double *beta, synth_grasp_ctx **out);
 
 /**
  * synth_grasp_sample - one accepted grasp

@@ -52,7 +52,8 @@ typedef struct {
     double elbow[3];                /* where the arm goes, from the wrist: a direction */
     double bare;                    /* metres of skin before the sleeve; length or more: no sleeve */
     double length;                  /* metres from wrist to the open end, out of the picture: 0.6 */
-    uint64_t seed, stream;          /* of the sleeve's cloth and folds */
+    const synth_texture *cloth;     /* of the sleeve: synth_arm_cloth; NULL: none */
+    uint64_t seed, stream;          /* of the sleeve's folds */
 } synth_arm_spec;
 
 /* An arm as two meshes in the axes of the loop. The skin's first ring is the loop itself, so no hole
@@ -61,6 +62,9 @@ typedef struct {
     lt_mesh skin, sleeve;           /* sleeve.n_faces = 0: none */
     synth_material skin_material, sleeve_material;
 } synth_arm;
+
+/* synth_arm_cloth - what a sleeve may be made of; lives in the arena, NULL without memory */
+synth_texture *synth_arm_cloth(lt_arena *arena, uint64_t seed, uint64_t stream);
 
 /* synth_arm_new - build it in the arena; LT_EINVAL for a loop or direction that is not finite or has
  * no size, LT_ENOMEM */

@@ -37,6 +37,8 @@ lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed,
         st = lt_box_from_points(SYNTH_POINTS, &points[0][0], &out->box);
     if (!st)
         st = lt_mesh_index_new(arena, &out->mesh, &out->index);
+    if (!st)
+        st = synth_sdf_new(arena, &out->mesh, &out->sdf);
     if (st)
         return st;
     out->id = ycb_id;
@@ -102,7 +104,8 @@ static lt_status furnish(lt_arena *arena, const synth_sight *sight, synth_stage 
     synth_room *room = synth_room_new(arena, s->seed, lt_rng_mix(s->stream, ROOM), CLEAR);
     synth_ball *ball = lt_arena_array(arena, (size_t)s->n_kept * BALLS, sizeof(*ball));
 
-    if (!room || !ball)
+    s->cloth = synth_arm_cloth(arena, s->seed, lt_rng_mix(s->stream, ARM));
+    if (!room || !ball || !s->cloth)
         return lt_error(LT_ENOMEM, "synth: no memory for a room");
     for (int k = 0; k < s->n_kept; k++)
         occupy(s, &sight[k], ball + k * BALLS);
@@ -174,7 +177,7 @@ static lt_status grow_arm(lt_arena *arena, const synth_stage *s, const synth_mom
     synth_arm_spec spec = {
         .loop = (const float (*)[3])loop, .loop_normal = (const float (*)[3])normal,
         .loop_color = (const float (*)[3])color, .elbow = { m->R_hand[0], m->R_hand[3], m->R_hand[6] },
-        .bare = s->subject->bare, .length = ARM_LENGTH, .seed = s->seed, .stream = lt_rng_mix(s->stream, ARM),
+        .bare = s->subject->bare, .length = ARM_LENGTH, .cloth = s->cloth, .seed = s->seed, .stream = lt_rng_mix(s->stream, ARM),
     };
 
     for (int i = 0; i < SYNTH_WRIST_LOOP; i++) {

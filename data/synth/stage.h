@@ -6,6 +6,7 @@
 #define DATA_SYNTH_STAGE_H
 
 #include "data/synth/room.h"
+#include "data/synth/sdf.h"
 #include "data/synth/sequence.h"
 #include "data/synth/subject.h"
 #include "data/synth/view.h"
@@ -28,6 +29,7 @@ typedef struct {
     const synth_texture *texture;
     lt_box box;                                 /* of points */
     lt_mesh_index *index;
+    synth_sdf sdf;
 } synth_prop;
 
 /* synth_prop_new - object ycb_id with a label drawn from seed; alias: under its real name */
@@ -39,6 +41,7 @@ typedef struct {
     const synth_subject *subject;
     const synth_prop *prop;
     const synth_room *room;
+    const synth_texture *cloth;                 /* of the subject's sleeve */
     synth_sequence sequence;
     const int *kept;                            /* n_kept moments that become frames */
     int n_kept;

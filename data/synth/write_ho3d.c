@@ -75,7 +75,7 @@ static lt_status write_depth(lt_arena *arena, const synth_picture *p, const char
         img.data[3 * i] = (uint8_t)(raw & 255);
         img.data[3 * i + 1] = (uint8_t)(raw >> 8);
     }
-    return lt_png_write(path, &img);
+    return lt_png_write_fast(path, &img);
 }
 
 /* Red: hand, blue: object. */
@@ -94,7 +94,7 @@ static lt_status write_seg(lt_arena *arena, const synth_picture *p, const char *
             img.data[3 * (y * w + x)] = label == 255 ? 255 : 0;
             img.data[3 * (y * w + x) + 2] = label == p->object_id ? 255 : 0;
         }
-    return lt_png_write(path, &img);
+    return lt_png_write_fast(path, &img);
 }
 
 /* ---- the annotation ---- */

@@ -306,7 +306,7 @@ static void film(shot *s)
 
     synth_subject_draw(hand, 3, 1, &s->subject);
     ok(synth_prop_new(arena, 9, false, 3, &s->prop));
-    ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, hand, s->subject.beta, &ctx));
+    ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     ok(synth_grasp_sample(ctx, 5, NULL, &grasp));
     ok(synth_stage_new(arena, hand, &s->subject, &s->prop, &grasp, FRAMES, 1, 3, 4, &s->stage));
     s->frame = synth_frame_new(W, H);

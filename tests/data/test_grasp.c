@@ -225,7 +225,7 @@ START_TEST(grasps_hold)
 
     ck_assert_int_eq(synth_object_new(arena, grasped[_i], &mesh), LT_OK);
     ck_assert_int_eq(lt_mesh_index_new(arena, &mesh, &index), LT_OK);
-    ck_assert_int_eq(synth_grasp_ctx_new(arena, grasped[_i], &mesh, hand, NULL, &ctx), LT_OK);
+    ck_assert_int_eq(synth_grasp_ctx_new(arena, grasped[_i], &mesh, NULL, hand, NULL, &ctx), LT_OK);
     ck_assert_msg(synth_grasp_library(arena, ctx, 11, 8, &stats, &g) == LT_OK, "%s", lt_last_error());
     for (int i = 0; i < 8; i++)
         check_grasp(&g[i], index);
@@ -244,7 +244,7 @@ START_TEST(every_object)
     lt_mesh mesh;
 
     ck_assert_int_eq(synth_object_new(arena, _i, &mesh), LT_OK);
-    ck_assert_int_eq(synth_grasp_ctx_new(arena, _i, &mesh, hand, NULL, &ctx), LT_OK);
+    ck_assert_int_eq(synth_grasp_ctx_new(arena, _i, &mesh, NULL, hand, NULL, &ctx), LT_OK);
     ck_assert_msg(synth_grasp_library(arena, ctx, 1, 4, NULL, &g) == LT_OK, "%s", lt_last_error());
 }
 END_TEST
@@ -258,7 +258,7 @@ START_TEST(same_on_any_threads)
         lt_mesh mesh;
         lt_set_threads(t + 1);
         ck_assert_int_eq(synth_object_new(arena, 9, &mesh), LT_OK);
-        ck_assert_int_eq(synth_grasp_ctx_new(arena, 9, &mesh, hand, NULL, &ctx), LT_OK);
+        ck_assert_int_eq(synth_grasp_ctx_new(arena, 9, &mesh, NULL, hand, NULL, &ctx), LT_OK);
         ck_assert_int_eq(synth_grasp_library(arena, ctx, 3, 5, NULL, &g[t]), LT_OK);
     }
     lt_set_threads(0);
@@ -276,8 +276,8 @@ START_TEST(another_hand)
     int fitted = 0;
 
     ck_assert_int_eq(synth_object_new(arena, 5, &mesh), LT_OK);
-    ck_assert_int_eq(synth_grasp_ctx_new(arena, 5, &mesh, hand, NULL, &ctx), LT_OK);
-    ck_assert_int_eq(synth_grasp_ctx_new(arena, 5, &mesh, hand, beta, &other), LT_OK);
+    ck_assert_int_eq(synth_grasp_ctx_new(arena, 5, &mesh, NULL, hand, NULL, &ctx), LT_OK);
+    ck_assert_int_eq(synth_grasp_ctx_new(arena, 5, &mesh, NULL, hand, beta, &other), LT_OK);
     for (uint64_t seed = 0; seed < 6; seed++) {
         ck_assert_int_eq(synth_grasp_sample(ctx, seed, NULL, &g), LT_OK);
         fitted += synth_grasp_refit(other, &g, &h) == LT_OK;
@@ -294,7 +294,7 @@ START_TEST(left_hand)
 
     synth_hand_mirror(hand, left);
     ck_assert_int_eq(synth_object_new(arena, 3, &mesh), LT_OK);
-    ck_assert_int_eq(synth_grasp_ctx_new(arena, 3, &mesh, left, NULL, &ctx), LT_EINVAL);
+    ck_assert_int_eq(synth_grasp_ctx_new(arena, 3, &mesh, NULL, left, NULL, &ctx), LT_EINVAL);
 }
 END_TEST
 

@@ -23,8 +23,8 @@ static void measure_object(synth_grasp_ctx *c, const lt_mesh *m)
     c->radius = o->diameter / 2;
 }
 
-lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const lt_hand_model *hand,
-                              const double *beta, synth_grasp_ctx **out)
+lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const synth_sdf *sdf,
+                              const lt_hand_model *hand, const double *beta, synth_grasp_ctx **out)
 {
     synth_grasp_ctx *c = lt_arena_alloc(arena, sizeof(*c));
     lt_arena *scratch = lt_arena_new();
@@ -40,7 +40,9 @@ lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object
     }
     c->ycb_id = ycb_id;
     st = grasp_grips(scratch, ycb_id, c->grips, &c->n_grips);
-    if (!st)
+    if (!st && sdf)
+        c->sdf = *sdf;
+    else if (!st)
         st = synth_sdf_new(arena, object, &c->sdf);
     if (st)
         goto done;

@@ -313,9 +313,22 @@ static cloth draw_cloth(lt_rng *r)
     return c;
 }
 
+static lt_rng arm_rng(uint64_t seed, uint64_t stream)
+{
+    return lt_rng_make(seed, lt_rng_mix(stream, 0xa53));
+}
+
+synth_texture *synth_arm_cloth(lt_arena *arena, uint64_t seed, uint64_t stream)
+{
+    lt_rng r = arm_rng(seed, stream);
+
+    draw_cloth(&r);                             /* what is drawn after the folds */
+    return choose_cloth(arena, &r);
+}
+
 lt_status synth_arm_new(lt_arena *arena, const synth_arm_spec *spec, synth_arm *out)
 {
-    lt_rng r = lt_rng_make(spec->seed, lt_rng_mix(spec->stream, 0xa53));
+    lt_rng r = arm_rng(spec->seed, spec->stream);
     const cloth c = draw_cloth(&r);
     synth_arm arm = {
         .skin_material = { .albedo = { 1, 1, 1 }, .specular = 0.028f, .shininess = 12,
@@ -331,7 +344,7 @@ lt_status synth_arm_new(lt_arena *arena, const synth_arm_spec *spec, synth_arm *
     if (!st)
         st = make_skin(arena, &f, spec, &arm.skin);
     if (!st && spec->bare < spec->length - 0.05) {
-        arm.sleeve_material.texture = choose_cloth(arena, &r);
+        arm.sleeve_material.texture = spec->cloth;
         st = make_sleeve(arena, &f, spec, &c, &arm.sleeve);
     }
     if (!st)
