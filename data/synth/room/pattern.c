@@ -8,11 +8,23 @@
 
 enum { SIDE = 512, LABEL = 256 };
 
+enum { FIELDS = 2 };
+
+/* pattern_noise at every texel: px = 0: none */
+typedef struct {
+    uint32_t salt;                  /* added to the pattern's seed */
+    int px, py, octaves;            /* px << octaves - 1 is at most SIDE */
+} noise;
+
 typedef struct {
     uint32_t seed;
     float a[3], b[3];               /* the two main colours, sRGB */
     float scale, contrast;
     int count;
+    int threads;                    /* of a cloth, along and across */
+    noise noise[FIELDS];
+    const float (*field[FIELDS])[SIDE];
+    float wave[SIDE];               /* sine of threads periods */
 } paint;
 
 typedef void (*paint_fn)(const paint *p, float u, float v, float rgb[3]);
@@ -53,6 +65,55 @@ float pattern_noise(uint32_t seed, float u, float v, int px, int py, int octaves
         weight += w;
     }
     return sum / weight;
+}
+
+/* Adds one octave at row y: first the row's own lattice, then what lies between its points. */
+static void add_octave(uint32_t seed, int px, int py, int y, float weight, float *out)
+{
+    const float at = ((float)y + 0.5f) / SIDE * (float)py;
+    const int y0 = (int)at, y1 = y0 + 1 < py ? y0 + 1 : 0;
+    const float fy = at - (float)y0, sy = fy * fy * (3 - 2 * fy);
+    float cell[SIDE + 1];
+
+    for (int i = 0; i < px; i++) {
+        const float top = lattice(seed, i, y0);
+
+        cell[i] = top + sy * (lattice(seed, i, y1) - top);
+    }
+    cell[px] = cell[0];
+    for (int x = 0; x < SIDE; x++) {
+        const float u = ((float)x + 0.5f) / SIDE * (float)px;
+        const int i = (int)u;
+        const float f = u - (float)i, s = f * f * (3 - 2 * f);
+
+        out[x] += weight * (cell[i] + s * (cell[i + 1] - cell[i]));
+    }
+}
+
+typedef struct {
+    noise noise;
+    uint32_t seed;
+    float (*out)[SIDE];
+} field_job;
+
+static void field_row(void *ctx, int64_t y)
+{
+    const field_job *job = ctx;
+    const noise *n = &job->noise;
+    const float first = 1 / (2 - ldexpf(1, 1 - n->octaves));    /* all weights add to 1 */
+
+    memset(job->out[y], 0, sizeof(job->out[y]));
+    for (int o = 0; o < n->octaves; o++)
+        add_octave(job->seed + n->salt + (uint32_t)o * 0x9e3779b9u, n->px << o, n->py << o, (int)y,
+                   ldexpf(first, -o), job->out[y]);
+}
+
+/* The noise at the texel of u, v, which may lie outside 0..1. */
+static float noise_at(const paint *p, int which, float u, float v)
+{
+    const int x = floor_int(u * SIDE) & (SIDE - 1), y = floor_int(v * SIDE) & (SIDE - 1);
+
+    return p->field[which][y][x];
 }
 
 /* ---- colours --------------------------------------------------------------------------------- */
@@ -112,16 +173,32 @@ static void paint_row(void *ctx, int64_t y)
     }
 }
 
-static synth_texture *make(lt_arena *arena, const paint *p, paint_fn fn)
+static bool make_fields(lt_arena *arena, paint *p)
 {
-    paint_job job = { p, fn, lt_alloc((size_t)SIDE * SIDE * 3) };
-    synth_texture *t;
+    for (int i = 0; i < FIELDS && p->noise[i].px; i++) {
+        field_job job = { p->noise[i], p->seed, lt_arena_array(arena, SIDE, sizeof(*job.out)) };
 
-    if (!job.rgb)
-        return NULL;
-    lt_parallel_for(SIDE, paint_row, &job);
-    t = synth_texture_new(arena, job.rgb[0], SIDE, SIDE);
-    lt_release(job.rgb);
+        if (!job.out)
+            return false;
+        lt_parallel_for(SIDE, field_row, &job);
+        p->field[i] = (const float (*)[SIDE])job.out;
+    }
+    return true;
+}
+
+static synth_texture *make(lt_arena *arena, paint *p, paint_fn fn)
+{
+    lt_arena *scratch = lt_arena_new();
+    paint_job job = { p, fn, scratch ? lt_arena_array(scratch, SIDE * SIDE, sizeof(*job.rgb)) : NULL };
+    synth_texture *t = NULL;
+
+    for (int x = 0; x < SIDE && p->threads; x++)
+        p->wave[x] = sinf(6.2831853f * (float)p->threads * ((float)x + 0.5f) / SIDE);
+    if (job.rgb && make_fields(scratch, p)) {
+        lt_parallel_for(SIDE, paint_row, &job);
+        t = synth_texture_new(arena, job.rgb[0], SIDE, SIDE);
+    }
+    lt_arena_free(scratch);
     return t;
 }
 
@@ -133,9 +210,9 @@ static void paint_wood(const paint *p, float u, float v, float rgb[3])
     const int boards = p->count, board = (int)(v * (float)boards);
     const float in_board = v * (float)boards - (float)board;
     const float shift = lattice(p->seed, board, 7), tone = lattice(p->seed, board, 8);
-    const float bend = pattern_noise(p->seed, u + shift, v, 3, 4 * boards, 2);
+    const float bend = noise_at(p, 0, u + shift, v);
     const float rings = 0.5f + 0.5f * sinf(6.2831853f * (in_board * 3 + 4 * bend + shift * 5));
-    const float fibre = pattern_noise(p->seed + 5, u + shift, v, 6, 96, 3);
+    const float fibre = noise_at(p, 1, u + shift, v);
     const float gap = boards > 1 ? smoothly(0, 0.02f, least(in_board, 1 - in_board)) : 1;
 
     mix(p->a, p->b, least(0.45f * rings * p->contrast + 0.55f * fibre, 1), rgb);
@@ -151,13 +228,15 @@ synth_texture *pattern_wood(lt_arena *arena, lt_rng *r)
     pattern_hsv(hue, lt_rng_range(r, 0.2, 0.6), dark, p.a);
     pattern_hsv(hue - 0.015, lt_rng_range(r, 0.3, 0.65), 0.78 * dark, p.b);
     p.count = boards[lt_rng_below(r, 4)];
+    p.noise[0] = (noise){ 0, 3, 4 * p.count, 2 };
+    p.noise[1] = (noise){ 5, 6, 96, 3 };
     p.contrast = (float)lt_rng_range(r, 0.2, 1);
     return make(arena, &p, paint_wood);
 }
 
 static void paint_stone(const paint *p, float u, float v, float rgb[3])
 {
-    const float slow = pattern_noise(p->seed, u, v, 4, 4, 5);
+    const float slow = noise_at(p, 0, u, v);
     const float bent = pattern_noise(p->seed + 9, u + 0.1f * slow, v + 0.1f * slow, 3, 3, 4);
     const float vein = fabsf(bent - 0.5f);
     const float speck = lattice(p->seed, (int)(u * SIDE), (int)(v * SIDE));
@@ -170,7 +249,7 @@ synth_texture *pattern_stone(lt_arena *arena, lt_rng *r)
 {
     const double value = lt_rng_range(r, 0.25, 0.95), hue = lt_rng_uniform(r);
     const double darker = value * lt_rng_range(r, 0.5, 0.9);
-    paint p = { .seed = lt_rng_u32(r) };
+    paint p = { .seed = lt_rng_u32(r), .noise = { { 0, 4, 4, 5 } } };
 
     pattern_hsv(hue, lt_rng_range(r, 0, 0.15), value, p.a);
     pattern_hsv(hue, lt_rng_range(r, 0, 0.2), darker, p.b);
@@ -181,8 +260,7 @@ synth_texture *pattern_stone(lt_arena *arena, lt_rng *r)
 
 static void paint_plaster(const paint *p, float u, float v, float rgb[3])
 {
-    const float stain = pattern_noise(p->seed, u, v, 2, 2, 3);
-    const float grain = pattern_noise(p->seed + 3, u, v, 64, 64, 3);
+    const float stain = noise_at(p, 0, u, v), grain = noise_at(p, 1, u, v);
 
     mix(p->a, p->b, stain, rgb);
     scale(rgb, 1 + p->contrast * (grain - 0.5f));
@@ -193,7 +271,7 @@ synth_texture *pattern_plaster(lt_arena *arena, lt_rng *r)
     const double value = lt_rng_range(r, 0.45, 0.97), hue = lt_rng_uniform(r);
     const bool pale = lt_rng_below(r, 3) > 0;
     const double saturation = pale ? lt_rng_range(r, 0, 0.12) : lt_rng_range(r, 0.1, 0.45);
-    paint p = { .seed = lt_rng_u32(r) };
+    paint p = { .seed = lt_rng_u32(r), .noise = { { 0, 2, 2, 3 }, { 3, 64, 64, 3 } } };
 
     p.contrast = (float)lt_rng_range(r, 0.05, 0.25);
     pattern_hsv(hue, saturation, value, p.a);
@@ -202,11 +280,9 @@ synth_texture *pattern_plaster(lt_arena *arena, lt_rng *r)
 }
 
 /* Threads over and under: a fine brightness pattern. */
-static float threads(float u, float v, int n)
+static float threads(const paint *p, float u, float v)
 {
-    const float x = u * (float)n, y = v * (float)n;
-
-    return 0.9f + 0.1f * sinf(6.2831853f * x) * sinf(6.2831853f * y);
+    return 0.9f + 0.1f * p->wave[(int)(u * SIDE)] * p->wave[(int)(v * SIDE)];
 }
 
 static void paint_stripes(const paint *p, float u, float v, float rgb[3])
@@ -215,7 +291,7 @@ static void paint_stripes(const paint *p, float u, float v, float rgb[3])
     const float band = smoothly(0.02f, 0.04f, in) - smoothly(p->scale, p->scale + 0.02f, in);
 
     mix(p->a, p->b, band, rgb);
-    scale(rgb, threads(u, v, 128) * (0.9f + 0.2f * pattern_noise(p->seed, u, v, 8, 8, 4)));
+    scale(rgb, threads(p, u, v) * (0.9f + 0.2f * noise_at(p, 0, u, v)));
 }
 
 static void paint_checks(const paint *p, float u, float v, float rgb[3])
@@ -224,12 +300,12 @@ static void paint_checks(const paint *p, float u, float v, float rgb[3])
     const float a = x - floorf(x) < 0.5f, b = y - floorf(y) < 0.5f;
 
     mix(p->a, p->b, 0.5f * (a + b), rgb);
-    scale(rgb, threads(u, v, 128) * (0.9f + 0.2f * pattern_noise(p->seed, u, v, 8, 8, 4)));
+    scale(rgb, threads(p, u, v) * (0.9f + 0.2f * noise_at(p, 0, u, v)));
 }
 
 static paint cloth_paint(lt_rng *r)
 {
-    paint p = { .seed = lt_rng_u32(r) };
+    paint p = { .seed = lt_rng_u32(r), .threads = 128, .noise = { { 0, 8, 8, 4 } } };
 
     p.count = 4 + (int)lt_rng_below(r, 10);
     p.scale = (float)lt_rng_range(r, 0.2, 0.7);
@@ -240,14 +316,14 @@ static paint cloth_paint(lt_rng *r)
 
 synth_texture *pattern_stripes(lt_arena *arena, lt_rng *r)
 {
-    const paint p = cloth_paint(r);
+    paint p = cloth_paint(r);
 
     return make(arena, &p, paint_stripes);
 }
 
 synth_texture *pattern_checks(lt_arena *arena, lt_rng *r)
 {
-    const paint p = cloth_paint(r);
+    paint p = cloth_paint(r);
 
     return make(arena, &p, paint_checks);
 }
@@ -258,7 +334,7 @@ static void paint_tiles(const paint *p, float u, float v, float rgb[3])
     const float fx = x - floorf(x), fy = y - floorf(y);
     const float joint = least(least(fx, 1 - fx), least(fy, 1 - fy));
     const float tone = lattice(p->seed, (int)x, (int)y);
-    const float dirt = pattern_noise(p->seed, u, v, 16, 16, 4);
+    const float dirt = noise_at(p, 0, u, v);
 
     mix(p->b, p->a, smoothly(0.012f, 0.03f, joint), rgb);
     scale(rgb, 0.9f + 0.1f * tone * p->contrast + 0.08f * dirt);
@@ -267,7 +343,7 @@ static void paint_tiles(const paint *p, float u, float v, float rgb[3])
 synth_texture *pattern_tiles(lt_arena *arena, lt_rng *r)
 {
     const double value = lt_rng_range(r, 0.4, 0.95);
-    paint p = { .seed = lt_rng_u32(r) };
+    paint p = { .seed = lt_rng_u32(r), .noise = { { 0, 16, 16, 4 } } };
 
     p.count = 2 + (int)lt_rng_below(r, 5);
     pattern_draw_color(r, 0, 0.3, value, value, p.a);
@@ -279,12 +355,12 @@ synth_texture *pattern_tiles(lt_arena *arena, lt_rng *r)
 static void paint_weave(const paint *p, float u, float v, float rgb[3])
 {
     memcpy(rgb, p->a, sizeof(p->a));
-    scale(rgb, threads(u, v, 96) * (0.82f + 0.36f * pattern_noise(p->seed, u, v, 6, 6, 6)));
+    scale(rgb, threads(p, u, v) * (0.82f + 0.36f * noise_at(p, 0, u, v)));
 }
 
 synth_texture *pattern_weave(lt_arena *arena, lt_rng *r, const float rgb[3])
 {
-    paint p = { .seed = lt_rng_u32(r) };
+    paint p = { .seed = lt_rng_u32(r), .threads = 96, .noise = { { 0, 6, 6, 6 } } };
 
     memcpy(p.a, rgb, sizeof(p.a));
     return make(arena, &p, paint_weave);
@@ -292,8 +368,7 @@ synth_texture *pattern_weave(lt_arena *arena, lt_rng *r, const float rgb[3])
 
 static void paint_fruit(const paint *p, float u, float v, float rgb[3])
 {
-    const float blush = pattern_noise(p->seed, u, v, 3, 2, 3);
-    const float streak = pattern_noise(p->seed + 1, u, v, 40, 3, 2);
+    const float blush = noise_at(p, 0, u, v), streak = noise_at(p, 1, u, v);
     const float dot = lattice(p->seed, (int)(u * 90), (int)(v * 60)) > 0.96f ? 0.12f : 0;
 
     mix(p->a, p->b, smoothly(0.3f, 0.7f, 0.7f * blush + 0.3f * streak), rgb);
@@ -306,7 +381,7 @@ synth_texture *pattern_fruit(lt_arena *arena, lt_rng *r)
         { 0.99f, 0.12f }, { 0.075f, 0.09f }, { 0.15f, 0.17f }, { 0.24f, 0.27f }, { 0.97f, 0.04f },
     };
     const float *hue = hues[lt_rng_below(r, 5)];
-    paint p = { .seed = lt_rng_u32(r) };
+    paint p = { .seed = lt_rng_u32(r), .noise = { { 0, 3, 2, 3 }, { 1, 40, 3, 2 } } };
 
     pattern_hsv(hue[0], 0.82, lt_rng_range(r, 0.6, 0.9), p.a);
     pattern_hsv(hue[1], 0.75, lt_rng_range(r, 0.65, 0.95), p.b);
