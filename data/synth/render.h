@@ -23,6 +23,7 @@ enum {
     SYNTH_LABEL_BACKGROUND = 0,     /* also arm, sleeve, furniture, clutter */
     SYNTH_LABEL_HAND = 255,         /* 1 .. 254 are objects */
     SYNTH_MAX_LIGHTS = 4,
+    SYNTH_MAX_SIDE = 4096,          /* of a frame */
 };
 
 /* ---- what is drawn --------------------------------------------------------------------------- */
@@ -106,7 +107,7 @@ typedef struct {
 } synth_frame;
 
 /* synth_frame_new - a frame to render into, as often as you like; NULL when there is no memory or a
- * side is outside 1..4096. One frame serves one thread at a time. synth_frame_free(NULL) is fine. */
+ * side is outside 1..SYNTH_MAX_SIDE. One frame serves one thread at a time. synth_frame_free(NULL) is fine. */
 synth_frame *synth_frame_new(int width, int height);
 void synth_frame_free(synth_frame *frame);
 

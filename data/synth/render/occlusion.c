@@ -3,101 +3,98 @@
 #include "data/synth/render/small.h"
 #include "libtensor/base/parallel.h"
 
-
-enum { DIRECTIONS = 6, STEPS = 3 };
+enum { STEPS = 4, TURNS = 8 };
 
 static const float RADIUS = 0.06f;              /* metres */
 static const float STRENGTH = 1.7f;
 
+/* Everything happens at half resolution: pixel (x, y) there is (2 x, 2 y) of the picture. */
 typedef struct {
-    const synth_camera *camera;
+    int width, height;
+    float focal, per_fx, per_fy, cx, cy;
     const float *depth;
     float *open;
     const float *rough;
-    int width, height;              /* of open */
-    float per_fx, per_fy, cx, cy;
 } occlusion_job;
 
-static void unproject(const occlusion_job *job, int x, int y, float z, float p[3])
+static float turns[TURNS][2];                   /* cosine and sine of the sampling cross */
+
+__attribute__((constructor)) static void make_turns(void)
 {
-    p[0] = ((float)x - job->cx) * job->per_fx * z;
-    p[1] = ((float)y - job->cy) * job->per_fy * z;
-    p[2] = z;
+    for (int i = 0; i < TURNS; i++) {
+        turns[i][0] = (float)cos(M_PI / 2 * i / TURNS);
+        turns[i][1] = (float)sin(M_PI / 2 * i / TURNS);
+    }
+}
+
+static v4 unproject(const occlusion_job *job, int x, int y, float z)
+{
+    return (v4){ ((float)x - job->cx) * job->per_fx * z, ((float)y - job->cy) * job->per_fy * z, z, 0 };
+}
+
+static int clamp(int i, int n)
+{
+    return i < 0 ? 0 : i < n ? i : n - 1;
 }
 
 static float depth_at(const occlusion_job *job, int x, int y)
 {
-    x = x < 0 ? 0 : x < job->camera->width ? x : job->camera->width - 1;
-    y = y < 0 ? 0 : y < job->camera->height ? y : job->camera->height - 1;
-    return job->depth[(size_t)y * (size_t)job->camera->width + (size_t)x];
+    return job->depth[clamp(y, job->height) * job->width + clamp(x, job->width)];
 }
 
 /* Of the two neighbours along an axis the one on the same surface: the smaller step in depth. */
-static void slope(const occlusion_job *job, int x, int y, int dx, int dy, const float p[3], float out[3])
+static v4 slope(const occlusion_job *job, int x, int y, int dx, int dy, v4 p)
 {
     const float before = depth_at(job, x - dx, y - dy), after = depth_at(job, x + dx, y + dy);
-    const float sign = fabsf(after - p[2]) < fabsf(before - p[2]) ? 1 : -1;
-    float q[3];
 
-    unproject(job, x + (int)sign * dx, y + (int)sign * dy, sign > 0 ? after : before, q);
-    for (int i = 0; i < 3; i++)
-        out[i] = sign * (q[i] - p[i]);
+    if (fabsf(after - p[2]) < fabsf(before - p[2]))
+        return unproject(job, x + dx, y + dy, after) - p;
+    return p - unproject(job, x - dx, y - dy, before);
 }
 
 /* The surface's normal at a pixel, towards the camera. */
-static void find_normal(const occlusion_job *job, int x, int y, const float p[3], float n[3])
+static v4 find_normal(const occlusion_job *job, int x, int y, v4 p)
 {
-    float a[3], b[3];
+    float a[3], b[3], n[3];
 
-    slope(job, x, y, 1, 0, p, a);
-    slope(job, x, y, 0, 1, p, b);
+    v4_to3(slope(job, x, y, 1, 0, p), a);
+    v4_to3(slope(job, x, y, 0, 1, p), b);
     cross3(b, a, n);
     normalise3(n);
+    return v4_of3(n);
 }
 
 /* How much the point at (x, y) hides of the sky over p. */
-static float hidden_by(const occlusion_job *job, int x, int y, const float p[3], const float n[3])
+static float hidden_by(const occlusion_job *job, int x, int y, v4 p, v4 n)
 {
     const float z = depth_at(job, x, y);
-    float q[3], d2, rise, fade;
+    const v4 q = unproject(job, x, y, z) - p;
+    const float d2 = v4_dot3(q, q), up = v4_dot3(q, n), fade = 1 - d2 / (RADIUS * RADIUS);
 
-    if (z == 0)
+    if (z == 0 || fade <= 0 || up <= 0)
         return 0;
-    unproject(job, x, y, z, q);
-    for (int i = 0; i < 3; i++)
-        q[i] -= p[i];
-    d2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2];
-    fade = 1 - d2 / (RADIUS * RADIUS);
-    if (d2 == 0 || fade <= 0)
-        return 0;
-    rise = (q[0] * n[0] + q[1] * n[1] + q[2] * n[2]) / sqrtf(d2) - 0.12f;
-    return rise > 0 ? rise * fade : 0;
+    return fade * most(up / sqrtf(d2) - 0.12f, 0);
 }
 
 static float open_at(const occlusion_job *job, int x, int y)
 {
-    static const float turn[DIRECTIONS][2] = {
-        { 1, 0 }, { 0.5f, 0.8660254f }, { -0.5f, 0.8660254f },
-        { -1, 0 }, { -0.5f, -0.8660254f }, { 0.5f, -0.8660254f },
-    };
-    const float z = depth_at(job, x, y);
-    const float angle = 1.0471976f * (float)((x / 2 * 5 + y / 2 * 3) % 8) / 8;
-    const float c = cosf(angle), s = sinf(angle);
-    float p[3], n[3], hidden = 0, reach;
+    const float z = depth_at(job, x, y), *turn = turns[(x * 5 + y * 3) % TURNS];
+    const v4 p = unproject(job, x, y, z);
+    float hidden = 0, reach;
+    v4 n;
 
     if (z == 0)
         return 1;
-    reach = least(RADIUS * (float)job->camera->fx / z, 120);
-    unproject(job, x, y, z, p);
-    find_normal(job, x, y, p, n);
-    for (int i = 0; i < DIRECTIONS; i++)
-        for (int k = 1; k <= STEPS; k++) {
-            const float r = reach * (float)(k * k) / (STEPS * STEPS) * 0.9f + 1;
-            const float dx = c * turn[i][0] - s * turn[i][1], dy = s * turn[i][0] + c * turn[i][1];
+    reach = 0.9f * least(RADIUS * job->focal / z, 60) / (STEPS * STEPS);
+    n = find_normal(job, x, y, p);
+    for (int k = 1; k <= STEPS; k++) {
+        const float r = reach * (float)(k * k) + 0.5f;
+        const int a = (int)lrintf(r * turn[0]), b = (int)lrintf(r * turn[1]);
 
-            hidden += hidden_by(job, x + (int)lrintf(r * dx), y + (int)lrintf(r * dy), p, n);
-        }
-    return most(1 - STRENGTH * hidden / (DIRECTIONS * STEPS), 0);
+        hidden += hidden_by(job, x + a, y + b, p, n) + hidden_by(job, x - b, y + a, p, n) +
+                  hidden_by(job, x - a, y - b, p, n) + hidden_by(job, x + b, y - a, p, n);
+    }
+    return most(1 - STRENGTH * hidden / (4 * STEPS), 0);
 }
 
 static void find_row(void *ctx, int64_t y)
@@ -105,43 +102,55 @@ static void find_row(void *ctx, int64_t y)
     const occlusion_job *job = ctx;
 
     for (int x = 0; x < job->width; x++)
-        job->open[(size_t)y * (size_t)job->width + (size_t)x] = open_at(job, 2 * x, 2 * (int)y);
+        job->open[(size_t)y * (size_t)job->width + (size_t)x] = open_at(job, x, (int)y);
 }
 
 /* Averages over the turns of the sampling pattern, but only across pixels of like depth. */
-static void smooth_row(void *ctx, int64_t row)
+static float smooth(const occlusion_job *job, int x, int y)
 {
-    const occlusion_job *job = ctx;
-    const int y = (int)row;
+    const int x0 = x > 2 ? x - 2 : 0, x1 = x + 2 < job->width ? x + 2 : job->width - 1;
+    const int y0 = y > 2 ? y - 2 : 0, y1 = y + 2 < job->height ? y + 2 : job->height - 1;
+    const float z = job->depth[y * job->width + x], like = 0.02f * z;
+    float sum = 0, weight = 0;
 
-    for (int x = 0; x < job->width; x++) {
-        const float z = depth_at(job, 2 * x, 2 * y);
-        float sum = 0, weight = 0;
+    for (int v = y0; v <= y1; v++)
+        for (int u = x0; u <= x1; u++) {
+            const int i = v * job->width + u;
+            const float w = fabsf(job->depth[i] - z) < like ? 1 : 1e-4f;
 
-        for (int v = y - 2; v <= y + 2; v++)
-            for (int u = x - 2; u <= x + 2; u++) {
-                if (u < 0 || v < 0 || u >= job->width || v >= job->height)
-                    continue;
-                const float w = fabsf(depth_at(job, 2 * u, 2 * v) - z) < 0.02f * z ? 1 : 1e-4f;
-
-                sum += w * job->rough[(size_t)v * (size_t)job->width + (size_t)u];
-                weight += w;
-            }
-        job->open[(size_t)y * (size_t)job->width + (size_t)x] = sum / weight;
-    }
+            sum += w * job->rough[i];
+            weight += w;
+        }
+    return sum / weight;
 }
 
-void occlusion_find(const synth_camera *camera, const float *depth, float *open, float *scratch)
+static void smooth_row(void *ctx, int64_t y)
+{
+    const occlusion_job *job = ctx;
+
+    for (int x = 0; x < job->width; x++)
+        job->open[(size_t)y * (size_t)job->width + (size_t)x] = smooth(job, x, (int)y);
+}
+
+/* Every other pixel of every other row. */
+static void halve(const synth_camera *camera, const float *depth, float *out)
+{
+    for (int y = 0; y < camera->height; y += 2)
+        for (int x = 0; x < camera->width; x += 2)
+            *out++ = depth[(size_t)y * (size_t)camera->width + (size_t)x];
+}
+
+void occlusion_find(const synth_camera *camera, const float *depth, float *open, float *scratch[2])
 {
     occlusion_job job = {
-        .camera = camera, .depth = depth, .open = scratch,
         .width = (camera->width + 1) / 2, .height = (camera->height + 1) / 2,
-        .per_fx = (float)(1 / camera->fx), .per_fy = (float)(1 / camera->fy),
-        .cx = (float)camera->cx, .cy = (float)camera->cy,
+        .focal = (float)camera->fx / 2, .per_fx = (float)(2 / camera->fx), .per_fy = (float)(2 / camera->fy),
+        .cx = (float)camera->cx / 2, .cy = (float)camera->cy / 2, .depth = scratch[1], .open = scratch[0],
     };
 
+    halve(camera, depth, scratch[1]);
     lt_parallel_for(job.height, find_row, &job);
-    job.rough = scratch;
+    job.rough = scratch[0];
     job.open = open;
     lt_parallel_for(job.height, smooth_row, &job);
 }

@@ -14,9 +14,9 @@
  *
  *   depth    (height, width)
  *   open     ((height + 1) / 2, (width + 1) / 2)
- *   scratch  the size of open
+ *   scratch  two of the size of open
  */
-void occlusion_find(const synth_camera *camera, const float *depth, float *open, float *scratch);
+void occlusion_find(const synth_camera *camera, const float *depth, float *open, float *scratch[2]);
 
 /* occlusion_at - open at a full-resolution pixel, from the half-resolution pixels of like depth */
 float occlusion_at(const synth_camera *camera, const float *depth, const float *open, int x, int y);

@@ -13,7 +13,7 @@
 
 #include <string.h>
 
-enum { MAX_SIDE = 4096, SAMPLES = 4 };
+enum { SAMPLES = 4 };
 
 enum { REST, HAND, OBJECT, LAYERS };
 
@@ -21,7 +21,7 @@ struct synth_scratch {
     raster_list list, shadow_list;
     shadow_map shadow[SYNTH_MAX_LIGHTS];
     shade_scene shade;
-    float *open, *open_rough;
+    float *open, *half[2];          /* at half the resolution */
 };
 
 typedef struct {
@@ -49,7 +49,8 @@ static bool frame_alloc(synth_frame *f)
         if (!shadow_init(&s->shadow[i]))
             return false;
     s->open = lt_alloc(n * sizeof(float));
-    s->open_rough = lt_alloc(n * sizeof(float));
+    s->half[0] = lt_alloc(n * sizeof(float));
+    s->half[1] = lt_alloc(n * sizeof(float));
     f->work[0] = lt_alloc(n * sizeof(*f->work[0]));
     f->work[1] = lt_alloc(n * sizeof(*f->work[1]));
     f->radiance = lt_alloc(n * sizeof(*f->radiance));
@@ -61,7 +62,7 @@ static bool frame_alloc(synth_frame *f)
     f->moving = lt_alloc(n);
     f->hand_mask = lt_alloc(n);
     f->object_mask = lt_alloc(n);
-    return s->open && s->open_rough && f->work[0] && f->work[1] && f->radiance && f->rgb && f->depth &&
+    return s->open && s->half[0] && s->half[1] && f->work[0] && f->work[1] && f->radiance && f->rgb && f->depth &&
            f->hand_depth && f->object_depth && f->label && f->moving && f->hand_mask && f->object_mask;
 }
 
@@ -69,7 +70,7 @@ synth_frame *synth_frame_new(int width, int height)
 {
     synth_frame *f;
 
-    if (width < 1 || height < 1 || width > MAX_SIDE || height > MAX_SIDE)
+    if (width < 1 || height < 1 || width > SYNTH_MAX_SIDE || height > SYNTH_MAX_SIDE)
         return NULL;
     f = lt_alloc(sizeof(*f));
     if (!f)
@@ -92,7 +93,8 @@ static void scratch_free(struct synth_scratch *s)
         shadow_fini(&s->shadow[i]);
     shade_fini(&s->shade);
     lt_release(s->open);
-    lt_release(s->open_rough);
+    lt_release(s->half[0]);
+    lt_release(s->half[1]);
     lt_release(s);
 }
 
@@ -300,12 +302,6 @@ static void label_pixel(const render_job *job, const layer *l, int at, float x, 
         agree(&f->depth[i], &f->object_mask[i], &f->object_depth[i]);
 }
 
-static void add(float out[3], const float in[3], float weight)
-{
-    for (int c = 0; c < 3; c++)
-        out[c] += weight * in[c];
-}
-
 /* A hash of the pixel in 0..1 whose neighbours differ evenly.           [Jimenez 2014] */
 static float dither(int x, int y)
 {
@@ -319,13 +315,11 @@ static float dither(int x, int y)
  * middle of each triangle's samples, weighted by their number. */
 static void light_pixel(const render_job *job, const layer *l, int at, float x, float y, size_t i)
 {
-    float *ambient = job->frame->radiance[i], *direct = job->frame->work[0][i];
+    v4 ambient = v4_all(0), direct = v4_all(0);
     const float spin = dither((int)x / 2, (int)y / 2);
     shade_shadow shadow = { .instance = -1 };
     bool done[SAMPLES] = { false };
 
-    memset(ambient, 0, sizeof(job->frame->radiance[i]));
-    memset(direct, 0, sizeof(job->frame->work[0][i]));
     for (int k = 0; k < SAMPLES; k++) {
         const uint32_t id = l->id[at + sample_at[k]];
         float mx = 0, my = 0, n = 0;
@@ -342,9 +336,11 @@ static void light_pixel(const render_job *job, const layer *l, int at, float x, 
         const shade_light lit = shade(&job->s->shade, triangle_of(job, id), x + mx / n, y + my / n, 2,
                                       spin, &shadow);
 
-        add(ambient, lit.ambient, n / SAMPLES);
-        add(direct, lit.direct, n / SAMPLES);
+        ambient += lit.ambient * v4_all(n / SAMPLES);
+        direct += lit.direct * v4_all(n / SAMPLES);
     }
+    v4_to3(ambient, job->frame->radiance[i]);
+    v4_to3(direct, job->frame->work[0][i]);
 }
 
 static void render_tile(void *ctx, int64_t tile)
@@ -420,7 +416,7 @@ lt_status synth_render(const synth_scene *scene, synth_frame *frame)
     if (!shade_prepare(&s->shade, scene, s->shadow))
         return lt_error(LT_ENOMEM, "render: no memory for the scene's vertices");
     lt_parallel_for((int64_t)s->list.tiles_x * s->list.tiles_y, render_tile, &job);
-    occlusion_find(&scene->camera, frame->depth, s->open, s->open_rough);
+    occlusion_find(&scene->camera, frame->depth, s->open, s->half);
     lt_parallel_for(frame->height, add_direct_row, &job);
     return LT_OK;
 }

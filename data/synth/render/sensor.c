@@ -12,13 +12,17 @@ enum { BLUR_TAPS = 15, MAX_RADIUS = 4, TONES = 2048 };
 
 static const float LIGHT_MAX = 4;               /* brighter is white */
 
+typedef struct { int dx, dy; float share; } tap;
+
 typedef struct {
     const synth_sensor *sensor;
     const synth_frame *frame;
     const float (*from)[3];
     float (*to)[3];
+    tap path[BLUR_TAPS];
+    int n_path;
     float kernel[2 * MAX_RADIUS + 1];
-    int radius, step_x, step_y;     /* of the blur, and its direction */
+    int radius;                     /* of the blur */
     float tone[TONES + 2];          /* byte value over the root of light / LIGHT_MAX */
 } image_job;
 
@@ -46,42 +50,95 @@ synth_sensor synth_sensor_random(uint64_t seed, uint64_t stream)
 
 /* ---- blur ------------------------------------------------------------------------------------ */
 
+/* The pixels that a moving point passes, and for what share of BLUR_TAPS. */
+static void find_path(image_job *job)
+{
+    const float *motion = job->sensor->motion;
+
+    for (int k = 0; k < BLUR_TAPS; k++) {
+        const float s = ((float)k + 0.5f) / BLUR_TAPS - 0.5f;
+        const int dx = (int)lrintf(s * motion[0]), dy = (int)lrintf(s * motion[1]);
+        tap *last = job->n_path ? &job->path[job->n_path - 1] : NULL;
+
+        if (last && last->dx == dx && last->dy == dy)
+            last->share++;
+        else
+            job->path[job->n_path++] = (tap){ dx, dy, 1 };
+    }
+}
+
 /* Each pixel that a moving surface sweeps over shows it for a share of the time, and for the rest
  * what stands still there; where that is hidden, what stands still nearby. */
 static void smear_pixel(const image_job *job, int x, int y, float out[3])
 {
     const synth_frame *f = job->frame;
     const size_t here = (size_t)y * (size_t)f->width + (size_t)x;
-    float moving[3] = { 0 }, still[3] = { 0 };
-    int n_moving = 0, n_still = 0;
+    float moving[3] = { 0 }, still[3] = { 0 }, n_moving = 0, n_still = 0;
 
-    for (int k = 0; k < BLUR_TAPS; k++) {
-        const float s = ((float)k + 0.5f) / BLUR_TAPS - 0.5f;
-        const int u = x + (int)lrintf(s * job->sensor->motion[0]);
-        const int v = y + (int)lrintf(s * job->sensor->motion[1]);
+    for (int k = 0; k < job->n_path; k++) {
+        const tap *t = &job->path[k];
+        const int u = x + t->dx, v = y + t->dy;
         const size_t i = (size_t)v * (size_t)f->width + (size_t)u;
 
         if (u < 0 || v < 0 || u >= f->width || v >= f->height)
             continue;
         for (int c = 0; c < 3; c++)
-            *(f->moving[i] ? &moving[c] : &still[c]) += job->from[i][c];
-        n_moving += f->moving[i];
-        n_still += !f->moving[i];
+            *(f->moving[i] ? &moving[c] : &still[c]) += t->share * job->from[i][c];
+        *(f->moving[i] ? &n_moving : &n_still) += t->share;
     }
     for (int c = 0; c < 3; c++) {
-        const float behind = n_still ? still[c] / (float)n_still : 0;
+        const float behind = n_still > 0 ? still[c] / n_still : 0;
         const float rest = f->moving[here] ? behind : job->from[here][c];
 
-        out[c] = (moving[c] + rest * (float)n_still) / (float)(n_moving + n_still);
+        out[c] = (moving[c] + rest * n_still) / (n_moving + n_still);
     }
+}
+
+/* The first and last pixel of row y that moves; false when none does. */
+static bool find_moving(const synth_frame *f, int y, int *first, int *last)
+{
+    const uint8_t *row = f->moving + (size_t)y * (size_t)f->width;
+    const uint8_t *at = memchr(row, 1, (size_t)f->width);
+
+    if (!at)
+        return false;
+    *first = (int)(at - row);
+    *last = f->width - 1;
+    while (!row[*last])
+        --*last;
+    return true;
+}
+
+/* What of row y a path can reach from a moving pixel. */
+static void find_reach(const image_job *job, int y, int *first, int *last)
+{
+    const synth_frame *f = job->frame;
+
+    *first = f->width;
+    *last = -1;
+    for (int k = 0; k < job->n_path; k++) {
+        const tap *t = &job->path[k];
+        int lo, hi;
+
+        if (y + t->dy < 0 || y + t->dy >= f->height || !find_moving(f, y + t->dy, &lo, &hi))
+            continue;
+        *first = lo - t->dx < *first ? lo - t->dx : *first;
+        *last = hi - t->dx > *last ? hi - t->dx : *last;
+    }
+    *first = *first < 0 ? 0 : *first;
+    *last = *last < f->width ? *last : f->width - 1;
 }
 
 static void smear_row(void *ctx, int64_t y)
 {
     const image_job *job = ctx;
+    const size_t row = (size_t)y * (size_t)job->frame->width;
+    int first, last;
 
-    for (int x = 0; x < job->frame->width; x++)
-        smear_pixel(job, x, (int)y, job->to[(size_t)y * (size_t)job->frame->width + (size_t)x]);
+    memcpy(job->to[row], job->from[row], (size_t)job->frame->width * sizeof(*job->to));
+    find_reach(job, (int)y, &first, &last);
+    for (int x = first; x <= last; x++)
+        smear_pixel(job, x, (int)y, job->to[row + (size_t)x]);
 }
 
 static int clamp(int i, int n)
@@ -89,23 +146,54 @@ static int clamp(int i, int n)
     return i < 0 ? 0 : i < n ? i : n - 1;
 }
 
-static void soften_row(void *ctx, int64_t row)
+/* out = sum of the kernel's weights times n floats from each of its rows, which are taken one by one. */
+static void weigh(const image_job *job, const float *const *in, int n, float *out)
+{
+    const int taps = 2 * job->radius + 1;
+    int i = 0;
+
+    for (; i + 4 <= n; i += 4) {
+        v4 sum = v4_all(0);
+
+        for (int k = 0; k < taps; k++)
+            sum += v4_all(job->kernel[k]) * *(const v4_at *)(in[k] + i);
+        *(v4_at *)(out + i) = sum;
+    }
+    for (; i < n; i++) {
+        out[i] = 0;
+        for (int k = 0; k < taps; k++)
+            out[i] += job->kernel[k] * in[k][i];
+    }
+}
+
+/* Across: the row with its ends repeated, then shifted against itself. */
+static void soften_across(void *ctx, int64_t y)
 {
     const image_job *job = ctx;
-    const int w = job->frame->width, h = job->frame->height, y = (int)row;
+    const int w = job->frame->width, r = job->radius;
+    const float (*from)[3] = job->from + (size_t)y * (size_t)w;
+    float row[SYNTH_MAX_SIDE + 2 * MAX_RADIUS][3];
+    const float *in[2 * MAX_RADIUS + 1];
 
-    for (int x = 0; x < w; x++) {
-        float *out = job->to[(size_t)y * (size_t)w + (size_t)x];
+    for (int x = -r; x < 0; x++)
+        memcpy(row[x + r], from[0], sizeof(row[0]));
+    memcpy(row[r], from, (size_t)w * sizeof(row[0]));
+    for (int x = w; x < w + r; x++)
+        memcpy(row[x + r], from[w - 1], sizeof(row[0]));
+    for (int k = 0; k <= 2 * r; k++)
+        in[k] = row[k];
+    weigh(job, in, 3 * w, job->to[(size_t)y * (size_t)w]);
+}
 
-        out[0] = out[1] = out[2] = 0;
-        for (int k = -job->radius; k <= job->radius; k++) {
-            const float weight = job->kernel[k + job->radius];
-            const int u = clamp(x + k * job->step_x, w), v = clamp(y + k * job->step_y, h);
+static void soften_down(void *ctx, int64_t y)
+{
+    const image_job *job = ctx;
+    const int w = job->frame->width, h = job->frame->height, r = job->radius;
+    const float *in[2 * MAX_RADIUS + 1];
 
-            for (int c = 0; c < 3; c++)
-                out[c] += weight * job->from[(size_t)v * (size_t)w + (size_t)u][c];
-        }
-    }
+    for (int k = -r; k <= r; k++)
+        in[k + r] = job->from[(size_t)clamp((int)y + k, h) * (size_t)w];
+    weigh(job, in, 3 * w, job->to[(size_t)y * (size_t)w]);
 }
 
 static void make_kernel(image_job *job)
@@ -158,18 +246,21 @@ static float tone_of(const image_job *job, float light)
     return job->tone[i] + (at - (float)i) * (job->tone[i + 1] - job->tone[i]);
 }
 
-/* Four nearly normal numbers of mean 0 and deviation 1: sums of the four bytes of each word. */
-static void four_normals(const synth_sensor *s, uint32_t pixel, float out[4])
+/* Nearly normal numbers of mean 0 and deviation 1, four for each of two pixels: sums of four half bytes,
+ * of which each word has two. */
+static void eight_normals(const synth_sensor *s, uint32_t pair, float out[2][4])
 {
     const uint32_t key[2] = { (uint32_t)s->seed, (uint32_t)(s->seed >> 32) };
-    const uint32_t ctr[4] = { pixel, 0x6e6f6973, (uint32_t)s->stream, (uint32_t)(s->stream >> 32) };
+    const uint32_t ctr[4] = { pair, 0x6e6f6973, (uint32_t)s->stream, (uint32_t)(s->stream >> 32) };
     uint32_t w[4];
 
     lt_philox(key, ctr, w);
     for (int i = 0; i < 4; i++) {
-        const uint32_t sum = (w[i] & 255) + (w[i] >> 8 & 255) + (w[i] >> 16 & 255) + (w[i] >> 24);
+        const uint32_t pairs = (w[i] & 0x0f0f0f0f) + (w[i] >> 4 & 0x0f0f0f0f);
+        const uint32_t sums = pairs + (pairs >> 8);
 
-        out[i] = ((float)sum - 510) / 147.8f;
+        out[0][i] = ((float)(sums & 255) - 30) / 9.22f;
+        out[1][i] = ((float)(sums >> 16 & 255) - 30) / 9.22f;
     }
 }
 
@@ -188,14 +279,16 @@ static void develop_row(void *ctx, int64_t y)
     const synth_sensor *s = job->sensor;
     const synth_frame *f = job->frame;
     const float cx = (float)f->width / 2, cy = (float)f->height / 2, r2 = cx * cx + cy * cy;
+    float pair[2][4];
 
     for (int x = 0; x < f->width; x++) {
         const size_t i = (size_t)y * (size_t)f->width + (size_t)x;
         const float dx = (float)x - cx, dy = (float)y - cy;
         const float gain = s->exposure * (1 - s->vignette * (dx * dx + dy * dy) / r2);
-        float normal[4];
+        const float *normal = pair[x & 1];
 
-        four_normals(s, (uint32_t)i, normal);
+        if (x % 2 == 0)
+            eight_normals(s, (uint32_t)(y * ((f->width + 1) / 2) + x / 2), pair);
         for (int c = 0; c < 3; c++) {
             const float byte = tone_of(job, gain * s->white[c] * job->from[i][c]);
 
@@ -208,15 +301,13 @@ void synth_sensor_image(const synth_sensor *sensor, synth_frame *frame)
 {
     image_job job = { .sensor = sensor, .frame = frame, .from = (const float (*)[3])frame->radiance };
 
-    if (sensor->motion[0] != 0 || sensor->motion[1] != 0)
+    find_path(&job);
+    if (job.n_path > 1)
         run(&job, smear_row);
     if (sensor->softness > 0.2f) {
         make_kernel(&job);
-        job.step_x = 1;
-        run(&job, soften_row);
-        job.step_x = 0;
-        job.step_y = 1;
-        run(&job, soften_row);
+        run(&job, soften_across);
+        run(&job, soften_down);
     }
     make_tones(&job);
     lt_parallel_for(frame->height, develop_row, &job);
@@ -269,16 +360,25 @@ static bool near_edge(const synth_frame *f, int x, int y, float z)
     return false;
 }
 
-/* Four numbers of the pixel (or of a block of pixels, with another purpose) in 0..1. */
-static void four_uniforms(const depth_job *job, uint32_t x, uint32_t y, uint32_t purpose, float out[4])
+/* Four random words of a few pixels. */
+static void four_words(const depth_job *job, uint32_t x, uint32_t y, uint32_t purpose, uint32_t out[4])
 {
     const uint32_t key[2] = { (uint32_t)job->seed, (uint32_t)(job->seed >> 32) };
     const uint32_t ctr[4] = { x | y << 16, purpose, (uint32_t)job->stream, (uint32_t)(job->stream >> 32) };
-    uint32_t w[4];
 
-    lt_philox(key, ctr, w);
-    for (int i = 0; i < 4; i++)
-        out[i] = (float)(w[i] >> 8) / 16777216;
+    lt_philox(key, ctr, out);
+}
+
+/* 0..1 */
+static float uniform(uint32_t word)
+{
+    return (float)(word >> 8) / 16777216;
+}
+
+/* Mean 0, deviation 1, nearly normal: the sum of the word's four bytes. */
+static float normal(uint32_t w)
+{
+    return ((float)((w & 255) + (w >> 8 & 255) + (w >> 16 & 255) + (w >> 24)) - 510) / 147.8f;
 }
 
 static void depth_row(void *ctx, int64_t row)
@@ -286,22 +386,22 @@ static void depth_row(void *ctx, int64_t row)
     const depth_job *job = ctx;
     const synth_frame *f = job->frame;
     const int y = (int)row;
+    uint32_t pair[4], block[4];     /* of two pixels, of a hole's size */
 
     for (int x = 0; x < f->width; x++) {
         const size_t i = (size_t)y * (size_t)f->width + (size_t)x;
-        const float z = f->depth[i];
-        float u[4], block[4], normal;
+        const float z = f->depth[i], spread = 0.08f * z * z / ((float)job->focal * BASELINE);
+        const uint32_t *w = pair + (x & 1) * 2;
 
+        if (x % 2 == 0)
+            four_words(job, (uint32_t)x, (uint32_t)y, 0xdeb7, pair);
+        if (x % 3 == 0)
+            four_words(job, (uint32_t)x / 3, (uint32_t)y / 3, 0x401e, block);
         job->out[i] = 0;
-        if (z <= 0 || z > MAX_DEPTH)
+        if (z <= 0 || z > MAX_DEPTH || uniform(block[0]) < job->hole_share ||
+            (uniform(w[0]) < 0.8f && near_edge(f, x, y, z)))
             continue;
-        four_uniforms(job, (uint32_t)x, (uint32_t)y, 0xdeb7, u);
-        four_uniforms(job, (uint32_t)x / 3, (uint32_t)y / 3, 0x401e, block);
-        if (block[0] < job->hole_share || (u[0] < 0.8f && near_edge(f, x, y, z)))
-            continue;
-        normal = sqrtf(-2 * logf(1 - u[1])) * cosf(6.2831853f * u[2]);
-        job->out[i] = (float)(rint((z + normal * 0.08f * z * z / ((float)job->focal * BASELINE)) /
-                                   job->step) * job->step);
+        job->out[i] = (float)(rint((z + normal(w[1]) * spread) / job->step) * job->step);
     }
 }
 

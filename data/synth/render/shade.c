@@ -11,38 +11,66 @@
 #include <string.h>
 
 /* How far light creeps through skin, as a share of the half turn from lit to unlit. */
-static const float creep[3] = { 0.28f, 0.11f, 0.07f };
+static const v4 creep = { 0.28f, 0.11f, 0.07f, 0 };
 
 typedef struct {
     const synth_material *material;
-    float p[3], n[3];               /* n towards the side that is seen */
-    float view[3];                  /* towards the eye */
-    float albedo[3];
+    v4 p, n;                        /* n towards the side that is seen */
+    v4 view;                        /* towards the eye */
+    v4 albedo;
+    v4 tint;                        /* of what is mirrored: white, or the albedo for metal */
 } surface;
 
-static void turn(const double R[9], const float x[3], float out[3])
+/* ---- the scene in single precision ----------------------------------------------------------- */
+
+static v4 turn(const double R[9], const float x[3])
 {
+    v4 out = v4_all(0);
+
     for (int i = 0; i < 3; i++)
         out[i] = (float)(R[3 * i] * x[0] + R[3 * i + 1] * x[1] + R[3 * i + 2] * x[2]);
+    return out;
+}
+
+static v4 single(const double x[3])
+{
+    return (v4){ (float)x[0], (float)x[1], (float)x[2], 0 };
 }
 
 static void move_instance(shade_scene *s, const synth_instance *in, size_t first)
 {
-    for (int v = 0; v < in->mesh->n_vertices; v++) {
-        float *p = s->position[first + (size_t)v], *n = s->normal[first + (size_t)v];
+    const v4 t = single(in->t_world_obj);
 
-        turn(in->R_world_obj, in->mesh->vertex[v], p);
-        for (int i = 0; i < 3; i++)
-            p[i] += (float)in->t_world_obj[i];
-        memset(n, 0, 3 * sizeof(*n));
-        if (in->mesh->normal)
-            turn(in->R_world_obj, in->mesh->normal[v], n);
+    for (int v = 0; v < in->mesh->n_vertices; v++) {
+        s->position[first + (size_t)v] = turn(in->R_world_obj, in->mesh->vertex[v]) + t;
+        s->normal[first + (size_t)v] = in->mesh->normal ? turn(in->R_world_obj, in->mesh->normal[v])
+                                                        : v4_all(0);
+    }
+}
+
+static void move_lights(shade_scene *s)
+{
+    const synth_scene *scene = s->scene;
+    const synth_camera *cam = &scene->camera;
+
+    s->up = v4_of3(scene->up);
+    s->sky = v4_of3(scene->sky);
+    s->ground = v4_of3(scene->ground);
+    for (int i = 0; i < 3; i++)
+        s->eye[i] = -(float)(cam->R_cam_world[i] * cam->t_cam_world[0] +
+                             cam->R_cam_world[3 + i] * cam->t_cam_world[1] +
+                             cam->R_cam_world[6 + i] * cam->t_cam_world[2]);
+    for (int l = 0; l < scene->n_lights; l++) {
+        const v4 d = single(scene->light[l].position) - single(scene->focus);
+
+        s->lamp[l] = single(scene->light[l].position);
+        s->color[l] = v4_of3(scene->light[l].color);
+        s->distance2[l] = v4_dot3(d, d);
     }
 }
 
 bool shade_prepare(shade_scene *s, const synth_scene *scene, const shadow_map *shadow)
 {
-    const synth_camera *cam = &scene->camera;
     size_t n = 0;
 
     if (!raster_grow(&s->first, &s->first_capacity, (size_t)scene->n_instances, sizeof(*s->first)))
@@ -58,18 +86,7 @@ bool shade_prepare(shade_scene *s, const synth_scene *scene, const shadow_map *s
         move_instance(s, &scene->instance[i], s->first[i]);
     s->scene = scene;
     s->shadow = shadow;
-    for (int i = 0; i < 3; i++)
-        s->eye[i] = -(float)(cam->R_cam_world[i] * cam->t_cam_world[0] +
-                             cam->R_cam_world[3 + i] * cam->t_cam_world[1] +
-                             cam->R_cam_world[6 + i] * cam->t_cam_world[2]);
-    for (int l = 0; l < scene->n_lights; l++) {
-        s->distance2[l] = 0;
-        for (int i = 0; i < 3; i++) {
-            const float d = (float)(scene->light[l].position[i] - scene->focus[i]);
-
-            s->distance2[l] += d * d;
-        }
-    }
+    move_lights(s);
     return true;
 }
 
@@ -80,35 +97,47 @@ void shade_fini(shade_scene *s)
     lt_release(s->first);
 }
 
+/* ---- the surface ----------------------------------------------------------------------------- */
+
 /* b: barycentric coordinates, adding to 1 */
-static void blend3(const float *v0, const float *v1, const float *v2, const float b[3], float out[3])
+static v4 blend(v4 v0, v4 v1, v4 v2, const float b[3])
 {
-    for (int i = 0; i < 3; i++)
-        out[i] = b[0] * v0[i] + b[1] * v1[i] + b[2] * v2[i];
+    return v4_all(b[0]) * v0 + v4_all(b[1]) * v1 + v4_all(b[2]) * v2;
 }
 
-static void find_normal(const shade_scene *s, const raster_triangle *t, const size_t v[3],
-                         const float b[3], surface *out)
+static v4 blend3(const float (*v)[3], const int32_t corner[3], const float b[3])
 {
-    const float *p0 = s->position[v[0]], *p1 = s->position[v[1]], *p2 = s->position[v[2]];
-    const float side = t->back ? -1 : 1;
-    float a[3], c[3];
+    return blend(v4_of3(v[corner[0]]), v4_of3(v[corner[1]]), v4_of3(v[corner[2]]), b);
+}
 
-    for (int i = 0; i < 3; i++) {
-        a[i] = p1[i] - p0[i];
-        c[i] = p2[i] - p0[i];
-    }
-    blend3(s->normal[v[0]], s->normal[v[1]], s->normal[v[2]], b, out->n);
-    if (dot3(out->n, out->n) == 0)
-        cross3(a, c, out->n);
-    for (int i = 0; i < 3; i++)
-        out->n[i] *= side;
-    normalise3(out->n);
+/* Across the face, when the mesh has no normals. */
+static v4 face_normal(const v4 *p0, const v4 *p1, const v4 *p2)
+{
+    float a[3], c[3], n[3];
+
+    v4_to3(*p1 - *p0, a);
+    v4_to3(*p2 - *p0, c);
+    cross3(a, c, n);
+    return v4_of3(n);
+}
+
+static v4 find_normal(const shade_scene *s, const raster_triangle *t, size_t first, const int32_t v[3],
+                      const float b[3])
+{
+    const v4 *p = s->position + first, *n = s->normal + first;
+    v4 out = blend(n[v[0]], n[v[1]], n[v[2]], b);
+
+    if (v4_dot3(out, out) == 0)
+        out = face_normal(&p[v[0]], &p[v[1]], &p[v[2]]);
+    if (t->back)
+        out = -out;
+    v4_normalise3(&out);
+    return out;
 }
 
 /* uv = sum e_i uv_i / sum e_i, so its slope follows from the slopes of both sums. */
-static void sample_texture(const synth_texture *texture, const raster_triangle *t, float (*mesh_uv)[2],
-                           const int32_t *corner, const float b[3], float z, float step, float rgb[3])
+static v4 sample_texture(const synth_texture *texture, const raster_triangle *t, float (*mesh_uv)[2],
+                         const int32_t *corner, const float b[3], float z, float step)
 {
     float uv[2] = { 0, 0 }, slope[2][2] = { { 0 } };
 
@@ -119,32 +148,35 @@ static void sample_texture(const synth_texture *texture, const raster_triangle *
         for (int k = 0; k < 2; k++)
             for (int d = 0; d < 2; d++)
                 slope[d][k] += t->e[i][d] * (mesh_uv[corner[i]][k] - uv[k]) * z * step;
-    texture_sample(texture, uv, slope[0], slope[1], rgb);
+    return texture_sample(texture, uv, slope[0], slope[1]);
 }
 
-static void find_albedo(const synth_instance *in, const raster_triangle *t, const float b[3], float z,
-                        float step, surface *out)
+static v4 find_albedo(const synth_instance *in, const raster_triangle *t, const float b[3], float z,
+                      float step)
 {
     const lt_mesh *m = in->mesh;
     const int32_t *v = m->face[t->face];
-    float tint[3] = { 1, 1, 1 }, texel[3] = { 1, 1, 1 };
+    v4 out = v4_of3(in->material.albedo);
 
     if (m->color)
-        blend3(m->color[v[0]], m->color[v[1]], m->color[v[2]], b, tint);
+        out *= blend3((const float (*)[3])m->color, v, b);
     if (in->material.texture && m->uv)
-        sample_texture(in->material.texture, t, m->uv, v, b, z, step, texel);
-    for (int i = 0; i < 3; i++)
-        out->albedo[i] = in->material.albedo[i] * tint[i] * texel[i];
+        out *= sample_texture(in->material.texture, t, m->uv, v, b, z, step);
+    return out;
 }
 
 static void add_grain(const synth_instance *in, const int32_t v[3], const float b[3], float pixel,
                       surface *out)
 {
     const float (*rest)[3] = in->rest ? in->rest : (const float (*)[3])in->mesh->vertex;
-    float q[3];
+    float q[3], albedo[3], n[3];
 
-    blend3(rest[v[0]], rest[v[1]], rest[v[2]], b, q);
-    grain_apply(q, in->material.grain, pixel, out->albedo, out->n);
+    v4_to3(blend3(rest, v, b), q);
+    v4_to3(out->albedo, albedo);
+    v4_to3(out->n, n);
+    grain_apply(q, in->material.grain, pixel, albedo, n);
+    out->albedo = v4_of3(albedo);
+    out->n = v4_of3(n);
 }
 
 static surface find_surface(const shade_scene *s, const raster_triangle *t, float x, float y, float step)
@@ -152,23 +184,25 @@ static surface find_surface(const shade_scene *s, const raster_triangle *t, floa
     const synth_instance *in = &s->scene->instance[t->instance];
     const int32_t *v = in->mesh->face[t->face];
     const size_t first = s->first[t->instance];
-    const size_t corner[3] = { first + (size_t)v[0], first + (size_t)v[1], first + (size_t)v[2] };
+    const v4 *p = s->position + first;
     surface out = { .material = &in->material };
     float b[3];
     const float z = 1 / raster_corner(t, x, y, b);
 
     for (int i = 0; i < 3; i++)
         b[i] *= z;
-    blend3(s->position[corner[0]], s->position[corner[1]], s->position[corner[2]], b, out.p);
-    find_normal(s, t, corner, b, &out);
-    find_albedo(in, t, b, z, step, &out);
+    out.p = blend(p[v[0]], p[v[1]], p[v[2]], b);
+    out.n = find_normal(s, t, first, v, b);
+    out.albedo = find_albedo(in, t, b, z, step);
     if (in->material.grain > 0)
         add_grain(in, v, b, z / (float)s->scene->camera.fx, &out);
-    for (int i = 0; i < 3; i++)
-        out.view[i] = s->eye[i] - out.p[i];
-    normalise3(out.view);
+    out.view = s->eye - out.p;
+    v4_normalise3(&out.view);
+    out.tint = v4_all(1) + v4_all(in->material.metal) * (out.albedo - v4_all(1));
     return out;
 }
+
+/* ---- light ----------------------------------------------------------------------------------- */
 
 /* Schlick's Fresnel term; rough surfaces shine less at the edge. */
 static float fresnel(const synth_material *m, float cosine)
@@ -180,101 +214,81 @@ static float fresnel(const synth_material *m, float cosine)
 }
 
 /* What the surroundings send from direction d: sky above, ground below, a soft horizon. */
-static void surroundings(const synth_scene *scene, const float d[3], float softness, float out[3])
+static v4 surroundings(const shade_scene *s, v4 d, float softness)
 {
-    const float h = within(0.5f + 0.5f * dot3(d, scene->up) / softness, 0, 1);
+    const float h = within(0.5f + 0.5f * v4_dot3(d, s->up) / softness, 0, 1);
 
-    for (int c = 0; c < 3; c++)
-        out[c] = scene->ground[c] + h * (scene->sky[c] - scene->ground[c]);
+    return s->ground + v4_all(h) * (s->sky - s->ground);
 }
 
-static float tinted(const surface *s, int channel)
+static v4 find_ambient(const shade_scene *sc, const surface *s)
 {
-    return 1 + s->material->metal * (s->albedo[channel] - 1);
-}
+    const synth_material *m = s->material;
+    const float nv = v4_dot3(s->n, s->view);
+    const v4 diffuse = s->albedo * v4_all(1 - m->metal) * surroundings(sc, s->n, 1);
 
-static void add_ambient(const synth_scene *scene, const surface *s, shade_light *out)
-{
-    const float nv = dot3(s->n, s->view), f = s->material->specular > 0 ? fresnel(s->material, nv) : 0;
-    float mirror[3], around[3], mirrored[3];
-
-    for (int i = 0; i < 3; i++)
-        mirror[i] = 2 * nv * s->n[i] - s->view[i];
-    surroundings(scene, s->n, 1, around);
-    surroundings(scene, mirror, 0.5f, mirrored);
-    for (int c = 0; c < 3; c++)
-        out->ambient[c] = s->albedo[c] * (1 - s->material->metal) * around[c] +
-                          1.6f * f * tinted(s, c) * mirrored[c];
+    if (m->specular <= 0)
+        return diffuse;
+    return diffuse + v4_all(1.6f * fresnel(m, nv)) * s->tint *
+                         surroundings(sc, v4_all(2 * nv) * s->n - s->view, 0.5f);
 }
 
 /* Blinn's lobe, scaled so that it sends out no more than it receives. */
-static float highlight(const surface *s, const float l[3])
+static float highlight(const surface *s, v4 l)
 {
     const float n = s->material->shininess;
-    float h[3], nh;
+    v4 h = l + s->view;
+    float nh;
 
-    for (int i = 0; i < 3; i++)
-        h[i] = l[i] + s->view[i];
-    normalise3(h);
-    nh = dot3(s->n, h);
+    v4_normalise3(&h);
+    nh = v4_dot3(s->n, h);
     if (s->material->specular <= 0 || n * (1 - nh) > 8)
         return 0;
-    return (n + 8) / 8 * powf(nh, n) * fresnel(s->material, dot3(h, l));
+    return (n + 8) / 8 * powf(nh, n) * fresnel(s->material, v4_dot3(h, l));
 }
 
-/* Lambert's cosine; with translucency the light wraps around the edge of day. */
-static float diffuse_cosine(const surface *s, float nl, int channel)
+/* Lambert's cosine for each channel; with translucency the light wraps around the edge of day, and glows
+ * where shadow begins. */
+static v4 diffuse_cosine(const surface *s, float nl, float lit)
 {
-    const float w = s->material->translucency * creep[channel];
-    const float k = most((nl + w) / (1 + w), 0);
+    const v4 w = v4_all(s->material->translucency) * creep;
+    v4 k = (v4_all(nl) + w) / (v4_all(1) + w);
 
-    return w > 0 ? k * (0.75f + 0.25f * k) : k;
+    if (s->material->translucency <= 0)
+        return v4_all(most(nl, 0) * lit);
+    for (int c = 0; c < 3; c++)
+        k[c] = most(k[c], 0);
+    return k * (v4_all(0.75f) + v4_all(0.25f) * k) * (v4_all(lit) + w * v4_all(lit * (1 - lit)));
 }
 
-/* Towards the lamp, and how much of its light at the focus arrives here. */
-static float find_lamp(const shade_scene *sc, int index, const surface *s, float l[3])
+static v4 find_direct(const shade_scene *sc, int index, const surface *s, float spin, shade_shadow *shadow)
 {
-    float distance;
+    float *lit = &shadow->lit[index], shine, nl, distance, fall;
+    v4 l = sc->lamp[index] - s->p;
 
-    for (int i = 0; i < 3; i++)
-        l[i] = (float)sc->scene->light[index].position[i] - s->p[i];
-    distance = normalise3(l);
-    return sc->distance2[index] / most(distance * distance, 1e-4f);
-}
-
-static void add_light(const shade_scene *sc, int index, const surface *s, float spin, shade_shadow *shadow,
-                      shade_light *out)
-{
-    float l[3], *lit = &shadow->lit[index];
-    const float fall = find_lamp(sc, index, s, l), nl = dot3(s->n, l);
-    float shine;
-
+    distance = v4_normalise3(&l);
+    fall = sc->distance2[index] / most(distance * distance, 1e-4f);
+    nl = v4_dot3(s->n, l);
     if (nl < -creep[0] * s->material->translucency)
-        return;
+        return v4_all(0);
     if (*lit < 0)
         *lit = shadow_at(&sc->shadow[index], s->p, s->n, spin);
     if (*lit == 0)
-        return;
+        return v4_all(0);
     shine = nl > 0 ? nl * highlight(s, l) * *lit : 0;
-    for (int c = 0; c < 3; c++) {
-        const float glow = s->material->translucency * creep[c] * *lit * (1 - *lit);
-        const float diffuse = s->albedo[c] * (1 - s->material->metal) * diffuse_cosine(s, nl, c);
-
-        out->direct[c] += fall * sc->scene->light[index].color[c] *
-                          (diffuse * (*lit + glow) + shine * tinted(s, c));
-    }
+    return v4_all(fall) * sc->color[index] *
+           (s->albedo * v4_all(1 - s->material->metal) * diffuse_cosine(s, nl, *lit) + v4_all(shine) * s->tint);
 }
 
 shade_light shade(const shade_scene *sc, const raster_triangle *t, float x, float y, float step,
                   float spin, shade_shadow *shadow)
 {
     const surface s = find_surface(sc, t, x, y, step);
-    shade_light out = { { 0 }, { 0 } };
+    shade_light out = { find_ambient(sc, &s), v4_all(0) };
 
     if (shadow->instance != t->instance)
         *shadow = (shade_shadow){ t->instance, { -1, -1, -1, -1 } };
-    add_ambient(sc->scene, &s, &out);
     for (int i = 0; i < sc->scene->n_lights; i++)
-        add_light(sc, i, &s, spin, shadow, &out);
+        out.direct += find_direct(sc, i, &s, spin, shadow);
     return out;
 }

@@ -5,22 +5,25 @@
 
 #include "data/synth/render/raster.h"
 #include "data/synth/render/shadow.h"
+#include "data/synth/render/small.h"
 
 /* The scene as the shader reads it: all vertices in the world, in single precision. */
 typedef struct {
     const synth_scene *scene;
     const shadow_map *shadow;       /* one for each light */
-    float (*position)[3];
-    float (*normal)[3];             /* zero: the mesh has none */
+    v4 *position;
+    v4 *normal;                     /* zero: the mesh has none */
     size_t positions_capacity, normals_capacity;
     size_t *first;                  /* each instance's first vertex */
     size_t first_capacity;
-    float eye[3];                   /* the camera in the world */
+    v4 eye;                         /* the camera in the world */
+    v4 up, sky, ground;             /* the scene's */
+    v4 lamp[SYNTH_MAX_LIGHTS], color[SYNTH_MAX_LIGHTS];
     float distance2[SYNTH_MAX_LIGHTS];      /* lamp to focus, squared */
 } shade_scene;
 
 /* What a surface sends to the eye, kept apart because only the first is dimmed in crevices. */
-typedef struct { float ambient[3], direct[3]; } shade_light;
+typedef struct { v4 ambient, direct; } shade_light;
 
 /* A pixel's shadows, looked up once and used by all fragments of one instance. */
 typedef struct {

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-enum { SEARCH_TAPS = 8, FILTER_TAPS = 12 };
+enum { SEARCH_TAPS = 8, FILTER_TAPS = 12, TURNS = 64 };
 
 static const float MAX_TEXELS = 28;             /* below two blocks: coarse covers every tap */
 
@@ -15,6 +15,16 @@ static const float disc[FILTER_TAPS][2] = {
     { -0.6030f, -0.1067f }, { 0.5714f, -0.3636f }, { -0.1912f, 0.7109f }, { -0.3637f, -0.7018f },
     { 0.7879f, 0.2882f }, { -0.8232f, 0.3399f }, { 0.3959f, -0.8477f }, { 0.2881f, 0.9357f },
 };
+
+static float turns[TURNS][2];                   /* cosine and sine */
+
+__attribute__((constructor)) static void make_turns(void)
+{
+    for (int i = 0; i < TURNS; i++) {
+        turns[i][0] = (float)cos(2 * M_PI * i / TURNS);
+        turns[i][1] = (float)sin(2 * M_PI * i / TURNS);
+    }
+}
 
 bool shadow_init(shadow_map *map)
 {
@@ -67,10 +77,10 @@ static void aim(shadow_map *map, const synth_scene *scene, const synth_light *li
     for (int i = 0; i < 3; i++)
         v->t[i] = -(v->R[3 * i] * light->position[0] + v->R[3 * i + 1] * light->position[1] +
                     v->R[3 * i + 2] * light->position[2]);
-    for (int i = 0; i < 9; i++)
-        map->R[i] = (float)v->R[i];
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
+        map->R[i] = (v4){ (float)v->R[i], (float)v->R[3 + i], (float)v->R[6 + i], 0 };
         map->t[i] = (float)v->t[i];
+    }
     map->focal = (float)v->fx;
     map->lamp_radius = (float)light->radius;
     map->texel = (float)(distance / v->fx);
@@ -185,17 +195,14 @@ static float filter(const shadow_map *map, const receiver *r, float radius)
     return (float)lit / FILTER_TAPS;
 }
 
-float shadow_at(const shadow_map *map, const float p[3], const float n[3], float spin)
+float shadow_at(const shadow_map *map, v4 p, v4 n, float spin)
 {
-    const float lift = 1.5f * map->texel + 4e-4f;       /* off the surface, or it shades itself */
-    float v[3], nearest, blocker, penumbra, reach;
+    const v4 q = p + v4_all(1.5f * map->texel + 4e-4f) * n;     /* off the surface, or it shades itself */
+    const v4 v = map->t + map->R[0] * v4_all(q[0]) + map->R[1] * v4_all(q[1]) + map->R[2] * v4_all(q[2]);
+    const float *turn = turns[(int)(spin * TURNS) % TURNS];
+    float nearest, blocker, penumbra, reach;
     receiver r;
 
-    for (int i = 0; i < 3; i++) {
-        v[i] = map->t[i];
-        for (int k = 0; k < 3; k++)
-            v[i] += map->R[3 * i + k] * (p[k] + lift * n[k]);
-    }
     if (v[2] < 0.05f)
         return 1;
     r.inv_z = 1 / v[2];
@@ -206,8 +213,8 @@ float shadow_at(const shadow_map *map, const float p[3], const float n[3], float
     nearest = map->coarse[(int)r.y / SHADOW_BLOCK][(int)r.x / SHADOW_BLOCK];
     if (nearest <= r.inv_z)
         return 1;
-    r.cos = cosf(6.2831853f * spin);
-    r.sin = sinf(6.2831853f * spin);
+    r.cos = turn[0];
+    r.sin = turn[1];
     reach = map->lamp_radius * map->focal * (nearest - r.inv_z);
     blocker = find_blockers(map, &r, within(reach, 1.5f, MAX_TEXELS));
     if (blocker == 0)

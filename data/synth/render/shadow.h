@@ -8,12 +8,14 @@
 #define DATA_SYNTH_RENDER_SHADOW_H
 
 #include "data/synth/render/raster.h"
+#include "data/synth/render/small.h"
 
 enum { SHADOW_SIDE = 1024, SHADOW_BLOCK = 16, SHADOW_BLOCKS = SHADOW_SIDE / SHADOW_BLOCK };
 
 typedef struct {
     raster_view view;
-    float R[9], t[3], focal;        /* the view in single precision */
+    v4 R[3], t;                     /* the view in single precision: R's columns */
+    float focal;
     float lamp_radius;
     float texel;                    /* size of a texel at the focus, m */
     float (*inv_z)[SHADOW_SIDE];    /* nearest caster; 0: none */
@@ -29,6 +31,6 @@ lt_status shadow_draw(shadow_map *map, raster_list *list, const synth_scene *sce
 
 /* shadow_at - how much of the lamp is seen from p, 0..1; n is the surface's normal, spin in 0..1
  * turns the sampling pattern */
-float shadow_at(const shadow_map *map, const float p[3], const float n[3], float spin);
+float shadow_at(const shadow_map *map, v4 p, v4 n, float spin);
 
 #endif

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Three numbers and their like. Written out, for fminf, fmaxf and floorf are calls on a plain x86-64, and
- * these are everywhere. */
+ * these are everywhere. Vectors by the compilers' common extension, so on any machine. */
 #ifndef DATA_SYNTH_RENDER_SMALL_H
 #define DATA_SYNTH_RENDER_SMALL_H
 
 #include <math.h>
+
+/* Four floats worked on at once; a point or a colour leaves the fourth unused. v4_at lies anywhere. */
+typedef float v4 __attribute__((vector_size(16)));
+typedef float v4_at __attribute__((vector_size(16), aligned(4), may_alias));
 
 static inline float least(float a, float b) { return a < b ? a : b; }
 static inline float most(float a, float b) { return a > b ? a : b; }
@@ -37,6 +41,25 @@ static inline float normalise3(float v[3])
 
     for (int i = 0; i < 3; i++)
         v[i] *= k;
+    return n;
+}
+
+static inline v4 v4_all(float x) { return (v4){ x, x, x, x }; }
+static inline v4 v4_of3(const float p[3]) { return (v4){ p[0], p[1], p[2], 0 }; }
+static inline float v4_dot3(v4 a, v4 b) { const v4 p = a * b; return p[0] + p[1] + p[2]; }
+
+static inline void v4_to3(v4 a, float out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[i];
+}
+
+/* To unit length; returns the length it had. A zero vector stays. */
+static inline float v4_normalise3(v4 *a)
+{
+    const float n = sqrtf(v4_dot3(*a, *a));
+
+    *a *= v4_all(n > 0 ? 1 / n : 0);
     return n;
 }
 
