@@ -2,16 +2,19 @@
 #include "cli/cli.h"
 
 #include "eval/bench.h"
+#include "eval/layers.h"
 #include "libtensor/io/config.h"
+#include "libtensor/kernels/kernels.h"
 
 #include <stdio.h>
 #include <string.h>
 
 enum { MAX_SET = 64 };
-enum { RUN_ONLY = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE };
+enum { RUN_ONLY = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE };
 
 typedef struct {
-    const char *model, *config, *mode;
+    const char *model, *layer, *config, *mode;
+    const char *compare;            /* another instruction set; NULL: none */
     const char *set[MAX_SET];
     int n_set, batch, runs;
     double seconds;
@@ -21,6 +24,7 @@ typedef struct {
 
 static const struct argp_option options[] = {
     { "model", 'm', "NAME", 0, "hocat", 0 },
+    { "layer", LAYER, "LAYER", 0, "a single layer instead, with cold weights; see below", 0 },
     { "variant", VARIANT, "NAME", 0, "of the model; default the config's, else full", 0 },
     { "config", 'c', "FILE", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key of the config, as model.width=16; may be repeated", 0 },
@@ -29,6 +33,7 @@ static const struct argp_option options[] = {
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "runs", RUN_ONLY, "N", 0, "timed runs; default 20", 0 },
     { "seconds", SECONDS, "S", 0, "stop after S seconds with at least three runs; default 20", 0 },
+    { "compare", COMPARE, "ISA", 0, "in turn with another instruction set: generic, avx2, avx512", 0 },
     { "profile", PROFILE, NULL, 0, "time by op and by layer as well", 0 },
     { "json", JSON, NULL, 0, "one JSON object a line instead of a Markdown row", 0 },
     { 0 },
@@ -52,6 +57,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 't': cli_threads(state, arg); break;
     case RUN_ONLY: a->runs = cli_number(state, "runs", arg, 3, 10000); break;
     case SECONDS: a->seconds = cli_real(state, "seconds", arg, 0, 1e6); break;
+    case LAYER: a->layer = arg; break;
+    case COMPARE: a->compare = arg; break;
     case JSON: a->json = true; break;
     case PROFILE: a->profile = true; break;
     case SET: add_set(a, state, arg); break;
@@ -64,22 +71,78 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         snprintf(a->variant, sizeof(a->variant), "model.variant=%s", arg);
         add_set(a, state, a->variant);
         break;
+    case ARGP_KEY_END:
+        if (a->layer && (a->model || a->config || a->n_set))
+            argp_error(state, "--layer: --model, --variant, --config and --set are for models");
+        break;
     default: return ARGP_ERR_UNKNOWN;
     }
     return 0;
 }
 
+static char *help_filter(int key, const char *text, void *input)
+{
+    FILE *f;
+    char *out = NULL;
+    size_t n;
+
+    (void)input;
+    if (key != ARGP_KEY_HELP_EXTRA || (f = open_memstream(&out, &n)) == NULL)
+        return (char *)text;
+    fprintf(f, "Layers, with what each takes and its defaults:\n");
+    layer_list(f);
+    fclose(f);
+    return out;
+}
+
 static const struct argp argp = {
     options, parse, NULL,
-    "Measure latency and memory of a model's inference and training step.\v"
+    "Measure latency and memory of a model's inference and training step, or of a single layer.\v"
     "FMA peak is what the machine's multiply-adds reach just before and after: on a shared machine a "
-    "timing without it says little. PALMAR_ISA=generic|avx2|avx512 chooses the instruction set.\n\n"
-    "  palmar bench --model hocat --variant full --batch 1 --threads 2 --json", NULL, NULL, NULL,
+    "timing without it says little. PALMAR_ISA=generic|avx2|avx512 chooses the instruction set. A layer is "
+    "measured over many copies, each with weights of its own, 100 MB together where it has that many, so that "
+    "weights come from memory as in a network; its training is forward and backward.\n\n"
+    "  palmar bench --model hocat --variant full --batch 1 --threads 2 --json\n"
+    "  palmar bench --layer conv2d:c=256,o=256,hw=16 --compare avx2", NULL, help_filter, NULL,
 };
 
-static lt_status measure(const bench_args *a, const model *m, bool train, bool heading)
+/* What is measured: a model, or copies of a layer. */
+typedef struct {
+    model m;
+    int copies;
+    lt_params *params;
+} subject;
+
+static lt_status subject_new(const bench_args *a, const cli_hand *hand, subject *s)
 {
-    const bench_options o = { .m = m, .batch = a->batch, .train = train, .runs = a->runs, .seconds = a->seconds };
+    *s = (subject){ .copies = 0 };
+    if (!a->layer)
+        return cli_model_new(a->model ? a->model : "hocat", a->config, a->set, a->n_set, hand, &s->params, &s->m);
+    s->params = lt_params_new();
+    return s->params ? layer_new(a->layer, hand->layer, s->params, &s->m, &s->copies)
+                     : lt_error(LT_ENOMEM, "no memory for the layer");
+}
+
+static bench_options options_of(const bench_args *a, const subject *s, bool train)
+{
+    return (bench_options){
+        .m = &s->m, .copies = s->copies, .batch = a->batch, .train = train, .runs = a->runs,
+        .seconds = a->seconds,
+    };
+}
+
+static void print(const bench_args *a, const bench *b, const bench_result *r, bool heading)
+{
+    if (a->json)
+        bench_print_json(b, r, stdout);
+    else
+        bench_print(b, r, stdout, heading);
+    fflush(stdout);
+}
+
+static lt_status measure(const bench_args *a, const subject *s, bool train, bool heading)
+{
+    const bench_options o = options_of(a, s, train);
     bench *b;
     bench_result r;
     lt_status st = bench_new(&o, &b);
@@ -87,35 +150,65 @@ static lt_status measure(const bench_args *a, const model *m, bool train, bool h
     if (st)
         return st;
     r = bench_run(b);
-    if (a->json)
-        bench_print_json(b, &r, stdout);
-    else
-        bench_print(b, &r, stdout, heading);
-    fflush(stdout);
+    print(a, b, &r, heading);
     if (a->profile)
         bench_profile(b, a->json ? stderr : stdout);
     bench_free(b);
     return LT_OK;
 }
 
+static lt_status other_kernels(const char *name, lt_kernels *k)
+{
+    lt_isa isa;
+    lt_status st = lt_isa_parse(name, &isa);
+
+    return st || (st = lt_kernels_get(isa, k)) ? lt_error_prefix(st, "--compare") : LT_OK;
+}
+
+static lt_status compare(const bench_args *a, const subject *s, bool train, bool heading)
+{
+    bench_options o = options_of(a, s, train);
+    bench *b[2] = { NULL, NULL };
+    bench_result r[2];
+    lt_kernels other;
+    lt_status st = other_kernels(a->compare, &other);
+
+    if (st == LT_OK)
+        st = bench_new(&o, &b[0]);
+    o.kernels = &other;
+    if (st == LT_OK)
+        st = bench_new(&o, &b[1]);
+    if (st == LT_OK) {
+        bench_compare(b[0], b[1], r);
+        print(a, b[0], &r[0], heading);
+        print(a, b[1], &r[1], false);
+        bench_print_ratio(b[0], b[1], r, stdout, a->json);
+    }
+    bench_free(b[0]);
+    bench_free(b[1]);
+    lt_kernels_use(NULL);
+    return st;
+}
+
 int cmd_bench(int argc, char **argv)
 {
-    bench_args a = { .model = "hocat", .mode = "infer", .batch = 1, .runs = 20, .seconds = 20 };
+    bench_args a = { .mode = "infer", .batch = 1, .runs = 20, .seconds = 20 };
+    lt_status (*run)(const bench_args *, const subject *, bool, bool);
     cli_hand hand;
-    lt_params *params = NULL;
-    model m;
+    subject s;
     lt_status st;
 
     cli_parse("bench", &argp, argc, argv, &a);
     st = cli_hand_open(NULL, NULL, &hand);
     if (st)
         return cli_fail(st);
-    st = cli_model_new(a.model, a.config, a.set, a.n_set, &hand, &params, &m);
+    run = a.compare ? compare : measure;
+    st = subject_new(&a, &hand, &s);
     if (st == LT_OK && strcmp(a.mode, "train") != 0)
-        st = measure(&a, &m, false, true);
+        st = run(&a, &s, false, true);
     if (st == LT_OK && strcmp(a.mode, "infer") != 0)
-        st = measure(&a, &m, true, strcmp(a.mode, "train") == 0);
-    lt_params_free(params);
+        st = run(&a, &s, true, strcmp(a.mode, "train") == 0);
+    lt_params_free(s.params);
     cli_hand_close(&hand);
     return st ? cli_fail(st) : 0;
 }

@@ -8,6 +8,7 @@
 #include "libtensor/kernels/kernels.h"
 #include "libtensor/optim/optim.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -47,6 +48,11 @@ static void fill_input(const bench *b, const model_port *port)
     }
 }
 
+static bool has_step(const bench *b)
+{
+    return b->o.train && !b->o.copies;
+}
+
 static lt_status compile(bench *b)
 {
     const lt_optim_opts adam = { .kind = LT_ADAM, .weight_decay = 5e-4 };
@@ -55,27 +61,31 @@ static lt_status compile(bench *b)
     if (!b->record.g)
         return LT_ENOMEM;
     b->o.m->cls->record(b->o.m, b->o.train, &b->record);
+    lt_kernels_use(b->o.kernels);
     b->plan = lt_compile(b->record.g, &(lt_compile_opts){ .train = b->o.train, .loss = b->record.loss });
     if (!b->plan)
-        return LT_ENOMEM;
-    if (b->o.train)
+        return lt_graph_status(b->record.g) ? lt_graph_status(b->record.g) : LT_ENOMEM;
+    if (has_step(b))
         b->optim = lt_optim_new(b->o.m->params, &adam);
-    return b->o.train && !b->optim ? LT_ENOMEM : LT_OK;
+    return has_step(b) && !b->optim ? LT_ENOMEM : LT_OK;
 }
 
 lt_status bench_new(const bench_options *o, bench **out)
 {
     bench *b = lt_alloc(sizeof(*b));
+    lt_status st;
 
     if (!b)
         return lt_error(LT_ENOMEM, "no memory to measure");
     b->o = *o;
     b->o.runs = (int)lt_max_i64(MIN_RUNS, lt_min_i64(o->runs, MAX_RUNS));
+    b->o.kernels = o->kernels ? o->kernels : lt_k;
     b->record.batch = o->batch;
     b->ms = lt_alloc((size_t)b->o.runs * sizeof(*b->ms));
-    if (!b->ms || compile(b)) {
+    st = b->ms ? compile(b) : lt_error(LT_ENOMEM, "no memory to measure");
+    if (st) {
         bench_free(b);
-        return LT_ENOMEM;
+        return st;
     }
     for (int i = 0; i < b->record.inputs.n; i++)
         fill_input(b, &b->record.inputs.port[i]);
@@ -106,10 +116,10 @@ static double now_ms(void)
 
 static void run_once(bench *b)
 {
-    if (b->o.train)
+    if (has_step(b))
         lt_params_zero_grad(b->o.m->params);
     lt_run(b->plan);
-    if (b->o.train) {
+    if (has_step(b)) {
         lt_optim_step(b->optim, 1e-6, lt_optim_grad_norm(b->optim));
         lt_statistics_update(b->o.m->params, 1);
     }
@@ -138,20 +148,28 @@ static double peak_rss_mb(void)
     return (double)usage.ru_maxrss / 1024;
 }
 
-bench_result bench_run(bench *b)
+static void warm_up(bench *b)
 {
-    bench_result r = { .macs = lt_plan_macs(b->plan), .plan_bytes = lt_plan_bytes(b->plan) };
-    double start;
-
+    lt_kernels_use(b->o.kernels);
     for (int i = 0; i < WARM_UP; i++)
         run_once(b);
+}
+
+/* Runs until there are enough of them or they have taken long enough. */
+static bench_result measure(bench *b, int runs, double seconds)
+{
+    const int copies = b->o.copies ? b->o.copies : 1;
+    bench_result r = { .macs = lt_plan_macs(b->plan) / copies, .plan_bytes = lt_plan_bytes(b->plan) };
+    double start;
+
+    lt_kernels_use(b->o.kernels);
     r.fma_before = lt_fma_peak_gflops(PEAK_MS);
     start = now_ms();
-    while (r.runs < b->o.runs && (r.runs < MIN_RUNS || now_ms() - start < 1e3 * b->o.seconds)) {
+    while (r.runs < runs && (r.runs < MIN_RUNS || now_ms() - start < 1e3 * seconds)) {
         const double t = now_ms();
 
         run_once(b);
-        b->ms[r.runs++] = now_ms() - t;
+        b->ms[r.runs++] = (now_ms() - t) / copies;
     }
     r.fma_after = lt_fma_peak_gflops(PEAK_MS);
     qsort(b->ms, (size_t)r.runs, sizeof(*b->ms), by_value);
@@ -161,6 +179,52 @@ bench_result bench_run(bench *b)
     r.min_ms = b->ms[0];
     r.peak_rss_mb = peak_rss_mb();
     return r;
+}
+
+bench_result bench_run(bench *b)
+{
+    warm_up(b);
+    return measure(b, b->o.runs, b->o.seconds);
+}
+
+/* ---- two in turn -------------------------------------------------------------------------------------- */
+
+/* Keeps the round with the lower median, and the lower minimum. */
+static void keep_best(bench_result *best, bench_result r)
+{
+    const double min_ms = best->runs ? fmin(best->min_ms, r.min_ms) : r.min_ms;
+
+    if (!best->runs || r.median_ms < best->median_ms)
+        *best = r;
+    best->min_ms = min_ms;
+}
+
+/* No reading around the round below 0.9 of the best of its instruction set. */
+static bool undisturbed(const bench_result *r, double *best_peak)
+{
+    *best_peak = fmax(*best_peak, fmax(r->fma_before, r->fma_after));
+    return fmin(r->fma_before, r->fma_after) >= 0.9 * *best_peak;
+}
+
+void bench_compare(bench *a, bench *b, bench_result out[2])
+{
+    bench *const both[2] = { a, b };
+    double peak[2] = { 0, 0 };
+
+    warm_up(a);
+    warm_up(b);
+    out[0].runs = out[1].runs = 0;
+    for (int quiet = 0, tries = 0; quiet < BENCH_ROUNDS && tries < 3 * BENCH_ROUNDS; tries++) {
+        bool good = true;
+
+        for (int i = 0; i < 2; i++) {
+            const bench_result r = measure(both[i], both[i]->o.runs / BENCH_ROUNDS, both[i]->o.seconds / BENCH_ROUNDS);
+
+            keep_best(&out[i], r);
+            good = undisturbed(&r, &peak[i]) && good;
+        }
+        quiet += good;
+    }
 }
 
 /* ---- printing ----------------------------------------------------------------------------------------- */
@@ -178,13 +242,15 @@ static double gflops(const bench *b, const bench_result *r)
 
 void bench_print(const bench *b, const bench_result *r, FILE *f, bool heading)
 {
+    const int digits = r->median_ms < 10 ? 4 : 2;
+
     if (heading)
         fprintf(f, "| model | variant | mode | batch | threads | isa | median ms | p5 | p95 | min | runs | "
                 "GFLOP/s | FMA peak | peak MB |\n|---|---|---|--:|--:|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
-    fprintf(f, "| %s | %s | %s | %d | %d | %s | %.2f | %.2f | %.2f | %.2f | %d | %.0f | %.0f .. %.0f | %.0f |\n",
-            b->o.m->cls->name, b->o.m->variant, mode(b), b->o.batch, lt_threads(), lt_isa_name(lt_k->isa),
-            r->median_ms, r->p5_ms, r->p95_ms, r->min_ms, r->runs, gflops(b, r), r->fma_before, r->fma_after,
-            r->peak_rss_mb);
+    fprintf(f, "| %s | %s | %s | %d | %d | %s | %.*f | %.*f | %.*f | %.*f | %d | %.0f | %.0f .. %.0f | %.0f |\n",
+            b->o.m->cls->name, b->o.m->variant, mode(b), b->o.batch, lt_threads(), lt_isa_name(b->o.kernels->isa),
+            digits, r->median_ms, digits, r->p5_ms, digits, r->p95_ms, digits, r->min_ms, r->runs, gflops(b, r),
+            r->fma_before, r->fma_after, r->peak_rss_mb);
 }
 
 static void print_number(FILE *f, const char *name, double value)
@@ -197,7 +263,7 @@ static void print_number(FILE *f, const char *name, double value)
 void bench_print_json(const bench *b, const bench_result *r, FILE *f)
 {
     fprintf(f, "{\"model\": \"%s\", \"variant\": \"%s\", \"mode\": \"%s\", \"isa\": \"%s\", \"cpu\": ",
-            b->o.m->cls->name, b->o.m->variant, mode(b), lt_isa_name(lt_k->isa));
+            b->o.m->cls->name, b->o.m->variant, mode(b), lt_isa_name(b->o.kernels->isa));
     lt_json_print_string(f, lt_cpu_model());
     print_number(f, "batch", b->o.batch);
     print_number(f, "threads", lt_threads());
@@ -213,6 +279,22 @@ void bench_print_json(const bench *b, const bench_result *r, FILE *f)
     print_number(f, "fma_gflops_before", r->fma_before);
     print_number(f, "fma_gflops_after", r->fma_after);
     fprintf(f, "}\n");
+}
+
+void bench_print_ratio(const bench *a, const bench *b, const bench_result r[2], FILE *f, bool json)
+{
+    const double medians = r[1].median_ms / r[0].median_ms, minima = r[1].min_ms / r[0].min_ms;
+    const char *ours = lt_isa_name(a->o.kernels->isa), *other = lt_isa_name(b->o.kernels->isa);
+
+    if (json) {
+        fprintf(f, "{\"compare\": \"%s\", \"with\": \"%s\"", ours, other);
+        print_number(f, "ratio_of_medians", medians);
+        print_number(f, "ratio_of_minima", minima);
+        fprintf(f, "}\n");
+    } else {
+        fprintf(f, "\n%s is %.2f times as fast as %s by the lowest medians of %d alternated rounds, %.2f by the "
+                "minima\n", ours, medians, other, BENCH_ROUNDS, minima);
+    }
 }
 
 /* ---- the profile -------------------------------------------------------------------------------------- */

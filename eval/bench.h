@@ -1,16 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * How long a model takes: latency of inference and of a training step, memory, and a profile by layer.
+ * How long a model or a layer takes: latency of inference and of a training step, memory, a profile by
+ * layer, and two instruction sets in turn.
  */
 #ifndef EVAL_BENCH_H
 #define EVAL_BENCH_H
 
+#include "libtensor/kernels/kernels.h"
 #include "models/model.h"
 
 #include <stdio.h>
 
 typedef struct {
     const model *m;                 /* initialised; a training step moves its weights */
+    int copies;                     /* of a layer, that m's graph holds: times are one's, and training is
+                                     * forward and backward without a step. 0: a model */
+    const lt_kernels *kernels;      /* to run with; NULL: those in use */
     int batch;
     bool train;                     /* forward, backward and Adam instead of forward alone */
     int runs;                       /* timed runs wanted */
@@ -28,12 +33,26 @@ typedef struct {
 
 typedef struct bench bench;
 
-/* bench_new - compiles the model and fills its inputs with numbers. Errors: no memory. */
+/* bench_new - compiles the model and fills its inputs with numbers. Errors: no memory, a graph that cannot
+ * be. */
 lt_status bench_new(const bench_options *o, bench **out);
 void bench_free(bench *b);
 
 /* bench_run - warm up three times, then measure. Another process slows it down: look at fma_before. */
 bench_result bench_run(bench *b);
+
+enum { BENCH_ROUNDS = 5 };
+
+/**
+ * bench_compare - measure a and b in turn, BENCH_ROUNDS times, sharing out runs and seconds
+ *
+ * A round during which the FMA peak fell below 0.9 of the best reading is measured again, up to twice as
+ * many times. out[0] and out[1] are of the round with the lowest median; min_ms is of all rounds.
+ */
+void bench_compare(bench *a, bench *b, bench_result out[2]);
+
+/* bench_print_ratio - how many times faster a is than b: by medians and by minima; text, or a line of JSON */
+void bench_print_ratio(const bench *a, const bench *b, const bench_result r[2], FILE *f, bool json);
 
 /* bench_print - one Markdown row (heading first when asked for), or one line of JSON */
 void bench_print(const bench *b, const bench_result *r, FILE *f, bool heading);
