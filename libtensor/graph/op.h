@@ -95,10 +95,12 @@ typedef struct lt_op {
 
     /* For plans without backward. lower: record something simpler instead, on in[0]'s graph, and
      * return its result, or NULL to stay. as_tail: describe this node as a tail on in[i].
-     * absorb: take a tail over, changing attr and inputs of the node, or refuse. All optional. */
+     * absorb: take a tail over, changing attr and inputs of the node, or refuse. prepare: the graph is
+     * final; inputs that are constant may be replaced by a form computed from them. All optional. */
     lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
     bool (*as_tail)(const lt_node *node, int i, lt_tail *tail);
     bool (*absorb)(lt_node *node, const lt_tail *tail);
+    void (*prepare)(lt_node *node);
 } lt_op;
 
 struct lt_node {

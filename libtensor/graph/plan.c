@@ -57,6 +57,8 @@ static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile
     st = pass_dead_code(p->g);
     if (st == LT_OK && simplify)
         st = pass_fuse(p->g);
+    if (st == LT_OK && simplify)
+        st = pass_prepare(p->g);
     return st;
 }
 

@@ -4,6 +4,7 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/product.h"
+#include "libtensor/kernels/winograd.h"
 
 #include <assert.h>
 #include <string.h>
@@ -171,26 +172,20 @@ static lt_conv_image window_image(const lt_conv2d_params *p, const lt_real *x, c
     return g;
 }
 
-static void forward_group(const lt_conv2d_params *p, const taps *t, int64_t g, const lt_real *x,
-                          const lt_real *weights, lt_epilogue e, lt_real *y)
+/* The product of one group, without its data. */
+static void forward_job(job *j, const lt_conv2d_params *p, const taps *t)
 {
-    const int64_t cg = group_c(p), og = group_o(p), out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
-    job j = {
-        .p = p, .m = og, .n = out, .plain = pointwise(p), .image_step = p->c * p->h * p->w,
-        .a = { weights + g * og * cg * t->n, cg * t->n, t->n, t->n, t->weight, true, 1 },
-        .image = window_image(p, x + g * cg * p->h * p->w, t),
+    const int64_t cg = group_c(p), out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+
+    *j = (job){
+        .p = p, .m = group_o(p), .n = out, .plain = pointwise(p), .image_step = p->c * p->h * p->w,
+        .a = { NULL, cg * t->n, t->n, t->n, t->weight, true, 1 },
         .product = {
-            .k = cg * t->n, .pack_a = pack_weights, .pack_b = pack_positions,
-            .c = y + g * og * out, .ldc = out, .c_step = p->o * out, .e = &e,
+            .k = cg * t->n, .pack_a = pack_weights, .pack_b = pack_positions, .ctx = j,
+            .ldc = out, .c_step = p->o * out,
         },
     };
-
-    e.row_bias = e.row_bias ? e.row_bias + g * og : NULL;
-    e.residual = e.residual ? e.residual + g * og * out : NULL;
-    e.ld_residual = out;
-    j.product.ctx = &j;
-    cut(&j);
-    lt_parallel_for(tasks_of(&j), run_tile, &j);
+    cut(j);
 }
 
 static bool nothing(const lt_conv2d_params *p)
@@ -199,21 +194,100 @@ static bool nothing(const lt_conv2d_params *p)
     return p->n < 1 || p->c < 1 || p->o < 1 || lt_conv2d_out_h(p) < 1 || lt_conv2d_out_w(p) < 1;
 }
 
-void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
-                       const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y)
+static int64_t weight_count(const lt_conv2d_params *p)
+{
+    return p->o * group_c(p) * p->kh * p->kw;
+}
+
+lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
+{
+    if (group_c(p) == 1)
+        return LT_CONV_DEPTHWISE;
+    return lt_winograd_suits(p) ? LT_CONV_WINOGRAD : LT_CONV_DIRECT;
+}
+
+int64_t lt_conv2d_packed(const lt_conv2d_params *p)
+{
+    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_packed(p->o, p->c) : weight_count(p);
+}
+
+static void pack_groups(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+{
+    const int64_t each = weight_count(p) / p->groups;
+    taps t;
+    job j;
+
+    window_taps(&t, p);
+    forward_job(&j, p, &t);
+    for (int64_t g = 0; g < p->groups; g++) {
+        j.a.w = weights + g * each;
+        lt_product_pack(&j.product, j.m, j.tile_m, packed + g * each);
+    }
+}
+
+void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+{
+    if (nothing(p))
+        return;
+    switch (lt_conv2d_algorithm(p)) {
+    case LT_CONV_DEPTHWISE:
+        memcpy(packed, weights, (size_t)weight_count(p) * sizeof(lt_real));
+        break;
+    case LT_CONV_WINOGRAD:
+        lt_winograd_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
+        break;
+    case LT_CONV_DIRECT:
+        pack_groups(p, weights, packed);
+        break;
+    }
+}
+
+size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
+{
+    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_work(p, p->o, p->c) : 0;
+}
+
+static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                           const lt_epilogue *e, lt_real *y)
+{
+    const int64_t cg = group_c(p);
+    taps t;
+    job j;
+
+    window_taps(&t, p);
+    forward_job(&j, p, &t);
+    for (int64_t g = 0; g < p->groups; g++) {
+        lt_epilogue tail = *e;
+
+        tail.row_bias = e->row_bias ? e->row_bias + g * j.m : NULL;
+        tail.residual = e->residual ? e->residual + g * j.m * j.n : NULL;
+        tail.ld_residual = j.n;
+        j.image = window_image(p, x + g * cg * p->h * p->w, &t);
+        j.product.a = packed + g * j.m * j.product.k;
+        j.product.c = y + g * j.m * j.n;
+        j.product.e = &tail;
+        lt_parallel_for(tasks_of(&j), run_tile, &j);
+    }
+}
+
+void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                       const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y, void *work)
 {
     const lt_epilogue e = { .row_bias = bias, .residual = residual, .act = act };
-    taps t;
 
     if (nothing(p))
         return;
-    if (group_c(p) == 1) {
-        lt_depthwise_forward(p, x, weights, &e, y);
-        return;
+    switch (lt_conv2d_algorithm(p)) {
+    case LT_CONV_DEPTHWISE:
+        lt_depthwise_forward(p, x, packed, &e, y);
+        break;
+    case LT_CONV_WINOGRAD:
+        lt_winograd_run(p, p->o, p->c, x, packed, &e, y, work);
+        break;
+    case LT_CONV_DIRECT:
+        forward_groups(p, x, packed, &e, y);
+        break;
     }
-    window_taps(&t, p);
-    for (int64_t g = 0; g < p->groups; g++)
-        forward_group(p, &t, g, x, weights, e, y);
 }
 
 /* ---- gradient of x --------------------------------------------------------------------------------- */
@@ -279,25 +353,30 @@ static void run_spread(void *ctx, int64_t task)
     spread(d, &t, image, tile);
 }
 
-static void data_class(data_job *d, bool strided)
+static void cut_spread(job *j)
 {
-    job *j = &d->j;
-
-    if (!strided) {
-        cut(j);
-        lt_parallel_for(tasks_of(j), run_tile, j);
-        return;
-    }
     j->images = 1;
     j->tile_m = lt_tile_size(j->m, SPREAD_M, 1);
     j->tile_n = lt_tile_size(j->n, SPREAD_N, 64);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
-    lt_parallel_for(tasks_of(j), run_spread, d);
+}
+
+static void data_class(data_job *d, bool strided, lt_real *packed)
+{
+    job *j = &d->j;
+
+    if (strided)
+        cut_spread(j);
+    else
+        cut(j);
+    lt_product_pack(&j->product, j->m, j->tile_m, packed);
+    j->product.a = packed;
+    lt_parallel_for(tasks_of(j), strided ? run_spread : run_tile, strided ? (void *)d : j);
 }
 
 static void data_group(const lt_conv2d_params *p, int64_t g, parity c, const taps *t,
-                       const lt_real *dy, const lt_real *weights, lt_real *dx)
+                       const lt_real *dy, const lt_real *weights, lt_real *dx, lt_real *packed)
 {
     const int64_t cg = group_c(p), og = group_o(p), k_all = (int64_t)p->kh * p->kw;
     const int64_t out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
@@ -318,20 +397,14 @@ static void data_group(const lt_conv2d_params *p, int64_t g, parity c, const tap
     };
 
     d.j.product.ctx = &d.j;
-    data_class(&d, strided);
+    data_class(&d, strided, packed);
 }
 
-void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
-                             lt_real *dx)
+static void data_groups(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights, lt_real *dx,
+                        lt_real *packed)
 {
     taps t;
 
-    if (nothing(p))
-        return;
-    if (group_c(p) == 1) {
-        lt_depthwise_backward_data(p, dy, weights, dx);
-        return;
-    }
     for (int y0 = 0; y0 < p->stride_h && y0 < p->h; y0++)
         for (int x0 = 0; x0 < p->stride_w && x0 < p->w; x0++) {
             const parity c = { y0, x0, lt_ceil_div(p->h - y0, p->stride_h),
@@ -340,8 +413,44 @@ void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const
             if (parity_taps(&t, p, c) == 0)
                 continue;
             for (int64_t g = 0; g < p->groups; g++)
-                data_group(p, g, c, &t, dy, weights, dx);
+                data_group(p, g, c, &t, dy, weights, dx, packed);
         }
+}
+
+/* With stride 1 and pad 1 a 3 x 3 window is its own transpose's: dy in the place of x. */
+static void data_winograd(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights, lt_real *dx,
+                          lt_real *work)
+{
+    const lt_epilogue add = { .residual = dx };
+    lt_real *packed = work;
+
+    lt_winograd_pack(weights, 9, p->c * 9, true, p->c, p->o, packed);
+    lt_winograd_run(p, p->c, p->o, dy, packed, &add, dx, packed + lt_winograd_packed(p->c, p->o));
+}
+
+size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
+{
+    if (lt_conv2d_algorithm(p) != LT_CONV_WINOGRAD)
+        return (size_t)weight_count(p) * sizeof(lt_real);
+    return (size_t)lt_winograd_packed(p->c, p->o) * sizeof(lt_real) + lt_winograd_work(p, p->c, p->o);
+}
+
+void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
+                             lt_real *dx, void *work)
+{
+    if (nothing(p))
+        return;
+    switch (lt_conv2d_algorithm(p)) {
+    case LT_CONV_DEPTHWISE:
+        lt_depthwise_backward_data(p, dy, weights, dx);
+        break;
+    case LT_CONV_WINOGRAD:
+        data_winograd(p, dy, weights, dx, work);
+        break;
+    case LT_CONV_DIRECT:
+        data_groups(p, dy, weights, dx, work);
+        break;
+    }
 }
 
 /* ---- gradient of the weights ------------------------------------------------------------------------- */
@@ -355,11 +464,6 @@ typedef struct {
 } weights_job;
 
 typedef struct { const lt_real *dy; lt_conv_image x; int64_t positions; } weights_ctx;
-
-static int64_t weight_count(const lt_conv2d_params *p)
-{
-    return p->o * group_c(p) * p->kh * p->kw;
-}
 
 static int64_t chunk_count(const lt_conv2d_params *p)
 {

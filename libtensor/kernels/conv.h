@@ -27,23 +27,46 @@ typedef struct {
 LT_API int64_t lt_conv2d_out_h(const lt_conv2d_params *p);
 LT_API int64_t lt_conv2d_out_w(const lt_conv2d_params *p);
 
+/* How a convolution is computed: a function of its shape alone. */
+typedef enum {
+    LT_CONV_DIRECT,         /* a product, packed straight from the map */
+    LT_CONV_WINOGRAD,       /* F(4x4, 3x3): libtensor/kernels/winograd.h */
+    LT_CONV_DEPTHWISE,      /* one input channel for each group */
+} lt_conv_algorithm;
+
+LT_API lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p);
+
+/**
+ * lt_conv2d_pack - the weights in the order in which forward reads them
+ *
+ * packed has lt_conv2d_packed(p) elements. It serves every instruction set's forward but only its own:
+ * pack again after lt_kernels_use.
+ */
+LT_API int64_t lt_conv2d_packed(const lt_conv2d_params *p);
+LT_API void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
+
 /**
  * lt_conv2d_forward - y = act(conv(x, weights) + bias + residual)
  *
- * bias (o) and residual (the shape of y) may be NULL. Each y is one chain of fused multiply-adds over
- * (channel, ky, kx), zeros of the padding included, then bias, then residual, then act.
+ * bias (o) and residual (the shape of y) may be NULL; residual may be y itself. work is
+ * lt_conv2d_forward_work(p) bytes, aligned to LT_ALIGN, contents indifferent. Direct: each y is one chain
+ * of fused multiply-adds over (channel, ky, kx), zeros of the padding included, then bias, then residual,
+ * then act. Winograd: within 4e-6 of the sum of the terms' sizes from that.
  */
-LT_API void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
-                              const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y);
+LT_API size_t lt_conv2d_forward_work(const lt_conv2d_params *p);
+LT_API void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                              const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y,
+                              void *work);
 
 /**
  * lt_conv2d_backward_data - dx += the gradient of x
  *
- * Also the forward pass of a transposed convolution, with dy in the place of its input, into dx
- * cleared beforehand.
+ * work is lt_conv2d_backward_data_work(p) bytes, as above. Also the forward pass of a transposed
+ * convolution, with dy in the place of its input, into dx cleared beforehand.
  */
+LT_API size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy,
-                                    const lt_real *weights, lt_real *dx);
+                                    const lt_real *weights, lt_real *dx, void *work);
 
 /**
  * lt_conv2d_backward_weights - dw += the gradient of the weights

@@ -77,7 +77,10 @@ void lt_gemm_batch(int64_t count, lt_trans ta, lt_trans tb, int64_t m, int64_t n
     job j = {
         .a = { a, ta ? 1 : lda, ta ? lda : 1, a_step },
         .b = { b, tb ? 1 : ldb, tb ? ldb : 1, b_step },
-        .product = { k, NULL, pack_a, pack_b, c, ldc, c_step, add, e },
+        .product = {
+            .k = k, .pack_a = pack_a, .pack_b = pack_b, .c = c, .ldc = ldc, .c_step = c_step, .add = add,
+            .e = e,
+        },
         .m = m, .n = n, .batch = count, .shared_a = a_step == 0,
     };
 

@@ -172,10 +172,11 @@ typedef struct lt_kernels {
     void (*pack_a)(lt_real *out, const lt_real *a, int64_t row, int64_t col, int64_t m, int64_t k);
     void (*pack_b)(lt_real *out, const lt_real *b, int64_t row, int64_t col, int64_t k, int64_t n);
 
-    /* gemm_strip: C[m, n] = (add ? C : 0) + A B for packed A and one panel of B, n <= nr. Each element
+    /* gemm_strip: C[m, n] = (add ? C : 0) + A B for packed A and one panel of B, n <= nr, and then what e
+     * says, where it is not NULL: the same as epilogue, but in registers. Each element
      * is one chain of fused multiply-adds in the order of k, so blocking over k changes no bit. */
     void (*gemm_strip)(lt_real *c, int64_t ldc, const lt_real *a, const lt_real *b, int64_t m,
-                       int64_t n, int64_t k, bool add);
+                       int64_t n, int64_t k, bool add, const lt_epilogue *e);
     void (*epilogue)(lt_real *c, int64_t ldc, int64_t m, int64_t n, const lt_epilogue *e);
 
     /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix
@@ -183,6 +184,23 @@ typedef struct lt_kernels {
      * pack_image_t: the same for its transpose: k positions from k0, n (channel, tap) from n0. */
     void (*pack_image)(lt_real *out, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
     void (*pack_image_t)(lt_real *out, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
+
+    /* ---- Winograd F(4x4, 3x3), for libtensor/kernels/winograd.c ----------------------------------- */
+    /* Lines of tiles are read and written by whole vectors: 64 elements more than n tiles have.
+     * wino_deal: q[j * phase + t] = line[4 t + j], j < 6;  wino_gather: line[4 t + j] = r[j * phase + t],
+     * j < 4. Tiles of wino_input and wino_output come in multiples of 16.
+     * wino_input: element (i, j) of tile t is q[(i % 4 * 6 + j) * phase + i / 4 * below + t]; place (i, j)
+     * of B^T d B goes to out[(6 i + j) * place] in column n0 + t of panels of nr columns.
+     * wino_output: place (i, j) is m[(6 i + j) * place + t]; element (i, j) goes to r[(4 i + j) * phase + t].
+     * wino_windows: one panel of pack_a in each place; the window of row r, column l starts at
+     * w[r * row + l * col], and is turned by half a circle when flip. */
+    void (*wino_deal)(lt_real *q, int64_t phase, const lt_real *line, int64_t n);
+    void (*wino_input)(lt_real *out, int64_t place, int64_t panel, int64_t n0, const lt_real *q,
+                       int64_t phase, int64_t below, int64_t n);
+    void (*wino_output)(lt_real *r, int64_t phase, const lt_real *m, int64_t place, int64_t n);
+    void (*wino_gather)(lt_real *line, const lt_real *r, int64_t phase, int64_t n);
+    void (*wino_windows)(lt_real *out, int64_t place, const lt_real *w, int64_t row, int64_t col,
+                         bool flip, int64_t rows, int64_t k);
 
     /* fma_loop: rounds of independent fused multiply-adds on registers; returns how many single
      * operations (two per multiply-add and lane) were done. *sink keeps the compiler honest. */

@@ -2,17 +2,18 @@
 #include "libtensor/kernels/product.h"
 
 #include "libtensor/base/arena.h"
+#include "libtensor/base/parallel.h"
 
 #include <pthread.h>
 
 /*
  * Packing scratch: one per thread, made when the thread first needs it, freed when it ends. Without
- * memory a small one on the stack serves: blocks become smaller, and the result stays the same.
+ * memory a smaller one on the stack serves: B is packed strip by strip, and the result stays the same.
  */
 typedef struct { lt_real a[LT_TILE_M * LT_PACK_K], b[LT_TILE_N * LT_PACK_K]; } scratch;
 
-enum { SMALL_K = 16 };
-typedef struct { lt_real a[LT_TILE_M * SMALL_K], b[LT_TILE_N * SMALL_K]; } small_scratch;
+enum { STRIP = 64 };                    /* at least nr on every instruction set */
+typedef struct { lt_real a[LT_TILE_M * LT_PACK_K], b[STRIP * LT_PACK_K]; } small_scratch;
 
 static pthread_key_t key;
 static pthread_once_t key_once = PTHREAD_ONCE_INIT;
@@ -41,19 +42,17 @@ static scratch *thread_scratch(void)
     return s;
 }
 
-/* n columns of the tile from its column j: what follows the sum. */
-static void finish(const lt_product *p, const lt_tile *t, int64_t image, int64_t j, int64_t n)
+/* What follows the sum, for the tile's columns from j on. */
+static lt_epilogue epilogue_at(const lt_product *p, const lt_tile *t, int64_t image, int64_t j)
 {
     const int64_t n0 = t->n0 + j;
     lt_epilogue e = *p->e;
 
-    if (e.row_bias)
-        e.row_bias += t->m0;
-    if (e.col_bias)
-        e.col_bias += n0;
+    e.row_bias = e.row_bias ? e.row_bias + t->m0 : NULL;
+    e.col_bias = e.col_bias ? e.col_bias + n0 : NULL;
     if (e.residual)
         e.residual += image * p->c_step + t->m0 * e.ld_residual + n0;
-    lt_k->epilogue(p->c + image * p->c_step + j, p->ldc, t->m, n, &e);
+    return e;
 }
 
 /* Strips of one image for k of the rows: the packed panel of B stays in L1 while A streams past. */
@@ -64,27 +63,41 @@ static void strips(const lt_product *p, const lt_tile *t, int64_t image, const l
     lt_real *c = p->c + image * p->c_step;
 
     for (int64_t j = 0; j < t->n; j += nr) {
-        const int64_t n = lt_min_i64(nr, t->n - j);
+        lt_epilogue e;
 
-        lt_k->gemm_strip(c + j, p->ldc, a, b + j * k, t->m, n, k, add);
-        if (last && p->e)
-            finish(p, t, image, j, n);
+        if (p->e)
+            e = epilogue_at(p, t, image, j);
+        lt_k->gemm_strip(c + j, p->ldc, a, b + j * k, t->m, lt_min_i64(nr, t->n - j), k, add,
+                         last && p->e ? &e : NULL);
+    }
+}
+
+/* One block of k, `columns` columns of B at a time. */
+static void block(const lt_product *p, const lt_tile *t, int64_t image, const lt_real *a, lt_real *b,
+                  int64_t k0, int64_t k, int64_t columns)
+{
+    for (int64_t j = 0; j < t->n; j += columns) {
+        const lt_tile part = { t->m0, t->m, t->n0 + j, lt_min_i64(columns, t->n - j) };
+        lt_product at = *p;
+
+        at.c += j;
+        p->pack_b(p->ctx, b, &part, image, k0, k);
+        strips(&at, &part, image, a, b, k, p->add || k0 > 0, k0 + k == p->k);
     }
 }
 
 static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t to, lt_real *a,
-                   lt_real *b, int64_t most_k)
+                   lt_real *b, int64_t columns)
 {
-    const int64_t n_blocks = lt_max_i64(1, lt_ceil_div(p->k, most_k));
+    const int64_t n = lt_product_blocks(p->k);
 
-    for (int64_t i = 0; i < n_blocks; i++) {
-        const int64_t k0 = i * p->k / n_blocks, k = (i + 1) * p->k / n_blocks - k0;
+    for (int64_t i = 0; i < n; i++) {
+        const int64_t k0 = i * p->k / n, k = (i + 1) * p->k / n - k0;
 
-        p->pack_a(p->ctx, a, t, k0, k);
-        for (int64_t image = from; image < to; image++) {
-            p->pack_b(p->ctx, b, t, image, k0, k);
-            strips(p, t, image, a, b, k, p->add || i > 0, i == n_blocks - 1);
-        }
+        if (!p->a)
+            p->pack_a(p->ctx, a, t, k0, k);
+        for (int64_t image = from; image < to; image++)
+            block(p, t, image, p->a ? p->a + t->m0 * p->k + k0 * t->m : a, b, k0, k, columns);
     }
 }
 
@@ -93,7 +106,7 @@ static __attribute__((noinline)) void small_blocks(const lt_product *p, const lt
 {
     _Alignas(LT_ALIGN) small_scratch s;
 
-    blocks(p, t, from, to, s.a, s.b, SMALL_K);
+    blocks(p, t, from, to, s.a, s.b, STRIP / lt_k->nr * lt_k->nr);
 }
 
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to)
@@ -101,7 +114,26 @@ void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_
     scratch *s = thread_scratch();
 
     if (s)
-        blocks(p, t, from, to, s->a, s->b, LT_PACK_K);
+        blocks(p, t, from, to, s->a, s->b, LT_TILE_N);
     else
         small_blocks(p, t, from, to);
+}
+
+typedef struct { const lt_product *p; int64_t m, tile_m, tiles; lt_real *out; } pack_job;
+
+static void run_pack(void *ctx, int64_t task)
+{
+    const pack_job *j = ctx;
+    const int64_t k_all = j->p->k, n = lt_product_blocks(k_all), i = task / j->tiles;
+    const int64_t k0 = i * k_all / n, k = (i + 1) * k_all / n - k0, m0 = task % j->tiles * j->tile_m;
+    const lt_tile t = { .m0 = m0, .m = lt_min_i64(j->tile_m, j->m - m0) };
+
+    j->p->pack_a(j->p->ctx, j->out + m0 * k_all + k0 * t.m, &t, k0, k);
+}
+
+void lt_product_pack(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out)
+{
+    pack_job j = { p, m, tile_m, lt_ceil_div(m, tile_m), out };
+
+    lt_parallel_for(j.tiles * lt_product_blocks(p->k), run_pack, &j);
 }

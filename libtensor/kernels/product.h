@@ -15,6 +15,7 @@ typedef struct { int64_t m0, m, n0, n; } lt_tile;
 
 typedef struct lt_product {
     int64_t k;
+    const lt_real *a;           /* all of A as lt_product_pack left it; or NULL, then pack_a */
     const void *ctx;
     void (*pack_a)(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
     void (*pack_b)(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
@@ -26,11 +27,24 @@ typedef struct lt_product {
 } lt_product;
 
 /**
- * lt_product_tile - images [from, to) of one tile: C (+)= A B[image], A packed once per block of k
+ * lt_product_tile - images [from, to) of one tile: C (+)= A B[image]
  *
  * t->m <= LT_TILE_M and t->n <= LT_TILE_N.
  */
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to);
+
+/* lt_product_blocks - into how many almost equal blocks k is cut; block i starts at i * k / blocks */
+static inline int64_t lt_product_blocks(int64_t k)
+{
+    return lt_max_i64(1, lt_ceil_div(k, LT_PACK_K));
+}
+
+/**
+ * lt_product_pack - all m rows of A, in parallel: for each tile of tile_m rows, for each block of k
+ *
+ * out has m * k elements; the part of rows m0 and columns k0 starts at m0 * k + k0 * (the tile's rows).
+ */
+void lt_product_pack(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out);
 
 /* lt_tile_size - cut n into equal parts of at most `most`, each a multiple of `unit`, but the last */
 static inline int64_t lt_tile_size(int64_t n, int64_t most, int64_t unit)

@@ -4,7 +4,7 @@
  *   dx += the transposed convolution of dy       dw += the correlation of x with dy       db += sum of dy
  *
  * act and addend are there only where an inference plan fused them; a batch norm behind it folds into
- * w and b, which then are computed once per lt_plan_refresh.
+ * w and b, and w is packed, once per lt_plan_refresh.
  */
 #include "libtensor/kernels/conv.h"
 #include "libtensor/ops/common.h"
@@ -14,15 +14,25 @@ enum { X, W, B, ADDEND };
 typedef struct {
     lt_conv_opts opts;
     lt_act act;
+    bool packed;                /* in[W] is the result of conv2d_pack ... */
+    lt_shape window;            /* ... and this was its shape */
 } conv2d_attr;
+
+static lt_shape window_of(const lt_call *c)
+{
+    const conv2d_attr *a = c->attr;
+
+    return a->packed ? a->window : c->in[W]->shape;
+}
 
 static lt_conv2d_params params_of(const lt_call *c)
 {
     const conv2d_attr *a = c->attr;
-    const lt_tensor *x = c->in[X], *w = c->in[W];
+    const lt_tensor *x = c->in[X];
+    const lt_shape w = window_of(c);
     const lt_conv2d_params p = {
-        .n = lt_dim(x, 0), .c = lt_dim(x, 1), .h = lt_dim(x, 2), .w = lt_dim(x, 3), .o = lt_dim(w, 0),
-        .kh = (int)lt_dim(w, 2), .kw = (int)lt_dim(w, 3),
+        .n = lt_dim(x, 0), .c = lt_dim(x, 1), .h = lt_dim(x, 2), .w = lt_dim(x, 3), .o = w.dim[0],
+        .kh = (int)w.dim[2], .kw = (int)w.dim[3],
         .stride_h = a->opts.stride, .stride_w = a->opts.stride, .pad_h = a->opts.pad, .pad_w = a->opts.pad,
         .dil_h = a->opts.dilation, .dil_w = a->opts.dilation, .groups = a->opts.groups,
     };
@@ -70,21 +80,40 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
+/* Where the weights are not packed yet, forward does it at the start of its work. */
+static size_t packing_bytes(const lt_call *c, const lt_conv2d_params *p)
+{
+    const conv2d_attr *a = c->attr;
+
+    return a->packed ? 0 : (size_t)lt_ceil_div(lt_conv2d_packed(p), LT_ALIGN) * LT_ALIGN * sizeof(lt_real);
+}
+
+static size_t larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
 static void plan(lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
 
+    c->work_bytes = packing_bytes(c, &p) + lt_conv2d_forward_work(&p);
     if (c->train)
-        c->work_bytes = lt_conv2d_weights_work(&p);
+        c->work_bytes = larger(c->work_bytes, larger(lt_conv2d_weights_work(&p),
+                                                     lt_conv2d_backward_data_work(&p)));
 }
 
 static void forward(const lt_call *c)
 {
     const conv2d_attr *a = c->attr;
     const lt_conv2d_params p = params_of(c);
+    const lt_real *packed = a->packed ? c->in[W]->data : c->work;
 
-    lt_conv2d_forward(&p, c->in[X]->data, c->in[W]->data, c->in[B] ? c->in[B]->data : NULL,
-                      c->in[ADDEND] ? c->in[ADDEND]->data : NULL, a->act, c->out->data);
+    if (!a->packed)
+        lt_conv2d_pack(&p, c->in[W]->data, c->work);
+    lt_conv2d_forward(&p, c->in[X]->data, packed, c->in[B] ? c->in[B]->data : NULL,
+                      c->in[ADDEND] ? c->in[ADDEND]->data : NULL, a->act, c->out->data,
+                      (char *)c->work + packing_bytes(c, &p));
 }
 
 static void backward(const lt_call *c)
@@ -92,7 +121,7 @@ static void backward(const lt_call *c)
     const lt_conv2d_params p = params_of(c);
 
     if (c->din[X])
-        lt_conv2d_backward_data(&p, c->dout, c->in[W]->data, c->din[X]);
+        lt_conv2d_backward_data(&p, c->dout, c->in[W]->data, c->din[X], c->work);
     if (c->din[W])
         lt_conv2d_backward_weights(&p, c->in[X]->data, c->dout, c->din[W], c->work);
     if (c->din[B])
@@ -101,9 +130,9 @@ static void backward(const lt_call *c)
 
 static int64_t macs(const lt_call *c)
 {
-    const lt_tensor *w = c->in[W];
+    const lt_shape w = window_of(c);
 
-    return lt_numel(c->out) * lt_dim(w, 1) * lt_dim(w, 2) * lt_dim(w, 3);
+    return lt_numel(c->out) * w.dim[1] * w.dim[2] * w.dim[3];
 }
 
 /* conv(x, w) s + t = conv(x, w s) + b s + t, channel by channel of the output. */
@@ -132,10 +161,37 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
+/* conv2d_pack: w in the order in which forward reads it; attr is the convolution's own lt_conv2d_params */
+static lt_status pack_infer(lt_call *c)
+{
+    c->out->shape = LT_SHAPE(lt_conv2d_packed(c->attr));
+    return LT_OK;
+}
+
+static void pack_forward(const lt_call *c)
+{
+    lt_conv2d_pack(c->attr, c->in[0]->data, c->out->data);
+}
+
+static const lt_op conv2d_pack_op = { .name = "conv2d_pack", .infer = pack_infer, .forward = pack_forward };
+
+static void prepare(lt_node *node)
+{
+    conv2d_attr *a = node->attr;
+    lt_call c = { .attr = a, .in = { node->in[X], node->in[W] } };
+    const lt_conv2d_params p = params_of(&c);
+
+    if (!lt_is_constant(node->in[W]))
+        return;
+    a->window = node->in[W]->shape;
+    a->packed = true;
+    node->in[W] = lt_apply(&conv2d_pack_op, &p, sizeof(p), &node->in[W], 1);
+}
+
 static const lt_op conv2d_op = {
     .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
     .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward, .macs = macs, .absorb = absorb,
+    .forward = forward, .backward = backward, .macs = macs, .absorb = absorb, .prepare = prepare,
 };
 
 lt_tensor *(lt_conv2d)(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts)

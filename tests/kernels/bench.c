@@ -97,21 +97,21 @@ static void bench_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k
 
 /* ---- convolutions ------------------------------------------------------------------------------------- */
 
-typedef struct { lt_conv2d_params p; float *x, *w, *y; void *work; } conv;
+typedef struct { lt_conv2d_params p; float *x, *w, *packed, *y; void *work; } conv;
 
 static void run_forward(void *ctx)
 {
     const conv *c = ctx;
     const lt_act relu = { LT_ACT_RELU, 0 };
 
-    lt_conv2d_forward(&c->p, c->x, c->w, c->w, NULL, relu, c->y);
+    lt_conv2d_forward(&c->p, c->x, c->packed, c->w, NULL, relu, c->y, c->work);
 }
 
 static void run_data(void *ctx)
 {
     const conv *c = ctx;
 
-    lt_conv2d_backward_data(&c->p, c->y, c->w, c->x);
+    lt_conv2d_backward_data(&c->p, c->y, c->w, c->x, c->work);
 }
 
 static void run_weights(void *ctx)
@@ -131,7 +131,10 @@ static void bench_conv(int n, int c, int size, int o, int k, int stride, int gro
     v.x = random_array((size_t)n * (size_t)c * (size_t)(size * size), 1);
     v.w = random_array((size_t)o * (size_t)(c / groups * k * k) + (size_t)o, 2);
     v.y = random_array((size_t)n * (size_t)o * (size_t)out, 3);
-    v.work = lt_alloc(lt_conv2d_weights_work(&v.p));
+    v.work = lt_alloc(lt_conv2d_weights_work(&v.p) + lt_conv2d_backward_data_work(&v.p)
+                      + lt_conv2d_forward_work(&v.p));
+    v.packed = random_array((size_t)lt_conv2d_packed(&v.p), 4);
+    lt_conv2d_pack(&v.p, v.w, v.packed);
     snprintf(name, sizeof(name), "conv %dx%d/%d %4d -> %4d @%d%s, b%d forward", k, k, stride, c, o, size,
              groups > 1 ? " depthwise" : "", n);
     report(name, flop, run_forward, &v);
@@ -139,7 +142,7 @@ static void bench_conv(int n, int c, int size, int o, int k, int stride, int gro
         report("    data gradient", flop, run_data, &v);
         report("    weight gradient", flop, run_weights, &v);
     }
-    free_array(v.x), free_array(v.w), free_array(v.y), lt_release(v.work);
+    free_array(v.x), free_array(v.w), free_array(v.packed), free_array(v.y), lt_release(v.work);
 }
 
 /* ---- the rest ------------------------------------------------------------------------------------------- */

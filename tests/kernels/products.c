@@ -98,6 +98,10 @@ static const lt_conv2d_params convs[] = {
     { 1, 4, 9, 30, 4, 3, 3, 1, 3, 2, 2, 2, 2, 4 },
     { 1, 300, 6, 5, 3, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 2, 40, 33, 70, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 2, 32, 16, 16, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },     /* from here on: Winograd */
+    { 3, 33, 12, 13, 47, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 1, 270, 12, 14, 35, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 1, 32, 13, 70, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 2, 3, 2, 2, 4, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 2, 3, 3, 2, 5, 5, 1, 1, 0, 0, 1, 1, 1 },     /* no window fits: nothing happens */
     { 0, 2, 3, 3, 2, 3, 3, 1, 1, 0, 0, 1, 1, 1 },
@@ -161,17 +165,44 @@ static void pair_weights(void *ctx, int64_t iy, int64_t ix, int64_t iw)
     add_pair(s, iw, s->d->dy[iy], s->d->x[ix]);
 }
 
+static void pair_sum(void *ctx, int64_t iy, int64_t ix, int64_t iw)
+{
+    plain *s = ctx;
+
+    add_pair(s, iy, s->d->w[iw], s->d->x[ix]);
+}
+
+/* What Winograd promises, as conv.h has it, of the sum of the terms' sizes. */
+static const double winograd_bound = 4e-6;
+
+static void check_near(const conv_data *d, const float *got, const char *name)
+{
+    double *sum = calloc(d->n_y, sizeof(double)), *size = calloc(d->n_y, sizeof(double));
+    plain s = { d, NULL, sum, size };
+
+    each_pair(d->p, pair_sum, &s);
+    for (size_t i = 0; i < d->n_y; i++)
+        expect_near(got[i], sum[i], winograd_bound * size[i], "Winograd", name, i);
+    free(sum), free(size);
+}
+
 static void check_forward(const conv_data *d, const char *name, bool plainly)
 {
     const lt_conv2d_params *p = d->p;
     const int64_t out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
     const lt_act relu = { LT_ACT_RELU, 0 };
-    float *want = zero_array(d->n_y), *got = guarded_array(d->n_y);
+    const size_t n_packed = (size_t)lt_conv2d_packed(p);
+    float *want = zero_array(d->n_y), *got = guarded_array(d->n_y), *packed = guarded_array(n_packed);
+    void *work = lt_alloc(lt_conv2d_forward_work(p));
     plain s = { d, want, NULL, NULL };
 
-    lt_conv2d_forward(p, d->x, d->w, NULL, NULL, (lt_act){ LT_ACT_NONE, 0 }, got);
+    lt_conv2d_pack(p, d->w, packed);
+    lt_conv2d_forward(p, d->x, packed, NULL, NULL, (lt_act){ LT_ACT_NONE, 0 }, got, work);
     same_as_before(got, d->n_y, "conv forward %s", name);
-    if (plainly) {
+    if (plainly && lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD) {
+        check_near(d, got, name);
+        memcpy(want, got, d->n_y * sizeof(float));
+    } else if (plainly) {
         each_pair(p, pair_forward, &s);
         expect_bits(got, want, d->n_y, "conv forward %s", name);
     } else {
@@ -181,9 +212,9 @@ static void check_forward(const conv_data *d, const char *name, bool plainly)
         want[i] = want[i] + d->bias[(int64_t)i / out % p->o] + d->residual[i];
         want[i] = want[i] < 0 ? 0 : want[i];
     }
-    lt_conv2d_forward(p, d->x, d->w, d->bias, d->residual, relu, got);
+    lt_conv2d_forward(p, d->x, packed, d->bias, d->residual, relu, got, work);
     expect_bits(got, want, d->n_y, "conv forward with everything %s", name);
-    free_array(want), free_array(got);
+    free_array(want), free_array(got), free_array(packed), lt_release(work);
 }
 
 /* A gradient against the sum in double, within 1e-6 of the sum of its terms' sizes. */
@@ -193,17 +224,19 @@ static void check_gradient(const conv_data *d, const char *what, const char *nam
     double *sum = calloc(n + 1, sizeof(double)), *size = calloc(n + 1, sizeof(double));
     float *start = random_array(n, 9), *got = guarded_array(n);
     plain s = { d, NULL, sum, size };
-    void *work = lt_alloc(lt_conv2d_weights_work(d->p));
+    const bool data = fn == pair_data;
+    const double bound = data && lt_conv2d_algorithm(d->p) == LT_CONV_WINOGRAD ? winograd_bound : 1e-6;
+    void *work = lt_alloc(data ? lt_conv2d_backward_data_work(d->p) : lt_conv2d_weights_work(d->p));
 
     memcpy(got, start, n * sizeof(float));
     if (plainly)
         each_pair(d->p, fn, &s);
-    if (fn == pair_data)
-        lt_conv2d_backward_data(d->p, d->dy, d->w, got);
+    if (data)
+        lt_conv2d_backward_data(d->p, d->dy, d->w, got, work);
     else
         lt_conv2d_backward_weights(d->p, d->x, d->dy, got, work);
     for (size_t i = 0; i < n && plainly; i++)
-        expect_near(got[i], (double)start[i] + sum[i], 1e-6 * (size[i] + fabs((double)start[i])), what,
+        expect_near(got[i], (double)start[i] + sum[i], bound * (size[i] + fabs((double)start[i])), what,
                     name, i);
     same_as_before(got, n, "%s %s", what, name);
     lt_release(work), free(sum), free(size), free_array(start), free_array(got);

@@ -19,6 +19,12 @@ INLINE vec v_load(const float *p) { return _mm256_loadu_ps(p); }
 INLINE void v_store(float *p, vec v) { _mm256_storeu_ps(p, v); }
 INLINE vec v_fma(vec a, vec b, vec c) { return _mm256_fmadd_ps(a, b, c); }
 
+INLINE vec v_relu(vec x) { return _mm256_max_ps(_mm256_setzero_ps(), x); }
+INLINE vec v_leaky_relu(vec x, float slope)
+{
+    return _mm256_blendv_ps(x, x * v_set(slope), _mm256_cmp_ps(x, v_zero(), _CMP_LT_OQ));
+}
+
 INLINE __m256i lanes_below(int n)
 {
     return _mm256_cmpgt_epi32(_mm256_set1_epi32(n), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
@@ -41,6 +47,35 @@ INLINE vec v_load_even(const float *p, int lo, int hi)
     const __m256d halves = _mm256_castps_pd(_mm256_shuffle_ps(a, b, 0x88));     /* a b a b */
 
     return _mm256_castpd_ps(_mm256_permute4x64_pd(halves, 0xd8));
+}
+
+/* out[j]: p[j], p[4 + j], p[8 + j] ..., and back: a transpose of pairs of 128-bit parts, then of fours */
+INLINE void v_load4(vec out[4], const float *p)
+{
+    const vec a = _mm256_loadu_ps(p), b = _mm256_loadu_ps(p + VL);
+    const vec c = _mm256_loadu_ps(p + 2 * VL), d = _mm256_loadu_ps(p + 3 * VL);
+    const vec ac = _mm256_permute2f128_ps(a, c, 0x20), ac2 = _mm256_permute2f128_ps(a, c, 0x31);
+    const vec bd = _mm256_permute2f128_ps(b, d, 0x20), bd2 = _mm256_permute2f128_ps(b, d, 0x31);
+    const vec lo = _mm256_unpacklo_ps(ac, bd), hi = _mm256_unpackhi_ps(ac, bd);
+    const vec lo2 = _mm256_unpacklo_ps(ac2, bd2), hi2 = _mm256_unpackhi_ps(ac2, bd2);
+
+    out[0] = _mm256_unpacklo_ps(lo, lo2);
+    out[1] = _mm256_unpackhi_ps(lo, lo2);
+    out[2] = _mm256_unpacklo_ps(hi, hi2);
+    out[3] = _mm256_unpackhi_ps(hi, hi2);
+}
+
+INLINE void v_store4(float *p, const vec x[4])
+{
+    const vec lo = _mm256_unpacklo_ps(x[0], x[2]), hi = _mm256_unpackhi_ps(x[0], x[2]);
+    const vec lo2 = _mm256_unpacklo_ps(x[1], x[3]), hi2 = _mm256_unpackhi_ps(x[1], x[3]);
+    const vec a = _mm256_unpacklo_ps(lo, lo2), b = _mm256_unpackhi_ps(lo, lo2);
+    const vec c = _mm256_unpacklo_ps(hi, hi2), d = _mm256_unpackhi_ps(hi, hi2);
+
+    _mm256_storeu_ps(p, _mm256_permute2f128_ps(a, b, 0x20));
+    _mm256_storeu_ps(p + VL, _mm256_permute2f128_ps(c, d, 0x20));
+    _mm256_storeu_ps(p + 2 * VL, _mm256_permute2f128_ps(a, b, 0x31));
+    _mm256_storeu_ps(p + 3 * VL, _mm256_permute2f128_ps(c, d, 0x31));
 }
 
 /* out[j * row + i] = x[i * col + j] for i < lanes, j < VL. Pairs, then fours of rows within each 128

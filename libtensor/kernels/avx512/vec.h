@@ -19,6 +19,12 @@ INLINE vec v_load(const float *p) { return _mm512_loadu_ps(p); }
 INLINE void v_store(float *p, vec v) { _mm512_storeu_ps(p, v); }
 INLINE vec v_fma(vec a, vec b, vec c) { return _mm512_fmadd_ps(a, b, c); }
 
+INLINE vec v_relu(vec x) { return _mm512_max_ps(_mm512_setzero_ps(), x); }
+INLINE vec v_leaky_relu(vec x, float slope)
+{
+    return _mm512_mask_mul_ps(x, _mm512_cmp_ps_mask(x, v_zero(), _CMP_LT_OQ), x, v_set(slope));
+}
+
 INLINE __mmask16 first_lanes(int n)         /* any n */
 {
     const unsigned clipped = (unsigned)(n < 0 ? 0 : n > VL ? VL : n);
@@ -43,6 +49,35 @@ INLINE vec v_load_even(const float *p, int lo, int hi)
 
     return _mm512_permutex2var_ps(v_load_part(p, lo, hi), even,
                                   v_load_part(p + VL, lo - VL, hi - VL));
+}
+
+/* out[j]: p[j], p[4 + j], p[8 + j] ..., and back */
+INLINE void v_load4(vec out[4], const float *p)
+{
+    const __m512i first = _mm512_setr_epi32(0, 4, 8, 12, 16, 20, 24, 28, 1, 5, 9, 13, 17, 21, 25, 29);
+    const __m512i second = _mm512_add_epi32(first, _mm512_set1_epi32(2));
+    const vec a = _mm512_loadu_ps(p), b = _mm512_loadu_ps(p + VL);
+    const vec c = _mm512_loadu_ps(p + 2 * VL), d = _mm512_loadu_ps(p + 3 * VL);
+    const vec lo = _mm512_permutex2var_ps(a, first, b), hi = _mm512_permutex2var_ps(c, first, d);
+    const vec lo2 = _mm512_permutex2var_ps(a, second, b), hi2 = _mm512_permutex2var_ps(c, second, d);
+
+    out[0] = _mm512_shuffle_f32x4(lo, hi, 0x44);
+    out[1] = _mm512_shuffle_f32x4(lo, hi, 0xee);
+    out[2] = _mm512_shuffle_f32x4(lo2, hi2, 0x44);
+    out[3] = _mm512_shuffle_f32x4(lo2, hi2, 0xee);
+}
+
+INLINE void v_store4(float *p, const vec x[4])
+{
+    const __m512i first = _mm512_setr_epi32(0, 16, 8, 24, 1, 17, 9, 25, 2, 18, 10, 26, 3, 19, 11, 27);
+    const __m512i second = _mm512_add_epi32(first, _mm512_set1_epi32(4));
+    const vec lo = _mm512_shuffle_f32x4(x[0], x[2], 0x44), hi = _mm512_shuffle_f32x4(x[0], x[2], 0xee);
+    const vec lo2 = _mm512_shuffle_f32x4(x[1], x[3], 0x44), hi2 = _mm512_shuffle_f32x4(x[1], x[3], 0xee);
+
+    _mm512_storeu_ps(p, _mm512_permutex2var_ps(lo, first, lo2));
+    _mm512_storeu_ps(p + VL, _mm512_permutex2var_ps(lo, second, lo2));
+    _mm512_storeu_ps(p + 2 * VL, _mm512_permutex2var_ps(hi, first, hi2));
+    _mm512_storeu_ps(p + 3 * VL, _mm512_permutex2var_ps(hi, second, hi2));
 }
 
 /* out[j * row + i] = x[i * col + j] for i < lanes, j < VL. Pairs, then fours of rows within each 128

@@ -17,6 +17,9 @@ INLINE vec v_load(const lt_real *p) { return *p; }
 INLINE void v_store(lt_real *p, vec v) { *p = v; }
 INLINE vec v_fma(vec a, vec b, vec c) { return FMA(a, b, c); }
 
+INLINE vec v_relu(vec x) { return x < 0 ? 0 : x; }
+INLINE vec v_leaky_relu(vec x, lt_real slope) { return x < 0 ? slope * x : x; }
+
 /* Lanes [lo, hi) alone; the others are zero when loaded and left alone when stored. */
 INLINE vec v_load_part(const lt_real *p, int lo, int hi) { return lo <= 0 && hi > 0 ? *p : 0; }
 INLINE void v_store_part(lt_real *p, vec v, int hi)
@@ -27,6 +30,19 @@ INLINE void v_store_part(lt_real *p, vec v, int hi)
 
 /* p[0], p[2], p[4] ...: those of the places lo <= i < hi, zero for the others */
 INLINE vec v_load_even(const lt_real *p, int lo, int hi) { return v_load_part(p, lo, hi); }
+
+/* out[j]: p[j], p[4 + j], p[8 + j] ..., and back */
+INLINE void v_load4(vec out[4], const lt_real *p)
+{
+    for (int j = 0; j < 4; j++)
+        out[j] = p[j];
+}
+
+INLINE void v_store4(lt_real *p, const vec x[4])
+{
+    for (int j = 0; j < 4; j++)
+        p[j] = x[j];
+}
 
 /* out[j * row + i] = x[i * col + j] for i < lanes, j < VL */
 INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col, int lanes)

@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/winograd.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/product.h"
+
+#include <string.h>
+
+enum {
+    PLACES = 36,
+    MOST_TILES = 512,           /* of a band: what a task holds on its stack */
+    MOST_DEALT = 768,           /* the same with the row below the band */
+    BAND_TILES = 128,           /* of a band, where that can be had */
+    SLACK = 64,                 /* lines are dealt and gathered by whole vectors */
+    COLUMNS = 512,              /* of one task's product */
+    ROUND_BYTES = 3 << 20,      /* of transformed maps at a time: they should stay in the cache */
+    LANES = 16,                 /* tiles of a band are counted up to a multiple of these */
+};
+
+/* A map as tiles: `high` rows of `wide`, taken in bands of `band` rows. */
+typedef struct {
+    int64_t h, w, high, wide, band;
+    int64_t bands;              /* of an image */
+    int64_t columns;            /* of a band */
+} tiling;
+
+typedef struct {
+    tiling t;
+    int64_t m, k, first, bands;         /* of one round, over all images */
+    const lt_real *x, *packed;
+    const lt_epilogue *e;
+    lt_real *y, *in, *out;              /* in: panels [place][panel][k][nr]; out: [place][m][column] */
+} job;
+
+static tiling tiles_of(const lt_conv2d_params *p)
+{
+    tiling t = { .h = p->h, .w = p->w, .high = lt_ceil_div(p->h, 4), .wide = lt_ceil_div(p->w, 4) };
+
+    t.band = lt_min_i64(t.high, lt_max_i64(1, BAND_TILES / t.wide));
+    t.bands = lt_ceil_div(t.high, t.band);
+    t.columns = lt_ceil_div(t.band * t.wide, LANES) * LANES;
+    return t;
+}
+
+bool lt_winograd_suits(const lt_conv2d_params *p)
+{
+    const tiling t = tiles_of(p);
+    const bool form = p->kh == 3 && p->kw == 3 && p->stride_h == 1 && p->stride_w == 1 && p->pad_h == 1
+                      && p->pad_w == 1 && p->dil_h == 1 && p->dil_w == 1 && p->groups == 1;
+
+    return form && p->c >= 32 && p->o >= 32 && p->h >= 12 && p->w >= 12
+           && t.columns <= MOST_TILES && (t.band + 1) * t.wide <= MOST_DEALT;
+}
+
+/* ---- windows --------------------------------------------------------------------------------------- */
+
+typedef struct {
+    const lt_real *w;
+    int64_t row, col, m, k;
+    bool flip;
+    lt_real *packed;
+} window_job;
+
+int64_t lt_winograd_packed(int64_t m, int64_t k)
+{
+    return PLACES * m * k;
+}
+
+/* One panel of rows, one block of k, in all places: [place][block][panel] */
+static void pack_panel(void *ctx, int64_t task)
+{
+    const window_job *j = ctx;
+    const int64_t panels = lt_ceil_div(j->m, lt_k->mr), panel = task % panels;
+    const int64_t blocks = lt_product_blocks(j->k), block = task / panels;
+    const int64_t m0 = panel * j->m / panels, rows = (panel + 1) * j->m / panels - m0;
+    const int64_t k0 = block * j->k / blocks, k = (block + 1) * j->k / blocks - k0;
+
+    lt_k->wino_windows(j->packed + k0 * j->m + m0 * k, j->m * j->k, j->w + m0 * j->row + k0 * j->col,
+                       j->row, j->col, j->flip, rows, k);
+}
+
+void lt_winograd_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k,
+                      lt_real *packed)
+{
+    window_job j = { w, row, col, m, k, flip, packed };
+
+    lt_parallel_for(lt_ceil_div(m, lt_k->mr) * lt_product_blocks(k), pack_panel, &j);
+}
+
+/* ---- input ------------------------------------------------------------------------------------------ */
+
+/* Rows 4 ty + i of the padded map, i < 4, dealt to q[i][j][ty][tx]: column 4 tx + j, j < 6. */
+static void deal_band(const tiling *t, const lt_real *plane, int64_t ty0, int64_t rows, lt_real *q,
+                      int64_t phase)
+{
+    lt_real line[4 * MOST_TILES + 2 * SLACK] = { 0 };
+
+    for (int64_t r = 0; r < 4 * rows + 2; r++) {
+        const int64_t y = 4 * ty0 + r - 1;
+
+        if (y >= 0 && y < t->h)
+            memcpy(line + 1, plane + y * t->w, (size_t)t->w * sizeof(lt_real));
+        else
+            memset(line + 1, 0, (size_t)t->w * sizeof(lt_real));
+        lt_k->wino_deal(q + r % 4 * 6 * phase + r / 4 * t->wide, phase, line, t->wide);
+    }
+}
+
+/* Where a band of the round lies: its image, and its rows of tiles. */
+typedef struct { int64_t image, ty, rows; } place_of_band;
+
+static place_of_band band_of(const job *j, int64_t i)
+{
+    const int64_t at = j->first + i, ty = at % j->t.bands * j->t.band;
+
+    return (place_of_band){ at / j->t.bands, ty, lt_min_i64(j->t.band, j->t.high - ty) };
+}
+
+/* One channel of one band. */
+static void transform_input(void *ctx, int64_t task)
+{
+    const job *j = ctx;
+    const tiling *t = &j->t;
+    const int64_t c = task % j->k, panel = j->k * lt_k->nr, phase = (t->band + 1) * t->wide + SLACK;
+    const place_of_band b = band_of(j, task / j->k);
+    const lt_real *plane = j->x + (b.image * j->k + c) * t->h * t->w;
+    lt_real q[24 * (MOST_DEALT + SLACK)];
+
+    memset(q, 0, (size_t)(24 * phase) * sizeof(lt_real));
+    deal_band(t, plane, b.ty, b.rows, q, phase);
+    lt_k->wino_input(j->in + c * lt_k->nr, lt_ceil_div(j->bands * t->columns, lt_k->nr) * panel, panel,
+                     task / j->k * t->columns, q, phase, t->wide, t->columns);
+}
+
+/* ---- product ---------------------------------------------------------------------------------------- */
+
+static void multiply(void *ctx, int64_t task)
+{
+    const job *j = ctx;
+    const int64_t place = task % PLACES, nr = lt_k->nr, blocks = lt_product_blocks(j->k);
+    const int64_t columns = j->bands * j->t.columns, from = task / PLACES * COLUMNS;
+    const int64_t to = lt_min_i64(columns, from + COLUMNS);
+    const lt_real *a = j->packed + place * j->m * j->k;
+    const lt_real *b = j->in + place * lt_ceil_div(columns, nr) * nr * j->k;
+    lt_real *c = j->out + place * j->m * columns;
+
+    for (int64_t i = 0; i < blocks; i++) {
+        const int64_t k0 = i * j->k / blocks, k = (i + 1) * j->k / blocks - k0;
+
+        for (int64_t n = from; n < to; n += nr)
+            lt_k->gemm_strip(c + n, columns, a + k0 * j->m, b + n * j->k + k0 * nr, j->m,
+                             lt_min_i64(nr, to - n), k, i > 0, NULL);
+    }
+}
+
+/* ---- output ------------------------------------------------------------------------------------------ */
+
+/* Rows [4 ty, 4 ty + rows) of a plane from the phases of its band's tiles. */
+static void gather_band(const tiling *t, const lt_real *r, int64_t phase, int64_t rows, lt_real *out)
+{
+    lt_real line[4 * MOST_TILES + SLACK];
+
+    for (int64_t y = 0; y < rows; y++) {
+        lt_k->wino_gather(line, r + y % 4 * 4 * phase + y / 4 * t->wide, phase, t->wide);
+        memcpy(out + y * t->w, line, (size_t)t->w * sizeof(lt_real));
+    }
+}
+
+/* One channel of one band. */
+static void transform_output(void *ctx, int64_t task)
+{
+    const job *j = ctx;
+    const tiling *t = &j->t;
+    const place_of_band b = band_of(j, task / j->m);
+    const int64_t o = task % j->m, columns = j->bands * t->columns, phase = t->columns + SLACK;
+    const int64_t at = ((b.image * j->m + o) * t->h + 4 * b.ty) * t->w;
+    const int64_t n = lt_min_i64(4 * b.rows, t->h - 4 * b.ty) * t->w;
+    lt_real r[16 * (MOST_TILES + SLACK)], rows[16 * MOST_TILES];
+    lt_epilogue e = *j->e;
+
+    lt_k->wino_output(r, phase, j->out + o * columns + task / j->m * t->columns, j->m * columns, t->columns);
+    gather_band(t, r, phase, n / t->w, rows);
+    e.row_bias = e.row_bias ? e.row_bias + o : NULL;
+    e.residual = e.residual ? e.residual + at : NULL;
+    lt_k->epilogue(rows, n, 1, n, &e);
+    memcpy(j->y + at, rows, (size_t)n * sizeof(lt_real));
+}
+
+/* ---- all of it --------------------------------------------------------------------------------------- */
+
+static int64_t round_bands(const lt_conv2d_params *p, const tiling *t, int64_t m, int64_t k)
+{
+    const int64_t bytes = PLACES * (m + k) * t->columns * (int64_t)sizeof(float);
+
+    return lt_max_i64(1, lt_min_i64(p->n * t->bands, ROUND_BYTES / bytes));
+}
+
+static int64_t in_count(int64_t bands, const tiling *t, int64_t k)
+{
+    return PLACES * k * lt_ceil_div(bands * t->columns, lt_k->nr) * lt_k->nr;
+}
+
+size_t lt_winograd_work(const lt_conv2d_params *p, int64_t m, int64_t k)
+{
+    const tiling t = tiles_of(p);
+    const int64_t bands = round_bands(p, &t, m, k);
+
+    return (size_t)(in_count(bands, &t, k) + PLACES * m * bands * t.columns) * sizeof(lt_real);
+}
+
+void lt_winograd_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x,
+                     const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work)
+{
+    job j = { .t = tiles_of(p), .m = m, .k = k, .x = x, .packed = packed, .e = e, .y = y };
+    const int64_t bands = round_bands(p, &j.t, m, k), all = p->n * j.t.bands;
+
+    j.in = work;
+    j.out = j.in + in_count(bands, &j.t, k);
+    for (j.first = 0; j.first < all; j.first += bands) {
+        j.bands = lt_min_i64(bands, all - j.first);
+        lt_parallel_for(k * j.bands, transform_input, &j);
+        lt_parallel_for(PLACES * lt_ceil_div(j.bands * j.t.columns, COLUMNS), multiply, &j);
+        lt_parallel_for(m * j.bands, transform_output, &j);
+    }
+}

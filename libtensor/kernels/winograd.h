@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * F(4x4, 3x3) [Lavin and Gray 2016]: a 3 x 3 convolution of stride 1 and pad 1 computed four by four
+ * outputs at a time, with 36 multiplications in the place of 144. For conv.c only.
+ *
+ * A 6 x 6 tile d of the input becomes B^T d B, the window G g G^T; for each of the 36 places the products
+ * over channels are one matrix product (rows: output channels, columns: tiles); A^T (.) A brings the
+ * result back. Points 0, 1, -1, 2, -2 and infinity.
+ */
+#ifndef LT_KERNELS_WINOGRAD_H
+#define LT_KERNELS_WINOGRAD_H
+
+#include "libtensor/kernels/conv.h"
+
+/* Whether the shape gains: neither few channels nor few tiles. The same for the gradient of x. */
+bool lt_winograd_suits(const lt_conv2d_params *p);
+
+/* From k channels to m: elements of the packed windows; bytes of work, for maps and batch of p */
+int64_t lt_winograd_packed(int64_t m, int64_t k);
+size_t lt_winograd_work(const lt_conv2d_params *p, int64_t m, int64_t k);
+
+/* The window between channel i of m and j of k starts at w + i * row + j * col; flip turns it round. */
+void lt_winograd_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k,
+                      lt_real *packed);
+
+/* x is (n, k, h, w), y is (n, m, h, w); e->residual has y's shape and may be y */
+void lt_winograd_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x,
+                     const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work);
+
+#endif
