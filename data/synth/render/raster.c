@@ -217,13 +217,13 @@ lt_status raster_collect(raster_list *l, const synth_scene *scene, const raster_
     return LT_OK;
 }
 
-/* Narrows [*lo, *hi] to where c + a x is not below zero. */
-static void narrow(float a, float c, float *lo, float *hi)
+/* Narrows [*lo, *hi] to where c + a x is not below zero; per_a is 1 / a. */
+static void narrow(float a, float per_a, float c, float *lo, float *hi)
 {
     if (a > 0)
-        *lo = most(*lo, -c / a);
+        *lo = most(*lo, -c * per_a);
     else if (a < 0)
-        *hi = least(*hi, -c / a);
+        *hi = least(*hi, -c * per_a);
     else if (c < 0)
         *hi = -1;
 }
@@ -250,6 +250,7 @@ void raster_draw(const raster_triangle *t, int tx, int ty, uint32_t name, float 
     const int x0 = t->x0 > left ? t->x0 : left, x1 = t->x1 < right ? t->x1 : right;
     const int y0 = t->y0 > top ? t->y0 : top, y1 = t->y1 < below ? t->y1 : below;
     const float dw = t->e[0][0] + t->e[1][0] + t->e[2][0], slack = (float)SLACK;
+    const float per[3] = { 1 / t->e[0][0], 1 / t->e[1][0], 1 / t->e[2][0] };
 
     for (int y = y0; y <= y1; y++) {
         const float dy = (float)(y - t->y0);
@@ -260,7 +261,7 @@ void raster_draw(const raster_triangle *t, int tx, int ty, uint32_t name, float 
         const float w = c[0] + c[1] + c[2];
 
         for (int i = 0; i < 3; i++)
-            narrow(t->e[i][0], c[i] + slack * fabsf(w), &lo, &hi);
+            narrow(t->e[i][0], per[i], c[i] + slack * fabsf(w), &lo, &hi);
         if (!(lo <= hi))
             continue;
         const int first = (int)ceilf(lo), last = (int)floorf(hi);

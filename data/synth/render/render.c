@@ -320,6 +320,13 @@ static void light_pixel(const render_job *job, const layer *l, int at, float x, 
     shade_shadow shadow = { .instance = -1 };
     bool done[SAMPLES] = { false };
 
+    if (l->id[at] && same_triangle(l, at)) {
+        const shade_light lit = shade(&job->s->shade, triangle_of(job, l->id[at]), x + 0.5f, y + 0.5f, 2,
+                                      spin, &shadow);
+        v4_to3(lit.ambient, job->frame->radiance[i]);
+        v4_to3(lit.direct, job->frame->work[0][i]);
+        return;
+    }
     for (int k = 0; k < SAMPLES; k++) {
         const uint32_t id = l->id[at + sample_at[k]];
         float mx = 0, my = 0, n = 0;

@@ -252,12 +252,10 @@ static float highlight(const surface *s, v4 l)
 static v4 diffuse_cosine(const surface *s, float nl, float lit)
 {
     const v4 w = v4_all(s->material->translucency) * creep;
-    v4 k = (v4_all(nl) + w) / (v4_all(1) + w);
+    const v4 k = v4_positive((v4_all(nl) + w) / (v4_all(1) + w));
 
     if (s->material->translucency <= 0)
         return v4_all(most(nl, 0) * lit);
-    for (int c = 0; c < 3; c++)
-        k[c] = most(k[c], 0);
     return k * (v4_all(0.75f) + v4_all(0.25f) * k) * (v4_all(lit) + w * v4_all(lit * (1 - lit)));
 }
 

@@ -163,8 +163,9 @@ static float caster(const shadow_map *map, float x, float y)
 
 typedef struct { float x, y, inv_z, cos, sin; } receiver;
 
-/* Mean 1/z of what stands between the lamp and r within radius texels; 0 when nothing does. */
-static float find_blockers(const shadow_map *map, const receiver *r, float radius)
+/* Mean 1/z of what stands between the lamp and r within radius texels, and on how many of SEARCH_TAPS; 0
+ * when nothing does. */
+static float find_blockers(const shadow_map *map, const receiver *r, float radius, int *blocked)
 {
     float sum = 0;
     int n = 0;
@@ -179,6 +180,7 @@ static float find_blockers(const shadow_map *map, const receiver *r, float radiu
             n++;
         }
     }
+    *blocked = n;
     return n ? sum / (float)n : caster(map, r->x, r->y) > r->inv_z ? caster(map, r->x, r->y) : 0;
 }
 
@@ -201,6 +203,7 @@ float shadow_at(const shadow_map *map, v4 p, v4 n, float spin)
     const v4 v = map->t + map->R[0] * v4_all(q[0]) + map->R[1] * v4_all(q[1]) + map->R[2] * v4_all(q[2]);
     const float *turn = turns[(int)(spin * TURNS) % TURNS];
     float nearest, blocker, penumbra, reach;
+    int blocked;
     receiver r;
 
     if (v[2] < 0.05f)
@@ -216,9 +219,9 @@ float shadow_at(const shadow_map *map, v4 p, v4 n, float spin)
     r.cos = turn[0];
     r.sin = turn[1];
     reach = map->lamp_radius * map->focal * (nearest - r.inv_z);
-    blocker = find_blockers(map, &r, within(reach, 1.5f, MAX_TEXELS));
-    if (blocker == 0)
-        return 1;
+    blocker = find_blockers(map, &r, within(reach, 1.5f, MAX_TEXELS), &blocked);
+    if (blocker == 0 || blocked == SEARCH_TAPS)         /* all, and more widely than the penumbra */
+        return blocker == 0;
     penumbra = map->lamp_radius * map->focal * (blocker - r.inv_z);
     return filter(map, &r, within(penumbra, 1.2f, MAX_TEXELS));
 }

@@ -5,9 +5,11 @@
 #define DATA_SYNTH_RENDER_SMALL_H
 
 #include <math.h>
+#include <stdint.h>
 
 /* Four floats worked on at once; a point or a colour leaves the fourth unused. v4_at lies anywhere. */
 typedef float v4 __attribute__((vector_size(16)));
+typedef int32_t i32x4 __attribute__((vector_size(16)));
 typedef float v4_at __attribute__((vector_size(16), aligned(4), may_alias));
 
 static inline float least(float a, float b) { return a < b ? a : b; }
@@ -45,6 +47,7 @@ static inline float normalise3(float v[3])
 }
 
 static inline v4 v4_all(float x) { return (v4){ x, x, x, x }; }
+static inline v4 v4_positive(v4 a) { return (v4)((i32x4)a & (a > v4_all(0))); }
 static inline v4 v4_of3(const float p[3]) { return (v4){ p[0], p[1], p[2], 0 }; }
 static inline float v4_dot3(v4 a, v4 b) { const v4 p = a * b; return p[0] + p[1] + p[2]; }
 

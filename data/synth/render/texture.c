@@ -7,6 +7,13 @@
 
 enum { MAX_LEVELS = 14, MAX_SIDE = 8192, MAX_PROBES = 4, SRGB_STEPS = 4096 };
 
+/* Halfwords before zeros: whole numbers. */
+#if __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
+#define WIDEN 0, 8, 1, 9, 2, 10, 3, 11
+#else
+#define WIDEN 8, 0, 9, 1, 10, 2, 11, 3
+#endif
+
 typedef uint16_t texel[4];          /* linear, 65535 is 1 */
 
 typedef struct {
@@ -100,13 +107,16 @@ synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width,
     return t;
 }
 
+/* A texel as floats. */
 static v4 fetch(const mip *m, int x, int y)
 {
-    typedef uint16_t u16x4 __attribute__((vector_size(8)));
-    u16x4 t;
+    typedef uint64_t u64x2 __attribute__((vector_size(16)));
+    typedef uint16_t u16x8 __attribute__((vector_size(16)));
+    uint64_t t;
 
     memcpy(&t, m->texel[y * m->width + x], sizeof(t));
-    return __builtin_convertvector(t, v4);
+    return __builtin_convertvector((i32x4)__builtin_shufflevector((u16x8)(u64x2){ t, 0 }, (u16x8){ 0 }, WIDEN),
+                                   v4);
 }
 
 /* The colour at u, v, 65535 being 1. */
@@ -133,7 +143,7 @@ v4 texture_sample(const synth_texture *t, const float uv[2], const float dx[2], 
     const float y2 = dy[0] * dy[0] * w * w + dy[1] * dy[1] * h * h;
     const float *axis = x2 > y2 ? dx : dy;
     const float major = most(most(x2, y2), 1e-12f), minor = most(least(x2, y2), 1e-12f);
-    const int probes = (int)least(sqrtf(major / minor) + 0.6f, MAX_PROBES);
+    const int probes = (int)least(sqrtf(major / minor) + 0.4f, MAX_PROBES);
     const float lod = 0.5f * log2f(most(major / (float)(probes * probes), 1));
     const int top = t->levels - 1;
     const int level = lod < (float)top ? (int)lod : top, next = level < top ? level + 1 : top;
