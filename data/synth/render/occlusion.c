@@ -64,18 +64,27 @@ static v4 find_normal(const occlusion_job *job, int x, int y, v4 p)
     return v4_of3(n);
 }
 
-/* How much the point at (x, y) hides of the sky over p. */
-static float hidden_by(const occlusion_job *job, int x, int y, v4 p, v4 n)
+/* How much the points at four places hide of the sky over p. */
+static float hidden_by(const occlusion_job *job, const int x[4], const int y[4], v4 p, v4 n)
 {
-    const float z = depth_at(job, x, y);
-    const v4 q = unproject(job, x, y, z) - p;
-    const float d2 = v4_dot3(q, q), up = v4_dot3(q, n), fade = 1 - d2 / (RADIUS * RADIUS);
+    const v4 z = { depth_at(job, x[0], y[0]), depth_at(job, x[1], y[1]), depth_at(job, x[2], y[2]),
+                   depth_at(job, x[3], y[3]) };
+    const v4 u = { (float)x[0], (float)x[1], (float)x[2], (float)x[3] };
+    const v4 v = { (float)y[0], (float)y[1], (float)y[2], (float)y[3] };
+    const v4 qx = (u - v4_all(job->cx)) * v4_all(job->per_fx) * z - v4_all(p[0]);
+    const v4 qy = (v - v4_all(job->cy)) * v4_all(job->per_fy) * z - v4_all(p[1]);
+    const v4 qz = z - v4_all(p[2]);
+    const v4 d2 = qx * qx + qy * qy + qz * qz;
+    const v4 up = qx * v4_all(n[0]) + qy * v4_all(n[1]) + qz * v4_all(n[2]);
+    const v4 fade = v4_positive(v4_all(1) - d2 * v4_all(1 / (RADIUS * RADIUS)));
+    const v4 near = v4_all(1e-12f) + d2;
+    const v4 distance = { sqrtf(near[0]), sqrtf(near[1]), sqrtf(near[2]), sqrtf(near[3]) };
+    const v4 hidden = fade * v4_positive(up / distance - v4_all(0.12f));
 
-    if (z == 0 || fade <= 0 || up <= 0)
-        return 0;
-    return fade * most(up / sqrtf(d2) - 0.12f, 0);
+    return hidden[0] + hidden[1] + hidden[2] + hidden[3];
 }
 
+/* A cross of samples at each of several distances. */
 static float open_at(const occlusion_job *job, int x, int y)
 {
     const float z = depth_at(job, x, y), *turn = turns[(x * 5 + y * 3) % TURNS];
@@ -91,8 +100,8 @@ static float open_at(const occlusion_job *job, int x, int y)
         const float r = reach * (float)(k * k) + 0.5f;
         const int a = (int)lrintf(r * turn[0]), b = (int)lrintf(r * turn[1]);
 
-        hidden += hidden_by(job, x + a, y + b, p, n) + hidden_by(job, x - b, y + a, p, n) +
-                  hidden_by(job, x - a, y - b, p, n) + hidden_by(job, x + b, y - a, p, n);
+        hidden += hidden_by(job, (int[4]){ x + a, x - b, x - a, x + b }, (int[4]){ y + b, y + a, y - b, y - a },
+                            p, n);
     }
     return most(1 - STRENGTH * hidden / (4 * STEPS), 0);
 }

@@ -126,10 +126,11 @@ static bool find_edges(raster_triangle *t, const double *const p[3])
     if (!(fabs(det) > 1e-12 * scale))
         return false;
     t->back = det > 0;
+    t->e[0] = t->e[1] = t->e[2] = v4_all(0);
     scale = 0;
     for (int i = 0; i < 3; i++)
         for (int k = 0; k < 3; k++) {
-            t->e[i][k] = (float)(c[i][k] / det);
+            t->e[k][i] = (float)(c[i][k] / det);
             scale += fabs(c[i][k] / det);
         }
     return scale < 1e30;
@@ -249,19 +250,17 @@ void raster_draw(const raster_triangle *t, int tx, int ty, uint32_t name, float 
     const int right = left + TILE - 1, below = top + TILE - 1;
     const int x0 = t->x0 > left ? t->x0 : left, x1 = t->x1 < right ? t->x1 : right;
     const int y0 = t->y0 > top ? t->y0 : top, y1 = t->y1 < below ? t->y1 : below;
-    const float dw = t->e[0][0] + t->e[1][0] + t->e[2][0], slack = (float)SLACK;
-    const float per[3] = { 1 / t->e[0][0], 1 / t->e[1][0], 1 / t->e[2][0] };
+    const float dw = v4_sum3(t->e[0]), slack = (float)SLACK;
+    const v4 per = v4_all(1) / t->e[0];
 
     for (int y = y0; y <= y1; y++) {
         const float dy = (float)(y - t->y0);
-        float lo = (float)(x0 - t->x0), hi = (float)(x1 - t->x0), c[3];
+        float lo = (float)(x0 - t->x0), hi = (float)(x1 - t->x0);
+        const v4 c = t->e[1] * v4_all(dy) + t->e[2];
+        const float w = v4_sum3(c), more = slack * fabsf(w);
 
         for (int i = 0; i < 3; i++)
-            c[i] = t->e[i][1] * dy + t->e[i][2];
-        const float w = c[0] + c[1] + c[2];
-
-        for (int i = 0; i < 3; i++)
-            narrow(t->e[i][0], per[i], c[i] + slack * fabsf(w), &lo, &hi);
+            narrow(t->e[0][i], per[i], c[i] + more, &lo, &hi);
         if (!(lo <= hi))
             continue;
         const int first = (int)ceilf(lo), last = (int)floorf(hi);

@@ -9,6 +9,7 @@
 #define DATA_SYNTH_RENDER_RASTER_H
 
 #include "data/synth/render.h"
+#include "data/synth/render/small.h"
 
 enum { TILE = 128 };                /* samples, both ways */
 
@@ -19,9 +20,10 @@ typedef struct {
     double R[9], t[3];              /* x_view = R x_world + t */
 } raster_view;
 
-/* e[i] . (x - x0, y - y0, 1) is corner i's barycentric coordinate over z, so the three add to 1/z. */
+/* e[0] (x - x0) + e[1] (y - y0) + e[2] holds the corners' barycentric coordinates over z, so that the three
+ * add to 1/z. */
 typedef struct {
-    float e[3][3];
+    v4 e[3];
     int32_t x0, y0, x1, y1;         /* the samples it may cover, both ends included */
     int32_t instance, face;
     bool back;                      /* seen from behind */
@@ -54,13 +56,10 @@ lt_status raster_collect(raster_list *list, const synth_scene *scene, const rast
 void raster_draw(const raster_triangle *t, int tx, int ty, uint32_t name, float *inv_z, uint32_t *id);
 
 /* raster_corner - the barycentric coordinates over z at a sample position, and their sum 1/z */
-static inline float raster_corner(const raster_triangle *t, float x, float y, float b[3])
+static inline float raster_corner(const raster_triangle *t, float x, float y, v4 *b)
 {
-    const float dx = x - (float)t->x0, dy = y - (float)t->y0;
-
-    for (int i = 0; i < 3; i++)
-        b[i] = t->e[i][0] * dx + t->e[i][1] * dy + t->e[i][2];
-    return b[0] + b[1] + b[2];
+    *b = t->e[0] * v4_all(x - (float)t->x0) + t->e[1] * v4_all(y - (float)t->y0) + t->e[2];
+    return v4_sum3(*b);
 }
 
 /* grow - room for n items of size bytes, contents lost when it moves; false without memory */

@@ -214,19 +214,20 @@ static bool same_triangle(const layer *l, int at)
  * wanted (as instance labels; -1: all). */
 static float center_depth(const render_job *job, const layer *l, int at, float x, float y, int wanted)
 {
-    float sum = 0, best = 0, corner[3];
+    float sum = 0, best = 0;
+    v4 b;
     int n = 0;
 
     if (same_triangle(l, at))
-        return l->id[at] ? 1 / raster_corner(triangle_of(job, l->id[at]), x + 0.5f, y + 0.5f, corner) : 0;
+        return l->id[at] ? 1 / raster_corner(triangle_of(job, l->id[at]), x + 0.5f, y + 0.5f, &b) : 0;
     for (int k = 0; k < SAMPLES; k++) {
         const uint32_t id = l->id[at + sample_at[k]];
         const raster_triangle *t = id ? triangle_of(job, id) : NULL;
-        float b[3], w;
+        float w;
 
         if (!t || (wanted >= 0 && job->scene->instance[t->instance].label != wanted))
             continue;
-        w = raster_corner(t, x + 0.5f, y + 0.5f, b);
+        w = raster_corner(t, x + 0.5f, y + 0.5f, &b);
         if (b[0] >= 0 && b[1] >= 0 && b[2] >= 0 && w > best)
             best = w;
         sum += l->inv_z[at + sample_at[k]];

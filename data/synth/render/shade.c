@@ -100,12 +100,12 @@ void shade_fini(shade_scene *s)
 /* ---- the surface ----------------------------------------------------------------------------- */
 
 /* b: barycentric coordinates, adding to 1 */
-static v4 blend(v4 v0, v4 v1, v4 v2, const float b[3])
+static v4 blend(v4 v0, v4 v1, v4 v2, v4 b)
 {
     return v4_all(b[0]) * v0 + v4_all(b[1]) * v1 + v4_all(b[2]) * v2;
 }
 
-static v4 blend3(const float (*v)[3], const int32_t corner[3], const float b[3])
+static v4 blend3(const float (*v)[3], const int32_t corner[3], v4 b)
 {
     return blend(v4_of3(v[corner[0]]), v4_of3(v[corner[1]]), v4_of3(v[corner[2]]), b);
 }
@@ -121,8 +121,7 @@ static v4 face_normal(const v4 *p0, const v4 *p1, const v4 *p2)
     return v4_of3(n);
 }
 
-static v4 find_normal(const shade_scene *s, const raster_triangle *t, size_t first, const int32_t v[3],
-                      const float b[3])
+static v4 find_normal(const shade_scene *s, const raster_triangle *t, size_t first, const int32_t v[3], v4 b)
 {
     const v4 *p = s->position + first, *n = s->normal + first;
     v4 out = blend(n[v[0]], n[v[1]], n[v[2]], b);
@@ -135,24 +134,24 @@ static v4 find_normal(const shade_scene *s, const raster_triangle *t, size_t fir
     return out;
 }
 
-/* uv = sum e_i uv_i / sum e_i, so its slope follows from the slopes of both sums. */
-static v4 sample_texture(const synth_texture *texture, const raster_triangle *t, float (*mesh_uv)[2],
-                         const int32_t *corner, const float b[3], float z, float step)
+static v4 uv_of(const float uv[2])
 {
-    float uv[2] = { 0, 0 }, slope[2][2] = { { 0 } };
-
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 2; k++)
-            uv[k] += b[i] * mesh_uv[corner[i]][k];
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 2; k++)
-            for (int d = 0; d < 2; d++)
-                slope[d][k] += t->e[i][d] * (mesh_uv[corner[i]][k] - uv[k]) * z * step;
-    return texture_sample(texture, uv, slope[0], slope[1]);
+    return (v4){ uv[0], uv[1], 0, 0 };
 }
 
-static v4 find_albedo(const synth_instance *in, const raster_triangle *t, const float b[3], float z,
-                      float step)
+/* uv = sum e_i uv_i / sum e_i, so its slope follows from the slopes of both sums. */
+static v4 sample_texture(const synth_texture *texture, const raster_triangle *t, float (*mesh_uv)[2],
+                         const int32_t *corner, v4 b, float z, float step)
+{
+    const v4 a[3] = { uv_of(mesh_uv[corner[0]]), uv_of(mesh_uv[corner[1]]), uv_of(mesh_uv[corner[2]]) };
+    const v4 uv = blend(a[0], a[1], a[2], b), per_pixel = v4_all(z * step);
+    const v4 dx = blend(a[0] - uv, a[1] - uv, a[2] - uv, t->e[0] * per_pixel);
+    const v4 dy = blend(a[0] - uv, a[1] - uv, a[2] - uv, t->e[1] * per_pixel);
+
+    return texture_sample(texture, uv, dx, dy);
+}
+
+static v4 find_albedo(const synth_instance *in, const raster_triangle *t, v4 b, float z, float step)
 {
     const lt_mesh *m = in->mesh;
     const int32_t *v = m->face[t->face];
@@ -165,7 +164,7 @@ static v4 find_albedo(const synth_instance *in, const raster_triangle *t, const 
     return out;
 }
 
-static void add_grain(const synth_instance *in, const int32_t v[3], const float b[3], float pixel,
+static void add_grain(const synth_instance *in, const int32_t v[3], v4 b, float pixel,
                       surface *out)
 {
     const float (*rest)[3] = in->rest ? in->rest : (const float (*)[3])in->mesh->vertex;
@@ -186,11 +185,10 @@ static surface find_surface(const shade_scene *s, const raster_triangle *t, floa
     const size_t first = s->first[t->instance];
     const v4 *p = s->position + first;
     surface out = { .material = &in->material };
-    float b[3];
-    const float z = 1 / raster_corner(t, x, y, b);
+    v4 b;
+    const float z = 1 / raster_corner(t, x, y, &b);
 
-    for (int i = 0; i < 3; i++)
-        b[i] *= z;
+    b *= v4_all(z);
     out.p = blend(p[v[0]], p[v[1]], p[v[2]], b);
     out.n = find_normal(s, t, first, v, b);
     out.albedo = find_albedo(in, t, b, z, step);

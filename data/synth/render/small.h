@@ -49,7 +49,8 @@ static inline float normalise3(float v[3])
 static inline v4 v4_all(float x) { return (v4){ x, x, x, x }; }
 static inline v4 v4_positive(v4 a) { return (v4)((i32x4)a & (a > v4_all(0))); }
 static inline v4 v4_of3(const float p[3]) { return (v4){ p[0], p[1], p[2], 0 }; }
-static inline float v4_dot3(v4 a, v4 b) { const v4 p = a * b; return p[0] + p[1] + p[2]; }
+static inline float v4_sum3(v4 a) { return a[0] + a[1] + a[2]; }
+static inline float v4_dot3(v4 a, v4 b) { return v4_sum3(a * b); }
 
 static inline void v4_to3(v4 a, float out[3])
 {

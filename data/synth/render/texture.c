@@ -136,12 +136,12 @@ static v4 bilinear(const mip *m, float u, float v)
 
 /* A long footprint is covered by up to four probes along it, each as wide as it is narrow. Between two
  * levels only the middle half is blended: the ends are near enough to one of them. */
-v4 texture_sample(const synth_texture *t, const float uv[2], const float dx[2], const float dy[2])
+v4 texture_sample(const synth_texture *t, v4 uv, v4 dx, v4 dy)
 {
     const float w = (float)t->level[0].width, h = (float)t->level[0].height;
     const float x2 = dx[0] * dx[0] * w * w + dx[1] * dx[1] * h * h;
     const float y2 = dy[0] * dy[0] * w * w + dy[1] * dy[1] * h * h;
-    const float *axis = x2 > y2 ? dx : dy;
+    const v4 axis = x2 > y2 ? dx : dy;
     const float major = most(most(x2, y2), 1e-12f), minor = most(least(x2, y2), 1e-12f);
     const int probes = (int)least(sqrtf(major / minor) + 0.4f, MAX_PROBES);
     const float lod = 0.5f * log2f(most(major / (float)(probes * probes), 1));
