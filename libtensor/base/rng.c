@@ -38,17 +38,22 @@ void lt_philox(const uint32_t key[2], const uint32_t ctr[4], uint32_t out[4])
     out[3] = c3;
 }
 
-/* Draw i is word i % 4 of block i / 4. */
-uint32_t lt_rng_u32(lt_rng *r)
+static void fill_block(lt_rng *r, uint64_t block)
 {
-    const uint64_t block = r->index / 4;
     const uint32_t key[2] = { (uint32_t)r->seed, (uint32_t)(r->seed >> 32) };
     const uint32_t ctr[4] = { (uint32_t)block, (uint32_t)(block >> 32),
                               (uint32_t)r->stream, (uint32_t)(r->stream >> 32) };
-    uint32_t out[4];
 
-    lt_philox(key, ctr, out);
-    return out[r->index++ % 4];
+    lt_philox(key, ctr, r->word);
+    r->block = block + 1;
+}
+
+/* Draw i is word i % 4 of block i / 4. */
+uint32_t lt_rng_u32(lt_rng *r)
+{
+    if (r->block != r->index / 4 + 1)
+        fill_block(r, r->index / 4);
+    return r->word[r->index++ % 4];
 }
 
 uint64_t lt_rng_mix(uint64_t a, uint64_t b)

@@ -20,11 +20,14 @@ LT_API void lt_philox(const uint32_t key[2], const uint32_t ctr[4], uint32_t out
 /* A stream of draws. Copy it freely: it is its own state. stream tells uses of one seed apart. */
 typedef struct {
     uint64_t seed, stream, index;   /* index: the next draw */
+    uint64_t block;                 /* 1 + the block of four draws that word holds; 0: none */
+    uint32_t word[4];
 } lt_rng;
 
 static inline lt_rng lt_rng_make(uint64_t seed, uint64_t stream)
 {
-    const lt_rng r = { seed, stream, 0 };
+    const lt_rng r = { .seed = seed, .stream = stream };
+
     return r;
 }
 
