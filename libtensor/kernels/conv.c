@@ -221,7 +221,7 @@ static void pack_groups(const lt_conv2d_params *p, const lt_real *weights, lt_re
     forward_job(&j, p, &t);
     for (int64_t g = 0; g < p->groups; g++) {
         j.a.w = weights + g * each;
-        lt_product_pack(&j.product, j.m, j.tile_m, packed + g * each);
+        lt_product_pack_a(&j.product, j.m, j.tile_m, packed + g * each);
     }
 }
 
@@ -370,7 +370,7 @@ static void data_class(data_job *d, bool strided, lt_real *packed)
         cut_spread(j);
     else
         cut(j);
-    lt_product_pack(&j->product, j->m, j->tile_m, packed);
+    lt_product_pack_a(&j->product, j->m, j->tile_m, packed);
     j->product.a = packed;
     lt_parallel_for(tasks_of(j), strided ? run_spread : run_tile, strided ? (void *)d : j);
 }

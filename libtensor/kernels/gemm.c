@@ -56,6 +56,11 @@ static void run_tile(void *ctx, int64_t task)
     }
 }
 
+static int64_t tile_columns(int64_t n)
+{
+    return lt_tile_size(n, 384, 64);
+}
+
 /* Tiles: large enough that packing is cheap, small enough that there are some eight of them. */
 static void cut(job *j)
 {
@@ -63,10 +68,25 @@ static void cut(job *j)
     const bool large = work * j->batch >= 8 * LT_TILE_M * 256;
 
     j->tile_m = lt_tile_size(j->m, large ? LT_TILE_M : 128, 1);
-    j->tile_n = lt_tile_size(j->n, 384, 64);
+    j->tile_n = tile_columns(j->n);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     j->images = lt_max_i64(1, lt_min_i64(j->batch, LT_TILE_N * 128 / lt_max_i64(1, work)));
+}
+
+static void run(job *j)
+{
+    if (j->m <= 0 || j->n <= 0 || j->batch <= 0)
+        return;
+    cut(j);
+    const int64_t tasks = j->tiles_m * j->tiles_n * lt_ceil_div(j->batch, j->images);
+
+    if ((double)j->m * (double)j->n * (double)j->product.k * (double)j->batch >= 25000) {
+        lt_parallel_for(tasks, run_tile, j);
+        return;
+    }
+    for (int64_t i = 0; i < tasks; i++)
+        run_tile(j, i);
 }
 
 void lt_gemm_batch(int64_t count, lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k,
@@ -84,21 +104,38 @@ void lt_gemm_batch(int64_t count, lt_trans ta, lt_trans tb, int64_t m, int64_t n
         .m = m, .n = n, .batch = count, .shared_a = a_step == 0,
     };
 
-    if (m <= 0 || n <= 0 || count <= 0)
-        return;
-    cut(&j);
-    const int64_t tasks = j.tiles_m * j.tiles_n * lt_ceil_div(count, j.images);
-
-    if ((double)m * (double)n * (double)k * (double)count < 25000) {
-        for (int64_t i = 0; i < tasks; i++)
-            run_tile(&j, i);
-        return;
-    }
-    lt_parallel_for(tasks, run_tile, &j);
+    run(&j);
 }
 
 void lt_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda,
              const lt_real *b, int64_t ldb, bool add, lt_real *c, int64_t ldc, const lt_epilogue *e)
 {
     lt_gemm_batch(1, ta, tb, m, n, k, a, lda, 0, b, ldb, 0, add, c, ldc, 0, e);
+}
+
+int64_t lt_gemm_packed_count(int64_t n, int64_t k)
+{
+    return lt_product_packed_b(n, k);
+}
+
+void lt_gemm_pack(lt_trans tb, int64_t n, int64_t k, const lt_real *b, int64_t ldb, lt_real *packed)
+{
+    const job j = { .b = { b, tb ? 1 : ldb, tb ? ldb : 1, 0 } };
+    const task_ctx c = { &j, NULL };
+    const lt_product p = { .k = k, .ctx = &c, .pack_b = pack_b };
+
+    if (n > 0)
+        lt_product_pack_b(&p, n, tile_columns(n), packed);
+}
+
+void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda,
+                    const lt_real *packed, bool add, lt_real *c, int64_t ldc, const lt_epilogue *e)
+{
+    job j = {
+        .a = { a, ta ? 1 : lda, ta ? lda : 1, 0 },
+        .product = { .k = k, .b = packed, .pack_a = pack_a, .c = c, .ldc = ldc, .add = add, .e = e },
+        .m = m, .n = n, .batch = 1,
+    };
+
+    run(&j);
 }

@@ -32,6 +32,17 @@ LT_API void lt_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k,
                     bool add, lt_real *c, int64_t ldc, const lt_epilogue *e);
 
 /**
+ * lt_gemm_pack - op(B) in the order in which the product reads it: once for many products, as of weights
+ * lt_gemm_packed - lt_gemm with such a B; the same bits
+ *
+ * packed has lt_gemm_packed_count(n, k) elements, and serves the instruction set in use when it was made.
+ */
+LT_API int64_t lt_gemm_packed_count(int64_t n, int64_t k);
+LT_API void lt_gemm_pack(lt_trans tb, int64_t n, int64_t k, const lt_real *b, int64_t ldb, lt_real *packed);
+LT_API void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda,
+                           const lt_real *packed, bool add, lt_real *c, int64_t ldc, const lt_epilogue *e);
+
+/**
  * lt_gemm_batch - count products of one shape; operand i starts at a + i * a_step and so on
  *
  * A step of 0 shares that input. C's must not overlap. Biases are the same for all of them; the

@@ -86,6 +86,11 @@ static void block(const lt_product *p, const lt_tile *t, int64_t image, const lt
     }
 }
 
+static int64_t whole_panels(int64_t n)
+{
+    return lt_ceil_div(n, lt_k->nr) * lt_k->nr;
+}
+
 static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t to, lt_real *a,
                    lt_real *b, int64_t columns)
 {
@@ -96,8 +101,15 @@ static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t 
 
         if (!p->a)
             p->pack_a(p->ctx, a, t, k0, k);
-        for (int64_t image = from; image < to; image++)
-            block(p, t, image, p->a ? p->a + t->m0 * p->k + k0 * t->m : a, b, k0, k, columns);
+        for (int64_t image = from; image < to; image++) {
+            const lt_real *left = p->a ? p->a + t->m0 * p->k + k0 * t->m : a;
+
+            if (p->b)
+                strips(p, t, image, left, p->b + t->n0 * p->k + k0 * whole_panels(t->n), k,
+                       p->add || k0 > 0, k0 + k == p->k);
+            else
+                block(p, t, image, left, b, k0, k, columns);
+        }
     }
 }
 
@@ -119,21 +131,54 @@ void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_
         small_blocks(p, t, from, to);
 }
 
-typedef struct { const lt_product *p; int64_t m, tile_m, tiles; lt_real *out; } pack_job;
+/* One block of k of one tile; count: all rows or columns, of which a tile has `size`. */
+typedef struct { const lt_product *p; int64_t count, size, tiles; lt_real *out; } pack_job;
+typedef struct { int64_t from, count, k0, k; } piece;
 
-static void run_pack(void *ctx, int64_t task)
+static piece piece_of(const pack_job *j, int64_t task)
 {
-    const pack_job *j = ctx;
-    const int64_t k_all = j->p->k, n = lt_product_blocks(k_all), i = task / j->tiles;
-    const int64_t k0 = i * k_all / n, k = (i + 1) * k_all / n - k0, m0 = task % j->tiles * j->tile_m;
-    const lt_tile t = { .m0 = m0, .m = lt_min_i64(j->tile_m, j->m - m0) };
+    const int64_t n = lt_product_blocks(j->p->k), i = task / j->tiles, from = task % j->tiles * j->size;
+    const int64_t k0 = i * j->p->k / n, end = (i + 1) * j->p->k / n;
 
-    j->p->pack_a(j->p->ctx, j->out + m0 * k_all + k0 * t.m, &t, k0, k);
+    return (piece){ from, lt_min_i64(j->size, j->count - from), k0, end - k0 };
 }
 
-void lt_product_pack(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out)
+static void run_pack_a(void *ctx, int64_t task)
 {
-    pack_job j = { p, m, tile_m, lt_ceil_div(m, tile_m), out };
+    const pack_job *j = ctx;
+    const piece at = piece_of(j, task);
+    const lt_tile t = { .m0 = at.from, .m = at.count };
 
-    lt_parallel_for(j.tiles * lt_product_blocks(p->k), run_pack, &j);
+    j->p->pack_a(j->p->ctx, j->out + at.from * j->p->k + at.k0 * at.count, &t, at.k0, at.k);
+}
+
+static void run_pack_b(void *ctx, int64_t task)
+{
+    const pack_job *j = ctx;
+    const piece at = piece_of(j, task);
+    const lt_tile t = { .n0 = at.from, .n = at.count };
+
+    j->p->pack_b(j->p->ctx, j->out + at.from * j->p->k + at.k0 * whole_panels(at.count), &t, 0, at.k0, at.k);
+}
+
+static void pack_all(const lt_product *p, int64_t count, int64_t size, lt_real *out, lt_task_fn run)
+{
+    pack_job j = { p, count, size, lt_ceil_div(count, size), out };
+
+    lt_parallel_for(j.tiles * lt_product_blocks(p->k), run, &j);
+}
+
+int64_t lt_product_packed_b(int64_t n, int64_t k)
+{
+    return whole_panels(n) * k;
+}
+
+void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out)
+{
+    pack_all(p, m, tile_m, out, run_pack_a);
+}
+
+void lt_product_pack_b(const lt_product *p, int64_t n, int64_t tile_n, lt_real *out)
+{
+    pack_all(p, n, tile_n, out, run_pack_b);
 }

@@ -12,7 +12,16 @@ enum { X, W, B, ADDEND };
 
 typedef struct {
     lt_act act;
+    bool packed;                /* in[W] is the result of linear_pack ... */
+    lt_shape weight;            /* ... and this was its shape */
 } linear_attr;
+
+static lt_shape weight_of(const lt_call *c)
+{
+    const linear_attr *a = c->attr;
+
+    return a->packed ? a->weight : c->in[W]->shape;
+}
 
 static lt_status infer(lt_call *c)
 {
@@ -35,17 +44,31 @@ static int64_t rows_of(const lt_call *c)
     return op_outer(c->in[X], c->in[X]->shape.rank - 1);
 }
 
+/* Weights that are not packed yet are packed into the work of the pass that reads them. */
+static void plan(lt_call *c)
+{
+    const linear_attr *a = c->attr;
+    const lt_shape w = weight_of(c);
+    const int64_t count = lt_max_i64(lt_gemm_packed_count(w.dim[0], w.dim[1]),
+                                     lt_gemm_packed_count(w.dim[1], w.dim[0]));
+
+    c->work_bytes = a->packed ? 0 : (size_t)count * sizeof(lt_real);
+}
+
 static void forward(const lt_call *c)
 {
     const linear_attr *a = c->attr;
-    const int64_t n = lt_dim(c->in[W], 0), k = lt_dim(c->in[W], 1);
+    const lt_shape w = weight_of(c);
+    const int64_t n = w.dim[0], k = w.dim[1];
     const lt_epilogue tail = {
         .col_bias = c->in[B] ? c->in[B]->data : NULL,
         .residual = c->in[ADDEND] ? c->in[ADDEND]->data : NULL, .ld_residual = n, .act = a->act,
     };
 
-    lt_gemm(LT_NO_TRANS, LT_TRANS, rows_of(c), n, k, c->in[X]->data, k, c->in[W]->data, k, false,
-            c->out->data, n, &tail);
+    if (!a->packed)
+        lt_gemm_pack(LT_TRANS, n, k, c->in[W]->data, k, c->work);
+    lt_gemm_packed(LT_NO_TRANS, rows_of(c), n, k, c->in[X]->data, k, a->packed ? c->in[W]->data : c->work,
+                   false, c->out->data, n, &tail);
 }
 
 /* Column j of dy, summed over rows in their order; a task owns some columns. */
@@ -65,8 +88,10 @@ static void backward(const lt_call *c)
 {
     const int64_t m = rows_of(c), n = lt_dim(c->in[W], 0), k = lt_dim(c->in[W], 1);
 
-    if (c->din[X])
-        lt_gemm(LT_NO_TRANS, LT_NO_TRANS, m, k, n, c->dout, n, c->in[W]->data, k, true, c->din[X], k, NULL);
+    if (c->din[X]) {
+        lt_gemm_pack(LT_NO_TRANS, k, n, c->in[W]->data, k, c->work);
+        lt_gemm_packed(LT_NO_TRANS, m, k, n, c->dout, n, c->work, true, c->din[X], k, NULL);
+    }
     if (c->din[W])
         lt_gemm(LT_TRANS, LT_NO_TRANS, n, k, m, c->dout, n, c->in[X]->data, k, true, c->din[W], k, NULL);
     if (c->din[B])
@@ -75,7 +100,9 @@ static void backward(const lt_call *c)
 
 static int64_t macs(const lt_call *c)
 {
-    return rows_of(c) * lt_numel(c->in[W]);
+    const lt_shape w = weight_of(c);
+
+    return rows_of(c) * w.dim[0] * w.dim[1];
 }
 
 static bool absorb(lt_node *node, const lt_tail *tail)
@@ -90,10 +117,37 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
+/* linear_pack: w in the order in which forward reads it */
+static lt_status pack_infer(lt_call *c)
+{
+    c->out->shape = LT_SHAPE(lt_gemm_packed_count(lt_dim(c->in[0], 0), lt_dim(c->in[0], 1)));
+    return LT_OK;
+}
+
+static void pack_forward(const lt_call *c)
+{
+    const int64_t n = lt_dim(c->in[0], 0), k = lt_dim(c->in[0], 1);
+
+    lt_gemm_pack(LT_TRANS, n, k, c->in[0]->data, k, c->out->data);
+}
+
+static const lt_op linear_pack_op = { .name = "linear_pack", .infer = pack_infer, .forward = pack_forward };
+
+static void prepare(lt_node *node)
+{
+    linear_attr *a = node->attr;
+
+    if (!lt_is_constant(node->in[W]))
+        return;
+    a->weight = node->in[W]->shape;
+    a->packed = true;
+    node->in[W] = lt_apply(&linear_pack_op, NULL, 0, &node->in[W], 1);
+}
+
 static const lt_op linear_op = {
     .name = "linear", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
     .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer,
-    .forward = forward, .backward = backward, .macs = macs, .absorb = absorb,
+    .plan = plan, .forward = forward, .backward = backward, .macs = macs, .absorb = absorb, .prepare = prepare,
 };
 
 lt_tensor *(lt_linear)(lt_tensor *x, lt_tensor *w, lt_tensor *b)
