@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Fit the polynomials of libtensor/kernels/body/math.inc; prints C, lowest power first.
+"""Fit the polynomials of libtensor/kernels/body/math.inc and attention.inc; prints C, lowest power first.
 
 Least squares on Chebyshev points, reweighted towards the largest error (Lawson's iteration), which
 tends to the minimax polynomial.
@@ -35,6 +35,8 @@ def expm1_rest(r):              # (exp(r) - 1 - r) / r^2, by its series: r is sm
 def main():
     h = 0.5 * np.log(2) * 1.01
     show("exp_c", *fit(expm1_rest, -h, h, 4, lambda r: r * r))
+    # 2^r = 1 + r P(r), |r| <= 1/2
+    show("exp2_c", *fit(lambda r: np.expm1(r * np.log(2)) / r, -0.501, 0.501, 4, lambda r: r))
     # tanh(x) = x + x s P(s), s = x^2 <= 0.6^2
     tanh_rest = lambda s: (np.tanh(np.sqrt(s)) / np.sqrt(s) - 1) / s
     show("tanh_c", *fit(tanh_rest, 1e-6, 0.36, 4, lambda s: s))

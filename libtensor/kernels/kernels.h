@@ -76,6 +76,23 @@ typedef struct {
     const lt_tap *tap;
 } lt_conv_image;
 
+/* Attention goes by panels: so many queries or keys, stored [channel][query] or [channel][key], zeros where
+ * the last panel is not full. Gradients take at most LT_ATTEND_GRAD_KEYS keys at once. */
+enum { LT_ATTEND_QUERIES = 12, LT_ATTEND_KEYS = 32, LT_ATTEND_GRAD_KEYS = 96 };
+
+/* What one panel of queries and some keys of a head give to its gradients; see attend_grad. */
+typedef struct {
+    int64_t d, ld;                      /* channels; elements between rows of q, k, dy, dq, dk, dv */
+    int64_t rows, keys;
+    const lt_real *q_panel, *dy_panel;  /* of the queries; q as attend had it */
+    const lt_real *k_panels, *v_panels; /* of the keys */
+    const lt_real *q, *k, *dy;          /* by row */
+    const lt_real *stats;               /* of the queries, as attend left them */
+    const lt_real *mean;                /* sum over channels of dy y, for each query */
+    lt_real scale;                      /* what q was multiplied with, without log2(e) */
+    lt_real *dq, *dk, *dv;              /* each may be NULL */
+} lt_attend_grad;
+
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
 
 typedef struct lt_kernels {
@@ -150,6 +167,19 @@ typedef struct lt_kernels {
                        const lt_real *beta, double eps, size_t n);
     void (*layer_norm_grad)(lt_real *dx, lt_real *dgamma, lt_real *dbeta, const lt_real *dy,
                             const lt_real *x, const lt_real *gamma, const lt_real *stats, size_t n);
+
+    /* ---- attention of one head: y_i = sum over j of softmax_j(q_i . k_j) v_j ------------------------ */
+    /* attend_pack: s times n rows of x, d long and ld apart, as panels `width` rows wide. */
+    void (*attend_pack)(lt_real *out, const lt_real *x, int64_t ld, int64_t n, int64_t d, int width, lt_real s);
+
+    /* attend: one panel's results, `rows` of it, ld apart. q is its panel times log2(e), as scores are
+     * powers of two in here; k the panels of all keys (at least 1), v their rows, d apart. stats[2 * rows],
+     * not for NULL: the largest score and 1 / the sum of 2^(score - largest). As with softmax a NaN or +inf
+     * among a row's scores, or nothing but -inf, makes its result NaN. The exponentials are within 3 ulp.
+     * attend_grad: adds to dq, dk and dv what g's queries and keys give, after making the scores again. */
+    void (*attend)(lt_real *y, int64_t ld, lt_real *stats, const lt_real *q, const lt_real *k,
+                   const lt_real *v, int64_t rows, int64_t keys, int64_t d);
+    void (*attend_grad)(const lt_attend_grad *g);
 
     /* ---- one plane ---------------------------------------------------------------------------- */
     /* maxpool: a k x k window every `step` positions, `pad` (< k) of nothing around the h x w plane;

@@ -4,15 +4,16 @@
  *
  * With P = softmax(z), z = q k^T / sqrt(d), and R = dy v^T:
  *   dv += P^T dy      dz = P * (R - sum(R * P))      dq += dz k / sqrt(d)      dk += dz^T q / sqrt(d)
+ * where a row's sum(R * P) is sum(dy * y).
  *
- * P exists for ROWS rows at a time; backward makes it again from q and k. One task owns a head of an
- * image in backward, so that dk and dv have one owner and the row blocks are added in their order.
+ * P never exists whole: a panel of queries meets a strip of keys at a time, and backward makes P again from
+ * each row's largest score and sum. One task owns a head of an image in backward, so that dq, dk and dv
+ * have one owner, which takes keys and queries in their order.
  */
-#include "libtensor/kernels/gemm.h"
 #include "libtensor/ops/common.h"
 
 enum { Q, K, V };
-enum { ROWS = 64, FORWARD_CUTS = 4 };
+enum { PANELS = 4 };                /* of queries in a forward task */
 
 typedef struct {
     int heads;
@@ -20,8 +21,9 @@ typedef struct {
 
 typedef struct {
     int64_t B, T, S, C, d;
+    int64_t panels;                 /* of queries */
     int heads;
-    lt_real scale;
+    double scale;
 } sizes;
 
 static sizes sizes_of(const lt_call *c)
@@ -33,7 +35,8 @@ static sizes sizes_of(const lt_call *c)
     };
 
     s.d = s.C / s.heads;
-    s.scale = (lt_real)(1 / sqrt((double)s.d));
+    s.panels = lt_ceil_div(s.T, LT_ATTEND_QUERIES);
+    s.scale = 1 / sqrt((double)s.d);
     return s;
 }
 
@@ -54,24 +57,16 @@ static lt_status infer(lt_call *c)
     return op_same_shape(c);
 }
 
-static size_t block_bytes(const sizes *s)
+/* Elements of n rows of a head, packed in panels */
+static int64_t packed(const sizes *s, int64_t n, int width)
 {
-    return (size_t)(ROWS * s->S) * sizeof(lt_real);
-}
-
-static void plan(lt_call *c)
-{
-    const sizes s = sizes_of(c);
-    const size_t per_head = block_bytes(&s) * (c->train ? 2 : 1);
-    const size_t forward_tasks = FORWARD_CUTS * block_bytes(&s);
-
-    c->work_bytes = (size_t)(s.B * s.heads) * (per_head > forward_tasks ? per_head : forward_tasks);
+    return lt_ceil_div(n, width) * width * s->d;
 }
 
 /* What one task works on: one head of one image. */
 typedef struct {
     sizes s;
-    int64_t q_at, k_at;             /* of its first element in q and in k */
+    int64_t number, q_at, k_at;     /* of all heads; of its first element in q and in k */
 } head;
 
 static head head_of(const lt_call *c, int64_t i)
@@ -79,7 +74,7 @@ static head head_of(const lt_call *c, int64_t i)
     const sizes s = sizes_of(c);
     const int64_t b = i / s.heads, h = i % s.heads;
 
-    return (head){ s, b * s.T * s.C + h * s.d, b * s.S * s.C + h * s.d };
+    return (head){ s, i, b * s.T * s.C + h * s.d, b * s.S * s.C + h * s.d };
 }
 
 static const lt_real *at(const lt_call *c, int i, int64_t offset)
@@ -87,55 +82,124 @@ static const lt_real *at(const lt_call *c, int i, int64_t offset)
     return (const lt_real *)c->in[i]->data + offset;
 }
 
-/* P for rows t .. t + n - 1 */
-static void attend(const lt_call *c, const head *h, int64_t t, int64_t n, lt_real *p)
+/* Largest score and 1 / sum of each of a head's rows; NULL when no backward will come */
+static lt_real *stats_of(const lt_call *c, const head *h)
+{
+    return c->train ? (lt_real *)c->saved[0] + 2 * h->number * h->s.T : NULL;
+}
+
+/* Scores are powers of two: q is scaled by log2(e) too. */
+static void pack_queries(const lt_call *c, const head *h, lt_real *out)
+{
+    const double log2e = 1.4426950408889634;
+
+    lt_k->attend_pack(out, at(c, Q, h->q_at), h->s.C, h->s.T, h->s.d, LT_ATTEND_QUERIES,
+                      (lt_real)(h->s.scale * log2e));
+}
+
+/* ---- forward ------------------------------------------------------------------------------------------ */
+
+/* A head as attend wants it: panels of queries, panels of keys, rows of values. */
+typedef struct {
+    lt_real *q, *k, *v;
+} packed_head;
+
+static int64_t forward_elements(const sizes *s)
+{
+    return packed(s, s->T, LT_ATTEND_QUERIES) + packed(s, s->S, LT_ATTEND_KEYS) + s->S * s->d;
+}
+
+static packed_head packed_of(const lt_call *c, const head *h)
+{
+    packed_head p = { .q = (lt_real *)c->work + h->number * forward_elements(&h->s) };
+
+    p.k = p.q + packed(&h->s, h->s.T, LT_ATTEND_QUERIES);
+    p.v = p.k + packed(&h->s, h->s.S, LT_ATTEND_KEYS);
+    return p;
+}
+
+static void pack_task(void *ctx, int64_t task)
+{
+    const lt_call *c = ctx;
+    const head h = head_of(c, task);
+    const packed_head p = packed_of(c, &h);
+
+    pack_queries(c, &h, p.q);
+    lt_k->attend_pack(p.k, at(c, K, h.k_at), h.s.C, h.s.S, h.s.d, LT_ATTEND_KEYS, 1);
+    for (int64_t j = 0; j < h.s.S; j++)
+        memcpy(p.v + j * h.s.d, at(c, V, h.k_at + j * h.s.C), (size_t)h.s.d * sizeof(*p.v));
+}
+
+static void forward_panel(const lt_call *c, const head *h, int64_t panel)
 {
     const sizes *s = &h->s;
+    const packed_head p = packed_of(c, h);
+    const int64_t t = panel * LT_ATTEND_QUERIES;
+    lt_real *stats = stats_of(c, h);
 
-    lt_gemm(LT_NO_TRANS, LT_TRANS, n, s->S, s->d, at(c, Q, h->q_at + t * s->C), s->C, at(c, K, h->k_at), s->C,
-            false, p, s->S, NULL);
-    lt_k->scale(p, p, s->scale, (size_t)(n * s->S));
-    for (int64_t i = 0; i < n; i++)
-        lt_k->softmax(p + i * s->S, p + i * s->S, (size_t)s->S);
+    lt_k->attend((lt_real *)c->out->data + h->q_at + t * s->C, s->C, stats ? stats + 2 * t : NULL,
+                 p.q + t * s->d, p.k, p.v, lt_min_i64(LT_ATTEND_QUERIES, s->T - t), s->S, s->d);
 }
 
 static void forward_task(void *ctx, int64_t task)
 {
     const lt_call *c = ctx;
-    const head h = head_of(c, task / FORWARD_CUTS);
-    const sizes *s = &h.s;
-    const int64_t cut = lt_ceil_div(lt_ceil_div(s->T, FORWARD_CUTS), ROWS) * ROWS;
-    const int64_t first = task % FORWARD_CUTS * cut, end = lt_min_i64(s->T, first + cut);
-    lt_real *p = (lt_real *)c->work + task * ROWS * s->S;
+    const int64_t tasks = lt_ceil_div(sizes_of(c).panels, PANELS), first = task % tasks * PANELS;
+    const head h = head_of(c, task / tasks);
 
-    for (int64_t t = first; t < end; t += ROWS) {
-        const int64_t n = lt_min_i64(ROWS, end - t);
-
-        attend(c, &h, t, n, p);
-        lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, s->d, s->S, p, s->S, at(c, V, h.k_at), s->C, false,
-                (lt_real *)c->out->data + h.q_at + t * s->C, s->C, NULL);
-    }
+    for (int64_t i = first; i < lt_min_i64(h.s.panels, first + PANELS); i++)
+        forward_panel(c, &h, i);
 }
 
 static void forward(const lt_call *c)
 {
     const sizes s = sizes_of(c);
 
-    lt_parallel_for(s.B * s.heads * FORWARD_CUTS, forward_task, (void *)c);
+    if (s.T == 0)
+        return;
+    lt_parallel_for(s.B * s.heads, pack_task, (void *)c);
+    lt_parallel_for(s.B * s.heads * lt_ceil_div(s.panels, PANELS), forward_task, (void *)c);
 }
 
-/* dz in the place of R = dy v^T, scaled for the products with k and q */
-static void score_gradient(const lt_call *c, const head *h, int64_t t, int64_t n, const lt_real *p, lt_real *r)
+/* ---- backward ----------------------------------------------------------------------------------------- */
+
+/* A task's scratch: panels of q and dy, sum(dy * y) of each row, panels of some keys and their values. */
+static int64_t backward_elements(const sizes *s)
+{
+    return 2 * packed(s, s->T, LT_ATTEND_QUERIES) + s->T + 2 * LT_ATTEND_GRAD_KEYS * s->d;
+}
+
+static void pack_gradients(const lt_call *c, const head *h, lt_real *dy, lt_real *mean)
 {
     const sizes *s = &h->s;
+    const lt_real *y = (const lt_real *)c->out->data + h->q_at;
 
-    lt_gemm(LT_NO_TRANS, LT_TRANS, n, s->S, s->d, c->dout + h->q_at + t * s->C, s->C, at(c, V, h->k_at), s->C,
-            false, r, s->S, NULL);
-    for (int64_t i = 0; i < n; i++) {
-        const lt_real sum = (lt_real)lt_k->dot(r + i * s->S, p + i * s->S, (size_t)s->S);
+    lt_k->attend_pack(dy, c->dout + h->q_at, s->C, s->T, s->d, LT_ATTEND_QUERIES, 1);
+    for (int64_t t = 0; t < s->T; t++)
+        mean[t] = (lt_real)lt_k->dot(c->dout + h->q_at + t * s->C, y + t * s->C, (size_t)s->d);
+}
 
-        for (int64_t j = 0; j < s->S; j++)
-            r[i * s->S + j] = p[i * s->S + j] * (r[i * s->S + j] - sum) * s->scale;
+static lt_real *din(const lt_call *c, int i, int64_t offset)
+{
+    return c->din[i] ? c->din[i] + offset : NULL;
+}
+
+/* Keys [j, j + g->keys), whose panels g has, against all queries. */
+static void backward_keys(const lt_call *c, const head *h, int64_t j, lt_attend_grad g)
+{
+    const sizes *s = &h->s;
+    const lt_real *q_panels = g.q_panel, *dy_panels = g.dy_panel, *mean = g.mean;
+    const int64_t k_at = h->k_at + j * s->C;
+
+    g.k = at(c, K, k_at), g.dk = din(c, K, k_at), g.dv = din(c, V, k_at);
+    for (int64_t t = 0; t < s->T; t += LT_ATTEND_QUERIES) {
+        const int64_t q_at = h->q_at + t * s->C;
+
+        g.rows = lt_min_i64(LT_ATTEND_QUERIES, s->T - t);
+        g.q_panel = q_panels + t * s->d, g.dy_panel = dy_panels + t * s->d;
+        g.q = at(c, Q, q_at), g.dy = c->dout + q_at, g.dq = din(c, Q, q_at);
+        g.stats = stats_of(c, h) + 2 * t, g.mean = mean + t;
+        lt_k->attend_grad(&g);
     }
 }
 
@@ -144,22 +208,20 @@ static void backward_task(void *ctx, int64_t task)
     const lt_call *c = ctx;
     const head h = head_of(c, task);
     const sizes *s = &h.s;
-    lt_real *p = (lt_real *)c->work + task * 2 * ROWS * s->S, *dz = p + ROWS * s->S;
+    lt_real *q = (lt_real *)c->work + task * backward_elements(s);
+    lt_real *dy = q + packed(s, s->T, LT_ATTEND_QUERIES), *mean = dy + packed(s, s->T, LT_ATTEND_QUERIES);
+    lt_real *k = mean + s->T, *v = k + LT_ATTEND_GRAD_KEYS * s->d;
 
-    for (int64_t t = 0; t < s->T; t += ROWS) {
-        const int64_t n = lt_min_i64(ROWS, s->T - t), q_at = h.q_at + t * s->C;
+    pack_queries(c, &h, q);
+    pack_gradients(c, &h, dy, mean);
+    for (int64_t j = 0; j < s->S; j += LT_ATTEND_GRAD_KEYS) {
+        const int64_t n = lt_min_i64(LT_ATTEND_GRAD_KEYS, s->S - j), k_at = h.k_at + j * s->C;
 
-        attend(c, &h, t, n, p);
-        if (c->din[V])
-            lt_gemm(LT_TRANS, LT_NO_TRANS, s->S, s->d, n, p, s->S, c->dout + q_at, s->C, true,
-                    c->din[V] + h.k_at, s->C, NULL);
-        score_gradient(c, &h, t, n, p, dz);
-        if (c->din[Q])
-            lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, s->d, s->S, dz, s->S, at(c, K, h.k_at), s->C, true,
-                    c->din[Q] + q_at, s->C, NULL);
-        if (c->din[K])
-            lt_gemm(LT_TRANS, LT_NO_TRANS, s->S, s->d, n, dz, s->S, at(c, Q, q_at), s->C, true,
-                    c->din[K] + h.k_at, s->C, NULL);
+        lt_k->attend_pack(k, at(c, K, k_at), s->C, n, s->d, LT_ATTEND_KEYS, 1);
+        lt_k->attend_pack(v, at(c, V, k_at), s->C, n, s->d, LT_ATTEND_KEYS, 1);
+        backward_keys(c, &h, j, (lt_attend_grad){
+            .d = s->d, .ld = s->C, .keys = n, .q_panel = q, .dy_panel = dy, .k_panels = k, .v_panels = v,
+            .mean = mean, .scale = (lt_real)s->scale });
     }
 }
 
@@ -170,6 +232,16 @@ static void backward(const lt_call *c)
     lt_parallel_for(s.B * s.heads, backward_task, (void *)c);
 }
 
+static void plan(lt_call *c)
+{
+    const sizes s = sizes_of(c);
+    const int64_t elements = lt_max_i64(forward_elements(&s), c->train ? backward_elements(&s) : 0);
+
+    c->work_bytes = (size_t)(s.B * s.heads * elements) * sizeof(lt_real);
+    if (c->train)
+        c->saved_bytes[0] = (size_t)(s.B * s.heads * 2 * s.T) * sizeof(lt_real);
+}
+
 static int64_t macs(const lt_call *c)
 {
     const sizes s = sizes_of(c);
@@ -178,8 +250,8 @@ static int64_t macs(const lt_call *c)
 }
 
 static const lt_op attention_op = {
-    .name = "attention", .keeps = LT_KEEP_IN(Q) | LT_KEEP_IN(K) | LT_KEEP_IN(V), .infer = infer,
-    .plan = plan, .forward = forward, .backward = backward, .macs = macs,
+    .name = "attention", .keeps = LT_KEEP_IN(Q) | LT_KEEP_IN(K) | LT_KEEP_IN(V) | LT_KEEP_OUT(0),
+    .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs,
 };
 
 lt_tensor *(lt_attention)(lt_tensor *q, lt_tensor *k, lt_tensor *v, int heads)

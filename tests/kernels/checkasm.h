@@ -27,6 +27,7 @@ void same_as_before(const float *got, size_t n, const char *fmt, ...) LT_PRINTF(
 void check_gemms(bool plainly);
 void check_convs(bool plainly);
 void check_entries(const lt_kernels *k, const lt_kernels *generic);
+void check_attention(const lt_kernels *k, const lt_kernels *generic);
 void check_accuracy(const lt_kernels *k);
 void bench(void);
 

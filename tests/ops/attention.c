@@ -15,6 +15,7 @@ static const op_case cases[] = {
     { "no_queries", build, .in = { S(2, 0, 6), S(2, 7, 6), S(2, 7, 6) } },
     { "empty_batch", build, .in = { S(0, 5, 6), S(0, 7, 6), S(0, 7, 6) } },
     { "long", build, .in = { S(2, 300, 16), S(2, 131, 16), S(2, 131, 16) }, .no_vectors = true },
+    { "strips", build, .in = { S(1, 13, 8), S(1, 300, 8), S(1, 300, 8) }, .no_vectors = true },
 };
 
 static const op_bad_case bad[] = {

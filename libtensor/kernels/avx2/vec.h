@@ -106,6 +106,16 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
     }
 }
 
+INLINE vec v_max(vec a, vec b) { return _mm256_max_ps(a, b); }  /* b where one is NaN */
+
+INLINE float v_max_lanes(vec v)
+{
+    __m128 x = _mm_max_ps(_mm256_castps256_ps128(v), _mm256_extractf128_ps(v, 1));
+
+    x = _mm_max_ps(x, _mm_movehl_ps(x, x));
+    return _mm_cvtss_f32(_mm_max_ss(x, _mm_movehdup_ps(x)));
+}
+
 /* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and
  * so does its place. v_count: first, first + step ... */
 INLINE ivec v_count(int32_t first, int step)

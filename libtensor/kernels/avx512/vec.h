@@ -118,6 +118,9 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
     }
 }
 
+INLINE vec v_max(vec a, vec b) { return _mm512_max_ps(a, b); }  /* b where one is NaN */
+INLINE float v_max_lanes(vec v) { return _mm512_reduce_max_ps(v); }
+
 /* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and
  * so does its place. v_count: first, first + step ... */
 INLINE ivec v_count(int32_t first, int step)

@@ -51,6 +51,9 @@ INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col
     *out = *x;
 }
 
+INLINE vec v_max(vec a, vec b) { return a > b ? a : b; }        /* b where one is NaN */
+INLINE lt_real v_max_lanes(vec v) { return v; }
+
 /* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and
  * so does its place. v_count: first, first + step ... */
 INLINE ivec v_count(int32_t first, int step) { (void)step; return first; }
