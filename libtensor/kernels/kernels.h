@@ -202,11 +202,11 @@ typedef struct lt_kernels {
     void (*pack_a)(lt_real *out, const lt_real *a, int64_t row, int64_t col, int64_t m, int64_t k);
     void (*pack_b)(lt_real *out, const lt_real *b, int64_t row, int64_t col, int64_t k, int64_t n);
 
-    /* gemm_strip: C[m, n] = (add ? C : 0) + A B for packed A and one panel of B, n <= nr, and then what e
-     * says, where it is not NULL: the same as epilogue, but in registers. Each element
-     * is one chain of fused multiply-adds in the order of k, so blocking over k changes no bit. */
-    void (*gemm_strip)(lt_real *c, int64_t ldc, const lt_real *a, const lt_real *b, int64_t m,
-                       int64_t n, int64_t k, bool add, const lt_epilogue *e);
+    /* gemm_block: C[m, n] = (add ? C : 0) + A B for packed A and panels of B that stand `panel` elements
+     * apart, and then what e says, where it is not NULL: the same as epilogue, but in registers. Each
+     * element is one chain of fused multiply-adds in the order of k, so blocking over k changes no bit. */
+    void (*gemm_block)(lt_real *c, int64_t ldc, const lt_real *a, const lt_real *b, int64_t panel,
+                       int64_t m, int64_t n, int64_t k, bool add, const lt_epilogue *e);
     void (*epilogue)(lt_real *c, int64_t ldc, int64_t m, int64_t n, const lt_epilogue *e);
 
     /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix

@@ -42,34 +42,29 @@ static scratch *thread_scratch(void)
     return s;
 }
 
-/* What follows the sum, for the tile's columns from j on. */
-static lt_epilogue epilogue_at(const lt_product *p, const lt_tile *t, int64_t image, int64_t j)
+/* What follows the sum, for this tile. */
+static lt_epilogue epilogue_of(const lt_product *p, const lt_tile *t, int64_t image)
 {
-    const int64_t n0 = t->n0 + j;
     lt_epilogue e = *p->e;
 
     e.row_bias = e.row_bias ? e.row_bias + t->m0 : NULL;
-    e.col_bias = e.col_bias ? e.col_bias + n0 : NULL;
+    e.col_bias = e.col_bias ? e.col_bias + t->n0 : NULL;
     if (e.residual)
-        e.residual += image * p->c_step + t->m0 * e.ld_residual + n0;
+        e.residual += image * p->c_step + t->m0 * e.ld_residual + t->n0;
     return e;
 }
 
-/* Strips of one image for k of the rows: the packed panel of B stays in L1 while A streams past. */
-static void strips(const lt_product *p, const lt_tile *t, int64_t image, const lt_real *a,
-                   const lt_real *b, int64_t k, bool add, bool last)
+/* The tile of one image, for k of the rows from k0 on. */
+static void multiply(const lt_product *p, const lt_tile *t, int64_t image, const lt_real *a,
+                     const lt_real *b, int64_t k0, int64_t k)
 {
-    const int64_t nr = lt_k->nr;
-    lt_real *c = p->c + image * p->c_step;
+    const bool last = k0 + k == p->k && p->e;
+    lt_epilogue e;
 
-    for (int64_t j = 0; j < t->n; j += nr) {
-        lt_epilogue e;
-
-        if (p->e)
-            e = epilogue_at(p, t, image, j);
-        lt_k->gemm_strip(c + j, p->ldc, a, b + j * k, t->m, lt_min_i64(nr, t->n - j), k, add,
-                         last && p->e ? &e : NULL);
-    }
+    if (last)
+        e = epilogue_of(p, t, image);
+    lt_k->gemm_block(p->c + image * p->c_step, p->ldc, a, b, k * lt_k->nr, t->m, t->n, k, p->add || k0 > 0,
+                     last ? &e : NULL);
 }
 
 /* One block of k, `columns` columns of B at a time. */
@@ -82,7 +77,7 @@ static void block(const lt_product *p, const lt_tile *t, int64_t image, const lt
 
         at.c += j;
         p->pack_b(p->ctx, b, &part, image, k0, k);
-        strips(&at, &part, image, a, b, k, p->add || k0 > 0, k0 + k == p->k);
+        multiply(&at, &part, image, a, b, k0, k);
     }
 }
 
@@ -105,8 +100,7 @@ static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t 
             const lt_real *left = p->a ? p->a + t->m0 * p->k + k0 * t->m : a;
 
             if (p->b)
-                strips(p, t, image, left, p->b + t->n0 * p->k + k0 * whole_panels(t->n), k,
-                       p->add || k0 > 0, k0 + k == p->k);
+                multiply(p, t, image, left, p->b + t->n0 * p->k + k0 * whole_panels(t->n), k0, k);
             else
                 block(p, t, image, left, b, k0, k, columns);
         }

@@ -10,7 +10,7 @@ enum {
     PLACES = 36,
     MOST_TILES = 512,           /* of a band: what a task holds on its stack */
     MOST_DEALT = 768,           /* the same with the row below the band */
-    BAND_TILES = 128,           /* of a band, where that can be had */
+    BAND_TILES = 64,           /* of a band, where that can be had */
     SLACK = 64,                 /* lines are dealt and gathered by whole vectors */
     COLUMNS = 512,              /* of one task's product */
     ROUND_BYTES = 3 << 20,      /* of transformed maps at a time: they should stay in the cache */
@@ -126,7 +126,8 @@ static void transform_input(void *ctx, int64_t task)
     const lt_real *plane = j->x + (b.image * j->k + c) * t->h * t->w;
     lt_real q[24 * (MOST_DEALT + SLACK)];
 
-    memset(q, 0, (size_t)(24 * phase) * sizeof(lt_real));
+    if (b.rows * t->wide < t->columns)          /* columns without a tile */
+        memset(q, 0, (size_t)(24 * phase) * sizeof(lt_real));
     deal_band(t, plane, b.ty, b.rows, q, phase);
     lt_k->wino_input(j->in + c * lt_k->nr, lt_ceil_div(j->bands * t->columns, lt_k->nr) * panel, panel,
                      task / j->k * t->columns, q, phase, t->wide, t->columns);
@@ -147,9 +148,8 @@ static void multiply(void *ctx, int64_t task)
     for (int64_t i = 0; i < blocks; i++) {
         const int64_t k0 = i * j->k / blocks, k = (i + 1) * j->k / blocks - k0;
 
-        for (int64_t n = from; n < to; n += nr)
-            lt_k->gemm_strip(c + n, columns, a + k0 * j->m, b + n * j->k + k0 * nr, j->m,
-                             lt_min_i64(nr, to - n), k, i > 0, NULL);
+        lt_k->gemm_block(c + from, columns, a + k0 * j->m, b + from * j->k + k0 * nr, nr * j->k, j->m,
+                         to - from, k, i > 0, NULL);
     }
 }
 
