@@ -320,6 +320,8 @@ void train_config_help(FILE *f)
             fprintf(f, " %s", model_classes[i]->name);
     fprintf(f, "\n      the model to train\n");
     for (int i = 0; model_classes[i]; i++) {
+        if (model_classes[i]->task != MODEL_HAND_OBJECT)
+            continue;
         fprintf(f, "\n%s\n", model_classes[i]->name);
         print_keys(f, "model", model_classes[i]->keys);
     }

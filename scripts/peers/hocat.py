@@ -13,7 +13,6 @@ from torch import nn
 
 from resnet import Trunk
 
-PARENT = [-1, 0, 1, 2, 0, 4, 5, 0, 7, 8, 0, 10, 11, 0, 13, 14]
 TIPS = [728, 353, 442, 576, 694]
 SIMPLE = [0, 13, 14, 15, 16, 1, 2, 3, 17, 4, 5, 6, 18, 10, 11, 12, 19, 7, 8, 9, 20]
 POINTS = 21

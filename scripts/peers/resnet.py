@@ -3,7 +3,6 @@
 
 Source: He et al. 2016, "Deep residual learning", table 1; stride on the 3x3 convolution.
 """
-import torch
 import torch.nn.functional as F
 from torch import nn
 

@@ -1,0 +1,136 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: Apache-2.0
+"""Measure one network in PyTorch, in a process of its own; for scripts/bench-peers.
+
+    run_torch.py MODEL infer BATCH eager|channels_last|jit RUNS SECONDS
+    run_torch.py MODEL train BATCH eager|channels_last RUNS SECONDS
+    run_torch.py MODEL export BATCH FOLDER
+
+prints one line of JSON. RUNS timed runs or SECONDS, whichever ends first, but one at least; export writes
+model.onnx, and inputs and outputs as raw float32.
+"""
+import json
+import os
+import resource
+import sys
+import time
+import warnings
+
+warnings.filterwarnings("ignore")
+
+import torch                                # noqa: E402
+
+from efficientnet import EfficientNetB0     # noqa: E402
+from hocat import Hocat                     # noqa: E402
+from resnet import ResNet50                 # noqa: E402
+
+WARM_UP = 3
+SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256}
+MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat}
+NAMES = ("image", "hand_box", "object_box")
+
+
+def inputs(name, batch):
+    """The boxes are those of palmar bench: half the crop wide and high."""
+    S = SIZE[name]
+    image = torch.rand(batch, 3, S, S)
+    if name != "hocat":
+        return [image]
+    box = torch.tensor([[0.2 * S, 0.25 * S, 0.7 * S, 0.75 * S]]).repeat(batch, 1)
+    return [image, box, box.clone()]
+
+
+def targets(name, batch):
+    if name != "hocat":
+        return [torch.rand(batch, 1000)]
+    shapes = (21, 2), (16, 3, 3), (10,), (21, 2), (32, 32), ()
+    return [torch.rand(batch, *s) for s in shapes]
+
+
+def built(name, x):
+    """Weights at random, and running statistics near the input's, so that no signal dies on its way; 0.1 of the
+    variance's first value, 1, stays, or rounding errors would grow where a map of few cells hardly varies."""
+    model = MODEL[name]()
+    norms = [m for m in model.modules() if isinstance(m, torch.nn.BatchNorm2d)]
+    for m in norms:
+        m.momentum = 0.9
+    with torch.no_grad():
+        model.train()(*x)
+    for m in norms:
+        m.momentum = 0.1
+    return model
+
+
+def prepared(model, x, layout):
+    if layout == "channels_last":
+        model = model.to(memory_format=torch.channels_last)
+        x[0] = x[0].to(memory_format=torch.channels_last)
+    if layout == "jit":
+        model = torch.jit.optimize_for_inference(torch.jit.freeze(torch.jit.trace(model, x)))
+    return model
+
+
+def inference(name, batch, layout):
+    x = inputs(name, batch)
+    model = built(name, x).eval()
+    model = prepared(model, x, layout)
+    return lambda: model(*x)
+
+
+def training(name, batch, layout):
+    x, t = inputs(name, batch), targets(name, batch)
+    model = prepared(MODEL[name]().train(), x, layout)
+    adam = torch.optim.Adam(model.parameters(), lr=1e-6, weight_decay=5e-4, foreach=True)
+
+    def step():
+        adam.zero_grad(set_to_none=True)
+        model.loss(*x, *t).backward()
+        adam.step()
+    return step
+
+
+def measure(run, runs, seconds):
+    ms, start = [], None
+    for i in range(min(WARM_UP, runs)):
+        run()
+    start = time.perf_counter()
+    while not ms or (len(ms) < runs and time.perf_counter() - start < seconds):
+        t = time.perf_counter()
+        run()
+        ms.append(1e3 * (time.perf_counter() - t))
+    ms.sort()
+    middle = (ms[(len(ms) - 1) // 2] + ms[len(ms) // 2]) / 2
+    return {"median_ms": middle, "min_ms": ms[0], "runs": len(ms),
+            "peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}
+
+
+def export(name, batch, folder):
+    x = inputs(name, batch)
+    model = built(name, x).eval()
+    with torch.no_grad():
+        out = model(*x)
+    out = out if isinstance(out, tuple) else (out,)
+    torch.onnx.export(model, tuple(x), os.path.join(folder, "model.onnx"), opset_version=16,
+                      input_names=NAMES[:len(x)], output_names=["out%d" % i for i in range(len(out))])
+    named = dict(zip(NAMES, x), **{"out%d" % i: o for i, o in enumerate(out)})
+    for key, value in named.items():
+        value.contiguous().numpy().tofile(os.path.join(folder, key + ".f32"))
+    return {"parameters": sum(p.numel() for p in model.parameters()), "outputs": len(out),
+            "inputs": {key: list(v.shape) for key, v in zip(NAMES, x)}}
+
+
+def main():
+    name, mode, batch, how = sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4]
+    torch.manual_seed(0)
+    torch.set_flush_denormal(True)
+    if mode == "export":
+        result = export(name, batch, how)
+    elif mode == "infer":
+        with torch.inference_mode():
+            result = measure(inference(name, batch, how), int(sys.argv[5]), float(sys.argv[6]))
+    else:
+        result = measure(training(name, batch, how), int(sys.argv[5]), float(sys.argv[6]))
+    print(json.dumps(dict(result, version=torch.__version__.split("a0")[0])))
+
+
+main()
