@@ -463,7 +463,7 @@ typedef struct {
     int64_t chunks, tile_m, tile_n, tiles_m, tiles_n;
 } weights_job;
 
-typedef struct { const lt_real *dy; lt_conv_image x; int64_t positions; } weights_ctx;
+typedef struct { const lt_real *dy; lt_conv_image x; int64_t positions; bool plain; } weights_ctx;
 
 static int64_t chunk_count(const lt_conv2d_params *p)
 {
@@ -487,7 +487,10 @@ static void pack_x(const void *ctx, lt_real *out, const lt_tile *t, int64_t imag
     const weights_ctx *c = ctx;
 
     (void)image;
-    lt_k->pack_image_t(out, &c->x, k0, k, t->n0, t->n);
+    if (c->plain)
+        lt_k->pack_b(out, c->x.x + t->n0 * c->positions + k0, 1, c->positions, k, t->n);
+    else
+        lt_k->pack_image_t(out, &c->x, k0, k, t->n0, t->n);
 }
 
 static void run_weights(void *ctx, int64_t task)
@@ -508,7 +511,7 @@ static void run_weights(void *ctx, int64_t task)
     for (int64_t i = from; i < to; i++) {
         const weights_ctx c = {
             j->dy + (i * p->o + g * og) * out,
-            window_image(p, j->x + (i * p->c + g * cg) * p->h * p->w, j->t), out,
+            window_image(p, j->x + (i * p->c + g * cg) * p->h * p->w, j->t), out, pointwise(p),
         };
         const lt_product product = {
             .k = out, .ctx = &c, .pack_a = pack_dy, .pack_b = pack_x,
