@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/base/parallel.h"
 #include "libtensor/graph/passes/passes.h"
 #include "libtensor/graph/plan_internal.h"
 
@@ -175,6 +176,16 @@ void lt_plan_free(lt_plan *p)
 
 /* ---- running -------------------------------------------------------------------------------------- */
 
+enum { ZERO_BYTES = 1 << 18 };          /* of a task */
+
+static void zero_task(void *ctx, int64_t i)
+{
+    const plan_step *s = ctx;
+    const size_t at = (size_t)i * ZERO_BYTES, left = s->zero_bytes - at;
+
+    memset((char *)s->zero_data + at, 0, left < ZERO_BYTES ? left : ZERO_BYTES);
+}
+
 static void run_step(lt_plan *p, plan_step *s)
 {
     const lt_op *op = s->node ? s->node->op : NULL;
@@ -189,7 +200,7 @@ static void run_step(lt_plan *p, plan_step *s)
         (op->recompute ? op->recompute : op->forward)(&s->call);
         break;
     case STEP_ZERO:
-        memset(s->zero_data, 0, s->zero_bytes);
+        lt_parallel_for(lt_ceil_div((int64_t)s->zero_bytes, ZERO_BYTES), zero_task, s);
         break;
     case STEP_BACKWARD:
         op->backward(&s->call);

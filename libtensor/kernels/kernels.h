@@ -147,10 +147,12 @@ typedef struct lt_kernels {
     double (*sumsq)(const lt_real *x, size_t n);
     double (*dot)(const lt_real *a, const lt_real *b, size_t n);
     double (*dot_step)(const lt_real *a, const lt_real *b, int64_t step, size_t n); /* a[i] b[i step] */
-    void (*moments)(double out[2], const lt_real *x, size_t n);     /* sum of x, sum of x^2 */
 
-    /* sum of dy and of dy * (x - mean): what a batch norm's backward needs of one channel's run */
-    void (*grad_moments)(double out[2], const lt_real *dy, const lt_real *x, double mean, size_t n);
+    /* Of `runs` runs of n elements that start `step` apart, as a channel's are in an NCHW map; element i of
+     * each in sum i % 16. moments: the sums of x and of x^2; grad_moments: of dy and of dy * (x - mean). */
+    void (*moments)(double out[2], const lt_real *x, int64_t step, int64_t runs, size_t n);
+    void (*grad_moments)(double out[2], const lt_real *dy, const lt_real *x, double mean, int64_t step,
+                         int64_t runs, size_t n);
     lt_real (*max)(const lt_real *x, size_t n);     /* -inf for n = 0; NaN when any is NaN */
     bool (*all_finite)(const lt_real *x, size_t n);
 

@@ -5,21 +5,23 @@
  *   mul  da += dy b    db += dy a
  *
  * One file for the three: they differ in one line each. Where an operand stretches, its gradient is the
- * sum over what it was stretched to, taken in the order of the elements by one thread.
+ * sum over what it was stretched to, taken in the order of the elements by one task.
  */
 #include "libtensor/ops/broadcast.h"
 
 /* ---- forward ------------------------------------------------------------------------------------------ */
 
+/* One row; an operand whose step is 0 is one number for all of it. */
 typedef void (*row_fn)(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, int64_t sb, size_t n);
+
+static const lt_act plain = { .kind = LT_ACT_NONE };
 
 static void add_row(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, int64_t sb, size_t n)
 {
     if (sa && sb)
         lt_k->add(y, a, b, n);
     else
-        for (size_t i = 0; i < n; i++)
-            y[i] = a[(int64_t)i * sa] + b[(int64_t)i * sb];
+        lt_k->affine(y, sa ? a : b, 1, sa ? *b : *a, plain, n);
 }
 
 static void sub_row(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, int64_t sb, size_t n)
@@ -27,45 +29,65 @@ static void sub_row(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, 
     if (sa && sb)
         lt_k->sub(y, a, b, n);
     else
-        for (size_t i = 0; i < n; i++)
-            y[i] = a[(int64_t)i * sa] - b[(int64_t)i * sb];
+        lt_k->affine(y, sa ? a : b, sa ? 1 : -1, sa ? -*b : *a, plain, n);
 }
 
 static void mul_row(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, int64_t sb, size_t n)
 {
     if (sa && sb)
         lt_k->mul(y, a, b, n);
-    else if (sa)
-        lt_k->scale(y, a, *b, n);
-    else if (sb)
-        lt_k->scale(y, b, *a, n);
     else
-        for (size_t i = 0; i < n; i++)
-            y[i] = *a * *b;
+        lt_k->scale(y, sa ? a : b, sa ? *b : *a, n);
+}
+
+enum { TASK = 16384 };              /* elements */
+
+/* How rows become tasks: long ones are cut, short ones bundled. */
+typedef struct {
+    int64_t rows, piece;
+} row_cut;
+
+static row_cut cut_rows(const broadcast *b)
+{
+    return (row_cut){ lt_max_i64(1, TASK / b->inner), lt_min_i64(TASK, b->inner) };
+}
+
+static int64_t tasks_of(const broadcast *b, const row_cut *cut)
+{
+    return lt_ceil_div(b->inner, cut->piece) * lt_ceil_div(b->n_rows, cut->rows);
+}
+
+/* Task i: rows [first, end), elements [at, at + n) of each */
+typedef struct {
+    int64_t first, end, at, n;
+} task_part;
+
+static task_part part_of(const broadcast *b, const row_cut *cut, int64_t i)
+{
+    const int64_t pieces = lt_ceil_div(b->inner, cut->piece), at = i % pieces * cut->piece;
+    const int64_t first = i / pieces * cut->rows;
+
+    return (task_part){ first, lt_min_i64(b->n_rows, first + cut->rows), at, lt_min_i64(cut->piece, b->inner - at) };
 }
 
 typedef struct {
     const lt_call *c;
     broadcast b;
+    row_cut cut;
     row_fn fn;
-    int64_t rows_per_task, pieces, piece;       /* long rows are cut, short ones bundled */
 } forward_job;
-
-enum { TASK = 16384 };
 
 static void forward_task(void *ctx, int64_t i)
 {
     const forward_job *j = ctx;
-    const int64_t at = i % j->pieces * j->piece, n = lt_min_i64(j->piece, j->b.inner - at);
-    const int64_t first = i / j->pieces * j->rows_per_task;
-    const int64_t end = lt_min_i64(j->b.n_rows, first + j->rows_per_task);
+    const task_part t = part_of(&j->b, &j->cut, i);
 
-    for (int64_t r = first; r < end; r++) {
+    for (int64_t r = t.first; r < t.end; r++) {
         const lt_real *a = (const lt_real *)j->c->in[0]->data + broadcast_row(&j->b, 0, r);
         const lt_real *b = (const lt_real *)j->c->in[1]->data + broadcast_row(&j->b, 1, r);
 
-        j->fn((lt_real *)j->c->out->data + r * j->b.inner + at, a + at * j->b.step[0],
-              b + at * j->b.step[1], j->b.step[0], j->b.step[1], (size_t)n);
+        j->fn((lt_real *)j->c->out->data + r * j->b.inner + t.at, a + t.at * j->b.step[0],
+              b + t.at * j->b.step[1], j->b.step[0], j->b.step[1], (size_t)t.n);
     }
 }
 
@@ -75,10 +97,8 @@ static void run_forward(const lt_call *c, row_fn fn)
 
     if (lt_numel(c->out) == 0)
         return;
-    j.piece = lt_min_i64(TASK, j.b.inner);
-    j.pieces = lt_ceil_div(j.b.inner, j.piece);
-    j.rows_per_task = lt_max_i64(1, TASK / j.b.inner);
-    lt_parallel_for(j.pieces * lt_ceil_div(j.b.n_rows, j.rows_per_task), forward_task, &j);
+    j.cut = cut_rows(&j.b);
+    lt_parallel_for(tasks_of(&j.b, &j.cut), forward_task, &j);
 }
 
 static void add_forward(const lt_call *c) { run_forward(c, add_row); }
@@ -107,27 +127,36 @@ static void grad_row(lt_real *dx, int64_t sx, const lt_real *dy, lt_real sign, c
 typedef struct {
     const lt_call *c;
     broadcast b;
-    int operand;
-    lt_real sign;
-    bool product;
+    row_cut cut;
+    lt_real sign[2];
+    bool product, wanted[2], apart[2];      /* apart: no two rows reach the same place of the operand */
 } backward_job;
 
-static void backward_row(const backward_job *j, int64_t r)
+static void backward_row(const backward_job *j, int k, int64_t r, const task_part *t)
 {
-    const int k = j->operand;
-    const lt_real *other = j->product ? j->c->in[1 - k]->data : NULL;
+    const broadcast *b = &j->b;
+    const int64_t dx = broadcast_row(b, k, r) + t->at * b->step[k];
+    const lt_real *other = NULL;
 
-    grad_row(j->c->din[k] + broadcast_row(&j->b, k, r), j->b.step[k], j->c->dout + r * j->b.inner,
-             j->sign, other ? other + broadcast_row(&j->b, 1 - k, r) : NULL, j->b.step[1 - k],
-             (size_t)j->b.inner);
+    if (j->product)
+        other = (const lt_real *)j->c->in[1 - k]->data + broadcast_row(b, 1 - k, r) + t->at * b->step[1 - k];
+    if (j->apart[k])
+        op_start(j->c, k, dx, b->step[k] ? t->n : 1);
+    grad_row(j->c->din[k] + dx, b->step[k], j->c->dout + r * b->inner + t->at, j->sign[k], other,
+             b->step[1 - k], (size_t)t->n);
 }
 
-static void backward_task(void *ctx, int64_t row)
+static void backward_task(void *ctx, int64_t i)
 {
-    backward_row(ctx, row);
+    const backward_job *j = ctx;
+    const task_part t = part_of(&j->b, &j->cut, i);
+
+    for (int64_t r = t.first; r < t.end; r++)
+        for (int k = 0; k < 2; k++)
+            if (j->wanted[k])
+                backward_row(j, k, r, &t);
 }
 
-/* Rows may run side by side only where no two of them reach the same place of x. */
 static bool rows_are_apart(const broadcast *b, int operand)
 {
     for (int i = 1; i < b->rank; i++)
@@ -136,37 +165,59 @@ static bool rows_are_apart(const broadcast *b, int operand)
     return true;
 }
 
-static void run_backward(const lt_call *c, int operand, lt_real sign, bool product)
+/* Rows that reach the same place of operand k stay in one task: all of them, or those of one outermost index. */
+static row_cut keep_together(const broadcast *b, int k, row_cut cut)
 {
-    backward_job j = { c, broadcast_plan(c->out, c->in[0], c->in[1]), operand, sign, product };
+    const int outer = b->rank - 1;
 
-    if (!c->din[operand] || lt_numel(c->out) == 0)
+    cut.piece = b->step[k] ? cut.piece : b->inner;
+    if (!rows_are_apart(b, k))
+        cut = (row_cut){ b->stride[k][outer] ? b->n_rows / b->dim[outer] : b->n_rows, b->inner };
+    return cut;
+}
+
+/* The operands that are wanted. Both in one sweep over dy, where their rows allow. */
+static void sweep(backward_job *j, bool first, bool second)
+{
+    if (!first && !second)
         return;
-    if (rows_are_apart(&j.b, operand)) {
-        lt_parallel_for(j.b.n_rows, backward_task, &j);
+    j->wanted[0] = first;
+    j->wanted[1] = second;
+    j->cut = cut_rows(&j->b);
+    for (int k = 0; k < 2; k++) {
+        if (!j->wanted[k])
+            continue;
+        j->cut = keep_together(&j->b, k, j->cut);
+        if (!j->apart[k])
+            op_start(j->c, k, 0, lt_numel(j->c->in[k]));
+    }
+    lt_parallel_for(tasks_of(&j->b, &j->cut), backward_task, j);
+}
+
+static void run_backward(const lt_call *c, lt_real second_sign, bool product)
+{
+    const bool first = c->din[0] != NULL, second = c->din[1] != NULL;
+    backward_job j = { .c = c, .b = broadcast_plan(c->out, c->in[0], c->in[1]), .sign = { 1, second_sign },
+                       .product = product };
+
+    if (lt_numel(c->out) == 0) {
+        for (int k = 0; k < 2; k++)
+            op_start(c, k, 0, lt_numel(c->in[k]));
         return;
     }
-    for (int64_t r = 0; r < j.b.n_rows; r++)
-        backward_row(&j, r);
+    for (int k = 0; k < 2; k++)
+        j.apart[k] = rows_are_apart(&j.b, k);
+    if (j.apart[0] && j.apart[1]) {
+        sweep(&j, first, second);
+    } else {
+        sweep(&j, first, false);
+        sweep(&j, false, second);
+    }
 }
 
-static void add_backward(const lt_call *c)
-{
-    run_backward(c, 0, 1, false);
-    run_backward(c, 1, 1, false);
-}
-
-static void sub_backward(const lt_call *c)
-{
-    run_backward(c, 0, 1, false);
-    run_backward(c, 1, -1, false);
-}
-
-static void mul_backward(const lt_call *c)
-{
-    run_backward(c, 0, 1, true);
-    run_backward(c, 1, 1, true);
-}
+static void add_backward(const lt_call *c) { run_backward(c, 1, false); }
+static void sub_backward(const lt_call *c) { run_backward(c, -1, false); }
+static void mul_backward(const lt_call *c) { run_backward(c, 1, true); }
 
 /* ---- the ops ------------------------------------------------------------------------------------------ */
 
@@ -178,18 +229,18 @@ static bool add_as_tail(const lt_node *n, int i, lt_tail *tail)
 }
 
 static const lt_op add_op = {
-    .name = "add", .keeps = LT_KEEP_NOTHING, .infer = broadcast_infer,
+    .name = "add", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = broadcast_infer,
     .forward = add_forward, .backward = add_backward, .as_tail = add_as_tail,
 };
 
 static const lt_op sub_op = {
-    .name = "sub", .keeps = LT_KEEP_NOTHING, .infer = broadcast_infer,
+    .name = "sub", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = broadcast_infer,
     .forward = sub_forward, .backward = sub_backward,
 };
 
 static const lt_op mul_op = {
-    .name = "mul", .keeps = LT_KEEP_IN(0) | LT_KEEP_IN(1), .infer = broadcast_infer,
-    .forward = mul_forward, .backward = mul_backward,
+    .name = "mul", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0) | LT_KEEP_IN(1),
+    .infer = broadcast_infer, .forward = mul_forward, .backward = mul_backward,
 };
 
 lt_tensor *(lt_add)(lt_tensor *a, lt_tensor *b)

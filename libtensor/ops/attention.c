@@ -179,6 +179,13 @@ static void pack_gradients(const lt_call *c, const head *h, lt_real *dy, lt_real
         mean[t] = (lt_real)lt_k->dot(c->dout + h->q_at + t * s->C, y + t * s->C, (size_t)s->d);
 }
 
+/* A head's rows of din[i] from `offset`, before the first addition */
+static void start(const lt_call *c, int i, const sizes *s, int64_t offset, int64_t rows)
+{
+    for (int64_t t = 0; t < rows; t++)
+        op_start(c, i, offset + t * s->C, s->d);
+}
+
 static lt_real *din(const lt_call *c, int i, int64_t offset)
 {
     return c->din[i] ? c->din[i] + offset : NULL;
@@ -214,6 +221,9 @@ static void backward_task(void *ctx, int64_t task)
 
     pack_queries(c, &h, q);
     pack_gradients(c, &h, dy, mean);
+    start(c, Q, s, h.q_at, s->T);
+    start(c, K, s, h.k_at, s->S);
+    start(c, V, s, h.k_at, s->S);
     for (int64_t j = 0; j < s->S; j += LT_ATTEND_GRAD_KEYS) {
         const int64_t n = lt_min_i64(LT_ATTEND_GRAD_KEYS, s->S - j), k_at = h.k_at + j * s->C;
 
@@ -250,8 +260,8 @@ static int64_t macs(const lt_call *c)
 }
 
 static const lt_op attention_op = {
-    .name = "attention", .keeps = LT_KEEP_IN(Q) | LT_KEEP_IN(K) | LT_KEEP_IN(V) | LT_KEEP_OUT(0),
-    .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs,
+    .name = "attention", .flags = LT_OP_ASSIGNS,
+    .keeps = LT_KEEP_IN(Q) | LT_KEEP_IN(K) | LT_KEEP_IN(V) | LT_KEEP_OUT(0), .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs,
 };
 
 lt_tensor *(lt_attention)(lt_tensor *q, lt_tensor *k, lt_tensor *v, int heads)

@@ -53,6 +53,12 @@ static int64_t plane_at(const lt_call *c, int64_t b, int64_t ch)
     return (b * lt_dim(c->out, 1) + ch) * op_inner(c->out, 1);
 }
 
+/* From a channel's plane of one image to that of the next */
+static int64_t image_step(const lt_call *c)
+{
+    return lt_dim(c->out, 1) * op_inner(c->out, 1);
+}
+
 static int64_t count(const lt_call *c)
 {
     return lt_dim(c->out, 0) * op_inner(c->out, 1);
@@ -62,18 +68,14 @@ static int64_t count(const lt_call *c)
 static measure measure_channel(const lt_call *c, int64_t ch)
 {
     const batch_norm_attr *a = c->attr;
-    double sum = 0, sumsq = 0, n = (double)count(c);
+    const double n = (double)count(c);
+    double sum[2];
     measure m;
 
-    for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
-        double part[2];
-
-        lt_k->moments(part, value(c, X) + plane_at(c, b, ch), (size_t)op_inner(c->out, 1));
-        sum += part[0];
-        sumsq += part[1];
-    }
-    m.mean = sum / n;
-    m.var = fmax(0, sumsq / n - m.mean * m.mean);
+    lt_k->moments(sum, value(c, X) + plane_at(c, 0, ch), image_step(c), lt_dim(c->out, 0),
+                  (size_t)op_inner(c->out, 1));
+    m.mean = sum[0] / n;
+    m.var = fmax(0, sum[1] / n - m.mean * m.mean);
     m.rstd = 1 / sqrt(m.var + a->eps);
     return m;
 }
@@ -143,22 +145,19 @@ static void backward_channel(const lt_call *c, int64_t ch)
 {
     const measure *m = (const measure *)c->saved[0] + ch;
     const size_t n = (size_t)op_inner(c->out, 1);
-    double dbias = 0, dweight = 0, s, t;
+    double sum[2], dbias, dweight, s, t, u;
 
-    for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
-        const int64_t at = plane_at(c, b, ch);
-        double part[2];
-
-        lt_k->grad_moments(part, c->dout + at, value(c, X) + at, m->mean, n);
-        dbias += part[0];
-        dweight += part[1] * m->rstd;
-    }
+    lt_k->grad_moments(sum, c->dout + plane_at(c, 0, ch), value(c, X) + plane_at(c, 0, ch), m->mean,
+                       image_step(c), lt_dim(c->out, 0), n);
+    dbias = sum[0];
+    dweight = sum[1] * m->rstd;
     s = value(c, WEIGHT)[ch] * m->rstd;
     t = -s * m->rstd * dweight / (double)count(c);
+    u = -s * dbias / (double)count(c) - t * m->mean;
     for (int64_t b = 0; c->din[X] && b < lt_dim(c->out, 0); b++) {
         const int64_t at = plane_at(c, b, ch);
-        const double u = -s * dbias / (double)count(c) - t * m->mean;
 
+        op_start(c, X, at, (int64_t)n);
         lt_k->affine_grad(c->din[X] + at, c->dout + at, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u, n);
     }
     collect(c, ch, m, dweight, dbias);
@@ -166,6 +165,8 @@ static void backward_channel(const lt_call *c, int64_t ch)
 
 static void backward(const lt_call *c)
 {
+    for (int i = WEIGHT; i <= VAR; i++)
+        op_start(c, i, 0, lt_dim(c->out, 1));
     by_channel(c, backward_channel);
 }
 
@@ -202,8 +203,8 @@ static lt_tensor *lower(const lt_node *node, lt_tensor *const *in)
 }
 
 static const lt_op batch_norm_op = {
-    .name = "batch_norm", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT), .infer = infer,
-    .plan = plan, .forward = forward, .backward = backward, .recompute = recompute, .lower = lower,
+    .name = "batch_norm", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS,
+    .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT), .infer = infer, .plan = plan, .forward = forward, .backward = backward, .recompute = recompute, .lower = lower,
 };
 
 lt_tensor *(lt_batch_norm)(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, lt_tensor *running_mean,

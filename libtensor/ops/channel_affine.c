@@ -50,6 +50,7 @@ static void backward_channel(const lt_call *c, int64_t ch)
 
         dscale += lt_k->dot(c->dout + at, (const lt_real *)c->in[X]->data + at, (size_t)n);
         dshift += lt_k->sum(c->dout + at, (size_t)n);
+        op_start(c, X, at, n);
         if (c->din[X])
             lt_k->axpy(c->din[X] + at, scale, c->dout + at, (size_t)n);
     }
@@ -61,6 +62,8 @@ static void backward_channel(const lt_call *c, int64_t ch)
 
 static void backward(const lt_call *c)
 {
+    op_start(c, SCALE, 0, lt_dim(c->out, 1));
+    op_start(c, SHIFT, 0, lt_dim(c->out, 1));
     op_by_row(c, lt_dim(c->out, 1), lt_dim(c->out, 0) * op_inner(c->out, 1), backward_channel);
 }
 
@@ -87,7 +90,7 @@ static bool absorb(lt_node *node, const lt_tail *tail)
 }
 
 static const lt_op channel_affine_op = {
-    .name = "channel_affine", .flags = LT_OP_INPLACE, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(SCALE),
+    .name = "channel_affine", .flags = LT_OP_INPLACE | LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(SCALE),
     .infer = infer, .forward = forward, .backward = backward, .as_tail = as_tail, .absorb = absorb,
 };
 

@@ -48,6 +48,12 @@ void op_by_row(const lt_call *c, int64_t n, int64_t row_cost, op_row_fn fn)
     lt_parallel_for(lt_ceil_div(n, job.per_task), run_rows, &job);
 }
 
+void op_start(const lt_call *c, int i, int64_t at, int64_t n)
+{
+    if (c->fresh[i])
+        memset(c->din[i] + at, 0, (size_t)n * sizeof(lt_real));
+}
+
 int64_t op_outer(const lt_tensor *t, int axis)
 {
     int64_t n = 1;

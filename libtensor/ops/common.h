@@ -23,6 +23,10 @@ void op_by_chunk(const lt_call *c, int64_t n, op_chunk_fn fn);
 typedef void (*op_row_fn)(const lt_call *c, int64_t row);
 void op_by_row(const lt_call *c, int64_t n, int64_t row_cost, op_row_fn fn);
 
+/* op_start - before an op with LT_OP_ASSIGNS adds to n elements of din[i] from `at`: clear them if it is the
+ * first to. Done where they are added to, so that they pass through the cache once. */
+void op_start(const lt_call *c, int i, int64_t at, int64_t n);
+
 /* op_outer, op_inner - the product of the dimensions before and behind axis */
 int64_t op_outer(const lt_tensor *t, int axis);
 int64_t op_inner(const lt_tensor *t, int axis);

@@ -72,6 +72,7 @@ static void concat_grad_row(const lt_call *c, int64_t row)
     for (int i = 0; i < c->n_in; i++) {
         const int64_t n = row_of(c->in[i], a->axis);
 
+        op_start(c, i, row * n, n);
         if (c->din[i])
             lt_k->add_to(c->din[i] + row * n, dy, (size_t)n);
         dy += n;
@@ -96,7 +97,7 @@ static void concat_backward(const lt_call *c)
 }
 
 static const lt_op concat_op = {
-    .name = "concat", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_NOTHING, .infer = concat_infer,
+    .name = "concat", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = concat_infer,
     .forward = concat_forward, .backward = concat_backward,
 };
 

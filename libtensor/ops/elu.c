@@ -16,6 +16,7 @@ static void forward(const lt_call *c)
 
 static void backward_chunk(const lt_call *c, int64_t at, size_t n)
 {
+    op_start(c, 0, at, (int64_t)n);
     lt_k->elu_grad(c->din[0] + at, c->dout + at, (const lt_real *)c->in[0]->data + at, 1, n);
 }
 
@@ -26,7 +27,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op elu_op = {
-    .name = "elu", .flags = LT_OP_INPLACE | LT_OP_CHEAP, .keeps = LT_KEEP_IN(0), .infer = op_same_shape,
+    .name = "elu", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0), .infer = op_same_shape,
     .forward = forward, .backward = backward,
 };
 

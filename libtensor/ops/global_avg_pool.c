@@ -37,8 +37,8 @@ static void backward_plane(const lt_call *c, int64_t i)
     const lt_real g = c->dout[i] / (lt_real)plane(c);
     lt_real *dx = c->din[0] + i * plane(c);
 
-    for (int64_t k = 0; k < plane(c); k++)
-        dx[k] += g;
+    op_start(c, 0, i * plane(c), plane(c));
+    lt_k->affine(dx, dx, 1, g, (lt_act){ .kind = LT_ACT_NONE }, (size_t)plane(c));
 }
 
 static void backward(const lt_call *c)
@@ -48,7 +48,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op global_avg_pool_op = {
-    .name = "global_avg_pool", .keeps = LT_KEEP_NOTHING, .infer = infer,
+    .name = "global_avg_pool", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
     .forward = forward, .backward = backward,
 };
 

@@ -69,16 +69,20 @@ static void backward_chunk(void *ctx, int64_t chunk)
     lt_real *dw = (lt_real *)c->work + chunk * 2 * n, *db = dw + n;
 
     memset(dw, 0, (size_t)(2 * n) * sizeof(*dw));
-    for (int64_t row = chunk * per; row < lt_min_i64(rows_of(c), (chunk + 1) * per); row++)
+    for (int64_t row = chunk * per; row < lt_min_i64(rows_of(c), (chunk + 1) * per); row++) {
+        op_start(c, X, row * n, n);
         lt_k->layer_norm_grad(c->din[X] ? c->din[X] + row * n : NULL, dw, db, c->dout + row * n,
                               (const lt_real *)c->in[X]->data + row * n, c->in[WEIGHT]->data,
                               (const lt_real *)c->saved[0] + 2 * row, (size_t)n);
+    }
 }
 
 static void backward(const lt_call *c)
 {
     const int64_t n = lt_dim(c->out, -1);
 
+    op_start(c, WEIGHT, 0, n);
+    op_start(c, BIAS, 0, n);
     if (rows_of(c) == 0)
         return;
     lt_parallel_for(chunks_of(c), backward_chunk, (void *)c);
@@ -93,8 +97,8 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op layer_norm_op = {
-    .name = "layer_norm", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT), .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward,
+    .name = "layer_norm", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT),
+    .infer = infer, .plan = plan, .forward = forward, .backward = backward,
 };
 
 lt_tensor *(lt_layer_norm)(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, double eps)

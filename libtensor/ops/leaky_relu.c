@@ -37,6 +37,7 @@ static void backward_chunk(const lt_call *c, int64_t at, size_t n)
     const leaky_relu_attr *a = c->attr;
     const lt_real *y = (const lt_real *)c->out->data + at;
 
+    op_start(c, 0, at, (int64_t)n);
     lt_k->leaky_relu_grad(c->din[0] + at, c->dout + at, y, a->slope, n);
 }
 
@@ -56,7 +57,7 @@ static bool as_tail(const lt_node *node, int i, lt_tail *tail)
 }
 
 static const lt_op leaky_relu_op = {
-    .name = "leaky_relu", .flags = LT_OP_INPLACE | LT_OP_CHEAP, .keeps = LT_KEEP_OUT(0), .infer = infer,
+    .name = "leaky_relu", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_OUT(0), .infer = infer,
     .forward = forward, .backward = backward, .as_tail = as_tail,
 };
 

@@ -69,6 +69,7 @@ static void backward_plane(const lt_call *c, int64_t i)
 {
     const int64_t n = plane(c->out);
 
+    op_start(c, 0, i * plane(c->in[0]), plane(c->in[0]));
     lt_k->maxpool_grad(c->din[0] + i * plane(c->in[0]), c->dout + i * n, (const int32_t *)c->saved[0] + i * n,
                        (size_t)n);
 }
@@ -80,7 +81,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op max_pool2d_op = {
-    .name = "max_pool2d", .keeps = LT_KEEP_NOTHING, .infer = infer, .plan = plan,
+    .name = "max_pool2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer, .plan = plan,
     .forward = forward, .backward = backward,
 };
 

@@ -63,6 +63,8 @@ static void backward_row(const lt_call *c, int64_t row)
     const int64_t n = row_of(c);
     int64_t step, at = source_of(c, row, &step);
 
+    for (int64_t i = 0; c->fresh[0] && i < n; i++)
+        c->din[0][at + i * step] = 0;
     lt_k->axpy_out(c->din[0] + at, step, 1, c->dout + row * n, (size_t)n);
 }
 
@@ -84,7 +86,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op permute_op = {
-    .name = "permute", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_NOTHING, .infer = infer,
+    .name = "permute", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
     .forward = forward, .backward = backward,
 };
 

@@ -93,6 +93,7 @@ static void backward_plane(const lt_call *c, int64_t i)
     const lt_real *dy = c->dout + i * a->h * a->w;
     lt_real *dx = c->din[0] + i * H * W;
 
+    op_start(c, 0, i * H * W, H * W);
     for (int64_t r = 0; r < a->h; r++)
         for (int64_t k = 0; k < a->w; k++) {
             const lt_real g = dy[r * a->w + k], b = g * ty[r].frac, t = g - b;
@@ -116,7 +117,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op resize_bilinear_op = {
-    .name = "resize_bilinear", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_NOTHING, .infer = infer, .plan = plan,
+    .name = "resize_bilinear", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer, .plan = plan,
     .forward = forward, .backward = backward,
 };
 

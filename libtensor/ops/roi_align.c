@@ -205,7 +205,10 @@ static void backward_task(void *ctx, int64_t task)
 {
     const lt_call *c = ctx;
     const int64_t C = lt_dim(c->in[X], 1), first = task * CHANNELS;
+    const int64_t plane = lt_dim(c->in[X], 2) * lt_dim(c->in[X], 3), n = lt_min_i64(CHANNELS, C - first);
 
+    for (int64_t b = 0; b < lt_dim(c->in[X], 0); b++)
+        op_start(c, X, (b * C + first) * plane, n * plane);
     for (int64_t r = 0; r < lt_dim(c->in[BOXES], 0); r++) {
         const bins b = bins_of(c, r, task);
         const int64_t in = b.H * b.W, out = b.out_h * b.out_w;
@@ -217,12 +220,12 @@ static void backward_task(void *ctx, int64_t task)
 
 static void backward(const lt_call *c)
 {
-    if (c->din[X] && lt_dim(c->in[BOXES], 0))
+    if (c->din[X])
         lt_parallel_for(blocks_of(c), backward_task, (void *)c);
 }
 
 static const lt_op roi_align_op = {
-    .name = "roi_align", .keeps = LT_KEEP_IN(BOXES), .infer = infer, .plan = plan,
+    .name = "roi_align", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(BOXES), .infer = infer, .plan = plan,
     .forward = forward, .backward = backward,
 };
 

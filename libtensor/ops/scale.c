@@ -24,6 +24,7 @@ static void backward_chunk(const lt_call *c, int64_t at, size_t n)
 {
     const scale_attr *a = c->attr;
 
+    op_start(c, 0, at, (int64_t)n);
     lt_k->axpy(c->din[0] + at, a->s, c->dout + at, n);
 }
 
@@ -34,7 +35,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op scale_op = {
-    .name = "scale", .flags = LT_OP_INPLACE | LT_OP_CHEAP, .keeps = LT_KEEP_NOTHING, .infer = op_same_shape,
+    .name = "scale", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = op_same_shape,
     .forward = forward, .backward = backward,
 };
 

@@ -16,6 +16,7 @@ static void forward(const lt_call *c)
 
 static void backward_chunk(const lt_call *c, int64_t at, size_t n)
 {
+    op_start(c, 0, at, (int64_t)n);
     lt_k->sigmoid_grad(c->din[0] + at, c->dout + at, (const lt_real *)c->out->data + at, n);
 }
 
@@ -34,7 +35,7 @@ static bool as_tail(const lt_node *node, int i, lt_tail *tail)
 }
 
 static const lt_op sigmoid_op = {
-    .name = "sigmoid", .flags = LT_OP_INPLACE | LT_OP_CHEAP, .keeps = LT_KEEP_OUT(0), .infer = op_same_shape,
+    .name = "sigmoid", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_OUT(0), .infer = op_same_shape,
     .forward = forward, .backward = backward, .as_tail = as_tail,
 };
 

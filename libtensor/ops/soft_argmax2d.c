@@ -34,6 +34,7 @@ static void backward_map(const lt_call *c, int64_t i)
     const lt_real du = c->dout[2 * i] / (lt_real)W, dv = c->dout[2 * i + 1] / (lt_real)H;
     lt_real *dh = c->din[0] + i * H * W;
 
+    op_start(c, 0, i * H * W, H * W);
     for (int64_t r = 0; r < H; r++)
         for (int64_t k = 0; k < W; k++)
             dh[r * W + k] += du * ((lt_real)k + (lt_real)0.5) + dv * ((lt_real)r + (lt_real)0.5);
@@ -56,7 +57,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op soft_argmax2d_op = {
-    .name = "soft_argmax2d", .keeps = LT_KEEP_NOTHING, .infer = infer,
+    .name = "soft_argmax2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
     .forward = forward, .backward = backward,
 };
 

@@ -22,6 +22,7 @@ static void backward_row(const lt_call *c, int64_t row)
 {
     const int64_t n = lt_dim(c->out, -1);
 
+    op_start(c, 0, row * n, n);
     lt_k->softmax_grad(c->din[0] + row * n, c->dout + row * n, (const lt_real *)c->out->data + row * n,
                        (size_t)n);
 }
@@ -46,7 +47,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op softmax_op = {
-    .name = "softmax", .flags = LT_OP_INPLACE, .keeps = LT_KEEP_OUT(0), .infer = infer,
+    .name = "softmax", .flags = LT_OP_INPLACE | LT_OP_ASSIGNS, .keeps = LT_KEEP_OUT(0), .infer = infer,
     .forward = forward, .backward = backward,
 };
 

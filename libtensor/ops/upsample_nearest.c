@@ -49,6 +49,7 @@ static void backward_row(const lt_call *c, int64_t row)
     const lt_real *dy = c->dout + row * f * f * w;
     lt_real *dx = c->din[0] + row * w;
 
+    op_start(c, 0, row * w, w);
     for (int64_t i = 0; i < w; i++)
         for (int k = 0; k < f; k++)
             for (int l = 0; l < f; l++)
@@ -62,7 +63,7 @@ static void backward(const lt_call *c)
 }
 
 static const lt_op upsample_nearest_op = {
-    .name = "upsample_nearest", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_NOTHING, .infer = infer,
+    .name = "upsample_nearest", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
     .forward = forward, .backward = backward,
 };
 

@@ -59,8 +59,10 @@ CALL(sum, s->out[0] = k->sum(A, s->n))
 CALL(sumsq, s->out[0] = k->sumsq(A, s->n))
 CALL(dot, s->out[0] = k->dot(A, B, s->n))
 CALL(dot_step, s->out[0] = k->dot_step(A, B, 2, (s->n + 1) / 2))
-CALL(moments, k->moments(s->out, A, s->n))
-CALL(grad_moments, k->grad_moments(s->out, A, B, 0.3, s->n))
+CALL(moments, k->moments(s->out, A, 0, 1, s->n))
+CALL(moments_of_3, k->moments(s->out, A, (int64_t)s->n / 3, 3, s->n / 3))
+CALL(grad_moments, k->grad_moments(s->out, A, B, 0.3, 0, 1, s->n))
+CALL(grad_moments_of_2, k->grad_moments(s->out, A, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
 CALL(max, s->out[0] = (double)k->max(A, s->n))
 CALL(all_finite, s->out[0] = k->all_finite(A, s->n))
 CALL(softmax, k->softmax(Y, A, s->n))
@@ -117,7 +119,7 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(leaky_relu_grad), ENTRY(silu_grad), ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(sigmoid_grad),
     ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu), ENTRY(affine_silu), ENTRY(affine_cols),
     ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step), ENTRY(moments),
-    ENTRY(grad_moments), ENTRY(max), ENTRY(all_finite), ENTRY(softmax), ENTRY(softmax_grad),
+    ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite), ENTRY(softmax), ENTRY(softmax_grad),
     ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
     ENTRY(adam), ENTRY(sgd), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
     ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tests/ops/op_run.h"
 
+#include <math.h>
+
 static void record_inputs(op_run *r, const op_run_opts *o)
 {
     for (int i = 0; i < OP_INPUTS; i++) {
@@ -64,6 +66,13 @@ static void fill_unit(lt_real *v, int64_t n, lt_rng *r)
         v[i] = (lt_real)lt_rng_range(r, -1, 1);
 }
 
+/* An op with LT_OP_ASSIGNS finds garbage where it is the first to add. */
+static void poison(lt_real *grad, const lt_tensor *t)
+{
+    for (int64_t i = 0; grad && i < lt_numel(t); i++)
+        grad[i] = (lt_real)NAN;
+}
+
 void op_run_fill(op_run *r, uint64_t seed)
 {
     const op_fill_fn fill = r->c->fill ? r->c->fill : fill_clear_of_zero;
@@ -73,6 +82,7 @@ void op_run_fill(op_run *r, uint64_t seed)
 
         if (r->in[i])
             fill(r->c, i, lt_plan_data(r->plan, r->in[i]), lt_numel(r->in[i]), &rng);
+        poison(op_run_grad(r, i), r->in[i]);
     }
     for (int i = 0; i < r->n_out; i++) {
         lt_rng rng = lt_rng_make(seed, (uint64_t)(OP_INPUTS + i));
