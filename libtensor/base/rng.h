@@ -26,7 +26,7 @@ typedef struct {
 
 static inline lt_rng lt_rng_make(uint64_t seed, uint64_t stream)
 {
-    const lt_rng r = { .seed = seed, .stream = stream };
+    const lt_rng r = { .seed = seed, .stream = stream, .index = 0, .block = 0, .word = { 0 } };
 
     return r;
 }
