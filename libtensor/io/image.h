@@ -40,7 +40,8 @@ LT_API lt_status lt_image_init(lt_arena *arena, int width, int height, int chann
  *        transparency either becomes RGBA. No gamma or colour profile is applied.
  * JPEG:  gray or RGB; the exact integer inverse DCT and smooth chroma, as OpenCV and Pillow do by
  *        default. EXIF orientation is ignored. CMYK is refused.
- * Other: as OpenCV reads it, if the library was built with it; otherwise refused.
+ * Other: as OpenCV reads it, if the library was built with it; otherwise refused. The module for that is
+ *        looked for in $PALMAR_MODULES, in a build folder beside the program, and where it was installed.
  *
  * Errors: LT_EFORMAT: truncated, damaged, larger than LT_IMAGE_MAX_SIDE or LT_IMAGE_MAX_PIXELS, more
  * than 500 JPEG scans, not an image. LT_EIO, LT_ENOMEM.

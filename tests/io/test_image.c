@@ -73,6 +73,7 @@ START_TEST(other_formats)
 {
     lt_arena *arena = lt_arena_new();
 
+    setenv("PALMAR_MODULES", MODULES, 1);
     check_refused(read_image, "", 0, "empty file");
     check_refused(read_image, "hello, this is text", 19, "x.img: ");
 #ifdef HAVE_OPENCV
