@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measure one network in ONNX Runtime, in a process of its own; for scripts/bench-peers.
 //
-//     node run_onnx.js FOLDER THREADS RUNS SECONDS INPUTS
+//     node run_onnx.js FOLDER THREADS RUNS SECONDS INPUTS COPIES
 //
 // FOLDER holds model.onnx and NAME.f32 for each of INPUTS, a JSON object of names and shapes. The outputs are
-// compared with out0.f32 ... beside it: "difference" is the largest difference over the largest value.
+// compared with out0.f32 ... beside it: "difference" is the largest difference over the largest value. Times are
+// those of one of COPIES layers in a chain.
 // Prints one line of JSON. onnxruntime-node is looked for in NODE_PATH.
 'use strict';
 const fs = require('fs');
@@ -12,7 +13,7 @@ const path = require('path');
 const ort = require('onnxruntime-node');
 
 const WARM_UP = 3;
-const [folder, threads, runs, seconds, inputs] = process.argv.slice(2);
+const [folder, threads, runs, seconds, inputs, copies] = process.argv.slice(2);
 
 function floats(name) {
     const bytes = fs.readFileSync(path.join(folder, name + '.f32'));
@@ -38,7 +39,7 @@ async function measure(session, feeds) {
         const t = performance.now();
 
         await session.run(feeds);
-        ms.push(performance.now() - t);
+        ms.push((performance.now() - t) / copies);
     }
     return ms.sort((a, b) => a - b);
 }

@@ -1,13 +1,13 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""Measure one network in PyTorch, in a process of its own; for scripts/bench-peers.
+"""Measure one network or layer in PyTorch, in a process of its own; for scripts/bench-peers.
 
     run_torch.py MODEL infer BATCH eager|channels_last|jit RUNS SECONDS
     run_torch.py MODEL train BATCH eager|channels_last RUNS SECONDS
     run_torch.py MODEL export BATCH FOLDER
 
 prints one line of JSON. RUNS timed runs or SECONDS, whichever ends first, but one at least; export writes
-model.onnx, and inputs and outputs as raw float32.
+model.onnx, and inputs and outputs as raw float32. MODEL may be a layer, as "attention:tokens=1024".
 """
 import json
 import os
@@ -22,22 +22,22 @@ import torch                                # noqa: E402
 
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
+from layers import layer                    # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 
 WARM_UP = 3
 SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256}
 MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat}
-NAMES = ("image", "hand_box", "object_box")
 
 
 def inputs(name, batch):
-    """The boxes are those of palmar bench: half the crop wide and high."""
+    """By name. The boxes are those of palmar bench: half the crop wide and high."""
     S = SIZE[name]
     image = torch.rand(batch, 3, S, S)
     if name != "hocat":
-        return [image]
+        return {"image": image}
     box = torch.tensor([[0.2 * S, 0.25 * S, 0.7 * S, 0.75 * S]]).repeat(batch, 1)
-    return [image, box, box.clone()]
+    return {"image": image, "hand_box": box, "object_box": box.clone()}
 
 
 def targets(name, batch):
@@ -58,7 +58,15 @@ def built(name, x):
         model.train()(*x)
     for m in norms:
         m.momentum = 0.1
-    return model
+    return model.eval()
+
+
+def for_inference(name, batch):
+    """The model and its inputs by name"""
+    if name not in MODEL:
+        return layer(name, batch)
+    x = inputs(name, batch)
+    return built(name, x.values()), x
 
 
 def prepared(model, x, layout):
@@ -66,19 +74,19 @@ def prepared(model, x, layout):
         model = model.to(memory_format=torch.channels_last)
         x[0] = x[0].to(memory_format=torch.channels_last)
     if layout == "jit":
-        model = torch.jit.optimize_for_inference(torch.jit.freeze(torch.jit.trace(model, x)))
+        model = torch.jit.optimize_for_inference(torch.jit.freeze(torch.jit.trace(model.eval(), x)))
     return model
 
 
 def inference(name, batch, layout):
-    x = inputs(name, batch)
-    model = built(name, x).eval()
+    model, x = for_inference(name, batch)
+    x, copies = list(x.values()), getattr(model, "copies", 1)
     model = prepared(model, x, layout)
-    return lambda: model(*x)
+    return lambda: model(*x), copies
 
 
 def training(name, batch, layout):
-    x, t = inputs(name, batch), targets(name, batch)
+    x, t = list(inputs(name, batch).values()), targets(name, batch)
     model = prepared(MODEL[name]().train(), x, layout)
     adam = torch.optim.Adam(model.parameters(), lr=1e-6, weight_decay=5e-4, foreach=True)
 
@@ -86,18 +94,19 @@ def training(name, batch, layout):
         adam.zero_grad(set_to_none=True)
         model.loss(*x, *t).backward()
         adam.step()
-    return step
+    return step, 1
 
 
-def measure(run, runs, seconds):
-    ms, start = [], None
-    for i in range(min(WARM_UP, runs)):
+def measure(subject, runs, seconds):
+    run, copies = subject
+    ms = []
+    for _ in range(min(WARM_UP, runs)):
         run()
     start = time.perf_counter()
     while not ms or (len(ms) < runs and time.perf_counter() - start < seconds):
         t = time.perf_counter()
         run()
-        ms.append(1e3 * (time.perf_counter() - t))
+        ms.append(1e3 * (time.perf_counter() - t) / copies)
     ms.sort()
     middle = (ms[(len(ms) - 1) // 2] + ms[len(ms) // 2]) / 2
     return {"median_ms": middle, "min_ms": ms[0], "runs": len(ms),
@@ -105,18 +114,17 @@ def measure(run, runs, seconds):
 
 
 def export(name, batch, folder):
-    x = inputs(name, batch)
-    model = built(name, x).eval()
+    model, x = for_inference(name, batch)
     with torch.no_grad():
-        out = model(*x)
+        out = model(*x.values())
     out = out if isinstance(out, tuple) else (out,)
-    torch.onnx.export(model, tuple(x), os.path.join(folder, "model.onnx"), opset_version=16,
-                      input_names=NAMES[:len(x)], output_names=["out%d" % i for i in range(len(out))])
-    named = dict(zip(NAMES, x), **{"out%d" % i: o for i, o in enumerate(out)})
-    for key, value in named.items():
+    out = {"out%d" % i: o for i, o in enumerate(out)}
+    torch.onnx.export(model, tuple(x.values()), os.path.join(folder, "model.onnx"), opset_version=17,
+                      input_names=list(x), output_names=list(out))
+    for key, value in {**x, **out}.items():
         value.contiguous().numpy().tofile(os.path.join(folder, key + ".f32"))
-    return {"parameters": sum(p.numel() for p in model.parameters()), "outputs": len(out),
-            "inputs": {key: list(v.shape) for key, v in zip(NAMES, x)}}
+    return {"parameters": sum(p.numel() for p in model.parameters()), "copies": getattr(model, "copies", 1),
+            "inputs": {key: list(v.shape) for key, v in x.items()}}
 
 
 def main():
