@@ -365,8 +365,8 @@ static void print_slowest(FILE *f, lt_step_info *step, int n, double total, doub
 
     qsort(step, (size_t)n, sizeof(*step), slower_step);
     for (int i = 0; i < n && i < SLOWEST; i++) {
-        snprintf(name, sizeof(name), "%s %s %s %s", step[i].phase, step[i].op, step[i].layer,
-                 lt_shape_text(&step[i].shape, shape));
+        snprintf(name, sizeof(name), "%s %s %s %s %s", step[i].phase, step[i].op, step[i].layer,
+                 lt_shape_text(&step[i].shape, shape), step[i].algorithm);
         print_line(f, name, step[i].seconds, step[i].macs, total, peak);
     }
 }

@@ -93,6 +93,9 @@ typedef struct lt_op {
     /* Multiply-adds of one forward. Optional: 0. */
     int64_t (*macs)(const lt_call *c);
 
+    /* How forward computes this call, for profiles: "winograd". Optional. */
+    const char *(*algorithm)(const lt_call *c);
+
     /* For plans without backward. lower: record something simpler instead, on in[0]'s graph, and
      * return its result, or NULL to stay. as_tail: describe this node as a tail on in[i].
      * absorb: take a tail over, changing attr and inputs of the node, or refuse. prepare: the graph is

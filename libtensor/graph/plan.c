@@ -367,13 +367,15 @@ lt_step_info lt_plan_step(const lt_plan *p, int i)
 {
     static const char *const phase[] = { "forward", "recompute", "zero", "backward" };
     const plan_step *s = &p->step[i];
-    lt_step_info info = { .op = "zero", .layer = "", .phase = phase[s->kind], .seconds = s->seconds };
+    lt_step_info info = { .op = "zero", .layer = "", .algorithm = "", .phase = phase[s->kind], .seconds = s->seconds };
 
     if (s->node) {
         info.op = s->node->op->name;
         info.layer = s->node->name;
         info.shape = s->node->outs[0]->shape;
         info.macs = step_macs(s);
+        if (s->kind == STEP_FORWARD && s->node->op->algorithm)
+            info.algorithm = s->node->op->algorithm(&s->call);
     }
     return info;
 }

@@ -73,6 +73,7 @@ LT_API int64_t lt_plan_macs(const lt_plan *p);
 typedef struct {
     const char *op, *layer;         /* layer: the name given by its parameters or scope */
     const char *phase;              /* "forward", "recompute", "backward" */
+    const char *algorithm;          /* of the forward step: "winograd"; "" where an op has only one */
     lt_shape shape;                 /* of the first result */
     int64_t macs;                   /* of this step: a backward step counts what it computes */
     double seconds;                 /* summed over the profiled runs */

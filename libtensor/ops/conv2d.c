@@ -3,13 +3,13 @@
  *   x (B, C, H, W)   w (O, C / groups, kh, kw)   b (O)   ->   y (B, O, H', W')
  *   dx += the transposed convolution of dy       dw += the correlation of x with dy       db += sum of dy
  *
- * act and addend are there only where an inference plan fused them; a batch norm behind it folds into
- * w and b, and w is packed, once per lt_plan_refresh.
+ * act and addend are there only where an inference plan fused them. A batch norm behind it folds into w
+ * and b: its scale (O) stands beside w until w is packed with it, once per lt_plan_refresh.
  */
 #include "libtensor/kernels/conv.h"
 #include "libtensor/ops/common.h"
 
-enum { X, W, B, ADDEND };
+enum { X, W, B, ADDEND, SCALE };
 
 typedef struct {
     lt_conv_opts opts;
@@ -135,12 +135,22 @@ static int64_t macs(const lt_call *c)
     return lt_numel(c->out) * w.dim[1] * w.dim[2] * w.dim[3];
 }
 
+static const char *algorithm(const lt_call *c)
+{
+    static const char *const names[] = {
+        [LT_CONV_DIRECT] = "direct", [LT_CONV_WINOGRAD] = "winograd", [LT_CONV_DEPTHWISE] = "depthwise",
+    };
+    const lt_conv2d_params p = params_of(c);
+
+    return names[lt_conv2d_algorithm(&p)];
+}
+
 /* conv(x, w) s + t = conv(x, w s) + b s + t, channel by channel of the output. */
 static void fold_affine(lt_node *node, lt_tensor *scale, lt_tensor *shift)
 {
-    lt_tensor *w = node->in[W], *b = node->in[B];
+    lt_tensor *b = node->in[B], *s = node->in[SCALE];
 
-    node->in[W] = lt_mul(w, lt_reshape(scale, LT_SHAPE(lt_numel(scale), 1, 1, 1)));
+    node->in[SCALE] = s ? lt_mul(s, scale) : scale;
     node->in[B] = b ? lt_add(lt_mul(b, scale), shift) : shift;
 }
 
@@ -161,19 +171,39 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
-/* conv2d_pack: w in the order in which forward reads it; attr is the convolution's own lt_conv2d_params */
+/* conv2d_pack: w (O, ...), times scale (O) if that is there, in the order in which forward reads it; attr is
+ * the convolution's own lt_conv2d_params. */
 static lt_status pack_infer(lt_call *c)
 {
     c->out->shape = LT_SHAPE(lt_conv2d_packed(c->attr));
     return LT_OK;
 }
 
-static void pack_forward(const lt_call *c)
+static void pack_plan(lt_call *c)
 {
-    lt_conv2d_pack(c->attr, c->in[0]->data, c->out->data);
+    c->work_bytes = c->in[1] ? (size_t)lt_numel(c->in[0]) * sizeof(lt_real) : 0;
 }
 
-static const lt_op conv2d_pack_op = { .name = "conv2d_pack", .infer = pack_infer, .forward = pack_forward };
+static void scale_channel(void *ctx, int64_t o)
+{
+    const lt_call *c = ctx;
+    const int64_t n = lt_numel(c->in[0]) / lt_dim(c->in[0], 0);
+    const lt_real *w = c->in[0]->data, *scale = c->in[1]->data;
+
+    lt_k->scale((lt_real *)c->work + o * n, w + o * n, scale[o], (size_t)n);
+}
+
+static void pack_forward(const lt_call *c)
+{
+    if (c->in[1])
+        lt_parallel_for(lt_dim(c->in[0], 0), scale_channel, (void *)c);
+    lt_conv2d_pack(c->attr, c->in[1] ? c->work : c->in[0]->data, c->out->data);
+}
+
+static const lt_op conv2d_pack_op = {
+    .name = "conv2d_pack", .optional = LT_OPTIONAL_IN(1), .infer = pack_infer, .plan = pack_plan,
+    .forward = pack_forward,
+};
 
 static void prepare(lt_node *node)
 {
@@ -185,13 +215,15 @@ static void prepare(lt_node *node)
         return;
     a->window = node->in[W]->shape;
     a->packed = true;
-    node->in[W] = lt_apply(&conv2d_pack_op, &p, sizeof(p), &node->in[W], 1);
+    node->in[W] = lt_apply(&conv2d_pack_op, &p, sizeof(p), (lt_tensor *[]){ node->in[W], node->in[SCALE] }, 2);
+    node->in[SCALE] = NULL;
 }
 
 static const lt_op conv2d_op = {
     .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
-    .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward, .macs = macs, .absorb = absorb, .prepare = prepare,
+    .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE), .infer = infer, .plan = plan,
+    .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
+    .prepare = prepare,
 };
 
 lt_tensor *(lt_conv2d)(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts)
@@ -201,5 +233,5 @@ lt_tensor *(lt_conv2d)(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_o
     a.opts.stride = a.opts.stride ? a.opts.stride : 1;
     a.opts.dilation = a.opts.dilation ? a.opts.dilation : 1;
     a.opts.groups = a.opts.groups ? a.opts.groups : 1;
-    return lt_apply(&conv2d_op, &a, sizeof(a), (lt_tensor *[]){ x, w, b, NULL }, 4);
+    return lt_apply(&conv2d_op, &a, sizeof(a), (lt_tensor *[]){ x, w, b, NULL, NULL }, 5);
 }
