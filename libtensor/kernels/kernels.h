@@ -183,6 +183,14 @@ typedef struct lt_kernels {
                    const lt_real *v, int64_t rows, int64_t keys, int64_t d);
     void (*attend_grad)(const lt_attend_grad *g);
 
+    /* ---- rows and columns: y and x do not overlap --------------------------------------------------- */
+    /* combine: y[i] = or += the sum over k < count of w[k] * x[k * ld + i], i < n, in the order of k;
+     * turn: y[j * ld_y + i] = or += x[i * ld_x + j] for i < rows, j < cols */
+    void (*combine)(lt_real *y, const lt_real *x, int64_t ld, const lt_real *w, int64_t count, size_t n,
+                    bool add);
+    void (*turn)(lt_real *y, int64_t ld_y, const lt_real *x, int64_t ld_x, int64_t rows, int64_t cols,
+                 bool add);
+
     /* ---- one plane ---------------------------------------------------------------------------- */
     /* maxpool: a k x k window every `step` positions, `pad` (< k) of nothing around the h x w plane;
      * y and where have out_h * out_w elements; where[i] is the place of the first maximum in x

@@ -3,17 +3,13 @@
  *   x (B, C, H, W)   ->   y (B, C, h, w)
  *   dx += dy with the same four weights
  */
-#include "libtensor/ops/common.h"
+#include "libtensor/ops/resample.h"
+
+enum { PLANES = 16 };               /* of a task */
 
 typedef struct {
     int64_t h, w;
 } resize_attr;
-
-/* The neighbours of one output row or column, and the second one's weight. */
-typedef struct {
-    int32_t lo, hi;
-    lt_real frac;
-} tap;
 
 static lt_status infer(lt_call *c)
 {
@@ -29,91 +25,118 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
+/* The two axes, or the ways back, and who scales what to what */
+typedef struct {
+    const lt_call *c;
+    resample_axis rows, cols;
+} job;
+
+/* An input is the neighbour of outputs within two of its cells, a half more at the border. */
+static int64_t width_back(int64_t out, int64_t in)
+{
+    return lt_min_i64(out, 3 * lt_ceil_div(out, in) + 2);
+}
+
+static size_t axis_bytes(int64_t out, int64_t in)
+{
+    return resample_axis_bytes(out, 2) + resample_axis_bytes(in, width_back(out, in));
+}
+
+static int64_t tasks_of(const lt_call *c)
+{
+    return lt_ceil_div(op_outer(c->out, 2), PLANES);
+}
+
+/* work: each task's scratch, then the axes */
+static int64_t scratch_of(const lt_call *c)
+{
+    const int64_t h = lt_dim(c->out, 2), w = lt_dim(c->out, 3), H = lt_dim(c->in[0], 2), W = lt_dim(c->in[0], 3);
+
+    return lt_max_i64(resample_scratch(H, W, w), resample_scratch(h, w, W));
+}
+
 static void plan(lt_call *c)
 {
     const resize_attr *a = c->attr;
 
-    c->work_bytes = (size_t)(a->h + a->w) * sizeof(tap);
+    c->work_bytes = (size_t)(tasks_of(c) * scratch_of(c)) * sizeof(lt_real)
+        + axis_bytes(a->h, lt_dim(c->in[0], 2)) + axis_bytes(a->w, lt_dim(c->in[0], 3));
 }
 
-static void fill_taps(tap *t, int64_t out, int64_t in)
+static lt_real *scratch_at(const lt_call *c, int64_t task)
 {
+    return (lt_real *)c->work + task * scratch_of(c);
+}
+
+/* Fills memory with an axis, or the way back; returns what is behind it. */
+static char *make_axis(char *memory, resample_axis *axis, int64_t out, int64_t in, bool back)
+{
+    resample_axis t = resample_axis_at(memory, out, 2);
+
     for (int64_t i = 0; i < out; i++) {
-        const double src = ((double)i + 0.5) * (double)in / (double)out - 0.5;
-        const double at = src > 0 ? src : 0;
+        const double src = ((double)i + 0.5) * (double)in / (double)out - 0.5, at = src > 0 ? src : 0;
+        const int64_t lo = lt_min_i64((int64_t)at, in - 1), hi = lt_min_i64(lo + 1, in - 1);
+        const double frac = lo == hi ? 0 : at - (double)lo;
 
-        t[i].lo = (int32_t)lt_min_i64((int64_t)at, in - 1);
-        t[i].hi = (int32_t)lt_min_i64(t[i].lo + 1, in - 1);
-        t[i].frac = (lt_real)(at - (double)t[i].lo);
+        resample_weigh(&t, i, lo, 1 - frac);
+        resample_weigh(&t, i, hi, frac);
     }
+    memory += resample_axis_bytes(out, 2);
+    *axis = t;
+    if (!back)
+        return memory;
+    *axis = resample_axis_at(memory, in, width_back(out, in));
+    resample_turn(axis, &t);
+    return memory + resample_axis_bytes(in, axis->width);
 }
 
-static void fill(const lt_call *c)
+static job make_job(const lt_call *c, bool back)
 {
     const resize_attr *a = c->attr;
+    job j = { .c = c };
 
-    fill_taps(c->work, a->h, lt_dim(c->in[0], 2));
-    fill_taps((tap *)c->work + a->h, a->w, lt_dim(c->in[0], 3));
+    make_axis(make_axis((char *)scratch_at(c, tasks_of(c)), &j.rows, a->h, lt_dim(c->in[0], 2), back), &j.cols,
+              a->w, lt_dim(c->in[0], 3), back);
+    return j;
 }
 
-static void forward_plane(const lt_call *c, int64_t i)
+static void forward_task(void *ctx, int64_t task)
 {
-    const resize_attr *a = c->attr;
-    const int64_t H = lt_dim(c->in[0], 2), W = lt_dim(c->in[0], 3);
-    const tap *ty = c->work, *tx = ty + a->h;
-    const lt_real *x = (const lt_real *)c->in[0]->data + i * H * W;
-    lt_real *y = (lt_real *)c->out->data + i * a->h * a->w;
+    const job *j = ctx;
+    const lt_call *c = j->c;
+    const int64_t in = op_inner(c->in[0], 1), out = op_inner(c->out, 1), first = task * PLANES;
 
-    for (int64_t r = 0; r < a->h; r++) {
-        const lt_real *top = x + ty[r].lo * W, *bottom = x + ty[r].hi * W, fy = ty[r].frac;
-
-        for (int64_t k = 0; k < a->w; k++) {
-            const int32_t lo = tx[k].lo, hi = tx[k].hi;
-            const lt_real fx = tx[k].frac, t = top[lo] + fx * (top[hi] - top[lo]);
-            const lt_real b = bottom[lo] + fx * (bottom[hi] - bottom[lo]);
-
-            y[r * a->w + k] = t + fy * (b - t);
-        }
-    }
+    for (int64_t i = first; i < lt_min_i64(op_outer(c->out, 2), first + PLANES); i++)
+        resample_plane(&j->rows, &j->cols, (const lt_real *)c->in[0]->data + i * in, lt_dim(c->in[0], 2),
+                       lt_dim(c->in[0], 3), (lt_real *)c->out->data + i * out, false, scratch_at(c, task));
 }
 
 static void forward(const lt_call *c)
 {
-    const resize_attr *a = c->attr;
+    job j = make_job(c, false);
 
-    fill(c);
-    op_by_row(c, op_outer(c->out, 2), 4 * a->h * a->w, forward_plane);
+    lt_parallel_for(tasks_of(c), forward_task, &j);
 }
 
-static void backward_plane(const lt_call *c, int64_t i)
+static void backward_task(void *ctx, int64_t task)
 {
-    const resize_attr *a = c->attr;
-    const int64_t H = lt_dim(c->in[0], 2), W = lt_dim(c->in[0], 3);
-    const tap *ty = c->work, *tx = ty + a->h;
-    const lt_real *dy = c->dout + i * a->h * a->w;
-    lt_real *dx = c->din[0] + i * H * W;
+    const job *j = ctx;
+    const lt_call *c = j->c;
+    const int64_t in = op_inner(c->in[0], 1), out = op_inner(c->out, 1), first = task * PLANES;
 
-    op_start(c, 0, i * H * W, H * W);
-    for (int64_t r = 0; r < a->h; r++)
-        for (int64_t k = 0; k < a->w; k++) {
-            const lt_real g = dy[r * a->w + k], b = g * ty[r].frac, t = g - b;
-            lt_real *top = dx + ty[r].lo * W, *bottom = dx + ty[r].hi * W;
-
-            top[tx[k].lo] += t - t * tx[k].frac;
-            top[tx[k].hi] += t * tx[k].frac;
-            bottom[tx[k].lo] += b - b * tx[k].frac;
-            bottom[tx[k].hi] += b * tx[k].frac;
-        }
+    for (int64_t i = first; i < lt_min_i64(op_outer(c->out, 2), first + PLANES); i++)
+        resample_plane(&j->rows, &j->cols, c->dout + i * out, lt_dim(c->out, 2), lt_dim(c->out, 3),
+                       c->din[0] + i * in, !c->fresh[0], scratch_at(c, task));
 }
 
 static void backward(const lt_call *c)
 {
-    const resize_attr *a = c->attr;
+    job j;
 
     if (!c->din[0])
         return;
-    fill(c);
-    op_by_row(c, op_outer(c->out, 2), 4 * a->h * a->w, backward_plane);
+    j = make_job(c, true);
+    lt_parallel_for(tasks_of(c), backward_task, &j);
 }
 
 static const lt_op resize_bilinear_op = {

@@ -102,6 +102,15 @@ static void pool(const lt_kernels *k, args *s, int w, int window, int step, int 
         k->maxpool_grad(s->y[1], B, where, (size_t)(out_h * out_w));
 }
 
+/* Rows 11 apart; matrices of 11 columns and of as many rows as n allows. */
+CALL(combine, k->combine(Y, A, 11, (float[]){ 0.3f, -2, 7 }, 3, s->n < 22 ? 0 : s->n - 22, false))
+CALL(combine_add, k->combine(Y, A, 1, B, (int64_t)s->n / 2, (s->n + 1) / 2, true))
+CALL(combine_none, k->combine(Y, A, 1, B, 0, s->n, false))
+CALL(turn, k->turn(Y, (int64_t)s->n / 11, A, 11, (int64_t)s->n / 11, 11, false))
+CALL(turn_add, k->turn(Y, 11, A, (int64_t)s->n / 11, 11, (int64_t)s->n / 11, true))
+CALL(turn_wide, k->turn(Y, (int64_t)s->n / 37, A, 37, (int64_t)s->n / 37, 36, true))
+CALL(turn_high, k->turn(Y, 37, A, (int64_t)s->n / 37, 36, (int64_t)s->n / 37, false))
+
 CALL(maxpool, pool(k, s, 7, 3, 2, 1, true))
 CALL(maxpool_wide, pool(k, s, 37, 3, 2, 1, true))
 CALL(maxpool_values, pool(k, s, 37, 3, 2, 1, false))
@@ -121,7 +130,8 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step), ENTRY(moments),
     ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite), ENTRY(softmax), ENTRY(softmax_grad),
     ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
-    ENTRY(adam), ENTRY(sgd), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
+    ENTRY(adam), ENTRY(sgd), ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn),
+    ENTRY(turn_add), ENTRY(turn_wide), ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
     ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),
 };
 
