@@ -188,20 +188,30 @@ def rot6d(x):
     return torch.stack([a, b, torch.cross(a, b, dim=-1)], -1)
 
 
+def random_hand():
+    r = torch.Generator().manual_seed(1)
+    return {"template": 0.01 * torch.randn(778, 3, generator=r),
+            "shapedirs": 0.01 * torch.randn(778, 3, 10, generator=r),
+            "posedirs": 0.01 * torch.randn(778, 3, 135, generator=r),
+            "regressor": torch.randn(16, 778, generator=r).softmax(1),
+            "weights": torch.randn(778, 16, generator=r).softmax(1)}
+
+
 class Hand(nn.Module):
     """rotations (B, 16, 3, 3), betas (B, 10) -> vertices (B, 778, 3), key points (B, 21, 3)"""
 
-    def __init__(self):
+    def __init__(self, hand=None):
         super().__init__()
-        r = torch.Generator().manual_seed(1)
-        shape = {"template": (778 * 3,), "shapedirs": (10, 778 * 3), "posedirs": (135, 778 * 3)}
-        for name, s in shape.items():
-            self.register_buffer(name, 0.01 * torch.randn(s, generator=r), persistent=False)
-        self.register_buffer("weights", torch.rand(778, 16, generator=r).softmax(1), persistent=False)
-        regressor = torch.rand(16, 778, generator=r).softmax(1)
-        self.register_buffer("rest", regressor @ self.template.view(778, 3), persistent=False)
-        self.register_buffer("rest_dirs", torch.einsum("jv,kvc->kjc", regressor, self.shapedirs.view(10, 778, 3))
-                             .reshape(10, 48), persistent=False)
+        h = hand or random_hand()
+        constants = {
+            "template": h["template"].flatten(), "weights": h["weights"],
+            "shapedirs": h["shapedirs"].flatten(0, 1).T.contiguous(),                   # (10, 778 * 3)
+            "posedirs": h["posedirs"].flatten(0, 1).T.contiguous(),                     # (135, 778 * 3)
+            "rest": h["regressor"] @ h["template"],                                     # joints without shape
+            "rest_dirs": torch.einsum("jv,vck->kjc", h["regressor"], h["shapedirs"]).flatten(1),
+        }
+        for name, value in constants.items():
+            self.register_buffer(name, value, persistent=False)
 
     def forward(self, R, beta):
         B = R.shape[0]
@@ -281,7 +291,8 @@ def l1(a, b, w):
 class Hocat(nn.Module):
     """image (B, 3, S, S), hand_box, object_box (B, 4) -> joints2d, rotation, beta, vertices, joints, conf, x, y"""
 
-    def __init__(self, width=64, blocks=(3, 4, 6, 3), roi=32, depth=4, heads=4, ratio=4, object_layers=3):
+    def __init__(self, width=64, blocks=(3, 4, 6, 3), roi=32, depth=4, heads=4, ratio=4, object_layers=3,
+                 hand=None):
         super().__init__()
         C, levels = 4 * width, int(math.log2(roi)) - 1
         self.roi = roi
@@ -292,7 +303,7 @@ class Hocat(nn.Module):
         self.hand_encoder = Encoder(C, levels)
         self.mano = Mano(4 * C, 4 * C, 2 * C)
         self.object_head = ObjectHead(C, object_layers)
-        self.hand = Hand()
+        self.hand = Hand(hand)
 
     def forward(self, image, hand_box, object_box):
         c = self.trunk.maps(image)

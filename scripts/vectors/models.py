@@ -24,7 +24,7 @@ from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 with contextlib.redirect_stdout(io.StringIO()):     # it prints its own vectors
-    from geometry import hashed             # noqa: E402
+    from geometry import hand as hashed_hand, hashed    # noqa: E402
 
 
 def named(name, *shape):
@@ -63,37 +63,36 @@ def save(name, model, outputs, inputs, targets):
     model = filled(model)
     with torch.no_grad():
         out = model.eval()(*inputs)
-    out = out if isinstance(out, tuple) else (out,)
-    arrays = dict(zip(outputs, (o.numpy().astype(np.float32) for o in out)))
-    names = [k for k, _ in model.named_parameters()]
-    arrays["names"] = np.array(names)
+    loss = model.train().loss(*inputs, *(unit(k, *shape) for k, shape in targets.items()))
+    loss.backward()
+    arrays = {k: o.numpy().astype(np.float32) for k, o in zip(outputs, out if isinstance(out, tuple) else (out,))}
+    arrays["loss"] = loss.detach().numpy()
+    arrays["names"] = np.array([k for k, _ in model.named_parameters()])
     arrays["sizes"] = np.array([p.numel() for p in model.parameters()])
-    if targets:
-        loss = model.train().loss(*inputs, *targets)
-        loss.backward()
-        arrays["loss"] = loss.detach().numpy()
-        arrays["gradients"] = np.array([p.grad.norm() for p in model.parameters()])
-    np.savez_compressed(os.path.join(OUT, name + ".npz"), **{k: v for k, v in arrays.items() if k != "-"})
-    print(name, len(names), arrays["sizes"].sum())
+    arrays["gradients"] = np.array([p.grad.norm() for p in model.parameters()])
+    np.savez_compressed(os.path.join(OUT, name + ".npz"), **arrays)
+    print(name, len(arrays["names"]), arrays["sizes"].sum())
 
 
 def resnet50():
-    save("resnet50", ResNet50(8, (1, 2, 1, 1), 10), ["logits"], [unit("image", 4, 3, 64, 64)],
-         [unit("target", 4, 10)])
+    save("resnet50", ResNet50(8, (1, 2, 1, 1), 10), ["logits"], [unit("image", 4, 3, 64, 64)], {"target": (4, 10)})
 
 
 def efficientnet_b0():
     save("efficientnet_b0", EfficientNetB0(10, 0, 0), ["logits"], [unit("image", 4, 3, 64, 64)],
-         [unit("target", 4, 10)])
+         {"target": (4, 10)})
 
 
 def hocat():
-    """At most one map cell a bin: boxes of at most 32 pixels. The hand layer has vectors of its own."""
-    hand = torch.tensor([[10, 8, 41, 36], [30, 29, 60, 61]], dtype=torch.float64)
-    obj = torch.tensor([[4, 4, 33, 30], [22, 31, 52, 62]], dtype=torch.float64)
-    save("hocat", Hocat(8, (1, 1, 1, 1), 8, 1, 2, 1),
-         ["joints2d", "rotation", "beta", "-", "-", "conf", "point_x", "point_y"],
-         [unit("image", 2, 3, 64, 64), hand, obj], None)
+    """At most one map cell a bin: boxes of at most 32 pixels."""
+    hand_box = torch.tensor([[10, 8, 41, 36], [30, 29, 60, 61]], dtype=torch.float64)
+    object_box = torch.tensor([[4, 4, 33, 30], [22, 31, 52, 62]], dtype=torch.float64)
+    hand = {k: torch.tensor(v) for k, v in hashed_hand().items()}
+    save("hocat", Hocat(8, (1, 1, 1, 1), 8, 1, 2, 1, hand=hand),
+         ["joints2d", "rotation", "beta", "vertices", "joints", "conf", "point_x", "point_y"],
+         [unit("image", 2, 3, 64, 64), hand_box, object_box],
+         {"joints2d": (2, 21, 2), "rotation": (2, 16, 3, 3), "beta": (2, 10), "points2d": (2, 21, 2),
+          "mask": (2, 8, 8), "weight": (2,)})
 
 
 MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat}

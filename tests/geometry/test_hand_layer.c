@@ -5,6 +5,7 @@
 #include "libtensor/geometry/rotation.h"
 
 #include "tests/geometry/hand_layer_vectors.h"
+#include "tests/geometry/hashed_hand.h"
 
 #include <check.h>
 #include <stdlib.h>
@@ -22,23 +23,6 @@ static lt_hand_model *hand;
 static lt_hand_layer *layer;
 static lt_hand_scratch scratch;
 
-/* The numbers of hashed() in scripts/vectors/geometry.py. */
-static double hashed(uint32_t seed, uint32_t i)
-{
-    uint32_t x = i * 2654435761u + seed;
-
-    x = (x ^ x >> 16) * 0x85EBCA6Bu;
-    x = (x ^ x >> 13) * 0xC2B2AE35u;
-    x ^= x >> 16;
-    return (x >> 16) / 32768.0 - 1;
-}
-
-static void fill(uint32_t seed, float scale, float *out, size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        out[i] = scale * (float)hashed(seed, (uint32_t)i);
-}
-
 static void fill_real(uint32_t seed, lt_real *out, size_t n)
 {
     for (size_t i = 0; i < n; i++)
@@ -47,20 +31,9 @@ static void fill_real(uint32_t seed, lt_real *out, size_t n)
 
 static void make_hand(void)
 {
-    static const int joint_step[3] = { 0, 5, 11 }, vertex_step[3] = { 0, 100, 200 };
-    static const float share[3] = { .5f, .25f, .25f };
-
     arena = lt_arena_new();
     hand = lt_arena_alloc(arena, sizeof(*hand));
-    fill(1, 1 / 8.f, hand->v_template[0], sizeof(hand->v_template) / sizeof(float));
-    fill(2, 1 / 256.f, hand->shapedirs[0][0], sizeof(hand->shapedirs) / sizeof(float));
-    fill(3, 1 / 256.f, hand->posedirs[0][0], sizeof(hand->posedirs) / sizeof(float));
-    for (int k = 0; k < 3; k++) {
-        for (int i = 0; i < V; i++)
-            hand->weights[i][(i + joint_step[k]) % J] += share[k];
-        for (int j = 0; j < J; j++)
-            hand->J_regressor[j][(37 * j + vertex_step[k]) % V] += share[k];
-    }
+    hashed_hand(hand);
     ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
 }
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The models against their PyTorch twins of scripts/peers: names, sizes, inference, gradients. */
-#include "data/synth/hand.h"
+/* The models against their PyTorch twins of scripts/peers: names, sizes, inference, loss, gradients. */
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/json.h"
 #include "libtensor/io/npz.h"
 #include "models/model.h"
+#include "tests/geometry/hashed_hand.h"
 
 #include <check.h>
 #include <cjson/cJSON.h>
@@ -13,7 +13,8 @@
 #include <string.h>
 
 /* forward is relative to the largest value of an output; gradient to the length of each parameter's own,
- * where that is above a millionth of the longest: a shift that a batch norm behind it takes off has none. */
+ * where that is above a millionth of the longest: a shift that a batch norm behind it takes off has none.
+ * HOCAT's batch norms see eight values where its maps are 2 x 2, and make rounding errors larger. */
 static const struct {
     const char *model, *config;
     int batch;
@@ -23,7 +24,7 @@ static const struct {
     { "efficientnet_b0", "{\"image_size\": 64, \"classes\": 10, \"dropout\": 0, \"stochastic_depth\": 0}", 4,
       5e-6, 1e-4 },
     { "hocat", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, "
-      "\"heads\": 2, \"mlp_ratio\": 1}", 2, 2e-5, 0 },
+      "\"heads\": 2, \"mlp_ratio\": 1}", 2, 2e-5, 1e-3 },
 };
 
 static lt_arena *arena;
@@ -42,16 +43,6 @@ static uint32_t seed_of(const char *name)
     for (; *name; name++)
         h = (h ^ (unsigned char)*name) * 16777619u;
     return h;
-}
-
-static double hashed(uint32_t seed, uint32_t i)
-{
-    uint32_t x = i * 2654435761u + seed;
-
-    x = (x ^ x >> 16) * 0x85EBCA6Bu;
-    x = (x ^ x >> 13) * 0xC2B2AE35u;
-    x ^= x >> 16;
-    return (x >> 16) / 32768.0 - 1;
 }
 
 static bool ends_with(const char *name, const char *end)
@@ -108,9 +99,10 @@ static void open_twin(int i)
     cJSON *config;
 
     arena = lt_arena_new();
+    hand = lt_arena_alloc(arena, sizeof(*hand));
     params = lt_params_new();
     read_vectors(twins[i].model);
-    ck_assert_int_eq(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand), LT_OK);
+    hashed_hand(hand);
     ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
     ck_assert_int_eq(lt_json_parse("twin", twins[i].config, strlen(twins[i].config), &config), LT_OK);
     ck_assert_int_eq(model_find(twins[i].model, &cls), LT_OK);
@@ -227,19 +219,16 @@ START_TEST(training_step)
     const lt_array *names, *want;
 
     open_twin(_i);
-    if (lt_npz_find(&npz, "loss")) {
-        run(_i, true);
-        ck_assert_double_lt(difference(r.loss, vector("loss")), twins[_i].gradient);
-        names = vector("names");
-        want = vector("gradients");
-        for (size_t k = 0; k < lt_array_count(names); k++) {
-            const lt_param *p = lt_params_find(params, lt_array_text(names, k));
-            const double w = lt_array_get(want, k);
+    run(_i, true);
+    ck_assert_double_lt(difference(r.loss, vector("loss")), twins[_i].gradient);
+    names = vector("names");
+    want = vector("gradients");
+    for (size_t k = 0; k < lt_array_count(names); k++) {
+        const lt_param *p = lt_params_find(params, lt_array_text(names, k));
+        const double w = lt_array_get(want, k), got = length(p->grad, lt_param_numel(p));
 
-            ck_assert_msg(fabs(length(p->grad, lt_param_numel(p)) - w)
-                          < twins[_i].gradient * w + 1e-6 * largest(want),
-                          "%s: %.9g, want %.9g", p->name, length(p->grad, lt_param_numel(p)), w);
-        }
+        ck_assert_msg(fabs(got - w) < twins[_i].gradient * w + 1e-6 * largest(want), "%s: %.9g, want %.9g", p->name,
+                      got, w);
     }
     close_twin();
 }
