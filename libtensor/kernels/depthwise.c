@@ -5,13 +5,122 @@
 
 #include <string.h>
 
+/* ---- strips: forward with stride 1 or 2, and the weights' gradient ---------------------------------- */
+
+/*
+ * Some rows of a padded map, dealt to stride x stride phases of one pitch. In them every tap is the same
+ * distance from every output, so all rows of a strip are one run of vectors; what comes out between the
+ * rows is thrown away.
+ */
+enum { STRIP = 12 * 1024, MOST_TAPS = 121, SLACK = 64 };
+
+typedef struct {
+    int64_t step, pitch, phase;         /* elements between rows, between phases */
+    int64_t high;                       /* output rows of a strip */
+    int taps;
+    int64_t offset[MOST_TAPS];
+} strip_plan;
+
 typedef struct {
     const lt_conv2d_params *p;
     const lt_real *x, *dy, *weights;
     const lt_epilogue *e;
     lt_real *y, *dx, *part;
     int64_t out_h, out_w, chunks;
+    strip_plan strips;
+    bool in_strips;                     /* the shape fits them */
 } job;
+
+/* False for shapes that do not fit. */
+static bool plan_strips(strip_plan *s, const lt_conv2d_params *p)
+{
+    const int64_t step = p->stride_h, reach = (int64_t)p->dil_h * (p->kh - 1) / step + 1;
+
+    if (step > 2 || p->stride_w != step || p->kh * p->kw > MOST_TAPS)
+        return false;
+    s->step = step;
+    s->pitch = lt_ceil_div(p->w + 2 * p->pad_w, step);
+    s->high = (STRIP - SLACK) / (step * step * s->pitch) - reach;
+    s->phase = (s->high + reach) * s->pitch + SLACK / (step * step);
+    s->taps = 0;
+    for (int ky = 0; ky < p->kh; ky++)
+        for (int kx = 0; kx < p->kw; kx++) {
+            const int64_t dy = (int64_t)ky * p->dil_h, dx = (int64_t)kx * p->dil_w;
+
+            s->offset[s->taps++] = (dy % step * step + dx % step) * s->phase + dy / step * s->pitch + dx / step;
+        }
+    return s->high > 0;
+}
+
+/* What output rows [from, from + high) of a plane see. q has STRIP + SLACK elements. */
+static void deal_strip(const strip_plan *s, const lt_conv2d_params *p, const lt_real *plane, int64_t from,
+                       int64_t high, lt_real *q)
+{
+    const int64_t rows = (high - 1) * s->step + (int64_t)p->dil_h * (p->kh - 1) + 1;
+    lt_real line[STRIP + 2 * SLACK];
+
+    memset(line, 0, (size_t)(s->step * s->pitch + SLACK) * sizeof(lt_real));
+    for (int64_t r = 0; r < rows; r++) {
+        const int64_t y = from * s->step + r - p->pad_h;
+        lt_real *to = q + r % s->step * s->step * s->phase + r / s->step * s->pitch;
+
+        if (y >= 0 && y < p->h)
+            memcpy(line + p->pad_w, plane + y * p->w, (size_t)p->w * sizeof(lt_real));
+        else
+            memset(line + p->pad_w, 0, (size_t)p->w * sizeof(lt_real));
+        for (int64_t i = 0; i < s->step; i++)
+            lt_k->every(to + i * s->phase, line + i, (int)s->step, (size_t)s->pitch);
+    }
+}
+
+static void forward_strips(void *ctx, int64_t task)
+{
+    const job *j = ctx;
+    const lt_conv2d_params *p = j->p;
+    const int64_t o = task % p->o, image = task / p->o, c = o / (p->o / p->groups);
+    lt_real q[STRIP + SLACK], out[STRIP + SLACK], *y = j->y + task * j->out_h * j->out_w;
+    const strip_plan *s = &j->strips;
+    lt_epilogue e = *j->e;
+
+    for (int64_t from = 0; from < j->out_h; from += s->high) {
+        const int64_t high = lt_min_i64(s->high, j->out_h - from);
+
+        deal_strip(s, p, j->x + (image * p->c + c) * p->h * p->w, from, high, q);
+        lt_k->taps(out, q, s->offset, j->weights + o * s->taps, s->taps, (high - 1) * s->pitch + j->out_w);
+        for (int64_t r = 0; r < high; r++)
+            memcpy(y + (from + r) * j->out_w, out + r * s->pitch, (size_t)j->out_w * sizeof(lt_real));
+    }
+    e.row_bias = e.row_bias ? e.row_bias + o : NULL;
+    e.residual = e.residual ? e.residual + task * j->out_h * j->out_w : NULL;
+    lt_k->epilogue(y, j->out_h * j->out_w, 1, j->out_h * j->out_w, &e);
+}
+
+/* dy at the strip's pitch, with zeros between the rows; n elements. */
+static void spread_rows(const job *j, const lt_real *dy, int64_t high, lt_real *out)
+{
+    const int64_t pitch = j->strips.pitch;
+
+    memset(out, 0, (size_t)(high * pitch) * sizeof(lt_real));
+    for (int64_t r = 0; r < high; r++)
+        memcpy(out + r * pitch, dy + r * j->out_w, (size_t)j->out_w * sizeof(lt_real));
+}
+
+static void weights_strips(const job *j, const lt_real *in, const lt_real *dy, lt_real *dw)
+{
+    const strip_plan *s = &j->strips;
+    lt_real q[STRIP + SLACK], rows[STRIP + SLACK];
+
+    for (int64_t from = 0; from < j->out_h; from += s->high) {
+        const int64_t high = lt_min_i64(s->high, j->out_h - from), n = (high - 1) * s->pitch + j->out_w;
+
+        deal_strip(s, j->p, in, from, high, q);
+        spread_rows(j, dy + from * j->out_w, high, rows);
+        for (int t = 0; t < s->taps; t++)
+            dw[t] += (lt_real)lt_k->dot(rows, q + s->offset[t], (size_t)n);
+    }
+}
+
+/* ---- row by row: any stride --------------------------------------------------------------------------- */
 
 /* Output columns [from, to) whose input column, column * stride + offset, is in the map */
 typedef struct { int64_t from, to, offset; } span;
@@ -84,7 +193,8 @@ void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_
     job j = { .p = p, .x = x, .weights = weights, .e = e, .y = y,
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
-    lt_parallel_for(p->n * p->o, forward_task, &j);
+    j.in_strips = plan_strips(&j.strips, p);
+    lt_parallel_for(p->n * p->o, j.in_strips ? forward_strips : forward_task, &j);
 }
 
 typedef struct { const lt_real *dy, *w; lt_real *dx; } data_plane;
@@ -149,7 +259,10 @@ static void weights_task(void *ctx, int64_t task)
     for (int64_t image = from; image < to; image++) {
         f.in = j->x + (image * p->c + c) * p->h * p->w;
         f.dy = j->dy + (image * p->o + o) * j->out_h * j->out_w;
-        each_tap(j, weights_tap, &f);
+        if (j->in_strips)
+            weights_strips(j, f.in, f.dy, f.dw);
+        else
+            each_tap(j, weights_tap, &f);
     }
 }
 
@@ -159,5 +272,6 @@ void lt_depthwise_backward_weights(const lt_conv2d_params *p, const lt_real *x, 
     job j = { .p = p, .x = x, .dy = dy, .chunks = chunks, .part = part,
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
+    j.in_strips = plan_strips(&j.strips, p);
     lt_parallel_for(chunks * p->o, weights_task, &j);
 }

@@ -111,6 +111,11 @@ typedef struct lt_kernels {
     void (*axpy_in)(lt_real *y, lt_real s, const lt_real *x, int64_t step, size_t n);
     void (*axpy_out)(lt_real *y, int64_t step, lt_real s, const lt_real *x, size_t n);
 
+    /* every: y[i] = x[i * step], step 1 or 2; reads and writes whole vectors, up to 64 elements too many.
+     * taps: y[i] = the chain of w[t] x[offset[t] + i] over t < count, from 0; whole vectors likewise. */
+    void (*every)(lt_real *y, const lt_real *x, int step, size_t n);
+    void (*taps)(lt_real *y, const lt_real *x, const int64_t *offset, const lt_real *w, int count, int64_t n);
+
     /* Activations. exp and erf are within 2 ulp of the exact value, sigmoid, silu and tanh 3 ulp
      * (results below 1e-37 may be 0 in sigmoid and silu), gelu 3e-7 * max(|x|, 1e-3) absolute. */
     void (*relu)(lt_real *y, const lt_real *x, size_t n);               /* NaN stays NaN */

@@ -9,6 +9,7 @@
 
 static const char *const variants[] = { "full", "dual", "base", NULL };
 static const char *const se_places[] = { "lateral+out", "out", "lateral", "none", NULL };
+static const char *const head_inits[] = { "hfl", "default", NULL };
 static const char *const blocks[] = {
     "trunk", "hand_fpn", "object_fpn", "hocat", "hand_head", "hand_encoder", "mano", "object_head", NULL,
 };
@@ -39,6 +40,9 @@ static const lt_config_key keys[] = {
       .doc = "normalise the image by ImageNet's mean and deviation" },
     { KEY(identity_pose), .type = LT_CONFIG_BOOL, .fallback = "false",
       .doc = "start from the flat hand instead of HFL-Net's random rotations: learns in fewer steps" },
+    { KEY(head_init), .type = LT_CONFIG_CHOICE, .fallback = "\"hfl\"", .choices = head_inits,
+      .doc = "first weights of heads and attention: hfl, near zero, for a trunk that has learnt; default, for a "
+             "start from nothing at a high rate" },
     { KEY(w_heatmap), .type = LT_CONFIG_NUMBER, .fallback = "100", .doc = "weight of the 2D joints' loss" },
     { KEY(w_joints), .type = LT_CONFIG_NUMBER, .fallback = "10000", .doc = "weight of the 3D joints' loss" },
     { KEY(w_vertices), .type = LT_CONFIG_NUMBER, .fallback = "10000", .doc = "weight of the vertices' loss" },
@@ -120,9 +124,7 @@ static void init_head(lt_param *p, uint64_t seed)
 {
     const char *part = strrchr(p->name, '.') + 1;
 
-    if (strcmp(part, "temperature") == 0)
-        lt_init_constant(p, 1);
-    else if (strcmp(part, "bias") == 0)
+    if (strcmp(part, "bias") == 0)
         lt_init_constant(p, 0);
     else if (strcmp(part, "weight") == 0 && p->shape.rank == 4)
         lt_init_normal(p, seed, 0.001);
@@ -144,8 +146,9 @@ static void init(const model *self, uint64_t seed)
 
     lt_init_default(self->params, seed);
     resnet_init(&m->trunk, seed);
+    lt_init_constant(m->hand_head.temperature, 1);
     for (lt_param *p = lt_params_first(self->params); p; p = p->next)
-        for (size_t i = 0; i < LT_COUNT(heads); i++)
+        for (size_t i = 0; m->config.head_init == HOCAT_HFL_INIT && i < LT_COUNT(heads); i++)
             if (strncmp(p->name, heads[i], strlen(heads[i])) == 0)
                 init_head(p, seed);
     if (m->config.identity_pose)

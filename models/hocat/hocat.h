@@ -19,6 +19,7 @@
 #include "models/model.h"
 
 typedef enum { HOCAT_FULL, HOCAT_DUAL, HOCAT_BASE } hocat_variant;     /* rows of Table 5, last to first */
+typedef enum { HOCAT_HFL_INIT, HOCAT_DEFAULT_INIT } hocat_init;
 
 typedef struct {
     int variant;                    /* hocat_variant */
@@ -30,6 +31,7 @@ typedef struct {
     int se_place;                   /* hocat_se_place */
     bool detach_minor;              /* the object's minor features are constant to the hand's loss */
     bool identity_pose;             /* start from the flat hand */
+    int head_init;                  /* hocat_init */
     bool imagenet_norm;             /* subtract mean and divide by deviation of ImageNet first */
     double w_heatmap, w_joints, w_vertices, w_pose, w_shape, w_p2d, w_conf;
 } hocat_config;
