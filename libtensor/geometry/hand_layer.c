@@ -7,16 +7,20 @@
  *   v_i = sum of w_ik (A_k posed_i + s_k)               s_k = p_k - A_k rest_k
  *
  * Everything over vertices is one row per coordinate, so that the loops run along contiguous memory; what
- * is over joints is small, and in double.
+ * is over joints is small, and in double. The sum over blends is one product for all samples, as their table
+ * is more than a megabyte.
  */
 #include "libtensor/geometry/hand_layer.h"
 
+#include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand_chain.h"
 #include "libtensor/geometry/mat3.h"
+#include "libtensor/kernels/gemm.h"
 
 enum {
-    V = LT_HAND_VERTICES, PAD = LT_HAND_PADDED, J = LT_HAND_JOINTS, B = LT_HAND_BETAS,
-    BLENDS = LT_HAND_BETAS + LT_HAND_POSE_FEATURES,
+    V = LT_HAND_VERTICES, PAD = LT_HAND_PADDED, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, BLENDS = LT_HAND_BLENDS,
+    SAMPLE = sizeof(lt_hand_scratch) / sizeof(lt_real),     /* from one sample's numbers to the next one's */
+    FEW = 4,                                                /* samples that are no product's worth */
 };
 
 struct lt_hand_layer {
@@ -26,56 +30,6 @@ struct lt_hand_layer {
     double rest[J][3], rest_beta[J][3][B];      /* rest joints, and how they follow beta */
     int tips[5];
 };
-
-/* ---- rows ---------------------------------------------------------------------------------------- */
-
-/* out += sum of coef_k row_k, for n rows of PAD numbers that are `stride` apart */
-static void add_rows(int n, const lt_real *coef, const lt_real *restrict row, size_t stride,
-                     lt_real *restrict out)
-{
-    int k = 0;
-
-    for (; k + 4 <= n; k += 4, row += 4 * stride) {     /* out is loaded and stored once for four */
-        const lt_real *r1 = row + stride, *r2 = r1 + stride, *r3 = r2 + stride;
-        const lt_real c0 = coef[k], c1 = coef[k + 1], c2 = coef[k + 2], c3 = coef[k + 3];
-        for (int i = 0; i < PAD; i++)
-            out[i] += c0 * row[i] + c1 * r1[i] + (c2 * r2[i] + c3 * r3[i]);
-    }
-    for (; k < n; k++, row += stride)
-        for (int i = 0; i < PAD; i++)
-            out[i] += coef[k] * row[i];
-}
-
-/* out_k += row_k . x: the transpose of add_rows. Four sums at a time hide the latency of each; the order
- * within one is the compiler's, the same in every run of a build. */
-static void dot_rows(int n, const lt_real *restrict row, size_t stride, const lt_real *restrict x,
-                     lt_real *restrict out)
-{
-    int k = 0;
-
-    for (; k + 4 <= n; k += 4, row += 4 * stride) {
-        const lt_real *r1 = row + stride, *r2 = r1 + stride, *r3 = r2 + stride;
-        lt_real s0 = 0, s1 = 0, s2 = 0, s3 = 0;
-        #pragma omp simd reduction(+ : s0, s1, s2, s3)
-        for (int i = 0; i < PAD; i++) {
-            s0 += row[i] * x[i];
-            s1 += r1[i] * x[i];
-            s2 += r2[i] * x[i];
-            s3 += r3[i] * x[i];
-        }
-        out[k] += s0;
-        out[k + 1] += s1;
-        out[k + 2] += s2;
-        out[k + 3] += s3;
-    }
-    for (; k < n; k++, row += stride) {
-        lt_real sum = 0;
-        #pragma omp simd reduction(+ : sum)
-        for (int i = 0; i < PAD; i++)
-            sum += row[i] * x[i];
-        out[k] += sum;
-    }
-}
 
 /* ---- layout --------------------------------------------------------------------------------------- */
 
@@ -136,17 +90,11 @@ static void rest_joints(const lt_hand_layer *layer, const lt_real *beta, double 
         }
 }
 
-static void pose_vertices(const lt_hand_layer *layer, const lt_real *R, const lt_real *beta,
-                          lt_real posed[3][PAD])
+static void fill_coefficients(const lt_real *R, const lt_real *beta, lt_real coef[BLENDS])
 {
-    lt_real coef[BLENDS];
-
     memcpy(coef, beta, B * sizeof(*coef));
     for (int k = 0; k < LT_HAND_POSE_FEATURES; k++)
         coef[B + k] = R[9 + k] - (k % 9 % 4 == 0);
-    memcpy(posed, layer->template, sizeof(layer->template));
-    for (int a = 0; a < 3; a++)
-        add_rows(BLENDS, coef, layer->blend[0][a], 3 * PAD, posed[a]);
 }
 
 /* The twelve numbers of each vertex's transformation: joints' frames, weighted */
@@ -162,9 +110,8 @@ static void blend_frames(const lt_hand_layer *layer, lt_hand_scratch *s)
         for (int a = 0; a < 3; a++)
             coef[9 + a][k] = (lt_real)(s->world_t[k][a] - turned[a]);
     }
-    memset(s->skin, 0, sizeof(s->skin));
     for (int r = 0; r < 12; r++)
-        add_rows(J, coef[r], layer->weight[0], PAD, s->skin[r]);
+        lt_k->combine(s->skin[r], layer->weight[0], PAD, coef[r], J, PAD, false);
 }
 
 static void skin_vertices(const lt_hand_scratch *s, lt_real *vertices)
@@ -192,19 +139,57 @@ static void widen(const lt_real *x, int n, double *out)
         out[i] = x[i];
 }
 
-void lt_hand_layer_forward(const lt_hand_layer *layer, const lt_real *R, const lt_real *beta,
-                           lt_real *vertices, lt_real *keypoints, lt_hand_scratch *scratch)
+typedef struct {
+    const lt_hand_layer *layer;
+    const lt_real *R, *beta;
+    lt_real *vertices, *keypoints;
+    lt_hand_scratch *scratch;
+} forward_job;
+
+static void pose_sample(void *ctx, int64_t i)
 {
+    const forward_job *j = ctx;
+    const lt_real *R = j->R + i * 9 * J, *beta = j->beta + i * B;
     const double origin[3] = { 0 };
+    lt_hand_scratch *s = j->scratch + i;
     double R_wide[9 * J];
 
     widen(R, 9 * J, R_wide);
-    rest_joints(layer, beta, scratch->rest);
-    lt_hand_chain(scratch->rest, R_wide, origin, scratch->world_R, scratch->world_t);
-    pose_vertices(layer, R, beta, scratch->posed);
-    blend_frames(layer, scratch);
-    skin_vertices(scratch, vertices);
-    gather_keypoints(layer, scratch, vertices, keypoints);
+    rest_joints(j->layer, beta, s->rest);
+    lt_hand_chain(s->rest, R_wide, origin, s->world_R, s->world_t);
+    fill_coefficients(R, beta, s->coef);
+    memcpy(s->posed, j->layer->template, sizeof(s->posed));
+}
+
+/* posed += coefficients times blends: the same chain of multiply-adds either way */
+static void blend_offsets(const lt_hand_layer *layer, int64_t n, lt_hand_scratch *s)
+{
+    if (n >= FEW)
+        lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->blend[0][0], 3 * PAD, true,
+                s->posed[0], SAMPLE, NULL);
+    else
+        for (int64_t i = 0; i < n; i++)
+            lt_k->combine(s[i].posed[0], layer->blend[0][0], 3 * PAD, s[i].coef, BLENDS, 3 * PAD, true);
+}
+
+static void skin_sample(void *ctx, int64_t i)
+{
+    const forward_job *j = ctx;
+    lt_real *vertices = j->vertices + i * 3 * V;
+
+    blend_frames(j->layer, j->scratch + i);
+    skin_vertices(j->scratch + i, vertices);
+    gather_keypoints(j->layer, j->scratch + i, vertices, j->keypoints + i * 3 * LT_HAND_KEYPOINTS);
+}
+
+void lt_hand_layer_forward(const lt_hand_layer *layer, int64_t n, const lt_real *R, const lt_real *beta,
+                           lt_real *vertices, lt_real *keypoints, lt_hand_scratch *scratch)
+{
+    forward_job j = { layer, R, beta, vertices, keypoints, scratch };
+
+    lt_parallel_for(n, pose_sample, &j);
+    blend_offsets(layer, n, scratch);
+    lt_parallel_for(n, skin_sample, &j);
 }
 
 /* ---- backward ------------------------------------------------------------------------------------- */
@@ -255,10 +240,9 @@ static void unskin_vertices(lt_hand_scratch *s)
 /* dA_k += sum of w_ik dv_i posed_i^T, and through s_k = p_k - A_k rest_k with ds_k = sum of w_ik dv_i */
 static void unblend_frames(const lt_hand_layer *layer, const lt_hand_scratch *s, joint_grads *g)
 {
-    lt_real sum[12][J] = { { 0 } };     /* as in blend_frames */
+    lt_real sum[12][J];                 /* as in blend_frames */
 
-    for (int r = 0; r < 12; r++)
-        dot_rows(J, layer->weight[0], PAD, s->skin[r], sum[r]);
+    lt_gemm(LT_NO_TRANS, LT_TRANS, 12, J, PAD, s->skin[0], PAD, layer->weight[0], PAD, false, sum[0], J, NULL);
     for (int k = 0; k < J; k++)
         for (int a = 0; a < 3; a++) {
             const double ds = sum[9 + a][k];
@@ -293,17 +277,12 @@ static void unchain(const double *R, lt_hand_scratch *s, joint_grads *g, double 
     memcpy(dR, g->A[0], sizeof(g->A[0]));
 }
 
-/* Through the blended offsets: coefficients below 10 are beta, the others R_k - I */
-static void unblend_offsets(const lt_hand_layer *layer, lt_real d_posed[3][PAD], lt_real *d_R,
-                            lt_real *d_beta)
+/* Coefficients below 10 are beta, the others R_k - I. */
+static void give_coefficients(const lt_real *d_coef, lt_real *d_R, lt_real *d_beta)
 {
-    lt_real d_coef[BLENDS] = { 0 };
-
-    for (int a = 0; a < 3; a++)
-        dot_rows(BLENDS, layer->blend[0][a], 3 * PAD, d_posed[a], d_coef);
-    for (int k = 0; k < B; k++)
+    for (int k = 0; d_beta && k < B; k++)
         d_beta[k] += d_coef[k];
-    for (int k = B; k < BLENDS; k++)
+    for (int k = B; d_R && k < BLENDS; k++)
         d_R[9 + k - B] += d_coef[k];
 }
 
@@ -318,20 +297,42 @@ static void unrest(const lt_hand_layer *layer, double d_rest[J][3], lt_real *d_b
     }
 }
 
-void lt_hand_layer_backward(const lt_hand_layer *layer, const lt_real *R, const lt_real *d_vertices,
-                            const lt_real *d_keypoints, lt_real *d_R, lt_real *d_beta,
-                            lt_hand_scratch *scratch)
+typedef struct {
+    const lt_hand_layer *layer;
+    const lt_real *R, *d_vertices, *d_keypoints;
+    lt_real *d_R, *d_beta;
+    lt_hand_scratch *scratch;
+} backward_job;
+
+/* All but the blends, whose gradient of posed is left where posed was. */
+static void unpose_sample(void *ctx, int64_t i)
 {
+    const backward_job *j = ctx;
+    lt_hand_scratch *s = j->scratch + i;
     joint_grads g = { .p = { { 0 } } };
     double R_wide[9 * J], dR[9 * J];
 
-    widen(R, 9 * J, R_wide);
-    spread_gradients(layer, d_vertices, d_keypoints, scratch->skin + 9, &g);
-    unskin_vertices(scratch);
-    unblend_frames(layer, scratch, &g);
-    unchain(R_wide, scratch, &g, dR);
-    for (int i = 0; i < 9 * J; i++)
-        d_R[i] += (lt_real)dR[i];
-    unblend_offsets(layer, scratch->posed, d_R, d_beta);
-    unrest(layer, g.rest, d_beta);
+    widen(j->R + i * 9 * J, 9 * J, R_wide);
+    spread_gradients(j->layer, j->d_vertices ? j->d_vertices + i * 3 * V : NULL,
+                     j->d_keypoints ? j->d_keypoints + i * 3 * LT_HAND_KEYPOINTS : NULL, s->skin + 9, &g);
+    unskin_vertices(s);
+    unblend_frames(j->layer, s, &g);
+    unchain(R_wide, s, &g, dR);
+    for (int r = 0; j->d_R && r < 9 * J; r++)
+        j->d_R[i * 9 * J + r] += (lt_real)dR[r];
+    if (j->d_beta)
+        unrest(j->layer, g.rest, j->d_beta + i * B);
+}
+
+void lt_hand_layer_backward(const lt_hand_layer *layer, int64_t n, const lt_real *R, const lt_real *d_vertices,
+                            const lt_real *d_keypoints, lt_real *d_R, lt_real *d_beta,
+                            lt_hand_scratch *scratch)
+{
+    backward_job j = { layer, R, d_vertices, d_keypoints, d_R, d_beta, scratch };
+
+    lt_parallel_for(n, unpose_sample, &j);
+    lt_gemm(LT_NO_TRANS, LT_TRANS, n, BLENDS, 3 * PAD, scratch->posed[0], SAMPLE, layer->blend[0][0], 3 * PAD,
+            false, scratch->coef, SAMPLE, NULL);
+    for (int64_t i = 0; i < n; i++)
+        give_coefficients(scratch[i].coef, d_R ? d_R + i * 9 * J : NULL, d_beta ? d_beta + i * B : NULL);
 }

@@ -55,38 +55,43 @@ typedef struct lt_hand_layer lt_hand_layer;
 LT_API lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const int tips[5],
                                    lt_hand_layer **out);
 
-enum { LT_HAND_PADDED = 784 };          /* vertices, rounded up to whole vectors */
+enum {
+    LT_HAND_PADDED = 784,                       /* vertices, rounded up to whole vectors */
+    LT_HAND_BLENDS = LT_HAND_BETAS + LT_HAND_POSE_FEATURES,
+};
 
 /* What forward leaves for backward, one sample's worth; the caller's memory. */
 typedef struct {
     lt_real posed[3][LT_HAND_PADDED];           /* vertices with shape and pose offsets, before skinning */
     lt_real skin[12][LT_HAND_PADDED];           /* each vertex's blended transformation (3, 3), then t */
+    lt_real coef[LT_HAND_BLENDS];               /* of shape and pose offsets */
     double rest[LT_HAND_JOINTS][3];             /* joints before posing */
     double world_R[LT_HAND_JOINTS][9];          /* of each joint's frame */
     double world_t[LT_HAND_JOINTS][3];
 } lt_hand_scratch;
 
 /**
- * lt_hand_layer_forward - one sample
+ * lt_hand_layer_forward - n samples, on all threads
  *
- *   R          (16, 3, 3); any matrices, the formula does not ask for rotations
- *   beta       (10)
- *   vertices   (778, 3) relative to the wrist
- *   keypoints  (21, 3) in simple order, relative to the wrist; the first is zero
+ *   R          (n, 16, 3, 3); any matrices, the formula does not ask for rotations
+ *   beta       (n, 10)
+ *   vertices   (n, 778, 3) relative to the wrist
+ *   keypoints  (n, 21, 3) in simple order, relative to the wrist; the first is zero
+ *   scratch    (n)
  */
-LT_API void lt_hand_layer_forward(const lt_hand_layer *layer, const lt_real *R, const lt_real *beta,
+LT_API void lt_hand_layer_forward(const lt_hand_layer *layer, int64_t n, const lt_real *R, const lt_real *beta,
                                   lt_real *vertices, lt_real *keypoints, lt_hand_scratch *scratch);
 
 /**
- * lt_hand_layer_backward - gradients of one sample
+ * lt_hand_layer_backward - gradients of n samples, on all threads
  *
- *   R, scratch              as forward took and left them; scratch is used up
- *   d_vertices (778, 3)     or NULL for zero
- *   d_keypoints (21, 3)     or NULL for zero
- *   d_R (16, 3, 3)          added to
- *   d_beta (10)             added to
+ *   R, scratch                 as forward took and left them; scratch is used up
+ *   d_vertices (n, 778, 3)     or NULL for zero
+ *   d_keypoints (n, 21, 3)     or NULL for zero
+ *   d_R (n, 16, 3, 3)          added to, or NULL
+ *   d_beta (n, 10)             added to, or NULL
  */
-LT_API void lt_hand_layer_backward(const lt_hand_layer *layer, const lt_real *R,
+LT_API void lt_hand_layer_backward(const lt_hand_layer *layer, int64_t n, const lt_real *R,
                                    const lt_real *d_vertices, const lt_real *d_keypoints,
                                    lt_real *d_R, lt_real *d_beta, lt_hand_scratch *scratch);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* hand: the hand layer, one sample a task.                        [Romero et al. 2017, "Embodied Hands"]
+/* hand: the hand layer.                                           [Romero et al. 2017, "Embodied Hands"]
  *   rotations (B, 16, 3, 3)   betas (B, 10)   ->   vertices (B, 778, 3), key points (B, 21, 3)
  *
  * The formula and its gradient are libtensor/geometry/hand_layer.c.
@@ -38,45 +38,25 @@ static void plan(lt_call *c)
         c->work_bytes = bytes;
 }
 
-static const lt_real *rotations(const lt_call *c, int64_t b)
+static lt_hand_scratch *scratch(const lt_call *c)
 {
-    return (const lt_real *)c->in[ROTATIONS]->data + b * 9 * LT_HAND_JOINTS;
-}
-
-static void forward_sample(void *ctx, int64_t b)
-{
-    const lt_call *c = ctx;
-    const hand_attr *a = c->attr;
-    lt_hand_scratch *scratch = c->train ? c->saved[0] : c->work;
-
-    lt_hand_layer_forward(a->layer, rotations(c, b), (const lt_real *)c->in[BETAS]->data + b * LT_HAND_BETAS,
-                          (lt_real *)c->outs[VERTICES]->data + b * 3 * LT_HAND_VERTICES,
-                          (lt_real *)c->outs[KEYPOINTS]->data + b * 3 * LT_HAND_KEYPOINTS, scratch + b);
+    return c->train ? c->saved[0] : c->work;
 }
 
 static void forward(const lt_call *c)
 {
-    lt_parallel_for(lt_dim(c->in[BETAS], 0), forward_sample, (void *)c);
-}
-
-/* The layer wants both places to write to; what nobody asked for goes to a bin. */
-static void backward_sample(void *ctx, int64_t b)
-{
-    const lt_call *c = ctx;
     const hand_attr *a = c->attr;
-    const lt_real *dv = c->douts[VERTICES], *dk = c->douts[KEYPOINTS];
-    lt_real bin_R[9 * LT_HAND_JOINTS] = { 0 }, bin_beta[LT_HAND_BETAS] = { 0 };
-    lt_real *dR = c->din[ROTATIONS] ? c->din[ROTATIONS] + b * 9 * LT_HAND_JOINTS : bin_R;
-    lt_real *dbeta = c->din[BETAS] ? c->din[BETAS] + b * LT_HAND_BETAS : bin_beta;
 
-    lt_hand_layer_backward(a->layer, rotations(c, b), dv ? dv + b * 3 * LT_HAND_VERTICES : NULL,
-                           dk ? dk + b * 3 * LT_HAND_KEYPOINTS : NULL, dR, dbeta,
-                           (lt_hand_scratch *)c->saved[0] + b);
+    lt_hand_layer_forward(a->layer, lt_dim(c->in[BETAS], 0), c->in[ROTATIONS]->data, c->in[BETAS]->data,
+                          c->outs[VERTICES]->data, c->outs[KEYPOINTS]->data, scratch(c));
 }
 
 static void backward(const lt_call *c)
 {
-    lt_parallel_for(lt_dim(c->in[BETAS], 0), backward_sample, (void *)c);
+    const hand_attr *a = c->attr;
+
+    lt_hand_layer_backward(a->layer, lt_dim(c->in[BETAS], 0), c->in[ROTATIONS]->data, c->douts[VERTICES],
+                           c->douts[KEYPOINTS], c->din[ROTATIONS], c->din[BETAS], scratch(c));
 }
 
 static const lt_op hand_op = {

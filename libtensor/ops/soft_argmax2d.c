@@ -13,36 +13,61 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
+/* work: col + 0.5 of every cell of a map, then row + 0.5 */
+static void plan(lt_call *c)
+{
+    c->work_bytes = (size_t)(2 * lt_dim(c->in[0], 2) * lt_dim(c->in[0], 3)) * sizeof(lt_real);
+}
+
+static int64_t cells(const lt_call *c)
+{
+    return lt_dim(c->in[0], 2) * lt_dim(c->in[0], 3);
+}
+
+static lt_real *cols(const lt_call *c)
+{
+    return c->work;
+}
+
+static lt_real *rows(const lt_call *c)
+{
+    return cols(c) + cells(c);
+}
+
+static void fill_places(const lt_call *c)
+{
+    const int64_t W = lt_dim(c->in[0], 3);
+
+    for (int64_t i = 0; i < cells(c); i++) {
+        cols(c)[i] = (lt_real)(i % W) + (lt_real)0.5;
+        rows(c)[i] = (lt_real)(i / W) + (lt_real)0.5;
+    }
+}
+
 static void forward_map(const lt_call *c, int64_t i)
 {
-    const int64_t H = lt_dim(c->in[0], 2), W = lt_dim(c->in[0], 3);
-    const lt_real *h = (const lt_real *)c->in[0]->data + i * H * W;
-    double u = 0, v = 0;
+    const size_t n = (size_t)cells(c);
+    const lt_real *h = (const lt_real *)c->in[0]->data + i * cells(c);
+    lt_real *uv = (lt_real *)c->out->data + 2 * i;
 
-    for (int64_t r = 0; r < H; r++)
-        for (int64_t k = 0; k < W; k++) {
-            u += h[r * W + k] * ((double)k + 0.5);
-            v += h[r * W + k] * ((double)r + 0.5);
-        }
-    ((lt_real *)c->out->data)[2 * i] = (lt_real)(u / (double)W);
-    ((lt_real *)c->out->data)[2 * i + 1] = (lt_real)(v / (double)H);
+    uv[0] = (lt_real)(lt_k->dot(h, cols(c), n) / (double)lt_dim(c->in[0], 3));
+    uv[1] = (lt_real)(lt_k->dot(h, rows(c), n) / (double)lt_dim(c->in[0], 2));
 }
 
 static void backward_map(const lt_call *c, int64_t i)
 {
-    const int64_t H = lt_dim(c->in[0], 2), W = lt_dim(c->in[0], 3);
-    const lt_real du = c->dout[2 * i] / (lt_real)W, dv = c->dout[2 * i + 1] / (lt_real)H;
-    lt_real *dh = c->din[0] + i * H * W;
+    const size_t n = (size_t)cells(c);
+    lt_real *dh = c->din[0] + i * cells(c);
 
-    op_start(c, 0, i * H * W, H * W);
-    for (int64_t r = 0; r < H; r++)
-        for (int64_t k = 0; k < W; k++)
-            dh[r * W + k] += du * ((lt_real)k + (lt_real)0.5) + dv * ((lt_real)r + (lt_real)0.5);
+    op_start(c, 0, i * cells(c), cells(c));
+    lt_k->axpy(dh, c->dout[2 * i] / (lt_real)lt_dim(c->in[0], 3), cols(c), n);
+    lt_k->axpy(dh, c->dout[2 * i + 1] / (lt_real)lt_dim(c->in[0], 2), rows(c), n);
 }
 
 static void by_map(const lt_call *c, op_row_fn fn)
 {
-    op_by_row(c, op_outer(c->in[0], 2), lt_dim(c->in[0], 2) * lt_dim(c->in[0], 3), fn);
+    fill_places(c);
+    op_by_row(c, op_outer(c->in[0], 2), cells(c), fn);
 }
 
 static void forward(const lt_call *c)
@@ -58,7 +83,7 @@ static void backward(const lt_call *c)
 
 static const lt_op soft_argmax2d_op = {
     .name = "soft_argmax2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
-    .forward = forward, .backward = backward,
+    .plan = plan, .forward = forward, .backward = backward,
 };
 
 lt_tensor *(lt_soft_argmax2d)(lt_tensor *heat)

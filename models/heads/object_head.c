@@ -2,6 +2,7 @@
 #include "models/heads/object_head.h"
 
 #include "libtensor/base/arena.h"
+#include "libtensor/base/parallel.h"
 #include "libtensor/graph/op.h"
 
 #include <math.h>
@@ -72,19 +73,29 @@ static lt_status target_infer(lt_call *c)
     return LT_OK;
 }
 
+/* One point's map in one image */
+static void target_map(void *ctx, int64_t map)
+{
+    const lt_call *c = ctx;
+    const int64_t cells = lt_dim(c->out, 2) * lt_dim(c->out, 3);
+    const lt_real *px = (const lt_real *)c->in[PX]->data + map * cells;
+    const lt_real *py = (const lt_real *)c->in[PY]->data + map * cells;
+    const lt_real *g = (const lt_real *)c->in[POINTS]->data + 2 * map;
+    const lt_real *mask = (const lt_real *)c->in[MASK]->data + map / lt_dim(c->out, 1) * cells;
+    lt_real *target = (lt_real *)c->out->data + map * cells;
+
+    for (int64_t i = 0; i < cells; i++) {
+        const lt_real dx = px[i] - g[0], dy = py[i] - g[1];
+
+        target[i] = -(lt_real)sqrt(dx * dx + dy * dy);
+    }
+    lt_k->exp(target, target, (size_t)cells);
+    lt_k->mul(target, target, mask, (size_t)cells);
+}
+
 static void target_forward(const lt_call *c)
 {
-    const int64_t n = lt_numel(c->out), P = lt_dim(c->out, 1), cells = lt_dim(c->out, 2) * lt_dim(c->out, 3);
-    const lt_real *px = c->in[PX]->data, *py = c->in[PY]->data, *g = c->in[POINTS]->data;
-    const lt_real *mask = c->in[MASK]->data;
-    lt_real *target = c->out->data;
-
-    for (int64_t i = 0; i < n; i++) {
-        const int64_t map = i / cells;                  /* image and point */
-        const double dx = px[i] - g[2 * map], dy = py[i] - g[2 * map + 1];
-
-        target[i] = mask[map / P * cells + i % cells] * (lt_real)exp(-sqrt(dx * dx + dy * dy));
-    }
+    lt_parallel_for(lt_dim(c->out, 0) * lt_dim(c->out, 1), target_map, (void *)c);
 }
 
 static const lt_op confidence_target_op = {
