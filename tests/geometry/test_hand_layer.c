@@ -74,7 +74,7 @@ START_TEST(values)
     double mean[3] = { 0 };
 
     sample_pose(R, beta);
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
     expect_near(kp, want_keypoints[0], 3 * K, TOL);
     for (size_t i = 0; i < LT_COUNT(shown_vertex); i++)
         expect_near(v + 3 * shown_vertex[i], want_shown[i], 3, TOL);
@@ -109,7 +109,7 @@ START_TEST(plain_formula_agrees)
         v[i] -= joints[i % 3];
     for (int i = 0; i < 3 * K; i++)
         kp[i] -= joints[i % 3];
-    lt_hand_layer_forward(layer, R, beta, lv, lkp, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, lv, lkp, &scratch);
     expect_near(lv, v, 3 * V, TOL);
     expect_near(lkp, kp, 3 * K, TOL);
 }
@@ -158,13 +158,34 @@ START_TEST(zero_pose_is_the_template)
     double wrist[3], want[3 * V];
 
     zero_pose(R, beta);
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
     lt_hand_rest_wrist(hand, no_beta, wrist);
     for (int i = 0; i < 3 * V; i++)
         want[i] = hand->v_template[i / 3][i % 3] - wrist[i % 3];
     expect_near(v, want, 3 * V, TOL);
     for (int a = 0; a < 3; a++)
         ck_assert_double_eq((double)kp[a], 0);
+}
+END_TEST
+
+/* Together they are one product of the blends, alone a sum of their own: the same bits. */
+START_TEST(many_are_as_each_alone)
+{
+    enum { MANY = 5 };
+    static lt_hand_scratch scratches[MANY];
+    static lt_real R[MANY][9 * J], beta[MANY][B], v[MANY][3 * V], kp[MANY][3 * K], v1[3 * V], kp1[3 * K];
+
+    for (int i = 0; i < MANY; i++) {
+        sample_pose(R[i], beta[i]);
+        for (int k = 0; k < B; k++)
+            beta[i][k] += (lt_real)(0.25 * i);
+    }
+    lt_hand_layer_forward(layer, MANY, R[0], beta[0], v[0], kp[0], scratches);
+    for (int i = 0; i < MANY; i++) {
+        lt_hand_layer_forward(layer, 1, R[i], beta[i], v1, kp1, &scratch);
+        ck_assert_mem_eq(v[i], v1, sizeof(v1));
+        ck_assert_mem_eq(kp[i], kp1, sizeof(kp1));
+    }
 }
 END_TEST
 
@@ -177,11 +198,11 @@ START_TEST(root_rotation_is_rigid)
     sample_pose(R, beta);
     for (int i = 0; i < 9; i++)
         R[i] = i % 4 == 0;
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
     lt_rot_from_axis_angle(aa, M);
     for (int i = 0; i < 9; i++)
         R[i] = (lt_real)M[i];
-    lt_hand_layer_forward(layer, R, beta, turned_v, kp, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, turned_v, kp, &scratch);
     for (int i = 0; i < V; i++) {
         double x[3];
         widen(v + 3 * i, 3, x);
@@ -201,8 +222,8 @@ START_TEST(slope)
     sample_pose(R, beta);
     fill_real(6, gv, 3 * V);
     fill_real(7, gk, 3 * K);
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, R, gv, gk, dR, dbeta, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, 1, R, gv, gk, dR, dbeta, &scratch);
     for (int i = 0; i < 9 * J; i++)
         sum += hashed(8, (uint32_t)i) * dR[i];
     for (int i = 0; i < B; i++)
@@ -220,12 +241,12 @@ START_TEST(gradients_add)
     sample_pose(R, beta);
     fill_real(6, gv, 3 * V);
     fill_real(7, gk, 3 * K);
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, R, gv, gk, both, both + 9 * J, &scratch);
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, R, gv, NULL, each, each + 9 * J, &scratch);
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, R, NULL, gk, each, each + 9 * J, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, 1, R, gv, gk, both, both + 9 * J, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, 1, R, gv, NULL, each, each + 9 * J, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, 1, R, NULL, gk, each, each + 9 * J, &scratch);
     for (int i = 0; i < 9 * J + B; i++)
         ck_assert_double_eq_tol((double)both[i], (double)each[i], 100 * TOL);
 }
@@ -237,7 +258,7 @@ static double loss(const lt_real *R, const lt_real *beta, const lt_real *gv, con
     lt_real v[3 * V], kp[3 * K];
     double sum = 0;
 
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
     for (int i = 0; i < 3 * V; i++)
         sum += gv[i] * v[i];
     for (int i = 0; i < 3 * K; i++)
@@ -255,8 +276,8 @@ START_TEST(gradient)
     sample_pose(R, beta);
     fill_real(6, gv, 3 * V);
     fill_real(7, gk, 3 * K);
-    lt_hand_layer_forward(layer, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, R, gv, gk, dR, dbeta, &scratch);
+    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_hand_layer_backward(layer, 1, R, gv, gk, dR, dbeta, &scratch);
     for (int i = 0; i < 9 * J + B; i++) {
         lt_real *x = i < 9 * J ? &R[i] : &beta[i - 9 * J];
         const double got = i < 9 * J ? dR[i] : dbeta[i - 9 * J], x0 = *x;
@@ -297,6 +318,7 @@ int main(void)
     tcase_add_test(c, plain_formula_agrees);
     tcase_add_test(c, chain_of_three);
     tcase_add_test(c, zero_pose_is_the_template);
+    tcase_add_test(c, many_are_as_each_alone);
     tcase_add_test(c, root_rotation_is_rigid);
     tcase_add_test(c, slope);
     tcase_add_test(c, gradients_add);
