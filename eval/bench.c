@@ -218,7 +218,8 @@ void bench_compare(bench *a, bench *b, bench_result out[2])
         bool good = true;
 
         for (int i = 0; i < 2; i++) {
-            const bench_result r = measure(both[i], both[i]->o.runs / BENCH_ROUNDS, both[i]->o.seconds / BENCH_ROUNDS);
+            const int runs = (int)lt_ceil_div(both[i]->o.runs, BENCH_ROUNDS);
+            const bench_result r = measure(both[i], runs, both[i]->o.seconds / BENCH_ROUNDS);
 
             keep_best(&out[i], r);
             good = undisturbed(&r, &peak[i]) && good;

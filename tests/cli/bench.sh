@@ -35,8 +35,8 @@ for layer in $layers; do
     bench --layer "$layer:$keys" --mode both --batch 2 --json >/dev/null
 done
 
-bench --layer linear:c=512,o=512,rows=1 --compare generic | grep -q 'times as fast as generic'
-bench --layer linear:c=512,o=512,rows=1 --compare generic --json | grep -q '"with": "generic"'
+bench --layer linear:c=512,o=512,rows=1 --compare generic | grep -q '[1-9][0-9.]* times as fast as generic'
+bench --layer linear:c=512,o=512,rows=1 --compare generic --json | grep -q '"with": "generic", "ratio_of_medians": [0-9]'
 bench --model resnet50 --set model.image_size=32 --set model.width=8 --mode both | grep -q '^| resnet50 '
 bench --model efficientnet_b0 --set model.image_size=32 --mode both | grep -q '^| efficientnet_b0 '
 
