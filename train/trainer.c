@@ -6,6 +6,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 
 /* ---- validation --------------------------------------------------------------------------------------- */
 
@@ -48,6 +49,7 @@ static lt_status validate(trainer *t)
 {
     train_validation v = { .step = t->state.step, .epoch = (int64_t)t->state.position.epoch };
     const lt_status st = score(t, &v);
+    char loss[32] = "";
 
     if (st)
         return st;
@@ -57,8 +59,10 @@ static lt_status validate(trainer *t)
         t->improved = true;
     }
     train_log_validation(&t->log, &v);
-    progress_note(&t->progress, "validation at step %" PRId64 ": PA-MPJPE %.2f mm, MPJPE %.2f mm, loss %.4g, %" PRId64
-                  " samples%s", v.step, v.pa_mpjpe_mm, v.mpjpe_mm, v.loss, v.samples, t->improved ? ", best" : "");
+    if (!isnan(v.loss))         /* some splits keep to themselves what the losses need */
+        snprintf(loss, sizeof(loss), "loss %.4g, ", v.loss);
+    progress_note(&t->progress, "validation at step %" PRId64 ": PA-MPJPE %.2f mm, MPJPE %.2f mm, %s%" PRId64
+                  " samples%s", v.step, v.pa_mpjpe_mm, v.mpjpe_mm, loss, v.samples, t->improved ? ", best" : "");
     if (t->opt->validated)
         t->opt->validated(t->opt->ctx, &v);
     return train_log_flush(&t->log);
