@@ -126,6 +126,7 @@ START_TEST(squeeze_and_excitation)
 
     memcpy(se.fc1.weight->data, (lt_real[]){ 1, -0.5f }, 2 * sizeof(lt_real));
     memcpy(se.fc2.weight->data, (lt_real[]){ 1, -2 }, 2 * sizeof(lt_real));
+    lt_plan_refresh(p);
     memcpy(lt_plan_data(p, x), in, sizeof(in));
     lt_run(p);
     for (int i = 0; i < 4; i++)
