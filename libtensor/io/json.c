@@ -47,11 +47,13 @@ static bool has_nul_escape(const char *p, const char *end)
     return false;
 }
 
-/* What cJSON does not look at: it recurses to 1000, and cuts a string at \u0000. */
-static lt_status check_limits(const char *name, const char *text, const char *end)
+/* What cJSON does not look at: it recurses to 1000, and cuts a string at \u0000. words: whether there may be
+ * words for numbers. */
+static lt_status check_limits(const char *name, const char *text, const char *end, bool *words)
 {
     int depth = 0;
 
+    *words = false;
     for (const char *p = text; p < end;) {
         const char *start = p;
 
@@ -65,35 +67,132 @@ static lt_status check_limits(const char *name, const char *text, const char *en
         depth -= *p == '}' || *p == ']';
         if (depth > LT_JSON_DEPTH)
             return error_at(name, text, p, "nested deeper than 64");
+        *words |= *p == 'N' || *p == 'I';
         p++;
     }
     return LT_OK;
 }
 
+/* A text in which Python's words for numbers, which cJSON does not know, are written over by numbers of the
+ * same length: infinities by what is too large, NaN by zeros. */
+typedef struct {
+    char *text;
+    size_t n_numbers, n_nan, *nan;  /* which of the numbers are NaN, ascending */
+} plain_text;
+
+static void write_over(plain_text *t, char *word, size_t n)
+{
+    const bool minus = *word == '-';
+
+    if (n == 3 && memcmp(word, "NaN", 3) == 0) {
+        memcpy(word, "0  ", 3);
+        t->nan[t->n_nan++] = t->n_numbers++;
+    } else if (n == 8 + (size_t)minus && memcmp(word + minus, "Infinity", 8) == 0) {
+        memcpy(word + minus, "1e999999", 8);
+        t->n_numbers++;
+    } else {
+        t->n_numbers += minus || (*word >= '0' && *word <= '9');
+    }
+}
+
+static bool make_plain(lt_arena *arena, const char *text, size_t n, plain_text *out)
+{
+    static const char token[] = "+-.0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+    plain_text t = { .text = lt_arena_alloc(arena, n + 1),
+                     .nan = lt_arena_array(arena, n / 3 + 1, sizeof(size_t)) };
+
+    if (!t.text || !t.nan)
+        return false;
+    memcpy(t.text, text, n);
+    t.text[n] = 0;
+    for (char *p = t.text, *end = p + n; p < end;) {
+        const size_t length = strspn(p, token);
+
+        if (length)
+            write_over(&t, p, length);
+        p = *p == '"' ? p + (skip_string(p, end) - p) : p + (length ? length : 1);
+    }
+    *out = t;
+    return true;
+}
+
+/* Gives the numbers that are NaN their value; at and next count numbers and NaN on the way. */
+static void put_nan(cJSON *value, const plain_text *t, size_t *at, size_t *next)
+{
+    if (cJSON_IsNumber(value)) {
+        if (*next < t->n_nan && t->nan[*next] == *at) {
+            value->valuedouble = NAN;
+            ++*next;
+        }
+        ++*at;
+    }
+    for (cJSON *c = value->child; c; c = c->next)
+        put_nan(c, t, at, next);
+}
+
+/* text as cJSON's tree; NULL when it is not JSON, or goes on behind, and then *stop says from where. */
+static cJSON *parse(const char *text, size_t n, size_t *stop)
+{
+    const char *at = text, *end = text + n;
+    cJSON *value = cJSON_ParseWithLengthOpts(text, n, &at, 0);
+
+    if (!value)
+        at = at && at < end ? at : end;
+    while (value && at < end && strchr(" \t\r\n", *at) && *at)
+        at++;
+    *stop = (size_t)(at - text);
+    return value;
+}
+
+/* The same for a text with words for numbers; LT_ENOMEM. */
+static lt_status parse_words(const char *name, const char *text, size_t n, size_t *stop, cJSON **out)
+{
+    lt_arena *scratch = lt_arena_new();
+    size_t at = 0, next = 0;
+    plain_text plain;
+    lt_status st = LT_OK;
+
+    if (!scratch || !make_plain(scratch, text, n, &plain)) {
+        st = lt_error(LT_ENOMEM, "%s: no memory", name);
+        goto done;
+    }
+    *out = parse(plain.text, n, stop);
+    if (*out)
+        put_nan(*out, &plain, &at, &next);
+done:
+    lt_arena_free(scratch);
+    return st;
+}
+
 lt_status lt_json_parse(const char *name, const char *text, size_t n, cJSON **out)
 {
-    const char *end = text + n, *stop = text;
-    cJSON *value;
+    const char *end = text + n;
+    cJSON *value = NULL;
+    bool words;
+    size_t stop = 0;
     lt_status st;
 
     if (n >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0)
         text += 3;
     if (text == end)
         return lt_error(LT_EFORMAT, "%s: empty, want JSON", name);
-    st = check_limits(name, text, end);
+    n = (size_t)(end - text);
+    st = check_limits(name, text, end, &words);
     if (st)
         return st;
-    value = cJSON_ParseWithLengthOpts(text, (size_t)(end - text), &stop, 0);
-    if (!value)
-        return error_at(name, text, stop && stop < end ? stop : end, "not valid JSON from here on");
-    while (stop < end && strchr(" \t\r\n", *stop) && *stop)
-        stop++;
-    if (stop < end) {
-        cJSON_Delete(value);
-        return error_at(name, text, stop, "text after the JSON value");
+    if (words)
+        st = parse_words(name, text, n, &stop, &value);
+    else
+        value = parse(text, n, &stop);
+    if (st)
+        return st;
+    if (value && stop == n) {
+        *out = value;
+        return LT_OK;
     }
-    *out = value;
-    return LT_OK;
+    st = error_at(name, text, text + stop, value ? "text after the JSON value" : "not valid JSON from here on");
+    cJSON_Delete(value);
+    return st;
 }
 
 lt_status lt_json_read(const char *path, cJSON **out)

@@ -75,6 +75,31 @@ START_TEST(numbers)
 }
 END_TEST
 
+/* As Python writes them; as anything else they are refused. */
+START_TEST(words_for_numbers)
+{
+    static const char text[] = "{\"NaN\": [1, NaN, \"NaN, -Infinity\", -2,-Infinity,Infinity, NaN], \"b\": -0.5}";
+    static const char *const bad[] = { "[nan]", "[NaNs]", "[-NaN]", "[Inf]", "{NaN: 1}", "[1 NaN]", "[Infinity" };
+    const cJSON *a;
+    cJSON *value;
+
+    check_ok(lt_json_parse("x.json", text, strlen(text), &value));
+    a = cJSON_GetObjectItemCaseSensitive(value, "NaN");
+    ck_assert_int_eq(cJSON_GetArraySize(a), 7);
+    ck_assert(cJSON_GetArrayItem(a, 0)->valuedouble == 1 && cJSON_GetArrayItem(a, 3)->valuedouble == -2);
+    ck_assert(isnan(cJSON_GetArrayItem(a, 1)->valuedouble) && isnan(cJSON_GetArrayItem(a, 6)->valuedouble));
+    ck_assert_str_eq(cJSON_GetArrayItem(a, 2)->valuestring, "NaN, -Infinity");
+    ck_assert(cJSON_GetArrayItem(a, 4)->valuedouble == -INFINITY);
+    ck_assert(cJSON_GetArrayItem(a, 5)->valuedouble == INFINITY);
+    ck_assert(cJSON_GetObjectItemCaseSensitive(value, "b")->valuedouble == -0.5);
+    cJSON_Delete(value);
+    for (size_t i = 0; i < LT_COUNT(bad); i++)
+        check_refused(read_json, bad[i], strlen(bad[i]), "not valid JSON");
+    check_refused(read_json, "[NaN,\n oops]", 12, "x.json:2:2: not valid JSON");
+    check_truncated(read_json, (const uint8_t *)text, sizeof(text) - 1, 0);
+}
+END_TEST
+
 START_TEST(round_trip)
 {
     static const char text[] = "{\"a\": \"q\\\"\\\\\\n\\u0001\\u00e9\", \"b\": [1, 2.5, [true, null]], \"c\": {}, \"d\": []}";
@@ -121,6 +146,7 @@ static void add(TCase *tc)
     tcase_add_test(tc, errors_have_places);
     tcase_add_test(tc, damage);
     tcase_add_test(tc, numbers);
+    tcase_add_test(tc, words_for_numbers);
     tcase_add_test(tc, round_trip);
     tcase_add_test(tc, strings_are_escaped);
     tcase_add_test(tc, did_you_mean);
