@@ -118,12 +118,15 @@ START_TEST(same_epnp)
 }
 END_TEST
 
+/* Both draw their own fives out of the same points, with the same limits. A few poor poses carry much of the
+ * mean, so that a few hundred trials differ by 2 % either way; thousands agree. */
 START_TEST(same_quality_behind_ransac)
 {
+    enum { TRIALS = 4000 };
     lt_rng r = lt_rng_make(2, 0);
     double sum = 0, cv_sum = 0;
 
-    for (int trial = 0; trial < 200; trial++) {
+    for (int trial = 0; trial < TRIALS; trial++) {
         const scene s = make_scene(&r, trial % 5, 1.5, .2);
         std::vector<int> inliers;
         cv::Mat rvec, tvec;
@@ -135,12 +138,12 @@ START_TEST(same_quality_behind_ransac)
                          LT_OK);
         memcpy(p.R, ours.R, sizeof(p.R));
         memcpy(p.t, ours.t, sizeof(p.t));
-        sum += add_metric(s, p);
-        cv_sum += add_metric(s, from_opencv(rvec, tvec));
+        sum += 1000 * add_metric(s, p) / TRIALS;
+        cv_sum += 1000 * add_metric(s, from_opencv(rvec, tvec)) / TRIALS;
     }
-    std::printf("RANSAC, 210 points, 1.5 px noise, 20 %% outliers: ADD %.4f mm, OpenCV %.4f mm\n", 5 * sum,
-                5 * cv_sum);
+    std::printf("RANSAC, 210 points, 1.5 px noise, 20 %% outliers: ADD %.4f mm, OpenCV %.4f mm\n", sum, cv_sum);
     ck_assert_double_le(sum, 1.01 * cv_sum);
+    ck_assert_double_ge(sum, 0.99 * cv_sum);
 }
 END_TEST
 
