@@ -6,9 +6,10 @@
 #include "libtensor/graph/plan.h"
 #include "train/feed.h"
 
+#include <math.h>
 #include <string.h>
 
-enum { POINTS = 21, CELLS_PER_POINT = 10, MIN_PAIRS = 6 };
+enum { POINTS = LT_BOX_POINTS, CELLS_PER_POINT = 10, MIN_PAIRS = 6 };
 
 struct estimator {
     const model *m;
@@ -90,14 +91,17 @@ static int next_cell(const float *conf, int cells, const bool *taken)
     return best;
 }
 
-static void collect_point(const estimator *e, const hand_object_batch *b, int s, int v, const float X[3],
-                          pairs *p)
+/* X: the point in the object's frame; NULL: only where it is seen, the mean of its cells. */
+static void collect_point(const estimator *e, const hand_object_batch *b, int s, int v, const float *X,
+                          pairs *p, float mean[2])
 {
     const int cells = e->m->cells * e->m->cells;
     const int64_t at = ((int64_t)s * POINTS + v) * cells;
     const float *box = b->object_box + 4 * s;
     bool taken[64 * 64] = { false };
+    float sum[2] = { 0, 0 }, n = 0;
 
+    mean[0] = mean[1] = NAN;
     for (int k = 0; k < CELLS_PER_POINT; k++) {
         const int i = next_cell(e->conf + at, cells, taken);
 
@@ -105,11 +109,18 @@ static void collect_point(const estimator *e, const hand_object_batch *b, int s,
             p->best += e->conf[at + i] / POINTS;
         if (i < 0 || !(e->conf[at + i] > 0.5f))
             return;
+        const float uv[2] = { e->point_x[at + i] * (box[2] - box[0]) + box[0],
+                              e->point_y[at + i] * (box[3] - box[1]) + box[1] };
+
         taken[i] = true;
-        for (int d = 0; d < 3; d++)
+        n++;
+        for (int d = 0; d < 2; d++) {
+            sum[d] += uv[d];
+            mean[d] = sum[d] / n;
+            p->uv[2 * p->n + d] = uv[d];
+        }
+        for (int d = 0; d < 3 && X; d++)
             p->X[3 * p->n + d] = X[d];
-        p->uv[2 * p->n] = e->point_x[at + i] * (box[2] - box[0]) + box[0];
-        p->uv[2 * p->n + 1] = e->point_y[at + i] * (box[3] - box[1]) + box[1];
         p->n++;
     }
 }
@@ -124,10 +135,10 @@ static void solve_object(const estimator *e, const hand_object_batch *b, int s, 
 
     out->object = (eval_pose){ { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 1 } };
     out->object_inliers = 0;
-    for (int v = 0; control && v < POINTS; v++)
-        collect_point(e, b, s, v, control[v], &p);
+    for (int v = 0; v < POINTS; v++)
+        collect_point(e, b, s, v, control ? control[v] : NULL, &p, out->control2d[v]);
     out->object_confidence = p.best;
-    if (p.n < MIN_PAIRS || lt_pnp_ransac(&camera, p.n, p.X, p.uv, NULL, &pose, NULL))
+    if (!control || p.n < MIN_PAIRS || lt_pnp_ransac(&camera, p.n, p.X, p.uv, NULL, &pose, NULL))
         return;
     memcpy(out->object.R, pose.R, sizeof(pose.R));
     memcpy(out->object.t, pose.t, sizeof(pose.t));

@@ -8,6 +8,7 @@
 #include "data/hand_object.h"
 #include "eval/object_pose.h"
 #include "models/model.h"
+#include "libtensor/geometry/box21.h"
 
 typedef struct estimator estimator;
 
@@ -26,12 +27,14 @@ typedef struct {
     eval_pose object;               /* R = I, t = (0, 0, 1) when no pose was found */
     int object_inliers;             /* 0: no pose was found */
     float object_confidence;        /* the mean over points of the best cell's */
+    float control2d[LT_BOX_POINTS][2];          /* where its cells see each point of the object's box, crop pixels;
+                                                 * NaN: no cell above 0.5 does */
 } estimate;
 
 /**
  * estimator_run - estimate for the samples of a batch
  *
- *   control  (21, 3) of each sample's object, borrowed; NULL for a sample without
+ *   control  (21, 3) of each sample's object, borrowed; NULL for a sample without, which gets no pose
  *   out      (b->count)
  *
  * The wrist is taken from b->wrist, as the papers' protocols do.

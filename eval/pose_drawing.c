@@ -90,6 +90,14 @@ static lt_status draw_object(lt_arena *scratch, draw_canvas *c, const lt_camera 
     return st;
 }
 
+/* The edges between the corners that are there, and every point. */
+static void draw_control(draw_canvas *c, const float (*uv)[2], float width)
+{
+    draw_box(c, uv, width, OBJECT);
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        draw_disc(c, uv[i], 2 * width, OBJECT, 1);
+}
+
 lt_status pose_draw(lt_arena *scratch, draw_canvas *c, const lt_camera *cam, const pose_drawing *p,
                     float width)
 {
@@ -98,6 +106,8 @@ lt_status pose_draw(lt_arena *scratch, draw_canvas *c, const lt_camera *cam, con
 
     if (p->object)
         st = draw_object(scratch, c, cam, p, width);
+    else if (p->control2d)
+        draw_control(c, p->control2d, width);
     if (!st && p->vertices)
         st = draw_hand_mesh(scratch, c, cam, p, width);
     if (!st && p->joints) {

@@ -18,6 +18,7 @@ typedef struct {
     const eval_pose *object;
     const float (*control)[3];      /* (21, 3) of the object's box, its own frame; needed with object */
     const lt_mesh *mesh;            /* the object's outline; may be NULL with object */
+    const float (*control2d)[2];    /* (21, 2) of the object's box in pixels, for want of an object; NaN: none */
 } pose_drawing;
 
 /* pose_project - n points to pixels; NaN for those not in front of the camera, which drawing leaves out */

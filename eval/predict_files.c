@@ -141,6 +141,7 @@ static void put_object(cJSON *root, const predict_case *s, const char *mesh, boo
     const predict_result *r = s->r;
     cJSON *b;
 
+    put_rows(root, "object_box2d_px", r->control2d[0], LT_BOX_POINTS, 2, ok);
     if (!s->object) {
         put(root, "object", cJSON_CreateNull(), ok);
         return;

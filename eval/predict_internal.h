@@ -60,6 +60,7 @@ typedef struct {
     double theta[3 * LT_HAND_JOINTS];
     float heatmap2d[LT_HAND_KEYPOINTS][2], joints2d[LT_HAND_KEYPOINTS][2];      /* image pixels */
     double agreement_px;            /* mean distance of the two */
+    float control2d[LT_BOX_POINTS][2];          /* of the object's box, image pixels; NaN: not seen */
     bool placed;                    /* else the hand's position is a guess */
     bool object_found;
 } predict_result;

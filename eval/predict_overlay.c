@@ -41,18 +41,30 @@ static int note_hand(draw_canvas *c, int y, int scale, const predict_case *s)
     return draw_note(c, y, scale, trusted ? INK : WARN, line);
 }
 
+static int count_seen(const predict_result *r)
+{
+    int n = 0;
+
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        n += isfinite(r->control2d[i][0]) && isfinite(r->control2d[i][1]);
+    return n;
+}
+
 static int note_object(draw_canvas *c, int y, int scale, const predict_case *s)
 {
     const predict_result *r = s->r;
     char line[160];
 
-    if (r->object_found)
+    if (!s->object)
+        snprintf(line, sizeof(line), "object not named  %d of %d points of its box seen  confidence %.2f",
+                 count_seen(r), LT_BOX_POINTS, (double)r->e.object_confidence);
+    else if (r->object_found)
         snprintf(line, sizeof(line), "%s  z %.2f m  %d inliers  confidence %.2f", s->object->name,
                  r->e.object.t[2], r->e.object_inliers, (double)r->e.object_confidence);
     else
         snprintf(line, sizeof(line), "%s  NO POSE FOUND  confidence %.2f", s->object->name,
                  (double)r->e.object_confidence);
-    return draw_note(c, y, scale, r->object_found ? INK : WARN, line);
+    return draw_note(c, y, scale, r->object_found || !s->object ? INK : WARN, line);
 }
 
 static void draw_notes(draw_canvas *c, const predict_case *s)
@@ -61,8 +73,7 @@ static void draw_notes(draw_canvas *c, const predict_case *s)
     char line[160];
     int y = note_hand(c, 0, scale, s);
 
-    if (s->object)
-        y = note_object(c, y, scale, s);
+    y = note_object(c, y, scale, s);
     snprintf(line, sizeof(line), "boxes: hand %s, object %s  camera: %s", predict_source_name(s->v->hand_from),
              predict_source_name(s->v->object_from), predict_source_name(s->v->camera_from));
     draw_note(c, y, scale, INK, line);
@@ -107,6 +118,7 @@ lt_status predict_write_overlay(lt_arena *arena, const predict_case *s, const lt
         .joints = s->r->e.joints, .vertices = s->r->e.vertices, .faces = hand->face,
         .object = s->r->object_found ? &s->r->e.object : NULL,
         .control = s->object ? s->object->control : NULL, .mesh = s->object ? &s->object->mesh : NULL,
+        .control2d = (const float (*)[2])s->r->control2d,
     };
     draw_canvas c = draw_canvas_new(arena, v->width, v->height, PAPER);
     lt_image img = { v->width, v->height, 3, 8, NULL };

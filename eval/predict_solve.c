@@ -117,17 +117,17 @@ static void sample_of(const predict_view *v, dataset_sample *s)
         memcpy(s->control2d[i], corner[i & 1], sizeof(s->control2d[i]));
 }
 
-/* The joints of the heat maps, from the crop back to the image. */
-static void joints_in_image(const hand_object_batch *b, const estimate *e, float (*out)[2])
+/* Points from the crop back to the image. */
+static void points_in_image(const hand_object_batch *b, const float (*crop)[2], int n, float (*out)[2])
 {
     double A[6];
 
     for (int k = 0; k < 6; k++)
         A[k] = b->affine[k];
     if (lt_affine_inverse(A, A))
-        memcpy(out, e->joints2d, sizeof(e->joints2d));
+        memcpy(out, crop, (size_t)n * sizeof(*out));
     else
-        crop_points(A, e->joints2d, LT_HAND_KEYPOINTS, out);
+        crop_points(A, crop, n, out);
 }
 
 static bool finite_hand(const estimate *e)
@@ -154,7 +154,8 @@ static lt_status run(predict_solver *s, const predict_view *v, const float (*con
     estimator_run(s->estimator, s->batch, &control, &r->e);
     if (!finite_hand(&r->e))
         return lt_error(LT_ENUMERIC, "%s: the model's answer is not finite: its weights are damaged", v->path);
-    joints_in_image(s->batch, &r->e, r->heatmap2d);
+    points_in_image(s->batch, (const float (*)[2])r->e.joints2d, LT_HAND_KEYPOINTS, r->heatmap2d);
+    points_in_image(s->batch, (const float (*)[2])r->e.control2d, LT_BOX_POINTS, r->control2d);
     r->object_found = r->e.object_inliers > 0 && eval_pose_finite(&r->e.object) && r->e.object.t[2] > 0;
     return LT_OK;
 }
@@ -213,6 +214,8 @@ static void unmirror(int width, predict_result *r)
     }
     for (int i = 0; i < LT_HAND_VERTICES; i++)
         r->e.vertices[i][0] = -r->e.vertices[i][0];
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        r->control2d[i][0] = (float)(width - 1) - r->control2d[i][0];
     for (int j = 0; j < LT_HAND_JOINTS; j++)
         lt_mirror_axis_angle(r->theta + 3 * j);
     unmirror_rotation(r->e.object.R);

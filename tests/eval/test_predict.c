@@ -185,6 +185,7 @@ START_TEST(defaults)
     ck_assert_double_eq(item(root, "camera.K_px", 2), 49.5);
     ck_assert_str_eq(text(root, "camera.source"), "default");
     ck_assert(cJSON_IsNull(get(root, "object")));
+    ck_assert_int_eq(cJSON_GetArraySize(get(root, "object_box2d_px")), 21);
     ck_assert(cJSON_IsNull(get(root, "model.trained_on")));
     cJSON_Delete(root);
     ck_assert(strstr(said, "--hand-box") && strstr(said, "--object-box") && strstr(said, "--K"));
