@@ -57,16 +57,26 @@ static const struct argp argp = {
     "hidden from view.\n\n  palmar synth --preset tiny --out data/tiny", NULL, NULL, NULL,
 };
 
+static void warn_outside(const char *out, const synth_figure *f)
+{
+    if (!synth_figure_within(f))
+        fprintf(stderr, "palmar: warning: %s/stats.json: %s: %.3f, aimed at %.2f to %.2f\n", out, f->name, f->value,
+                f->lo, f->hi);
+}
+
 int cmd_synth(int argc, char **argv)
 {
+    synth_figure figure[SYNTH_FIGURES];
     synth_options o = { .preset = SYNTH_TINY, .progress = show_progress };
     lt_status st;
 
     cli_parse("synth", &argp, argc, argv, &o);
     cli_catch_signals();
-    st = synth_generate(&o);
+    st = synth_generate(&o, figure);
     if (st)
         return cli_fail(st);
+    for (int i = 0; i < SYNTH_FIGURES; i++)
+        warn_outside(o.out, &figure[i]);
     printf("%s\n", o.out);
     return 0;
 }

@@ -280,7 +280,8 @@ static lt_status make_folders(run *r, filming *f)
 
 static lt_status film_take(run *r, const synth_take *take, shot *shots)
 {
-    const uint64_t stream = lt_rng_mix(TAKE, (uint64_t)(take - r->cast.take));
+    const int number = (int)(take - r->cast.take);
+    const uint64_t stream = lt_rng_mix(TAKE, (uint64_t)number);
     const synth_subject *who = &r->subject[take->subject];
     const synth_prop *what = find_prop(r, take->object);
     filming f = { .run = r, .take = take, .shot = shots };
@@ -290,8 +291,8 @@ static lt_status film_take(run *r, const synth_take *take, shot *shots)
                          : lt_error(LT_ENOMEM, "synth: no memory for a take");
 
     if (!st)
-        st = synth_stage_new(arena, r->hand, who, what, grasp, take->frames, r->cast.n_cameras, r->opt->seed,
-                             stream, &f.stage);
+        st = synth_stage_new(arena, r->hand, who, what, grasp, take->frames, number, r->cast.n_cameras,
+                             r->opt->seed, stream, &f.stage);
     if (!st)
         st = make_folders(r, &f);
     if (!st)
@@ -347,7 +348,7 @@ static void clean_up(run *r)
     lt_arena_free(r->arena);
 }
 
-lt_status synth_generate(const synth_options *options)
+lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES])
 {
     run r = { .opt = options, .arena = lt_arena_new() };
     lt_status st;
@@ -368,6 +369,8 @@ lt_status synth_generate(const synth_options *options)
         st = film_takes(&r);
     if (!st)
         st = finish(&r);
+    if (!st && figures)
+        synth_stats_figures(&r.stats, figures);
     clean_up(&r);
     return st;
 }

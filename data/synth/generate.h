@@ -8,6 +8,7 @@
 #ifndef DATA_SYNTH_GENERATE_H
 #define DATA_SYNTH_GENERATE_H
 
+#include "data/synth/stats.h"
 #include "libtensor/base/status.h"
 
 #ifdef __cplusplus
@@ -42,10 +43,12 @@ lt_status synth_parse_preset(const char *name, synth_preset *out);
  * (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file; written last,
  * so a folder without it is unfinished).
  *
+ *   figures      the figures of stats.json with what is aimed at; NULL: not wanted
+ *
  * Errors: the folder has files in it, the disk is full, no memory; LT_ESTOPPED when progress
  * said so.
  */
-lt_status synth_generate(const synth_options *options);
+lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES]);
 
 #ifdef __cplusplus
 }

@@ -114,16 +114,17 @@ static lt_status furnish(lt_arena *arena, const synth_sight *sight, synth_stage 
     return LT_OK;
 }
 
-static void place_cameras(const synth_sight *sight, synth_stage *s)
+static void place_cameras(const synth_sight *sight, int number, synth_stage *s)
 {
-    synth_view_choose(sight, s->n_kept, s->seed, lt_rng_mix(s->stream, VIEW), s->n_cameras, s->camera);
+    synth_view_choose(sight, s->n_kept, s->seed, lt_rng_mix(s->stream, VIEW), number * s->n_cameras,
+                      s->n_cameras, s->camera);
     for (int c = 0; c < s->n_cameras; c++)
         s->sensor[c] = synth_sensor_random(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SENSOR), (uint64_t)c));
 }
 
 lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
-                          const synth_prop *prop, const synth_grasp *grasp, int n_frames, int n_cameras,
-                          uint64_t seed, uint64_t stream, synth_stage *out)
+                          const synth_prop *prop, const synth_grasp *grasp, int n_frames, int number,
+                          int n_cameras, uint64_t seed, uint64_t stream, synth_stage *out)
 {
     synth_sequence_spec spec = { .grasp = grasp, .object = &prop->mesh, .min_moments = n_frames,
                                  .seed = seed, .stream = lt_rng_mix(stream, MOTION) };
@@ -145,7 +146,7 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
     st = furnish(arena, sight, &s);
     if (st)
         return st;
-    place_cameras(sight, &s);
+    place_cameras(sight, number, &s);
     *out = s;
     return LT_OK;
 }

@@ -56,13 +56,14 @@ typedef struct {
  *
  *   grasp        in the prop's frame, for this subject's hand
  *   n_frames     to keep, spread evenly over the motion
+ *   number       of the take in its dataset
  *   out          lives in the arena; subject, prop and hand must outlive it
  *
  * A function of its arguments. Errors: LT_ENOMEM.
  */
 lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
-                          const synth_prop *prop, const synth_grasp *grasp, int n_frames, int n_cameras,
-                          uint64_t seed, uint64_t stream, synth_stage *out);
+                          const synth_prop *prop, const synth_grasp *grasp, int n_frames, int number,
+                          int n_cameras, uint64_t seed, uint64_t stream, synth_stage *out);
 
 /* synth_stage_pose - the hand at a moment, in the world */
 void synth_stage_pose(const synth_stage *s, const synth_moment *m, synth_posed_hand *out);

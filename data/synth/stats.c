@@ -106,7 +106,7 @@ static cJSON *figure_json(const synth_figure *f)
     cJSON_AddNumberToObject(j, "value", f->value);
     cJSON_AddNumberToObject(j, "at_least", f->lo);
     cJSON_AddNumberToObject(j, "at_most", f->hi);
-    cJSON_AddBoolToObject(j, "within", f->value >= f->lo && f->value <= f->hi);
+    cJSON_AddBoolToObject(j, "within", synth_figure_within(f));
     return j;
 }
 

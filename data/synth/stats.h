@@ -30,8 +30,14 @@ enum { SYNTH_FIGURES = 8 };
 /* synth_stats_figures - what the frames come to; a figure without frames is NaN */
 void synth_stats_figures(const synth_stats *s, synth_figure out[SYNTH_FIGURES]);
 
+/* synth_figure_within - whether it is in its range; NaN is not */
+static inline bool synth_figure_within(const synth_figure *f)
+{
+    return f->value >= f->lo && f->value <= f->hi;
+}
+
 /* synth_stats_write - root/stats.json: each figure with its range and whether it is within. Being outside
- * is no error: a small dataset may well be. */
+ * is no error: the few sequences of a small dataset may well be. */
 lt_status synth_stats_write(const synth_stats *s, const char *root);
 
 #ifdef __cplusplus

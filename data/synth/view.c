@@ -8,7 +8,7 @@
 
 #include <math.h>
 
-enum { WIDTH = 640, HEIGHT = 480, DRAWS = 160 };
+enum { WIDTH = 640, HEIGHT = 480, DRAWS = 160, DEAL = 0x4445414c };
 
 static const double NEAREST = 0.40, FARTHEST = 0.90;        /* of the wrist, metres */
 static const double SMALLEST = 90, LARGEST = 260;           /* of the joints' box, pixels */
@@ -19,8 +19,8 @@ static const double ARM = 0.6, ARM_CLEAR = 0.25;            /* the arm's length;
 
 /* Shares of cameras that look over the hand, and over the object at the hand; the rest may be anywhere.
  * So that each hides much of the other in a part of the pictures, as in HO3D. */
-static const double OVER_HAND = 0.36, OVER_OBJECT = 0.44;
-static const double OVER_HAND_COSINE = 0.7, OVER_OBJECT_COSINE = -0.2;  /* of camera and hand from the object */
+static const double OVER_HAND = 0.43, OVER_OBJECT = 0.44;
+static const double OVER_HAND_COSINE = 0.8, OVER_OBJECT_COSINE = -0.35;  /* of camera and hand from the object */
 
 typedef struct { double eye[3], target[3]; synth_camera camera; } candidate;
 typedef struct { double lo, hi; } range;
@@ -167,17 +167,19 @@ static double faults(const candidate *c, const synth_sight *s, int n, range side
     return sum;
 }
 
-static range draw_side(lt_rng *rng)
+/* Multiples of the golden ratio: any few of them in a row are evenly spread over 0..1. */
+static range deal_side(uint64_t seed, int number)
 {
-    const double u = lt_rng_uniform(rng);
+    lt_rng rng = lt_rng_make(seed, DEAL);
+    const double turn = lt_rng_uniform(&rng) + number * 0.6180339887498949, u = turn - floor(turn);
 
     if (u < OVER_HAND)
         return (range){ OVER_HAND_COSINE, 1 };
     return u < OVER_HAND + OVER_OBJECT ? (range){ -1, OVER_OBJECT_COSINE } : (range){ -1, 1 };
 }
 
-void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t stream, int n_cameras,
-                       synth_camera *out)
+void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t stream, int number,
+                       int n_cameras, synth_camera *out)
 {
     lt_rng rng = lt_rng_make(seed, stream);
     candidate chosen[8];
@@ -185,7 +187,7 @@ void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t 
 
     mean_target(sight, n, target);
     for (int i = 0; i < n_cameras; i++) {
-        const range side = draw_side(&rng);
+        const range side = deal_side(seed, number + i);
         double best = INFINITY;
         for (int k = 0; k < DRAWS && best > 0; k++) {
             const candidate c = draw(&rng, target);

@@ -22,14 +22,16 @@ typedef struct {
 /**
  * synth_view_choose - cameras for n moments
  *
+ *   number       of the first camera in its dataset: hands before and behind objects are dealt in turn, so that
+ *                every dataset has its share of both
  *   n_cameras    1 .. 8, at least 20 degrees apart as seen from the action
  *   out          640 x 480, intrinsics of their own each, in the room's viewing half
  *
  * The best of many draws: wrist 0.4 to 0.9 m away, the joints' box 90 to 260 pixels, its centre within
- * the middle 70 % of the picture. A function of (seed, stream) and the sights.
+ * the middle 70 % of the picture. A function of (seed, stream, number) and the sights.
  */
-void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t stream, int n_cameras,
-                       synth_camera *out);
+void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t stream, int number,
+                       int n_cameras, synth_camera *out);
 
 #ifdef __cplusplus
 }

@@ -53,7 +53,7 @@ static void setup(void)
     ck_assert_ptr_nonnull(mkdtemp(root));
     arena = lt_arena_new();
     o = tiny("data");
-    ok(synth_generate(&o));
+    ok(synth_generate(&o, NULL));
     ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
 }
 
@@ -150,7 +150,7 @@ START_TEST(same_seed_same_bytes)
     size_t n, m;
 
     lt_set_threads(1);
-    ok(synth_generate(&o));
+    ok(synth_generate(&o, NULL));
     lt_set_threads(0);
     ok(lt_read_file(arena, at("data/manifest.json"), LT_FILE_MAX, &a, &n));
     ok(lt_read_file(arena, at("again/manifest.json"), LT_FILE_MAX, &b, &m));
@@ -163,7 +163,7 @@ START_TEST(a_full_folder_is_left_alone)
 {
     const synth_options o = tiny("data");
 
-    ck_assert_int_eq(synth_generate(&o), LT_EINVAL);
+    ck_assert_int_eq(synth_generate(&o, NULL), LT_EINVAL);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "/data: is not empty (it holds "));
 }
 END_TEST
@@ -181,7 +181,7 @@ START_TEST(stopping)
     struct stat info;
 
     o.progress = never;
-    ck_assert_int_eq(synth_generate(&o), LT_ESTOPPED);
+    ck_assert_int_eq(synth_generate(&o, NULL), LT_ESTOPPED);
     ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: stopped after 3 of 6 frames; it is not "
                                                       "complete", o.out));
     ck_assert_int_ne(stat(at("stopped/train.txt"), &info), 0);
@@ -308,7 +308,7 @@ static void film(shot *s)
     ok(synth_prop_new(arena, 9, false, 3, &s->prop));
     ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     ok(synth_grasp_sample(ctx, 5, NULL, &grasp));
-    ok(synth_stage_new(arena, hand, &s->subject, &s->prop, &grasp, FRAMES, 1, 3, 4, &s->stage));
+    ok(synth_stage_new(arena, hand, &s->subject, &s->prop, &grasp, FRAMES, 0, 1, 3, 4, &s->stage));
     s->frame = synth_frame_new(W, H);
     s->depth = lt_arena_array(arena, (size_t)W * H, sizeof(float));
     synth_stage_pose(&s->stage, &s->stage.sequence.moment[s->stage.kept[K]], &posed);

@@ -162,7 +162,7 @@ START_TEST(views_see_the_hand)
         for (int k = 0; k < 3; k++)
             sight[i].elbow[k] = m->R_hand[3 * k];
     }
-    synth_view_choose(sight, 12, 7, 1, 3, camera);
+    synth_view_choose(sight, 12, 7, 1, 0, 3, camera);
     for (int c = 0; c < 3; c++) {
         const lt_camera cam = { camera[c].fx, camera[c].fy, camera[c].cx, camera[c].cy };
         int inside = 0;
