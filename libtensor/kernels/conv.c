@@ -9,7 +9,7 @@
 #include <assert.h>
 #include <string.h>
 
-enum { MOST_TAPS = 1024, MOST_CHUNKS = 8 };
+enum { MOST_TAPS = 1024, MOST_CHUNKS = 8, MOST_SHARED = 6 << 20 };
 
 /* A matrix made of the weights: element (row, (channel, tap)) is w[row' + channel' + tap[tap]], where
  * the dashes mean times the step; with `whole` that is w[row' + column'] in a column of its own step. */
@@ -188,6 +188,15 @@ static void forward_job(job *j, const lt_conv2d_params *p, const taps *t)
     cut(j);
 }
 
+/* Where several tiles of rows read the same positions, all maps are packed once, before them: elements for
+ * one image, or 0. */
+static int64_t shared_maps(const job *j)
+{
+    const int64_t each = lt_product_packed_b(j->n, j->product.k);
+
+    return j->tiles_m > 1 && each * j->p->n <= MOST_SHARED ? each : 0;
+}
+
 static bool nothing(const lt_conv2d_params *p)
 {
     assert(p->kh * p->kw <= MOST_TAPS);
@@ -244,11 +253,20 @@ void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *
 
 size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
 {
-    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_work(p, p->o, p->c) : 0;
+    taps t;
+    job j;
+
+    if (nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
+        return 0;
+    if (lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD)
+        return lt_winograd_work(p, p->o, p->c);
+    window_taps(&t, p);
+    forward_job(&j, p, &t);
+    return (size_t)(shared_maps(&j) * p->n) * sizeof(lt_real);
 }
 
 static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
-                           const lt_epilogue *e, lt_real *y)
+                           const lt_epilogue *e, lt_real *y, lt_real *work)
 {
     const int64_t cg = group_c(p);
     taps t;
@@ -266,6 +284,11 @@ static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt
         j.product.a = packed + g * j.m * j.product.k;
         j.product.c = y + g * j.m * j.n;
         j.product.e = &tail;
+        j.product.b_step = shared_maps(&j);
+        if (j.product.b_step) {
+            lt_product_pack_b(&j.product, p->n, j.n, j.tile_n, work);
+            j.product.b = work;
+        }
         lt_parallel_for(tasks_of(&j), run_tile, &j);
     }
 }
@@ -285,7 +308,7 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
         lt_winograd_run(p, p->o, p->c, x, packed, &e, y, work);
         break;
     case LT_CONV_DIRECT:
-        forward_groups(p, x, packed, &e, y);
+        forward_groups(p, x, packed, &e, y, work);
         break;
     }
 }

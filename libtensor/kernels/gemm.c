@@ -125,7 +125,7 @@ void lt_gemm_pack(lt_trans tb, int64_t n, int64_t k, const lt_real *b, int64_t l
     const lt_product p = { .k = k, .ctx = &c, .pack_b = pack_b };
 
     if (n > 0)
-        lt_product_pack_b(&p, n, tile_columns(n), packed);
+        lt_product_pack_b(&p, 1, n, tile_columns(n), packed);
 }
 
 void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda,

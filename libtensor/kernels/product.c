@@ -100,7 +100,8 @@ static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t 
             const lt_real *left = p->a ? p->a + t->m0 * p->k + k0 * t->m : a;
 
             if (p->b)
-                multiply(p, t, image, left, p->b + t->n0 * p->k + k0 * whole_panels(t->n), k0, k);
+                multiply(p, t, image, left, p->b + image * p->b_step + t->n0 * p->k + k0 * whole_panels(t->n),
+                         k0, k);
             else
                 block(p, t, image, left, b, k0, k, columns);
         }
@@ -131,7 +132,7 @@ typedef struct { int64_t from, count, k0, k; } piece;
 
 static piece piece_of(const pack_job *j, int64_t task)
 {
-    const int64_t n = lt_product_blocks(j->p->k), i = task / j->tiles, from = task % j->tiles * j->size;
+    const int64_t n = lt_product_blocks(j->p->k), i = task / j->tiles % n, from = task % j->tiles * j->size;
     const int64_t k0 = i * j->p->k / n, end = (i + 1) * j->p->k / n;
 
     return (piece){ from, lt_min_i64(j->size, j->count - from), k0, end - k0 };
@@ -150,16 +151,19 @@ static void run_pack_b(void *ctx, int64_t task)
 {
     const pack_job *j = ctx;
     const piece at = piece_of(j, task);
+    const int64_t image = task / j->tiles / lt_product_blocks(j->p->k);
     const lt_tile t = { .n0 = at.from, .n = at.count };
+    lt_real *out = j->out + image * lt_product_packed_b(j->count, j->p->k);
 
-    j->p->pack_b(j->p->ctx, j->out + at.from * j->p->k + at.k0 * whole_panels(at.count), &t, 0, at.k0, at.k);
+    j->p->pack_b(j->p->ctx, out + at.from * j->p->k + at.k0 * whole_panels(at.count), &t, image, at.k0, at.k);
 }
 
-static void pack_all(const lt_product *p, int64_t count, int64_t size, lt_real *out, lt_task_fn run)
+static void pack_all(const lt_product *p, int64_t images, int64_t count, int64_t size, lt_real *out,
+                     lt_task_fn run)
 {
     pack_job j = { p, count, size, lt_ceil_div(count, size), out };
 
-    lt_parallel_for(j.tiles * lt_product_blocks(p->k), run, &j);
+    lt_parallel_for(j.tiles * lt_product_blocks(p->k) * images, run, &j);
 }
 
 int64_t lt_product_packed_b(int64_t n, int64_t k)
@@ -169,10 +173,10 @@ int64_t lt_product_packed_b(int64_t n, int64_t k)
 
 void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out)
 {
-    pack_all(p, m, tile_m, out, run_pack_a);
+    pack_all(p, 1, m, tile_m, out, run_pack_a);
 }
 
-void lt_product_pack_b(const lt_product *p, int64_t n, int64_t tile_n, lt_real *out)
+void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t tile_n, lt_real *out)
 {
-    pack_all(p, n, tile_n, out, run_pack_b);
+    pack_all(p, images, n, tile_n, out, run_pack_b);
 }

@@ -17,6 +17,7 @@ typedef struct lt_product {
     int64_t k;
     const lt_real *a;           /* all of A as lt_product_pack_a left it; or NULL, then pack_a */
     const lt_real *b;           /* all of B as lt_product_pack_b left it; or NULL, then pack_b */
+    int64_t b_step;             /* between images in it; 0: they share one */
     const void *ctx;
     void (*pack_a)(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
     void (*pack_b)(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
@@ -42,14 +43,14 @@ static inline int64_t lt_product_blocks(int64_t k)
 
 /**
  * lt_product_pack_a - all m rows of A, in parallel: for each tile of tile_m rows, for each block of k
- * lt_product_pack_b - all n columns of image 0 of B: for each tile of tile_n columns, a multiple of 64
+ * lt_product_pack_b - all n columns of B of each image: for each tile of tile_n columns, a multiple of 64
  *
- * out has m * k elements, or lt_product_packed_b(n, k): columns are rounded up to whole panels. The part
+ * out has m * k elements, or lt_product_packed_b(n, k) for each image: columns make whole panels. The part
  * of a tile at m0 and a block at k0 starts at m0 * k + k0 * (the tile's rows); columns likewise.
  */
 int64_t lt_product_packed_b(int64_t n, int64_t k);
 void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out);
-void lt_product_pack_b(const lt_product *p, int64_t n, int64_t tile_n, lt_real *out);
+void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t tile_n, lt_real *out);
 
 /* lt_tile_size - cut n into equal parts of at most `most`, each a multiple of `unit`, but the last */
 static inline int64_t lt_tile_size(int64_t n, int64_t most, int64_t unit)
