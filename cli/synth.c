@@ -3,6 +3,7 @@
 
 #include "data/synth/generate.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
@@ -57,9 +58,10 @@ static const struct argp argp = {
     "hidden from view.\n\n  palmar synth --preset tiny --out data/tiny", NULL, NULL, NULL,
 };
 
+/* A figure that no frame bears on is NaN: nothing to warn of. */
 static void warn_outside(const char *out, const synth_figure *f)
 {
-    if (!synth_figure_within(f))
+    if (!isnan(f->value) && !synth_figure_within(f))
         fprintf(stderr, "palmar: warning: %s/stats.json: %s: %.3f, aimed at %.2f to %.2f\n", out, f->name, f->value,
                 f->lo, f->hi);
 }
