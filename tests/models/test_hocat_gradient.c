@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* HOCAT's total loss in double: its slope along a random direction of each block's parameters against
+ * differences. What is constant to the gradient by design is left out: the confidences' targets, and the
+ * object's features in the hand's loss. */
+#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/graph/plan.h"
+#include "libtensor/io/json.h"
+#include "models/hocat/hocat.h"
+#include "tests/geometry/hashed_hand.h"
+
+#include <check.h>
+#include <cjson/cJSON.h>
+#include <math.h>
+
+enum { BATCH = 2 };
+
+static const double BOUND = 1e-6;               /* the one of single ops */
+
+static lt_arena *arena;
+static lt_params *params;
+static model m;
+static model_record r;
+static lt_plan *plan;
+
+static void fill(const model_port *port, lt_rng *rng)
+{
+    static const lt_real boxes[] = { 10, 8, 50, 60, 4, 4, 33, 30 };
+    lt_real *x = lt_plan_data(plan, port->tensor);
+
+    for (int64_t i = 0; i < lt_numel(port->tensor); i++)
+        x[i] = lt_rng_uniform(rng);
+    if (strstr(port->name, "_box"))
+        memcpy(x, boxes, sizeof(boxes));
+}
+
+static void start(void)
+{
+    static const char text[] = "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, "
+                               "\"depth\": 1, \"heads\": 2, \"mlp_ratio\": 1, \"detach_minor\": false, \"w_conf\": 0}";
+    lt_rng rng = lt_rng_make(5, 0);
+    lt_hand_model *hand;
+    lt_hand_layer *layer;
+    cJSON *config;
+
+    arena = lt_arena_new();
+    params = lt_params_new();
+    hand = lt_arena_alloc(arena, sizeof(*hand));
+    hashed_hand(hand);
+    ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
+    ck_assert_int_eq(lt_json_parse("tiny", text, strlen(text), &config), LT_OK);
+    ck_assert_msg(!hocat_class.create("tiny", config, layer, params, &m), "%s", lt_last_error());
+    cJSON_Delete(config);
+    hocat_class.init(&m, 1);
+    r = (model_record){ .g = lt_graph_new(), .batch = BATCH };
+    hocat_class.record(&m, true, &r);
+    plan = lt_compile(r.g, &(lt_compile_opts){ .loss = r.loss, .train = true });
+    ck_assert_msg(plan != NULL, "%s", lt_last_error());
+    for (int i = 0; i < r.inputs.n; i++)
+        fill(&r.inputs.port[i], &rng);
+}
+
+static void stop(void)
+{
+    lt_plan_free(plan);
+    lt_graph_free(r.g);
+    lt_params_free(params);
+    lt_arena_free(arena);
+}
+
+static double loss(void)
+{
+    lt_run(plan);
+    return *(const lt_real *)lt_plan_data(plan, r.loss);
+}
+
+static bool in_block(const lt_param *p, const char *block)
+{
+    return p->kind == LT_WEIGHT && p->grad && strncmp(p->name, block, strlen(block)) == 0;
+}
+
+/* Moves the block's parameters by h along a random direction; returns the slope there, if gradients are. */
+static double move(const char *block, double h)
+{
+    lt_rng rng = lt_rng_make(7, 0);
+    double slope = 0;
+
+    for (lt_param *p = lt_params_first(params); p; p = p->next)
+        for (int64_t i = 0; in_block(p, block) && i < lt_param_numel(p); i++) {
+            const double d = lt_rng_normal(&rng);
+            slope += p->grad[i] * d;
+            p->data[i] += h * d;
+        }
+    return slope;
+}
+
+static double loss_at(const char *block, double h)
+{
+    double out;
+
+    move(block, h);
+    out = loss();
+    move(block, -h);
+    return out;
+}
+
+/* Of the fourth order, for the hand's rotations bend sharply. */
+static double differences(const char *block, double h)
+{
+    return (8 * (loss_at(block, h) - loss_at(block, -h)) - (loss_at(block, 2 * h) - loss_at(block, -2 * h))) /
+           (12 * h);
+}
+
+/* Of a few steps the best counts: long ones cross kinks of relu and max_pool2d, short ones round. */
+START_TEST(every_block)
+{
+    static const double step[4] = { 1e-8, 1e-9, 1e-7, 2e-10 };
+
+    for (const char *const *b = hocat_class.blocks; *b; b++) {
+        double best = INFINITY, slope;
+        lt_params_zero_grad(params);
+        loss();
+        slope = move(*b, 0);
+        for (int k = 0; k < 4 && best > BOUND / 10; k++)
+            best = fmin(best, fabs(differences(*b, step[k]) / slope - 1));
+        printf("%-12s slope %.9g, differences disagree by %.2g of it\n", *b, slope, best);
+        ck_assert_msg(best < BOUND, "%s: slope %.9g, differences disagree by %.2g of it", *b, slope, best);
+    }
+}
+END_TEST
+
+int main(void)
+{
+    Suite *s = suite_create("hocat_gradient");
+    TCase *tc = tcase_create("double");
+    SRunner *runner = srunner_create(s);
+
+    tcase_add_checked_fixture(tc, start, stop);
+    tcase_set_timeout(tc, 600);
+    tcase_add_test(tc, every_block);
+    suite_add_tcase(s, tc);
+    srunner_run_all(runner, CK_NORMAL);
+    return srunner_ntests_failed(runner) ? 1 : 0;
+}
