@@ -10,7 +10,8 @@
 enum { SEED = 256, FRAMES, PNG, ALIAS };
 
 static const struct argp_option options[] = {
-    { "preset", 'p', "NAME", 0, "tiny (default), small, default: subjects, objects, sequences", 0 },
+    { "preset", 'p', "NAME", 0, "tiny (default), small, default: subjects, objects, sequences; "
+      "demo: many short sequences", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
     { "seed", SEED, "N", 0, "the same seed gives the same files; default 0", 0 },
     { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's", 0 },
@@ -34,7 +35,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     switch (key) {
     case 'p':
         if (synth_parse_preset(arg, &o->preset))
-            argp_error(state, "--preset: found \"%s\", want tiny, small or default", arg);
+            argp_error(state, "--preset: found \"%s\", want tiny, small, demo or default", arg);
         break;
     case 'o': o->out = arg; break;
     case 't': cli_threads(state, arg); break;

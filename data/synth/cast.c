@@ -20,6 +20,7 @@ typedef struct {
 static const preset presets[] = {
     [SYNTH_TINY] = { "tiny", 2, 0, 4, 2, 1, 16, { 5, 9, 12 }, { 5, 9, 12 } },
     [SYNTH_SMALL] = { "small", 3, 1, 19, 5, 2, 48, { 2, 5, 9, 12, 14 }, { 5, 9, 12, 11 } },
+    [SYNTH_DEMO] = { "demo", 3, 0, 440, 40, 1, 2, { 5, 9, 12, 14 }, { 5, 9, 12 } },
     [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
 };
 
@@ -35,7 +36,7 @@ lt_status synth_parse_preset(const char *name, synth_preset *out)
             *out = (synth_preset)i;
             return LT_OK;
         }
-    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small or default", name);
+    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo or default", name);
 }
 
 static int count(const int *list, int most)

@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-enum { SYNTH_MAX_TAKES = 100 };
+enum { SYNTH_MAX_TAKES = 480 };
 
 typedef struct {
     int subject;

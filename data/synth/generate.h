@@ -18,6 +18,7 @@ extern "C" {
 typedef enum {
     SYNTH_TINY,                     /* 2 subjects, 3 objects, 6 sequences of 16 frames */
     SYNTH_SMALL,                    /* 4, 6, 48 of 48 */
+    SYNTH_DEMO,                     /* 3, 4, 480 of 2: as many grasps as a few minutes can make */
     SYNTH_DEFAULT,                  /* 10, 10, 200 of 70 */
 } synth_preset;
 
@@ -33,7 +34,7 @@ typedef struct {
     void *progress_ctx;
 } synth_options;
 
-/* synth_parse_preset - "tiny", "small", "default" */
+/* synth_parse_preset - "tiny", "small", "demo", "default" */
 lt_status synth_parse_preset(const char *name, synth_preset *out);
 
 /**
