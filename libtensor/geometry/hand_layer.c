@@ -330,6 +330,8 @@ void lt_hand_layer_backward(const lt_hand_layer *layer, int64_t n, const lt_real
 {
     backward_job j = { layer, R, d_vertices, d_keypoints, d_R, d_beta, scratch };
 
+    if (n == 0)
+        return;                         /* there may be no scratch */
     lt_parallel_for(n, unpose_sample, &j);
     lt_gemm(LT_NO_TRANS, LT_TRANS, n, BLENDS, 3 * PAD, scratch->posed[0], SAMPLE, layer->blend[0][0], 3 * PAD,
             false, scratch->coef, SAMPLE, NULL);
