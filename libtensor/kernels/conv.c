@@ -1,15 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "libtensor/kernels/conv.h"
-
 #include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv_internal.h"
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/product.h"
 #include "libtensor/kernels/winograd.h"
 
-#include <assert.h>
 #include <string.h>
 
-enum { MOST_TAPS = 1024, MOST_CHUNKS = 8, MOST_SHARED = 6 << 20 };
+enum { MOST_SHARED = 6 << 20 };         /* elements of maps that are packed before all tiles */
 
 /* A matrix made of the weights: element (row, (channel, tap)) is w[row' + channel' + tap[tap]], where
  * the dashes mean times the step; with `whole` that is w[row' + column'] in a column of its own step. */
@@ -43,14 +41,6 @@ int64_t lt_conv2d_out_h(const lt_conv2d_params *p)
 int64_t lt_conv2d_out_w(const lt_conv2d_params *p)
 {
     return (p->w + 2 * p->pad_w - p->dil_w * (p->kw - 1) - 1) / p->stride_w + 1;
-}
-
-static int64_t group_c(const lt_conv2d_params *p) { return p->c / p->groups; }
-static int64_t group_o(const lt_conv2d_params *p) { return p->o / p->groups; }
-
-static bool pointwise(const lt_conv2d_params *p)
-{
-    return p->kh == 1 && p->kw == 1 && p->stride_h == 1 && p->stride_w == 1 && !p->pad_h && !p->pad_w;
 }
 
 /* Rows [from, from + rows) of the matrix, columns from (channel, tap) on: out[l][rows] */
@@ -137,20 +127,6 @@ static int64_t tasks_of(const job *j)
 
 /* ---- forward -------------------------------------------------------------------------------------- */
 
-/* The taps of the window, and where their weights stand. */
-typedef struct { lt_tap at[MOST_TAPS]; int weight[MOST_TAPS]; int n; } taps;
-
-static void window_taps(taps *t, const lt_conv2d_params *p)
-{
-    t->n = 0;
-    for (int ky = 0; ky < p->kh; ky++)
-        for (int kx = 0; kx < p->kw; kx++) {
-            t->at[t->n] = (lt_tap){ ky * p->dil_h - p->pad_h, kx * p->dil_w - p->pad_w };
-            t->weight[t->n] = t->n;
-            t->n++;
-        }
-}
-
 static void run_tile(void *ctx, int64_t task)
 {
     const job *j = ctx;
@@ -162,23 +138,13 @@ static void run_tile(void *ctx, int64_t task)
     lt_product_tile(&p, &t, from, lt_min_i64(j->p->n, from + j->images));
 }
 
-/* How the window of output position (row, column) lies on x. */
-static lt_conv_image window_image(const lt_conv2d_params *p, const lt_real *x, const taps *t)
-{
-    const lt_conv_image g = {
-        .x = x, .h = p->h, .w = p->w, .grid_w = lt_conv2d_out_w(p),
-        .step_h = p->stride_h, .step_w = p->stride_w, .taps = t->n, .tap = t->at,
-    };
-    return g;
-}
-
 /* The product of one group, without its data. */
-static void forward_job(job *j, const lt_conv2d_params *p, const taps *t)
+static void forward_job(job *j, const lt_conv2d_params *p, const conv_taps *t)
 {
-    const int64_t cg = group_c(p), out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    const int64_t cg = conv_group_c(p), out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
 
     *j = (job){
-        .p = p, .m = group_o(p), .n = out, .plain = pointwise(p), .image_step = p->c * p->h * p->w,
+        .p = p, .m = conv_group_o(p), .n = out, .plain = conv_pointwise(p), .image_step = p->c * p->h * p->w,
         .a = { NULL, cg * t->n, t->n, t->n, t->weight, true, 1 },
         .product = {
             .k = cg * t->n, .pack_a = pack_weights, .pack_b = pack_positions, .ctx = j,
@@ -197,36 +163,25 @@ static int64_t shared_maps(const job *j)
     return j->tiles_m > 1 && each * j->p->n <= MOST_SHARED ? each : 0;
 }
 
-static bool nothing(const lt_conv2d_params *p)
-{
-    assert(p->kh * p->kw <= MOST_TAPS);
-    return p->n < 1 || p->c < 1 || p->o < 1 || lt_conv2d_out_h(p) < 1 || lt_conv2d_out_w(p) < 1;
-}
-
-static int64_t weight_count(const lt_conv2d_params *p)
-{
-    return p->o * group_c(p) * p->kh * p->kw;
-}
-
 lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
 {
-    if (group_c(p) == 1)
+    if (conv_group_c(p) == 1)
         return LT_CONV_DEPTHWISE;
     return lt_winograd_suits(p) ? LT_CONV_WINOGRAD : LT_CONV_DIRECT;
 }
 
 int64_t lt_conv2d_packed(const lt_conv2d_params *p)
 {
-    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_packed(p->o, p->c) : weight_count(p);
+    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_packed(p->o, p->c) : conv_weight_count(p);
 }
 
 static void pack_groups(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
 {
-    const int64_t each = weight_count(p) / p->groups;
-    taps t;
+    const int64_t each = conv_weight_count(p) / p->groups;
+    conv_taps t;
     job j;
 
-    window_taps(&t, p);
+    conv_window_taps(&t, p);
     forward_job(&j, p, &t);
     for (int64_t g = 0; g < p->groups; g++) {
         j.a.w = weights + g * each;
@@ -236,11 +191,11 @@ static void pack_groups(const lt_conv2d_params *p, const lt_real *weights, lt_re
 
 void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
 {
-    if (nothing(p))
+    if (conv_nothing(p))
         return;
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
-        memcpy(packed, weights, (size_t)weight_count(p) * sizeof(lt_real));
+        memcpy(packed, weights, (size_t)conv_weight_count(p) * sizeof(lt_real));
         break;
     case LT_CONV_WINOGRAD:
         lt_winograd_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
@@ -253,14 +208,14 @@ void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *
 
 size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
 {
-    taps t;
+    conv_taps t;
     job j;
 
-    if (nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
+    if (conv_nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
         return 0;
     if (lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD)
         return lt_winograd_work(p, p->o, p->c);
-    window_taps(&t, p);
+    conv_window_taps(&t, p);
     forward_job(&j, p, &t);
     return (size_t)(shared_maps(&j) * p->n) * sizeof(lt_real);
 }
@@ -268,11 +223,11 @@ size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
 static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
                            const lt_epilogue *e, lt_real *y, lt_real *work)
 {
-    const int64_t cg = group_c(p);
-    taps t;
+    const int64_t cg = conv_group_c(p);
+    conv_taps t;
     job j;
 
-    window_taps(&t, p);
+    conv_window_taps(&t, p);
     forward_job(&j, p, &t);
     for (int64_t g = 0; g < p->groups; g++) {
         lt_epilogue tail = *e;
@@ -280,7 +235,7 @@ static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt
         tail.row_bias = e->row_bias ? e->row_bias + g * j.m : NULL;
         tail.residual = e->residual ? e->residual + g * j.m * j.n : NULL;
         tail.ld_residual = j.n;
-        j.image = window_image(p, x + g * cg * p->h * p->w, &t);
+        j.image = conv_window_image(p, x + g * cg * p->h * p->w, &t);
         j.product.a = packed + g * j.m * j.product.k;
         j.product.c = y + g * j.m * j.n;
         j.product.e = &tail;
@@ -298,7 +253,7 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
 {
     const lt_epilogue e = { .row_bias = bias, .residual = residual, .act = act };
 
-    if (nothing(p))
+    if (conv_nothing(p))
         return;
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
@@ -322,7 +277,7 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
  */
 typedef struct { int y0, x0; int64_t rows, cols; } parity;
 
-static int parity_taps(taps *t, const lt_conv2d_params *p, parity c)
+static int parity_taps(conv_taps *t, const lt_conv2d_params *p, parity c)
 {
     t->n = 0;
     for (int ky = 0; ky < p->kh; ky++)
@@ -398,16 +353,16 @@ static void data_class(data_job *d, bool strided, lt_real *packed)
     lt_parallel_for(tasks_of(j), strided ? run_spread : run_tile, strided ? (void *)d : j);
 }
 
-static void data_group(const lt_conv2d_params *p, int64_t g, parity c, const taps *t,
+static void data_group(const lt_conv2d_params *p, int64_t g, parity c, const conv_taps *t,
                        const lt_real *dy, const lt_real *weights, lt_real *dx, lt_real *packed)
 {
-    const int64_t cg = group_c(p), og = group_o(p), k_all = (int64_t)p->kh * p->kw;
+    const int64_t cg = conv_group_c(p), og = conv_group_o(p), k_all = (int64_t)p->kh * p->kw;
     const int64_t out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
     const bool strided = p->stride_h > 1 || p->stride_w > 1;
     data_job d = {
         .c = c, .dx = dx + g * cg * p->h * p->w,
         .j = {
-            .p = p, .m = cg, .n = c.rows * c.cols, .plain = pointwise(p),
+            .p = p, .m = cg, .n = c.rows * c.cols, .plain = conv_pointwise(p),
             .image_step = p->o * out_h * out_w,
             .a = { weights + g * og * cg * k_all, k_all, cg * k_all, t->n, t->weight,
                    k_all == 1, cg },
@@ -426,7 +381,7 @@ static void data_group(const lt_conv2d_params *p, int64_t g, parity c, const tap
 static void data_groups(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights, lt_real *dx,
                         lt_real *packed)
 {
-    taps t;
+    conv_taps t;
 
     for (int y0 = 0; y0 < p->stride_h && y0 < p->h; y0++)
         for (int x0 = 0; x0 < p->stride_w && x0 < p->w; x0++) {
@@ -454,14 +409,14 @@ static void data_winograd(const lt_conv2d_params *p, const lt_real *dy, const lt
 size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
 {
     if (lt_conv2d_algorithm(p) != LT_CONV_WINOGRAD)
-        return (size_t)weight_count(p) * sizeof(lt_real);
+        return (size_t)conv_weight_count(p) * sizeof(lt_real);
     return (size_t)lt_winograd_packed(p->c, p->o) * sizeof(lt_real) + lt_winograd_work(p, p->c, p->o);
 }
 
 void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
                              lt_real *dx, void *work)
 {
-    if (nothing(p))
+    if (conv_nothing(p))
         return;
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
@@ -474,130 +429,4 @@ void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const
         data_groups(p, dy, weights, dx, work);
         break;
     }
-}
-
-/* ---- gradient of the weights ------------------------------------------------------------------------- */
-
-typedef struct {
-    const lt_conv2d_params *p;
-    const lt_real *x, *dy;
-    lt_real *dw, *part;                 /* part: one whole dw for each chunk of images */
-    const taps *t;
-    int64_t chunks, tile_m, tile_n, tiles_m, tiles_n;
-} weights_job;
-
-typedef struct { const lt_real *dy; lt_conv_image x; int64_t positions; bool plain; } weights_ctx;
-
-static int64_t chunk_count(const lt_conv2d_params *p)
-{
-    return lt_max_i64(1, lt_min_i64(p->n, MOST_CHUNKS));
-}
-
-size_t lt_conv2d_weights_work(const lt_conv2d_params *p)
-{
-    return (size_t)(chunk_count(p) * weight_count(p)) * sizeof(lt_real);
-}
-
-static void pack_dy(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k)
-{
-    const weights_ctx *c = ctx;
-
-    lt_k->pack_a(out, c->dy + t->m0 * c->positions + k0, c->positions, 1, t->m, k);
-}
-
-static void pack_x(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k)
-{
-    const weights_ctx *c = ctx;
-
-    (void)image;
-    if (c->plain)
-        lt_k->pack_b(out, c->x.x + t->n0 * c->positions + k0, 1, c->positions, k, t->n);
-    else
-        lt_k->pack_image_t(out, &c->x, k0, k, t->n0, t->n);
-}
-
-static void run_weights(void *ctx, int64_t task)
-{
-    const weights_job *j = ctx;
-    const lt_conv2d_params *p = j->p;
-    const int64_t cg = group_c(p), og = group_o(p), n = cg * j->t->n;
-    const int64_t out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
-    const int64_t tm = task % j->tiles_m, tn = task / j->tiles_m % j->tiles_n;
-    const int64_t g = task / j->tiles_m / j->tiles_n % p->groups;
-    const int64_t chunk = task / j->tiles_m / j->tiles_n / p->groups;
-    const int64_t from = chunk * p->n / j->chunks, to = (chunk + 1) * p->n / j->chunks;
-    const lt_tile t = {
-        tm * j->tile_m, lt_min_i64(j->tile_m, og - tm * j->tile_m),
-        tn * j->tile_n, lt_min_i64(j->tile_n, n - tn * j->tile_n),
-    };
-
-    for (int64_t i = from; i < to; i++) {
-        const weights_ctx c = {
-            j->dy + (i * p->o + g * og) * out,
-            window_image(p, j->x + (i * p->c + g * cg) * p->h * p->w, j->t), out, pointwise(p),
-        };
-        const lt_product product = {
-            .k = out, .ctx = &c, .pack_a = pack_dy, .pack_b = pack_x,
-            .c = j->part + chunk * weight_count(p) + (g * og + t.m0) * n + t.n0, .ldc = n,
-            .add = i > from,
-        };
-
-        lt_product_tile(&product, &t, 0, 1);
-    }
-}
-
-enum { RUN = 4096 };
-
-static void add_chunks(void *ctx, int64_t task)
-{
-    const weights_job *j = ctx;
-    const int64_t n = weight_count(j->p), at = task * RUN;
-
-    for (int64_t i = 0; i < j->chunks; i++)
-        lt_k->add_to(j->dw + at, j->part + i * n + at, (size_t)lt_min_i64(RUN, n - at));
-}
-
-void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy,
-                                lt_real *dw, void *work)
-{
-    taps t;
-
-    if (nothing(p))
-        return;
-    window_taps(&t, p);
-    weights_job j = { p, x, dy, dw, work, &t, chunk_count(p), 0, 0, 0, 0 };
-    const int64_t n = group_c(p) * t.n;
-
-    j.tile_m = lt_tile_size(group_o(p), LT_TILE_M, 1);
-    j.tile_n = lt_tile_size(n, 256, 64);
-    j.tiles_m = lt_ceil_div(group_o(p), j.tile_m);
-    j.tiles_n = lt_ceil_div(n, j.tile_n);
-    if (group_c(p) == 1)
-        lt_depthwise_backward_weights(p, x, dy, j.chunks, work);
-    else
-        lt_parallel_for(j.tiles_m * j.tiles_n * p->groups * j.chunks, run_weights, &j);
-    lt_parallel_for(lt_ceil_div(weight_count(p), RUN), add_chunks, &j);
-}
-
-/* ---- gradient of the bias ------------------------------------------------------------------------------ */
-
-typedef struct { const lt_conv2d_params *p; const lt_real *dy; lt_real *dbias; } bias_job;
-
-static void bias_channel(void *ctx, int64_t o)
-{
-    const bias_job *j = ctx;
-    const int64_t out = lt_conv2d_out_h(j->p) * lt_conv2d_out_w(j->p);
-    double total = 0;
-
-    for (int64_t i = 0; i < j->p->n; i++)
-        total += lt_k->sum(j->dy + (i * j->p->o + o) * out, (size_t)out);
-    j->dbias[o] += (lt_real)total;
-}
-
-void lt_conv2d_backward_bias(const lt_conv2d_params *p, const lt_real *dy, lt_real *dbias)
-{
-    bias_job j = { p, dy, dbias };
-
-    if (!nothing(p))
-        lt_parallel_for(p->o, bias_channel, &j);
 }

@@ -12,6 +12,8 @@
 extern "C" {
 #endif
 
+enum { LT_CONV_MOST_TAPS = 1024 };      /* kh * kw */
+
 /* x is (n, c, h, w), weights are (o, c / groups, kh, kw), y is (n, o, out_h, out_w). */
 typedef struct {
     int64_t n, c, h, w;

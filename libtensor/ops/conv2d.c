@@ -76,6 +76,9 @@ static lt_status infer(lt_call *c)
     if (lt_conv2d_out_h(&p) < 1 || lt_conv2d_out_w(&p) < 1)
         return lt_fail(c, "a %d x %d window does not fit a %lld x %lld map", p.kh, p.kw, (long long)p.h,
                        (long long)p.w);
+    if ((int64_t)p.kh * p.kw > LT_CONV_MOST_TAPS)
+        return lt_fail(c, "a %d x %d window is too large: want at most %d elements", p.kh, p.kw,
+                       LT_CONV_MOST_TAPS);
     c->out->shape = LT_SHAPE(p.n, p.o, lt_conv2d_out_h(&p), lt_conv2d_out_w(&p));
     return LT_OK;
 }

@@ -43,6 +43,8 @@ static const op_bad_case bad[] = {
     { build, { S(3, 6, 6), S(2, 3, 3, 3), S(2) }, "conv2d: input is (3, 6, 6), want 4 dimensions" },
     { backward_stride, { S(1, 3, 6, 6), S(2, 3, 3, 3) },
       "conv2d: stride -1, pad 0, dilation 1, groups 1: want 1, 0, 1, 1 or more" },
+    { build, { S(1, 1, 40, 40), S(1, 1, 33, 32) },
+      "conv2d: a 33 x 32 window is too large: want at most 1024 elements" },
     { build, { S(1, 3, 6, 6) }, "conv2d: input 1 is missing" },
 };
 
