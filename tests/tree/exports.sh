@@ -8,8 +8,8 @@ echo "$names" | grep -q '^lt_compile$' || {
     echo "lt_compile is not exported"
     exit 1
 }
-# Some linkers export their own marks.
-foreign=$(echo "$names" | grep -vE '^lt_|^(_edata|_end|__bss_start|_init|_fini)$')
+# Some linkers export their own marks, and so does the address sanitizer.
+foreign=$(echo "$names" | grep -vE '^lt_|^__odr_asan\.lt_|^(_edata|_end|__bss_start|_init|_fini)$')
 [ -z "$foreign" ] || {
     echo "exported, and not ours to export:"
     echo "$foreign"
