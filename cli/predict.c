@@ -110,7 +110,8 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
     predict_summary sum = { 0, 0 };
     lt_status st = predict_images(&o, &sum);
 
-    printf("%d images written to %s, %d skipped\n", sum.written, a->out, sum.skipped);
+    printf("%d %s written to %s, %d skipped\n", sum.written, sum.written == 1 ? "image" : "images", a->out,
+           sum.skipped);
     return st;
 }
 
