@@ -207,10 +207,10 @@ END_TEST
 
 START_TEST(casts)
 {
-    static const int sequences[] = { 6, 48, 200 }, frames[] = { 96, 2304, 14000 };
+    static const int sequences[] = { 6, 48, 480, 200 }, frames[] = { 96, 2304, 960, 14000 };
     synth_cast c;
 
-    for (int p = 0; p < 3; p++) {
+    for (int p = 0; p < (int)LT_COUNT(frames); p++) {
         int all = 0;
         ok(synth_cast_plan((synth_preset)p, 0, &c));
         ck_assert_int_eq(c.n_takes * c.n_cameras, sequences[p]);
