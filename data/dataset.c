@@ -76,14 +76,23 @@ static lt_status project_joints(dataset_sample *s)
     return LT_OK;
 }
 
+void dataset_model_to_camera(const dataset_sample *s, float A[9])
+{
+    for (int i = 0; i < 9; i++)
+        A[i] = i % 3 == 0 && (s->flags & SAMPLE_MIRRORED) ? -s->R[i] : s->R[i];
+}
+
 static lt_status project_object(const dataset_object *o, dataset_sample *s)
 {
+    float A[9];
+
+    dataset_model_to_camera(s, A);
     for (int i = 0; i < LT_BOX_POINTS; i++) {
         double p[3];
         lt_status st;
         for (int k = 0; k < 3; k++)
-            p[k] = (double)s->R[3 * k] * o->control[i][0] + (double)s->R[3 * k + 1] * o->control[i][1] +
-                   (double)s->R[3 * k + 2] * o->control[i][2] + s->t[k];
+            p[k] = (double)A[3 * k] * o->control[i][0] + (double)A[3 * k + 1] * o->control[i][1] +
+                   (double)A[3 * k + 2] * o->control[i][2] + s->t[k];
         st = project(s, "object control point", i, p, s->control2d[i]);
         if (st)
             return st;
@@ -105,10 +114,12 @@ lt_status dataset_project(const dataset *d, dataset_sample *s)
 lt_status dataset_draw_silhouette(const dataset *d, lt_arena *arena, dataset_sample *s)
 {
     uint8_t *mask;
+    float A[9];
     lt_status st = lt_arena_try(arena, (size_t)s->width * (size_t)s->height, (void **)&mask);
 
+    dataset_model_to_camera(s, A);
     if (!st)
-        st = silhouette_draw(&d->objects[s->object].mesh, s->R, s->t, &s->camera, mask, s->width,
+        st = silhouette_draw(&d->objects[s->object].mesh, A, s->t, &s->camera, mask, s->width,
                              s->height, arena);
     if (!st)
         s->silhouette = mask;

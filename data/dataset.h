@@ -40,12 +40,21 @@ typedef enum {
     SAMPLE_MIRRORED = 128,          /* a left hand: everything here was mirrored in x when it was read */
 } sample_flag;
 
+/*
+ * Depth lies beside the colour image: the same size, the same camera, pixel on pixel; z along the optical
+ * axis in metres, 0 where the sensor saw nothing. It is read only when asked for (SAMPLE_DEPTH in want).
+ *
+ * A left hand comes as a right one (SAMPLE_MIRRORED): image, depth, camera, joints, rotations, root, boxes,
+ * silhouette and 2D points are what a mirror shows (mirror.h), and R, t place the mirrored model. Estimates
+ * made from it are mirrored back before they are written for others; distances between them and the
+ * annotation are the same on either side.
+ */
 typedef struct {
     const char *name;               /* "ABF10/0123" */
     unsigned flags;                 /* of sample_flag */
     int width, height;
     const uint8_t *rgb;             /* (height, width, 3) */
-    const float *depth;             /* (height, width) metres, 0 where unknown */
+    const float *depth;             /* (height, width) metres, 0 where unknown; NULL where not asked for */
     lt_camera camera;
 
     float rotation[LT_HAND_JOINTS][9];          /* row-major; [0] turns the hand into the camera's axes */
@@ -57,7 +66,7 @@ typedef struct {
     float hand_box[4];                          /* x0 y0 x1 y1, pixels */
 
     int object;                                 /* index into the dataset's objects; -1 for none */
-    float R[9], t[3];                           /* x_cam = R x_model + t */
+    float R[9], t[3];                           /* x_cam = R x_model + t; dataset_model_to_camera */
     float control2d[21][2];                     /* the object's control points projected, pixels */
     const uint8_t *silhouette;                  /* (height, width) 0/1, parts behind the hand included */
 } dataset_sample;
@@ -120,6 +129,10 @@ lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *con
 /* dataset_project - joints2d and control2d from the sample's joints, object pose and camera. Errors: a
  * point behind the camera or absurdly far outside the image; the line says which. */
 lt_status dataset_project(const dataset *d, dataset_sample *s);
+
+/* dataset_model_to_camera - A so that x_cam = A x_model + s->t for the model as the dataset has it: R, or R
+ * times diag(-1, 1, 1) where the sample is mirrored */
+void dataset_model_to_camera(const dataset_sample *s, float A[9]);
 
 /* dataset_draw_silhouette - fills in the sample's silhouette, in arena memory */
 lt_status dataset_draw_silhouette(const dataset *d, lt_arena *arena, dataset_sample *s);
