@@ -14,130 +14,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MAX_VALUES = 16 << 20, POOL_BYTES = 1 << 16, FIRST_ROOM = 64 };
-
-void lt_pm_fail(lt_pmachine *m, const char *fmt, ...)
-{
-    char reason[512];
-    va_list args;
-
-    if (m->status)
-        return;
-    va_start(args, fmt);
-    vsnprintf(reason, sizeof(reason), fmt, args);
-    va_end(args);
-    m->status = lt_error(LT_EFORMAT, "%s: offset %zu: %s", m->name, m->op_start, reason);
-}
-
-static void fail_memory(lt_pmachine *m)
-{
-    if (!m->status)
-        m->status = lt_error(LT_ENOMEM, "%s: no memory for its values", m->name);
-}
-
-bool lt_pm_spend(lt_pmachine *m, size_t bytes)
-{
-    if (bytes > m->budget - m->spent) {
-        lt_pm_fail(m, "asks for more memory than a file of %zu bytes should", m->n);
-        return false;
-    }
-    m->spent += bytes;
-    return true;
-}
-
-void *lt_pm_alloc(lt_pmachine *m, size_t bytes)
-{
-    const size_t padded = (bytes + 7) & ~(size_t)7;
-    void *p;
-
-    if (padded < bytes || !lt_pm_spend(m, padded))
-        return NULL;
-    if (padded > POOL_BYTES / 4) {
-        p = lt_arena_alloc(m->arena, padded);
-    } else {
-        if (padded > m->pool_left) {
-            m->pool = lt_arena_alloc(m->arena, POOL_BYTES);
-            m->pool_left = m->pool ? POOL_BYTES : 0;
-        }
-        p = m->pool;
-        if (p) {
-            m->pool += padded;
-            m->pool_left -= padded;
-        }
-    }
-    if (!p)
-        fail_memory(m);
-    return p;
-}
-
-lt_pvalue *lt_pm_value(lt_pmachine *m, lt_pkind kind)
-{
-    lt_pvalue *v;
-
-    if (m->n_values >= MAX_VALUES) {
-        lt_pm_fail(m, "more than %d values", MAX_VALUES);
-        return m->none;
-    }
-    v = lt_pm_alloc(m, sizeof(*v));
-    if (!v)
-        return m->none;
-    m->n_values++;
-    v->kind = kind;
-    return v;
-}
-
-lt_pvalue *lt_pm_text(lt_pmachine *m, lt_pkind kind, const char *text, size_t n)
-{
-    char *copy = lt_pm_alloc(m, n + 1);
-    lt_pvalue *v = lt_pm_value(m, kind);
-
-    if (m->status)
-        return m->none;
-    if (n)
-        memcpy(copy, text, n);
-    copy[n] = '\0';
-    v->u.text = copy;
-    v->n = n;
-    return v;
-}
-
-/* Room in a container's own array: the next power of two, which n alone tells. */
-static size_t room_for(size_t n)
-{
-    size_t room = 4;
-
-    while (room < n)
-        room *= 2;
-    return n ? room : 0;
-}
-
-/* Append count values to a container; for a dict an even number of them. */
-static void extend(lt_pmachine *m, lt_pvalue *to, lt_pvalue *const *item, size_t count)
-{
-    const size_t width = to->kind == LT_PDICT ? 2 : 1, used = to->n * width;
-
-    if (room_for(used + count) > room_for(used)) {
-        lt_pvalue **grown = lt_pm_alloc(m, room_for(used + count) * sizeof(*grown));
-
-        if (!grown)
-            return;
-        if (used)
-            memcpy(grown, to->u.item, used * sizeof(*grown));
-        to->u.item = grown;
-    }
-    if (count)
-        memcpy(to->u.item + used, item, count * sizeof(*item));
-    to->n += count / width;
-}
-
-lt_pvalue *lt_pm_items(lt_pmachine *m, lt_pkind kind, lt_pvalue *const *item, size_t n)
-{
-    lt_pvalue *v = lt_pm_value(m, kind);
-
-    if (!m->status)
-        extend(m, v, item, kind == LT_PDICT ? 2 * n : n);
-    return v;
-}
+enum { FIRST_ROOM = 64, SMALL_INTS = 256 };
 
 /* ---- input --------------------------------------------------------------------------------------- */
 
@@ -193,14 +70,17 @@ static void *grow(lt_pmachine *m, void *array, size_t *room, size_t want)
         more *= 2;
     if (more == *room)
         return array;
+    if (!lt_pm_spend(m, more * sizeof(void *)))
+        return NULL;
     p = lt_alloc(more * sizeof(void *));
     if (!p) {
-        fail_memory(m);
+        lt_pm_no_memory(m);
         return NULL;
     }
     if (*room)
         memcpy(p, array, *room * sizeof(void *));
     lt_release(array);
+    m->spent -= *room * sizeof(void *);
     *room = more;
     return p;
 }
@@ -252,12 +132,13 @@ static lt_pvalue **pop_mark(lt_pmachine *m, size_t *n)
     return m->stack ? m->stack + m->n_stack : NULL;
 }
 
-/* Every entry before this one took at least a byte of the file, so an honest index is below pos. */
+/* Every entry before this one took at least two bytes of the file, a value and its MEMOIZE; beyond that a
+ * little is granted to whoever counts from elsewhere than 0. */
 static void memo_put(lt_pmachine *m, uint64_t index)
 {
     lt_pvalue *v = top(m), **memo;
 
-    if (index > m->op_start)
+    if (index > m->op_start / 2 + FIRST_ROOM)
         lt_pm_fail(m, "memo index %ju is beyond any that this file can have", (uintmax_t)index);
     memo = m->status ? NULL : grow(m, m->memo, &m->memo_room, (size_t)index + 1);
     if (!memo)
@@ -276,14 +157,26 @@ static void memo_get(lt_pmachine *m, uint64_t index)
 
 /* ---- opcodes: constants -------------------------------------------------------------------------- */
 
+/* Small integers are what files are full of, and are shared. */
+static lt_pvalue *make_int(lt_pmachine *m, lt_pkind kind, int64_t x)
+{
+    const bool small = kind == LT_PINT && x >= 0 && x < SMALL_INTS;
+    lt_pvalue *v = small ? m->small_int[x] : NULL;
+
+    if (v)
+        return v;
+    v = lt_pm_value(m, kind);
+    if (m->status)
+        return v;
+    v->u.integer = x;
+    if (small)
+        m->small_int[x] = v;
+    return v;
+}
+
 static void push_int(lt_pmachine *m, lt_pkind kind, int64_t x)
 {
-    lt_pvalue *v = lt_pm_value(m, kind);
-
-    if (m->status)
-        return;
-    v->u.integer = x;
-    push(m, v);
+    push(m, make_int(m, kind, x));
 }
 
 static void push_float(lt_pmachine *m, double x)
@@ -538,17 +431,19 @@ static void extend_top(lt_pmachine *m, lt_pkind kind)
     size_t n;
     lt_pvalue **item = pop_mark(m, &n), *to = top(m);
 
+    if (to->kind == LT_POBJECT && m->dialect)
+        return;                             /* of a class that is a list or dict besides: not looked into */
     if (to->kind != kind)
         lt_pm_fail(m, "adds items to what is no %s",
                    kind == LT_PLIST ? "list" : kind == LT_PSET ? "set" : "dict");
     if (kind == LT_PDICT && n % 2)
         lt_pm_fail(m, "dict with a key that has no value");
     if (!m->status)
-        extend(m, to, item, n);
+        lt_pm_extend(m, to, item, n);
 }
 
 static void op_empty_list(lt_pmachine *m)   { push(m, lt_pm_items(m, LT_PLIST, NULL, 0)); }
-static void op_empty_tuple(lt_pmachine *m)  { push(m, lt_pm_items(m, LT_PTUPLE, NULL, 0)); }
+static void op_empty_tuple(lt_pmachine *m)  { push(m, m->empty); }
 static void op_empty_dict(lt_pmachine *m)   { push(m, lt_pm_items(m, LT_PDICT, NULL, 0)); }
 static void op_empty_set(lt_pmachine *m)    { push(m, lt_pm_items(m, LT_PSET, NULL, 0)); }
 static void op_list(lt_pmachine *m)         { push_items(m, LT_PLIST); }
@@ -577,10 +472,10 @@ static void op_append(lt_pmachine *m)
 {
     lt_pvalue *v = pop(m), *list = top(m);
 
-    if (list->kind != LT_PLIST)
+    if (list->kind != LT_PLIST && !(list->kind == LT_POBJECT && m->dialect))
         lt_pm_fail(m, "adds an item to what is no list");
-    if (!m->status)
-        extend(m, list, &v, 1);
+    if (!m->status && list->kind == LT_PLIST)
+        lt_pm_extend(m, list, &v, 1);
 }
 
 static void op_setitem(lt_pmachine *m)
@@ -588,10 +483,10 @@ static void op_setitem(lt_pmachine *m)
     lt_pvalue *value = pop(m), *key = pop(m), *dict = top(m);
     lt_pvalue *pair[2] = { key, value };
 
-    if (dict->kind != LT_PDICT)
+    if (dict->kind != LT_PDICT && !(dict->kind == LT_POBJECT && m->dialect))
         lt_pm_fail(m, "adds an item to what is no dict");
-    if (!m->status)
-        extend(m, dict, pair, 2);
+    if (!m->status && dict->kind == LT_PDICT)
+        lt_pm_extend(m, dict, pair, 2);
 }
 
 /* ---- opcodes: stack and memo --------------------------------------------------------------------- */
@@ -705,6 +600,36 @@ static void op_build(lt_pmachine *m)
         lt_pm_build(m, object, state);
 }
 
+static void op_binpersid(lt_pmachine *m)
+{
+    lt_pvalue *id = pop(m);
+
+    if (m->status)
+        return;
+    if (m->dialect && m->dialect->persistent)
+        push(m, m->dialect->persistent(m, id));
+    else
+        lt_pm_fail(m, "BINPERSID: names something outside the file");
+}
+
+static void op_persid(lt_pmachine *m)
+{
+    size_t n;
+    const char *text = take_line(m, &n);
+
+    if (!text)
+        return;
+    push(m, lt_pm_text(m, LT_PSTR, text, n));
+    op_binpersid(m);
+}
+
+/* Opcodes that no data needs: what each would do is in its line. */
+static void op_inst(lt_pmachine *m)     { lt_pm_fail(m, "INST: makes an object of an old-style class"); }
+static void op_obj(lt_pmachine *m)      { lt_pm_fail(m, "OBJ: makes an object of an old-style class"); }
+static void op_ext(lt_pmachine *m)      { lt_pm_fail(m, "EXT: a class by its number in the writer's registry"); }
+static void op_buffer(lt_pmachine *m)   { lt_pm_fail(m, "NEXT_BUFFER: bytes that are outside the file"); }
+static void op_readonly(lt_pmachine *m) { lt_pm_fail(m, "READONLY_BUFFER: of bytes that are outside the file"); }
+
 /* ---- opcodes: the file --------------------------------------------------------------------------- */
 
 static void op_proto(lt_pmachine *m)
@@ -735,10 +660,12 @@ static void (*const ops[256])(lt_pmachine *) = {
     ['p'] = op_put, ['q'] = op_binput, ['r'] = op_long_binput, [0x94] = op_memoize,
     ['g'] = op_get, ['h'] = op_binget, ['j'] = op_long_binget,
     ['c'] = op_global, [0x93] = op_stack_global, ['R'] = op_reduce, ['b'] = op_build,
-    [0x81] = op_newobj, [0x92] = op_newobj_ex,
+    [0x81] = op_newobj, [0x92] = op_newobj_ex, ['P'] = op_persid, ['Q'] = op_binpersid,
+    ['i'] = op_inst, ['o'] = op_obj, [0x82] = op_ext, [0x83] = op_ext, [0x84] = op_ext,
+    [0x97] = op_buffer, [0x98] = op_readonly,
 };
 
-static void run(lt_pmachine *m)
+static void run_opcodes(lt_pmachine *m)
 {
     while (!m->status && !m->result) {
         const uint8_t *op;
@@ -754,24 +681,31 @@ static void run(lt_pmachine *m)
         lt_pm_check(m);
 }
 
+lt_status lt_pm_run(lt_pmachine *m, const lt_pvalue **out)
+{
+    m->none = lt_arena_alloc(m->arena, sizeof(*m->none));
+    m->empty = lt_arena_alloc(m->arena, sizeof(*m->empty));
+    m->small_int = lt_arena_array(m->arena, SMALL_INTS, sizeof(*m->small_int));
+    if (!m->none || !m->empty || !m->small_int)
+        return lt_error(LT_ENOMEM, "%s: no memory", m->name);
+    m->none->kind = LT_PNONE;
+    m->empty->kind = LT_PTUPLE;
+    run_opcodes(m);
+    if (!m->status)
+        *out = m->result;
+    lt_release(m->stack);
+    lt_release(m->mark);
+    lt_release(m->memo);
+    return m->status;
+}
+
 lt_status lt_pickle_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                           const lt_pvalue **out)
 {
-    lt_pmachine m = { .arena = arena, .name = name, .bytes = bytes, .n = n };
+    lt_pmachine m = { .arena = arena, .name = name, .bytes = bytes, .n = n, .file_bytes = n,
+                      .budget = lt_pm_budget(n) };
 
-    /* An opcode of a byte makes a value and its place in a list; arrays are as large as their bytes. */
-    m.budget = n > LT_FILE_MAX / 64 ? 2 * LT_FILE_MAX : 64 * n + ((size_t)16 << 20);
-    m.none = lt_arena_alloc(arena, sizeof(*m.none));
-    if (!m.none)
-        return lt_error(LT_ENOMEM, "%s: no memory", name);
-    m.none->kind = LT_PNONE;
-    run(&m);
-    if (!m.status)
-        *out = m.result;
-    lt_release(m.stack);
-    lt_release(m.mark);
-    lt_release(m.memo);
-    return m.status;
+    return lt_pm_run(&m, out);
 }
 
 lt_status lt_pickle_read(lt_arena *arena, const char *path, const lt_pvalue **out)

@@ -18,14 +18,7 @@ typedef lt_pvalue *call_fn(lt_pmachine *m, const lt_pvalue *args);
 static call_fn call_reconstruct, call_scalar, call_frombuffer, call_dtype, call_encode, call_dict,
                call_list, call_tuple, call_set, call_bytes, call_value, call_reconstructor;
 
-/* One known name. call NULL: it may stand there, but not be called. */
-typedef struct {
-    const char *module, *name;
-    call_fn *call;
-    bool makes_object;                  /* NEWOBJ makes an LT_POBJECT of it */
-} known;
-
-static const known table[] = {
+static const lt_pm_class table[] = {
     { "numpy.core.multiarray", "_reconstruct", call_reconstruct, false },
     { "numpy._core.multiarray", "_reconstruct", call_reconstruct, false },
     { "numpy.core.multiarray", "scalar", call_scalar, false },
@@ -85,66 +78,130 @@ static bool module_is(const char *text, size_t n, const char *want)
            (strcmp(want, "copyreg") == 0 && text_is(text, n, "copy_reg"));
 }
 
-/* A class value's mark is its place in the table, its text the dotted name. */
+/* ---- names --------------------------------------------------------------------------------------- */
+
+/* A class value's mark is its place in the table, or behind that in the dialect's, or OPAQUE. */
+enum { OPAQUE = LT_COUNT(table) + (1 << 16) };
+
+static const lt_pm_class *class_at(const lt_pmachine *m, size_t i)
+{
+    static const lt_pm_class opaque = { .name = "", .makes_object = true };
+
+    if (i == OPAQUE)
+        return &opaque;
+    return i < LT_COUNT(table) ? &table[i] : &m->dialect->classes[i - LT_COUNT(table)];
+}
+
+/* "torch" holds "torch" and "torch.nn", not "torchlike" */
+static bool in_package(const char *const *package, const char *module, size_t n)
+{
+    const char *dot = memchr(module, '.', n);
+    const size_t top = dot ? (size_t)(dot - module) : n;
+
+    for (; package && *package; package++)
+        if (text_is(module, top, *package))
+            return true;
+    return false;
+}
+
+static bool find_class(const lt_pmachine *m, const char *module, size_t n_module, const char *name,
+                       size_t n_name, size_t *out)
+{
+    const size_t n = LT_COUNT(table) + (m->dialect ? m->dialect->n : 0);
+
+    for (size_t i = 0; i < n; i++) {
+        const lt_pm_class *c = class_at(m, i);
+
+        *out = i;
+        if (module_is(module, n_module, c->module) && text_is(name, n_name, c->name))
+            return true;
+    }
+    *out = OPAQUE;
+    return m->dialect && in_package(m->dialect->packages, module, n_module);
+}
+
 lt_pvalue *lt_pm_global(lt_pmachine *m, const char *module, size_t n_module, const char *name,
                         size_t n_name)
 {
-    for (size_t i = 0; i < LT_COUNT(table); i++) {
-        const size_t at = strlen(table[i].module);
-        lt_pvalue *v;
-        char *dotted;
-
-        if (!module_is(module, n_module, table[i].module) || !text_is(name, n_name, table[i].name))
-            continue;
-        dotted = lt_pm_alloc(m, at + n_name + 2);
-        v = lt_pm_value(m, LT_PCLASS);
-        if (m->status)
-            return m->none;
-        memcpy(dotted, table[i].module, at);
-        dotted[at] = '.';
-        memcpy(dotted + at + 1, name, n_name);
-        dotted[at + 1 + n_name] = '\0';
-        v->u.text = dotted;
-        v->n = at + 1 + n_name;
-        v->mark = (uint32_t)i;
-        return v;
-    }
-    lt_pm_fail(m, "names %.*s.%.*s, which is not among the classes that may be read",
-               (int)(n_module < 100 ? n_module : 100), module, (int)(n_name < 100 ? n_name : 100), name);
-    return m->none;
-}
-
-lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args)
-{
-    if (callee->kind != LT_PCLASS) {
-        lt_pm_fail(m, "calls what is no class");
-        return m->none;
-    }
-    if (args->kind != LT_PTUPLE || !table[callee->mark].call) {
-        lt_pm_fail(m, "calls %s, which is not one that may be called so", callee->u.text);
-        return m->none;
-    }
-    return table[callee->mark].call(m, args);
-}
-
-static lt_pvalue *make_object(lt_pmachine *m, const lt_pvalue *class_value)
-{
+    const int shown_module = (int)(n_module < 100 ? n_module : 100);
+    const int shown_name = (int)(n_name < 100 ? n_name : 100);
     lt_pvalue *v;
+    char *dotted;
+    size_t i;
 
-    if (class_value->kind != LT_PCLASS || !table[class_value->mark].makes_object) {
-        lt_pm_fail(m, "makes an object of %s, which is not one that may be made",
-                   class_value->kind == LT_PCLASS ? class_value->u.text : "what is no class");
+    if (!find_class(m, module, n_module, name, n_name, &i)) {
+        lt_pm_fail(m, "names %.*s.%.*s, which is not among the classes that may be read", shown_module, module,
+                   shown_name, name);
         return m->none;
     }
-    v = lt_pm_value(m, LT_POBJECT);
+    if (i != OPAQUE) {
+        module = class_at(m, i)->module;            /* what Python 3 calls it */
+        n_module = strlen(module);
+    }
+    dotted = lt_pm_alloc(m, n_module + n_name + 2);
+    v = lt_pm_value(m, LT_PCLASS);
+    if (m->status)
+        return m->none;
+    memcpy(dotted, module, n_module);
+    dotted[n_module] = '.';
+    memcpy(dotted + n_module + 1, name, n_name);
+    v->n = n_module + 1 + n_name;
+    dotted[v->n] = '\0';
+    v->u.text = dotted;
+    v->mark = (uint32_t)i;
+    return v;
+}
+
+/* ---- calling and making -------------------------------------------------------------------------- */
+
+static lt_pvalue *new_object(lt_pmachine *m, const lt_pvalue *class_value)
+{
+    lt_pvalue *v = lt_pm_value(m, LT_POBJECT);
+
     if (!m->status)
         v->u.object.class_name = class_value->u.text;
     return v;
 }
 
+/* Of unknown names only classes are called, by Python's habit those with a capital: that makes an object. */
+static bool opaque_class(const lt_pvalue *callee)
+{
+    const char *name = strrchr(callee->u.text, '.') + 1;
+
+    name += strspn(name, "_");
+    return callee->mark == OPAQUE && *name >= 'A' && *name <= 'Z';
+}
+
+lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args)
+{
+    const lt_pm_class *c = callee->kind == LT_PCLASS ? class_at(m, callee->mark) : NULL;
+
+    if (!c) {
+        lt_pm_fail(m, "calls what is no class");
+        return m->none;
+    }
+    if (args->kind == LT_PTUPLE && opaque_class(callee))
+        return new_object(m, callee);
+    if (args->kind != LT_PTUPLE || !c->call) {
+        lt_pm_fail(m, "calls %s, which is not one that may be called so", callee->u.text);
+        return m->none;
+    }
+    return c->call(m, args);
+}
+
+static lt_pvalue *make_object(lt_pmachine *m, const lt_pvalue *class_value)
+{
+    if (class_value->kind != LT_PCLASS || !class_at(m, class_value->mark)->makes_object) {
+        lt_pm_fail(m, "makes an object of %s, which is not one that may be made",
+                   class_value->kind == LT_PCLASS ? class_value->u.text : "what is no class");
+        return m->none;
+    }
+    return new_object(m, class_value);
+}
+
 lt_pvalue *lt_pm_new(lt_pmachine *m, lt_pvalue *class_value, lt_pvalue *args)
 {
-    if (args->kind != LT_PTUPLE || args->n) {
+    if (args->kind != LT_PTUPLE || (args->n && !(class_value->kind == LT_PCLASS && class_value->mark == OPAQUE))) {
         lt_pm_fail(m, "makes an object with arguments");
         return m->none;
     }

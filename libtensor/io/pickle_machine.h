@@ -11,11 +11,31 @@
 
 #include "libtensor/io/pickle.h"
 
+typedef struct lt_pmachine lt_pmachine;
+
+/* One known name. call NULL: it may stand there, but not be called. */
 typedef struct {
+    const char *module, *name;
+    lt_pvalue *(*call)(lt_pmachine *m, const lt_pvalue *args);
+    bool makes_object;                  /* NEWOBJ makes an LT_POBJECT of it */
+} lt_pm_class;
+
+/* What a format that is built on pickles adds to Python's and NumPy's own classes. */
+typedef struct {
+    const lt_pm_class *classes;
+    size_t n;
+    const char *const *packages;        /* whose other names may stand there, inert; NULL-terminated */
+    lt_pvalue *(*persistent)(lt_pmachine *m, const lt_pvalue *id);      /* meaning of PERSID */
+} lt_pm_dialect;
+
+struct lt_pmachine {
     lt_arena *arena;
     const char *name;                   /* of the file */
     const uint8_t *bytes;
     size_t n, pos, op_start;            /* input; next byte; the opcode at hand */
+    size_t file_bytes;                  /* of the file that the input is of, for the budget's error line */
+    const lt_pm_dialect *dialect;       /* NULL: plain */
+    void *context;                      /* the dialect's */
     lt_pvalue **stack, **memo;
     size_t *mark;                       /* stack heights */
     size_t n_stack, stack_room, n_mark, mark_room, memo_room;
@@ -23,12 +43,27 @@ typedef struct {
     char *pool;                         /* small things, packed tighter than the arena does */
     size_t pool_left;
     size_t n_values, spent, budget;     /* bytes made of the file's, and how many may be */
-    lt_pvalue *none, *result;
+    lt_pvalue *none, *empty, *result;   /* None, the empty tuple; what STOP left */
+    lt_pvalue **small_int;              /* those from 0 to 255 that were met */
     lt_status status;
-} lt_pmachine;
+};
+
+/* lt_pm_budget - the bytes of memory that values out of a file of so many bytes may take */
+size_t lt_pm_budget(size_t file_bytes);
+
+/*
+ * lt_pm_run - the value of the pickle at pos; pos is behind it then
+ *
+ * The caller has set arena, name, bytes, n, pos, file_bytes, budget, and dialect and context if there are
+ * any, and everything else to 0. The machine needs no freeing.
+ */
+lt_status lt_pm_run(lt_pmachine *m, const lt_pvalue **out);
 
 /* lt_pm_fail - the first reason counts; the line has file, offset and reason */
 void lt_pm_fail(lt_pmachine *m, const char *fmt, ...) LT_PRINTF(2, 3);
+
+/* lt_pm_no_memory - the same for memory that the system refused */
+void lt_pm_no_memory(lt_pmachine *m);
 
 /* lt_pm_spend - account for bytes of memory; false, and a failure, when the file asks for too much */
 bool lt_pm_spend(lt_pmachine *m, size_t bytes);
@@ -42,6 +77,9 @@ void *lt_pm_alloc(lt_pmachine *m, size_t bytes);
 
 /* lt_pm_items - a new list, tuple or set of n items, which are copied; a dict: 2 * n of them */
 lt_pvalue *lt_pm_items(lt_pmachine *m, lt_pkind kind, lt_pvalue *const *item, size_t n);
+
+/* lt_pm_extend - append count items to a list, set or dict; to a dict an even number of them */
+void lt_pm_extend(lt_pmachine *m, lt_pvalue *to, lt_pvalue *const *item, size_t count);
 
 /* lt_pm_global - what a module and a name stand for; lt_pm_call, lt_pm_new, lt_pm_build - the meaning of
  * REDUCE, NEWOBJ and BUILD for the classes that we know */

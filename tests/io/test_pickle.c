@@ -202,8 +202,8 @@ START_TEST(refusals)
         RAW("cbuiltins\neval\n.", "names builtins.eval"),
         RAW("c__builtin__\ngetattr\n.", "names __builtin__.getattr"),
         RAW("\x8c\x02os\x8c\x06system\x93.", "names os.system"),
-        RAW("(S'ls'\nios\nsystem\n.", "opcode 0x69"), RAW("(o.", "opcode 0x6f"),
-        RAW("P1\n.", "opcode 0x50"), RAW("\x82\x01.", "opcode 0x82"), RAW("\x97.", "opcode 0x97"),
+        RAW("(S'ls'\nios\nsystem\n.", "INST: makes"), RAW("(o.", "OBJ: makes"),
+        RAW("P1\n.", "names something outside"), RAW("\x82\x01.", "EXT: a class"), RAW("\x97.", "NEXT_BUFFER"),
         RAW("NNR.", "calls what is no class"), RAW("cnumpy\nndarray\n)R.", "may be called so"),
         RAW("cnumpy\nndarray\n)\x81.", "may be made"), RAW("N)\x81.", "may be made"),
         RAW("cnumpy\ndtype\n)R.", "numpy.dtype"), RAW("cnumpy\ndtype\n(X\1\0\0\0OtR.", "Python objects"),
@@ -250,19 +250,80 @@ START_TEST(small_ones)
 }
 END_TEST
 
-/* A million lists in each other, and a million marks: no recursion, and a limit. */
+/* What turns a pickle into a program elsewhere, by every opcode that could: refused where it stands. */
+START_TEST(programs)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *reason;
+    } cases[] = {
+        RAW("cposix\nsystem\n(X\2\0\0\0lstR.", "offset 0: names posix.system"),
+        RAW("cnt\nsystem\n.", "offset 0: names nt.system"),
+        RAW("csubprocess\nPopen\n(]tR.", "offset 0: names subprocess.Popen"),
+        RAW("csubprocess\ncheck_output\n.", "names subprocess.check_output"),
+        RAW("c__builtin__\nexec\n(S'1'\ntR.", "names __builtin__.exec"),
+        RAW("c__builtin__\ncompile\n.", "names __builtin__.compile"),
+        RAW("cbuiltins\n__import__\n(S'os'\ntR.", "names builtins.__import__"),
+        RAW("cbuiltins\nopen\n(S'/etc/passwd'\ntR.", "names builtins.open"),
+        RAW("cbuiltins\nmap\n.", "names builtins.map"), RAW("cbuiltins\napply\n.", "names builtins.apply"),
+        RAW("cbuiltins\ngetattr\n(Nt R.", "names builtins.getattr"),
+        RAW("cbuiltins\nsetattr\n.", "names builtins.setattr"), RAW("cbuiltins\nvars\n.", "names builtins.vars"),
+        RAW("coperator\nattrgetter\n.", "names operator.attrgetter"),
+        RAW("coperator\nmethodcaller\n.", "names operator.methodcaller"),
+        RAW("cfunctools\npartial\n.", "names functools.partial"),
+        RAW("cimportlib\nimport_module\n.", "names importlib.import_module"),
+        RAW("crunpy\n_run_code\n.", "names runpy._run_code"), RAW("cpickle\nloads\n.", "names pickle.loads"),
+        RAW("cmarshal\nloads\n.", "names marshal.loads"), RAW("ctypes\nFunctionType\n.", "names types.FunctionType"),
+        RAW("ccode\nInteractiveInterpreter\n.", "names code.InteractiveInterpreter"),
+        RAW("csocket\ncreate_connection\n.", "names socket.create_connection"),
+        RAW("cshutil\nrmtree\n.", "names shutil.rmtree"), RAW("cwebbrowser\nopen\n.", "names webbrowser.open"),
+        RAW("casyncio\nrun\n.", "names asyncio.run"), RAW("ctimeit\ntimeit\n.", "names timeit.timeit"),
+        RAW("ctorch\nload\n.", "names torch.load"), RAW("cnumpy\nload\n.", "names numpy.load"),
+        RAW("cnumpy.testing._private.utils\nrunstring\n.", "names numpy.testing._private.utils.runstring"),
+        RAW("\x8c\x08" "builtins\x8c\x04" "eval\x93.", "offset 16: names builtins.eval"),
+        RAW("\x8c\x05numpy\x8c\x0c" "dtype.__call\x93.", "offset 21: names numpy.dtype.__call"),
+        RAW("NN\x93.", "offset 2: a class whose name is no text"), RAW("]]R.", "offset 2: calls what is no class"),
+        RAW("cnumpy\ndtype\n]R.", "offset 14: calls numpy.dtype"), RAW("cnumpy\nfloat32\n)R.", "may be called so"),
+        RAW("chumpy\nCh\n.", "names humpy.Ch"), RAW("cchumpy.ch\nCh\n)R.", "may be called so"),
+        RAW("cchumpy.ch\nCh\n(Nt\x81.", "offset 17: makes an object with arguments"),
+        RAW("cchumpy.ch\nCh\n)}(NNu\x92.", "offset 20: an object made with named arguments"),
+        RAW("cchumpy.ch\nCh\n)\x81}b}b.", "offset 19: gives an object its state twice"),
+        RAW("ccopyreg\n_reconstructor\n(cos\nsystem\nNNtR.", "offset 25: names os.system"),
+        RAW("ccopyreg\n_reconstructor\n(NNNtR.", "what is no class"),
+        RAW("ccollections\nOrderedDict\n(](NeetR.", "adds items to what is no list"),
+        RAW("ccollections\nOrderedDict\n(](]etR.", "calls dict with arguments"),
+        RAW("c_codecs\nencode\n(X\1\0\0\0aX\3\0\0\0hextR.", "calls _codecs.encode with arguments"),
+        RAW("cnumpy\nndarray\n", "ends early"), RAW("cnumpy", "offset 0: ends early, in a line"),
+        RAW("\x83\1\0.", "offset 0: EXT"), RAW("\x84\1\0\0\0.", "offset 0: EXT"),
+        RAW("\x98.", "offset 0: READONLY_BUFFER"), RAW("NQ.", "offset 1: BINPERSID"),
+        RAW("cnumpy.core.multiarray\nscalar\n(NNtR.", "numpy scalar with arguments"),
+        RAW("cnumpy.core.numeric\n_frombuffer\n(NNNNtR.", "numpy _frombuffer with arguments"),
+        RAW("\x80", "offset 0: ends early"), RAW("\x95\0\0\0", "offset 0: ends early"), RAW("\xff", "opcode 0xff"),
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        check_refused(read_pickle, cases[i].bytes, cases[i].n, cases[i].reason);
+        ck_assert_ptr_nonnull(strstr(lt_last_error(), "offset "));
+    }
+}
+END_TEST
+
+/* Lists in each other, and marks, ten thousand and a million: no recursion, and a limit. */
 START_TEST(deep)
 {
-    const size_t n = 1000000;
+    static const size_t sizes[] = { 10000, 1000000 };
+    static const char *const reasons[] = { "nested deeper than 64", "asks for more memory" };
+    const size_t n = sizes[_i];
     uint8_t *bytes = malloc(2 * n);
 
     memset(bytes, ']', n);
     memset(bytes + n, 'a', n - 1);
     bytes[2 * n - 1] = '.';
-    check_refused(read_pickle, bytes, 2 * n, "nested deeper than 64");
+    check_refused(read_pickle, bytes, 2 * n, reasons[_i]);
     memset(bytes, '(', n);
     memset(bytes + n, 't', n - 1);
-    check_refused(read_pickle, bytes, 2 * n, "");
+    check_refused(read_pickle, bytes, 2 * n, reasons[_i]);
     memset(bytes, '(', 2 * n);
     check_refused(read_pickle, bytes, 2 * n, "ends early");
     free(bytes);
@@ -401,7 +462,8 @@ static void add(TCase *tc)
     tcase_add_test(tc, never_executes);
     tcase_add_test(tc, refusals);
     tcase_add_test(tc, small_ones);
-    tcase_add_test(tc, deep);
+    tcase_add_test(tc, programs);
+    tcase_add_loop_test(tc, deep, 0, 2);
     tcase_add_test(tc, shared);
     tcase_add_test(tc, amplified);
     tcase_add_test(tc, numbers_of_any_shape);

@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* PyTorch's checkpoints: what it wrote in each of its containers, and what nobody should have written. */
+#include "libtensor/io/torch_file.h"
+#include "tests/io/hostile.h"
+#include "tests/io/torch_vectors.h"
+
+static lt_status read_torch(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    lt_torch_file f;
+
+    return lt_torch_parse(arena, "x.pth", bytes, n, &f);
+}
+
+#define FILE_OF(name, kind) { name, sizeof(name), kind }
+
+static const struct {
+    const uint8_t *bytes;
+    size_t n;
+    lt_torch_container container;
+} everything[] = { FILE_OF(torch_zip, LT_TORCH_ZIP), FILE_OF(torch_stream, LT_TORCH_STREAM) };
+
+static const lt_array *find(const lt_torch_file *f, const char *name)
+{
+    for (size_t i = 0; i < f->n; i++)
+        if (strcmp(f->entry[i].name, name) == 0)
+            return &f->entry[i].array;
+    return NULL;
+}
+
+static void check_array(const lt_torch_file *f, const char *name, lt_elem type, int rank, const int64_t *shape,
+                        const double *want)
+{
+    const lt_array *a = find(f, name);
+
+    ck_assert_msg(a != NULL, "%s is not there", name);
+    ck_assert_msg(a->type == type && lt_array_has_shape(a, rank, shape), "%s", name);
+    for (size_t i = 0; i < lt_array_count(a); i++)
+        ck_assert_msg(lt_array_get(a, i) == want[i], "%s[%zu] is %g, want %g", name, i, lt_array_get(a, i), want[i]);
+}
+
+#define SHAPE(...) (int)(sizeof((int64_t[]){ __VA_ARGS__ }) / 8), (int64_t[]){ __VA_ARGS__ }
+#define VALUES(...) (double[]){ __VA_ARGS__ }
+
+START_TEST(each_type_and_stride)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+
+    check_ok(lt_torch_parse(arena, "x.pth", everything[_i].bytes, everything[_i].n, &f));
+    ck_assert(f.container == everything[_i].container);
+    ck_assert_uint_eq(f.n, 17);
+    check_array(&f, "float", LT_ELEM_F4, SHAPE(12), VALUES(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11));
+    check_array(&f, "turned", LT_ELEM_F4, SHAPE(3, 2), VALUES(0, 3, 1, 4, 2, 5));
+    check_array(&f, "window", LT_ELEM_F4, SHAPE(2, 2), VALUES(4, 5, 6, 7));
+    check_array(&f, "every_third", LT_ELEM_F4, SHAPE(4), VALUES(1, 4, 7, 10));
+    check_array(&f, "double", LT_ELEM_F8, SHAPE(2), VALUES(1.5, -2));
+    check_array(&f, "half", LT_ELEM_F2, SHAPE(4), VALUES(1, -2.5, 0.0999755859375, 65504));
+    check_array(&f, "bfloat", LT_ELEM_BF16, SHAPE(3), VALUES(1, -2.5, 0.10009765625));
+    check_array(&f, "long", LT_ELEM_I8, SHAPE(2), VALUES(-1, 1099511627776));
+    check_array(&f, "int", LT_ELEM_I4, SHAPE(1), VALUES(-7));
+    check_array(&f, "short", LT_ELEM_I2, SHAPE(1), VALUES(-300));
+    check_array(&f, "char", LT_ELEM_I1, SHAPE(1), VALUES(-5));
+    check_array(&f, "byte", LT_ELEM_U1, SHAPE(1), VALUES(200));
+    check_array(&f, "bool", LT_ELEM_BOOL, SHAPE(2), VALUES(1, 0));
+    check_array(&f, "scalar", LT_ELEM_F4, 0, NULL, VALUES(3.25));
+    check_array(&f, "empty", LT_ELEM_F4, SHAPE(0, 4), NULL);
+    check_array(&f, "expanded", LT_ELEM_F4, SHAPE(2, 3), VALUES(2, 2, 2, 3, 3, 3));
+    check_array(&f, "parameter", LT_ELEM_F4, SHAPE(1), VALUES(9));
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(before_0_1_10)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+
+    check_ok(lt_torch_parse(arena, "x.pth", torch_tar, sizeof(torch_tar), &f));
+    ck_assert(f.container == LT_TORCH_TAR);
+    ck_assert_uint_eq(f.n, 3);
+    check_array(&f, "x", LT_ELEM_F4, SHAPE(3, 2), VALUES(0, 3, 1, 4, 2, 5));
+    check_array(&f, "y", LT_ELEM_I8, SHAPE(2), VALUES(7, 8));
+    check_array(&f, "z", LT_ELEM_F4, SHAPE(2), VALUES(3, 4));
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(state_dict_within)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+    double x;
+
+    check_ok(lt_torch_parse(arena, "x.pth", torch_wrapped, sizeof(torch_wrapped), &f));
+    ck_assert_uint_eq(f.n, 1);
+    check_array(&f, "module.fc.weight", LT_ELEM_F4, SHAPE(1, 2), VALUES(1, 2));
+    ck_assert(lt_pfloat(lt_pdict_get(f.value, "best"), &x) && x == 0.5);
+    ck_assert_str_eq(lt_pdict_get(f.value, "args")->u.object.class_name, "argparse.Namespace");
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* A pickled module, as YOLOv8's files are: names as state_dict() gives them, what is not kept left out. */
+START_TEST(whole_module)
+{
+    static const struct {
+        const uint8_t *bytes;
+        size_t n;
+    } files[] = { { torch_module, sizeof(torch_module) }, { torch_module_stream, sizeof(torch_module_stream) } };
+    static const char *const names[] = {
+        "0.conv.weight", "0.bn.weight", "0.bn.bias", "0.bn.running_mean", "0.bn.running_var",
+        "0.bn.num_batches_tracked",
+    };
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+
+    check_ok(lt_torch_parse(arena, "x.pt", files[_i].bytes, files[_i].n, &f));
+    ck_assert_uint_eq(f.n, LT_COUNT(names));
+    for (size_t i = 0; i < f.n; i++)
+        ck_assert_str_eq(f.entry[i].name, names[i]);
+    check_array(&f, "0.conv.weight", LT_ELEM_F2, SHAPE(2, 1, 1, 1), VALUES(0.5, 0.5));
+    check_array(&f, "0.bn.running_var", LT_ELEM_F2, SHAPE(2), VALUES(1, 1));
+    check_array(&f, "0.bn.num_batches_tracked", LT_ELEM_I8, 0, NULL, VALUES(0));
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(big_endian)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+
+    check_ok(lt_torch_parse(arena, "x.pth", torch_other_order, sizeof(torch_other_order), &f));
+    check_array(&f, "x", LT_ELEM_F4, SHAPE(2), VALUES(1.5, -2));
+    check_array(&f, "n", LT_ELEM_I8, SHAPE(1), VALUES(258));
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(from_a_file)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+
+    put_file(in_folder("x.pth"), torch_zip, sizeof(torch_zip));
+    check_ok(lt_torch_read(arena, in_folder("x.pth"), &f));
+    ck_assert_uint_eq(f.n, 17);
+    check_error(lt_torch_read(arena, in_folder("none.pth"), &f), LT_EIO, "No such file");
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(damage)
+{
+    static const struct {
+        const uint8_t *bytes;
+        size_t n, spare;
+    } files[] = {
+        { torch_zip, sizeof(torch_zip), 0 }, { torch_stream, sizeof(torch_stream), 0 },
+        { torch_wrapped, sizeof(torch_wrapped), 0 }, { torch_module, sizeof(torch_module), 0 },
+        { torch_module_stream, sizeof(torch_module_stream), 0 }, { torch_other_order, sizeof(torch_other_order), 0 },
+        { torch_tar, sizeof(torch_tar), 1024 },         /* zeros up to a tape's block */
+    };
+
+    check_truncated(read_torch, files[_i].bytes, files[_i].n, files[_i].spare);
+    check_flipped(read_torch, files[_i].bytes, files[_i].n, 10000);
+}
+END_TEST
+
+START_TEST(not_read)
+{
+    check_refused(read_torch, torch_bomb, sizeof(torch_bomb), "ask for more memory than a file of 747 bytes");
+    check_refused(read_torch, torch_sparse, sizeof(torch_sparse), "calls torch.serialization._get_layout");
+    check_refused(read_torch, torch_complex, sizeof(torch_complex), "ComplexFloatStorage, whose elements are not");
+    check_refused(read_torch, torch_script, sizeof(torch_script), "TorchScript");
+    check_refused(read_torch, "PK\3\4", 4, "zip archive");
+    check_refused(read_torch, "\x80\2K\1.", 5, "not a checkpoint of PyTorch");
+    check_refused(read_torch, "", 0, "not a checkpoint of PyTorch");
+}
+END_TEST
+
+/* ---- streams that nobody should have written ------------------------------------------------------ */
+
+#define MAGIC "\x80\2\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19."
+#define HEAD MAGIC "\x80\2M\xe9\3." "\x80\2}."
+#define STORAGE(cls, count) "(X\7\0\0\0storagectorch\n" cls "\nX\1\0\0\0kX\3\0\0\0cpu" count "tQ"
+#define REBUILD(storage, rest) "ctorch._utils\n_rebuild_tensor_v2\n(" storage rest "\x89}tR"
+#define ONE(storage, rest) "\x80\2" REBUILD(storage, rest) "."
+#define KEYS "\x80\2](X\1\0\0\0ke."
+#define FOUR "\4\0\0\0\0\0\0\0" "aaaabbbbccccdddd"
+#define F4_4 STORAGE("FloatStorage", "K\4")
+#define RAW(text, reason) { text, sizeof(text) - 1, reason }
+
+START_TEST(streams)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *reason;
+    } cases[] = {
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") KEYS FOUR, NULL),
+        RAW(MAGIC "\x80\2M\xea\3.", "version 1002, want 1001"),
+        RAW(HEAD "\x80\2cposix\nsystem\n(X\2\0\0\0lstR.", "offset 27: names posix.system"),
+        RAW(HEAD "\x80\2cbuiltins\neval\n.", "names builtins.eval"),
+        RAW(HEAD "\x80\2ctorch.hub\nload\n(tR.", "calls torch.hub.load"),
+        RAW(HEAD "\x80\2ctorch\nload\n(tR.", "calls torch.load"),
+        RAW(HEAD "\x80\2ctorchlike\nX\n.", "names torchlike.X"),
+        RAW(HEAD "\x80\2c__main__\nNet\n)\x81.", "names __main__.Net"),
+        RAW(HEAD "\x80\2X\1\0\0\0aQ.", "names something outside the file"),
+        RAW(HEAD "\x80\2(X\7\0\0\0storageNNNNtQ.", "without class, key and size"),
+        RAW(HEAD ONE(STORAGE("QInt8Storage", "K\4"), "K\0K\4\x85K\1\x85"), "whose elements are not read"),
+        RAW(HEAD ONE(STORAGE("FloatStorage", "J\xff\xff\xff\xff"), "K\0K\4\x85K\1\x85"), "class, key and size"),
+        RAW(HEAD ONE(F4_4, "K\0K\5\x85K\1\x85"), "an element beyond its storage of 4 elements"),
+        RAW(HEAD ONE(F4_4, "K\1K\4\x85K\1\x85"), "an element beyond its storage"),
+        RAW(HEAD ONE(F4_4, "K\4K\1\x85K\1\x85"), "an element beyond its storage"),
+        RAW(HEAD ONE(F4_4, "K\0K\2\x85K\4\x85"), "an element beyond its storage"),
+        RAW(HEAD ONE(F4_4, "J\xff\xff\xff\xffK\4\x85K\1\x85"), "without offset"),
+        RAW(HEAD ONE(F4_4, "K\0J\xff\xff\xff\xff\x85K\1\x85"), "negative size"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85J\xff\xff\xff\xff\x85"), "negative size or stride"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85)"), "size and stride for each"),
+        RAW(HEAD ONE(F4_4, "K\0NN"), "without offset, and a size"),
+        RAW(HEAD ONE(F4_4, "K\0(K\1K\1K\1K\1K\1K\1K\1K\1K\1t(K\1K\1K\1K\1K\1K\1K\1K\1K\1t"), "at most 8"),
+        RAW(HEAD ONE(F4_4, "K\0\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f\x85\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f\x85"),
+            "overflow"),
+        RAW(HEAD ONE("N", "K\0K\4\x85K\1\x85"), "not made of a storage"),
+        RAW(HEAD "\x80\2ctorch._utils\n_rebuild_parameter\n(Nt R.", "opcode 0x20"),
+        RAW(HEAD "\x80\2ctorch._utils\n_rebuild_parameter\n(NtR.", "not made of a storage"),
+        RAW(HEAD "\x80\2ctorch\nSize\n(NtR.", "torch.Size"),
+        RAW(HEAD "\x80\2ctorch._tensor\n_rebuild_from_type_v2\n(NNNNtR.", "not made of a storage"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85"), "ends early"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") "\x80\2].", "storage \"k\" is not in the file"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") "\x80\2N.", "no list of storages"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") "\x80\2](Ne.", "key is no text"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") "\x80\2](X\1\0\0\0qe.", "which nothing mentions"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") KEYS "\5\0\0\0\0\0\0\0" "aaaabbbbccccddddeeee",
+            "has 5 elements, its mention at 111 says 4"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") KEYS "\4\0\0\0\0\0\0\0" "aaaabbbbccccddd", "does not fit"),
+        /* 2.2 GB promised by some hundred bytes */
+        RAW(HEAD ONE(STORAGE("FloatStorage", "J\0\x5b\xc8\x20"), "K\0J\0\x5b\xc8\x20\x85K\1\x85") KEYS
+            "\0\x5b\xc8\x20\0\0\0\0", "of 550001408 f4 does not fit"),
+        /* the same bytes a thousand times over */
+        RAW(HEAD ONE(F4_4, "K\0M\xff\xffM\xff\xff\x86K\0K\0\x86") KEYS FOUR, "ask for more memory"),
+        RAW(HEAD "\x80\2(" REBUILD(F4_4, "K\0)" ")") REBUILD(STORAGE("IntStorage", "K\4"), "K\0))") "t." KEYS FOUR,
+            "two types or sizes"),
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        if (cases[i].reason)
+            check_refused(read_torch, cases[i].bytes, cases[i].n, cases[i].reason);
+        else
+            ck_assert_msg(attempt(read_torch, (const uint8_t *)cases[i].bytes, cases[i].n) == LT_OK, "%s",
+                          lt_last_error());
+    }
+}
+END_TEST
+
+/* Modules that share modules that share modules: a walk of 2^60 steps, refused after a million. */
+START_TEST(shared_modules)
+{
+    uint8_t bytes[4096] = HEAD "\x80\2ccollections\nOrderedDict\n)Rq\1";
+    size_t n = sizeof(HEAD "\x80\2ccollections\nOrderedDict\n)Rq\1") - 1;
+    static const char level[] = "}(X\1\0\0\0ah\1X\1\0\0\0bh\1uq\1";
+
+    for (int i = 0; i < 60; i++, n += sizeof(level) - 1)
+        memcpy(bytes + n, level, sizeof(level) - 1);
+    memcpy(bytes + n, "." "\x80\2].", 5);
+    check_refused(read_torch, bytes, n + 5, "more");
+}
+END_TEST
+
+START_TEST(without_memory)
+{
+    for (long at = 1; at < 1000; at++) {
+        lt_arena *arena = lt_arena_new();
+        lt_torch_file f;
+        lt_status st;
+
+        lt_alloc_fail_at(at);
+        st = lt_torch_parse(arena, "x.pth", torch_module, sizeof(torch_module), &f);
+        lt_alloc_fail_at(0);
+        lt_arena_free(arena);
+        if (st == LT_OK)
+            return;
+        ck_assert_int_eq(st, LT_ENOMEM);
+    }
+    ck_abort_msg("never succeeded");
+}
+END_TEST
+
+static void add_tests(TCase *tc)
+{
+    tcase_add_loop_test(tc, each_type_and_stride, 0, LT_COUNT(everything));
+    tcase_add_test(tc, before_0_1_10);
+    tcase_add_test(tc, state_dict_within);
+    tcase_add_loop_test(tc, whole_module, 0, 2);
+    tcase_add_test(tc, big_endian);
+    tcase_add_test(tc, from_a_file);
+    tcase_add_loop_test(tc, damage, 0, 7);
+    tcase_add_test(tc, not_read);
+    tcase_add_test(tc, streams);
+    tcase_add_test(tc, shared_modules);
+    tcase_add_test(tc, without_memory);
+}
+
+int main(void)
+{
+    return run_suite("torch", add_tests);
+}
