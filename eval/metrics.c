@@ -7,6 +7,7 @@
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/procrustes.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -141,7 +142,8 @@ static double nearest_of(const double *p, int n, const columns *c)
         nearest = d < nearest ? d : nearest;            /* false for NaN */
         best[j] = d < best[j] ? d : best[j];
     }
-    return nearest;
+    /* Where nothing was nearer, a lane holds what OpenMP starts a minimum from: infinity or DBL_MAX. */
+    return nearest < DBL_MAX ? nearest : INFINITY;
 }
 
 lt_status eval_nearest(int np, const double *p, int ng, const double *g, double *d_p, double *d_g)
