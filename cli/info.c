@@ -310,7 +310,7 @@ static lt_status add_tips(dataset *d, cJSON *split)
 
     if (st)
         return st;
-    st = ho3d_check_tips(d, hand.model, &rms_mm);
+    st = dataset_check_tips(d, hand.model, &rms_mm);
     if (st == LT_OK) {
         cJSON_AddStringToObject(split, "hand", hand.name);
         cJSON_AddNumberToObject(split, "finger tips off by mm", rms_mm);

@@ -23,6 +23,14 @@ lt_status dataset_read(const dataset *d, int64_t index, unsigned want, lt_arena 
     return d->ops->read(d, index, want, arena, out);
 }
 
+lt_status dataset_annotation(const dataset *d, int64_t index, lt_arena *arena, dataset_sample *out)
+{
+    if (index < 0 || index >= d->count)
+        return lt_error(LT_EINVAL, "%s: no sample %lld, there are %lld", d->root, (long long)index,
+                        (long long)d->count);
+    return d->ops->annotation(d, index, arena, out);
+}
+
 const char *dataset_name(const dataset *d, int64_t index)
 {
     return d->ops->name(d, index);

@@ -78,6 +78,8 @@ typedef struct {
     /* one sample into arena memory; may be called from several threads at once */
     lt_status (*read)(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
                       dataset_sample *out);
+    /* the annotation of one sample alone: no image is opened, nothing projected */
+    lt_status (*annotation)(const dataset *d, int64_t index, lt_arena *arena, dataset_sample *out);
     const char *(*name)(const dataset *d, int64_t index);
     void (*free)(dataset *d);
 } dataset_ops;
@@ -105,6 +107,21 @@ struct dataset {
  */
 lt_status dataset_read(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
                        dataset_sample *out);
+
+/* dataset_annotation - sample index without rgb, depth, silhouette and what is projected: quick */
+lt_status dataset_annotation(const dataset *d, int64_t index, lt_arena *arena, dataset_sample *out);
+
+/**
+ * dataset_check_tips - which vertices the annotation of a training split calls finger tips
+ *
+ * Compares the tips of hand posed with the annotation against the stored joints, over up to 50 right hands,
+ * for each of the conventions that occurred, and remembers the best in d->tips. *rms_mm (may be NULL) is its
+ * error. Without a right hand to look at, d->tips stays and *rms_mm is 0.
+ *
+ * Errors: the best is off by more than 3 mm: the hand file is not the one the data were made with; the
+ * annotation has no hand poses, as HO3D's evaluation.
+ */
+lt_status dataset_check_tips(dataset *d, const lt_hand_model *hand, double *rms_mm);
 
 /* dataset_name - the sample's name, "SEQUENCE/FRAME"; lives as long as d */
 const char *dataset_name(const dataset *d, int64_t index);

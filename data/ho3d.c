@@ -2,10 +2,10 @@
 /* Opens an HO3D tree and reads its samples, from OpenGL axes and MANO order to ours. */
 #include "data/ho3d_internal.h"
 
+#include "data/picture.h"
 #include "data/ycb.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/image.h"
 #include "libtensor/io/json.h"
 #include "libtensor/io/pickle.h"
 
@@ -45,20 +45,6 @@ static lt_status rgb_path(const ho3d *h, int64_t index, lt_arena *arena, const c
     return LT_OK;
 }
 
-/* An 8-bit RGB image of the size that HO3D has. */
-static lt_status read_picture(lt_arena *arena, const char *path, lt_image *out)
-{
-    lt_image img;
-    lt_status st = lt_image_read(arena, path, &img);
-
-    if (!st)
-        st = lt_image_to_rgb8(arena, &img, out);
-    if (!st && (out->width != WIDTH || out->height != HEIGHT))
-        st = lt_error(LT_EFORMAT, "%s: image of %d x %d, expected %d x %d", path, out->width, out->height,
-                      WIDTH, HEIGHT);
-    return st;
-}
-
 static lt_status read_rgb(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
 {
     const char *path = NULL;
@@ -66,7 +52,7 @@ static lt_status read_rgb(const ho3d *h, int64_t index, lt_arena *arena, dataset
     lt_status st = rgb_path(h, index, arena, &path);
 
     if (!st)
-        st = read_picture(arena, path, &img);
+        st = picture_read_rgb(arena, path, WIDTH, HEIGHT, &img);
     if (st)
         return st;
     s->rgb = img.data;
@@ -86,7 +72,7 @@ static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, datas
 
     if (!path || !depth)
         return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
-    st = read_picture(arena, path, &img);
+    st = picture_read_rgb(arena, path, WIDTH, HEIGHT, &img);
     if (st)
         return st;
     for (size_t i = 0; i < n; i++)
@@ -270,9 +256,11 @@ static lt_status read_sample(const dataset *d, int64_t index, unsigned want, lt_
     return st;
 }
 
-lt_status ho3d_read_annotation(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *out)
+static lt_status read_annotation(const dataset *d, int64_t index, lt_arena *arena, dataset_sample *out)
 {
-    *out = (dataset_sample){ .name = h->name[index], .object = -1 };
+    const ho3d *h = (const ho3d *)d;
+
+    *out = (dataset_sample){ .name = h->name[index], .object = -1, .width = WIDTH, .height = HEIGHT };
     return read_meta(h, index, arena, out);
 }
 
@@ -286,7 +274,7 @@ static void free_dataset(dataset *d)
     lt_arena_free(((ho3d *)d)->arena);
 }
 
-static const dataset_ops ops = { read_sample, sample_name, free_dataset };
+static const dataset_ops ops = { read_sample, read_annotation, sample_name, free_dataset };
 
 /* ---- opening ---- */
 

@@ -32,17 +32,6 @@ typedef struct {
  */
 lt_status ho3d_open(const ho3d_options *options, dataset **out);
 
-/**
- * ho3d_check_tips - which vertices the annotation of a training split calls finger tips
- *
- * Compares the tips of hand posed with the annotation against the stored joints, over up to 50 training
- * frames, for each of the four conventions that occurred, and remembers the best in d->tips (until
- * then: 728 353 442 576 694). *rms_mm (may be NULL) is its error.
- *
- * Errors: the best is off by more than 3 mm: the hand file is not the one the data were made with.
- */
-lt_status ho3d_check_tips(dataset *d, const lt_hand_model *hand, double *rms_mm);
-
 /* ho3d_read_truth - evaluation_xyz.json or evaluation_verts.json: n frames of (points, 3), OpenGL axes
  * and MANO order as in the file, streamed; out belongs to arena.
  * Errors: not that shape; the line names the frame and point. */

@@ -18,7 +18,4 @@ typedef struct {
     const float *xyz, *vertices;    /* ground truth of the evaluation: our axes, MANO order; or NULL */
 } ho3d;
 
-/* ho3d_read_annotation - the meta file alone: no image, nothing projected */
-lt_status ho3d_read_annotation(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *out);
-
 #endif

@@ -89,7 +89,7 @@ lt_status train_source_open(lt_arena *arena, const train_config *c, train_source
     if (st == LT_OK)
         st = open_datasets(arena, c, out);
     if (st == LT_OK)
-        st = ho3d_check_tips(out->train, out->hand, &out->tips_rms_mm);
+        st = dataset_check_tips(out->train, out->hand, &out->tips_rms_mm);
     if (st == LT_OK)
         st = lt_hand_layer_new(arena, out->hand, out->train->tips, &layer);
     if (st == LT_OK)

@@ -24,7 +24,7 @@ typedef struct {
  *   arena   owns the hand
  *
  * End with train_source_close, also after a failure. Errors: no data folder given; those of ho3d_open,
- * ho3d_check_tips and lt_hand_model_read.
+ * dataset_check_tips and lt_hand_model_read.
  */
 lt_status train_source_open(lt_arena *arena, const train_config *c, train_source *out);
 void train_source_close(train_source *s);

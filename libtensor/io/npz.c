@@ -44,7 +44,24 @@ static lt_status read_entry(lt_arena *arena, lt_zip *z, size_t i, lt_npz *out)
     return st;
 }
 
-static lt_status read_entries(lt_arena *arena, lt_zip *z, lt_npz *out)
+/* The arrays that are asked for; names NULL: all. */
+typedef struct {
+    const char *const *name;
+    size_t n;
+} selection;
+
+static bool selected(const selection *only, const char *entry)
+{
+    for (size_t i = 0; i < only->n; i++) {
+        const size_t n = strlen(only->name[i]);
+
+        if (strncmp(entry, only->name[i], n) == 0 && (entry[n] == '\0' || strcmp(entry + n, ".npy") == 0))
+            return true;
+    }
+    return !only->name;
+}
+
+static lt_status read_entries(lt_arena *arena, lt_zip *z, const selection *only, lt_npz *out)
 {
     lt_npz npz = { .path = lt_arena_strdup(arena, z->path) };
 
@@ -53,7 +70,7 @@ static lt_status read_entries(lt_arena *arena, lt_zip *z, lt_npz *out)
     if (!npz.path || !npz.entry || !npz.refused)
         return lt_error(LT_ENOMEM, "%s: no memory for %zu entries", z->path, z->n);
     for (size_t i = 0; i < z->n; i++) {
-        lt_status st = read_entry(arena, z, i, &npz);
+        lt_status st = selected(only, z->entry[i].name) ? read_entry(arena, z, i, &npz) : LT_OK;
 
         if (st)
             return st;
@@ -62,7 +79,8 @@ static lt_status read_entries(lt_arena *arena, lt_zip *z, lt_npz *out)
     return LT_OK;
 }
 
-lt_status lt_npz_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_npz *out)
+static lt_status parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, const selection *only,
+                       lt_npz *out)
 {
     lt_status st;
     lt_zip z;
@@ -70,12 +88,17 @@ lt_status lt_npz_parse(lt_arena *arena, const char *name, const uint8_t *bytes, 
     st = lt_zip_open(arena, name, bytes, n, &z);
     if (st)
         return st;
-    st = read_entries(arena, &z, out);
+    st = read_entries(arena, &z, only, out);
     lt_zip_close(&z);
     return st;
 }
 
-lt_status lt_npz_read(lt_arena *arena, const char *path, lt_npz *out)
+lt_status lt_npz_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_npz *out)
+{
+    return parse(arena, name, bytes, n, &(selection){ NULL, 0 }, out);
+}
+
+static lt_status read_file(lt_arena *arena, const char *path, const selection *only, lt_npz *out)
 {
     lt_arena *scratch = lt_arena_new();
     uint8_t *bytes;
@@ -86,9 +109,19 @@ lt_status lt_npz_read(lt_arena *arena, const char *path, lt_npz *out)
         return lt_error(LT_ENOMEM, "%s: no memory", path);
     st = lt_read_file(scratch, path, LT_FILE_MAX, &bytes, &n);
     if (!st)
-        st = lt_npz_parse(arena, path, bytes, n, out);
+        st = parse(arena, path, bytes, n, only, out);
     lt_arena_free(scratch);
     return st;
+}
+
+lt_status lt_npz_read(lt_arena *arena, const char *path, lt_npz *out)
+{
+    return read_file(arena, path, &(selection){ NULL, 0 }, out);
+}
+
+lt_status lt_npz_read_only(lt_arena *arena, const char *path, const char *const *names, size_t n, lt_npz *out)
+{
+    return read_file(arena, path, &(selection){ names, n }, out);
 }
 
 const lt_array *lt_npz_find(const lt_npz *npz, const char *name)

@@ -37,6 +37,11 @@ typedef struct {
  */
 LT_API lt_status lt_npz_read(lt_arena *arena, const char *path, lt_npz *out);
 
+/* lt_npz_read_only - the same for some of them: n names; what is not named is not unpacked, and a name that
+ * is not there is left to lt_npz_get */
+LT_API lt_status lt_npz_read_only(lt_arena *arena, const char *path, const char *const *names, size_t n,
+                                  lt_npz *out);
+
 /* lt_npz_parse - the same from n bytes in memory; name is for the error line */
 LT_API lt_status lt_npz_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                               lt_npz *out);

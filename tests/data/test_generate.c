@@ -200,7 +200,7 @@ START_TEST(reads_as_ho3d)
     ck_assert(d->synthetic);
     ck_assert_int_eq(d->count, 4);
     ck_assert_int_eq(d->n_objects, 3);
-    ok(ho3d_check_tips(d, hand, &rms));
+    ok(dataset_check_tips(d, hand, &rms));
     ck_assert_double_lt(rms, 0.01);
     ck_assert_int_eq(d->tips[0], 728);
     for (int64_t i = 0; i < d->count; i++) {

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A frame's labels_*.npz: what is annotated of hand and object, in the camera's axes. */
+#include "data/dexycb_internal.h"
+
+#include "libtensor/geometry/rotation.h"
+#include "libtensor/io/npz.h"
+
+#include <math.h>
+#include <string.h>
+
+/* n numbers of an array of that shape; a NaN is an error too. */
+static lt_status numbers(const lt_npz *npz, const char *key, int rank, const int64_t *shape, float *out, size_t n)
+{
+    const lt_array *a;
+    char found[64], wanted[64];
+    lt_status st = lt_npz_get(npz, key, &a);
+
+    if (st)
+        return st;
+    if (a->type == LT_ELEM_TEXT || !lt_array_has_shape(a, rank, shape)) {
+        const lt_array want = lt_array_make(LT_ELEM_F4, rank, shape, NULL);
+        return lt_error(LT_EFORMAT, "%s: %s is %s, expected numbers of shape %s", npz->path, key,
+                        lt_array_shape_text(a, found, sizeof(found)), lt_array_shape_text(&want, wanted, sizeof(wanted)));
+    }
+    lt_array_to_float(a, out, n);
+    for (size_t i = 0; i < n; i++)
+        if (!(fabsf(out[i]) < 1e6f))
+            return lt_error(LT_EFORMAT, "%s: %s: number %zu is %g", npz->path, key, i, (double)out[i]);
+    return LT_OK;
+}
+
+static bool all(const float *x, int n, float value)
+{
+    for (int i = 0; i < n; i++)
+        if (x[i] != value)
+            return false;
+    return true;
+}
+
+static lt_status read_hand(const lt_npz *npz, dexycb_label *out)
+{
+    static const int64_t pose[2] = { 1, 51 }, joints[3] = { 1, LT_HAND_KEYPOINTS, 3 },
+                         joints2d[3] = { 1, LT_HAND_KEYPOINTS, 2 };
+    lt_status st = numbers(npz, "pose_m", 2, pose, out->pose, 51);
+
+    if (!st)
+        st = numbers(npz, "joint_3d", 3, joints, out->joints[0], LT_HAND_KEYPOINTS * 3);
+    if (!st)
+        st = numbers(npz, "joint_2d", 3, joints2d, out->joints2d[0], LT_HAND_KEYPOINTS * 2);
+    if (!st)
+        out->hand = !all(out->joints[0], LT_HAND_KEYPOINTS * 3, -1) && !all(out->pose, 51, 0);
+    return st;
+}
+
+/* Columns of unit length, at right angles, right-handed: what float and a labeller's rounding leave of it. */
+static bool is_rotation(const float *R)
+{
+    double A[9], B[9], angle = 0;
+
+    for (int i = 0; i < 9; i++)
+        A[i] = R[i];
+    lt_rot_nearest(A, B);
+    for (int i = 0; i < 9; i++)
+        angle = fmax(angle, fabs(A[i] - B[i]));
+    return angle < 1e-2;
+}
+
+/* The pose of the object in the hand; the others' are read by nobody. */
+static lt_status read_object(const lt_npz *npz, const dexycb_sequence *q, dexycb_label *out)
+{
+    const int64_t shape[3] = { q->n_objects, 3, 4 };
+    float pose[DEXYCB_MAX_OBJECTS][12];
+    const float *p = pose[q->grasped];
+    const lt_status st = numbers(npz, "pose_y", 3, shape, pose[0], (size_t)q->n_objects * 12);
+
+    if (st)
+        return st;
+    out->object = !all(p, 12, 0);
+    for (int i = 0; i < 3; i++) {
+        memcpy(out->R + 3 * i, p + 4 * i, 3 * sizeof(float));
+        out->t[i] = p[4 * i + 3];
+    }
+    if (out->object && !is_rotation(out->R))
+        return lt_error(LT_EFORMAT, "%s: pose_y: object %d: expected a rotation matrix beside the translation",
+                        npz->path, q->grasped);
+    return LT_OK;
+}
+
+lt_status dexycb_read_label(const dexycb *d, dexycb_spot spot, dexycb_label *out)
+{
+    static const char *const key[] = { "pose_m", "joint_3d", "joint_2d", "pose_y" };
+    lt_arena *arena = lt_arena_new();
+    const char *path = arena ? lt_arena_printf(arena, "%s/%s/%s/labels_%06d.npz", d->base.root, spot.sequence->folder,
+                                               d->serial[spot.camera], spot.frame) : NULL;
+    lt_npz npz;
+    lt_status st = path ? lt_npz_read_only(arena, path, key, LT_COUNT(key), &npz)
+                        : lt_error(LT_ENOMEM, "%s: no memory", spot.sequence->folder);
+
+    *out = (dexycb_label){ 0 };
+    if (!st)
+        st = read_hand(&npz, out);
+    if (!st)
+        st = read_object(&npz, spot.sequence, out);
+    lt_arena_free(arena);
+    return st;
+}
+
+/* ---- to a sample ---- */
+
+static void rotation_of(const float aa[3], float out[9])
+{
+    const double v[3] = { aa[0], aa[1], aa[2] };
+    double R[9];
+
+    lt_rot_from_axis_angle(v, R);
+    for (int i = 0; i < 9; i++)
+        out[i] = (float)R[i];
+}
+
+void dexycb_fill_hand(const dexycb *d, dexycb_spot spot, const dexycb_label *label, dataset_sample *s)
+{
+    const dexycb_pose_space *space = &d->hand[spot.sequence->left];
+    float pose[LT_HAND_PCA];
+
+    for (int i = 0; i < LT_HAND_PCA; i++) {
+        double x = space->mean[i];
+        for (int k = 0; k < LT_HAND_PCA; k++)
+            x += (double)label->pose[3 + k] * space->component[k][i];
+        pose[i] = (float)x;
+    }
+    rotation_of(label->pose, s->rotation[0]);
+    for (int j = 1; j < LT_HAND_JOINTS; j++)
+        rotation_of(pose + 3 * (j - 1), s->rotation[j]);
+    memcpy(s->beta, spot.sequence->beta, sizeof(s->beta));
+    memcpy(s->joints, label->joints, sizeof(s->joints));
+    memcpy(s->root, label->joints[0], sizeof(s->root));
+    s->flags |= SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT;
+}
