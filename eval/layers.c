@@ -13,7 +13,7 @@ static const int64_t COLD_BYTES = 100000000;
 
 /* What a layer's text can say; each kind has keys for some of it. */
 typedef struct {
-    int c, o, k, stride, groups, hw, rows, tokens, heads, out;
+    int c, o, k, stride, groups, hw, rows, tokens, heads, points, out;
 } layer_config;
 
 typedef union {
@@ -167,6 +167,26 @@ static lt_tensor *attention_apply(const layer_use *u)
     return lt_attention(u->in[0], u->in[1], u->in[2], u->config->heads);
 }
 
+static const lt_config_key deformable_keys[] = {
+    KEY(hw, "28", 1024, "side of the map; every cell asks"), KEY(c, "128", 65536, "channels of all heads"),
+    KEY(heads, "8", 256, "heads"), KEY(points, "4", 16, "places a head looks at"), { .name = NULL },
+};
+
+static lt_shape deformable_shape(const layer_config *c, int64_t batch, int input)
+{
+    const int64_t places = (int64_t)c->heads * c->points;
+
+    return LT_SHAPE(batch, (int64_t)c->hw * c->hw, input == 0 ? c->c : input == 1 ? 2 * places : places);
+}
+
+static lt_tensor *deformable_apply(const layer_use *u)
+{
+    lt_tensor *own = lt_cell_places(u->in[0]->graph, u->config->hw, u->config->hw);
+
+    return lt_deformable_attention(u->in[0], u->in[1], u->in[2], own, u->config->heads, u->config->hw,
+                                   u->config->hw);
+}
+
 /* ---- the hand ------------------------------------------------------------------------------------------ */
 
 static const lt_config_key no_keys[] = { { .name = NULL } };
@@ -186,6 +206,7 @@ static const layer_kind kinds[] = {
     { "conv2d", conv2d_keys, 1, map_shape, conv2d_make, conv2d_apply },
     { "linear", linear_keys, 1, rows_shape, linear_make, linear_apply },
     { "attention", attention_keys, 3, attention_shape, NULL, attention_apply },
+    { "deformable_attention", deformable_keys, 3, deformable_shape, NULL, deformable_apply },
     { "layer_norm", layer_norm_keys, 1, rows_shape, layer_norm_make, layer_norm_apply },
     { "batch_norm", map_keys, 1, map_shape, batch_norm_make, batch_norm_apply },
     { "roi_align", roi_align_keys, 1, map_shape, NULL, roi_align_apply },

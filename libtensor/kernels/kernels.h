@@ -93,6 +93,16 @@ typedef struct {
     lt_real *dq, *dk, *dv;              /* each may be NULL */
 } lt_attend_grad;
 
+/* Rows that are weighed sums of rows of a map: row r sums weight[t * stride + r] times the d numbers at
+ * x + at[t * stride + r] * ldx over t < taps, in their order. */
+typedef struct {
+    const lt_real *x;
+    int64_t ldx, d, rows, taps, stride;
+    const int32_t *at;
+    const lt_real *weight;
+} lt_samples;
+
+enum { LT_SOFTMAX_COLUMNS = 256 };      /* the most columns of softmax_down */
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
 
 typedef struct lt_kernels {
@@ -195,6 +205,25 @@ typedef struct lt_kernels {
                     bool add);
     void (*turn)(lt_real *y, int64_t ld_y, const lt_real *x, int64_t ld_x, int64_t rows, int64_t cols,
                  bool add);
+
+    /* ---- bilinear samples of an h x w map, zero outside it ------------------------------------------ */
+    /* corners: sample i < n at column x[i], row y[i], where a cell's centre is a whole number, reads four
+     * cells: this one, its right neighbour, the one below, and that one's. at[c * stride + i] is the cell's number,
+     * always on the map, weight[c * stride + i] what it weighs: 0 outside, NaN for a place that is NaN.
+     * corners_grad: value[i] = the sample of a map that has g[c * stride + i] in these cells; dx, dy: its
+     * derivatives (=, not +=), from the right where there is a kink.
+     * sample: the rows that s says;  sample_spread: dx at them += weight * dy, by row, then by tap, dx ldx apart;
+     * sample_dots: g[t * stride + r] += the dot product of row r of dy and tap t's row of x.
+     * softmax_down: y = softmax over k < rows of y[k * stride + i], for each i < n <= LT_SOFTMAX_COLUMNS;
+     * rows at least 1. */
+    void (*corners)(int32_t *at, lt_real *weight, int64_t stride, const lt_real *x, const lt_real *y,
+                    int64_t h, int64_t w, size_t n);
+    void (*corners_grad)(lt_real *dx, lt_real *dy, lt_real *value, int64_t stride, const lt_real *g,
+                         const lt_real *x, const lt_real *y, int64_t h, int64_t w, size_t n);
+    void (*sample)(lt_real *y, int64_t ldy, const lt_samples *s);
+    void (*sample_spread)(lt_real *dx, const lt_real *dy, int64_t ldy, const lt_samples *s);
+    void (*sample_dots)(lt_real *g, const lt_real *dy, int64_t ldy, const lt_samples *s);
+    void (*softmax_down)(lt_real *y, int64_t stride, int64_t rows, size_t n);
 
     /* ---- one plane ---------------------------------------------------------------------------- */
     /* maxpool: a k x k window every `step` positions, `pad` (< k) of nothing around the h x w plane;

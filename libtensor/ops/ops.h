@@ -88,6 +88,26 @@ LT_API lt_tensor *lt_matmul(lt_tensor *a, lt_tensor *b);
  */
 LT_API lt_tensor *lt_attention(lt_tensor *q, lt_tensor *k, lt_tensor *v, int heads);
 
+/**
+ * lt_deformable_attention - each query sums samples of a map at a few places of its own
+ *
+ *   value      (B, h * w, C)                  the map, projected; C / heads channels belong to a head
+ *   offset     (B, T, heads * points * 2)     by head, point, (x, y), in cells
+ *   logit      (B, T, heads * points)         become weights by a softmax over a head's points
+ *   reference  (T, 2)                         column and row from which a query's offsets count; a cell's
+ *                                             centre is a whole number
+ *   returns    (B, T, C)
+ *
+ * Samples are bilinear and 0 outside the map. Gradients reach value, offset and logit; reference is a constant.
+ * Errors: shapes that do not fit h x w, heads that do not divide, more than 16 points a head.
+ * Source: Zhu et al. 2021, "Deformable DETR", equation 2, on one scale, without its projections.
+ */
+LT_API lt_tensor *lt_deformable_attention(lt_tensor *value, lt_tensor *offset, lt_tensor *logit,
+                                          lt_tensor *reference, int heads, int h, int w);
+
+/* lt_cell_places - the reference of queries that are the cells of the map: (h * w, 2) of column and row */
+LT_API lt_tensor *lt_cell_places(lt_graph *g, int h, int w);
+
 typedef struct {
     int stride, pad, dilation, groups;          /* 0 means 1, and for pad 0 */
 } lt_conv_opts;
@@ -102,6 +122,16 @@ typedef struct {
  * Errors: channels that do not fit the weight, groups that do not divide, a window larger than the map.
  */
 LT_API lt_tensor *lt_conv2d(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts);
+
+/**
+ * lt_conv_transpose2d - the transpose of a convolution: each value spreads a window
+ *
+ *   x  (B, C, H, W)      w  (C, O, kh, kw)      b  (O) or NULL
+ *   returns  (B, O, H', W'), H' = (H - 1) stride - 2 pad + kh
+ *
+ * Errors: channels that do not fit the weight, a map of which nothing is left.
+ */
+LT_API lt_tensor *lt_conv_transpose2d(lt_tensor *x, lt_tensor *w, lt_tensor *b, int stride, int pad);
 
 /* ---- maps (B, C, H, W) ------------------------------------------------------------------------------ */
 
@@ -133,6 +163,17 @@ LT_API lt_tensor *lt_resize_bilinear(lt_tensor *x, int64_t h, int64_t w);
  * Source: He et al. 2017, "Mask R-CNN", section 3; no half-pixel shift (aligned=False elsewhere).
  */
 LT_API lt_tensor *lt_roi_align(lt_tensor *x, lt_tensor *boxes, int out_h, int out_w, double scale);
+
+/**
+ * lt_grid_sample - bilinear samples of a map, 0 outside it
+ *
+ *   x  (B, C, H, W)      grid  (B, h, w, 2)  column and row of each sample      returns  (B, C, h, w)
+ *
+ * -1 and 1 are the outer edges of the map (align_corners false). Gradients reach x and the grid.
+ * Errors: a grid of another batch or without pairs, an empty map.
+ * Source: Jaderberg et al. 2015, "Spatial transformer networks", section 3.3.
+ */
+LT_API lt_tensor *lt_grid_sample(lt_tensor *x, lt_tensor *grid);
 
 /* lt_soft_argmax2d - the expected place of heat maps that sum to 1: (B, J, H, W) -> (B, J, 2),
  * u = sum h * (col + 0.5) / W, v likewise, in [0, 1] */
@@ -213,12 +254,15 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_linear(...) LT_HERE(lt_linear(__VA_ARGS__))
 #define lt_matmul(...) LT_HERE(lt_matmul(__VA_ARGS__))
 #define lt_attention(...) LT_HERE(lt_attention(__VA_ARGS__))
+#define lt_deformable_attention(...) LT_HERE(lt_deformable_attention(__VA_ARGS__))
 #define lt_conv2d(...) LT_HERE(lt_conv2d(__VA_ARGS__))
+#define lt_conv_transpose2d(...) LT_HERE(lt_conv_transpose2d(__VA_ARGS__))
 #define lt_max_pool2d(...) LT_HERE(lt_max_pool2d(__VA_ARGS__))
 #define lt_global_avg_pool(...) LT_HERE(lt_global_avg_pool(__VA_ARGS__))
 #define lt_upsample_nearest(...) LT_HERE(lt_upsample_nearest(__VA_ARGS__))
 #define lt_resize_bilinear(...) LT_HERE(lt_resize_bilinear(__VA_ARGS__))
 #define lt_roi_align(...) LT_HERE(lt_roi_align(__VA_ARGS__))
+#define lt_grid_sample(...) LT_HERE(lt_grid_sample(__VA_ARGS__))
 #define lt_soft_argmax2d(...) LT_HERE(lt_soft_argmax2d(__VA_ARGS__))
 #define lt_softmax(...) LT_HERE(lt_softmax(__VA_ARGS__))
 #define lt_layer_norm(...) LT_HERE(lt_layer_norm(__VA_ARGS__))

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Single layers in PyTorch, as palmar bench --layer has them: attention, layer_norm, roi_align, hand.
+"""Single layers in PyTorch, as palmar bench --layer has them: attention, deformable_attention, layer_norm,
+roi_align, hand.
 
 Short ones come as a chain of equal layers, so that a call's own cost is shared out.
 """
@@ -31,6 +32,34 @@ class Attention(nn.Module):
         return q
 
 
+def deformable_core(value, offset, logit, heads, h, w):
+    """The core of multi_scale_deformable_attn_pytorch on one scale: value (B, h w, C), offset (B, T, 2 heads points)
+    in cells from each query's own cell, logit (B, T, heads points)"""
+    (B, S, C), T, P = value.shape, logit.shape[1], logit.shape[2] // heads
+    maps = value.view(B, S, heads, C // heads).permute(0, 2, 3, 1).reshape(B * heads, C // heads, h, w)
+    x, y = torch.arange(w, dtype=value.dtype), torch.arange(h, dtype=value.dtype)
+    own = torch.stack((x.repeat(h), y.repeat_interleave(w)), 1)
+    at = offset.view(B, T, heads, P, 2) + own[None, :, None, None]
+    places = (2 * at + 1) / torch.tensor([w, h], dtype=value.dtype) - 1
+    seen = nn.functional.grid_sample(maps, places.permute(0, 2, 1, 3, 4).reshape(B * heads, T, P, 2), mode="bilinear",
+                                     padding_mode="zeros", align_corners=False)
+    share = torch.softmax(logit.view(B, T, heads, P), 3).permute(0, 2, 1, 3).reshape(B * heads, 1, T, P)
+    return (seen * share).sum(3).view(B, C, T).transpose(1, 2)
+
+
+class DeformableAttention(nn.Module):
+    copies = 4
+
+    def __init__(self, heads, hw):
+        super().__init__()
+        self.heads, self.hw = heads, hw
+
+    def forward(self, value, offset, logit):
+        for _ in range(self.copies):
+            value = deformable_core(value, offset, logit, self.heads, self.hw, self.hw)
+        return value
+
+
 class LayerNorms(nn.Sequential):
     copies = 32
 
@@ -60,6 +89,12 @@ def layer(text, batch):
     if kind == "attention":
         c = dict({"tokens": 1024, "c": 256, "heads": 4}, **given)
         return Attention(c["heads"]), {n: torch.rand(batch, c["tokens"], c["c"]) for n in ("q", "k", "v")}
+    if kind == "deformable_attention":
+        c = dict({"hw": 28, "c": 128, "heads": 8, "points": 4}, **given)
+        T, places = c["hw"] ** 2, c["heads"] * c["points"]
+        return DeformableAttention(c["heads"], c["hw"]), {
+            "value": torch.rand(batch, T, c["c"]), "offset": 4 * torch.rand(batch, T, 2 * places) - 2,
+            "logit": torch.rand(batch, T, places)}
     if kind == "layer_norm":
         c = dict({"c": 256, "rows": 1024}, **given)
         return LayerNorms(c["c"]), {"input": torch.rand(batch * c["rows"], c["c"])}

@@ -280,6 +280,69 @@ def roi_align(s):
     s.case("no_images", roi(4, 3, .25), clear(0, 3, 9, 8), [[0, 0, 0, 9, 9], [1, 0, 0, 9, 9]], const=(1,))
 
 
+def between(size, *shape):
+    """Places clear of whole numbers, from three cells before a map to two behind it"""
+    return (np.floor(rng.uniform(-3, np.asarray(size) + 2, shape)) + rng.uniform(.1, .9, shape)).astype(np.float32)
+
+
+def sampled(x, at):
+    """x (B, C, H, W) at (B, h, w, 2) columns and rows, cells' centres at whole numbers"""
+    size = torch.tensor([x.shape[3], x.shape[2]], dtype=x.dtype)
+    return F.grid_sample(x, (2 * at + 1) / size - 1, align_corners=False)
+
+
+def deformable_attention(s):
+    def fn(heads, h, w):
+        def one_scale(value, offset, logit, reference):
+            (B, _, C), T, P = value.shape, logit.shape[1], logit.shape[2] // heads
+            maps = value.reshape(B, h, w, heads, C // heads).permute(0, 3, 4, 1, 2).reshape(B * heads, C // heads, h, w)
+            at = reference[None, :, None, None] + offset.reshape(B, T, heads, P, 2)
+            seen = sampled(maps, at.transpose(1, 2).reshape(B * heads, T, P, 2))
+            share = torch.softmax(logit.reshape(B, T, heads, P), 3).transpose(1, 2).reshape(B * heads, 1, T, P)
+            return (seen * share).sum(3).reshape(B, C, T).transpose(1, 2)
+        return one_scale
+
+    def case(name, B, heads, h, w, C, T, P):
+        f = fn(heads, h, w) if B and T else lambda v, o, l, r: torch.zeros(B, T, C, dtype=v.dtype) + 0 * (v.sum() + o.sum() + l.sum())
+        s.case(name, f, clear(B, h * w, C), between(1, B, T, heads * P * 2), clear(B, T, heads * P),
+               np.floor(rng.uniform(-2, 9, (T, 2))), const=(3,))
+
+    case("cross", 2, 2, 5, 7, 12, 9, 3)
+    case("wide", 1, 2, 5, 7, 38, 5, 4)
+    case("one", 1, 1, 1, 1, 1, 1, 1)
+    case("no_queries", 2, 2, 5, 7, 6, 0, 2)
+    case("empty_batch", 0, 2, 5, 7, 6, 3, 2)
+
+
+def grid_sample(s):
+    def case(name, x, h, w):
+        B, C, H, W = x
+        f = lambda a, g: F.grid_sample(a, g, align_corners=False)
+        if B * h * w == 0:
+            f = lambda a, g: torch.zeros(B, C, h, w, dtype=a.dtype) + 0 * (a.sum() + g.sum())
+        s.case(name, f, clear(*x), (2 * between((W, H), B, h, w, 2) + 1) / np.array([W, H]) - 1)
+
+    case("maps", (2, 3, 5, 7), 4, 3)
+    case("channels", (1, 37, 6, 5), 2, 9)
+    case("one", (1, 1, 1, 1), 1, 1)
+    case("no_places", (2, 3, 5, 7), 0, 3)
+    case("empty", (0, 3, 5, 7), 4, 3)
+
+
+def conv_transpose2d(s):
+    conv = lambda **k: lambda x, w, b=None: F.conv_transpose2d(x, w, b, **k)
+    s.case("plain", conv(), clear(2, 3, 5, 4), clear(3, 4, 3, 3), clear(4))
+    s.case("up1", conv(stride=2, padding=1), clear(2, 6, 4, 4), clear(6, 5, 3, 3), clear(5))
+    s.case("up2", conv(stride=2, padding=1), clear(1, 4, 7, 6), clear(4, 3, 4, 4), clear(3))
+    s.case("up3", conv(stride=2), clear(1, 3, 5, 6), clear(3, 2, 6, 6), clear(2))
+    s.case("no_bias", conv(stride=2, padding=1), clear(1, 2, 6, 5), clear(2, 3, 4, 4))
+    s.case("gaps", conv(stride=2), clear(1, 2, 3, 4), clear(2, 3, 1, 1), clear(3))
+    s.case("oblong", conv(), clear(1, 2, 3, 4), clear(2, 3, 1, 5), clear(3))
+    s.case("one", conv(), clear(1, 1, 1, 1), clear(1, 1, 1, 1), clear(1))
+    s.case("empty", lambda x, w, b: torch.zeros(0, 3, 12, 10, dtype=x.dtype) + 0 * (x.sum() + w.sum() + b.sum()),
+           clear(0, 2, 6, 5), clear(2, 3, 4, 4), clear(3))
+
+
 def soft_argmax2d(s):
     def fn(h):
         H, W = h.shape[2:]
@@ -425,6 +488,7 @@ SUITES = {
     "silu": unary(F.silu, True), "elu": unary(F.elu), "gelu": unary(F.gelu, True), "reshape": reshape,
     "detach": detach, "permute": permute, "concat": concat, "slice": slice_, "linear": linear, "matmul": matmul,
     "attention": attention, "conv2d": conv2d, "max_pool2d": max_pool2d, "global_avg_pool": global_avg_pool,
+    "deformable_attention": deformable_attention, "grid_sample": grid_sample, "conv_transpose2d": conv_transpose2d,
     "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,
     "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm, "batch_norm": batch_norm,
     "channel_affine": channel_affine, "rot6d": rot6d, "hand": hand, "mse_loss": loss(torch.square),

@@ -167,6 +167,7 @@ static void check_isa(lt_isa isa, const lt_kernels *generic)
     stage = lt_isa_name(isa);
     check_entries(&k, generic);
     check_attention(&k, generic);
+    check_samples(&k, generic);
     check_accuracy(&k);
     for (int threads = 1; threads <= 4; threads++) {
         snprintf(name, sizeof(name), "%s, %d threads", lt_isa_name(isa), threads);

@@ -23,11 +23,13 @@
 #ifdef LT_DOUBLE
 #define FMA(a, b, c) fma(a, b, c)
 #define FABS fabs
+#define FLOOR floor
 #define SQRT sqrt
 #define COPYSIGN copysign
 #else
 #define FMA(a, b, c) fmaf(a, b, c)
 #define FABS fabsf
+#define FLOOR floorf
 #define SQRT sqrtf
 #define COPYSIGN copysignf
 #endif
