@@ -6,8 +6,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
-enum { BLOCK_BYTES = 1 << 16, BIG_BYTES = 1 << 14 };
+enum { BLOCK_BYTES = 1 << 16, BIG_BYTES = 1 << 14, HUGE_PAGE = 1 << 21 };
 
 typedef struct block {
     struct block *next;
@@ -33,6 +34,17 @@ static bool must_fail(void)
     return atomic_load(&fail_countdown) > 0 && atomic_fetch_sub(&fail_countdown, 1) == 1;
 }
 
+/* Weights that stream through once miss the TLB at every small page. */
+static void *huge_pages(size_t bytes)
+{
+    void *p;
+
+    if (posix_memalign(&p, HUGE_PAGE, bytes))
+        return NULL;
+    madvise(p, bytes / HUGE_PAGE * HUGE_PAGE, MADV_HUGEPAGE);
+    return p;
+}
+
 void *lt_alloc(size_t bytes)
 {
     size_t padded;
@@ -41,7 +53,7 @@ void *lt_alloc(size_t bytes)
     if (!lt_size_add(bytes ? bytes : 1, LT_ALIGN - 1, &padded) || must_fail())
         return NULL;
     padded &= ~(size_t)(LT_ALIGN - 1);
-    p = aligned_alloc(LT_ALIGN, padded);
+    p = padded < HUGE_PAGE ? aligned_alloc(LT_ALIGN, padded) : huge_pages(padded);
     if (p)
         memset(p, 0, padded);
     return p;
