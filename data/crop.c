@@ -123,6 +123,37 @@ static void fetch_bilinear(const uint8_t *rgb, int width, int height, double u, 
                  fy * ((1 - fx) * p[2][c] + fx * p[3][c]);
 }
 
+/* Row y of the warp, each pixel the nearest one there. */
+static void warp_row_nearest(const double back[6], const uint8_t *rgb, int width, int height, int y, float *out,
+                             int size, const float scaled[256])
+{
+    const size_t plane = (size_t)size * (size_t)size;
+
+    for (int x = 0; x < size; x++) {
+        double p[2] = { x + 0.5, y + 0.5 };
+        const uint8_t *from;
+
+        lt_affine_apply(back, p, p);
+        if (!(p[0] >= 0 && p[0] < width && p[1] >= 0 && p[1] < height)) {
+            out[x] = out[plane + (size_t)x] = out[2 * plane + (size_t)x] = 0;
+            continue;
+        }
+        from = rgb + 3 * ((size_t)(int)p[1] * (size_t)width + (size_t)(int)p[0]);
+        for (size_t k = 0; k < 3; k++)
+            out[k * plane + (size_t)x] = scaled[from[k]];
+    }
+}
+
+static void warp_nearest(const double back[6], const uint8_t *rgb, int width, int height, float *out, int size)
+{
+    float scaled[256];
+
+    for (int i = 0; i < 256; i++)
+        scaled[i] = (float)(i / 255.0);
+    for (int y = 0; y < size; y++)
+        warp_row_nearest(back, rgb, width, height, y, out + (size_t)y * (size_t)size, size, scaled);
+}
+
 void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, float *out, int size,
                bool bilinear)
 {
@@ -130,15 +161,16 @@ void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, flo
     double back[6];
 
     invert(A, back);
+    if (!bilinear) {
+        warp_nearest(back, rgb, width, height, out, size);
+        return;
+    }
     for (int y = 0; y < size; y++)
         for (int x = 0; x < size; x++) {
             float *o = out + (size_t)y * (size_t)size + (size_t)x;
             double p[2] = { x + 0.5, y + 0.5 }, c[3];
             lt_affine_apply(back, p, p);
-            if (bilinear)
-                fetch_bilinear(rgb, width, height, p[0], p[1], c);
-            else
-                fetch(rgb, width, height, floor(p[0]), floor(p[1]), c);
+            fetch_bilinear(rgb, width, height, p[0], p[1], c);
             for (int k = 0; k < 3; k++)
                 o[(size_t)k * plane] = (float)c[k];
         }

@@ -18,32 +18,40 @@ static spot project(const float *x, const float *R, const float *t, const lt_cam
     return (spot){ uv[0], uv[1], p[2] };
 }
 
+/* Without libm's calls: they were half of the time, for models have thousands of small faces. */
+static double less(double a, double b) { return a < b ? a : b; }
+static double greater(double a, double b) { return a > b ? a : b; }
+
+/* The first whole number from x on, and the last up to x, for x of a picture's size, 0 or more. */
+static int first_from(double x) { return (int)x + (x > (int)x); }
+static int last_to(double x) { return (int)x; }
+
 /* Where the edge a-b crosses row y widens [*lo, *hi]. */
-static void cross_edge(const spot *a, const spot *b, double y, double *lo, double *hi)
+static inline void cross_edge(const spot *a, const spot *b, double y, double *lo, double *hi)
 {
     double x;
 
     if ((a->v <= y) == (b->v <= y))
         return;
     x = a->u + (y - a->v) / (b->v - a->v) * (b->u - a->u);
-    *lo = fmin(*lo, x);
-    *hi = fmax(*hi, x);
+    *lo = less(*lo, x);
+    *hi = greater(*hi, x);
 }
 
 static void fill(const spot *a, const spot *b, const spot *c, uint8_t *mask, int width, int height)
 {
-    const double top = fmin(a->v, fmin(b->v, c->v)), bottom = fmax(a->v, fmax(b->v, c->v));
+    const double top = less(a->v, less(b->v, c->v)), bottom = greater(a->v, greater(b->v, c->v));
 
     if (!(top < height && bottom >= 0))
         return;
-    for (int y = (int)ceil(fmax(top, 0)), y1 = (int)floor(fmin(bottom, height - 1)); y <= y1; y++) {
+    for (int y = first_from(greater(top, 0)), y1 = last_to(less(bottom, height - 1)); y <= y1; y++) {
         double lo = INFINITY, hi = -INFINITY;
         cross_edge(a, b, y, &lo, &hi);
         cross_edge(b, c, y, &lo, &hi);
         cross_edge(c, a, y, &lo, &hi);
         if (!(lo <= hi && lo < width && hi >= 0))
             continue;
-        for (int x = (int)ceil(fmax(lo, 0)), x1 = (int)floor(fmin(hi, width - 1)); x <= x1; x++)
+        for (int x = first_from(greater(lo, 0)), x1 = last_to(less(hi, width - 1)); x <= x1; x++)
             mask[(size_t)y * (size_t)width + (size_t)x] = 1;
     }
 }
