@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Films one take after the other, its frames on all threads, and writes what was filmed. */
+/*
+ * Prepares a few takes at a time, each on a thread of its own; films them one after the other, a take's frames on
+ * all threads; and writes what was filmed.
+ */
 #include "data/synth/generate.h"
 
 #include "data/synth/calibration.h"
@@ -17,7 +20,8 @@
 
 enum {
     CHUNK = 8,                      /* frames between two reports of progress; no part of the result */
-    GRASPS = 4,                     /* drawn for a take, of which one is used */
+    AT_A_TIME = 8,                  /* takes prepared; no part of the result */
+    GRASPS = 4,                     /* drawn for a take at most: the first that can be taken from the table */
     TAKE = 0x54414b45, LABEL = 0x4c41424c, GRASP = 0x47524153, QUALITY = 0x4a504547,
 };
 
@@ -156,7 +160,10 @@ typedef struct {
 typedef struct {
     run *run;
     const synth_take *take;
+    lt_arena *arena;                /* of the stage */
     synth_stage stage;
+    lt_status status;               /* of preparing it */
+    char line[1024];
     char sequence[SYNTH_MAX_CAMERAS][48];
     shot *shot;                     /* CHUNK of them */
     int64_t first;                  /* number of shot[0]: camera * frames + frame */
@@ -228,30 +235,30 @@ static lt_status film_all(filming *f)
     return st;
 }
 
-/* A grasp that can be taken from the table, where one of a few can. */
+/* A grasp that can be taken from the table, where one of a few can; else the first. */
 static lt_status choose_grasp(lt_arena *arena, const run *r, const synth_subject *who, const synth_prop *what,
-                              uint64_t stream, const synth_grasp **out)
+                              uint64_t stream, synth_grasp *out)
 {
     const uint64_t seed = lt_rng_mix(lt_rng_mix(r->opt->seed, GRASP), stream);
     synth_sequence_spec spec = { .object = &what->mesh };
     synth_grasp_ctx *ctx;
-    synth_grasp *grasp;
+    synth_grasp grasp;
     lt_status st = synth_grasp_ctx_new(arena, what->id, &what->mesh, &what->sdf, r->hand, who->beta, &ctx);
 
-    if (!st)
-        st = synth_grasp_library(arena, ctx, seed, GRASPS, NULL, &grasp);
-    if (st)
-        return lt_error_prefix(st, "%s", what->name);
     memcpy(spec.rest_wrist, who->rest_wrist, sizeof(spec.rest_wrist));
-    *out = &grasp[0];
-    for (int i = 0; i < GRASPS; i++) {
-        spec.grasp = &grasp[i];
+    spec.grasp = &grasp;
+    for (int i = 0; !st && i < GRASPS; i++) {
+        st = synth_grasp_sample(ctx, lt_rng_mix(seed, (uint64_t)i), NULL, &grasp);
+        if (st)
+            break;
+        if (i == 0)
+            *out = grasp;
         if (synth_fits_table(&spec)) {
-            *out = &grasp[i];
+            *out = grasp;
             break;
         }
     }
-    return LT_OK;
+    return st ? lt_error_prefix(st, "%s", what->name) : LT_OK;
 }
 
 static const synth_prop *find_prop(const run *r, int object)
@@ -278,38 +285,72 @@ static lt_status make_folders(run *r, filming *f)
                                    &r->manifest);
 }
 
-static lt_status film_take(run *r, const synth_take *take, shot *shots)
+static lt_status prepare(filming *f)
 {
+    const run *r = f->run;
+    const synth_take *take = f->take;
     const int number = (int)(take - r->cast.take);
     const uint64_t stream = lt_rng_mix(TAKE, (uint64_t)number);
     const synth_subject *who = &r->subject[take->subject];
     const synth_prop *what = find_prop(r, take->object);
-    filming f = { .run = r, .take = take, .shot = shots };
-    lt_arena *arena = lt_arena_new();
-    const synth_grasp *grasp = NULL;
-    lt_status st = arena ? choose_grasp(arena, r, who, what, stream, &grasp)
-                         : lt_error(LT_ENOMEM, "synth: no memory for a take");
+    synth_grasp *grasp;
+    lt_status st;
 
+    f->arena = lt_arena_new();
+    grasp = f->arena ? lt_arena_alloc(f->arena, sizeof(*grasp)) : NULL;
+    st = grasp ? choose_grasp(f->arena, r, who, what, stream, grasp)
+               : lt_error(LT_ENOMEM, "synth: no memory for a take");
     if (!st)
-        st = synth_stage_new(arena, r->hand, who, what, grasp, take->frames, number, r->cast.n_cameras,
-                             r->opt->seed, stream, &f.stage);
-    if (!st)
-        st = make_folders(r, &f);
-    if (!st)
-        st = film_all(&f);
-    lt_arena_free(arena);
+        st = synth_stage_new(f->arena, r->hand, who, what, grasp, take->frames, number, r->cast.n_cameras,
+                             r->opt->seed, stream, &f->stage);
     return st;
+}
+
+static void prepare_task(void *ctx, int64_t i)
+{
+    filming *f = (filming *)ctx + i;
+
+    f->status = prepare(f);
+    if (f->status)
+        snprintf(f->line, sizeof(f->line), "%s", lt_last_error());
+}
+
+static lt_status film_take(filming *f)
+{
+    lt_status st = f->status ? lt_error(f->status, "%s", f->line) : make_folders(f->run, f);
+
+    return st ? st : film_all(f);
 }
 
 /* ---- the run ---- */
 
+/* Takes first to first + n. */
+static lt_status film_some(run *r, int first, int n, filming *some, shot *shots)
+{
+    lt_status st = LT_OK;
+
+    for (int i = 0; i < n; i++)
+        some[i] = (filming){ .run = r, .take = &r->cast.take[first + i], .shot = shots };
+    lt_parallel_for(n, prepare_task, some);
+    for (int i = 0; i < n; i++) {
+        if (!st)
+            st = film_take(&some[i]);
+        lt_arena_free(some[i].arena);
+    }
+    return st;
+}
+
 static lt_status film_takes(run *r)
 {
     shot *shots = lt_arena_array(r->arena, CHUNK, sizeof(*shots));
-    lt_status st = shots ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %d frames", CHUNK);
+    filming *some = lt_arena_array(r->arena, AT_A_TIME, sizeof(*some));
+    lt_status st = shots && some ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %d frames", CHUNK);
 
-    for (int i = 0; !st && i < r->cast.n_takes; i++)
-        st = film_take(r, &r->cast.take[i], shots);
+    for (int i = 0; !st && i < r->cast.n_takes; i += AT_A_TIME) {
+        const int left = r->cast.n_takes - i;
+
+        st = film_some(r, i, left < AT_A_TIME ? left : AT_A_TIME, some, shots);
+    }
     return st;
 }
 

@@ -39,6 +39,16 @@ typedef struct synth_texture synth_texture;
  */
 synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width, int height);
 
+/* Fills rgb (side, side, 3) from a recipe; false without memory. */
+typedef bool (*synth_paint_fn)(const void *recipe, int side, uint8_t (*rgb)[3]);
+
+/* synth_texture_later - side x side, painted by synth_texture_paint and not drawn with before; the recipe must
+ * live as long as the arena */
+synth_texture *synth_texture_later(lt_arena *arena, int side, synth_paint_fn paint, const void *recipe);
+
+/* synth_texture_paint - make a texture ready to be drawn with, unless it is; false without memory */
+bool synth_texture_paint(synth_texture *t);
+
 /* How a surface answers light. Zeroed fields mean: black, matt, opaque, no texture. */
 typedef struct {
     float albedo[3];                /* multiplies vertex colours and texture */
@@ -47,7 +57,7 @@ typedef struct {
     float metal;                    /* 0..1: how much of the reflection takes the albedo's colour */
     float translucency;             /* 0..1: light creeps around the edge, red farthest: skin 1 */
     float grain;                    /* 0..1: fine spots and furrows of skin */
-    const synth_texture *texture;   /* needs mesh->uv; NULL: none */
+    synth_texture *texture;         /* needs mesh->uv; NULL: none */
 } synth_material;
 
 /* A mesh in the world: x_world = R_world_obj * x_obj + t_world_obj. */

@@ -40,6 +40,10 @@ typedef struct {
  */
 synth_room *synth_room_new(lt_arena *arena, uint64_t seed, uint64_t stream, double clear);
 
+/* synth_room_paint - the textures of what n cameras may see, without which the room is not to be drawn; false
+ * without memory */
+bool synth_room_paint(synth_room *room, const synth_camera *camera, int n);
+
 /* synth_room_place - move the room: x_world = R x_room + t, for everything in it */
 void synth_room_place(synth_room *room, const double R_world_room[9], const double t_world_room[3]);
 
@@ -52,7 +56,7 @@ typedef struct {
     double elbow[3];                /* where the arm goes, from the wrist: a direction */
     double bare;                    /* metres of skin before the sleeve; length or more: no sleeve */
     double length;                  /* metres from wrist to the open end, out of the picture: 0.6 */
-    const synth_texture *cloth;     /* of the sleeve: synth_arm_cloth; NULL: none */
+    synth_texture *cloth;           /* of the sleeve: synth_arm_cloth; NULL: none */
     uint64_t seed, stream;          /* of the sleeve's folds */
 } synth_arm_spec;
 

@@ -99,7 +99,7 @@ static void occupy(const synth_stage *s, const synth_sight *at, synth_ball ball[
     }
 }
 
-static lt_status furnish(lt_arena *arena, const synth_sight *sight, synth_stage *s)
+static lt_status furnish(lt_arena *arena, const synth_sight *sight, synth_stage *s, synth_room **out)
 {
     synth_room *room = synth_room_new(arena, s->seed, lt_rng_mix(s->stream, ROOM), CLEAR);
     synth_ball *ball = lt_arena_array(arena, (size_t)s->n_kept * BALLS, sizeof(*ball));
@@ -110,7 +110,7 @@ static lt_status furnish(lt_arena *arena, const synth_sight *sight, synth_stage 
     for (int k = 0; k < s->n_kept; k++)
         occupy(s, &sight[k], ball + k * BALLS);
     synth_clear_way(room, ball, s->n_kept * BALLS);
-    s->room = room;
+    s->room = *out = room;
     return LT_OK;
 }
 
@@ -131,6 +131,7 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
     synth_stage s = { .hand = hand, .subject = subject, .prop = prop, .n_kept = n_frames,
                       .n_cameras = n_cameras, .seed = seed, .stream = stream };
     synth_sight *sight;
+    synth_room *room = NULL;
     lt_status st;
 
     memcpy(spec.rest_wrist, subject->rest_wrist, sizeof(spec.rest_wrist));
@@ -143,10 +144,12 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
         return lt_error(LT_ENOMEM, "synth: no memory for a take");
     for (int k = 0; k < n_frames; k++)
         look_at(&s, &s.sequence.moment[s.kept[k]], &sight[k]);
-    st = furnish(arena, sight, &s);
+    st = furnish(arena, sight, &s, &room);
     if (st)
         return st;
     place_cameras(sight, number, &s);
+    if (!synth_room_paint(room, s.camera, n_cameras) || !synth_texture_paint(s.cloth))
+        return lt_error(LT_ENOMEM, "synth: no memory for a room");
     *out = s;
     return LT_OK;
 }

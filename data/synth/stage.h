@@ -26,7 +26,7 @@ typedef struct {
     lt_mesh mesh;
     const float (*points)[3];                   /* of points.xyz, SYNTH_POINTS of them */
     uint8_t (*rgb)[3];                          /* its texture, SYNTH_TEXTURE a side, top row first */
-    const synth_texture *texture;
+    synth_texture *texture;
     lt_box box;                                 /* of points */
     lt_mesh_index *index;
     synth_sdf sdf;
@@ -41,7 +41,7 @@ typedef struct {
     const synth_subject *subject;
     const synth_prop *prop;
     const synth_room *room;
-    const synth_texture *cloth;                 /* of the subject's sleeve */
+    synth_texture *cloth;                       /* of the subject's sleeve */
     synth_sequence sequence;
     const int *kept;                            /* n_kept moments that become frames */
     int n_kept;

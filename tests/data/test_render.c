@@ -535,6 +535,49 @@ START_TEST(room_leaves_room)
 }
 END_TEST
 
+/* A camera over the table's edge, turned by an angle about the room's axis: z forward, x level. */
+static synth_camera camera_in_room(double around)
+{
+    const double c = cos(around), n = sin(around), down = 0.5, q = cos(down), p = sin(down);
+    synth_camera cam = { .fx = 150, .fy = 150, .cx = (W - 1) / 2.0, .cy = (H - 1) / 2.0, .width = W, .height = H };
+    const double R[9] = { c, n, 0, p * n, -p * c, -q, -q * n, q * c, -p }, eye[3] = { 0.6 * n, -0.6 * c, 0.4 };
+
+    memcpy(cam.R_cam_world, R, sizeof(R));
+    for (int i = 0; i < 3; i++)
+        cam.t_cam_world[i] = -(R[3 * i] * eye[0] + R[3 * i + 1] * eye[1] + R[3 * i + 2] * eye[2]);
+    return cam;
+}
+
+/* The room of a seed as camera[0] sees it, painted for n cameras. */
+static void film_room(uint64_t seed, const synth_camera *camera, int n, uint8_t (*rgb)[3])
+{
+    const synth_sensor plain = synth_sensor_default();
+    synth_room *room = synth_room_new(arena, seed, 0, 0.15);
+    synth_scene scene = { .camera = camera[0], .sky = { 0.5f, 0.5f, 0.5f }, .ground = { 0.3f, 0.3f, 0.3f },
+                          .up = { 0, 0, 1 } };
+
+    ck_assert(room && synth_room_paint(room, camera, n));
+    scene.instance = room->instance;
+    scene.n_instances = room->n_instances;
+    ck_assert_int_eq(synth_render(&scene, frame), LT_OK);
+    synth_sensor_image(&plain, frame);
+    memcpy(rgb, frame->rgb, (size_t)W * H * 3);
+}
+
+/* What a camera does not see need not be painted for it. */
+START_TEST(paints_what_is_seen)
+{
+    uint8_t (*alone)[3] = lt_arena_array(arena, (size_t)W * H, 3), (*all)[3] = lt_arena_array(arena, (size_t)W * H, 3);
+    synth_camera camera[6];
+
+    for (int i = 0; i < 6; i++)
+        camera[i] = camera_in_room(_i + i * M_PI / 3);
+    film_room((uint64_t)_i, camera, 1, alone);
+    film_room((uint64_t)_i, camera, 6, all);
+    ck_assert_int_eq(memcmp(alone, all, (size_t)W * H * 3), 0);
+}
+END_TEST
+
 static synth_arm_spec arm_spec(float (*loop)[3], int turn)
 {
     synth_arm_spec spec = { .loop = (const float (*)[3])loop, .skin = { 0.5f, 0.3f, 0.2f }, .elbow = { 0.1, 0.2, 1 },
@@ -705,6 +748,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, jpeg_is_near);
     tcase_add_test(t, motion_smears_what_moves);
     tcase_add_test(t, room_leaves_room);
+    tcase_add_loop_test(t, paints_what_is_seen, 0, 6);
     tcase_add_loop_test(t, arm_starts_at_the_loop, 0, 2);
     tcase_add_test(t, bad_arms);
     tcase_add_test(t, drawing_is_cut);

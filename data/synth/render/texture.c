@@ -3,6 +3,7 @@
 #include "data/synth/render/texture.h"
 #include "data/synth/render/small.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { MAX_LEVELS = 14, MAX_SIDE = 8192, MAX_PROBES = 4, SRGB_STEPS = 4096 };
@@ -22,8 +23,12 @@ typedef struct {
 } mip;
 
 struct synth_texture {
-    int levels;
+    int levels;                     /* 0: not painted yet */
     mip level[MAX_LEVELS];
+    lt_arena *arena;
+    int side;                       /* of what paint makes of the recipe */
+    synth_paint_fn paint;
+    const void *recipe;
 };
 
 /* IEC 61966-2-1 */
@@ -85,15 +90,10 @@ static bool add_level(lt_arena *arena, synth_texture *t, int width, int height)
     return m->texel != NULL;
 }
 
-synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width, int height)
+static bool make_levels(lt_arena *arena, synth_texture *t, const uint8_t *rgb, int width, int height)
 {
-    synth_texture *t;
-
-    if (width < 1 || height < 1 || width > MAX_SIDE || height > MAX_SIDE)
-        return NULL;
-    t = lt_arena_alloc(arena, sizeof(*t));
-    if (!t || !add_level(arena, t, width, height))
-        return NULL;
+    if (!add_level(arena, t, width, height))
+        return false;
     for (int i = 0; i < width * height; i++)
         for (int c = 0; c < 3; c++)
             t->level[0].texel[i][c] = texel_of[rgb[3 * i + c]];
@@ -101,10 +101,43 @@ synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width,
         width = width > 1 ? width / 2 : 1;
         height = height > 1 ? height / 2 : 1;
         if (!add_level(arena, t, width, height))
-            return NULL;
+            return false;
         halve(&t->level[t->levels - 2], &t->level[t->levels - 1]);
     }
-    return t;
+    return true;
+}
+
+synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width, int height)
+{
+    synth_texture *t;
+
+    if (width < 1 || height < 1 || width > MAX_SIDE || height > MAX_SIDE)
+        return NULL;
+    t = lt_arena_alloc(arena, sizeof(*t));
+    return t && make_levels(arena, t, rgb, width, height) ? t : NULL;
+}
+
+synth_texture *synth_texture_later(lt_arena *arena, int side, synth_paint_fn paint, const void *recipe)
+{
+    synth_texture *t = lt_arena_alloc(arena, sizeof(*t));
+
+    if (t && recipe)
+        *t = (synth_texture){ .arena = arena, .side = side, .paint = paint, .recipe = recipe };
+    return recipe ? t : NULL;
+}
+
+bool synth_texture_paint(synth_texture *t)
+{
+    const size_t n = (size_t)t->side * (size_t)t->side;
+    uint8_t (*rgb)[3];
+    bool ok;
+
+    if (t->levels)
+        return true;
+    rgb = lt_alloc(n * sizeof(*rgb));
+    ok = rgb && t->paint(t->recipe, t->side, rgb) && make_levels(t->arena, t, rgb[0], t->side, t->side);
+    lt_release(rgb);
+    return ok;
 }
 
 /* A texel as floats. */
@@ -150,6 +183,7 @@ v4 texture_sample(const synth_texture *t, v4 uv, v4 dx, v4 dy)
     const float mix = within(2 * (least(lod, (float)top) - (float)level) - 0.5f, 0, 1);
     v4 sum = v4_all(0);
 
+    assert(t->levels);              /* synth_texture_paint */
     if (!(fabsf(uv[0]) < 1e6f && fabsf(uv[1]) < 1e6f && lod < 1e6f))
         return sum;
     for (int i = 0; i < probes; i++) {

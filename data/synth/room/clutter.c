@@ -43,7 +43,7 @@ static float draw(lt_rng *r, double lo, double hi)
     return (float)lt_rng_range(r, lo, hi);
 }
 
-static synth_material printed(const synth_texture *texture, float specular, float shininess)
+static synth_material printed(synth_texture *texture, float specular, float shininess)
 {
     return (synth_material){ .albedo = { 1, 1, 1 }, .texture = texture, .specular = specular,
                              .shininess = shininess };

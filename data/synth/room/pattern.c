@@ -154,6 +154,9 @@ static uint8_t to_byte(float x)
     return (uint8_t)(255 * within(x, 0, 1) + 0.5f);
 }
 
+/* What a texture is painted from. */
+typedef struct { paint p; paint_fn fn; } recipe;
+
 typedef struct {
     const paint *p;
     paint_fn fn;
@@ -186,20 +189,31 @@ static bool make_fields(lt_arena *arena, paint *p)
     return true;
 }
 
-static synth_texture *make(lt_arena *arena, paint *p, paint_fn fn)
+static bool follow(const void *ctx, int side, uint8_t (*rgb)[3])
 {
+    const recipe *from = ctx;
     lt_arena *scratch = lt_arena_new();
-    paint_job job = { p, fn, scratch ? lt_arena_array(scratch, SIDE * SIDE, sizeof(*job.rgb)) : NULL };
-    synth_texture *t = NULL;
+    paint p = from->p;
+    const paint_job job = { &p, from->fn, rgb };
+    bool ok;
 
-    for (int x = 0; x < SIDE && p->threads; x++)
-        p->wave[x] = sinf(6.2831853f * (float)p->threads * ((float)x + 0.5f) / SIDE);
-    if (job.rgb && make_fields(scratch, p)) {
-        lt_parallel_for(SIDE, paint_row, &job);
-        t = synth_texture_new(arena, job.rgb[0], SIDE, SIDE);
-    }
+    for (int x = 0; x < side && p.threads; x++)
+        p.wave[x] = sinf(6.2831853f * (float)p.threads * ((float)x + 0.5f) / SIDE);
+    ok = scratch && make_fields(scratch, &p);
+    if (ok)
+        lt_parallel_for(side, paint_row, (void *)&job);
     lt_arena_free(scratch);
-    return t;
+    return ok;
+}
+
+/* Most of what a room has no camera sees, so it is only noted down here. */
+static synth_texture *make(lt_arena *arena, const paint *p, paint_fn fn)
+{
+    recipe *r = lt_arena_alloc(arena, sizeof(*r));
+
+    if (r)
+        *r = (recipe){ *p, fn };
+    return synth_texture_later(arena, SIDE, follow, r);
 }
 
 /* ---- materials ------------------------------------------------------------------------------- */

@@ -6,7 +6,8 @@
 #include "data/synth/render.h"
 #include "libtensor/base/rng.h"
 
-/* All repeat seamlessly but labels; NULL without memory. Colours are sRGB 0..1. */
+/* All repeat seamlessly but labels; NULL without memory. Colours are sRGB 0..1. They want synth_texture_paint
+ * before they are drawn with. */
 synth_texture *pattern_wood(lt_arena *arena, lt_rng *r);
 synth_texture *pattern_stone(lt_arena *arena, lt_rng *r);
 synth_texture *pattern_plaster(lt_arena *arena, lt_rng *r);

@@ -6,6 +6,7 @@
 #include "data/synth/room/clutter.h"
 #include "data/synth/room/pattern.h"
 #include "data/synth/room/primitive.h"
+#include "libtensor/geometry/mat3.h"
 
 #include <math.h>
 #include <string.h>
@@ -46,7 +47,7 @@ static synth_instance *put(builder *b, lt_mesh mesh, synth_material material, co
     return in;
 }
 
-static synth_material matt(const synth_texture *texture, double specular, double shininess)
+static synth_material matt(synth_texture *texture, double specular, double shininess)
 {
     return (synth_material){ .albedo = { 1, 1, 1 }, .texture = texture, .specular = (float)specular,
                              .shininess = (float)shininess };
@@ -360,4 +361,44 @@ void synth_room_place(synth_room *room, const double R[9], const double t[3])
     turn(R, up, turned);
     for (int i = 0; i < 3; i++)
         room->up[i] = (float)turned[i];
+}
+
+/* ---- painting it ----------------------------------------------------------------------------- */
+
+/* Whether a mesh lies wholly beyond one side of a camera's pyramid, or two pixels past its edge. */
+static bool out_of_sight(const synth_instance *in, const synth_camera *c)
+{
+    const double left = c->cx + 2, right = c->width + 1 - c->cx, top = c->cy + 2, below = c->height + 1 - c->cy;
+    int beyond[5] = { 0 };
+
+    for (int v = 0; v < in->mesh->n_vertices; v++) {
+        const float *x = in->mesh->vertex[v];
+        double w[3] = { x[0], x[1], x[2] }, p[3];
+
+        move_point(in->R_world_obj, in->t_world_obj, w);
+        lt_rigid_apply(c->R_cam_world, c->t_cam_world, w, p);
+        beyond[0] += p[2] < 0;
+        beyond[1] += c->fx * p[0] + left * p[2] < 0;
+        beyond[2] += right * p[2] - c->fx * p[0] < 0;
+        beyond[3] += c->fy * p[1] + top * p[2] < 0;
+        beyond[4] += below * p[2] - c->fy * p[1] < 0;
+    }
+    for (int i = 0; i < 5; i++)
+        if (beyond[i] == in->mesh->n_vertices)
+            return true;
+    return false;
+}
+
+bool synth_room_paint(synth_room *room, const synth_camera *camera, int n)
+{
+    for (int i = 0; i < room->n_instances; i++) {
+        const synth_instance *in = &room->instance[i];
+        bool seen = false;
+
+        for (int k = 0; k < n && in->material.texture; k++)
+            seen |= !out_of_sight(in, &camera[k]);
+        if (seen && !synth_texture_paint(in->material.texture))
+            return false;
+    }
+    return true;
 }
