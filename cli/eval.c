@@ -3,6 +3,7 @@
 
 #include "data/ho3d.h"
 #include "eval/bench.h"
+#include "eval/claims.h"
 #include "eval/evaluate.h"
 #include "eval/pictures.h"
 #include "libtensor/io/file.h"
@@ -14,13 +15,14 @@
 #include <string.h>
 
 enum { PICTURES = 12 };
-enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA };
+enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA, CLAIMS };
 
 typedef struct {
     const char *checkpoint, *data, *split, *models, *hand, *out, *submit;
     int batch, limit;
     double max_pa_mpjpe_mm;
-    bool json, no_bench;
+    const char *runs;               /* of --claims */
+    bool json, no_bench, claims;
 } eval_args;
 
 static const struct argp_option options[] = {
@@ -35,6 +37,8 @@ static const struct argp_option options[] = {
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "max-pa-mpjpe", MIN_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
     { "no-bench", NO_BENCH, NULL, 0, "leave the time columns of Table 5 empty", 0 },
+    { "claims", CLAIMS, "RUNS", OPTION_ARG_OPTIONAL, "instead of scoring: what the papers' ablations claim, and whether it "
+      "held in the scored runs in folder RUNS", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "json", JSON, NULL, 0, "print scores.json instead of the tables", 0 },
     { 0 },
@@ -57,13 +61,17 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case MIN_PA: a->max_pa_mpjpe_mm = cli_real(state, "max-pa-mpjpe", arg, 0, 1e6); break;
     case NO_BENCH: a->no_bench = true; break;
     case JSON: a->json = true; break;
+    case CLAIMS:
+        a->claims = true;
+        a->runs = arg;
+        break;
     case ARGP_KEY_ARG:
         if (a->checkpoint)
             argp_error(state, "one checkpoint at a time");
         a->checkpoint = arg;
         break;
     case ARGP_KEY_END:
-        if (!a->checkpoint || !a->data)
+        if (!a->claims && (!a->checkpoint || !a->data))
             argp_error(state, "want a checkpoint or a run's folder, and --data DIR");
         break;
     default: return ARGP_ERR_UNKNOWN;
@@ -72,10 +80,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 }
 
 static const struct argp argp = {
-    options, parse, "CHECKPOINT|RUN",
+    options, parse, "CHECKPOINT|RUN\n--claims[=RUNS]",
     "Score a trained model and print its paper's tables with our rows beneath the paper's.\v"
     "The zero predictor and the mean-pose predictor stand in the tables for reference. Rows made on "
-    "synthetic data say so.\n\n  palmar eval runs/tiny --data data/tiny", NULL, NULL, NULL,
+    "synthetic data say so.\n\n  palmar eval runs/tiny --data data/tiny\n  palmar eval --claims=runs", NULL, NULL, NULL,
 };
 
 static bool show_progress(void *ctx, int64_t done, int64_t total)
@@ -97,19 +105,35 @@ static double latency(const model *m)
     return 1e-3 * r.median_ms;
 }
 
-static lt_status print(const evaluation *e, bool json)
+/* One line of JSON on stdout; takes root. */
+static lt_status print_json(cJSON *root)
 {
-    cJSON *root;
-
-    if (!json)
-        return evaluation_print(e, stdout, EVAL_TEXT);
-    root = evaluation_json(e);
     if (!root)
         return lt_error(LT_ENOMEM, "no memory for the scores");
     lt_json_print(stdout, root);
     putchar('\n');
     cJSON_Delete(root);
     return LT_OK;
+}
+
+static lt_status print(const evaluation *e, bool json)
+{
+    return json ? print_json(evaluation_json(e)) : evaluation_print(e, stdout, EVAL_TEXT);
+}
+
+static lt_status ledger(const eval_args *a)
+{
+    eval_claims *c;
+    lt_status st = eval_claims_read(a->runs, &c);
+
+    if (st)
+        return st;
+    if (a->json)
+        st = print_json(eval_claims_json(c));
+    else
+        eval_claims_print(c, stdout);
+    eval_claims_free(c);
+    return st;
 }
 
 static lt_status check_limit(const evaluation *e, double max_mm)
@@ -190,6 +214,10 @@ int cmd_eval(int argc, char **argv)
     lt_status st;
 
     cli_parse("eval", &argp, argc, argv, &a);
+    if (a.claims) {
+        st = ledger(&a);
+        return st ? cli_fail(st) : 0;
+    }
     cli_catch_signals();
     st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
     if (st == LT_OK)

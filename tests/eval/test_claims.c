@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The claims ledger over run folders written here. */
+#include "eval/claims.h"
+#include "libtensor/io/file.h"
+#include "models/model.h"
+
+#include <cjson/cJSON.h>
+#include <check.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define RUNS "test_claims.dir"
+
+static void write_text(const char *run, const char *name, const char *text)
+{
+    char path[256];
+    FILE *f;
+
+    snprintf(path, sizeof(path), RUNS "/%s/eval", run);
+    ck_assert_int_eq(lt_make_dirs(path), LT_OK);
+    snprintf(path, sizeof(path), RUNS "/%s/%s", run, name);
+    f = fopen(path, "w");
+    ck_assert_ptr_nonnull(f);
+    fputs(text, f);
+    fclose(f);
+}
+
+/* A run of HOCAT that was scored; pa as JSON text. */
+static void scored(const char *run, const char *variant, int seed, int epochs, const char *pa)
+{
+    char text[512];
+
+    snprintf(text, sizeof(text),
+             "{\"model\":{\"name\":\"hocat\",\"variant\":\"%s\"},\"optim\":{\"epochs\":%d},\"train\":{\"seed\":%d}}",
+             variant, epochs, seed);
+    write_text(run, "config.json", text);
+    snprintf(text, sizeof(text),
+             "{\"model\":\"hocat\",\"variant\":\"%s\",\"dataset\":\"HO3D v3\",\"synthetic\":true,"
+             "\"split\":\"evaluation\",\"samples\":80,\"hand\":\"h\",\"rows\":[{\"pa_mpjpe_mm\":%s},{\"pa_mpjpe_mm\":1}]}",
+             variant, pa);
+    write_text(run, "eval/scores.json", text);
+}
+
+static void clear(void) { ck_assert_int_eq(system("rm -rf " RUNS), 0); }
+
+static cJSON *ledger(void)
+{
+    eval_claims *c;
+    cJSON *root;
+
+    ck_assert_int_eq(eval_claims_read(RUNS, &c), LT_OK);
+    root = eval_claims_json(c);
+    eval_claims_free(c);
+    return root;
+}
+
+/* The findings on a claim of HOCAT's in PA-MPJPE. */
+static const cJSON *findings(const cJSON *root, const char *better)
+{
+    const cJSON *claim;
+
+    cJSON_ArrayForEach(claim, root)
+        if (!strcmp(cJSON_GetObjectItem(claim, "model")->valuestring, "hocat")
+            && !strcmp(cJSON_GetObjectItem(claim, "better")->valuestring, better)
+            && !strcmp(cJSON_GetObjectItem(claim, "metric")->valuestring, "pa_mpjpe_mm"))
+            return cJSON_GetObjectItem(claim, "findings");
+    return NULL;
+}
+
+static double number(const cJSON *found, const char *key) { return cJSON_GetObjectItem(found, key)->valuedouble; }
+
+START_TEST(pairs)
+{
+    const cJSON *found;
+    cJSON *root;
+
+    clear();
+    scored("a", "full", 0, 5, "7");
+    scored("b", "dual", 0, 5, "8.5");
+    scored("c", "full", 1, 5, "9");
+    scored("d", "dual", 1, 5, "8.5");
+    scored("e", "dual", 2, 5, "1");             /* no full run of that seed */
+    scored("f", "base", 0, 6, "1");             /* another number of epochs */
+    root = ledger();
+    ck_assert_int_eq(cJSON_GetArraySize(findings(root, "full")), 1);
+    ck_assert_int_eq(cJSON_GetArraySize(findings(root, "dual")), 0);
+    found = cJSON_GetArrayItem(findings(root, "full"), 0);
+    ck_assert_double_eq(number(found, "seeds"), 2);
+    ck_assert_double_eq(number(found, "held"), 1);
+    ck_assert_double_eq(number(found, "mean_better"), 8);
+    ck_assert_double_eq(number(found, "mean_worse"), 8.5);
+    ck_assert_double_eq(number(found, "mean_margin"), 0.5);
+    ck_assert_double_eq(number(found, "least_margin"), -0.5);
+    ck_assert_double_eq(number(found, "most_margin"), 1.5);
+    cJSON_Delete(root);
+    clear();
+}
+END_TEST
+
+/* Equal scores do not hold, and a score that was not finite never does. */
+START_TEST(ties_and_failures)
+{
+    const cJSON *found;
+    cJSON *root;
+
+    clear();
+    scored("a", "full", 0, 5, "7");
+    scored("b", "dual", 0, 5, "7");
+    scored("c", "base", 0, 5, "null");
+    root = ledger();
+    ck_assert_double_eq(number(cJSON_GetArrayItem(findings(root, "full"), 0), "held"), 0);
+    found = cJSON_GetArrayItem(findings(root, "dual"), 0);
+    ck_assert_double_eq(number(found, "held"), 1);
+    cJSON_Delete(root);
+    scored("b", "dual", 0, 5, "null");
+    root = ledger();
+    ck_assert_double_eq(number(cJSON_GetArrayItem(findings(root, "dual"), 0), "held"), 0);
+    cJSON_Delete(root);
+    clear();
+}
+END_TEST
+
+START_TEST(printed)
+{
+    char text[8192] = "";
+    eval_claims *c;
+    FILE *f = fmemopen(text, sizeof(text), "w");
+
+    clear();
+    scored("a", "full", 0, 5, "7");
+    scored("b", "dual", 0, 5, "8.5");
+    ck_assert_int_eq(eval_claims_read(RUNS, &c), LT_OK);
+    eval_claims_print(c, f);
+    fclose(f);
+    eval_claims_free(c);
+    ck_assert(strstr(text, "| HOCAT, Table 5 | full before dual | pa_mpjpe_mm | 9.10 / 10.10 | 7.00 / 8.50 | "
+                           "+1.50 (+1.50 .. +1.50) | 1 of 1 | HO3D v3 layout, SYNTHETIC, evaluation, 80 samples |\n"));
+    ck_assert(strstr(text, "| HOCAT, Table 5 | dual before base | pa_mpjpe_mm | 10.10 / 11.00 | - | - | not tried | - |\n"));
+    clear();
+}
+END_TEST
+
+START_TEST(bad_input)
+{
+    eval_claims *c;
+
+    clear();
+    ck_assert_int_eq(eval_claims_read(RUNS, &c), LT_EIO);
+    ck_assert_str_eq(lt_last_error(), RUNS ": No such file or directory");
+    scored("a", "full", 0, 5, "7");
+    write_text("a", "config.json", "{}");
+    ck_assert_int_eq(eval_claims_read(RUNS, &c), LT_EFORMAT);
+    ck_assert_str_eq(lt_last_error(), RUNS "/a/config.json: not the config of a run that was scored; score it again");
+    write_text("a", "config.json", "{");
+    ck_assert_int_eq(eval_claims_read(RUNS, &c), LT_EFORMAT);
+    clear();
+}
+END_TEST
+
+/* Claims name variants that exist, of those models that do, and the paper's figures are in order. */
+START_TEST(claims_name_variants)
+{
+    for (int i = 0; eval_claim_at(i); i++) {
+        const eval_claim *claim = eval_claim_at(i);
+
+        ck_assert(claim->paper_better < claim->paper_worse);
+        for (int k = 0; model_classes[k]; k++) {
+            bool better = false, worse = false;
+
+            if (strcmp(model_classes[k]->name, claim->model))
+                continue;
+            for (const char *const *v = model_classes[k]->variants; *v; v++) {
+                better |= !strcmp(*v, claim->better);
+                worse |= !strcmp(*v, claim->worse);
+            }
+            ck_assert_msg(better && worse, "%s: %s, %s", claim->model, claim->better, claim->worse);
+        }
+    }
+}
+END_TEST
+
+int main(void)
+{
+    TCase *t = tcase_create("claims");
+    Suite *s = suite_create("claims");
+    SRunner *r;
+    int failed;
+
+    tcase_add_test(t, pairs);
+    tcase_add_test(t, ties_and_failures);
+    tcase_add_test(t, printed);
+    tcase_add_test(t, bad_input);
+    tcase_add_test(t, claims_name_variants);
+    suite_add_tcase(s, t);
+    r = srunner_create(s);
+    srunner_run_all(r, CK_NORMAL);
+    failed = srunner_ntests_failed(r);
+    srunner_free(r);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
