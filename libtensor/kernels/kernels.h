@@ -127,7 +127,8 @@ typedef struct lt_kernels {
     void (*taps)(lt_real *y, const lt_real *x, const int64_t *offset, const lt_real *w, int count, int64_t n);
 
     /* Activations. exp and erf are within 2 ulp of the exact value, sigmoid, silu and tanh 3 ulp
-     * (results below 1e-37 may be 0 in sigmoid and silu), gelu 3e-7 * max(|x|, 1e-3) absolute. */
+     * (where sigmoid and silu are below 1e-36 in size they may be anything as small), gelu
+     * 3e-7 * max(|x|, 1e-3) absolute. */
     void (*relu)(lt_real *y, const lt_real *x, size_t n);               /* NaN stays NaN */
     void (*leaky_relu)(lt_real *y, const lt_real *x, lt_real slope, size_t n);
     void (*silu)(lt_real *y, const lt_real *x, size_t n);               /* x / (1 + exp(-x)) */

@@ -107,6 +107,33 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
 }
 
 INLINE vec v_max(vec a, vec b) { return _mm256_max_ps(a, b); }  /* b where one is NaN */
+INLINE vec v_min(vec a, vec b) { return _mm256_min_ps(a, b); }  /* likewise */
+INLINE vec v_abs(vec x) { return _mm256_andnot_ps(v_set(-0.0f), x); }
+INLINE vec v_copysign(vec size, vec sign)           /* size >= 0 */
+{
+    return _mm256_or_ps(size, _mm256_and_ps(sign, v_set(-0.0f)));
+}
+
+INLINE vec v_where_less(vec a, vec b, vec yes, vec no)
+{
+    return _mm256_blendv_ps(no, yes, _mm256_cmp_ps(a, b, _CMP_LT_OQ));
+}
+
+/* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
+INLINE vec pow2_of(ivec n)
+{
+    return _mm256_castsi256_ps(_mm256_add_epi32(_mm256_slli_epi32(n, 23), _mm256_set1_epi32(0x3f800000)));
+}
+
+INLINE vec v_pow2(vec shifted) { return pow2_of(_mm256_castps_si256(shifted)); }
+
+INLINE vec v_times_pow2(vec x, vec shifted)         /* in two steps: 2^n itself may be subnormal */
+{
+    const ivec n = _mm256_sub_epi32(_mm256_castps_si256(shifted), _mm256_set1_epi32(0x4b400000));
+    const ivec half = _mm256_srai_epi32(n, 1);
+
+    return x * pow2_of(half) * pow2_of(_mm256_sub_epi32(n, half));
+}
 
 INLINE float v_max_lanes(vec v)
 {

@@ -119,6 +119,28 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
 }
 
 INLINE vec v_max(vec a, vec b) { return _mm512_max_ps(a, b); }  /* b where one is NaN */
+INLINE vec v_min(vec a, vec b) { return _mm512_min_ps(a, b); }  /* likewise */
+INLINE vec v_abs(vec x) { return _mm512_abs_ps(x); }
+INLINE vec v_copysign(vec size, vec sign)           /* size >= 0 */
+{
+    return _mm512_or_ps(size, _mm512_and_ps(sign, v_set(-0.0f)));
+}
+
+INLINE vec v_where_less(vec a, vec b, vec yes, vec no)
+{
+    return _mm512_mask_mov_ps(no, _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ), yes);
+}
+
+/* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
+INLINE vec v_pow2(vec shifted)
+{
+    const ivec n = _mm512_slli_epi32(_mm512_castps_si512(shifted), 23);
+
+    return _mm512_castsi512_ps(_mm512_add_epi32(n, _mm512_set1_epi32(0x3f800000)));
+}
+
+INLINE vec v_times_pow2(vec x, vec shifted) { return _mm512_scalef_ps(x, shifted - v_set(12582912.0f)); }
+
 INLINE float v_max_lanes(vec v) { return _mm512_reduce_max_ps(v); }
 
 /* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and

@@ -36,4 +36,20 @@
 
 #define R(x) ((lt_real)(x))
 
+INLINE uint32_t bits_of(float x)
+{
+    uint32_t u;
+
+    memcpy(&u, &x, sizeof(u));
+    return u;
+}
+
+INLINE float of_bits(uint32_t u)
+{
+    float x;
+
+    memcpy(&x, &u, sizeof(x));
+    return x;
+}
+
 #endif

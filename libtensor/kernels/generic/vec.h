@@ -52,6 +52,22 @@ INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col
 }
 
 INLINE vec v_max(vec a, vec b) { return a > b ? a : b; }        /* b where one is NaN */
+INLINE vec v_min(vec a, vec b) { return a < b ? a : b; }        /* likewise */
+INLINE vec v_abs(vec x) { return FABS(x); }
+INLINE vec v_copysign(vec size, vec sign) { return COPYSIGN(size, sign); }
+INLINE vec v_where_less(vec a, vec b, vec yes, vec no) { return a < b ? yes : no; }
+
+#ifndef LT_DOUBLE
+/* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
+INLINE vec v_pow2(vec shifted) { return of_bits((bits_of(shifted) << 23) + 0x3f800000u); }
+
+INLINE vec v_times_pow2(vec x, vec shifted)         /* in two steps: 2^n itself may be subnormal */
+{
+    const int32_t n = (int32_t)(bits_of(shifted) - 0x4b400000u), half = n >> 1;
+
+    return x * of_bits((uint32_t)(half + 127) << 23) * of_bits((uint32_t)(n - half + 127) << 23);
+}
+#endif
 INLINE lt_real v_max_lanes(vec v) { return v; }
 
 /* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and
