@@ -257,7 +257,7 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
         return;
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
-        lt_depthwise_forward(p, x, packed, &e, y);
+        lt_depthwise_forward(p, x, packed, &e, y, NULL);
         break;
     case LT_CONV_WINOGRAD:
         lt_winograd_run(p, p->o, p->c, x, packed, &e, y, work);

@@ -53,7 +53,7 @@ LT_API void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt
  * bias (o) and residual (the shape of y) may be NULL; residual may be y itself. work is
  * lt_conv2d_forward_work(p) bytes, aligned to LT_ALIGN, contents indifferent. Direct: each y is one chain
  * of fused multiply-adds over (channel, ky, kx), zeros of the padding included, then bias, then residual,
- * then act. Winograd: within 4e-6 of the sum of the terms' sizes from that.
+ * then act. Depthwise: over (kx, ky). Winograd: within 4e-6 of the sum of the terms' sizes from that.
  */
 LT_API size_t lt_conv2d_forward_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,

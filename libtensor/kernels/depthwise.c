@@ -5,66 +5,79 @@
 
 #include <string.h>
 
-/* ---- strips: forward with stride 1 or 2, and the weights' gradient ---------------------------------- */
+/* ---- strips: forward with step 1 or 2, and the weights' gradient -------------------------------------- */
 
 /*
- * Some rows of a padded map, dealt to stride x stride phases of one pitch. In them every tap is the same
- * distance from every output, so all rows of a strip are one run of vectors; what comes out between the
- * rows is thrown away.
+ * Some rows of a padded map, dealt to step x step phases of one pitch, so that every tap is the same distance
+ * from every output. What comes out between the rows is thrown away. With step 1 a row's padding on the right
+ * is the next one's on the left.
  */
-enum { STRIP = 12 * 1024, MOST_TAPS = 121, SLACK = 64 };
-
-typedef struct {
-    int64_t step, pitch, phase;         /* elements between rows, between phases */
-    int64_t high;                       /* output rows of a strip */
-    int taps;
-    int64_t offset[MOST_TAPS];
-} strip_plan;
+enum { STRIP = LT_DEPTHWISE_STRIP, SLACK = 64, EVEN_ROWS = 14, TASK = 1 << 16 };
 
 typedef struct {
     const lt_conv2d_params *p;
     const lt_real *x, *dy, *weights;
     const lt_epilogue *e;
-    lt_real *y, *dx, *part;
+    lt_real *y, *mean, *dx, *part;
     int64_t out_h, out_w, chunks;
-    strip_plan strips;
+    int64_t planes;                     /* of a task of the forward pass */
+    lt_depthwise strips;
     bool in_strips;                     /* the shape fits them */
 } job;
 
-/* False for shapes that do not fit. */
-static bool plan_strips(strip_plan *s, const lt_conv2d_params *p)
+static void plan_taps(lt_depthwise *s, const lt_conv2d_params *p)
 {
-    const int64_t step = p->stride_h, reach = (int64_t)p->dil_h * (p->kh - 1) / step + 1;
-
-    if (step > 2 || p->stride_w != step || p->kh * p->kw > MOST_TAPS)
-        return false;
-    s->step = step;
-    s->pitch = lt_ceil_div(p->w + 2 * p->pad_w, step);
-    s->high = (STRIP - SLACK) / (step * step * s->pitch) - reach;
-    s->phase = (s->high + reach) * s->pitch + SLACK / (step * step);
     s->taps = 0;
-    for (int ky = 0; ky < p->kh; ky++)
-        for (int kx = 0; kx < p->kw; kx++) {
+    for (int kx = 0; kx < p->kw; kx++)
+        for (int ky = 0; ky < p->kh; ky++) {
             const int64_t dy = (int64_t)ky * p->dil_h, dx = (int64_t)kx * p->dil_w;
 
-            s->offset[s->taps++] = (dy % step * step + dx % step) * s->phase + dy / step * s->pitch + dx / step;
+            s->weight[s->taps] = ky * p->kw + kx;
+            s->offset[s->taps++] = (dy % s->step * s->step + dx % s->step) * s->phase + dy / s->step * s->pitch
+                                   + dx / s->step;
         }
+}
+
+/* As many rows as fit, in multiples of what kernels take at once; below 1 for none. */
+static int64_t strip_height(const lt_depthwise *s)
+{
+    const int64_t rows = (STRIP - SLACK) / (s->step * s->step * s->pitch) - s->reach / s->step - 2;
+
+    return rows < EVEN_ROWS ? rows : rows / EVEN_ROWS * EVEN_ROWS;
+}
+
+/* False for shapes that do not fit. */
+static bool plan_strips(lt_depthwise *s, const lt_conv2d_params *p)
+{
+    const bool close = p->kh == p->kw && p->stride_h == 1 && p->dil_h == 1 && p->dil_w == 1;
+
+    *s = (lt_depthwise){
+        .h = p->h, .w = p->w, .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p), .step = p->stride_h,
+        .pad_h = p->pad_h, .pad_w = p->pad_w, .window = close && (p->kh == 3 || p->kh == 5) ? p->kh : 0,
+        .reach = (int64_t)p->dil_h * (p->kh - 1) + 1,
+    };
+    if (s->step > 2 || p->stride_w != s->step || p->kh * p->kw > LT_DEPTHWISE_TAPS)
+        return false;
+    s->pitch = s->step == 1 ? lt_max_i64(p->w + p->pad_w, s->out_w) : lt_ceil_div(p->w + 2 * p->pad_w, 2);
+    s->high = strip_height(s);
+    s->phase = (s->high + s->reach / s->step + 2) * s->pitch + SLACK / (s->step * s->step);
+    plan_taps(s, p);
     return s->high > 0;
 }
 
 /* What output rows [from, from + high) of a plane see. q has STRIP + SLACK elements. */
-static void deal_strip(const strip_plan *s, const lt_conv2d_params *p, const lt_real *plane, int64_t from,
+static void deal_strip(const lt_depthwise *s, const lt_conv2d_params *p, const lt_real *plane, int64_t from,
                        int64_t high, lt_real *q)
 {
-    const int64_t rows = (high - 1) * s->step + (int64_t)p->dil_h * (p->kh - 1) + 1;
+    const int64_t rows = (high - 1) * s->step + s->reach;
     lt_real line[STRIP + 2 * SLACK];
 
     memset(line, 0, (size_t)(s->step * s->pitch + SLACK) * sizeof(lt_real));
-    for (int64_t r = 0; r < rows; r++) {
+    for (int64_t r = 0; r <= rows; r++) {
         const int64_t y = from * s->step + r - p->pad_h;
         lt_real *to = q + r % s->step * s->step * s->phase + r / s->step * s->pitch;
 
-        if (y >= 0 && y < p->h)
+        if (y >= 0 && y < p->h && r < rows)
             memcpy(line + p->pad_w, plane + y * p->w, (size_t)p->w * sizeof(lt_real));
         else
             memset(line + p->pad_w, 0, (size_t)p->w * sizeof(lt_real));
@@ -73,26 +86,27 @@ static void deal_strip(const strip_plan *s, const lt_conv2d_params *p, const lt_
     }
 }
 
-static void forward_strips(void *ctx, int64_t task)
+/* The epilogue of output plane i. */
+static lt_epilogue plane_epilogue(const job *j, int64_t i)
 {
-    const job *j = ctx;
-    const lt_conv2d_params *p = j->p;
-    const int64_t o = task % p->o, image = task / p->o, c = o / (p->o / p->groups);
-    lt_real q[STRIP + SLACK], out[STRIP + SLACK], *y = j->y + task * j->out_h * j->out_w;
-    const strip_plan *s = &j->strips;
     lt_epilogue e = *j->e;
 
-    for (int64_t from = 0; from < j->out_h; from += s->high) {
-        const int64_t high = lt_min_i64(s->high, j->out_h - from);
+    e.row_bias = e.row_bias ? e.row_bias + i % j->p->o : NULL;
+    e.residual = e.residual ? e.residual + i * j->out_h * j->out_w : NULL;
+    return e;
+}
 
-        deal_strip(s, p, j->x + (image * p->c + c) * p->h * p->w, from, high, q);
-        lt_k->taps(out, q, s->offset, j->weights + o * s->taps, s->taps, (high - 1) * s->pitch + j->out_w);
-        for (int64_t r = 0; r < high; r++)
-            memcpy(y + (from + r) * j->out_w, out + r * s->pitch, (size_t)j->out_w * sizeof(lt_real));
-    }
-    e.row_bias = e.row_bias ? e.row_bias + o : NULL;
-    e.residual = e.residual ? e.residual + task * j->out_h * j->out_w : NULL;
-    lt_k->epilogue(y, j->out_h * j->out_w, 1, j->out_h * j->out_w, &e);
+static void forward_strips(const job *j, int64_t i)
+{
+    const lt_conv2d_params *p = j->p;
+    const int64_t o = i % p->o, c = o / (p->o / p->groups), out = j->out_h * j->out_w;
+    const lt_epilogue e = plane_epilogue(j, i);
+    double sum;
+
+    lt_k->depthwise(j->y + i * out, j->mean ? &sum : NULL, j->x + (i / p->o * p->c + c) * p->h * p->w,
+                    j->weights + o * p->kh * p->kw, &j->strips, &e);
+    if (j->mean)
+        j->mean[i] = (lt_real)(sum / (double)out);
 }
 
 /* dy at the strip's pitch, with zeros between the rows; n elements. */
@@ -107,7 +121,7 @@ static void spread_rows(const job *j, const lt_real *dy, int64_t high, lt_real *
 
 static void weights_strips(const job *j, const lt_real *in, const lt_real *dy, lt_real *dw)
 {
-    const strip_plan *s = &j->strips;
+    const lt_depthwise *s = &j->strips;
     lt_real q[STRIP + SLACK], rows[STRIP + SLACK];
 
     for (int64_t from = 0; from < j->out_h; from += s->high) {
@@ -116,7 +130,7 @@ static void weights_strips(const job *j, const lt_real *in, const lt_real *dy, l
         deal_strip(s, j->p, in, from, high, q);
         spread_rows(j, dy + from * j->out_w, high, rows);
         for (int t = 0; t < s->taps; t++)
-            dw[t] += (lt_real)lt_k->dot(rows, q + s->offset[t], (size_t)n);
+            dw[s->weight[t]] += (lt_real)lt_k->dot(rows, q + s->offset[t], (size_t)n);
     }
 }
 
@@ -144,15 +158,13 @@ static void each_tap(const job *j, tap_fn fn, void *plane)
     const lt_conv2d_params *p = j->p;
 
     for (int64_t oy = 0; oy < j->out_h; oy++)
-        for (int ky = 0; ky < p->kh; ky++) {
-            const int64_t iy = oy * p->stride_h + (int64_t)ky * p->dil_h - p->pad_h;
+        for (int kx = 0; kx < p->kw; kx++) {
+            const span s = columns(j, kx);
 
-            if (iy < 0 || iy >= p->h)
-                continue;
-            for (int kx = 0; kx < p->kw; kx++) {
-                const span s = columns(j, kx);
+            for (int ky = 0; ky < p->kh && s.from < s.to; ky++) {
+                const int64_t iy = oy * p->stride_h + (int64_t)ky * p->dil_h - p->pad_h;
 
-                if (s.from < s.to)
+                if (iy >= 0 && iy < p->h)
                     fn(j, oy, iy, ky * p->kw + kx, s, plane);
             }
         }
@@ -169,32 +181,40 @@ static void forward_tap(const job *j, int64_t oy, int64_t iy, int tap, span s, v
                   f->in + iy * j->p->w + s.from * stride + s.offset, stride, (size_t)(s.to - s.from));
 }
 
-static void forward_task(void *ctx, int64_t task)
+static void forward_rows(const job *j, int64_t i)
 {
-    const job *j = ctx;
     const lt_conv2d_params *p = j->p;
-    const int64_t o = task % p->o, image = task / p->o, out = j->out_h * j->out_w;
-    const int64_t c = o / (p->o / p->groups);
-    lt_epilogue e = *j->e;
+    const int64_t o = i % p->o, out = j->out_h * j->out_w, c = o / (p->o / p->groups);
+    const lt_epilogue e = plane_epilogue(j, i);
     forward_plane f = {
-        j->x + (image * p->c + c) * p->h * p->w, j->weights + o * p->kh * p->kw, j->y + task * out,
+        j->x + (i / p->o * p->c + c) * p->h * p->w, j->weights + o * p->kh * p->kw, j->y + i * out,
     };
 
     memset(f.out, 0, (size_t)out * sizeof(lt_real));
     each_tap(j, forward_tap, &f);
-    e.row_bias = e.row_bias ? e.row_bias + o : NULL;
-    e.residual = e.residual ? e.residual + task * out : NULL;
     lt_k->epilogue(f.out, out, 1, out, &e);
+    if (j->mean)
+        j->mean[i] = (lt_real)(lt_k->sum(f.out, (size_t)out) / (double)out);
+}
+
+static void forward_task(void *ctx, int64_t task)
+{
+    const job *j = ctx;
+    const int64_t end = lt_min_i64(j->p->n * j->p->o, (task + 1) * j->planes);
+
+    for (int64_t i = task * j->planes; i < end; i++)
+        (j->in_strips ? forward_strips : forward_rows)(j, i);
 }
 
 void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
-                          const lt_epilogue *e, lt_real *y)
+                          const lt_epilogue *e, lt_real *y, lt_real *mean)
 {
-    job j = { .p = p, .x = x, .weights = weights, .e = e, .y = y,
+    job j = { .p = p, .x = x, .weights = weights, .e = e, .y = y, .mean = mean,
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
     j.in_strips = plan_strips(&j.strips, p);
-    lt_parallel_for(p->n * p->o, j.in_strips ? forward_strips : forward_task, &j);
+    j.planes = lt_max_i64(1, TASK / (j.out_h * j.out_w * p->kh * p->kw));
+    lt_parallel_for(lt_ceil_div(p->n * p->o, j.planes), forward_task, &j);
 }
 
 typedef struct { const lt_real *dy, *w; lt_real *dx; } data_plane;

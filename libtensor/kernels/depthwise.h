@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Convolution where each group has one input channel: no product to speak of, so rows are multiplied
- * by one weight at a time and stay in L1. For conv.c only; contracts as in conv.h.
+ * Convolution where each group has one input channel: no product to speak of, so each map goes through L1
+ * on its own. For conv.c only; contracts as in conv.h.
  */
 #ifndef LT_KERNELS_DEPTHWISE_H
 #define LT_KERNELS_DEPTHWISE_H
 
 #include "libtensor/kernels/conv.h"
 
+/* lt_depthwise_forward - mean, unless NULL, gets the mean of each map of y: (n, o) */
 void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
-                          const lt_epilogue *e, lt_real *y);
+                          const lt_epilogue *e, lt_real *y, lt_real *mean);
 void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
                                 lt_real *dx);
 

@@ -76,6 +76,21 @@ typedef struct {
     const lt_tap *tap;
 } lt_conv_image;
 
+/* How a depthwise convolution goes over one map: by strips of `high` rows of the result. What such a strip
+ * sees of the padded map, `reach` rows for each of its own, is dealt to step x step phases, where rows lie
+ * `pitch` apart and tap t, in the order (kx, ky), is offset[t] from each element; its weight is weight[t]. */
+enum { LT_DEPTHWISE_TAPS = 121, LT_DEPTHWISE_STRIP = 6144 };
+
+typedef struct {
+    int64_t h, w, out_h, out_w;
+    int step, pad_h, pad_w;     /* step 1 or 2 */
+    int window;                 /* 3 or 5: a square window that size, step and dilation 1; or 0 */
+    int64_t reach, high, pitch, phase;
+    int taps;
+    int weight[LT_DEPTHWISE_TAPS];
+    int64_t offset[LT_DEPTHWISE_TAPS];
+} lt_depthwise;
+
 /* Attention goes by panels: so many queries or keys, stored [channel][query] or [channel][key], zeros where
  * the last panel is not full. Gradients take at most LT_ATTEND_GRAD_KEYS keys at once. */
 enum { LT_ATTEND_QUERIES = 12, LT_ATTEND_KEYS = 32, LT_ATTEND_GRAD_KEYS = 96 };
@@ -121,10 +136,8 @@ typedef struct lt_kernels {
     void (*axpy_in)(lt_real *y, lt_real s, const lt_real *x, int64_t step, size_t n);
     void (*axpy_out)(lt_real *y, int64_t step, lt_real s, const lt_real *x, size_t n);
 
-    /* every: y[i] = x[i * step], step 1 or 2; reads and writes whole vectors, up to 64 elements too many.
-     * taps: y[i] = the chain of w[t] x[offset[t] + i] over t < count, from 0; whole vectors likewise. */
+    /* every: y[i] = x[i * step], step 1 or 2; reads and writes whole vectors, up to 64 elements too many. */
     void (*every)(lt_real *y, const lt_real *x, int step, size_t n);
-    void (*taps)(lt_real *y, const lt_real *x, const int64_t *offset, const lt_real *w, int count, int64_t n);
 
     /* Activations. exp and erf are within 2 ulp of the exact value, sigmoid, silu and tanh 3 ulp
      * (where sigmoid and silu are below 1e-36 in size they may be anything as small), gelu
@@ -259,6 +272,12 @@ typedef struct lt_kernels {
      * pack_image_t: the same for its transpose: k positions from k0, n (channel, tap) from n0. */
     void (*pack_image)(lt_real *out, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
     void (*pack_image_t)(lt_real *out, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
+
+    /* depthwise: one map x (h, w) under one window w: y (out_h, out_w), then what e says, whose row_bias is
+     * one number. Each y is one chain of multiply-adds over (kx, ky), zeros of the padding included. *total,
+     * unless NULL, becomes the sum of y: by strips, each as sum has it. */
+    void (*depthwise)(lt_real *y, double *total, const lt_real *x, const lt_real *w, const lt_depthwise *d,
+                      const lt_epilogue *e);
 
     /* ---- Winograd F(4x4, 3x3), for libtensor/kernels/winograd.c ----------------------------------- */
     /* Lines of tiles are read and written by whole vectors: 64 elements more than n tiles have.

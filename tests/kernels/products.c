@@ -96,6 +96,14 @@ static const lt_conv2d_params convs[] = {
     { 2, 7, 10, 9, 7, 3, 3, 1, 1, 1, 1, 1, 1, 7 },
     { 2, 5, 10, 9, 10, 5, 5, 2, 2, 2, 2, 1, 1, 5 },
     { 1, 4, 9, 30, 4, 3, 3, 1, 3, 2, 2, 2, 2, 4 },
+    { 2, 3, 7, 7, 3, 5, 5, 1, 1, 2, 2, 1, 1, 3 },
+    { 1, 2, 31, 15, 2, 5, 5, 1, 1, 2, 2, 1, 1, 2 },
+    { 1, 2, 45, 17, 4, 3, 3, 1, 1, 1, 1, 1, 1, 2 },
+    { 1, 2, 37, 300, 2, 3, 3, 1, 1, 1, 1, 1, 1, 2 },
+    { 1, 1, 70, 33, 1, 5, 5, 1, 1, 0, 0, 1, 1, 1 },
+    { 1, 2, 90, 100, 2, 3, 3, 2, 2, 1, 1, 1, 1, 2 },
+    { 1, 2, 14, 9, 2, 5, 5, 1, 1, 4, 4, 2, 2, 2 },
+    { 1, 2, 3, 2100, 2, 3, 3, 1, 1, 1, 1, 1, 1, 2 },
     { 1, 300, 6, 5, 3, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 2, 40, 33, 70, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 2, 32, 16, 16, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },     /* from here on: Winograd */
@@ -125,13 +133,16 @@ static void each_pair(const lt_conv2d_params *p, pair_fn fn, void *ctx)
         const int64_t col = i % ow, row = i / ow % oh, o = i / ow / oh % p->o, n = i / ow / oh / p->o;
 
         for (int64_t l = 0; l < cg * p->kh * p->kw; l++) {
-            const int64_t kx = l % p->kw, ky = l / p->kw % p->kh, c = l / p->kw / p->kh;
+            const bool across = cg > 1;         /* depthwise goes down the window's columns */
+            const int64_t c = l / p->kw / p->kh, t = l % (p->kw * p->kh);
+            const int64_t kx = across ? t % p->kw : t / p->kh, ky = across ? t / p->kw : t % p->kh;
             const int64_t y = row * p->stride_h + ky * p->dil_h - p->pad_h;
             const int64_t x = col * p->stride_w + kx * p->dil_w - p->pad_w;
             const int64_t channel = o / (p->o / p->groups) * cg + c;
 
             if (y >= 0 && y < p->h && x >= 0 && x < p->w)
-                fn(ctx, i, ((n * p->c + channel) * p->h + y) * p->w + x, o * cg * p->kh * p->kw + l);
+                fn(ctx, i, ((n * p->c + channel) * p->h + y) * p->w + x,
+                   ((o * cg + c) * p->kh + ky) * p->kw + kx);
         }
     }
 }
