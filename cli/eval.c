@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "data/ho3d.h"
+#include "data/open.h"
 #include "eval/bench.h"
 #include "eval/claims.h"
 #include "eval/evaluate.h"
@@ -15,10 +15,10 @@
 #include <string.h>
 
 enum { PICTURES = 12 };
-enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA, CLAIMS };
+enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA, CLAIMS, SETUP, FILTER };
 
 typedef struct {
-    const char *checkpoint, *data, *split, *models, *hand, *out, *submit;
+    const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit;
     int batch, limit;
     double max_pa_mpjpe_mm;
     const char *runs;               /* of --claims */
@@ -26,8 +26,10 @@ typedef struct {
 } eval_args;
 
 static const struct argp_option options[] = {
-    { "data", DATA, "DIR", 0, "the dataset, HO3D v2 or v3 layout", 0 },
-    { "split", SPLIT, "NAME", 0, "evaluation (default) or train", 0 },
+    { "data", DATA, "DIR", 0, "the dataset, HO3D or DexYCB", 0 },
+    { "split", SPLIT, "NAME", 0, "evaluation (default; DexYCB: test), val, or train", 0 },
+    { "setup", SETUP, "NAME", 0, "DexYCB: s0 to s3; default the run's", 0 },
+    { "filter", FILTER, "NAME", 0, "DexYCB: valid, every, hfl-net or hoisdf; default the run's", 0 },
     { "models", MODELS, "DIR", 0, "the objects' models; default in the dataset's folder, or beside it", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the embedded one", 0 },
     { "out", 'o', "DIR", 0, "where table.md, scores.json, scores.txt, per-sample.csv, pictures.png go; default eval in the run's "
@@ -54,6 +56,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 't': cli_threads(state, arg); break;
     case DATA: a->data = arg; break;
     case SPLIT: a->split = arg; break;
+    case SETUP: a->setup = arg; break;
+    case FILTER: a->filter = arg; break;
     case MODELS: a->models = arg; break;
     case HAND: a->hand = arg; break;
     case SUBMIT: a->submit = arg; break;
@@ -178,11 +182,14 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
     return st;
 }
 
-static lt_status open_data(const eval_args *a, const char *split, dataset **out)
+static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const char *split, dataset **out)
 {
-    const ho3d_options o = { .root = a->data, .split = split, .models = a->models, .vertices = !a->submit };
+    const dataset_options o = {
+        .root = a->data, .split = split, .models = a->models, .setup = a->setup ? a->setup : train_setup_name(&c->config),
+        .filter = a->filter ? a->filter : train_filter_name(&c->config), .hand = c->hand.model, .vertices = !a->submit,
+    };
 
-    return ho3d_open(&o, out);
+    return dataset_open(&o, out);
 }
 
 static lt_status run(const eval_args *a, const cli_checkpoint *c)
@@ -192,9 +199,9 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
         .m = &c->m, .hand = c->hand.model, .hand_name = c->hand.name, .checkpoint = c->path, .batch = a->batch,
         .limit = a->limit, .progress = show_progress,
     };
-    lt_status st = open_data(a, a->split, &data);
+    lt_status st = open_data(a, c, a->split, &data);
 
-    if (st == LT_OK && !a->submit && open_data(a, "train", &training))
+    if (st == LT_OK && !a->submit && open_data(a, c, "train", &training))
         fprintf(stderr, "no mean-pose row: %s\n", lt_last_error());
     o.data = data;
     o.training = training;

@@ -7,15 +7,17 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-enum { SEED = 256, FRAMES, PNG, ALIAS };
+enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT };
 
 static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0, "tiny (default), small, default: subjects, objects, sequences; "
       "demo: many short sequences", 0 },
+    { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
+      "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
     { "seed", SEED, "N", 0, "the same seed gives the same files; default 0", 0 },
     { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's", 0 },
-    { "png", PNG, NULL, 0, "lossless images as HO3D v2 has them; default JPEG as in v3", 0 },
+    { "png", PNG, NULL, 0, "ho3d: lossless images as v2 has them; default JPEG as in v3", 0 },
     { "alias-ycb", ALIAS, NULL, 0, "name the objects as the real ones, without \"syn_\"", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { 0 },
@@ -37,6 +39,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (synth_parse_preset(arg, &o->preset))
             argp_error(state, "--preset: found \"%s\", want tiny, small, demo or default", arg);
         break;
+    case LAYOUT:
+        if (synth_parse_layout(arg, &o->layout))
+            argp_error(state, "--layout: found \"%s\", want ho3d or dexycb", arg);
+        break;
     case 'o': o->out = arg; break;
     case 't': cli_threads(state, arg); break;
     case SEED: o->seed = (uint64_t)cli_real(state, "seed", arg, 0, 9007199254740992.0); break;
@@ -54,7 +60,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, NULL,
-    "Make a synthetic dataset of a hand with objects, in HO3D v3 layout.\v"
+    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3 or of DexYCB.\v"
     "The folder reads like the real dataset; manifest.json holds seed and checksums, stats.json how much is "
     "hidden from view.\n\n  palmar synth --preset tiny --out data/tiny", NULL, NULL, NULL,
 };

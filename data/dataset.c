@@ -90,6 +90,11 @@ void dataset_model_to_camera(const dataset_sample *s, float A[9])
         A[i] = i % 3 == 0 && (s->flags & SAMPLE_MIRRORED) ? -s->R[i] : s->R[i];
 }
 
+const float (*dataset_control(const dataset_object *o, unsigned flags))[3]
+{
+    return flags & SAMPLE_MIRRORED ? o->mirrored : o->control;
+}
+
 static lt_status project_object(const dataset_object *o, dataset_sample *s)
 {
     float A[9];
@@ -177,7 +182,9 @@ static lt_status measure(dataset_object *o, const char *path)
     lt_box21(&box, control);
     for (int i = 0; i < LT_BOX_POINTS; i++)
         for (int k = 0; k < 3; k++)
-            o->control[i][k] = (float)control[i][k];
+            o->control[i][k] = o->mirrored[i][k] = (float)control[i][k];
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        o->mirrored[i][0] = -o->mirrored[i][0];
     o->diagonal = (float)lt_box_diagonal(&box);
     by_length = malloc((size_t)o->mesh.n_vertices * sizeof(*by_length));
     if (!by_length)

@@ -24,6 +24,7 @@ typedef struct {
     float (*point)[3];              /* points.xyz */
     int n_points;
     float control[21][3];           /* box corners, edge middles, centre, of points.xyz (box21.h) */
+    float mirrored[21][3];          /* these in the mirror, for samples that are SAMPLE_MIRRORED */
     float diagonal;                 /* of that box: what HO3D tables call the diameter */
     float diameter;                 /* the largest distance between two mesh vertices */
 } dataset_object;
@@ -150,6 +151,9 @@ lt_status dataset_project(const dataset *d, dataset_sample *s);
 /* dataset_model_to_camera - A so that x_cam = A x_model + s->t for the model as the dataset has it: R, or R
  * times diag(-1, 1, 1) where the sample is mirrored */
 void dataset_model_to_camera(const dataset_sample *s, float A[9]);
+
+/* dataset_control - the control points that s->R and s->t place: of the object, or of its mirror image */
+const float (*dataset_control(const dataset_object *o, unsigned flags))[3];
 
 /* dataset_draw_silhouette - fills in the sample's silhouette, in arena memory */
 lt_status dataset_draw_silhouette(const dataset *d, lt_arena *arena, dataset_sample *s);

@@ -22,11 +22,11 @@ void mirror_camera(lt_camera *camera, int width)
     camera->cx = width - 1 - camera->cx;
 }
 
-/* Each row of cells of size bytes from right to left. */
-static void mirror_rows(void *plane, int width, int height, size_t size)
+void mirror_plane(void *plane, int width, int height, size_t size)
 {
-    uint8_t cell[sizeof(float)];
+    uint8_t cell[16];
 
+    assert(size <= sizeof(cell));
     for (int y = 0; plane && y < height; y++) {
         uint8_t *a = (uint8_t *)plane + (size_t)y * (size_t)width * size, *b = a + ((size_t)width - 1) * size;
         for (; a < b; a += size, b -= size) {
@@ -66,9 +66,9 @@ static void mirror_hand(dataset_sample *s)
 void mirror_sample(dataset_sample *s, uint8_t *rgb, float *depth, uint8_t *silhouette)
 {
     assert(!s->vertices);
-    mirror_rows(rgb, s->width, s->height, 3);
-    mirror_rows(depth, s->width, s->height, sizeof(*depth));
-    mirror_rows(silhouette, s->width, s->height, 1);
+    mirror_plane(rgb, s->width, s->height, 3);
+    mirror_plane(depth, s->width, s->height, sizeof(*depth));
+    mirror_plane(silhouette, s->width, s->height, 1);
     mirror_camera(&s->camera, s->width);
     mirror_hand(s);
     if (s->flags & SAMPLE_OBJECT) {

@@ -16,6 +16,9 @@
 extern "C" {
 #endif
 
+/* mirror_plane - a picture's cells of size bytes, each row from right to left, in place; NULL is fine */
+void mirror_plane(void *plane, int width, int height, size_t size);
+
 /* mirror_point, mirror_rotation, mirror_camera - in place; width is the image's */
 void mirror_point(float p[3]);
 void mirror_rotation(float R[9]);

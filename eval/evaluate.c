@@ -67,11 +67,12 @@ static lt_status prepare(evaluation *e)
     e->estimates = array(e, (size_t)B, sizeof(*e->estimates));
     e->camera = array(e, (size_t)B, sizeof(*e->camera));
     e->which = array(e, (size_t)B, sizeof(*e->which));
+    e->flags = array(e, (size_t)B, sizeof(*e->flags));
     e->per_sample = array(e, (size_t)e->samples, sizeof(*e->per_sample));
     e->names = array(e, (size_t)e->samples, sizeof(*e->names));
     e->table2 = eval_table_find("hocat-2");
     e->table4 = eval_table_find("hocat-4");
-    ok = ok && e->control && e->estimates && e->camera && e->which && e->per_sample && e->names;
+    ok = ok && e->control && e->estimates && e->camera && e->which && e->flags && e->per_sample && e->names;
     if (!ok || set_new(&e->set[EVALUATE_MODEL], e->o.m->cls->name) || set_new(&e->set[EVALUATE_ZERO], "zero predictor"))
         return lt_error(LT_ENOMEM, "no memory to score %d images at a time", B);
     return e->has_mean ? set_new(&e->set[EVALUATE_MEAN_POSE], "mean-pose predictor") : LT_OK;
@@ -172,8 +173,10 @@ static lt_status read_truth(evaluation *e, const hand_object_batch *b)
         else
             pose_vertices(e, b, s, e->truth.vertices[s]);
         e->truth.object[s] = pose_of(b->R + 9 * s, b->t + 3 * s);
+        eval_pose_of_model(&e->truth.object[s], b->flags[s] & SAMPLE_MIRRORED);
+        e->flags[s] = b->flags[s];
         e->which[s] = b->object[s];
-        e->control[s] = b->object[s] < 0 ? NULL : e->o.data->objects[b->object[s]].control;
+        e->control[s] = b->object[s] < 0 ? NULL : dataset_control(&e->o.data->objects[b->object[s]], b->flags[s]);
         e->camera[s] = (lt_camera){ .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] };
     }
     return LT_OK;
@@ -210,6 +213,8 @@ static lt_status score_rows(evaluation *e, score_set *set, int n)
     batch_rows *p = &e->rows, *g = &e->truth;
     lt_status st;
 
+    for (int s = 0; s < n; s++)
+        eval_pose_of_model(&p->object[s], e->flags[s] & SAMPLE_MIRRORED);
     lt_parallel_for(n, to_opengl, p);
     st = ho3d_scorer_add(set->ho3d, n, p->gl_joints[0][0], p->gl_vertices[0][0], g->gl_joints[0][0],
                          g->gl_vertices[0][0], p->hand_errors);

@@ -46,6 +46,7 @@ struct evaluation {
     estimate *estimates;
     lt_camera *camera;
     int32_t *which;
+    uint32_t *flags;                            /* of sample_flag */
     double (*per_sample)[5];
     const char **names;
 };

@@ -15,6 +15,12 @@ void eval_pose_apply(const eval_pose *pose, int n, const double *x, double *out)
         lt_rigid_apply(pose->R, pose->t, x + 3 * i, out + 3 * i);
 }
 
+void eval_pose_of_model(eval_pose *pose, bool mirrored)
+{
+    for (int i = 0; i < 9 && mirrored; i += 3)
+        pose->R[i] = -pose->R[i];
+}
+
 bool eval_pose_finite(const eval_pose *pose)
 {
     return eval_all_finite(9, pose->R) && eval_all_finite(3, pose->t);

@@ -43,7 +43,7 @@ static lt_status read_one(pictures *p, const hand_object_options *options, int i
     p->item[i] = (sheet_item){ .sample = s, .estimate = &p->seen[i] };
     if (s->object >= 0) {
         p->item[i].object = &d->objects[s->object];
-        p->control[i] = d->objects[s->object].control;
+        p->control[i] = dataset_control(&d->objects[s->object], s->flags);
     }
     return LT_OK;
 }

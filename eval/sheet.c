@@ -53,6 +53,7 @@ static pose_drawing truth_of(const sheet_item *m, const int32_t (*faces)[3], eva
             pose->R[k] = s->R[k];
         for (int k = 0; k < 3; k++)
             pose->t[k] = s->t[k];
+        eval_pose_of_model(pose, s->flags & SAMPLE_MIRRORED);
         p.object = pose;
         p.control = m->object->control;
         p.mesh = &m->object->mesh;
@@ -60,13 +61,15 @@ static pose_drawing truth_of(const sheet_item *m, const int32_t (*faces)[3], eva
     return p;
 }
 
-static pose_drawing prediction_of(const sheet_item *m, const int32_t (*faces)[3])
+static pose_drawing prediction_of(const sheet_item *m, const int32_t (*faces)[3], eval_pose *pose)
 {
     const estimate *e = m->estimate;
     pose_drawing p = { .faces = faces, .joints = e->joints, .vertices = faces ? e->vertices : NULL };
 
     if (m->object && e->object_inliers > 0) {
-        p.object = &e->object;
+        *pose = e->object;
+        eval_pose_of_model(pose, m->sample->flags & SAMPLE_MIRRORED);
+        p.object = pose;
         p.control = m->object->control;
         p.mesh = &m->object->mesh;
     }
@@ -76,8 +79,8 @@ static pose_drawing prediction_of(const sheet_item *m, const int32_t (*faces)[3]
 static lt_status draw_item(lt_arena *arena, const sheet_item *m, const int32_t (*faces)[3],
                            draw_canvas picture[2], const char *title[2])
 {
-    eval_pose pose;
-    const pose_drawing truth = truth_of(m, faces, &pose), predicted = prediction_of(m, faces);
+    eval_pose pose[2];
+    const pose_drawing truth = truth_of(m, faces, &pose[0]), predicted = prediction_of(m, faces, &pose[1]);
     lt_camera camera;
     double A[6];
     lt_status st;

@@ -14,6 +14,9 @@
 static const char *const kinds[] = { "sgd", "adam", "adamw", NULL };                /* as lt_optim_kind */
 static const char *const schedules[] = { "constant", "step", "cosine", NULL };      /* as lt_schedule_kind */
 
+static const char *const setups[] = { "s0", "s1", "s2", "s3", NULL };
+static const char *const filters[] = { "valid", "every", "hfl-net", "hoisdf", NULL };
+
 #define DATA(field) #field, .offset = offsetof(train_data_config, field)
 #define OPTIM(field) #field, .offset = offsetof(train_optim_config, field)
 #define LOOP(field) #field, .offset = offsetof(train_loop_config, field)
@@ -24,6 +27,12 @@ static const lt_config_key data_keys[] = {
       .doc = "folder of the object models; empty: models/ in the dataset, or beside it" },
     { DATA(hand), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
       .doc = "hand model, MANO's .pkl or a .npz; empty: the embedded hand" },
+    { DATA(hand_left), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
+      .doc = "DexYCB: left hand model, whose components left hands' poses are in; empty: the mirrored right one's" },
+    { DATA(setup), .type = LT_CONFIG_CHOICE, .fallback = "\"s0\"", .choices = setups,
+      .doc = "DexYCB: all seen, or unseen subjects, views, objects" },
+    { DATA(filter), .type = LT_CONFIG_CHOICE, .fallback = "\"valid\"", .choices = filters,
+      .doc = "DexYCB: with a hand; every frame; as HFL-Net; as HOISDF: right hands in contact" },
     { DATA(threads), .type = LT_CONFIG_INT, .fallback = "2", .lo = 1, .hi = 64,
       .doc = "threads that prepare samples" },
     { DATA(ahead), .type = LT_CONFIG_INT, .fallback = "2", .lo = 1, .hi = 64,
@@ -39,6 +48,8 @@ static const lt_config_key data_keys[] = {
       .doc = "deviation of the crop's scale, and its limit" },
     { DATA(rotation_deg), .type = LT_CONFIG_NUMBER, .fallback = "180", .lo = 0, .hi = 180,
       .doc = "the crop turns by up to this, degrees" },
+    { DATA(rotation_chance), .type = LT_CONFIG_NUMBER, .fallback = "1", .lo = 0, .hi = 1,
+      .doc = "below 1: with this chance it turns by rotation_deg times a normal draw, cut at 2" },
     { DATA(blur), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1,
       .doc = "deviation of the blur at most, pixels" },
     { DATA(brightness), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
@@ -101,6 +112,16 @@ static const lt_config_key loop_keys[] = {
       .doc = "steps between lines of log.jsonl" },
     { .name = NULL },
 };
+
+const char *train_setup_name(const train_config *c)
+{
+    return setups[c->data.setup];
+}
+
+const char *train_filter_name(const train_config *c)
+{
+    return filters[c->data.filter];
+}
 
 /* ---- reading ------------------------------------------------------------------------------------------ */
 

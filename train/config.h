@@ -15,10 +15,12 @@ typedef struct {
     const char *dir;                /* the dataset's folder */
     const char *objects;            /* folder of the object models; "": in the dataset's, or beside it */
     const char *hand;               /* hand model file; "": the embedded hand */
+    const char *hand_left;          /* DexYCB: left hand model file; "": the right one's mirror image */
+    int setup, filter;              /* DexYCB: train_setup_name, train_filter_name */
     int threads, ahead;
     double tolerate;
     bool augment, bilinear;
-    double centre_jitter, scale_jitter, rotation_deg;
+    double centre_jitter, scale_jitter, rotation_deg, rotation_chance;
     double blur, brightness, contrast, saturation, hue;
 } train_data_config;
 
@@ -80,6 +82,10 @@ lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, l
 /* train_config_json - every key with its value, m's own included; the caller frees it with cJSON_Delete; NULL
  * without memory */
 struct cJSON *train_config_json(const train_config *c, const model *m);
+
+/* train_setup_name, train_filter_name - data.setup and data.filter as dataset_open takes them */
+const char *train_setup_name(const train_config *c);
+const char *train_filter_name(const train_config *c);
 
 /* train_config_help - all keys of all groups and models: type, default, range, meaning */
 void train_config_help(FILE *f);

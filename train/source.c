@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/source.h"
 
-#include "data/ho3d.h"
+#include "data/open.h"
 #include "data/synth/hand.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/hand_file.h"
@@ -19,12 +19,15 @@ lt_status train_hand_read(lt_arena *arena, const char *path, const lt_hand_model
     return st;
 }
 
-/* Evaluation joints came years after the data: where they are not, validation takes training samples. */
-static bool has_truth(lt_arena *arena, const char *dir)
+/* What validation looks at: HO3D's evaluation joints came years after the data, and where they are not, it takes
+ * training samples; DexYCB has a split for it. NULL: there is none. */
+static const char *check_split(lt_arena *arena, dataset_layout layout, const char *dir)
 {
     const char *path = lt_path_join(arena, dir, "evaluation_xyz.json");
 
-    return path && access(path, R_OK) == 0;
+    if (layout == DATASET_DEXYCB)
+        return "val";
+    return path && access(path, R_OK) == 0 ? "evaluation" : NULL;
 }
 
 static bool validates(const train_config *c)
@@ -34,18 +37,25 @@ static bool validates(const train_config *c)
 
 static lt_status open_datasets(lt_arena *arena, const train_config *c, train_source *s)
 {
-    ho3d_options o = { .root = c->data.dir, .split = "train" };
+    dataset_options o = { .root = c->data.dir, .split = "train", .models = c->data.objects,
+                          .setup = train_setup_name(c), .filter = train_filter_name(c), .hand = s->hand };
+    lt_hand_model *left = NULL;
+    dataset_layout layout;
     lt_status st;
 
     if (!*c->data.dir)
         return lt_error(LT_EINVAL, "%s: data.dir: no dataset given; name its folder with --data or "
                         "--set data.dir=FOLDER", c->path);
-    o.models = *c->data.objects ? c->data.objects : NULL;
-    st = ho3d_open(&o, &s->train);
-    if (st || !validates(c) || !has_truth(arena, c->data.dir))
+    st = dataset_find_layout(c->data.dir, &layout);
+    if (!st && *c->data.hand_left)
+        st = lt_hand_model_read(arena, c->data.hand_left, &left);
+    o.left = left;
+    if (!st)
+        st = dataset_open(&o, &s->train);
+    if (st || !validates(c))
         return st;
-    o.split = "evaluation";
-    return ho3d_open(&o, &s->evaluation);
+    o.split = check_split(arena, layout, c->data.dir);
+    return o.split ? dataset_open(&o, &s->evaluation) : LT_OK;
 }
 
 static hand_object_options train_options_of(const train_config *c)
@@ -56,6 +66,7 @@ static hand_object_options train_options_of(const train_config *c)
     o.centre_jitter = d->centre_jitter;
     o.scale_jitter = d->scale_jitter;
     o.rotation = d->rotation_deg * 3.14159265358979323846 / 180;
+    o.rotation_chance = d->rotation_chance;
     o.colour = (augment_limits){ d->blur, d->brightness, d->contrast, d->saturation, d->hue };
     o.bilinear = d->bilinear;
     return o;

@@ -19,18 +19,12 @@ typedef struct {
 static lt_status write_text(const place *p, const char *name, const char *text)
 {
     const char *within = text ? lt_arena_printf(p->arena, "%s/%s", p->folder, name) : NULL;
-    const char *full = within ? lt_path_join(p->arena, p->root, within) : NULL;
-    synth_file file;
-    lt_status st = full ? lt_write_file(full, text, strlen(text))
-                        : lt_error(LT_ENOMEM, "%s: no memory", p->folder);
 
-    if (!st)
-        st = synth_describe_file(p->root, within, &file);
-    return st ? st : synth_manifest_add(p->manifest, &file, 1);
+    return within ? synth_manifest_text(p->manifest, p->root, within, text)
+                  : lt_error(LT_ENOMEM, "%s: no memory", p->folder);
 }
 
-/* x_first = R x + t from camera c's axes to those of camera `first`. */
-static void to_first(const synth_camera *first, const synth_camera *c, double R[9], double t[3])
+void synth_camera_to_first(const synth_camera *first, const synth_camera *c, double R[9], double t[3])
 {
     double back[9], shift[3];
 
@@ -65,7 +59,7 @@ static lt_status write_camera(const place *p, const synth_camera *camera, int i)
     double R[9], t[3];
     lt_status st;
 
-    to_first(&camera[0], &camera[i], R, t);
+    synth_camera_to_first(&camera[0], &camera[i], R, t);
     snprintf(name, sizeof(name), "trans_%d.txt", i);
     st = write_text(p, name, matrix_text(p->arena, R, t));
     snprintf(name, sizeof(name), "cam_%d_intrinsics.txt", i);

@@ -25,12 +25,11 @@ static pillar pillar_around(const synth_instance *in)
                      false };
 }
 
-static bool hit(const pillar *p, const synth_ball *ball, int n)
+bool synth_in_way(double x, double y, double radius, double top, const synth_ball *ball, int n)
 {
     for (int i = 0; i < n; i++) {
         const synth_ball *b = &ball[i];
-        if (b->centre[2] - b->radius < p->top &&
-            hypot(b->centre[0] - p->x, b->centre[1] - p->y) < p->radius + b->radius)
+        if (b->centre[2] - b->radius < top && hypot(b->centre[0] - x, b->centre[1] - y) < radius + b->radius)
             return true;
     }
     return false;
@@ -63,7 +62,7 @@ void synth_clear_way(synth_room *room, const synth_ball *ball, int n)
     for (int i = 0; i < room->n_instances; i++) {
         p[i] = pillar_around(&room->instance[i]);
         movable[i] = !room->instance[i].no_shadow;
-        p[i].gone = movable[i] && hit(&p[i], ball, n);
+        p[i].gone = movable[i] && synth_in_way(p[i].x, p[i].y, p[i].radius, p[i].top, ball, n);
     }
     spread(p, movable, room->n_instances);
     for (int i = 0; i < room->n_instances; i++)

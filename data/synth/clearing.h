@@ -14,6 +14,9 @@ extern "C" {
 /* Something that is, at some moment, at this place. */
 typedef struct { double centre[3], radius; } synth_ball;
 
+/* synth_in_way - whether one of n balls meets the upright cylinder from the table at x, y up to top */
+bool synth_in_way(double x, double y, double radius, double top, const synth_ball *ball, int n);
+
 /* synth_clear_way - remove from the room what stands in the way of n balls, whole things at a time; tables
  * and walls, which cast no shadow, stay */
 void synth_clear_way(synth_room *room, const synth_ball *ball, int n);

@@ -5,9 +5,7 @@
  */
 #include "data/synth/generate.h"
 
-#include "data/synth/calibration.h"
-#include "data/synth/cast.h"
-#include "data/synth/manifest.h"
+#include "data/synth/layout.h"
 #include "data/synth/objects.h"
 #include "data/synth/stats.h"
 #include "libtensor/base/parallel.h"
@@ -32,20 +30,13 @@ typedef struct {
 } easel;
 
 typedef struct {
-    const synth_options *opt;
-    lt_arena *arena;                /* lives as long as the run */
-    synth_cast cast;
-    lt_hand_model *hand;
+    synth_session session;
+    const synth_layout_ops *layout;
     uint8_t part[LT_HAND_VERTICES];
-    synth_subject *subject;
-    synth_prop *prop;               /* cast.n_objects of them */
+    synth_prop *prop, *mirrored;    /* cast.n_objects of them; mirrored NULL: no take has a left hand */
     easel *easel;
     int n_easels;
-    synth_manifest manifest;
     synth_stats stats;
-    synth_truth truth;
-    FILE *list[2];                  /* train.txt, evaluation.txt */
-    lt_atomic_file list_file[2];
     int64_t done, total;
 } run;
 
@@ -71,8 +62,8 @@ static lt_status need_empty_folder(const char *path)
 
 static lt_status report(run *r, const char *step)
 {
-    if (r->opt->progress && !r->opt->progress(r->opt->progress_ctx, step, r->done, r->total))
-        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld frames; it is not complete", r->opt->out,
+    if (r->session.opt->progress && !r->session.opt->progress(r->session.opt->progress_ctx, step, r->done, r->total))
+        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld frames; it is not complete", r->session.opt->out,
                         (long long)r->done, (long long)r->total);
     return LT_OK;
 }
@@ -80,11 +71,11 @@ static lt_status report(run *r, const char *step)
 static lt_status make_easels(run *r)
 {
     r->n_easels = lt_threads();
-    r->easel = lt_arena_array(r->arena, (size_t)r->n_easels, sizeof(*r->easel));
+    r->easel = lt_arena_array(r->session.arena, (size_t)r->n_easels, sizeof(*r->easel));
     for (int i = 0; r->easel && i < r->n_easels; i++) {
         easel *e = &r->easel[i];
         e->frame = synth_frame_new(SYNTH_WIDTH, SYNTH_HEIGHT);
-        e->depth = lt_arena_array(r->arena, (size_t)SYNTH_WIDTH * SYNTH_HEIGHT, sizeof(*e->depth));
+        e->depth = lt_arena_array(r->session.arena, (size_t)SYNTH_WIDTH * SYNTH_HEIGHT, sizeof(*e->depth));
         if (!e->frame || !e->depth)
             return lt_error(LT_ENOMEM, "synth: no memory to draw into");
     }
@@ -93,66 +84,77 @@ static lt_status make_easels(run *r)
 
 static lt_status make_cast(run *r)
 {
-    lt_status st = synth_cast_plan(r->opt->preset, r->opt->frames, &r->cast);
+    lt_status st = r->layout->plan(r->session.opt, &r->session.cast);
+    synth_subject *subject;
 
     if (!st)
-        st = synth_hand_new(r->arena, SYNTH_HAND_MANO_LIKE, &r->hand);
+        st = synth_hand_new(r->session.arena, SYNTH_HAND_MANO_LIKE, &r->session.hand);
     if (st)
         return st;
-    synth_hand_parts(r->hand, r->part);
-    for (int i = 0; i < r->cast.n_takes; i++)
-        r->total += r->cast.take[i].frames * r->cast.n_cameras;
-    r->subject = lt_arena_array(r->arena, (size_t)r->cast.n_subjects, sizeof(*r->subject));
-    r->prop = lt_arena_array(r->arena, (size_t)r->cast.n_objects, sizeof(*r->prop));
-    if (!r->subject || !r->prop)
+    synth_hand_parts(r->session.hand, r->part);
+    for (int i = 0; i < r->session.cast.n_takes; i++)
+        r->total += r->session.cast.take[i].frames * r->session.cast.n_cameras;
+    subject = lt_arena_array(r->session.arena, (size_t)r->session.cast.n_subjects, sizeof(*subject));
+    r->prop = lt_arena_array(r->session.arena, (size_t)r->session.cast.n_objects, sizeof(*r->prop));
+    if (!subject || !r->prop)
         return lt_error(LT_ENOMEM, "synth: no memory for the cast");
-    for (int i = 0; i < r->cast.n_subjects; i++)
-        synth_subject_draw(r->hand, r->opt->seed, i, &r->subject[i]);
+    for (int i = 0; i < r->session.cast.n_subjects; i++)
+        synth_subject_draw(r->session.hand, r->session.opt->seed, i, &subject[i]);
+    r->session.subject = subject;
     return LT_OK;
 }
 
 static lt_status make_props(run *r)
 {
-    for (int i = 0; i < r->cast.n_objects; i++) {
+    for (int i = 0; i < r->session.cast.n_objects; i++) {
         synth_prop *p = &r->prop[i];
         synth_file file[4];
         lt_status st = report(r, "objects");
         if (!st)
-            st = synth_prop_new(r->arena, r->cast.object[i], r->opt->alias_ycb,
-                                lt_rng_mix(r->opt->seed, LABEL), p);
+            st = synth_prop_new(r->session.arena, r->session.cast.object[i], r->session.opt->alias_ycb,
+                                lt_rng_mix(r->session.opt->seed, LABEL), p);
         if (!st)
-            st = synth_write_model(r->opt->out, p->name, &p->mesh, (const uint8_t (*)[3])p->rgb,
+            st = synth_write_model(r->session.opt->out, p->name, &p->mesh, (const uint8_t (*)[3])p->rgb,
                                    SYNTH_TEXTURE, p->points, SYNTH_POINTS, file);
         if (!st)
-            st = synth_manifest_add(&r->manifest, file, 4);
+            st = synth_manifest_add(&r->session.manifest, file, 4);
         if (st)
             return st;
     }
     return LT_OK;
 }
 
-static lt_status open_lists(run *r)
+/* Props in the mirror, where a take has a left hand. */
+static lt_status mirror_props(run *r)
 {
-    static const char *const name[2] = { "train.txt", "evaluation.txt" };
+    const int n = r->session.cast.n_objects;
+    bool left = false;
 
-    for (int i = 0; i < 2; i++) {
-        const char *path = lt_path_join(r->arena, r->opt->out, name[i]);
-        const lt_status st = path ? lt_atomic_open(&r->list_file[i], path)
-                                  : lt_error(LT_ENOMEM, "synth: no memory");
+    for (int i = 0; i < r->session.cast.n_takes; i++)
+        left = left || r->session.cast.take[i].left;
+    if (!left)
+        return LT_OK;
+    r->mirrored = lt_arena_array(r->session.arena, (size_t)n, sizeof(*r->mirrored));
+    if (!r->mirrored)
+        return lt_error(LT_ENOMEM, "synth: no memory for the cast");
+    for (int i = 0; i < n; i++) {
+        lt_status st = report(r, "mirrored objects");
+        if (!st)
+            st = synth_prop_mirror(r->session.arena, &r->prop[i], &r->mirrored[i]);
         if (st)
             return st;
-        r->list[i] = r->list_file[i].stream;
     }
-    return synth_truth_open(&r->truth, r->opt->out);
+    return LT_OK;
 }
 
 /* ---- one take ---- */
 
 /* What becomes of a frame; filled by whichever thread draws it. */
 typedef struct {
-    synth_picture picture;
+    synth_shot filmed;
     synth_visibility visibility;
     synth_file file[SYNTH_FRAME_FILES];
+    int n_files;
     lt_status status;
     char line[1024];
 } shot;
@@ -164,7 +166,6 @@ typedef struct {
     synth_stage stage;
     lt_status status;               /* of preparing it */
     char line[1024];
-    char sequence[SYNTH_MAX_CAMERAS][48];
     shot *shot;                     /* CHUNK of them */
     int64_t first;                  /* number of shot[0]: camera * frames + frame */
 } filming;
@@ -182,12 +183,15 @@ static lt_status film(const filming *f, int64_t number, const easel *e, shot *ou
     st = synth_stage_film(&f->stage, camera, k, &hand, e->frame, e->depth);
     if (st)
         return st;
-    out->picture = (synth_picture){ .sequence = f->sequence[camera], .frame = f->stage.kept[k],
-                                    .evaluation = f->take->evaluation, .rgb = &e->frame->rgb[0][0],
-                                    .depth = e->depth, .label = e->frame->label };
-    synth_annotate(&f->stage, camera, k, &hand, &out->picture);
-    synth_look(&out->picture, e->frame, m->phase, f->run->part, &out->visibility);
-    return synth_write_picture(f->run->opt->out, &out->picture, f->run->opt->png, quality, out->file);
+    out->filmed = (synth_shot){
+        .take = f->take, .stage = &f->stage, .camera = camera, .k = k, .rgb = &e->frame->rgb[0][0],
+        .label = e->frame->label, .depth = e->depth,
+        .picture = { .frame = f->stage.kept[k], .evaluation = f->take->evaluation, .rgb = &e->frame->rgb[0][0],
+                     .depth = e->depth, .label = e->frame->label },
+    };
+    synth_annotate(&f->stage, camera, k, &hand, &out->filmed.picture);
+    synth_look(&out->filmed.picture, e->frame, m->phase, f->run->part, &out->visibility);
+    return f->run->layout->write(&f->run->session, &out->filmed, quality, out->file, &out->n_files);
 }
 
 static void film_task(void *ctx, int64_t i)
@@ -207,16 +211,13 @@ static lt_status record(run *r, const shot *s)
 
     if (s->status)
         return lt_error(s->status, "%s", s->line);
-    st = synth_manifest_add(&r->manifest, s->file, SYNTH_FRAME_FILES);
+    st = synth_manifest_add(&r->session.manifest, s->file, s->n_files);
     if (!st)
         st = synth_stats_add(&r->stats, &s->visibility);
-    if (st)
-        return st;
-    fprintf(r->list[s->picture.evaluation], "%s/%04d\n", s->picture.sequence, s->picture.frame);
-    if (s->picture.evaluation)
-        synth_truth_add(&r->truth, s->picture.joints, s->picture.vertices);
-    r->done++;
-    return LT_OK;
+    if (!st)
+        st = r->layout->record(&r->session, &s->filmed);
+    r->done += !st;
+    return st;
 }
 
 static lt_status film_all(filming *f)
@@ -239,12 +240,14 @@ static lt_status film_all(filming *f)
 static lt_status choose_grasp(lt_arena *arena, const run *r, const synth_subject *who, const synth_prop *what,
                               uint64_t stream, synth_grasp *out)
 {
-    const uint64_t seed = lt_rng_mix(lt_rng_mix(r->opt->seed, GRASP), stream);
+    const uint64_t seed = lt_rng_mix(lt_rng_mix(r->session.opt->seed, GRASP), stream);
     synth_sequence_spec spec = { .object = &what->mesh };
     synth_grasp_ctx *ctx;
     synth_grasp grasp;
-    lt_status st = synth_grasp_ctx_new(arena, what->id, &what->mesh, &what->sdf, r->hand, who->beta, &ctx);
+    lt_status st = synth_grasp_ctx_new(arena, what->id, &what->mesh, &what->sdf, r->session.hand, who->beta, &ctx);
 
+    if (!st && what->mirrored)
+        synth_grasp_ctx_mirror(ctx);
     memcpy(spec.rest_wrist, who->rest_wrist, sizeof(spec.rest_wrist));
     spec.grasp = &grasp;
     for (int i = 0; !st && i < GRASPS; i++) {
@@ -261,38 +264,37 @@ static lt_status choose_grasp(lt_arena *arena, const run *r, const synth_subject
     return st ? lt_error_prefix(st, "%s", what->name) : LT_OK;
 }
 
-static const synth_prop *find_prop(const run *r, int object)
+static const synth_prop *find_prop(const run *r, const synth_take *take, int object)
 {
     int i = 0;
 
     while (r->prop[i].id != object)
         i++;
-    return &r->prop[i];
+    return take->left ? &r->mirrored[i] : &r->prop[i];
 }
 
-static lt_status make_folders(run *r, filming *f)
+/* What the layout wants of a take; cameras: room for them. */
+static synth_setting setting_of(const run *r, const synth_take *take, synth_camera *cameras)
 {
-    for (int c = 0; c < f->stage.n_cameras; c++) {
-        lt_status st;
-        snprintf(f->sequence[c], sizeof(f->sequence[c]), "%s%d", f->take->base, c);
-        st = synth_make_sequence(r->opt->out, f->sequence[c], f->take->evaluation);
-        if (st)
-            return st;
-    }
-    if (f->stage.n_cameras == 1)
-        return LT_OK;
-    return synth_write_calibration(r->opt->out, f->take->base, f->stage.camera, f->stage.n_cameras,
-                                   &r->manifest);
+    synth_setting s = { .depth_unit = r->layout->depth_unit };
+
+    if (r->layout->cameras(&r->session, take, cameras))
+        s.camera = cameras;
+    for (int i = 0; i < take->n_others; i++)
+        s.other[s.n_others++] = find_prop(r, take, take->other[i]);
+    return s;
 }
 
 static lt_status prepare(filming *f)
 {
     const run *r = f->run;
     const synth_take *take = f->take;
-    const int number = (int)(take - r->cast.take);
+    const int number = (int)(take - r->session.cast.take);
     const uint64_t stream = lt_rng_mix(TAKE, (uint64_t)number);
-    const synth_subject *who = &r->subject[take->subject];
-    const synth_prop *what = find_prop(r, take->object);
+    const synth_subject *who = &r->session.subject[take->subject];
+    const synth_prop *what = find_prop(r, take, take->object);
+    synth_camera cameras[SYNTH_MAX_CAMERAS];
+    const synth_setting setting = setting_of(r, take, cameras);
     synth_grasp *grasp;
     lt_status st;
 
@@ -301,8 +303,8 @@ static lt_status prepare(filming *f)
     st = grasp ? choose_grasp(f->arena, r, who, what, stream, grasp)
                : lt_error(LT_ENOMEM, "synth: no memory for a take");
     if (!st)
-        st = synth_stage_new(f->arena, r->hand, who, what, grasp, take->frames, number, r->cast.n_cameras,
-                             r->opt->seed, stream, &f->stage);
+        st = synth_stage_new(f->arena, r->session.hand, who, what, grasp, take->frames, number, r->session.cast.n_cameras,
+                             &setting, r->session.opt->seed, stream, &f->stage);
     return st;
 }
 
@@ -317,9 +319,13 @@ static void prepare_task(void *ctx, int64_t i)
 
 static lt_status film_take(filming *f)
 {
-    lt_status st = f->status ? lt_error(f->status, "%s", f->line) : make_folders(f->run, f);
+    run *r = f->run;
+    lt_status st = f->status ? lt_error(f->status, "%s", f->line)
+                             : r->layout->begin_take(&r->session, f->take, &f->stage);
 
-    return st ? st : film_all(f);
+    if (!st)
+        st = film_all(f);
+    return st ? st : r->layout->end_take(&r->session, f->take);
 }
 
 /* ---- the run ---- */
@@ -330,7 +336,7 @@ static lt_status film_some(run *r, int first, int n, filming *some, shot *shots)
     lt_status st = LT_OK;
 
     for (int i = 0; i < n; i++)
-        some[i] = (filming){ .run = r, .take = &r->cast.take[first + i], .shot = shots };
+        some[i] = (filming){ .run = r, .take = &r->session.cast.take[first + i], .shot = shots };
     lt_parallel_for(n, prepare_task, some);
     for (int i = 0; i < n; i++) {
         if (!st)
@@ -342,61 +348,62 @@ static lt_status film_some(run *r, int first, int n, filming *some, shot *shots)
 
 static lt_status film_takes(run *r)
 {
-    shot *shots = lt_arena_array(r->arena, CHUNK, sizeof(*shots));
-    filming *some = lt_arena_array(r->arena, AT_A_TIME, sizeof(*some));
+    shot *shots = lt_arena_array(r->session.arena, CHUNK, sizeof(*shots));
+    filming *some = lt_arena_array(r->session.arena, AT_A_TIME, sizeof(*some));
     lt_status st = shots && some ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %d frames", CHUNK);
 
-    for (int i = 0; !st && i < r->cast.n_takes; i += AT_A_TIME) {
-        const int left = r->cast.n_takes - i;
+    for (int i = 0; !st && i < r->session.cast.n_takes; i += AT_A_TIME) {
+        const int left = r->session.cast.n_takes - i;
 
         st = film_some(r, i, left < AT_A_TIME ? left : AT_A_TIME, some, shots);
     }
     return st;
 }
 
-/* Lists and truth take their names; then the figures, and the manifest last of all. */
+/* The layout's last files; then the figures, and the manifest last of all. */
 static lt_status finish(run *r)
 {
-    static const char *const file[] = { "train.txt", "evaluation.txt", "evaluation_xyz.json",
-                                        "evaluation_verts.json", "stats.json" };
-    lt_status st = LT_OK;
+    synth_file stats;
+    lt_status st = r->layout->close(&r->session);
 
-    for (int i = 0; !st && i < 2; i++) {
-        r->list[i] = NULL;
-        st = lt_atomic_commit(&r->list_file[i]);
-    }
     if (!st)
-        st = synth_truth_commit(&r->truth);
+        st = synth_stats_write(&r->stats, r->session.opt->out);
     if (!st)
-        st = synth_stats_write(&r->stats, r->opt->out);
-    for (size_t i = 0; !st && i < LT_COUNT(file); i++) {
-        synth_file f;
-        st = synth_describe_file(r->opt->out, file[i], &f);
-        if (!st)
-            st = synth_manifest_add(&r->manifest, &f, 1);
-    }
-    return st ? st : synth_manifest_write(&r->manifest, r->opt, r->hand);
+        st = synth_describe_file(r->session.opt->out, "stats.json", &stats);
+    if (!st)
+        st = synth_manifest_add(&r->session.manifest, &stats, 1);
+    return st ? st : synth_manifest_write(&r->session.manifest, r->session.opt, r->session.hand);
 }
 
 static void clean_up(run *r)
 {
-    for (int i = 0; i < 2; i++)
-        if (r->list[i])
-            lt_atomic_abort(&r->list_file[i]);
-    synth_truth_abort(&r->truth);
+    r->layout->abort(&r->session);
     for (int i = 0; r->easel && i < r->n_easels; i++)
         synth_frame_free(r->easel[i].frame);
-    lt_arena_free(r->arena);
+    lt_arena_free(r->session.arena);
+}
+
+lt_status synth_parse_layout(const char *name, synth_layout *out)
+{
+    static const char *const known[] = { "ho3d", "dexycb" };
+
+    for (size_t i = 0; i < LT_COUNT(known); i++)
+        if (!strcmp(name, known[i])) {
+            *out = (synth_layout)i;
+            return LT_OK;
+        }
+    return lt_error(LT_EINVAL, "no layout \"%s\": ho3d or dexycb", name);
 }
 
 lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES])
 {
-    run r = { .opt = options, .arena = lt_arena_new() };
+    run r = { .session = { .opt = options, .arena = lt_arena_new() },
+              .layout = options->layout == SYNTH_DEXYCB ? &synth_layout_dexycb : &synth_layout_ho3d };
     lt_status st;
 
-    if (!r.arena)
+    if (!r.session.arena)
         return lt_error(LT_ENOMEM, "synth: no memory");
-    r.manifest.arena = r.stats.arena = r.arena;
+    r.session.manifest.arena = r.stats.arena = r.session.arena;
     st = make_cast(&r);
     if (!st)
         st = need_empty_folder(options->out);
@@ -405,7 +412,9 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
     if (!st)
         st = make_props(&r);
     if (!st)
-        st = open_lists(&r);
+        st = mirror_props(&r);
+    if (!st)
+        st = r.layout->open(&r.session);
     if (!st)
         st = film_takes(&r);
     if (!st)

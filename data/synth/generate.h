@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Writes a synthetic hand-object dataset in HO3D's layout, so that everything runs on a machine that has
- * no dataset: the reader of the real one reads it.
+ * Writes a synthetic hand-object dataset in HO3D's or DexYCB's layout, so that everything runs on a machine that
+ * has no dataset: the readers of the real ones read it.
  *
  * The same options give the same files, byte for byte, on any number of threads.
  */
@@ -22,27 +22,32 @@ typedef enum {
     SYNTH_DEFAULT,                  /* 10, 10, 200 of 70 */
 } synth_preset;
 
+typedef enum { SYNTH_HO3D, SYNTH_DEXYCB } synth_layout;
+
 typedef struct {
     synth_preset preset;
+    synth_layout layout;
     const char *out;                /* a folder that does not exist yet or is empty */
     uint64_t seed;
     int frames;                     /* in all, dealt evenly to the sequences; 0: the preset's */
-    bool png;                       /* lossless images, as HO3D v2 has them; off: JPEG, as v3 */
+    bool png;                       /* HO3D: lossless images, as v2 has them; off: JPEG, as v3 */
     bool alias_ycb;                 /* name the objects as the real ones; off: "syn_" before each name */
     /* told how far it is, on the caller's thread, every few frames; false: stop. May be NULL. */
     bool (*progress)(void *ctx, const char *step, int64_t done, int64_t total);
     void *progress_ctx;
 } synth_options;
 
-/* synth_parse_preset - "tiny", "small", "demo", "default" */
+/* synth_parse_preset - "tiny", "small", "demo", "default"; synth_parse_layout - "ho3d", "dexycb" */
 lt_status synth_parse_preset(const char *name, synth_preset *out);
+lt_status synth_parse_layout(const char *name, synth_layout *out);
 
 /**
  * synth_generate - write the dataset
  *
- * Leaves train/, evaluation/, models/, train.txt, evaluation.txt, the two ground-truth files, stats.json
- * (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file; written last,
- * so a folder without it is unfinished).
+ * HO3D's layout: train/, evaluation/, train.txt, evaluation.txt, the two ground-truth files. DexYCB's: a folder for
+ * each subject, calibration/, synthetic.json; cameras on a ring, right and left hands, things on the table. Both:
+ * models/, stats.json (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file;
+ * written last, so a folder without it is unfinished).
  *
  *   figures      the figures of stats.json with what is aimed at; NULL: not wanted
  *

@@ -54,6 +54,10 @@ typedef struct {
 lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const synth_sdf *sdf,
                               const lt_hand_model *hand, const double *beta, synth_grasp_ctx **out);
 
+/* synth_grasp_ctx_mirror - the context's object becomes its mirror image, x -> -x, of which mesh and distance
+ * were given to synth_grasp_ctx_new: right hands then hold it as left hands hold the object */
+void synth_grasp_ctx_mirror(synth_grasp_ctx *ctx);
+
 /**
  * synth_grasp_sample - one accepted grasp
  *

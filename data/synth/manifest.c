@@ -28,6 +28,19 @@ lt_status synth_manifest_add(synth_manifest *m, const synth_file *file, int n)
     return LT_OK;
 }
 
+lt_status synth_manifest_text(synth_manifest *m, const char *root, const char *within, const char *text)
+{
+    lt_arena *scratch = lt_arena_new();
+    const char *full = scratch ? lt_path_join(scratch, root, within) : NULL;
+    synth_file file;
+    lt_status st = full ? lt_write_file(full, text, strlen(text)) : lt_error(LT_ENOMEM, "%s: no memory", within);
+
+    if (!st)
+        st = synth_describe_file(root, within, &file);
+    lt_arena_free(scratch);
+    return st ? st : synth_manifest_add(m, &file, 1);
+}
+
 static void add_crc(cJSON *to, const char *name, uint32_t crc)
 {
     char text[16];
@@ -54,8 +67,13 @@ static void add_options(cJSON *j, const synth_options *o)
     snprintf(seed, sizeof(seed), "%" PRIu64, o->seed);          /* may not fit a JSON number */
     cJSON_AddBoolToObject(j, "synthetic", true);
     cJSON_AddStringToObject(j, "made_by", "palmar synth");
-    cJSON_AddStringToObject(j, "layout", o->png ? "HO3D v2" : "HO3D v3");
-    cJSON_AddStringToObject(j, "axes", "OpenGL camera, metres, MANO joint order, as in HO3D");
+    if (o->layout == SYNTH_DEXYCB) {
+        cJSON_AddStringToObject(j, "layout", "DexYCB");
+        cJSON_AddStringToObject(j, "axes", "OpenCV camera, metres, joints from thumb to little finger, as in DexYCB");
+    } else {
+        cJSON_AddStringToObject(j, "layout", o->png ? "HO3D v2" : "HO3D v3");
+        cJSON_AddStringToObject(j, "axes", "OpenGL camera, metres, MANO joint order, as in HO3D");
+    }
     cJSON_AddStringToObject(j, "preset", preset[o->preset]);
     cJSON_AddStringToObject(j, "seed", seed);
     cJSON_AddNumberToObject(j, "frames", o->frames);

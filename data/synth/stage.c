@@ -2,7 +2,6 @@
 /* Puts room, arm, hand and object together, and films them. */
 #include "data/synth/stage.h"
 
-#include "data/ho3d_internal.h"
 #include "data/synth/clearing.h"
 #include "data/synth/objects.h"
 #include "data/ycb.h"
@@ -13,7 +12,7 @@
 #include <string.h>
 
 /* Uses of a stage's stream. */
-enum { MOTION = 1, VIEW, ROOM, ARM, SENSOR, NOISE, DEPTH_NOISE, SHUTTER, LABEL };
+enum { MOTION = 1, VIEW, ROOM, ARM, SENSOR, NOISE, DEPTH_NOISE, SHUTTER, LABEL, TABLE };
 
 enum { ARM_BALLS = 12, BALLS = 1 + LT_HAND_KEYPOINTS + ARM_BALLS };
 
@@ -46,6 +45,54 @@ lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed,
     out->texture = synth_texture_new(arena, &out->rgb[0][0], SYNTH_TEXTURE, SYNTH_TEXTURE);
     out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", ycb->name);
     return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", ycb->name);
+}
+
+/* Vertices in the mirror, and faces that still look outwards. */
+static lt_status mirror_mesh(lt_arena *arena, const lt_mesh *mesh, lt_mesh *out)
+{
+    const size_t n = (size_t)mesh->n_vertices;
+
+    *out = *mesh;
+    out->vertex = lt_arena_array(arena, n, sizeof(*out->vertex));
+    out->face = lt_arena_array(arena, (size_t)mesh->n_faces, sizeof(*out->face));
+    out->normal = mesh->normal ? lt_arena_array(arena, n, sizeof(*out->normal)) : NULL;
+    if (!out->vertex || !out->face || (mesh->normal && !out->normal))
+        return lt_error(LT_ENOMEM, "synth: no memory for a mesh");
+    for (size_t i = 0; i < n; i++)
+        for (int k = 0; k < 3; k++) {
+            out->vertex[i][k] = k ? mesh->vertex[i][k] : -mesh->vertex[i][k];
+            if (mesh->normal)
+                out->normal[i][k] = k ? mesh->normal[i][k] : -mesh->normal[i][k];
+        }
+    for (int i = 0; i < mesh->n_faces; i++) {
+        out->face[i][0] = mesh->face[i][0];
+        out->face[i][1] = mesh->face[i][2];
+        out->face[i][2] = mesh->face[i][1];
+    }
+    return LT_OK;
+}
+
+lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *out)
+{
+    float (*points)[3] = lt_arena_array(arena, SYNTH_POINTS, sizeof(*points));
+    synth_prop m = *p;
+    lt_status st = points ? mirror_mesh(arena, &p->mesh, &m.mesh) : lt_error(LT_ENOMEM, "synth: no memory for %s", p->name);
+
+    for (int i = 0; !st && i < SYNTH_POINTS; i++)
+        for (int k = 0; k < 3; k++)
+            points[i][k] = k ? p->points[i][k] : -p->points[i][k];
+    m.points = (const float (*)[3])points;
+    if (!st)
+        st = lt_box_from_points(SYNTH_POINTS, &points[0][0], &m.box);
+    if (!st)
+        st = lt_mesh_index_new(arena, &m.mesh, &m.index);
+    if (!st)
+        st = synth_sdf_new(arena, &m.mesh, &m.sdf);
+    if (st)
+        return st;
+    m.mirrored = !p->mirrored;
+    *out = m;
+    return LT_OK;
 }
 
 /* ---- a take ---- */
@@ -99,37 +146,59 @@ static void occupy(const synth_stage *s, const synth_sight *at, synth_ball ball[
     }
 }
 
-static lt_status furnish(lt_arena *arena, const synth_sight *sight, synth_stage *s, synth_room **out)
+/* Stand the others on the table, away from n balls and each other; each adds a ball. */
+static void set_table(const synth_setting *setting, synth_stage *s, synth_ball *ball, int n)
+{
+    lt_rng rng = lt_rng_make(s->seed, lt_rng_mix(s->stream, TABLE));
+
+    for (int i = 0; i < setting->n_others; i++) {
+        const synth_prop *p = setting->other[i];
+        synth_settled at;
+        if (!synth_settle(&p->mesh, ball, n + s->n_others, &rng, &at))
+            continue;
+        ball[n + s->n_others] = synth_settled_ball(&p->mesh, &at);
+        s->other[s->n_others] = p;
+        s->at[s->n_others++] = at;
+    }
+}
+
+static lt_status furnish(lt_arena *arena, const synth_sight *sight, const synth_setting *setting, synth_stage *s,
+                         synth_room **out)
 {
     synth_room *room = synth_room_new(arena, s->seed, lt_rng_mix(s->stream, ROOM), CLEAR);
-    synth_ball *ball = lt_arena_array(arena, (size_t)s->n_kept * BALLS, sizeof(*ball));
+    const int moving = s->n_kept * BALLS;
+    synth_ball *ball = lt_arena_array(arena, (size_t)moving + SYNTH_STAGE_OTHERS, sizeof(*ball));
 
     s->cloth = synth_arm_cloth(arena, s->seed, lt_rng_mix(s->stream, ARM));
     if (!room || !ball || !s->cloth)
         return lt_error(LT_ENOMEM, "synth: no memory for a room");
     for (int k = 0; k < s->n_kept; k++)
         occupy(s, &sight[k], ball + k * BALLS);
-    synth_clear_way(room, ball, s->n_kept * BALLS);
+    set_table(setting, s, ball, moving);
+    synth_clear_way(room, ball, moving + s->n_others);
     s->room = *out = room;
     return LT_OK;
 }
 
-static void place_cameras(const synth_sight *sight, int number, synth_stage *s)
+static void place_cameras(const synth_sight *sight, const synth_setting *setting, int number, synth_stage *s)
 {
-    synth_view_choose(sight, s->n_kept, s->seed, lt_rng_mix(s->stream, VIEW), number * s->n_cameras,
-                      s->n_cameras, s->camera);
+    if (setting->camera)
+        memcpy(s->camera, setting->camera, (size_t)s->n_cameras * sizeof(s->camera[0]));
+    else
+        synth_view_choose(sight, s->n_kept, s->seed, lt_rng_mix(s->stream, VIEW), number * s->n_cameras,
+                          s->n_cameras, s->camera);
     for (int c = 0; c < s->n_cameras; c++)
         s->sensor[c] = synth_sensor_random(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SENSOR), (uint64_t)c));
 }
 
 lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
                           const synth_prop *prop, const synth_grasp *grasp, int n_frames, int number,
-                          int n_cameras, uint64_t seed, uint64_t stream, synth_stage *out)
+                          int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream, synth_stage *out)
 {
     synth_sequence_spec spec = { .grasp = grasp, .object = &prop->mesh, .min_moments = n_frames,
                                  .seed = seed, .stream = lt_rng_mix(stream, MOTION) };
     synth_stage s = { .hand = hand, .subject = subject, .prop = prop, .n_kept = n_frames,
-                      .n_cameras = n_cameras, .seed = seed, .stream = stream };
+                      .n_cameras = n_cameras, .depth_unit = setting->depth_unit, .seed = seed, .stream = stream };
     synth_sight *sight;
     synth_room *room = NULL;
     lt_status st;
@@ -144,10 +213,10 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
         return lt_error(LT_ENOMEM, "synth: no memory for a take");
     for (int k = 0; k < n_frames; k++)
         look_at(&s, &s.sequence.moment[s.kept[k]], &sight[k]);
-    st = furnish(arena, sight, &s, &room);
+    st = furnish(arena, sight, setting, &s, &room);
     if (st)
         return st;
-    place_cameras(sight, number, &s);
+    place_cameras(sight, setting, number, &s);
     if (!synth_room_paint(room, s.camera, n_cameras) || !synth_texture_paint(s.cloth))
         return lt_error(LT_ENOMEM, "synth: no memory for a room");
     *out = s;
@@ -201,22 +270,22 @@ static synth_instance in_world(const lt_mesh *mesh, const synth_material *materi
                              .material = *material, .label = label, .moving = true };
 }
 
-static synth_instance object_instance(const synth_prop *prop, const synth_moment *m)
+static synth_instance object_instance(const synth_prop *prop, const double R[9], const double t[3], bool moving)
 {
     synth_instance i = {
-        .mesh = &prop->mesh, .label = (uint8_t)prop->id, .moving = true,
+        .mesh = &prop->mesh, .label = (uint8_t)prop->id, .moving = moving,
         .material = { .albedo = { 1, 1, 1 }, .specular = 0.04f, .shininess = 40, .texture = prop->texture },
     };
 
-    memcpy(i.R_world_obj, m->R_obj, sizeof(i.R_world_obj));
-    memcpy(i.t_world_obj, m->t_obj, sizeof(i.t_world_obj));
+    memcpy(i.R_world_obj, R, sizeof(i.R_world_obj));
+    memcpy(i.t_world_obj, t, sizeof(i.t_world_obj));
     return i;
 }
 
 typedef struct {
     lt_mesh hand;
     synth_arm arm;
-    synth_instance instance[SYNTH_ROOM_INSTANCES + 4];
+    synth_instance instance[SYNTH_ROOM_INSTANCES + SYNTH_STAGE_OTHERS + 4];
     int n;
 } cast;
 
@@ -233,7 +302,9 @@ static lt_status gather(lt_arena *arena, const synth_stage *s, const synth_momen
         return st;
     c->n = s->room->n_instances;
     memcpy(c->instance, s->room->instance, (size_t)c->n * sizeof(c->instance[0]));
-    c->instance[c->n++] = object_instance(s->prop, m);
+    for (int i = 0; i < s->n_others; i++)
+        c->instance[c->n++] = object_instance(s->other[i], s->at[i].R, s->at[i].t, false);
+    c->instance[c->n++] = object_instance(s->prop, m->R_obj, m->t_obj, true);
     c->instance[c->n++] = in_world(&c->hand, &skin, SYNTH_LABEL_HAND);
     c->instance[c->n++] = in_world(&c->arm.skin, &c->arm.skin_material, SYNTH_LABEL_BACKGROUND);
     if (c->arm.sleeve.n_faces)
@@ -297,7 +368,7 @@ lt_status synth_stage_film(const synth_stage *s, int camera, int k, const synth_
         sensor.seed = s->seed;
         smear(s, camera, s->kept[k], sensor.motion);
         synth_sensor_image(&sensor, out);
-        synth_sensor_depth(out, s->camera[camera].fx, HO3D_DEPTH_UNIT, s->seed,
+        synth_sensor_depth(out, s->camera[camera].fx, s->depth_unit, s->seed,
                            lt_rng_mix(lt_rng_mix(s->stream, DEPTH_NOISE), frame), depth);
     }
     lt_arena_free(arena);

@@ -8,6 +8,7 @@
 #include "data/synth/room.h"
 #include "data/synth/sdf.h"
 #include "data/synth/sequence.h"
+#include "data/synth/settle.h"
 #include "data/synth/subject.h"
 #include "data/synth/view.h"
 #include "libtensor/geometry/box21.h"
@@ -30,16 +31,34 @@ typedef struct {
     lt_box box;                                 /* of points */
     lt_mesh_index *index;
     synth_sdf sdf;
+    bool mirrored;                              /* mesh, points, box, index and sdf are mirror images, x -> -x */
 } synth_prop;
 
 /* synth_prop_new - object ycb_id with a label drawn from seed; alias: under its real name */
 lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed, synth_prop *out);
+
+/* synth_prop_mirror - p in the mirror: what a left hand holds, where the take is filmed as a right hand's */
+lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *out);
+
+enum { SYNTH_STAGE_OTHERS = 4 };
+
+/* What a dataset's layout asks of its takes. */
+typedef struct {
+    const synth_camera *camera;                 /* where the cameras are; NULL: chosen to see the take well */
+    const synth_prop *other[SYNTH_STAGE_OTHERS];        /* stand on the table, if there is a place for them */
+    int n_others;
+    double depth_unit;                          /* metres in a step of its depth images */
+} synth_setting;
 
 /* A take. Read-only once made: frames of it can be drawn on any number of threads. */
 typedef struct {
     const lt_hand_model *hand;
     const synth_subject *subject;
     const synth_prop *prop;
+    const synth_prop *other[SYNTH_STAGE_OTHERS];
+    synth_settled at[SYNTH_STAGE_OTHERS];       /* of the others */
+    int n_others;
+    double depth_unit;
     const synth_room *room;
     synth_texture *cloth;                       /* of the subject's sleeve */
     synth_sequence sequence;
@@ -57,13 +76,14 @@ typedef struct {
  *   grasp        in the prop's frame, for this subject's hand
  *   n_frames     to keep, spread evenly over the motion
  *   number       of the take in its dataset
+ *   setting      of its layout
  *   out          lives in the arena; subject, prop and hand must outlive it
  *
  * A function of its arguments. Errors: LT_ENOMEM.
  */
 lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
                           const synth_prop *prop, const synth_grasp *grasp, int n_frames, int number,
-                          int n_cameras, uint64_t seed, uint64_t stream, synth_stage *out);
+                          int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream, synth_stage *out);
 
 /* synth_stage_pose - the hand at a moment, in the world */
 void synth_stage_pose(const synth_stage *s, const synth_moment *m, synth_posed_hand *out);

@@ -36,13 +36,12 @@ static void mean_target(const synth_sight *s, int n, double out[3])
     }
 }
 
-/* Camera axes: z at the target, x level but for the roll. */
-static void look(candidate *c, double roll)
+void synth_view_look(const double eye[3], const double target[3], double roll, synth_camera *out)
 {
     static const double up[3] = { 0, 0, 1 };
-    double f[3], x[3], y[3], n, *R = c->camera.R_cam_world;
+    double f[3], x[3], y[3], n, *R = out->R_cam_world;
 
-    lt_vec3_sub(c->target, c->eye, f);
+    lt_vec3_sub(target, eye, f);
     n = lt_vec3_norm(f);
     for (int k = 0; k < 3; k++)
         f[k] /= n;
@@ -57,7 +56,7 @@ static void look(candidate *c, double roll)
         R[6 + k] = f[k];
     }
     for (int k = 0; k < 3; k++)
-        c->camera.t_cam_world[k] = -lt_vec3_dot(R + 3 * k, c->eye);
+        out->t_cam_world[k] = -lt_vec3_dot(R + 3 * k, eye);
 }
 
 static candidate draw(lt_rng *rng, const double target[3])
@@ -73,7 +72,7 @@ static candidate draw(lt_rng *rng, const double target[3])
     c.eye[2] = target[2] + away * sin(above);
     for (int k = 0; k < 3; k++)
         c.target[k] = target[k] + lt_rng_range(rng, -0.05, 0.05);
-    look(&c, fmax(-0.2, fmin(0.2, 0.08 * lt_rng_normal(rng))));
+    synth_view_look(c.eye, c.target, fmax(-0.2, fmin(0.2, 0.08 * lt_rng_normal(rng))), &c.camera);
     return c;
 }
 

@@ -33,6 +33,9 @@ typedef struct {
 void synth_view_choose(const synth_sight *sight, int n, uint64_t seed, uint64_t stream, int number,
                        int n_cameras, synth_camera *out);
 
+/* synth_view_look - put a camera at eye: z at the target, x level but for the roll (radians) */
+void synth_view_look(const double eye[3], const double target[3], double roll, synth_camera *out);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A very small synthetic dataset, through the doors that the real one comes by. */
+#include "data/dexycb.h"
 #include "data/hand_object.h"
 #include "data/ho3d.h"
+#include "data/ho3d_internal.h"
 #include "data/synth/annotate.h"
 #include "data/synth/generate.h"
 #include "data/synth/objects.h"
+#include "data/synth/rig.h"
+#include "data/synth/write_dexycb.h"
 #include "eval/ho3d_score.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand_layer.h"
@@ -308,7 +312,8 @@ static void film(shot *s)
     ok(synth_prop_new(arena, 9, false, 3, &s->prop));
     ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     ok(synth_grasp_sample(ctx, 5, NULL, &grasp));
-    ok(synth_stage_new(arena, hand, &s->subject, &s->prop, &grasp, FRAMES, 0, 1, 3, 4, &s->stage));
+    ok(synth_stage_new(arena, hand, &s->subject, &s->prop, &grasp, FRAMES, 0, 1,
+                       &(synth_setting){ .depth_unit = HO3D_DEPTH_UNIT }, 3, 4, &s->stage));
     s->frame = synth_frame_new(W, H);
     s->depth = lt_arena_array(arena, (size_t)W * H, sizeof(float));
     synth_stage_pose(&s->stage, &s->stage.sequence.moment[s->stage.kept[K]], &posed);
@@ -456,6 +461,107 @@ static void contact_is_the_slow_way(const shot *s)
     ck_assert_int_gt(touching, 3);
 }
 
+/* ---- the same scene in DexYCB's layout ---- */
+
+static dataset *dexycb_of(const shot *s)
+{
+    const char *dir = at("dexycb");
+    synth_picture *p = lt_arena_alloc(arena, sizeof(*p));
+    synth_manifest files = { .arena = arena };
+    synth_dexycb_sequence q = { .frames = 1, .cameras = 2, .n_objects = 1, .id = { 9 }, .extrinsics = "e", .mano = "m" };
+    synth_dexycb_frame f = { .sequence = &q, .hand = hand, .picture = p };
+    synth_camera camera[2] = { s->stage.camera[0], s->stage.camera[0] };
+    uint8_t *rgb = lt_arena_alloc(arena, 3 * W * H), *label = lt_arena_alloc(arena, W * H);
+    float *depth = lt_arena_array(arena, W * H, sizeof(*depth)), pose_m[51] = { 0 }, pose_y[7] = { 0 };
+    synth_file file[4];
+    dataset *d;
+
+    synth_rig_mirror(&camera[1], 1);                    /* the second camera sees the mirrored scene */
+    ok(synth_dexycb_write_intrinsics(dir, camera, 2, &files));
+    ok(synth_dexycb_write_extrinsics(dir, "e", camera, 2, &files));
+    ok(synth_dexycb_write_mano(dir, "m", s->picture.beta, &files));
+    ok(synth_write_model(dir, s->prop.name, &s->prop.mesh, (const uint8_t (*)[3])s->prop.rgb, SYNTH_TEXTURE,
+                         s->prop.points, SYNTH_POINTS, file));
+    for (int i = 0; i < 5; i++) {
+        q.folder = lt_arena_printf(arena, "20260101-subject-01/20260101_10000%d", i);
+        q.left = i == 1;
+        ok(synth_dexycb_make_folders(dir, &q));
+        ok(synth_dexycb_write_sequence(dir, &q, pose_m, pose_y, &files));
+        if (i > 1)
+            continue;
+        *p = s->picture;
+        p->frame = 0;
+        p->rgb = memcpy(rgb, s->picture.rgb, 3 * W * H);
+        p->label = memcpy(label, s->picture.label, W * H);
+        p->depth = memcpy(depth, s->picture.depth, W * H * sizeof(*depth));
+        if (q.left)
+            synth_dexycb_mirror(p, rgb, depth, label);
+        memcpy(f.R[0], p->R, sizeof(p->R));
+        memcpy(f.t[0], p->t, sizeof(p->t));
+        f.camera = i;
+        ok(synth_dexycb_write_frame(dir, &f, 95, file));
+    }
+    ok(synth_manifest_text(&files, dir, "synthetic.json", "{\"subjects\": 1, \"sequences\": 5}"));
+    ok(dexycb_open(&(dexycb_options){ .root = dir, .setup = "s0", .split = "train", .filter = DEXYCB_EVERY, .hand = hand }, &d));
+    return d;
+}
+
+static void same(const float *a, const float *b, int n, float tolerance)
+{
+    for (int i = 0; i < n; i++)
+        ck_assert_float_eq_tol(a[i], b[i], tolerance);
+}
+
+/* The mesh that a sample's pose makes of the hand, at its root. */
+static void mesh_of(const dataset_sample *s, float out[LT_HAND_VERTICES][3])
+{
+    double R[16 * 9], beta[10], v[LT_HAND_VERTICES][3], j[16][3];
+
+    for (int i = 0; i < 16 * 9; i++)
+        R[i] = s->rotation[i / 9][i % 9];
+    for (int i = 0; i < 10; i++)
+        beta[i] = s->beta[i];
+    lt_hand_pose(hand, R, beta, NULL, v[0], j[0]);
+    for (int i = 0; i < LT_HAND_VERTICES; i++)
+        for (int k = 0; k < 3; k++)
+            out[i][k] = (float)(v[i][k] - j[0][k] + s->root[k]);
+}
+
+/* HO3D's file and DexYCB's say the same, in the camera's axes, of a right hand; and of the left hand that it is
+ * in the mirror, which is read as the right one again. */
+static void layouts_agree(const shot *s)
+{
+    static const int numbers[2] = { 0, 3 };
+    dataset *d = dexycb_of(s);
+    const dataset_sample *a = &s->sample;
+    float va[LT_HAND_VERTICES][3], vb[LT_HAND_VERTICES][3];
+
+    mesh_of(a, va);
+    for (int i = 0; i < 2; i++) {
+        dataset_sample b;
+        ok(dataset_read(d, numbers[i], SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &b));
+        ck_assert_int_eq(!!(b.flags & SAMPLE_MIRRORED), i == 1);
+        same(a->joints[0], b.joints[0], 3, 1e-6f);
+        for (int j = 0; j < LT_HAND_KEYPOINTS; j++)
+            if (j == 0 || j % 4)                        /* tips are other vertices */
+                same(a->joints[j], b.joints[j], 3, 1e-6f);
+        same(a->root, b.root, 3, 1e-6f);
+        same(a->R, b.R, 9, 1e-6f);
+        same(a->t, b.t, 3, 1e-6f);
+        same(a->rotation[0], b.rotation[0], 16 * 9, 2e-6f);
+        mesh_of(&b, vb);
+        same(va[0], vb[0], 3 * LT_HAND_VERTICES, 1e-6f);
+        if (i == 0) {                                   /* in the mirror, models/ would have to hold another object */
+            same(a->control2d[0], b.control2d[0], 42, 2e-3f);
+            ck_assert_mem_eq(a->silhouette, b.silhouette, W * H);
+        }
+        for (int k = 0; k < W * H; k++)
+            ck_assert_float_eq_tol(a->depth[k], b.depth[k], 6e-4f);
+        ck_assert_double_eq_tol(a->camera.cx, b.camera.cx, 1e-4);
+    }
+    dataset_free(d);
+}
+
 START_TEST(a_frame_returns)
 {
     shot *s = lt_arena_alloc(arena, sizeof(*s));
@@ -469,6 +575,7 @@ START_TEST(a_frame_returns)
     masks_return(s);
     depth_lies_on_the_hand(s);
     contact_is_the_slow_way(s);
+    layouts_agree(s);
     ck_assert(s->visibility.contact);
     ck_assert_int_eq(s->visibility.inside, LT_HAND_KEYPOINTS);
     dataset_free(s->d);

@@ -54,6 +54,18 @@ done:
     return st;
 }
 
+void synth_grasp_ctx_mirror(synth_grasp_ctx *ctx)
+{
+    ctx->centre[0] = -ctx->centre[0];
+    for (int i = 0; i < ctx->n_grips; i++) {
+        grip *g = &ctx->grips[i];
+        g->centre[0] = -g->centre[0];
+        g->pivot[0] = -g->pivot[0];
+        for (int k = 0; k < 3; k++)
+            g->axis[k][0] = -g->axis[k][0];
+    }
+}
+
 static void count(synth_grasp_stats *s, grasp_verdict v)
 {
     s->tried++;
