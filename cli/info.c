@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
+#include "cli/info_data.h"
 
 #include <config.h>
-#include "data/ho3d.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/hand_file.h"
@@ -18,10 +18,10 @@
 #include <string.h>
 
 enum { MAX_SET = 64 };
-enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES };
+enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES, SETUP, HAND, HAND_LEFT };
 
 typedef struct {
-    const char *model, *config, *data, *file;
+    const char *model, *config, *data, *setup, *hand, *hand_left, *file;
     const char *set[MAX_SET];
     int n_set, samples;
     bool system, json;
@@ -34,7 +34,11 @@ static const struct argp_option options[] = {
     { "config", 'c', "FILE", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key of the config; may be repeated", 0 },
     { "data", DATA, "DIR", 0, "a dataset: version, splits, objects, a self-test on some samples", 0 },
-    { "samples", SAMPLES, "N", 0, "how many samples of each split the self-test reads; default 20", 0 },
+    { "samples", SAMPLES, "N", 0, "how many samples of each split the self-test reads; default 20; 0: all", 0 },
+    { "setup", SETUP, "NAME", 0, "with --data, DexYCB: the splits that are tested, s0 (default) to s3", 0 },
+    { "hand", HAND, "FILE", 0, "with --data: hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the "
+      "embedded one", 0 },
+    { "hand-left", HAND_LEFT, "FILE", 0, "with --data, DexYCB: MANO_LEFT.pkl; default the right one's mirror image", 0 },
     { "system", SYSTEM, NULL, 0, "this machine and this program", 0 },
     { "json", JSON, NULL, 0, "as JSON", 0 },
     { 0 },
@@ -48,6 +52,9 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 'm': a->model = arg; break;
     case 'c': a->config = arg; break;
     case DATA: a->data = arg; break;
+    case SETUP: a->setup = arg; break;
+    case HAND: a->hand = arg; break;
+    case HAND_LEFT: a->hand_left = arg; break;
     case SAMPLES: a->samples = cli_number(state, "samples", arg, 0, 1000000); break;
     case SYSTEM: a->system = true; break;
     case JSON: a->json = true; break;
@@ -283,74 +290,6 @@ static lt_status info_file(const char *path, cJSON *root)
     return st;
 }
 
-/* ---- a dataset ------------------------------------------------------------------------------------------ */
-
-static lt_status test_samples(const dataset *d, int samples)
-{
-    const int64_t n = lt_min_i64(samples, d->count);
-    lt_status st = LT_OK;
-
-    for (int64_t i = 0; st == LT_OK && i < n; i++) {
-        lt_arena *arena = lt_arena_new();
-        dataset_sample s;
-
-        st = arena ? dataset_read(d, i * d->count / n, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s)
-                   : lt_error(LT_ENOMEM, "no memory for a sample");
-        lt_arena_free(arena);
-    }
-    return st;
-}
-
-/* The hand on the stored parameters must meet the stored joints. */
-static lt_status add_tips(dataset *d, cJSON *split)
-{
-    cli_hand hand;
-    double rms_mm;
-    lt_status st = cli_hand_open(NULL, NULL, &hand);
-
-    if (st)
-        return st;
-    st = dataset_check_tips(d, hand.model, &rms_mm);
-    if (st == LT_OK) {
-        cJSON_AddStringToObject(split, "hand", hand.name);
-        cJSON_AddNumberToObject(split, "finger tips off by mm", rms_mm);
-    }
-    cli_hand_close(&hand);
-    return st;
-}
-
-static lt_status add_split(const info_args *a, const char *name, cJSON *root)
-{
-    dataset *d;
-    cJSON *split = cJSON_AddObjectToObject(root, name);
-    lt_status st = ho3d_open(&(ho3d_options){ .root = a->data, .split = name }, &d);
-
-    if (st)
-        return st;
-    if (!cJSON_GetObjectItem(root, "dataset")) {
-        cJSON_AddStringToObject(root, "dataset", d->kind);
-        cJSON_AddBoolToObject(root, "synthetic", d->synthetic);
-        cJSON_AddNumberToObject(root, "objects", d->n_objects);
-    }
-    cJSON_AddNumberToObject(split, "samples", (double)d->count);
-    st = test_samples(d, a->samples);
-    if (st == LT_OK && strcmp(name, "train") == 0)
-        st = add_tips(d, split);
-    if (st == LT_OK)
-        cJSON_AddNumberToObject(split, "read and checked", (double)lt_min_i64(a->samples, d->count));
-    dataset_free(d);
-    return st;
-}
-
-static lt_status info_data(const info_args *a, cJSON *root)
-{
-    lt_status st;
-
-    cJSON_AddStringToObject(root, "folder", a->data);
-    st = add_split(a, "train", root);
-    return st ? st : add_split(a, "evaluation", root);
-}
-
 /* ---- the machine ---------------------------------------------------------------------------------------- */
 
 static void info_system(cJSON *root)
@@ -382,7 +321,7 @@ int cmd_info(int argc, char **argv)
     if (st == LT_OK && a.model)
         st = info_model(&a, root);
     if (st == LT_OK && a.data)
-        st = info_data(&a, root);
+        st = info_data(&(info_data_options){ a.data, a.setup, a.hand, a.hand_left, a.samples }, root);
     if (st == LT_OK && a.file)
         st = info_file(a.file, root);
     if (st == LT_OK || cJSON_GetArraySize(root) > 1)

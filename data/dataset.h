@@ -81,6 +81,8 @@ typedef struct {
                       dataset_sample *out);
     /* the annotation of one sample alone: no image is opened, nothing projected */
     lt_status (*annotation)(const dataset *d, int64_t index, lt_arena *arena, dataset_sample *out);
+    /* the path, in arena, of the first of the sample's files that is not there; NULL: all are */
+    const char *(*missing)(const dataset *d, int64_t index, lt_arena *arena);
     const char *(*name)(const dataset *d, int64_t index);
     void (*free)(dataset *d);
 } dataset_ops;

@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 static const double DEPTH_UNIT = 0.001;         /* metres in a step of the depth images */
 
@@ -178,6 +179,20 @@ static lt_status read_annotation(const dataset *base, int64_t index, lt_arena *a
     return st;
 }
 
+static const char *missing_file(const dataset *base, int64_t index, lt_arena *arena)
+{
+    static const char *const what[] = { "color", "aligned_depth_to_color", "labels" }, *const ending[] = { "jpg", "png", "npz" };
+    const dexycb *d = (const dexycb *)base;
+    const dexycb_spot spot = dexycb_find(d, number_of(d, index));
+
+    for (int i = 0; i < 3; i++) {
+        const char *path = frame_path(d, spot, arena, what[i], ending[i]);
+        if (path && access(path, F_OK))
+            return path;
+    }
+    return NULL;
+}
+
 static const char *sample_name(const dataset *d, int64_t index)
 {
     return ((const dexycb *)d)->name[index];
@@ -188,7 +203,7 @@ static void free_dataset(dataset *d)
     lt_arena_free(((dexycb *)d)->arena);
 }
 
-static const dataset_ops ops = { read_sample, read_annotation, sample_name, free_dataset };
+static const dataset_ops ops = { read_sample, read_annotation, missing_file, sample_name, free_dataset };
 
 /* ---- opening ---- */
 

@@ -264,6 +264,20 @@ static lt_status read_annotation(const dataset *d, int64_t index, lt_arena *aren
     return read_meta(h, index, arena, out);
 }
 
+static const char *missing_file(const dataset *d, int64_t index, lt_arena *arena)
+{
+    const ho3d *h = (const ho3d *)d;
+    const char *png = frame_path(h, index, arena, "rgb", "png"), *jpg = frame_path(h, index, arena, "rgb", "jpg");
+    const char *const other[] = { frame_path(h, index, arena, "depth", "png"), frame_path(h, index, arena, "meta", "pkl") };
+
+    if (png && jpg && access(png, F_OK) && access(jpg, F_OK))
+        return jpg;
+    for (int i = 0; i < 2; i++)
+        if (other[i] && access(other[i], F_OK))
+            return other[i];
+    return NULL;
+}
+
 static const char *sample_name(const dataset *d, int64_t index)
 {
     return ((const ho3d *)d)->name[index];
@@ -274,7 +288,7 @@ static void free_dataset(dataset *d)
     lt_arena_free(((ho3d *)d)->arena);
 }
 
-static const dataset_ops ops = { read_sample, read_annotation, sample_name, free_dataset };
+static const dataset_ops ops = { read_sample, read_annotation, missing_file, sample_name, free_dataset };
 
 /* ---- opening ---- */
 

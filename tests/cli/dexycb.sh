@@ -17,6 +17,10 @@ mkdir -p "$here"
 ./palmar eval "$here/run" --data "$here/data" --no-bench >"$here/tables.txt" 2>/dev/null
 grep -q 'DexYCB s0.*split test; 4 samples, 0 failed' "$here/tables.txt"
 
+./palmar info --data "$here/data" >"$here/info.txt"
+grep -q 'right hands on the hand model' "$here/info.txt"
+grep -q 'left hands on the hand model' "$here/info.txt"
+
 # A picture cut short: named once, the rest as before.
 picture=$(echo "$here"/data/*subject-01/*_100000/836212060125/color_000000.jpg)
 head -c 100 "$picture" >"$here/cut" && mv "$here/cut" "$picture"
@@ -24,3 +28,8 @@ head -c 100 "$picture" >"$here/cut" && mv "$here/cut" "$picture"
     --set model.width=8 --set train.validate_samples=4 2>"$here/log.txt"
 [ "$(grep -c 'color_000000.jpg' "$here/log.txt")" = 1 ]
 [ -s "$here/run2/checkpoints/last.safetensors" ]
+if ./palmar info --data "$here/data" --samples 0 >"$here/info.txt" 2>&1; then
+    echo "a damaged dataset is said to be sound"
+    exit 1
+fi
+grep -q 'unreadable of these *1$' "$here/info.txt"
