@@ -340,48 +340,69 @@ static void cut_spread(job *j)
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
 }
 
-static void data_class(data_job *d, bool strided, lt_real *packed)
+static bool strided(const lt_conv2d_params *p)
 {
-    job *j = &d->j;
-
-    if (strided)
-        cut_spread(j);
-    else
-        cut(j);
-    lt_product_pack_a(&j->product, j->m, j->tile_m, packed);
-    j->product.a = packed;
-    lt_parallel_for(tasks_of(j), strided ? run_spread : run_tile, strided ? (void *)d : j);
+    return p->stride_h > 1 || p->stride_w > 1;
 }
 
-static void data_group(const lt_conv2d_params *p, int64_t g, parity c, const conv_taps *t,
-                       const lt_real *dy, const lt_real *weights, lt_real *dx, lt_real *packed)
+/* The product of one class of one group, without its data. */
+static void class_job(data_job *d, const lt_conv2d_params *p, parity c, const conv_taps *t)
 {
     const int64_t cg = conv_group_c(p), og = conv_group_o(p), k_all = (int64_t)p->kh * p->kw;
     const int64_t out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
-    const bool strided = p->stride_h > 1 || p->stride_w > 1;
-    data_job d = {
-        .c = c, .dx = dx + g * cg * p->h * p->w,
+
+    *d = (data_job){
+        .c = c,
         .j = {
             .p = p, .m = cg, .n = c.rows * c.cols, .plain = conv_pointwise(p),
             .image_step = p->o * out_h * out_w,
-            .a = { weights + g * og * cg * k_all, k_all, cg * k_all, t->n, t->weight,
-                   k_all == 1, cg },
-            .image = { dy + g * og * out_h * out_w, out_h, out_w, c.cols, 1, 1, t->n, t->at },
+            .a = { NULL, k_all, cg * k_all, t->n, t->weight, k_all == 1, cg },
+            .image = { NULL, out_h, out_w, c.cols, 1, 1, t->n, t->at },
             .product = {
-                .k = og * t->n, .pack_a = pack_weights, .pack_b = pack_positions, .add = !strided,
-                .c = dx + g * cg * p->h * p->w, .ldc = p->h * p->w, .c_step = p->c * p->h * p->w,
+                .k = og * t->n, .pack_a = pack_weights, .pack_b = pack_positions, .add = !strided(p),
+                .ctx = &d->j, .ldc = p->h * p->w, .c_step = p->c * p->h * p->w,
             },
         },
     };
-
-    d.j.product.ctx = &d.j;
-    data_class(&d, strided, packed);
+    if (strided(p))
+        cut_spread(&d->j);
+    else
+        cut(&d->j);
 }
 
-static void data_groups(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights, lt_real *dx,
-                        lt_real *packed)
+typedef struct { const lt_real *dy, *weights; lt_real *dx, *work; } data_arrays;
+
+/* work: the packed weights, and behind them the packed maps of dy where tiles share those */
+static void run_class(data_job *d, const data_arrays *at)
 {
+    job *j = &d->j;
+    const lt_conv2d_params *p = j->p;
+    const int64_t cg = conv_group_c(p), og = conv_group_o(p), out = j->image.h * j->image.w;
+
+    for (int64_t g = 0; g < p->groups; g++) {
+        lt_real *packed_maps = at->work + conv_weight_count(p);
+
+        d->dx = j->product.c = at->dx + g * cg * p->h * p->w;
+        j->a.w = at->weights + g * og * cg * p->kh * p->kw;
+        j->image.x = at->dy + g * og * out;
+        j->product.a = NULL, j->product.b = NULL;
+        lt_product_pack_a(&j->product, j->m, j->tile_m, at->work);
+        j->product.b_step = shared_maps(j);
+        if (j->product.b_step) {
+            lt_product_pack_b(&j->product, p->n, j->n, j->tile_n, packed_maps);
+            j->product.b = packed_maps;
+        }
+        j->product.a = at->work;
+        lt_parallel_for(tasks_of(j), strided(p) ? run_spread : run_tile, strided(p) ? (void *)d : j);
+    }
+}
+
+/* All classes, run with `at`, or with NULL measured: elements of the packed maps that the largest one shares. */
+static int64_t each_class(const lt_conv2d_params *p, const data_arrays *at)
+{
+    int64_t shared = 0;
     conv_taps t;
+    data_job d;
 
     for (int y0 = 0; y0 < p->stride_h && y0 < p->h; y0++)
         for (int x0 = 0; x0 < p->stride_w && x0 < p->w; x0++) {
@@ -390,9 +411,12 @@ static void data_groups(const lt_conv2d_params *p, const lt_real *dy, const lt_r
 
             if (parity_taps(&t, p, c) == 0)
                 continue;
-            for (int64_t g = 0; g < p->groups; g++)
-                data_group(p, g, c, &t, dy, weights, dx, packed);
+            class_job(&d, p, c, &t);
+            shared = lt_max_i64(shared, shared_maps(&d.j) * p->n);
+            if (at)
+                run_class(&d, at);
         }
+    return shared;
 }
 
 /* With stride 1 and pad 1 a 3 x 3 window is its own transpose's: dy in the place of x. */
@@ -408,8 +432,10 @@ static void data_winograd(const lt_conv2d_params *p, const lt_real *dy, const lt
 
 size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
 {
-    if (lt_conv2d_algorithm(p) != LT_CONV_WINOGRAD)
-        return (size_t)conv_weight_count(p) * sizeof(lt_real);
+    if (conv_nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
+        return 0;
+    if (lt_conv2d_algorithm(p) == LT_CONV_DIRECT)
+        return (size_t)(conv_weight_count(p) + each_class(p, NULL)) * sizeof(lt_real);
     return (size_t)lt_winograd_packed(p->c, p->o) * sizeof(lt_real) + lt_winograd_work(p, p->c, p->o);
 }
 
@@ -426,7 +452,7 @@ void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const
         data_winograd(p, dy, weights, dx, work);
         break;
     case LT_CONV_DIRECT:
-        data_groups(p, dy, weights, dx, work);
+        each_class(p, &(data_arrays){ dy, weights, dx, work });
         break;
     }
 }

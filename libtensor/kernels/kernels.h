@@ -118,6 +118,16 @@ typedef struct {
 } lt_samples;
 
 enum { LT_SOFTMAX_COLUMNS = 256 };      /* the most columns of softmax_down */
+
+/* A size x size window (3, 5 or 7) on lines of a map that bring their zeros along: at row r, column q of image
+ * i its tap (ky, kx) is x[i * image + (r * step + ky) * line + q * step + kx]. */
+typedef struct {
+    const lt_real *x;
+    int64_t image, line;
+    int64_t images, rows, cols;
+    int step, size;
+} lt_window;
+
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
 
 typedef struct lt_kernels {
@@ -269,9 +279,18 @@ typedef struct lt_kernels {
 
     /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix
      * whose row is (channel, tap) and whose column is a position;
-     * pack_image_t: the same for its transpose: k positions from k0, n (channel, tap) from n0. */
+     * pack_image_t: the same for its transpose: k positions from k0, n (channel, tap) from n0;
+     * image_rows: those n as rows of k positions, ld apart; up to 15 elements past the end of each are
+     * written, before the next one is. */
     void (*pack_image)(lt_real *out, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
     void (*pack_image_t)(lt_real *out, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0, int64_t n);
+    void (*image_rows)(lt_real *out, int64_t ld, const lt_conv_image *g, int64_t k0, int64_t k, int64_t n0,
+                       int64_t n);
+
+    /* window_sums: C[taps, n] = (add ? C : 0) + the sum over g's positions of its taps times a row of B, one
+     * panel of pack_b with a row for each position, in the order of images, rows, columns. n is at most nr,
+     * and rounded up to whole vectors. */
+    void (*window_sums)(lt_real *c, int64_t ldc, const lt_window *g, const lt_real *b, int64_t n, bool add);
 
     /* depthwise: one map x (h, w) under one window w: y (out_h, out_w), then what e says, whose row_bias is
      * one number. Each y is one chain of multiply-adds over (kx, ky), zeros of the padding included. *total,

@@ -10,10 +10,8 @@
  * Packing scratch: one per thread, made when the thread first needs it, freed when it ends. Without
  * memory a smaller one on the stack serves: B is packed strip by strip, and the result stays the same.
  */
-typedef struct { lt_real a[LT_TILE_M * LT_PACK_K], b[LT_TILE_N * LT_PACK_K]; } scratch;
-
-enum { STRIP = 64 };                    /* at least nr on every instruction set */
-typedef struct { lt_real a[LT_TILE_M * LT_PACK_K], b[STRIP * LT_PACK_K]; } small_scratch;
+typedef struct { lt_real a[LT_SCRATCH_A], b[LT_TILE_N * LT_PACK_K]; } scratch;
+typedef struct { lt_real a[LT_SCRATCH_A], b[LT_SCRATCH_B]; } small_scratch;
 
 static pthread_key_t key;
 static pthread_once_t key_once = PTHREAD_ONCE_INIT;
@@ -113,7 +111,7 @@ static __attribute__((noinline)) void small_blocks(const lt_product *p, const lt
 {
     _Alignas(LT_ALIGN) small_scratch s;
 
-    blocks(p, t, from, to, s.a, s.b, STRIP / lt_k->nr * lt_k->nr);
+    blocks(p, t, from, to, s.a, s.b, LT_SCRATCH_B / LT_PACK_K);
 }
 
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to)
@@ -124,6 +122,23 @@ void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_
         blocks(p, t, from, to, s->a, s->b, LT_TILE_N);
     else
         small_blocks(p, t, from, to);
+}
+
+static __attribute__((noinline)) void with_small_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx)
+{
+    _Alignas(LT_ALIGN) small_scratch s;
+
+    fn(ctx, s.a, s.b);
+}
+
+void lt_with_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx)
+{
+    scratch *s = thread_scratch();
+
+    if (s)
+        fn(ctx, s->a, s->b);
+    else
+        with_small_scratch(fn, ctx);
 }
 
 /* One block of k of one tile; count: all rows or columns, of which a tile has `size`. */

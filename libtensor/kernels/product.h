@@ -35,6 +35,15 @@ typedef struct lt_product {
  */
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to);
 
+/**
+ * lt_with_scratch - run fn with the calling thread's scratch: LT_SCRATCH_A and LT_SCRATCH_B elements
+ *
+ * The same that lt_product_tile uses, so fn cannot call that.
+ */
+enum { LT_SCRATCH_A = LT_TILE_M * LT_PACK_K, LT_SCRATCH_B = 128 * LT_PACK_K };
+
+void lt_with_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx);
+
 /* lt_product_blocks - into how many almost equal blocks k is cut; block i starts at i * k / blocks */
 static inline int64_t lt_product_blocks(int64_t k)
 {
