@@ -142,7 +142,8 @@ typedef struct lt_kernels {
     void (*axpy)(lt_real *y, lt_real s, const lt_real *x, size_t n);            /* y = fma(s, x, y) */
     void (*mul_to)(lt_real *y, const lt_real *a, const lt_real *b, size_t n);   /* y = fma(a, b, y) */
 
-    /* axpy_in: y[i] = fma(s, x[i * step], y[i]);  axpy_out: y[i * step] = fma(s, x[i], y[i * step]) */
+    /* axpy_in: y[i] = fma(s, x[i * step], y[i]);  axpy_out: y[i * step] = fma(s, x[i], y[i * step]),
+     * where what lies between the first and the last of these may be written as it was. */
     void (*axpy_in)(lt_real *y, lt_real s, const lt_real *x, int64_t step, size_t n);
     void (*axpy_out)(lt_real *y, int64_t step, lt_real s, const lt_real *x, size_t n);
 
