@@ -100,14 +100,19 @@ static int64_t images_at_once(const job *j)
     return lt_max_i64(1, lt_min_i64(j->p->n, lt_max_i64(256 / j->n, tiles * j->p->n / 32)));
 }
 
+/* At least some eight tasks. Large maps are cut first, as their tiles share no packed map; then rows, in
+ * pairs of panels at least. */
 static void cut(job *j)
 {
-    const int64_t m_most = j->m * j->n * j->p->n < 8 * 256 * 192 ? 128 : LT_TILE_M;
+    enum { TASKS = 8, ROWS = 28 };
+    const int64_t many = j->n * j->p->n >= TASKS * 256, large = j->n >= 4 * j->m;
+    int64_t wanted;
 
-    j->tile_m = lt_tile_size(j->m, m_most, 1);
-    j->tile_n = lt_tile_size(j->n, 256, 64);
-    j->tiles_m = lt_ceil_div(j->m, j->tile_m);
+    j->tile_n = lt_tile_size(j->n, many || !large ? 256 : 128, 64);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
+    wanted = lt_ceil_div(TASKS, j->tiles_n * j->p->n);
+    j->tile_m = lt_tile_size(j->m, lt_min_i64(LT_TILE_M, lt_max_i64(ROWS, lt_ceil_div(j->m, wanted))), 1);
+    j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->images = images_at_once(j);
 }
 
