@@ -81,6 +81,7 @@ lt_status bench_new(const bench_options *o, bench **out)
     b->o.runs = (int)lt_max_i64(MIN_RUNS, lt_min_i64(o->runs, MAX_RUNS));
     b->o.kernels = o->kernels ? o->kernels : lt_k;
     b->record.batch = o->batch;
+    b->record.in_boxes = !o->train;
     b->ms = lt_alloc((size_t)b->o.runs * sizeof(*b->ms));
     st = b->ms ? compile(b) : lt_error(LT_ENOMEM, "no memory to measure");
     if (st) {

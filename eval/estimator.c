@@ -44,7 +44,7 @@ lt_status estimator_new(const model *m, int batch, estimator **out)
     if (!e)
         return lt_error(LT_ENOMEM, "no memory for an estimator");
     e->m = m;
-    e->record = (model_record){ .g = lt_graph_new(), .batch = batch };
+    e->record = (model_record){ .g = lt_graph_new(), .batch = batch, .in_boxes = true };
     if (e->record.g) {
         m->cls->record(m, false, &e->record);
         e->plan = lt_compile(e->record.g, NULL);

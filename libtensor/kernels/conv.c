@@ -43,6 +43,11 @@ int64_t lt_conv2d_out_w(const lt_conv2d_params *p)
     return (p->w + 2 * p->pad_w - p->dil_w * (p->kw - 1) - 1) / p->stride_w + 1;
 }
 
+lt_rect lt_conv2d_all(const lt_conv2d_params *p)
+{
+    return (lt_rect){ 0, lt_conv2d_out_h(p), 0, lt_conv2d_out_w(p) };
+}
+
 /* Rows [from, from + rows) of the matrix, columns from (channel, tap) on: out[l][rows] */
 static void pack_weight_panel(const weight_matrix *a, lt_real *out, int64_t from, int64_t rows,
                               int64_t k0, int64_t k)
@@ -271,6 +276,106 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
         forward_groups(p, x, packed, &e, y, work);
         break;
     }
+}
+
+/* ---- a part of one image ------------------------------------------------------------------------------ */
+
+/* A direct convolution's part: its tiles come into scratch, and from there to their rows of the map. */
+typedef struct {
+    job j;
+    lt_rect r;
+    const lt_epilogue *e;
+    lt_real *y;
+} rect_job;
+
+enum { RECT_N = 128 };              /* positions of a tile, whole rows of the part where they fit */
+
+/* Row i of a tile, positions q of the part: bias, residual, activation, and to the map. */
+static void place_row(const rect_job *d, const lt_tile *t, int64_t i, lt_real *row)
+{
+    const lt_conv2d_params *p = d->j.p;
+    const int64_t W = lt_conv2d_out_w(p), cols = d->r.x1 - d->r.x0, o = t->m0 + i;
+
+    for (int64_t q = 0; q < t->n;) {
+        const int64_t y = (t->n0 + q) / cols, x = (t->n0 + q) % cols, n = lt_min_i64(t->n - q, cols - x);
+        const int64_t at = (o * lt_conv2d_out_h(p) + d->r.y0 + y) * W + d->r.x0 + x;
+        lt_epilogue e = *d->e;
+
+        e.row_bias = e.row_bias ? e.row_bias + o : NULL;
+        e.residual = e.residual ? e.residual + at : NULL;
+        lt_k->epilogue(row + q, n, 1, n, &e);
+        memcpy(d->y + at, row + q, (size_t)n * sizeof(lt_real));
+        q += n;
+    }
+}
+
+static void run_rect(void *ctx, int64_t task)
+{
+    const rect_job *d = ctx;
+    const job *j = &d->j;
+    const lt_tile t = tile_of(j, task % j->tiles_m, task / j->tiles_m);
+    _Alignas(LT_ALIGN) lt_real tile[LT_TILE_M * RECT_N];
+    lt_product product = j->product;
+
+    product.c = tile;
+    product.ldc = RECT_N;
+    lt_product_tile(&product, &t, 0, 1);
+    for (int64_t i = 0; i < t.m; i++)
+        place_row(d, &t, i, tile + i * RECT_N);
+}
+
+/* Where the taps lie for the part's first position; all strides are 1. */
+static void shift_taps(conv_taps *t, lt_rect r)
+{
+    for (int i = 0; i < t->n; i++) {
+        t->at[i].dy += (int)r.y0;
+        t->at[i].dx += (int)r.x0;
+    }
+}
+
+static void forward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *packed,
+                         const lt_epilogue *e, lt_real *y)
+{
+    const int64_t cols = r.x1 - r.x0;
+    rect_job d = { .r = r, .e = e, .y = y };
+    conv_taps t;
+
+    conv_window_taps(&t, p);
+    forward_job(&d.j, p, &t);                   /* cuts the rows as the packed weights are */
+    shift_taps(&t, r);
+    d.j.image = conv_window_image(p, x, &t);
+    d.j.image.grid_w = cols;
+    d.j.plain = false;
+    d.j.n = (r.y1 - r.y0) * cols;
+    d.j.tile_n = cols < RECT_N ? RECT_N / cols * cols : RECT_N;
+    d.j.tiles_n = lt_ceil_div(d.j.n, d.j.tile_n);
+    d.j.product.a = packed;
+    d.j.product.ctx = &d.j;
+    lt_parallel_for(d.j.tiles_m * d.j.tiles_n, run_rect, &d);
+}
+
+bool lt_conv2d_takes_rect(const lt_conv2d_params *p)
+{
+    return p->groups == 1 && p->stride_h == 1 && p->stride_w == 1
+           && lt_conv2d_algorithm(p) != LT_CONV_DEPTHWISE;
+}
+
+size_t lt_conv2d_rect_work(const lt_conv2d_params *p)
+{
+    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_rect_work(p, p->o, p->c) : 0;
+}
+
+void lt_conv2d_forward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *packed,
+                            const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y, void *work)
+{
+    const lt_epilogue e = { .row_bias = bias, .residual = residual, .act = act };
+
+    if (conv_nothing(p) || r.y0 >= r.y1 || r.x0 >= r.x1)
+        return;
+    if (lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD)
+        lt_winograd_run_rect(p, r, p->o, p->c, x, packed, &e, y, work);
+    else
+        forward_rect(p, r, x, packed, &e, y);
 }
 
 /* ---- gradient of x --------------------------------------------------------------------------------- */

@@ -29,6 +29,12 @@ typedef struct {
 LT_API int64_t lt_conv2d_out_h(const lt_conv2d_params *p);
 LT_API int64_t lt_conv2d_out_w(const lt_conv2d_params *p);
 
+/* Rows [y0, y1) and columns [x0, x1) of a map */
+typedef struct { int64_t y0, y1, x0, x1; } lt_rect;
+
+/* lt_conv2d_all - every position of y */
+LT_API lt_rect lt_conv2d_all(const lt_conv2d_params *p);
+
 /* How a convolution is computed: a function of its shape alone. */
 typedef enum {
     LT_CONV_DIRECT,         /* a product, packed straight from the map */
@@ -59,6 +65,19 @@ LT_API size_t lt_conv2d_forward_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
                               const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y,
                               void *work);
+
+/**
+ * lt_conv2d_forward_rect - the same for one image, and only for the positions of y that r has
+ *
+ * The rest of y stays as it was. packed is that of lt_conv2d_pack for the same p; x, residual and y begin
+ * with the image. r may be empty. Depthwise and grouped convolutions, or those of other strides than 1, are
+ * not for this: lt_conv2d_takes_rect says no. Direct: the same bits as lt_conv2d_forward.
+ */
+LT_API bool lt_conv2d_takes_rect(const lt_conv2d_params *p);
+LT_API size_t lt_conv2d_rect_work(const lt_conv2d_params *p);
+LT_API void lt_conv2d_forward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *packed,
+                                   const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y,
+                                   void *work);
 
 /**
  * lt_conv2d_backward_data - dx += the gradient of x

@@ -17,9 +17,9 @@ enum {
     LANES = 16,                 /* tiles of a band are counted up to a multiple of these */
 };
 
-/* A map as tiles: `high` rows of `wide`, taken in bands of `band` rows. */
+/* A part of a map, h x w from (y0, x0), as tiles: `high` rows of `wide`, taken in bands of `band` rows. */
 typedef struct {
-    int64_t h, w, high, wide, band;
+    int64_t map_h, map_w, y0, x0, h, w, high, wide, band;
     int64_t bands;              /* of an image */
     int64_t columns;            /* of a band */
 } tiling;
@@ -32,19 +32,22 @@ typedef struct {
     lt_real *y, *in, *out;              /* in: panels [place][panel][k][nr]; out: [place][m][column] */
 } job;
 
-static tiling tiles_of(const lt_conv2d_params *p)
+static tiling tiles_of(const lt_conv2d_params *p, lt_rect r)
 {
-    tiling t = { .h = p->h, .w = p->w, .high = lt_ceil_div(p->h, 4), .wide = lt_ceil_div(p->w, 4) };
+    tiling t = { .map_h = p->h, .map_w = p->w, .y0 = r.y0, .x0 = r.x0, .h = r.y1 - r.y0, .w = r.x1 - r.x0 };
 
+    t.high = lt_ceil_div(t.h, 4);
+    t.wide = lt_ceil_div(t.w, 4);
     t.band = lt_min_i64(t.high, lt_max_i64(1, BAND_TILES / t.wide));
     t.bands = lt_ceil_div(t.high, t.band);
+    t.band = lt_ceil_div(t.high, t.bands);
     t.columns = lt_ceil_div(t.band * t.wide, LANES) * LANES;
     return t;
 }
 
 bool lt_winograd_suits(const lt_conv2d_params *p)
 {
-    const tiling t = tiles_of(p);
+    const tiling t = tiles_of(p, lt_conv2d_all(p));
     const bool form = p->kh == 3 && p->kw == 3 && p->stride_h == 1 && p->stride_w == 1 && p->pad_h == 1
                       && p->pad_w == 1 && p->dil_h == 1 && p->dil_w == 1 && p->groups == 1;
 
@@ -89,19 +92,21 @@ void lt_winograd_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int
 
 /* ---- input ------------------------------------------------------------------------------------------ */
 
-/* Rows 4 ty + i of the padded map, i < 4, dealt to q[i][j][ty][tx]: column 4 tx + j, j < 6. */
+/* Rows 4 ty + i of the part and what borders on it, i < 4, dealt to q[i][j][ty][tx]: column 4 tx + j, j < 6. */
 static void deal_band(const tiling *t, const lt_real *plane, int64_t ty0, int64_t rows, lt_real *q,
                       int64_t phase)
 {
-    lt_real line[4 * MOST_TILES + 2 * SLACK] = { 0 };
+    const int64_t left = lt_max_i64(0, t->x0 - 1), right = lt_min_i64(t->map_w, t->x0 + t->w + 1);
+    const size_t bytes = (size_t)(right - left) * sizeof(lt_real);
+    lt_real line[4 * MOST_TILES + 2 * SLACK] = { 0 }, *inner = line + left - (t->x0 - 1);
 
     for (int64_t r = 0; r < 4 * rows + 2; r++) {
-        const int64_t y = 4 * ty0 + r - 1;
+        const int64_t y = t->y0 + 4 * ty0 + r - 1;
 
-        if (y >= 0 && y < t->h)
-            memcpy(line + 1, plane + y * t->w, (size_t)t->w * sizeof(lt_real));
+        if (y >= 0 && y < t->map_h)
+            memcpy(inner, plane + y * t->map_w + left, bytes);
         else
-            memset(line + 1, 0, (size_t)t->w * sizeof(lt_real));
+            memset(inner, 0, bytes);
         lt_k->wino_deal(q + r % 4 * 6 * phase + r / 4 * t->wide, phase, line, t->wide);
     }
 }
@@ -123,7 +128,7 @@ static void transform_input(void *ctx, int64_t task)
     const tiling *t = &j->t;
     const int64_t c = task % j->k, panel = j->k * lt_k->nr, phase = (t->band + 1) * t->wide + SLACK;
     const place_of_band b = band_of(j, task / j->k);
-    const lt_real *plane = j->x + (b.image * j->k + c) * t->h * t->w;
+    const lt_real *plane = j->x + (b.image * j->k + c) * t->map_h * t->map_w;
     lt_real q[24 * (MOST_DEALT + SLACK)];
 
     if (b.rows * t->wide < t->columns)          /* columns without a tile */
@@ -166,6 +171,17 @@ static void gather_band(const tiling *t, const lt_real *r, int64_t phase, int64_
     }
 }
 
+/* What follows the sum, and the way to the map, for n elements that lie side by side there. */
+static void finish(const job *j, int64_t o, int64_t at, lt_real *values, int64_t n)
+{
+    lt_epilogue e = *j->e;
+
+    e.row_bias = e.row_bias ? e.row_bias + o : NULL;
+    e.residual = e.residual ? e.residual + at : NULL;
+    lt_k->epilogue(values, n, 1, n, &e);
+    memcpy(j->y + at, values, (size_t)n * sizeof(lt_real));
+}
+
 /* One channel of one band. */
 static void transform_output(void *ctx, int64_t task)
 {
@@ -173,26 +189,25 @@ static void transform_output(void *ctx, int64_t task)
     const tiling *t = &j->t;
     const place_of_band b = band_of(j, task / j->m);
     const int64_t o = task % j->m, columns = j->bands * t->columns, phase = t->columns + SLACK;
-    const int64_t at = ((b.image * j->m + o) * t->h + 4 * b.ty) * t->w;
-    const int64_t n = lt_min_i64(4 * b.rows, t->h - 4 * b.ty) * t->w;
-    lt_real r[16 * (MOST_TILES + SLACK)], rows[16 * MOST_TILES];
-    lt_epilogue e = *j->e;
+    const int64_t plane = (b.image * j->m + o) * t->map_h * t->map_w;
+    const int64_t rows = lt_min_i64(4 * b.rows, t->h - 4 * b.ty);
+    const int64_t n = t->w == t->map_w ? rows : 1;              /* rows at a time */
+    lt_real r[16 * (MOST_TILES + SLACK)], values[16 * MOST_TILES];
 
     lt_k->wino_output(r, phase, j->out + o * columns + task / j->m * t->columns, j->m * columns, t->columns);
-    gather_band(t, r, phase, n / t->w, rows);
-    e.row_bias = e.row_bias ? e.row_bias + o : NULL;
-    e.residual = e.residual ? e.residual + at : NULL;
-    lt_k->epilogue(rows, n, 1, n, &e);
-    memcpy(j->y + at, rows, (size_t)n * sizeof(lt_real));
+    gather_band(t, r, phase, rows, values);
+    for (int64_t y = 0; y < rows; y += n)
+        finish(j, o, plane + (t->y0 + 4 * b.ty + y) * t->map_w + t->x0, values + y * t->w, n * t->w);
 }
 
 /* ---- all of it --------------------------------------------------------------------------------------- */
 
-static int64_t round_bands(const lt_conv2d_params *p, const tiling *t, int64_t m, int64_t k)
+/* Of n images */
+static int64_t round_bands(int64_t n, const tiling *t, int64_t m, int64_t k)
 {
     const int64_t bytes = PLACES * (m + k) * t->columns * (int64_t)sizeof(float);
 
-    return lt_max_i64(1, lt_min_i64(p->n * t->bands, ROUND_BYTES / bytes));
+    return lt_max_i64(1, lt_min_i64(n * t->bands, ROUND_BYTES / bytes));
 }
 
 static int64_t in_count(int64_t bands, const tiling *t, int64_t k)
@@ -200,26 +215,60 @@ static int64_t in_count(int64_t bands, const tiling *t, int64_t k)
     return PLACES * k * lt_ceil_div(bands * t->columns, lt_k->nr) * lt_k->nr;
 }
 
+static size_t work_of(int64_t n, const tiling *t, int64_t m, int64_t k)
+{
+    const int64_t bands = round_bands(n, t, m, k);
+
+    return (size_t)(in_count(bands, t, k) + PLACES * m * bands * t->columns) * sizeof(lt_real);
+}
+
 size_t lt_winograd_work(const lt_conv2d_params *p, int64_t m, int64_t k)
 {
-    const tiling t = tiles_of(p);
-    const int64_t bands = round_bands(p, &t, m, k);
+    const tiling t = tiles_of(p, lt_conv2d_all(p));
 
-    return (size_t)(in_count(bands, &t, k) + PLACES * m * bands * t.columns) * sizeof(lt_real);
+    return work_of(p->n, &t, m, k);
+}
+
+size_t lt_winograd_rect_work(const lt_conv2d_params *p, int64_t m, int64_t k)
+{
+    size_t most = 0;
+
+    for (int64_t h = 1; h <= p->h; h++)
+        for (int64_t w = 1; w <= p->w; w++) {
+            const tiling t = tiles_of(p, (lt_rect){ 0, h, 0, w });
+            const size_t work = work_of(1, &t, m, k);
+
+            most = work > most ? work : most;
+        }
+    return most;
+}
+
+static void run(job *j, int64_t n, void *work)
+{
+    const int64_t bands = round_bands(n, &j->t, j->m, j->k), all = n * j->t.bands;
+
+    j->in = work;
+    j->out = j->in + in_count(bands, &j->t, j->k);
+    for (j->first = 0; j->first < all; j->first += bands) {
+        j->bands = lt_min_i64(bands, all - j->first);
+        lt_parallel_for(j->k * j->bands, transform_input, j);
+        lt_parallel_for(PLACES * lt_ceil_div(j->bands * j->t.columns, COLUMNS), multiply, j);
+        lt_parallel_for(j->m * j->bands, transform_output, j);
+    }
 }
 
 void lt_winograd_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x,
                      const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work)
 {
-    job j = { .t = tiles_of(p), .m = m, .k = k, .x = x, .packed = packed, .e = e, .y = y };
-    const int64_t bands = round_bands(p, &j.t, m, k), all = p->n * j.t.bands;
+    job j = { .t = tiles_of(p, lt_conv2d_all(p)), .m = m, .k = k, .x = x, .packed = packed, .e = e, .y = y };
 
-    j.in = work;
-    j.out = j.in + in_count(bands, &j.t, k);
-    for (j.first = 0; j.first < all; j.first += bands) {
-        j.bands = lt_min_i64(bands, all - j.first);
-        lt_parallel_for(k * j.bands, transform_input, &j);
-        lt_parallel_for(PLACES * lt_ceil_div(j.bands * j.t.columns, COLUMNS), multiply, &j);
-        lt_parallel_for(m * j.bands, transform_output, &j);
-    }
+    run(&j, p->n, work);
+}
+
+void lt_winograd_run_rect(const lt_conv2d_params *p, lt_rect r, int64_t m, int64_t k, const lt_real *x,
+                          const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work)
+{
+    job j = { .t = tiles_of(p, r), .m = m, .k = k, .x = x, .packed = packed, .e = e, .y = y };
+
+    run(&j, 1, work);
 }

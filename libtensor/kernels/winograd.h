@@ -27,4 +27,9 @@ void lt_winograd_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int
 void lt_winograd_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x,
                      const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work);
 
+/* The same for one image, of which only the positions of r are written; r has at least one. */
+size_t lt_winograd_rect_work(const lt_conv2d_params *p, int64_t m, int64_t k);
+void lt_winograd_run_rect(const lt_conv2d_params *p, lt_rect r, int64_t m, int64_t k, const lt_real *x,
+                          const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work);
+
 #endif

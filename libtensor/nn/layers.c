@@ -95,11 +95,15 @@ lt_se_layer lt_se_layer_new(lt_params *set, const char *prefix, int64_t channels
     };
 }
 
-lt_tensor *(lt_se_layer_forward)(const lt_se_layer *m, lt_tensor *x)
+lt_tensor *(lt_se_layer_gate)(const lt_se_layer *m, lt_tensor *means)
 {
-    lt_tensor *s = lt_global_avg_pool(x);                               /* (B, C) */
-    lt_tensor *e = lt_relu(lt_linear_layer_forward(&m->fc1, s));
+    lt_tensor *e = lt_relu(lt_linear_layer_forward(&m->fc1, means));
 
     e = lt_sigmoid(lt_linear_layer_forward(&m->fc2, e));
-    return lt_mul(x, lt_reshape(e, LT_SHAPE(lt_dim(e, 0), lt_dim(e, 1), 1, 1)));
+    return lt_reshape(e, LT_SHAPE(lt_dim(e, 0), lt_dim(e, 1), 1, 1));
+}
+
+lt_tensor *(lt_se_layer_forward)(const lt_se_layer *m, lt_tensor *x)
+{
+    return lt_mul(x, lt_se_layer_gate(m, lt_global_avg_pool(x)));
 }

@@ -61,11 +61,15 @@ typedef struct {
 LT_API lt_se_layer lt_se_layer_new(lt_params *set, const char *prefix, int64_t channels, int reduction);
 LT_API lt_tensor *lt_se_layer_forward(const lt_se_layer *m, lt_tensor *x);
 
+/* lt_se_layer_gate - what the map is multiplied with: means (B, C) -> (B, C, 1, 1) */
+LT_API lt_tensor *lt_se_layer_gate(const lt_se_layer *m, lt_tensor *means);
+
 #define lt_conv_layer_forward(...) LT_HERE(lt_conv_layer_forward(__VA_ARGS__))
 #define lt_linear_layer_forward(...) LT_HERE(lt_linear_layer_forward(__VA_ARGS__))
 #define lt_batch_norm_layer_forward(...) LT_HERE(lt_batch_norm_layer_forward(__VA_ARGS__))
 #define lt_layer_norm_layer_forward(...) LT_HERE(lt_layer_norm_layer_forward(__VA_ARGS__))
 #define lt_se_layer_forward(...) LT_HERE(lt_se_layer_forward(__VA_ARGS__))
+#define lt_se_layer_gate(...) LT_HERE(lt_se_layer_gate(__VA_ARGS__))
 
 #ifdef __cplusplus
 }

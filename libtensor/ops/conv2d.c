@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* conv2d: y = act(conv(x, w) + b + addend)
+/* conv2d: y = act(conv(x, w) + b + addend), everywhere or in one rectangle of each image
  *   x (B, C, H, W)   w (O, C / groups, kh, kw)   b (O)   ->   y (B, O, H', W')
  *   dx += the transposed convolution of dy       dw += the correlation of x with dy       db += sum of dy
  *
  * act and addend are there only where an inference plan fused them. A batch norm behind it folds into w
- * and b: its scale (O) stands beside w until w is packed with it, once per lt_plan_refresh.
+ * and b: its scale (O) stands beside w until w is packed with it, once per lt_plan_refresh. The rectangles
+ * (B, 4) are there only in lt_conv2d_within.
  */
 #include "libtensor/kernels/conv.h"
 #include "libtensor/ops/common.h"
 
-enum { X, W, B, ADDEND, SCALE };
+enum { X, W, B, ADDEND, SCALE, REGION };
 
 typedef struct {
     lt_conv_opts opts;
@@ -79,6 +80,8 @@ static lt_status infer(lt_call *c)
     if ((int64_t)p.kh * p.kw > LT_CONV_MOST_TAPS)
         return lt_fail(c, "a %d x %d window is too large: want at most %d elements", p.kh, p.kw,
                        LT_CONV_MOST_TAPS);
+    if (c->in[REGION] && lt_want_shape(c, REGION, "region", LT_SHAPE(p.n, 4)))
+        return LT_ESHAPE;
     c->out->shape = LT_SHAPE(p.n, p.o, lt_conv2d_out_h(&p), lt_conv2d_out_w(&p));
     return LT_OK;
 }
@@ -96,14 +99,50 @@ static size_t larger(size_t a, size_t b)
     return a > b ? a : b;
 }
 
+static bool in_rects(const lt_call *c, const lt_conv2d_params *p)
+{
+    return c->in[REGION] && lt_conv2d_takes_rect(p);
+}
+
 static void plan(lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
 
-    c->work_bytes = packing_bytes(c, &p) + lt_conv2d_forward_work(&p);
+    c->work_bytes = packing_bytes(c, &p) + (in_rects(c, &p) ? lt_conv2d_rect_work(&p) : lt_conv2d_forward_work(&p));
     if (c->train)
         c->work_bytes = larger(c->work_bytes, larger(lt_conv2d_weights_work(&p),
                                                      lt_conv2d_backward_data_work(&p)));
+}
+
+static const lt_real *data_of(const lt_call *c, int i)
+{
+    return c->in[i] ? c->in[i]->data : NULL;
+}
+
+/* Clipped to the map, whatever the numbers are. */
+static lt_rect rect_of(const lt_call *c, const lt_conv2d_params *p, int64_t image)
+{
+    const lt_real *r = data_of(c, REGION) + 4 * image;
+    const lt_real h = (lt_real)lt_conv2d_out_h(p), w = (lt_real)lt_conv2d_out_w(p);
+    const lt_rect all = lt_conv2d_all(p), empty = { 0, 0, 0, 0 };
+
+    if (!(r[0] < r[1] && r[2] < r[3] && r[1] > 0 && r[3] > 0 && r[0] < h && r[2] < w))
+        return empty;
+    return (lt_rect){
+        r[0] > 0 ? (int64_t)r[0] : all.y0, r[1] < h ? (int64_t)r[1] : all.y1,
+        r[2] > 0 ? (int64_t)r[2] : all.x0, r[3] < w ? (int64_t)r[3] : all.x1,
+    };
+}
+
+static void forward_rects(const lt_call *c, const lt_conv2d_params *p, const lt_real *packed, void *work)
+{
+    const int64_t in = p->c * p->h * p->w, out = p->o * lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    const lt_real *addend = data_of(c, ADDEND);
+
+    for (int64_t i = 0; i < p->n; i++)
+        lt_conv2d_forward_rect(p, rect_of(c, p, i), data_of(c, X) + i * in, packed, data_of(c, B),
+                               addend ? addend + i * out : NULL, ((const conv2d_attr *)c->attr)->act,
+                               (lt_real *)c->out->data + i * out, work);
 }
 
 static void forward(const lt_call *c)
@@ -111,12 +150,14 @@ static void forward(const lt_call *c)
     const conv2d_attr *a = c->attr;
     const lt_conv2d_params p = params_of(c);
     const lt_real *packed = a->packed ? c->in[W]->data : c->work;
+    void *work = (char *)c->work + packing_bytes(c, &p);
 
     if (!a->packed)
         lt_conv2d_pack(&p, c->in[W]->data, c->work);
-    lt_conv2d_forward(&p, c->in[X]->data, packed, c->in[B] ? c->in[B]->data : NULL,
-                      c->in[ADDEND] ? c->in[ADDEND]->data : NULL, a->act, c->out->data,
-                      (char *)c->work + packing_bytes(c, &p));
+    if (in_rects(c, &p))
+        forward_rects(c, &p, packed, work);
+    else
+        lt_conv2d_forward(&p, data_of(c, X), packed, data_of(c, B), data_of(c, ADDEND), a->act, c->out->data, work);
 }
 
 static void backward(const lt_call *c)
@@ -222,19 +263,37 @@ static void prepare(lt_node *node)
     node->in[SCALE] = NULL;
 }
 
+#define OPTIONAL \
+    (LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE) | LT_OPTIONAL_IN(REGION))
+
 static const lt_op conv2d_op = {
-    .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
-    .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE), .infer = infer, .plan = plan,
+    .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL, .infer = infer, .plan = plan,
     .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
     .prepare = prepare,
 };
 
-lt_tensor *(lt_conv2d)(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts)
+static const lt_op conv2d_within_op = {
+    .name = "conv2d_within", .optional = OPTIONAL, .infer = infer, .plan = plan, .forward = forward, .macs = macs,
+    .algorithm = algorithm, .absorb = absorb, .prepare = prepare,
+};
+
+static lt_tensor *record(const lt_op *op, lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts,
+                         lt_tensor *region)
 {
     conv2d_attr a = { .opts = opts ? *opts : (lt_conv_opts){ 0 }, .act = { .kind = LT_ACT_NONE } };
 
     a.opts.stride = a.opts.stride ? a.opts.stride : 1;
     a.opts.dilation = a.opts.dilation ? a.opts.dilation : 1;
     a.opts.groups = a.opts.groups ? a.opts.groups : 1;
-    return lt_apply(&conv2d_op, &a, sizeof(a), (lt_tensor *[]){ x, w, b, NULL, NULL }, 5);
+    return lt_apply(op, &a, sizeof(a), (lt_tensor *[]){ x, w, b, NULL, NULL, region }, 6);
+}
+
+lt_tensor *(lt_conv2d)(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts)
+{
+    return record(&conv2d_op, x, w, b, opts, NULL);
+}
+
+lt_tensor *(lt_conv2d_within)(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts, lt_tensor *region)
+{
+    return record(&conv2d_within_op, x, w, b, opts, region);
 }

@@ -124,6 +124,16 @@ typedef struct {
 LT_API lt_tensor *lt_conv2d(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts);
 
 /**
+ * lt_conv2d_within - the same, computed only in one rectangle of each image's result
+ *
+ * region (B, 4) as lt_box_region makes it; what lies outside is undefined. For inference: no gradient.
+ * Strides and groups other than 1 compute everything.
+ * Errors: as lt_conv2d; a region of another shape.
+ */
+LT_API lt_tensor *lt_conv2d_within(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts,
+                                   lt_tensor *region);
+
+/**
  * lt_conv_transpose2d - the transpose of a convolution: each value spreads a window
  *
  *   x  (B, C, H, W)      w  (C, O, kh, kw)      b  (O) or NULL
@@ -163,6 +173,27 @@ LT_API lt_tensor *lt_resize_bilinear(lt_tensor *x, int64_t h, int64_t w);
  * Source: He et al. 2017, "Mask R-CNN", section 3; no half-pixel shift (aligned=False elsewhere).
  */
 LT_API lt_tensor *lt_roi_align(lt_tensor *x, lt_tensor *boxes, int out_h, int out_w, double scale);
+
+/**
+ * lt_box_region - the rectangle of each image's map that lt_roi_align reads for any of the boxes
+ *
+ *   boxes    n times (R, 5), as above        returns  (B, 4): rows y0 to y1, columns x0 to x1, ends exclusive
+ *
+ * For maps (B, C, H, W) and that scale; margin more cells on every side, within the map. Empty (all 0) where
+ * an image has no box. No gradient. Errors: boxes not (R, 5), sizes below 1.
+ */
+LT_API lt_tensor *lt_box_region(lt_tensor *const *boxes, int n, int64_t B, int64_t H, int64_t W, double scale,
+                                int margin);
+
+/**
+ * lt_window_means - the means of a map over what the nine taps of a padded 3 x 3 convolution see of it
+ *
+ *   x  (B, C, h, w)      returns  (B, C, 3, 3)
+ *
+ * of the map resized to H x W as lt_resize_bilinear would; (1, 1) is the mean over all of it. No gradient.
+ * Errors: an empty map, H or W below 2.
+ */
+LT_API lt_tensor *lt_window_means(lt_tensor *x, int64_t H, int64_t W);
 
 /**
  * lt_grid_sample - bilinear samples of a map, 0 outside it
@@ -256,12 +287,15 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_attention(...) LT_HERE(lt_attention(__VA_ARGS__))
 #define lt_deformable_attention(...) LT_HERE(lt_deformable_attention(__VA_ARGS__))
 #define lt_conv2d(...) LT_HERE(lt_conv2d(__VA_ARGS__))
+#define lt_conv2d_within(...) LT_HERE(lt_conv2d_within(__VA_ARGS__))
 #define lt_conv_transpose2d(...) LT_HERE(lt_conv_transpose2d(__VA_ARGS__))
 #define lt_max_pool2d(...) LT_HERE(lt_max_pool2d(__VA_ARGS__))
 #define lt_global_avg_pool(...) LT_HERE(lt_global_avg_pool(__VA_ARGS__))
 #define lt_upsample_nearest(...) LT_HERE(lt_upsample_nearest(__VA_ARGS__))
 #define lt_resize_bilinear(...) LT_HERE(lt_resize_bilinear(__VA_ARGS__))
 #define lt_roi_align(...) LT_HERE(lt_roi_align(__VA_ARGS__))
+#define lt_box_region(...) LT_HERE(lt_box_region(__VA_ARGS__))
+#define lt_window_means(...) LT_HERE(lt_window_means(__VA_ARGS__))
 #define lt_grid_sample(...) LT_HERE(lt_grid_sample(__VA_ARGS__))
 #define lt_soft_argmax2d(...) LT_HERE(lt_soft_argmax2d(__VA_ARGS__))
 #define lt_softmax(...) LT_HERE(lt_softmax(__VA_ARGS__))

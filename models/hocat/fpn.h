@@ -20,7 +20,12 @@ typedef struct {
 void hocat_fpn_new(hocat_fpn *m, lt_params *set, const char *prefix, const int channels[RESNET_STAGES],
                    int out, hocat_se_place se);
 
-/* hocat_fpn_forward - P2 (B, out, H/4, W/4) */
-lt_tensor *hocat_fpn_forward(const hocat_fpn *m, const resnet_out *c);
+/*
+ * hocat_fpn_forward - P2 (B, out, H/4, W/4)
+ *
+ * read: n lists of boxes (R, 5) by which P2 will be pooled, or n = 0. With boxes, only what they read of P2 is
+ * computed: the rest of it is undefined, and the mean that its gate needs is found without it.
+ */
+lt_tensor *hocat_fpn_forward(const hocat_fpn *m, const resnet_out *c, lt_tensor *const *read, int n);
 
 #endif

@@ -162,14 +162,18 @@ typedef struct {
     lt_tensor *hand, *object;
 } feature_maps;
 
-static feature_maps features(const hocat *m, lt_tensor *image)
+/* in_boxes: undefined where no box reads them */
+static feature_maps features(const hocat *m, lt_tensor *image, lt_tensor *hand_rois, lt_tensor *object_rois,
+                             bool in_boxes)
 {
-    const bool base = m->config.variant == HOCAT_BASE;
+    const bool base = m->config.variant == HOCAT_BASE, minor = m->config.variant == HOCAT_FULL;
     const resnet_out c = resnet_forward(&m->trunk, image, base ? 1 : RESNET_STAGES);
+    lt_tensor *const read[] = { object_rois, hand_rois };
 
     if (base)
         return (feature_maps){ c.c[0], c.c[0] };
-    return (feature_maps){ hocat_fpn_forward(&m->hand_fpn, &c), hocat_fpn_forward(&m->object_fpn, &c) };
+    return (feature_maps){ hocat_fpn_forward(&m->hand_fpn, &c, &hand_rois, in_boxes ? 1 : 0),
+                           hocat_fpn_forward(&m->object_fpn, &c, read, !in_boxes ? 0 : minor ? 2 : 1) };
 }
 
 /* (B, 4) -> (B, 5): one box per image, its index in front. Without memory RoIAlign refuses the (B, 4). */
@@ -207,11 +211,12 @@ typedef struct {
     object_out object;
 } hocat_out;
 
-static hocat_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, lt_tensor *object_box)
+static hocat_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, lt_tensor *object_box, bool in_boxes)
 {
     const int roi = m->config.roi;
-    const feature_maps p2 = features(m, m->config.imagenet_norm ? imagenet_normalise(image) : image);
     lt_tensor *hand_rois = number_boxes(hand_box), *object_rois = number_boxes(object_box);
+    const feature_maps p2 = features(m, m->config.imagenet_norm ? imagenet_normalise(image) : image, hand_rois,
+                                     object_rois, in_boxes);
     lt_tensor *hand_main = lt_roi_align(p2.hand, hand_rois, roi, roi, 0.25);            /* F_hm */
     lt_tensor *object_main = lt_roi_align(p2.object, object_rois, roi, roi, 0.25);      /* F_om */
     hocat_out out;
@@ -275,7 +280,7 @@ static void record(const model *self, bool losses, model_record *r)
     lt_tensor *image = model_input(r, "image", LT_SHAPE(B, 3, S, S));
     lt_tensor *hand_box = model_input(r, "hand_box", LT_SHAPE(B, 4));
     lt_tensor *object_box = model_input(r, "object_box", LT_SHAPE(B, 4));
-    const hocat_out o = forward(m, image, hand_box, object_box);
+    const hocat_out o = forward(m, image, hand_box, object_box, r->in_boxes && !losses);
 
     add_output(r, "joints2d", o.heat.joints2d);
     add_output(r, "rotation", o.mano.rotation);

@@ -280,6 +280,40 @@ def roi_align(s):
     s.case("no_images", roi(4, 3, .25), clear(0, 3, 9, 8), [[0, 0, 0, 9, 9], [1, 0, 0, 9, 9]], const=(1,))
 
 
+def conv2d_within(s):
+    def pooled(pad):
+        def fn(x, w, b, boxes, more, others):
+            return roi(4, 3, .25)(F.leaky_relu(F.conv2d(x, w, b, padding=pad), .1), boxes) + more
+        return fn
+
+    boxes = [[0, 4, 4, 20, 24], [1, 10, 6, 12, 9], [1, 20, 18, 60, 70], [0, 8, 8, 8.5, 8.25],
+             [0, 100, 100, 140, 140], [1, 30, 30, 10, 10], [0, 9, 5, 16, 21]]
+    others, x = [[1, 16, 16, 20, 20]], (2, 3, 9, 8)
+    for name, k in ("square", 3), ("pointwise", 1):
+        s.case(name, pooled(k // 2), clear(*x), clear(5, 3, k, k), clear(5), boxes, clear(7, 5, 4, 3), others,
+               const=(0, 1, 2, 3, 5))
+    s.case("winograd", pooled(1), clear(2, 32, 20, 17), clear(32, 32, 3, 3), clear(32),
+           [[0, 21, 30, 44, 61], [1, 33, 5, 64, 40]], clear(2, 32, 4, 3), others, const=(0, 1, 2, 3, 5))
+    s.case("no_boxes", pooled(1), clear(*x), clear(5, 3, 3, 3), clear(5), np.zeros((0, 5)), clear(0, 5, 4, 3), others,
+           const=(0, 1, 2, 3, 5))
+
+
+def window_means(s):
+    def to(h, w):
+        def fn(x, more):
+            if not len(x):
+                return more + x.sum()
+            y = F.interpolate(x, (h, w), mode="bilinear", align_corners=False)
+            seen = [slice(0, -1), slice(None), slice(1, None)]
+            return torch.stack([torch.stack([y[:, :, r, c].mean((2, 3)) for c in seen], 2) for r in seen], 2) + more
+        return fn
+
+    s.case("same", to(5, 4), clear(2, 3, 5, 4), clear(2, 3, 3, 3), const=(0,))
+    s.case("up", to(10, 8), clear(2, 3, 5, 4), clear(2, 3, 3, 3), const=(0,))
+    s.case("odd", to(2, 7), clear(1, 2, 6, 3), clear(1, 2, 3, 3), const=(0,))
+    s.case("empty", to(10, 8), clear(0, 3, 5, 4), clear(0, 3, 3, 3), const=(0,))
+
+
 def between(size, *shape):
     """Places clear of whole numbers, from three cells before a map to two behind it"""
     return (np.floor(rng.uniform(-3, np.asarray(size) + 2, shape)) + rng.uniform(.1, .9, shape)).astype(np.float32)
@@ -490,6 +524,7 @@ SUITES = {
     "attention": attention, "conv2d": conv2d, "max_pool2d": max_pool2d, "global_avg_pool": global_avg_pool,
     "deformable_attention": deformable_attention, "grid_sample": grid_sample, "conv_transpose2d": conv_transpose2d,
     "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,
+    "conv2d_within": conv2d_within, "window_means": window_means,
     "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm, "batch_norm": batch_norm,
     "channel_affine": channel_affine, "rot6d": rot6d, "hand": hand, "mse_loss": loss(torch.square),
     "l1_loss": loss(torch.abs), "sum": sum_, "confidence_target": confidence_target,

@@ -235,6 +235,50 @@ static void check_forward(const conv_data *d, const char *name, bool plainly)
     free_array(want), free_array(got), free_array(packed), lt_release(work);
 }
 
+static bool inside(lt_rect r, int64_t y, int64_t x)
+{
+    return y >= r.y0 && y < r.y1 && x >= r.x0 && x < r.x1;
+}
+
+/* A rectangle of the first image: as the whole has it, and nothing else is touched. */
+static void check_rect(const conv_data *d, const char *name, lt_rect r, const float *packed, const float *whole,
+                       void *work)
+{
+    const lt_conv2d_params *p = d->p;
+    const int64_t h = lt_conv2d_out_h(p), w = lt_conv2d_out_w(p), n = p->o * h * w;
+    const double bound = lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? 2 * winograd_bound : 0;
+    float *got = guarded_array((size_t)n);
+
+    memcpy(got, d->residual, (size_t)n * sizeof(float));
+    lt_conv2d_forward_rect(p, r, d->x, packed, d->bias, got, (lt_act){ LT_ACT_RELU, 0 }, got, work);
+    for (int64_t i = 0; i < n; i++) {
+        const bool in = inside(r, i / w % h, i % w);
+
+        expect_near(got[i], in ? whole[i] : d->residual[i], in ? bound * (double)(p->c * p->kh * p->kw) : 0,
+                    "conv in a rectangle", name, (size_t)i);
+    }
+    same_as_before(got, (size_t)n, "conv %s in %d %d %d %d", name, (int)r.y0, (int)r.y1, (int)r.x0, (int)r.x1);
+    free_array(got);
+}
+
+static void check_rects(const conv_data *d, const char *name)
+{
+    const lt_conv2d_params *p = d->p;
+    const int64_t h = lt_conv2d_out_h(p), w = lt_conv2d_out_w(p);
+    const lt_rect rects[] = {
+        { 0, h, 0, w }, { 0, 1, 0, 1 }, { h / 3, h, w / 2, w }, { h / 4, h / 2, 0, w }, { 1, h - 1, 1, w - 1 },
+        { h / 2, h / 2, 0, w },
+    };
+    float *whole = guarded_array(d->n_y), *packed = guarded_array((size_t)lt_conv2d_packed(p));
+    void *work = lt_alloc(lt_conv2d_forward_work(p)), *rect_work = lt_alloc(lt_conv2d_rect_work(p));
+
+    lt_conv2d_pack(p, d->w, packed);
+    lt_conv2d_forward(p, d->x, packed, d->bias, d->residual, (lt_act){ LT_ACT_RELU, 0 }, whole, work);
+    for (size_t i = 0; i < LT_COUNT(rects); i++)
+        check_rect(d, name, rects[i], packed, whole, rect_work);
+    free_array(whole), free_array(packed), lt_release(work), lt_release(rect_work);
+}
+
 /* A gradient against the sum in double, within 1e-6 of the sum of its terms' sizes. */
 static void check_gradient(const conv_data *d, const char *what, const char *name, size_t n, pair_fn fn,
                            bool plainly)
@@ -291,6 +335,8 @@ static void check_conv(const lt_conv2d_params *p, bool plainly)
     d.x = random_array(d.n_x, 4), d.w = random_array(d.n_w, 5), d.dy = random_array(d.n_y, 6);
     d.bias = random_array((size_t)p->o, 7), d.residual = random_array(d.n_y, 8);
     check_forward(&d, name, plainly);
+    if (d.n_y && lt_conv2d_takes_rect(p))
+        check_rects(&d, name);
     check_gradient(&d, "conv data gradient", name, d.n_x, pair_data, plainly);
     check_gradient(&d, "conv weight gradient", name, d.n_w, pair_weights, plainly);
     check_bias(&d, name);

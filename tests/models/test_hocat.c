@@ -89,9 +89,10 @@ static lt_real *data(const char *output)
     return lt_plan_data(plan, model_port_find(&r.outputs, output));
 }
 
+static lt_real boxes[] = { 10, 8, 50, 60, 4, 4, 33, 30 };       /* of two images */
+
 static void fill_inputs(void)
 {
-    static const lt_real boxes[] = { 10, 8, 50, 60, 4, 4, 33, 30 };
     lt_rng rng = lt_rng_make(3, 0);
 
     for (int i = 0; i < r.inputs.n; i++) {
@@ -237,6 +238,63 @@ START_TEST(fused_and_plain_agree)
 }
 END_TEST
 
+static void read_outputs(const lt_plan *p, const model_record *rec, lt_real *out)
+{
+    for (int i = 0; i < rec->outputs.n; i++) {
+        const lt_tensor *v = rec->outputs.port[i].tensor;
+
+        memcpy(out, lt_plan_data(p, v), lt_nbytes(v));
+        out += lt_numel(v);
+    }
+}
+
+static int64_t count_outputs(void)
+{
+    int64_t n = 0;
+
+    for (int i = 0; i < r.outputs.n; i++)
+        n += lt_numel(r.outputs.port[i].tensor);
+    return n;
+}
+
+/* Maps computed only where boxes read them: the same predictions, whatever stands in the rest of them. The
+ * boxes are inside, across the border, and outside. */
+static const lt_real placed[][8] = {
+    { 10, 8, 50, 60, 4, 4, 33, 30 }, { 20, 20, 21, 22, 40, 3, 63, 20 }, { -10, -5, 30, 80, 50, 50, 90, 70 },
+    { 0, 0, 64, 64, 70, 70, 90, 90 },
+};
+
+START_TEST(maps_in_boxes_or_whole)
+{
+    static const lt_real usual[] = { 10, 8, 50, 60, 4, 4, 33, 30 };
+    lt_real *whole, *within;
+    bool moved = false;
+
+    memcpy(boxes, placed[_i], sizeof(boxes));
+    run();
+    whole = calloc((size_t)count_outputs(), sizeof(*whole));
+    within = calloc((size_t)count_outputs(), sizeof(*within));
+    read_outputs(plan, &r, whole);
+    lt_plan_free(plan);
+    lt_graph_free(r.g);
+    r = (model_record){ .g = lt_graph_new(), .batch = 2, .in_boxes = true };
+    memcpy(boxes, usual, sizeof(boxes));
+    run();                                              /* leaves its maps in the plan's memory */
+    memcpy(boxes, placed[_i], sizeof(boxes));
+    fill_inputs();
+    lt_run(plan);
+    read_outputs(plan, &r, within);
+    for (int64_t k = 0; k < count_outputs(); k++) {
+        ck_assert_double_eq_tol(within[k], whole[k], 1e-5);
+        moved |= within[k] != whole[k];
+    }
+    ck_assert(moved || _i == 3);                        /* there the rectangle is the map */
+    memcpy(boxes, usual, sizeof(boxes));
+    free(whole);
+    free(within);
+}
+END_TEST
+
 /* Recomputing instead of keeping, and the number of threads, change no bit of any gradient. */
 static void gradients(bool no_recompute, lt_real *out)
 {
@@ -293,6 +351,7 @@ int main(void)
     tcase_add_test(tc, turning_the_wrist_turns_the_hand);
     tcase_add_test(tc, an_idle_block_is_the_identity);
     tcase_add_test(tc, fused_and_plain_agree);
+    tcase_add_loop_test(tc, maps_in_boxes_or_whole, 0, (int)LT_COUNT(placed));
     tcase_add_test(tc, recomputing_changes_no_bit);
     suite_add_tcase(suite, tc);
     srunner_run_all(runner, CK_NORMAL);
