@@ -78,6 +78,14 @@ lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const i
     return LT_OK;
 }
 
+lt_hand_tables lt_hand_layer_tables(const lt_hand_layer *layer)
+{
+    return (lt_hand_tables){
+        .blend = layer->blend, .mean = layer->template, .weight = layer->weight, .rest = layer->rest,
+        .rest_beta = layer->rest_beta, .tips = layer->tips,
+    };
+}
+
 /* ---- forward -------------------------------------------------------------------------------------- */
 
 static void rest_joints(const lt_hand_layer *layer, const lt_real *beta, double rest[J][3])

@@ -60,6 +60,19 @@ enum {
     LT_HAND_BLENDS = LT_HAND_BETAS + LT_HAND_POSE_FEATURES,
 };
 
+/* The arrays of a layer, for those who write it down elsewhere. Vertices are the last dimension. */
+typedef struct {
+    const lt_real (*blend)[3][LT_HAND_PADDED];             /* (145, 3, V): shape directions, then pose directions */
+    const lt_real (*mean)[LT_HAND_PADDED];                 /* (3, V): vertices before both */
+    const lt_real (*weight)[LT_HAND_PADDED];               /* (16, V) */
+    const double (*rest)[3];                    /* (16, 3): joints of the mean shape, and how they follow beta */
+    const double (*rest_beta)[3][LT_HAND_BETAS];
+    const int *tips;                            /* (5) */
+} lt_hand_tables;
+
+/* lt_hand_layer_tables - borrowed from the layer; only the first 778 vertices count */
+LT_API lt_hand_tables lt_hand_layer_tables(const lt_hand_layer *layer);
+
 /* What forward leaves for backward, one sample's worth; the caller's memory. */
 typedef struct {
     lt_real posed[3][LT_HAND_PADDED];           /* vertices with shape and pose offsets, before skinning */

@@ -15,6 +15,8 @@
 extern "C" {
 #endif
 
+typedef struct lt_onnx lt_onnx;     /* a graph in ONNX's words, while it is described */
+
 enum { LT_MAX_IN = 12, LT_MAX_OUT = 4, LT_MAX_SAVED = 4 };
 
 /*
@@ -104,6 +106,9 @@ typedef struct lt_op {
     bool (*as_tail)(const lt_node *node, int i, lt_tail *tail);
     bool (*absorb)(lt_node *node, const lt_tail *tail);
     void (*prepare)(lt_node *node);
+
+    /* Say what the node is in ONNX, with the words of libtensor/graph/onnx.h. Optional: no ONNX form. */
+    void (*onnx)(lt_onnx *w, const lt_node *node);
 } lt_op;
 
 struct lt_node {

@@ -228,19 +228,34 @@ static bool add_as_tail(const lt_node *n, int i, lt_tail *tail)
     return n->in[0] != n->in[1] && lt_same_shape(&n->in[0]->shape, &n->in[1]->shape);
 }
 
+static void add_onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "Add");
+}
+
 static const lt_op add_op = {
     .name = "add", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = broadcast_infer,
-    .forward = add_forward, .backward = add_backward, .as_tail = add_as_tail,
+    .forward = add_forward, .backward = add_backward, .as_tail = add_as_tail, .onnx = add_onnx,
 };
+
+static void sub_onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "Sub");
+}
 
 static const lt_op sub_op = {
     .name = "sub", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = broadcast_infer,
-    .forward = sub_forward, .backward = sub_backward,
+    .forward = sub_forward, .backward = sub_backward, .onnx = sub_onnx,
 };
+
+static void mul_onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "Mul");
+}
 
 static const lt_op mul_op = {
     .name = "mul", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0) | LT_KEEP_IN(1),
-    .infer = broadcast_infer, .forward = mul_forward, .backward = mul_backward,
+    .infer = broadcast_infer, .forward = mul_forward, .backward = mul_backward, .onnx = mul_onnx,
 };
 
 lt_tensor *(lt_add)(lt_tensor *a, lt_tensor *b)

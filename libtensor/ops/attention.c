@@ -259,9 +259,35 @@ static int64_t macs(const lt_call *c)
     return 2 * s.B * s.T * s.S * s.C;
 }
 
+/* (B, T, C) -> (B, T, heads, d), in this order */
+static const char *heads_of(lt_onnx *w, const lt_node *n, int i, const int *order)
+{
+    const int64_t heads = ((const attention_attr *)n->attr)->heads, B = lt_onnx_dim(w, n->in[i], 0);
+    const lt_shape split = LT_SHAPE(B, lt_onnx_dim(w, n->in[i], 1), heads, lt_dim(n->in[i], 2) / heads);
+
+    return lt_onnx_transpose(w, lt_onnx_reshape(w, lt_onnx_of(w, n->in[i]), split), order, 4);
+}
+
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const int heads = ((const attention_attr *)n->attr)->heads;
+    const int64_t d = lt_dim(n->in[Q], 2) / heads;
+    const char *q = heads_of(w, n, Q, (int[]){ 0, 2, 1, 3 }), *k = heads_of(w, n, K, (int[]){ 0, 2, 3, 1 });
+    const char *v = heads_of(w, n, V, (int[]){ 0, 2, 1, 3 }), *y;
+    lt_shape shape = n->outs[0]->shape;
+
+    y = LT_ONNX(w, "Mul", LT_ONNX(w, "MatMul", q, k), lt_onnx_number(w, 1 / sqrt((double)d)));
+    y = LT_ONNX(w, "Softmax", y);
+    lt_onnx_int(w, "axis", -1);
+    y = lt_onnx_transpose(w, LT_ONNX(w, "MatMul", y, v), (int[]){ 0, 2, 1, 3 }, 4);
+    shape.dim[0] = lt_onnx_dim(w, n->outs[0], 0);
+    lt_onnx_is(w, n->outs[0], lt_onnx_reshape(w, y, shape));
+}
+
 static const lt_op attention_op = {
     .name = "attention", .flags = LT_OP_ASSIGNS,
     .keeps = LT_KEEP_IN(Q) | LT_KEEP_IN(K) | LT_KEEP_IN(V) | LT_KEEP_OUT(0), .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs,
+    .onnx = onnx,
 };
 
 lt_tensor *(lt_attention)(lt_tensor *q, lt_tensor *k, lt_tensor *v, int heads)

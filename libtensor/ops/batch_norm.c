@@ -202,9 +202,16 @@ static lt_tensor *lower(const lt_node *node, lt_tensor *const *in)
     return lt_channel_affine(in[X], scale, lt_result(scale, 1));
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "BatchNormalization");
+    lt_onnx_float(w, "epsilon", ((const batch_norm_attr *)n->attr)->eps);
+}
+
 static const lt_op batch_norm_op = {
     .name = "batch_norm", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS,
     .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT), .infer = infer, .plan = plan, .forward = forward, .backward = backward, .recompute = recompute, .lower = lower,
+    .onnx = onnx,
 };
 
 lt_tensor *(lt_batch_norm)(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, lt_tensor *running_mean,

@@ -89,9 +89,21 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_shape column = { .rank = n->in[X]->shape.rank - 1, .dim = { 1, 1, 1, 1, 1, 1 } };
+    const char *y;
+
+    column.dim[0] = lt_dim(n->in[X], 1);
+    y = LT_ONNX(w, "Mul", lt_onnx_of(w, n->in[X]), lt_onnx_reshape(w, lt_onnx_of(w, n->in[SCALE]), column));
+    y = LT_ONNX(w, "Add", y, lt_onnx_reshape(w, lt_onnx_of(w, n->in[SHIFT]), column));
+    lt_onnx_is(w, n->outs[0], y);
+}
+
 static const lt_op channel_affine_op = {
     .name = "channel_affine", .flags = LT_OP_INPLACE | LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(SCALE),
     .infer = infer, .forward = forward, .backward = backward, .as_tail = as_tail, .absorb = absorb,
+    .onnx = onnx,
 };
 
 lt_tensor *(lt_channel_affine)(lt_tensor *x, lt_tensor *scale, lt_tensor *shift)

@@ -96,9 +96,15 @@ static void concat_backward(const lt_call *c)
     by_row(c, c->out, concat_grad_row);
 }
 
+static void concat_onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "Concat");
+    lt_onnx_int(w, "axis", ((const piece_attr *)n->attr)->axis);
+}
+
 static const lt_op concat_op = {
     .name = "concat", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = concat_infer,
-    .forward = concat_forward, .backward = concat_backward,
+    .forward = concat_forward, .backward = concat_backward, .onnx = concat_onnx,
 };
 
 lt_tensor *(lt_concat)(lt_tensor *const *x, int n, int axis)
@@ -160,9 +166,17 @@ static void slice_backward(const lt_call *c)
         by_row(c, c->out, slice_grad_row);
 }
 
+static void slice_onnx(lt_onnx *w, const lt_node *n)
+{
+    const piece_attr *a = n->attr;
+    const char *x = lt_onnx_of(w, n->in[0]);
+
+    lt_onnx_is(w, n->outs[0], lt_onnx_slice(w, x, a->axis, a->start, a->length));
+}
+
 static const lt_op slice_op = {
     .name = "slice", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_NOTHING, .infer = slice_infer,
-    .forward = slice_forward, .backward = slice_backward,
+    .forward = slice_forward, .backward = slice_backward, .onnx = slice_onnx,
 };
 
 lt_tensor *(lt_slice)(lt_tensor *x, int axis, int64_t start, int64_t length)

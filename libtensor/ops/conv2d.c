@@ -263,13 +263,24 @@ static void prepare(lt_node *node)
     node->in[SCALE] = NULL;
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const lt_conv_opts *o = &((const conv2d_attr *)n->attr)->opts;
+
+    lt_onnx_same(w, n, "Conv");
+    lt_onnx_ints(w, "strides", (int64_t[]){ o->stride, o->stride }, 2);
+    lt_onnx_ints(w, "pads", (int64_t[]){ o->pad, o->pad, o->pad, o->pad }, 4);
+    lt_onnx_ints(w, "dilations", (int64_t[]){ o->dilation, o->dilation }, 2);
+    lt_onnx_int(w, "group", o->groups);
+}
+
 #define OPTIONAL \
     (LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE) | LT_OPTIONAL_IN(REGION))
 
 static const lt_op conv2d_op = {
     .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL, .infer = infer, .plan = plan,
     .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
-    .prepare = prepare,
+    .prepare = prepare, .onnx = onnx,
 };
 
 static const lt_op conv2d_within_op = {

@@ -64,9 +64,14 @@ static lt_tensor *lower(const lt_node *node, lt_tensor *const *in)
     return in[0];
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_is(w, n->outs[0], lt_onnx_of(w, n->in[0]));
+}
+
 static const lt_op dropout_op = {
     .name = "dropout", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_RANDOM, .keeps = LT_KEEP_NOTHING,
-    .infer = infer, .forward = forward, .backward = backward, .lower = lower,
+    .infer = infer, .forward = forward, .backward = backward, .lower = lower, .onnx = onnx,
 };
 
 lt_tensor *(lt_dropout)(lt_tensor *x, double p)

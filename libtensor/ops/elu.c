@@ -26,9 +26,14 @@ static void backward(const lt_call *c)
         op_by_chunk(c, lt_numel(c->out), backward_chunk);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "Elu");
+}
+
 static const lt_op elu_op = {
     .name = "elu", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0), .infer = op_same_shape,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_elu)(lt_tensor *x)

@@ -34,9 +34,18 @@ static bool as_tail(const lt_node *node, int i, lt_tail *tail)
     return true;
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const char *x = lt_onnx_of(w, n->in[0]), *y;
+
+    y = LT_ONNX(w, "Erf", LT_ONNX(w, "Mul", x, lt_onnx_number(w, M_SQRT1_2)));
+    y = LT_ONNX(w, "Mul", x, LT_ONNX(w, "Add", y, lt_onnx_number(w, 1)));
+    lt_onnx_is(w, n->outs[0], LT_ONNX(w, "Mul", y, lt_onnx_number(w, 0.5)));
+}
+
 static const lt_op gelu_op = {
     .name = "gelu", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0), .infer = op_same_shape,
-    .forward = forward, .backward = backward, .as_tail = as_tail,
+    .forward = forward, .backward = backward, .as_tail = as_tail, .onnx = onnx,
 };
 
 lt_tensor *(lt_gelu)(lt_tensor *x)

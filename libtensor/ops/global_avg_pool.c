@@ -47,9 +47,16 @@ static void backward(const lt_call *c)
         op_by_row(c, lt_numel(c->out), plane(c), backward_plane);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const char *mean = LT_ONNX(w, "GlobalAveragePool", lt_onnx_of(w, n->in[0]));
+
+    lt_onnx_is(w, n->outs[0], LT_ONNX(w, "Flatten", mean));
+}
+
 static const lt_op global_avg_pool_op = {
     .name = "global_avg_pool", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_global_avg_pool)(lt_tensor *x)

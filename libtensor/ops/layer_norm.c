@@ -96,9 +96,16 @@ static void backward(const lt_call *c)
     }
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "LayerNormalization");
+    lt_onnx_int(w, "axis", -1);
+    lt_onnx_float(w, "epsilon", ((const layer_norm_attr *)n->attr)->eps);
+}
+
 static const lt_op layer_norm_op = {
     .name = "layer_norm", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT),
-    .infer = infer, .plan = plan, .forward = forward, .backward = backward,
+    .infer = infer, .plan = plan, .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_layer_norm)(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, double eps)

@@ -56,9 +56,18 @@ static bool as_tail(const lt_node *node, int i, lt_tail *tail)
     return true;
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const leaky_relu_attr *a = n->attr;
+
+    lt_onnx_same(w, n, a->slope == 0 ? "Relu" : "LeakyRelu");
+    if (a->slope != 0)
+        lt_onnx_float(w, "alpha", a->slope);
+}
+
 static const lt_op leaky_relu_op = {
     .name = "leaky_relu", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_OUT(0), .infer = infer,
-    .forward = forward, .backward = backward, .as_tail = as_tail,
+    .forward = forward, .backward = backward, .as_tail = as_tail, .onnx = onnx,
 };
 
 lt_tensor *(lt_leaky_relu)(lt_tensor *x, double slope)

@@ -144,10 +144,24 @@ static void prepare(lt_node *node)
     node->in[W] = lt_apply(&linear_pack_op, NULL, 0, &node->in[W], 1);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const char *x = lt_onnx_of(w, n->in[X]), *weight = lt_onnx_of(w, n->in[W]), *y;
+
+    if (n->in[X]->shape.rank == 2) {
+        lt_onnx_same(w, n, "Gemm");
+        lt_onnx_int(w, "transB", 1);
+        return;
+    }
+    y = LT_ONNX(w, "MatMul", x, lt_onnx_transpose(w, weight, (int[]){ 1, 0 }, 2));
+    lt_onnx_is(w, n->outs[0], n->in[B] ? LT_ONNX(w, "Add", y, lt_onnx_of(w, n->in[B])) : y);
+}
+
 static const lt_op linear_op = {
     .name = "linear", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
     .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer,
     .plan = plan, .forward = forward, .backward = backward, .macs = macs, .absorb = absorb, .prepare = prepare,
+    .onnx = onnx,
 };
 
 lt_tensor *(lt_linear)(lt_tensor *x, lt_tensor *w, lt_tensor *b)

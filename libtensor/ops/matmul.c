@@ -60,9 +60,14 @@ static int64_t macs(const lt_call *c)
     return lt_numel(c->out) * lt_dim(c->in[0], -1);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "MatMul");
+}
+
 static const lt_op matmul_op = {
     .name = "matmul", .keeps = LT_KEEP_IN(0) | LT_KEEP_IN(1), .infer = infer,
-    .forward = forward, .backward = backward, .macs = macs,
+    .forward = forward, .backward = backward, .macs = macs, .onnx = onnx,
 };
 
 lt_tensor *(lt_matmul)(lt_tensor *a, lt_tensor *b)

@@ -80,9 +80,35 @@ static void backward(const lt_call *c)
         op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), plane(c->in[0]), backward_plane);
 }
 
+/* Whether the result has the size that ONNX counts: without the rule for the last window */
+static bool is_rounded(const lt_node *n, const pool_attr *a, bool up)
+{
+    for (int i = 2; i < 4; i++) {
+        const int64_t span = lt_dim(n->in[0], i) + 2 * a->pad - a->k;
+
+        if (lt_dim(n->outs[0], i) != (up ? lt_ceil_div(span, a->stride) : span / a->stride) + 1)
+            return false;
+    }
+    return true;
+}
+
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const pool_attr *a = n->attr;
+    const bool ceil_mode = is_rounded(n, a, true);
+
+    if (!ceil_mode && !is_rounded(n, a, false))
+        lt_onnx_refuse(w, "a partial window that starts outside the map is kept there in one direction only");
+    lt_onnx_same(w, n, "MaxPool");
+    lt_onnx_ints(w, "kernel_shape", (int64_t[]){ a->k, a->k }, 2);
+    lt_onnx_ints(w, "strides", (int64_t[]){ a->stride, a->stride }, 2);
+    lt_onnx_ints(w, "pads", (int64_t[]){ a->pad, a->pad, a->pad, a->pad }, 4);
+    lt_onnx_int(w, "ceil_mode", ceil_mode);
+}
+
 static const lt_op max_pool2d_op = {
     .name = "max_pool2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_max_pool2d)(lt_tensor *x, int k, int stride, int pad, bool ceil_mode)

@@ -63,6 +63,9 @@ LT_API lt_tensor *lt_slice(lt_tensor *x, int axis, int64_t start, int64_t length
 /* lt_detach - the same values, no copy; no gradient passes */
 LT_API lt_tensor *lt_detach(lt_tensor *x);
 
+/* lt_sample_index - the number of each sample of x (B, ...): 0, 1 ... B - 1, as (B, 1); no gradient */
+LT_API lt_tensor *lt_sample_index(lt_tensor *x);
+
 /* ---- products -------------------------------------------------------------------------------------- */
 
 /**
@@ -282,6 +285,7 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_concat(...) LT_HERE(lt_concat(__VA_ARGS__))
 #define lt_slice(...) LT_HERE(lt_slice(__VA_ARGS__))
 #define lt_detach(...) LT_HERE(lt_detach(__VA_ARGS__))
+#define lt_sample_index(...) LT_HERE(lt_sample_index(__VA_ARGS__))
 #define lt_linear(...) LT_HERE(lt_linear(__VA_ARGS__))
 #define lt_matmul(...) LT_HERE(lt_matmul(__VA_ARGS__))
 #define lt_attention(...) LT_HERE(lt_attention(__VA_ARGS__))

@@ -145,9 +145,17 @@ static void backward(const lt_call *c)
         by_part(c, backward_part);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const permute_attr *a = n->attr;
+    const char *x = lt_onnx_of(w, n->in[0]);
+
+    lt_onnx_is(w, n->outs[0], lt_onnx_transpose(w, x, a->order, n->in[0]->shape.rank));
+}
+
 static const lt_op permute_op = {
     .name = "permute", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
-    .plan = plan, .forward = forward, .backward = backward,
+    .plan = plan, .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_permute)(lt_tensor *x, const int *order)

@@ -27,12 +27,27 @@ static lt_status detach_infer(lt_call *c)
     return op_same_shape(c);
 }
 
+static void reshape_onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_shape shape = n->outs[0]->shape;
+
+    for (int i = 0; i < shape.rank; i++)
+        shape.dim[i] = lt_onnx_dim(w, n->outs[0], i);
+    lt_onnx_is(w, n->outs[0], lt_onnx_reshape(w, lt_onnx_of(w, n->in[0]), shape));
+}
+
 static const lt_op reshape_op = {
     .name = "reshape", .flags = LT_OP_VIEW, .any_type = LT_ANY_TYPE_IN(0), .infer = reshape_infer,
+    .onnx = reshape_onnx,
 };
+static void detach_onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_is(w, n->outs[0], lt_onnx_of(w, n->in[0]));
+}
+
 static const lt_op detach_op = {
     .name = "detach", .flags = LT_OP_VIEW | LT_OP_DETACH, .any_type = LT_ANY_TYPE_IN(0),
-    .infer = detach_infer,
+    .infer = detach_infer, .onnx = detach_onnx,
 };
 
 lt_tensor *(lt_reshape)(lt_tensor *x, lt_shape shape)

@@ -139,9 +139,27 @@ static void backward(const lt_call *c)
     lt_parallel_for(tasks_of(c), backward_task, &j);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const resize_attr *a = n->attr;
+    const char *x = lt_onnx_of(w, n->in[0]), *size, *planes;
+
+    if (lt_onnx_dim(w, n->in[0], 0) < 0) {
+        planes = LT_ONNX(w, "Shape", x);
+        lt_onnx_int(w, "end", 2);
+        size = LT_ONNX(w, "Concat", planes, lt_onnx_indices(w, (int64_t[]){ a->h, a->w }, 2));
+        lt_onnx_int(w, "axis", 0);
+    } else {
+        size = lt_onnx_indices(w, n->outs[0]->shape.dim, 4);
+    }
+    lt_onnx_is(w, n->outs[0], LT_ONNX(w, "Resize", x, "", "", size));
+    lt_onnx_text_of(w, "mode", "linear");
+    lt_onnx_text_of(w, "coordinate_transformation_mode", "half_pixel");
+}
+
 static const lt_op resize_bilinear_op = {
     .name = "resize_bilinear", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_resize_bilinear)(lt_tensor *x, int64_t h, int64_t w)

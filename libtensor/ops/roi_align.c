@@ -214,9 +214,26 @@ static void backward(const lt_call *c)
     lt_parallel_for(blocks_of(c), backward_task, (void *)c);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const roi_attr *a = n->attr;
+    const char *boxes = lt_onnx_of(w, n->in[BOXES]), *image, *y;
+
+    image = LT_ONNX(w, "Cast", lt_onnx_reshape(w, lt_onnx_slice(w, boxes, 1, 0, 1), LT_SHAPE(-1)));
+    lt_onnx_int(w, "to", LT_ONNX_INT64);
+    y = LT_ONNX(w, "RoiAlign", lt_onnx_of(w, n->in[X]), lt_onnx_slice(w, boxes, 1, 1, 4), image);
+    lt_onnx_text_of(w, "mode", "avg");
+    lt_onnx_text_of(w, "coordinate_transformation_mode", "output_half_pixel");
+    lt_onnx_int(w, "output_height", a->out_h);
+    lt_onnx_int(w, "output_width", a->out_w);
+    lt_onnx_int(w, "sampling_ratio", 0);                /* a bin's size rounded up */
+    lt_onnx_float(w, "spatial_scale", a->scale);
+    lt_onnx_is(w, n->outs[0], y);
+}
+
 static const lt_op roi_align_op = {
     .name = "roi_align", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(BOXES), .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_roi_align)(lt_tensor *x, lt_tensor *boxes, int out_h, int out_w, double scale)

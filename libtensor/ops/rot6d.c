@@ -124,8 +124,56 @@ static void backward(const lt_call *c)
         op_by_row(c, lt_numel(c->in[0]) / 6, 200, backward_one);
 }
 
+/* v / max(|v|, 1e-12) */
+static const char *unit(lt_onnx *w, const char *v, int axis)
+{
+    const char *n = LT_ONNX(w, "Sqrt", lt_onnx_sum(w, LT_ONNX(w, "Mul", v, v), axis, true));
+
+    return LT_ONNX(w, "Div", v, LT_ONNX(w, "Max", n, lt_onnx_number(w, 1e-12)));
+}
+
+static const char *cross_of(lt_onnx *w, const char *a, const char *b, int axis)
+{
+    static const int next[] = { 1, 2, 0 }, after[] = { 2, 0, 1 };
+    const char *p = LT_ONNX(w, "Mul", lt_onnx_gather(w, a, axis, next, 3), lt_onnx_gather(w, b, axis, after, 3));
+    const char *q = LT_ONNX(w, "Mul", lt_onnx_gather(w, a, axis, after, 3), lt_onnx_gather(w, b, axis, next, 3));
+
+    return LT_ONNX(w, "Sub", p, q);
+}
+
+/* (..., 3) -> (..., 3, 1) */
+static const char *upright(lt_onnx *w, const lt_tensor *x, const char *v)
+{
+    lt_shape shape = { .rank = x->shape.rank + 1 };
+
+    for (int i = 0; i < x->shape.rank - 1; i++)
+        shape.dim[i] = lt_onnx_dim(w, x, i);
+    shape.dim[shape.rank - 2] = 3;
+    shape.dim[shape.rank - 1] = 1;
+    return lt_onnx_reshape(w, v, shape);
+}
+
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const lt_tensor *x = n->in[0];
+    const int last = x->shape.rank - 1;
+    const char *in = lt_onnx_of(w, x), *a2 = lt_onnx_slice(w, in, last, 3, 3), *b1, *b2, *along, *u;
+    const char *column[3];
+
+    b1 = unit(w, lt_onnx_slice(w, in, last, 0, 3), last);
+    along = lt_onnx_sum(w, LT_ONNX(w, "Mul", b1, a2), last, true);
+    u = LT_ONNX(w, "Sub", a2, LT_ONNX(w, "Mul", along, b1));
+    b2 = unit(w, u, last);
+    column[0] = upright(w, x, b1);
+    column[1] = upright(w, x, b2);
+    column[2] = upright(w, x, cross_of(w, b1, b2, last));
+    lt_onnx_is(w, n->outs[0], lt_onnx_put(w, "Concat", column, 3));
+    lt_onnx_int(w, "axis", -1);
+}
+
 static const lt_op rot6d_op = {
     .name = "rot6d", .keeps = LT_KEEP_IN(0), .infer = infer, .forward = forward, .backward = backward,
+    .onnx = onnx,
 };
 
 lt_tensor *(lt_rot6d)(lt_tensor *x)

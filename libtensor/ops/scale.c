@@ -34,9 +34,16 @@ static void backward(const lt_call *c)
         op_by_chunk(c, lt_numel(c->out), backward_chunk);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const scale_attr *a = n->attr;
+
+    lt_onnx_is(w, n->outs[0], LT_ONNX(w, "Mul", lt_onnx_of(w, n->in[0]), lt_onnx_number(w, a->s)));
+}
+
 static const lt_op scale_op = {
     .name = "scale", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = op_same_shape,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_scale)(lt_tensor *x, double s)

@@ -34,9 +34,16 @@ static bool as_tail(const lt_node *node, int i, lt_tail *tail)
     return true;
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const char *x = lt_onnx_of(w, n->in[0]), *s = LT_ONNX(w, "Sigmoid", x);
+
+    lt_onnx_is(w, n->outs[0], LT_ONNX(w, "Mul", x, s));
+}
+
 static const lt_op silu_op = {
     .name = "silu", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0), .infer = op_same_shape,
-    .forward = forward, .backward = backward, .as_tail = as_tail,
+    .forward = forward, .backward = backward, .as_tail = as_tail, .onnx = onnx,
 };
 
 lt_tensor *(lt_silu)(lt_tensor *x)

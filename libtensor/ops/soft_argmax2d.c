@@ -81,9 +81,27 @@ static void backward(const lt_call *c)
         by_map(c, backward_map);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const int64_t H = lt_dim(n->in[0], 2), W = lt_dim(n->in[0], 3);
+    lt_real *place = lt_alloc((size_t)(2 * H * W) * sizeof(*place));
+    const char *maps = lt_onnx_reshape(w, lt_onnx_of(w, n->in[0]), LT_SHAPE(-1, lt_dim(n->in[0], 1), H * W));
+
+    if (!place) {
+        lt_onnx_refuse(w, "no memory");
+        return;
+    }
+    for (int64_t i = 0; i < H * W; i++) {
+        place[2 * i] = (lt_real)(((double)(i % W) + 0.5) / (double)W);
+        place[2 * i + 1] = (lt_real)(((double)(i / W) + 0.5) / (double)H);
+    }
+    lt_onnx_is(w, n->outs[0], LT_ONNX(w, "MatMul", maps, lt_onnx_numbers(w, LT_SHAPE(H * W, 2), place)));
+    lt_release(place);
+}
+
 static const lt_op soft_argmax2d_op = {
     .name = "soft_argmax2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
-    .plan = plan, .forward = forward, .backward = backward,
+    .plan = plan, .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_soft_argmax2d)(lt_tensor *heat)

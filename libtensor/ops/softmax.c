@@ -46,9 +46,15 @@ static void backward(const lt_call *c)
         by_row(c, backward_row);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "Softmax");
+    lt_onnx_int(w, "axis", -1);
+}
+
 static const lt_op softmax_op = {
     .name = "softmax", .flags = LT_OP_INPLACE | LT_OP_ASSIGNS, .keeps = LT_KEEP_OUT(0), .infer = infer,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_softmax)(lt_tensor *x)

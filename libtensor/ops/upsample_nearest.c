@@ -62,9 +62,20 @@ static void backward(const lt_call *c)
         op_by_row(c, op_outer(c->in[0], 3), lt_dim(c->out, 3), backward_row);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const lt_real f = (lt_real)((const upsample_attr *)n->attr)->factor;
+    const char *scales = lt_onnx_numbers(w, LT_SHAPE(4), (lt_real[]){ 1, 1, f, f });
+
+    lt_onnx_is(w, n->outs[0], LT_ONNX(w, "Resize", lt_onnx_of(w, n->in[0]), "", scales));
+    lt_onnx_text_of(w, "mode", "nearest");
+    lt_onnx_text_of(w, "coordinate_transformation_mode", "asymmetric");
+    lt_onnx_text_of(w, "nearest_mode", "floor");
+}
+
 static const lt_op upsample_nearest_op = {
     .name = "upsample_nearest", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_upsample_nearest)(lt_tensor *x, int factor)

@@ -176,20 +176,10 @@ static feature_maps features(const hocat *m, lt_tensor *image, lt_tensor *hand_r
                            hocat_fpn_forward(&m->object_fpn, &c, read, !in_boxes ? 0 : minor ? 2 : 1) };
 }
 
-/* (B, 4) -> (B, 5): one box per image, its index in front. Without memory RoIAlign refuses the (B, 4). */
+/* (B, 4) -> (B, 5): one box per image, its index in front */
 static lt_tensor *number_boxes(lt_tensor *boxes)
 {
-    const int64_t B = lt_dim(boxes, 0);
-    lt_real *index = lt_alloc((size_t)B * sizeof(*index));
-    lt_tensor *column;
-
-    if (!index)
-        return boxes;
-    for (int64_t b = 0; b < B; b++)
-        index[b] = (lt_real)b;
-    column = lt_constant(boxes->graph, LT_F32, LT_SHAPE(B, 1), index);
-    lt_release(index);
-    return lt_concat((lt_tensor *[]){ column, boxes }, 2, 1);
+    return lt_concat((lt_tensor *[]){ lt_sample_index(boxes), boxes }, 2, 1);
 }
 
 static lt_tensor *imagenet_normalise(lt_tensor *image)

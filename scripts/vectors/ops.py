@@ -119,6 +119,13 @@ def detach(s):
     s.case("empty", fn, clear(0), clear(0), const=(1,))
 
 
+def sample_index(s):
+    fn = lambda x, y: x + y * torch.arange(len(y), dtype=y.dtype)[:, None]
+    s.case("beside", fn, clear(3, 5), np.ones((3, 5)), const=(1,))
+    s.case("one", fn, clear(1, 2), np.ones((1, 2)), const=(1,))
+    s.case("empty", fn, clear(0, 2), np.ones((0, 2)), const=(1,))
+
+
 def permute(s):
     rolled = lambda x: x.permute(*np.roll(np.arange(x.dim()), 1).tolist())
     s.case("rolled", rolled, clear(2, 3, 5, 7))
@@ -520,7 +527,7 @@ SUITES = {
     "add": binary(torch.add), "sub": binary(torch.sub), "mul": binary(torch.mul), "scale": scale,
     "leaky_relu": leaky_relu, "sigmoid": unary(torch.sigmoid, True), "tanh": unary(torch.tanh, True),
     "silu": unary(F.silu, True), "elu": unary(F.elu), "gelu": unary(F.gelu, True), "reshape": reshape,
-    "detach": detach, "permute": permute, "concat": concat, "slice": slice_, "linear": linear, "matmul": matmul,
+    "detach": detach, "sample_index": sample_index, "permute": permute, "concat": concat, "slice": slice_, "linear": linear, "matmul": matmul,
     "attention": attention, "conv2d": conv2d, "max_pool2d": max_pool2d, "global_avg_pool": global_avg_pool,
     "deformable_attention": deformable_attention, "grid_sample": grid_sample, "conv_transpose2d": conv_transpose2d,
     "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,
