@@ -59,6 +59,8 @@ typedef struct model_class {
     const char *const *variants;    /* NULL-terminated; the first is the default */
     const lt_config_key *keys;      /* of the "model" group of a config */
     const char *const *blocks;      /* name prefixes of the parts, for listings; NULL-terminated */
+    const double *mean, *deviation; /* (3) of red, green, blue in [0, 1]: what an image is normalised by before it
+                                     * is the input; NULL: by nothing */
 
     /* Build the model into set from its config group. What create allocates lives in set's arena. */
     lt_status (*create)(const char *where, const struct cJSON *config, const lt_hand_layer *hand,

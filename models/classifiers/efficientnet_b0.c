@@ -81,5 +81,6 @@ const model_class efficientnet_b0_class = {
     .paper = "Tan and Le 2019, ICML, pages 6105-6114",
     .task = MODEL_CLASSIFIER,
     .variants = classifier_variants, .keys = keys, .blocks = blocks,
+    .mean = classifier_mean, .deviation = classifier_deviation,
     .create = create, .init = init, .record = record,
 };

@@ -76,5 +76,6 @@ const model_class resnet50_class = {
     .paper = "He et al. 2016, CVPR, pages 770-778",
     .task = MODEL_CLASSIFIER,
     .variants = classifier_variants, .keys = keys, .blocks = blocks,
+    .mean = classifier_mean, .deviation = classifier_deviation,
     .create = create, .init = init, .record = record,
 };

@@ -6,6 +6,7 @@
  *   dbeta += the sum of dy x^2 s (1 - s)
  */
 #include "libtensor/base/parallel.h"
+#include "libtensor/graph/onnx.h"
 #include "libtensor/graph/op.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/nn/init.h"
@@ -84,9 +85,18 @@ static void backward(const lt_call *c)
         *c->din[BETA] += (lt_real)dbeta;
 }
 
+/* s = sigmoid(beta x), y = x s */
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const char *x = lt_onnx_of(w, n->in[X]), *beta = lt_onnx_of(w, n->in[BETA]);
+    const char *s = LT_ONNX(w, "Sigmoid", LT_ONNX(w, "Mul", beta, x));
+
+    lt_onnx_is(w, n->outs[0], LT_ONNX(w, "Mul", x, s));
+}
+
 static const lt_op swish_op = {
     .name = "swish", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(BETA), .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward,
+    .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 static lt_tensor *swish(lt_tensor *x, lt_tensor *beta)

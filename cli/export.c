@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cli/cli.h"
+
+#include "eval/export.h"
+#include "libtensor/io/json.h"
+#include "train/checkpoint.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MAX_SET = 32 };
+enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON };
+
+typedef struct {
+    const char *checkpoint, *model, *config, *init, *hand, *format, *out, *samples;
+    const char *set[MAX_SET];
+    int n_set, batch;
+    bool json;
+    char variant[64];
+} export_args;
+
+static const struct argp_option options[] = {
+    { "output", 'o', "FILE", 0, "where it goes", 0 },
+    { "format", FORMAT, "FORMAT", 0, "onnx or safetensors; default FILE's ending", 0 },
+    { "batch", 'b', "N", 0, "images in a run of an ONNX file; default 0, any number", 0 },
+    { "samples", SAMPLES, "FILE", 0, "npz of the inputs that an ONNX file was compared with, and the model's outputs", 0 },
+    { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default the one it was trained with", 0 },
+    { "model", 'm', "NAME", 0, "a model with weights of --init, or untrained, instead of a checkpoint", 0 },
+    { "variant", VARIANT, "NAME", 0, "of --model; default the config's, else full", 0 },
+    { "config", 'c', "FILE", 0, "for --model: a config whose \"model\" group to use; default the paper's size", 0 },
+    { "set", SET, "KEY=VALUE", 0, "for --model: override a key of the config, as model.width=16", 0 },
+    { "init", INIT, "FILE", 0, "for --model: weights by name, from safetensors", 0 },
+    { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
+    { "json", JSON, NULL, 0, "what was written and compared as one JSON object", 0 },
+    { 0 },
+};
+
+static void add_set(export_args *a, struct argp_state *state, const char *text)
+{
+    if (a->n_set == MAX_SET)
+        argp_error(state, "at most %d overrides", MAX_SET);
+    a->set[a->n_set++] = text;
+}
+
+static const char *ending(const char *path)
+{
+    const char *dot = strrchr(path, '.');
+
+    return dot ? dot + 1 : "";
+}
+
+static void check_usage(export_args *a, struct argp_state *state)
+{
+    if (!a->checkpoint == !a->model)
+        argp_error(state, "want a checkpoint or a run's folder, or --model NAME");
+    if (a->checkpoint && (a->config || a->n_set || a->init))
+        argp_error(state, "--variant, --config, --set and --init go with --model; a checkpoint has them in it");
+    if (!a->out)
+        argp_error(state, "want -o FILE");
+    if (!a->format)
+        a->format = ending(a->out);
+    if (strcmp(a->format, "onnx") != 0 && strcmp(a->format, "safetensors") != 0)
+        argp_error(state, "format \"%s\"; want onnx or safetensors, by --format or as FILE's ending", a->format);
+}
+
+static error_t parse(int key, char *arg, struct argp_state *state)
+{
+    export_args *a = state->input;
+
+    switch (key) {
+    case 'o': a->out = arg; break;
+    case 'b': a->batch = cli_number(state, "batch", arg, 0, 1024); break;
+    case 'm': a->model = arg; break;
+    case 'c': a->config = arg; break;
+    case 't': cli_threads(state, arg); break;
+    case FORMAT: a->format = arg; break;
+    case HAND: a->hand = arg; break;
+    case INIT: a->init = arg; break;
+    case SAMPLES: a->samples = arg; break;
+    case SET: add_set(a, state, arg); break;
+    case JSON: a->json = true; break;
+    case VARIANT:
+        snprintf(a->variant, sizeof(a->variant), "model.variant=%s", arg);
+        add_set(a, state, a->variant);
+        break;
+    case ARGP_KEY_ARG:
+        if (a->checkpoint)
+            argp_error(state, "one checkpoint at a time");
+        a->checkpoint = arg;
+        break;
+    case ARGP_KEY_END: check_usage(a, state); break;
+    default: return ARGP_ERR_UNKNOWN;
+    }
+    return 0;
+}
+
+static const struct argp argp = {
+    options, parse, "[CHECKPOINT|RUN]",
+    "Write a model for other programs.\v"
+    "onnx is one file of standard operators, with image size, normalisation, joint names and the hand's name in its "
+    "metadata. It is read back and run with 16 inputs beside the model; when an output differs by more than 1e-4 of "
+    "its largest value, no file is left. safetensors is the weights alone.\n\n"
+    "  palmar export runs/tiny -o tiny.onnx\n"
+    "  palmar export runs/tiny/checkpoints/best.safetensors -o weights.safetensors\n"
+    "  palmar export --model resnet50 --init resnet50.safetensors -o resnet50.onnx", NULL, NULL, NULL,
+};
+
+static void print_text(const export_args *a, const export_report *r)
+{
+    printf("%s: %.1f MB", a->out, (double)r->bytes / 1e6);
+    if (r->operators)
+        printf(", %d operators of set %d, %s", r->operators, r->opset, r->any_batch ? "any batch" : "batch fixed");
+    printf("\n");
+    if (r->n_outputs)
+        printf("read back, %d inputs: largest difference from the model\n  %-12s %10s %10s\n", EXPORT_INPUTS, "output",
+               "absolute", "relative");
+    for (int i = 0; i < r->n_outputs; i++)
+        printf("  %-12s %10.1e %10.1e\n", r->output[i].name, r->output[i].absolute, r->output[i].relative);
+}
+
+static lt_status print_json(const export_args *a, const export_report *r)
+{
+    cJSON *root = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(root, "outputs");
+
+    cJSON_AddStringToObject(root, "file", a->out);
+    cJSON_AddStringToObject(root, "format", a->format);
+    cJSON_AddNumberToObject(root, "bytes", (double)r->bytes);
+    cJSON_AddNumberToObject(root, "operators", r->operators);
+    for (int i = 0; list && i < r->n_outputs; i++) {
+        cJSON *one = cJSON_CreateObject();
+
+        cJSON_AddStringToObject(one, "name", r->output[i].name);
+        cJSON_AddNumberToObject(one, "absolute", r->output[i].absolute);
+        cJSON_AddNumberToObject(one, "relative", r->output[i].relative);
+        cJSON_AddItemToArray(list, one);
+    }
+    if (!list) {
+        cJSON_Delete(root);
+        return lt_error(LT_ENOMEM, "no memory for the report");
+    }
+    lt_json_print(stdout, root);
+    putchar('\n');
+    cJSON_Delete(root);
+    return LT_OK;
+}
+
+static lt_status write_file(const export_args *a, const model *m, const char *hand_name)
+{
+    const export_options o = { .m = m, .hand_name = hand_name, .batch = a->batch, .samples = a->samples };
+    export_report r;
+    lt_status st = strcmp(a->format, "onnx") == 0 ? export_onnx(&o, a->out, &r) : export_weights(&o, a->out, &r);
+
+    if (st == LT_OK && a->json)
+        return print_json(a, &r);
+    if (st == LT_OK)
+        print_text(a, &r);
+    return st;
+}
+
+static lt_status from_checkpoint(const export_args *a)
+{
+    cli_checkpoint c;
+    lt_status st = cli_checkpoint_open(a->checkpoint, a->hand, &c);
+
+    if (st == LT_OK)
+        st = write_file(a, &c.m, c.hand.name);
+    cli_checkpoint_close(&c);
+    return st;
+}
+
+static lt_status from_name(const export_args *a)
+{
+    cli_hand hand;
+    lt_params *params = NULL;
+    checkpoint_match match;
+    model m;
+    lt_status st = cli_hand_open(a->hand, NULL, &hand);
+
+    if (st == LT_OK)
+        st = cli_model_new(a->model, a->config, a->set, a->n_set, &hand, &params, &m);
+    if (st == LT_OK && a->init)
+        st = checkpoint_init(a->init, &m, &match);
+    if (st == LT_OK && a->init)
+        fprintf(stderr, "%s: %d arrays loaded, %d missing, %d left over\n", a->init, match.loaded, match.missing,
+                match.left_over);
+    else if (st == LT_OK)
+        fprintf(stderr, "untrained: --init FILE gives weights\n");
+    if (st == LT_OK)
+        st = write_file(a, &m, hand.name);
+    lt_params_free(params);
+    cli_hand_close(&hand);
+    return st;
+}
+
+int cmd_export(int argc, char **argv)
+{
+    export_args a = { .batch = 0 };
+    lt_status st;
+
+    cli_parse("export", &argp, argc, argv, &a);
+    st = a.checkpoint ? from_checkpoint(&a) : from_name(&a);
+    return st ? cli_fail(st) : 0;
+}
