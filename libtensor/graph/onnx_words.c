@@ -177,8 +177,11 @@ const char *lt_onnx_reshape(lt_onnx *w, const char *x, lt_shape shape)
 {
     int unknown = 0;
 
-    for (int i = 0; i < shape.rank; i++)
+    for (int i = 0; i < shape.rank; i++) {
         unknown += shape.dim[i] < 0;
+        if (shape.dim[i] == 0)                  /* "as it was", to ONNX */
+            lt_onnx_refuse(w, "its tensors are empty");
+    }
     if (unknown > 1)
         lt_onnx_refuse(w, "%d dimensions of a shape depend on the batch; give the batch a fixed size", unknown);
     return LT_ONNX(w, "Reshape", x, lt_onnx_indices(w, shape.dim, shape.rank));

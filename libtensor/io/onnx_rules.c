@@ -362,8 +362,12 @@ static lt_tensor *batched_matmul(onnx_call *c, lt_tensor *a, lt_tensor *b)
     lt_shape out = a->shape;
     int64_t outer = 1;
 
+    if (b->shape.rank != rank) {
+        onnx_fail(c, "its operands stretch, which is not read");
+        return NULL;
+    }
     for (int i = 0; i < rank - 2; i++) {
-        if (b->shape.rank != rank || lt_dim(a, i) != lt_dim(b, i)) {
+        if (lt_dim(a, i) != lt_dim(b, i)) {
             onnx_fail(c, "its operands stretch, which is not read");
             return NULL;
         }
@@ -381,8 +385,8 @@ static void matmul(onnx_call *c)
 
     if (!a || !b)
         return;
-    if (a->shape.rank < 2 || b->shape.rank < 2)
-        onnx_fail(c, "an operand has fewer than 2 dimensions");
+    if (a->shape.rank < 1 || b->shape.rank < 2)
+        onnx_fail(c, "an operand has too few dimensions");
     else if (b->shape.rank == 2)
         c->out.t = lt_linear(a, lt_permute(b, (int[]){ 1, 0 }), NULL);
     else
@@ -404,6 +408,16 @@ static void gemm(onnx_call *c)
         c->out.t = lt_linear(a, onnx_attr_int(c, "transB", 0, 0, 1) ? w : lt_permute(w, (int[]){ 1, 0 }), b);
 }
 
+/* Need not be said; when it is, it is true */
+static void check_kernel_shape(onnx_call *c, const lt_tensor *w)
+{
+    const lt_onnx_attr *k = onnx_attr(c, "kernel_shape");
+
+    if (k && w && (w->shape.rank != 4 || k->kind != LT_ONNX_A_INTS || k->n_ints != 2 || k->ints[0] != lt_dim(w, 2)
+                   || k->ints[1] != lt_dim(w, 3)))
+        onnx_fail(c, "attribute \"kernel_shape\" is not the weight's");
+}
+
 static void conv(onnx_call *c)
 {
     lt_tensor *x = onnx_tensor(c, 0), *w = onnx_tensor(c, 1), *b = onnx_tensor(c, 2);
@@ -413,12 +427,21 @@ static void conv(onnx_call *c)
         .groups = onnx_attr_int(c, "group", 1, 1, MAX_SIZE),
     };
 
-    if (w && onnx_attr(c, "kernel_shape")           /* need not be said; when it is, it is true */
-        && (w->shape.rank != 4 || lt_dim(w, 2) != lt_dim(w, 3)
-            || onnx_attr_equal(c, "kernel_shape", 2, 1, 1, MAX_SIZE) != lt_dim(w, 2)))
-        onnx_fail(c, "attribute \"kernel_shape\" is not the weight's");
+    check_kernel_shape(c, w);
     if (x && w && c->status == LT_OK)
         c->out.t = lt_conv2d(x, w, b, &o);
+}
+
+static void conv_transpose(onnx_call *c)
+{
+    lt_tensor *x = onnx_tensor(c, 0), *w = onnx_tensor(c, 1), *b = onnx_tensor(c, 2);
+    const int stride = onnx_attr_equal(c, "strides", 2, 1, 1, MAX_SIZE), pad = onnx_attr_equal(c, "pads", 4, 0, 0, MAX_SIZE);
+
+    onnx_attr_int(c, "group", 1, 1, 1);
+    onnx_attr_equal(c, "dilations", 2, 1, 1, 1);
+    check_kernel_shape(c, w);
+    if (x && w && c->status == LT_OK)
+        c->out.t = lt_conv_transpose2d(x, w, b, stride, pad);
 }
 
 /* ---- maps ------------------------------------------------------------------------------------------------------------------ */
@@ -484,6 +507,16 @@ static void resize(onnx_call *c)
         onnx_fail(c, "want a size for the last two of four dimensions");
     if (c->status == LT_OK)
         c->out.t = lt_resize_bilinear(x, size[2], size[3]);
+}
+
+static void grid_sample(onnx_call *c)
+{
+    onnx_attr_int(c, "align_corners", 0, 0, 0);
+    if ((!onnx_attr_is(c, "mode", "bilinear", "bilinear") && !onnx_attr_is(c, "mode", "linear", "linear"))
+        || !onnx_attr_is(c, "padding_mode", "zeros", "zeros"))
+        onnx_fail(c, "\"bilinear\" with \"zeros\" is read");
+    if (c->status == LT_OK)
+        binary(c, lt_grid_sample);
 }
 
 static lt_tensor *image_column(onnx_call *c)
@@ -572,6 +605,8 @@ static const onnx_rule rules[] = {
     { "Gather", 2, 2, " axis ", gather }, { "ReduceSum", 2, 2, " keepdims noop_with_empty_axes ", reduce_sum },
     { "MatMul", 2, 2, "", matmul }, { "Gemm", 2, 3, " alpha beta transA transB ", gemm },
     { "Conv", 2, 3, " kernel_shape strides pads dilations group ", conv },
+    { "ConvTranspose", 2, 3, " kernel_shape strides pads dilations group ", conv_transpose },
+    { "GridSample", 2, 2, " mode padding_mode align_corners ", grid_sample },
     { "MaxPool", 1, 1, " kernel_shape strides pads ceil_mode ", max_pool },
     { "GlobalAveragePool", 1, 1, "", global_average_pool },
     { "Resize", 1, 4, " mode coordinate_transformation_mode nearest_mode ", resize },

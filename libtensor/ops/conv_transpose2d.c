@@ -188,9 +188,19 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const transpose_attr *a = n->attr;
+
+    lt_onnx_same(w, n, "ConvTranspose");
+    lt_onnx_ints(w, "strides", (int64_t[]){ a->stride, a->stride }, 2);
+    lt_onnx_ints(w, "pads", (int64_t[]){ a->pad, a->pad, a->pad, a->pad }, 4);
+}
+
 static const lt_op conv_transpose2d_op = {
     .name = "conv_transpose2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = LT_OPTIONAL_IN(B),
     .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs, .absorb = absorb,
+    .onnx = onnx,
 };
 
 lt_tensor *(lt_conv_transpose2d)(lt_tensor *x, lt_tensor *w, lt_tensor *b, int stride, int pad)

@@ -242,10 +242,49 @@ static int64_t macs(const lt_call *c)
     return s.B * s.T * s.C * s.points * CORNERS;
 }
 
+/* (B heads, T, points, 2) from -1 to 1 between the outer edges of the map, as GridSample has it */
+static const char *sample_places(lt_onnx *w, const lt_node *n, int64_t points)
+{
+    const deformable_attr *a = n->attr;
+    const int64_t T = lt_dim(n->in[LOGIT], 1);
+    const lt_real scale[2] = { (lt_real)(2.0 / a->w), (lt_real)(2.0 / a->h) };
+    const lt_real shift[2] = { (lt_real)(1.0 / a->w - 1), (lt_real)(1.0 / a->h - 1) };
+    const char *place = lt_onnx_reshape(w, lt_onnx_of(w, n->in[OFFSET]), LT_SHAPE(-1, T, a->heads, points, 2));
+    const char *from = lt_onnx_reshape(w, lt_onnx_of(w, n->in[REFERENCE]), LT_SHAPE(T, 1, 2));
+
+    place = LT_ONNX(w, "Add", lt_onnx_transpose(w, place, (int[]){ 0, 2, 1, 3, 4 }, 5), from);
+    place = LT_ONNX(w, "Mul", place, lt_onnx_numbers(w, LT_SHAPE(2), scale));
+    place = LT_ONNX(w, "Add", place, lt_onnx_numbers(w, LT_SHAPE(2), shift));
+    return lt_onnx_reshape(w, place, LT_SHAPE(-1, T, points, 2));
+}
+
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    const deformable_attr *a = n->attr;
+    const int64_t T = lt_dim(n->in[LOGIT], 1), C = lt_dim(n->in[VALUE], 2), heads = a->heads;
+    const int64_t points = lt_dim(n->in[LOGIT], 2) / heads;
+    const char *maps, *share, *y;
+
+    maps = lt_onnx_reshape(w, lt_onnx_of(w, n->in[VALUE]), LT_SHAPE(-1, lt_dim(n->in[VALUE], 1), C));
+    maps = lt_onnx_transpose(w, maps, (int[]){ 0, 2, 1 }, 3);
+    maps = lt_onnx_reshape(w, maps, LT_SHAPE(-1, C / heads, a->h, a->w));
+    y = LT_ONNX(w, "GridSample", maps, sample_places(w, n, points));             /* (B heads, d, T, points) */
+    lt_onnx_text_of(w, "mode", "bilinear");
+    lt_onnx_text_of(w, "padding_mode", "zeros");
+    lt_onnx_int(w, "align_corners", 0);
+    share = LT_ONNX(w, "Softmax", lt_onnx_reshape(w, lt_onnx_of(w, n->in[LOGIT]), LT_SHAPE(-1, T, heads, points)));
+    lt_onnx_int(w, "axis", -1);
+    share = lt_onnx_transpose(w, share, (int[]){ 0, 2, 1, 3 }, 4);
+    share = lt_onnx_reshape(w, share, LT_SHAPE(-1, 1, T, points));
+    y = lt_onnx_sum(w, LT_ONNX(w, "Mul", y, share), 3, false);
+    y = lt_onnx_transpose(w, lt_onnx_reshape(w, y, LT_SHAPE(-1, C, T)), (int[]){ 0, 2, 1 }, 3);
+    lt_onnx_is(w, n->outs[0], y);
+}
+
 static const lt_op deformable_attention_op = {
     .name = "deformable_attention", .flags = LT_OP_ASSIGNS,
     .keeps = LT_KEEP_IN(VALUE) | LT_KEEP_IN(OFFSET) | LT_KEEP_IN(LOGIT) | LT_KEEP_IN(REFERENCE),
-    .infer = infer, .forward = forward, .backward = backward, .macs = macs,
+    .infer = infer, .forward = forward, .backward = backward, .macs = macs, .onnx = onnx,
 };
 
 lt_tensor *(lt_deformable_attention)(lt_tensor *value, lt_tensor *offset, lt_tensor *logit, lt_tensor *reference,

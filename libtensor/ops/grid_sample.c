@@ -215,9 +215,17 @@ static int64_t macs(const lt_call *c)
     return CORNERS * lt_numel(c->out);
 }
 
+static void onnx(lt_onnx *w, const lt_node *n)
+{
+    lt_onnx_same(w, n, "GridSample");
+    lt_onnx_text_of(w, "mode", "bilinear");
+    lt_onnx_text_of(w, "padding_mode", "zeros");
+    lt_onnx_int(w, "align_corners", 0);
+}
+
 static const lt_op grid_sample_op = {
     .name = "grid_sample", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(GRID), .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward, .macs = macs,
+    .forward = forward, .backward = backward, .macs = macs, .onnx = onnx,
 };
 
 lt_tensor *(lt_grid_sample)(lt_tensor *x, lt_tensor *grid)

@@ -4,6 +4,7 @@
 #include "libtensor/base/cpu.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/npz.h"
+#include "tests/ops/onnx_way.h"
 #include "tests/ops/op_run.h"
 
 #include <check.h>
@@ -256,6 +257,17 @@ START_TEST(gradients_one_at_a_time)
 }
 END_TEST
 
+/* ---- the same op elsewhere -------------------------------------------------------------------------- */
+
+START_TEST(through_onnx)
+{
+    const op_suite *s;
+    const op_case *c = case_at(_i, &s);
+
+    check_onnx_way(s, c);
+}
+END_TEST
+
 /* ---- what ops say of wrong shapes ------------------------------------------------------------------ */
 
 START_TEST(bad_input)
@@ -302,6 +314,7 @@ int main(void)
     tcase_add_test(tc, wrong_values_are_noticed);
     tcase_add_loop_test(tc, any_number_of_threads, 0, n_cases());
     tcase_add_loop_test(tc, gradients_one_at_a_time, 0, n_cases());
+    tcase_add_loop_test(tc, through_onnx, 0, n_cases());
     tcase_add_loop_test(tc, bad_input, 0, n_bad_cases());
     suite_add_tcase(suite, tc);
     srunner_run_all(runner, CK_NORMAL);
