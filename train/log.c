@@ -2,6 +2,7 @@
 #include "train/log.h"
 
 #include "libtensor/io/atomic_file.h"
+#include "libtensor/io/events.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 
@@ -58,6 +59,14 @@ static lt_status open_one(lt_arena *arena, const char *folder, const char *name,
     return *out ? LT_OK : lt_error(LT_EIO, "%s: %s", path, strerror(errno));
 }
 
+static lt_status open_events(lt_arena *arena, const char *folder, int64_t step, FILE **out)
+{
+    const char *path = lt_path_join(arena, folder, "tb");
+    const lt_status st = path ? lt_make_dirs(path) : lt_error(LT_ENOMEM, "tb: no memory");
+
+    return st ? st : lt_events_open(arena, path, step, out);
+}
+
 lt_status train_log_open(lt_arena *arena, const char *folder, int64_t step, train_log *out)
 {
     lt_status st;
@@ -66,6 +75,8 @@ lt_status train_log_open(lt_arena *arena, const char *folder, int64_t step, trai
     st = open_one(arena, folder, "log.jsonl", "{\"step\":", step, &out->log);
     if (st == LT_OK)
         st = open_one(arena, folder, "metrics.csv", "", step, &out->metrics);
+    if (st == LT_OK)
+        st = open_events(arena, folder, step, &out->events);
     if (st)
         train_log_close(out);
     return st;
@@ -77,7 +88,9 @@ void train_log_close(train_log *l)
         fclose(l->log);
     if (l->metrics)
         fclose(l->metrics);
-    l->log = l->metrics = NULL;
+    if (l->events)
+        fclose(l->events);
+    l->log = l->metrics = l->events = NULL;
 }
 
 /* ---- writing ------------------------------------------------------------------------------------------ */
@@ -99,6 +112,52 @@ static void parts(FILE *f, const char *const *name, const double *value, int n)
     fprintf(f, "}");
 }
 
+/* ---- the same for TensorBoard --------------------------------------------------------------------------- */
+
+enum { MAX_TAG = 80, MAX_SCALARS = MODEL_PORTS + 8 };
+
+/* Numbers of one step, under tags "group/name" */
+typedef struct {
+    const char *group;
+    lt_event_scalar list[MAX_SCALARS];
+    char tag[MAX_SCALARS][MAX_TAG];
+    int n;
+} curves;
+
+static void curve(curves *c, const char *name, double value)
+{
+    snprintf(c->tag[c->n], MAX_TAG, "%s/%s", c->group, name);
+    c->list[c->n] = (lt_event_scalar){ c->tag[c->n], value };
+    c->n++;
+}
+
+static void step_curves(FILE *f, const train_step_record *r)
+{
+    curves c = { .group = "train" };
+
+    curve(&c, "loss", r->loss);
+    for (int i = 0; i < r->n_parts; i++)
+        curve(&c, r->part_name[i], r->part[i]);
+    curve(&c, "lr", r->lr);
+    curve(&c, "grad_norm", r->grad_norm);
+    curve(&c, "img_per_s", r->img_per_s);
+    lt_events_scalars(f, r->step, c.list, c.n);
+}
+
+static void validation_curves(FILE *f, const train_validation *v)
+{
+    curves c = { .group = "validation" };
+
+    curve(&c, "pa_mpjpe_mm", v->pa_mpjpe_mm);
+    curve(&c, "mpjpe_mm", v->mpjpe_mm);
+    curve(&c, "loss", v->loss);
+    for (int i = 0; i < v->n_parts; i++)
+        curve(&c, v->part_name[i], v->part[i]);
+    lt_events_scalars(f, v->step, c.list, c.n);
+}
+
+/* ---- a step, a validation --------------------------------------------------------------------------------- */
+
 void train_log_step(train_log *l, const train_step_record *r)
 {
     fprintf(l->log, "{\"step\":%" PRId64 ",\"epoch\":%" PRId64, r->step, r->epoch);
@@ -114,6 +173,7 @@ void train_log_step(train_log *l, const train_step_record *r)
     }
     fprintf(l->log, "}\n");
     fflush(l->log);
+    step_curves(l->events, r);
 }
 
 static void csv_heading(FILE *f, const train_validation *v)
@@ -157,13 +217,19 @@ void train_log_validation(train_log *l, const train_validation *v)
         csv_heading(l->metrics, v);
     csv_line(l->metrics, v);
     fflush(l->metrics);
+    validation_curves(l->events, v);
 }
 
 lt_status train_log_flush(train_log *l)
 {
-    if (fflush(l->log) == 0 && fflush(l->metrics) == 0 && !ferror(l->log) && !ferror(l->metrics))
-        return LT_OK;
-    return lt_error(errno == ENOSPC || errno == EFBIG ? LT_ENOSPC : LT_EIO, "log.jsonl: %s", strerror(errno));
+    FILE *const files[] = { l->log, l->metrics, l->events };
+    static const char *const names[] = { "log.jsonl", "metrics.csv", "tb" };
+
+    for (size_t i = 0; i < LT_COUNT(files); i++)
+        if (fflush(files[i]) || ferror(files[i]))
+            return lt_error(errno == ENOSPC || errno == EFBIG ? LT_ENOSPC : LT_EIO, "%s: %s", names[i],
+                            strerror(errno));
+    return LT_OK;
 }
 
 /* ---- spikes ------------------------------------------------------------------------------------------- */

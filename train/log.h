@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What a run writes down as it goes: log.jsonl, one object a line, and metrics.csv, one line for each
- * validation. Both are flushed line by line; going on from a checkpoint cuts off what came after it.
+ * What a run writes down as it goes: log.jsonl, one object a line; metrics.csv, one line for each validation;
+ * and both again as TensorBoard's events. All are flushed line by line; going on from a checkpoint cuts off what
+ * came after it.
  */
 #ifndef TRAIN_LOG_H
 #define TRAIN_LOG_H
@@ -34,15 +35,16 @@ typedef struct {
 } train_validation;
 
 typedef struct {
-    FILE *log, *metrics;
+    FILE *log, *metrics, *events;
     double norm[101];               /* the last gradient norms */
     int n_norms;
 } train_log;
 
 /**
- * train_log_open - append to folder/log.jsonl and folder/metrics.csv
+ * train_log_open - append to folder/log.jsonl and folder/metrics.csv, begin a file in folder/tb
  *
- * Lines of steps after `step`, and a torn last line, are cut off first. End with train_log_close.
+ * Lines of steps after `step`, and a torn last line, are cut off first; TensorBoard is told to forget such events.
+ * End with train_log_close.
  */
 lt_status train_log_open(lt_arena *arena, const char *folder, int64_t step, train_log *out);
 void train_log_close(train_log *l);

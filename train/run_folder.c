@@ -27,6 +27,7 @@ static const char readme[] =
     "log.jsonl     one object a line: each step's losses, learning rate, gradient norm, speed;\n"
     "              each validation's errors; steps that were skipped say for which tensor\n"
     "metrics.csv   one line for each validation; errors in millimetres\n"
+    "tb/           both again for TensorBoard: tensorboard --logdir THIS_FOLDER\n"
     "checkpoints/  step-NNNNNN.safetensors, the newest few; last and best are further names of\n"
     "              two of them; palmar train --resume goes on from the newest sound one\n";
 

@@ -6,6 +6,7 @@
 #include "train/progress.h"
 
 #include <check.h>
+#include <dirent.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -93,6 +94,49 @@ START_TEST(validation_lines)
 }
 END_TEST
 
+/* All of a folder's only file, whatever its name */
+static const char *only_file(const char *folder, size_t *n)
+{
+    DIR *d = opendir(lt_path_join(arena, root, folder));
+    const char *path = NULL;
+    uint8_t *bytes;
+
+    ck_assert_ptr_nonnull(d);
+    for (struct dirent *e; (e = readdir(d)); )
+        if (e->d_name[0] != '.') {
+            ck_assert_ptr_null(path);
+            path = lt_arena_printf(arena, "%s/%s/%s", root, folder, e->d_name);
+        }
+    closedir(d);
+    ck_assert_ptr_nonnull(path);
+    ck_assert_ptr_nonnull(strstr(path, "/events.out.tfevents."));
+    ck_assert_int_eq(lt_read_file(arena, path, LT_FILE_MAX, &bytes, n), LT_OK);
+    return (const char *)bytes;
+}
+
+START_TEST(curves_for_tensorboard)
+{
+    const train_validation v = { .step = 3, .pa_mpjpe_mm = 8.5, .mpjpe_mm = 20, .loss = NAN };
+    static const char *const there[] = { "train/loss", "train/a", "train/lr", "train/img_per_s",
+                                         "validation/pa_mpjpe_mm", "validation/mpjpe_mm" };
+    static const char *const absent[] = { "train/b", "train/grad_norm", "validation/loss" };    /* not finite */
+    const char *bytes;
+    train_log l;
+    size_t n;
+
+    ck_assert_int_eq(train_log_open(arena, root, 0, &l), LT_OK);
+    train_log_step(&l, &one_step);
+    train_log_validation(&l, &v);
+    ck_assert_int_eq(train_log_flush(&l), LT_OK);
+    train_log_close(&l);
+    bytes = only_file("tb", &n);
+    for (size_t i = 0; i < LT_COUNT(there); i++)
+        ck_assert_msg(memmem(bytes, n, there[i], strlen(there[i])), "no curve %s", there[i]);
+    for (size_t i = 0; i < LT_COUNT(absent); i++)
+        ck_assert_msg(!memmem(bytes, n, absent[i], strlen(absent[i])), "a curve %s", absent[i]);
+}
+END_TEST
+
 START_TEST(spikes)
 {
     train_log l = { .n_norms = 0 };
@@ -139,6 +183,7 @@ int main(void)
     tcase_add_test(c, cut_and_append);
     tcase_add_test(c, torn);
     tcase_add_test(c, validation_lines);
+    tcase_add_test(c, curves_for_tensorboard);
     tcase_add_test(c, spikes);
     tcase_add_test(c, plain_progress);
     suite_add_tcase(s, c);
