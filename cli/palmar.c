@@ -26,6 +26,7 @@ static const command commands[] = {
     { "predict", cmd_predict, "images or folders -> overlays, JSON, meshes" },
     { "bench", cmd_bench, "latency, throughput, memory, per-layer profile" },
     { "export", cmd_export, "ONNX or safetensors for other programs, read back and compared" },
+    { "report", cmd_report, "one HTML page of a run" },
     { "info", cmd_info, "what is in this model, checkpoint, dataset, hand file, machine" },
     { "gradcheck", cmd_gradcheck, "check the gradients of ops in double precision" },
 };

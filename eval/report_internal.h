@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Internal: what a report's page is made of.
+ */
+#ifndef EVAL_REPORT_INTERNAL_H
+#define EVAL_REPORT_INTERNAL_H
+
+#include "libtensor/base/arena.h"
+
+#include <stdio.h>
+
+/* html_text - text as text: markup and control bytes are replaced, bytes that are no UTF-8 too */
+void html_text(FILE *f, const char *text);
+
+/* html_markdown - headings, tables and paragraphs of our own table.md */
+void html_markdown(FILE *f, const char *text);
+
+/* html_picture - a PNG inside the page */
+void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what);
+
+/* A curve: y over x, in the order of x */
+typedef struct {
+    const char *name;
+    double *x, *y;
+    int n, cap;
+} report_series;
+
+/* svg_curve - a diagram of its own, means of runs of points where there are many; a logarithmic axis where all values
+ * are above 0 and the largest is 50 times the least */
+void svg_curve(FILE *f, const report_series *s, const char *x_name);
+
+/* svg_histogram - how often values lie where; unit behind the numbers of the axis */
+void svg_histogram(FILE *f, const char *name, const double *value, int n, const char *unit);
+
+#endif
