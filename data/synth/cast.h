@@ -11,7 +11,7 @@
 extern "C" {
 #endif
 
-enum { SYNTH_MAX_TAKES = 1000, SYNTH_MAX_OTHERS = 4 };
+enum { SYNTH_MAX_TAKES = 1660, SYNTH_MAX_OTHERS = 4 };
 
 typedef struct {
     int subject;

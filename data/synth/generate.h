@@ -18,7 +18,7 @@ extern "C" {
 typedef enum {
     SYNTH_TINY,                     /* 2 subjects, 3 objects, 6 sequences of 16 frames */
     SYNTH_SMALL,                    /* 4, 6, 48 of 48 */
-    SYNTH_DEMO,                     /* 3, 4, 480 of 2: as many grasps as a few minutes can make */
+    SYNTH_DEMO,                     /* 3, 4, 1,660 of 2: as many grasps as a few minutes can make */
     SYNTH_DEFAULT,                  /* 10, 10, 200 of 70 */
 } synth_preset;
 

@@ -207,7 +207,7 @@ END_TEST
 
 START_TEST(casts)
 {
-    static const int sequences[] = { 6, 48, 480, 200 }, frames[] = { 96, 2304, 960, 14000 };
+    static const int sequences[] = { 6, 48, 1660, 200 }, frames[] = { 96, 2304, 3320, 14000 };
     synth_cast c;
 
     for (int p = 0; p < (int)LT_COUNT(frames); p++) {
