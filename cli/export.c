@@ -3,7 +3,7 @@
 
 #include "eval/export.h"
 #include "libtensor/io/json.h"
-#include "train/checkpoint.h"
+#include "train/weights.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -31,7 +31,7 @@ static const struct argp_option options[] = {
     { "variant", VARIANT, "NAME", 0, "of --model; default the config's, else full", 0 },
     { "config", 'c', "FILE", 0, "for --model: a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "for --model: override a key of the config, as model.width=16", 0 },
-    { "init", INIT, "FILE", 0, "for --model: weights by name, from safetensors", 0 },
+    { "init", INIT, "FILE", 0, "for --model: weights by name, from safetensors or a checkpoint of PyTorch", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "json", JSON, NULL, 0, "what was written and compared as one JSON object", 0 },
     { 0 },
@@ -174,17 +174,17 @@ static lt_status from_name(const export_args *a)
 {
     cli_hand hand;
     lt_params *params = NULL;
-    checkpoint_match match;
+    weights_report r;
     model m;
     lt_status st = cli_hand_open(a->hand, NULL, &hand);
 
     if (st == LT_OK)
         st = cli_model_new(a->model, a->config, a->set, a->n_set, &hand, &params, &m);
     if (st == LT_OK && a->init)
-        st = checkpoint_init(a->init, &m, &match);
+        st = weights_init(hand.arena, a->init, &m, &r);
     if (st == LT_OK && a->init)
-        fprintf(stderr, "%s: %d arrays loaded, %d missing, %d left over\n", a->init, match.loaded, match.missing,
-                match.left_over);
+        fprintf(stderr, "%s: %s, names of %s: %d arrays loaded, %d missing, %d left over\n", a->init, r.format, r.family,
+                r.n_loaded, r.n_missing, r.n_left_over);
     else if (st == LT_OK)
         fprintf(stderr, "untrained: --init FILE gives weights\n");
     if (st == LT_OK)

@@ -10,7 +10,9 @@
 #include "libtensor/io/npz.h"
 #include "libtensor/io/pickle.h"
 #include "libtensor/io/safetensors.h"
+#include "libtensor/io/torch_file.h"
 #include "libtensor/kernels/kernels.h"
+#include "train/weights.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -18,10 +20,10 @@
 #include <string.h>
 
 enum { MAX_SET = 64 };
-enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES, SETUP, HAND, HAND_LEFT };
+enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES, SETUP, HAND, HAND_LEFT, INIT };
 
 typedef struct {
-    const char *model, *config, *data, *setup, *hand, *hand_left, *file;
+    const char *model, *config, *data, *setup, *hand, *hand_left, *file, *init;
     const char *set[MAX_SET];
     int n_set, samples;
     bool system, json;
@@ -33,6 +35,7 @@ static const struct argp_option options[] = {
     { "variant", VARIANT, "NAME", 0, "of that model", 0 },
     { "config", 'c', "FILE", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key of the config; may be repeated", 0 },
+    { "init", INIT, "FILE", 0, "with --model: what --init FILE of palmar train would load, miss and leave over", 0 },
     { "data", DATA, "DIR", 0, "a dataset: version, splits, objects, a self-test on some samples", 0 },
     { "samples", SAMPLES, "N", 0, "how many samples of each split the self-test reads; default 20; 0: all", 0 },
     { "setup", SETUP, "NAME", 0, "with --data, DexYCB: the splits that are tested, s0 (default) to s3", 0 },
@@ -51,6 +54,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     switch (key) {
     case 'm': a->model = arg; break;
     case 'c': a->config = arg; break;
+    case INIT: a->init = arg; break;
     case DATA: a->data = arg; break;
     case SETUP: a->setup = arg; break;
     case HAND: a->hand = arg; break;
@@ -74,6 +78,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case ARGP_KEY_END:
         if (!a->model && !a->data && !a->file && !a->system)
             argp_error(state, "of what? give a file, --model, --data or --system");
+        if (a->init && !a->model)
+            argp_error(state, "--init goes with --model");
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -82,9 +88,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, "[FILE]",
-    "Tell what is in a model, a checkpoint, a dataset, a hand file, an npz or a pickle.\v"
+    "Tell what is in a model, a checkpoint (ours or PyTorch's), a dataset, a hand file, an npz or a pickle.\v"
     "  palmar info --model hocat --variant full --json\n"
     "  palmar info runs/tiny/checkpoints/last.safetensors\n"
+    "  palmar info --model resnet50 --init resnet50-0676ba61.pth\n"
     "  palmar info --data HO3D_v3\n"
     "  palmar info MANO_RIGHT.pkl", NULL, NULL, NULL,
 };
@@ -160,6 +167,33 @@ static lt_status model_json(const model *m, cJSON *root)
     return LT_OK;
 }
 
+static void add_names(cJSON *root, const char *key, const char **name, int n)
+{
+    cJSON_AddItemToObject(root, key, cJSON_CreateStringArray(name, n));
+}
+
+static lt_status add_init(const char *path, const model *m, cJSON *root)
+{
+    lt_arena *arena = lt_arena_new();
+    weights_report r;
+    lt_status st = arena ? weights_init(arena, path, m, &r) : lt_error(LT_ENOMEM, "no memory to read %s", path);
+
+    if (st == LT_OK) {
+        cJSON *init = cJSON_AddObjectToObject(root, "init");
+
+        cJSON_AddStringToObject(init, "file", path);
+        cJSON_AddStringToObject(init, "format", r.format);
+        cJSON_AddStringToObject(init, "names of", r.family);
+        cJSON_AddNumberToObject(init, "loaded", r.n_loaded);
+        add_names(init, "not in it", r.missing, r.n_missing);
+        add_names(init, "left over", r.left_over, r.n_left_over);
+        if (r.note)
+            cJSON_AddStringToObject(init, "mind", r.note);
+    }
+    lt_arena_free(arena);
+    return st;
+}
+
 static lt_status info_model(const info_args *a, cJSON *root)
 {
     lt_params *params = NULL;
@@ -172,6 +206,8 @@ static lt_status info_model(const info_args *a, cJSON *root)
     st = cli_model_new(a->model, a->config, a->set, a->n_set, &hand, &params, &m);
     if (st == LT_OK)
         st = model_json(&m, root);
+    if (st == LT_OK && a->init)
+        st = add_init(a->init, &m, root);
     lt_params_free(params);
     cli_hand_close(&hand);
     return st;
@@ -182,10 +218,13 @@ static lt_status info_model(const info_args *a, cJSON *root)
 static void add_arrays(cJSON *root, const lt_named_array *entry, size_t n)
 {
     cJSON *list = cJSON_AddObjectToObject(root, "arrays");
-    char shape[LT_SHAPE_TEXT];
+    char shape[LT_SHAPE_TEXT], line[LT_SHAPE_TEXT + 8];
 
-    for (size_t i = 0; i < n; i++)
-        cJSON_AddStringToObject(list, entry[i].name, lt_array_shape_text(&entry[i].array, shape, sizeof(shape)));
+    for (size_t i = 0; i < n; i++) {
+        snprintf(line, sizeof(line), "%s %s", lt_array_shape_text(&entry[i].array, shape, sizeof(shape)),
+                 lt_elem_name(entry[i].array.type));
+        cJSON_AddStringToObject(list, entry[i].name, line);
+    }
 }
 
 static lt_status info_safetensors(lt_arena *arena, const char *path, cJSON *root)
@@ -208,6 +247,22 @@ static lt_status info_safetensors(lt_arena *arena, const char *path, cJSON *root
             cJSON_Delete(value);
     }
     add_arrays(root, s.entry, s.n);
+    return LT_OK;
+}
+
+static lt_status info_torch(lt_arena *arena, const char *path, cJSON *root)
+{
+    static const char *const container[] = {
+        [LT_TORCH_ZIP] = "zip", [LT_TORCH_STREAM] = "stream of pickles", [LT_TORCH_TAR] = "tar",
+    };
+    lt_torch_file f;
+    lt_status st = lt_torch_read(arena, path, &f);
+
+    if (st)
+        return st;
+    cJSON_AddStringToObject(root, "format", "PyTorch checkpoint");
+    cJSON_AddStringToObject(root, "container", container[f.container]);
+    add_arrays(root, f.entry, f.n);
     return LT_OK;
 }
 
@@ -282,9 +337,12 @@ static lt_status info_file(const char *path, cJSON *root)
         st = ends_with(path, ".npz") ? info_npz(arena, path, root) : info_pickle(arena, path, root);
         if (st == LT_OK)
             add_hand_check(arena, path, root);
+    } else if (ends_with(path, ".pth") || ends_with(path, ".pt") || ends_with(path, ".tar") ||
+               ends_with(path, ".ckpt")) {
+        st = info_torch(arena, path, root);
     } else {
-        st = lt_error(LT_EINVAL, "%s: want a file ending in .safetensors, .npz or .pkl, or a dataset with --data",
-                      path);
+        st = lt_error(LT_EINVAL, "%s: want a file ending in .safetensors, .npz, .pkl, .pth, .pt, .ckpt or .pth.tar, "
+                      "or a dataset with --data", path);
     }
     lt_arena_free(arena);
     return st;

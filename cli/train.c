@@ -27,7 +27,7 @@ static const struct argp_option options[] = {
     { "set", SET, "KEY=VALUE", 0, "override a key, as optim.lr=3e-4; may be repeated", 0 },
     { "out", 'o', "DIR", 0, "the run's folder", 0 },
     { "resume", RESUME, "FILE", OPTION_ARG_OPTIONAL, "go on from FILE, or from the newest sound checkpoint of --out", 0 },
-    { "init", INIT, "FILE", 0, "initial weights (safetensors) for the parameters of the same names", 0 },
+    { "init", INIT, "FILE", 0, "initial weights: safetensors, or a checkpoint of PyTorch (.pth, .pt)", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "dry-run", DRY_RUN, NULL, 0, "build everything, check the data, say what it takes, stop", 0 },
     { "quiet", 'q', NULL, 0, "no progress", 0 },

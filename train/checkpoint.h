@@ -50,21 +50,6 @@ lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, che
  */
 lt_status checkpoint_load_model(const char *path, const model *m);
 
-/* What a file of weights had for a model. */
-typedef struct {
-    int loaded;                     /* parameters that got values */
-    int missing;                    /* parameters that did not */
-    int left_over;                  /* arrays that no parameter has the name of */
-} checkpoint_match;
-
-/**
- * checkpoint_init - initial weights by name from any safetensors file
- *
- * An array fits the parameter of its name, or of its name behind one of the model's blocks: "conv1.weight"
- * fits "trunk.conv1.weight". Errors: none fits; a shape that differs, naming both; a number that is not finite.
- */
-lt_status checkpoint_init(const char *path, const model *m, checkpoint_match *out);
-
 /**
  * checkpoint_config - the configuration that a checkpoint carries, as JSON text in the arena, and the step
  * it is of (may be NULL)

@@ -64,17 +64,31 @@ static lt_optim_opts optim_opts(const train_optim_config *o)
     };
 }
 
+static void tell_weights(trainer *t, lt_arena *arena, const weights_report *r)
+{
+    progress_note(&t->progress, "init         %s: %s, names of %s; %d parameters loaded", t->opt->init, r->format,
+                  r->family, r->n_loaded);
+    progress_note(&t->progress, "  not in it  %d: %s", r->n_missing, weights_list(arena, r->missing, r->n_missing));
+    progress_note(&t->progress, "  left over  %d: %s", r->n_left_over,
+                  weights_list(arena, r->left_over, r->n_left_over));
+    if (r->note)
+        progress_note(&t->progress, "  mind       %s", r->note);
+}
+
 static lt_status init_weights(trainer *t)
 {
-    checkpoint_match match;
+    lt_arena *arena;
+    weights_report report;
     lt_status st;
 
     if (!t->opt->init)
         return LT_OK;
-    st = checkpoint_init(t->opt->init, &t->model, &match);
+    arena = lt_arena_new();
+    st = arena ? weights_init(arena, t->opt->init, &t->model, &report)
+               : lt_error(LT_ENOMEM, "%s: no memory", t->opt->init);
     if (st == LT_OK)
-        progress_note(&t->progress, "init         %s: %d parameters loaded, %d without a value in the file, %d of "
-                      "its arrays left over", t->opt->init, match.loaded, match.missing, match.left_over);
+        tell_weights(t, arena, &report);
+    lt_arena_free(arena);
     return st;
 }
 

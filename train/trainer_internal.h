@@ -11,6 +11,7 @@
 #include "train/source.h"
 #include "train/trainer.h"
 #include "train/tree_sum.h"
+#include "train/weights.h"
 
 typedef struct {
     const train_options *opt;

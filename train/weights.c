@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "train/weights.h"
+
+#include "libtensor/io/weights_file.h"
+#include "models/weight_names.h"
+
+#include <math.h>
+#include <string.h>
+
+enum { SHOWN = 8 };
+
+/* Each array of the file beside the parameter that it is for, if any. */
+typedef struct {
+    lt_arena *arena;
+    const model *m;
+    lt_weights_file file;
+    lt_param **param;               /* file.n of them */
+    const char *block;              /* of the model, whose parameters the file's names are; or NULL */
+    weights_report report;
+} match;
+
+static lt_param *param_in(const match *a, const char *block, const char *name)
+{
+    const char *full = lt_arena_printf(a->arena, "%s.%s", block, name);
+
+    return full ? lt_params_find(a->m->params, full) : NULL;
+}
+
+static lt_param *param_named(const match *a, const char *name)
+{
+    lt_param *p = lt_params_find(a->m->params, name);
+
+    return p || !a->block ? p : param_in(a, a->block, name);
+}
+
+static bool ends_with(const char *text, const char *end)
+{
+    const size_t n = strlen(text), m = strlen(end);
+
+    return n >= m && strcmp(text + n - m, end) == 0;
+}
+
+/* What every file of its kind has besides, and no network needs. */
+static bool passed_over(const char *name)
+{
+    return ends_with(name, ".num_batches_tracked") || strncmp(name, "optim.", 6) == 0;
+}
+
+static lt_status check_array(const match *a, const lt_named_array *e, const lt_param *p)
+{
+    char have[160], want[LT_SHAPE_TEXT];
+
+    if (e->array.type == LT_ELEM_TEXT || !lt_array_has_shape(&e->array, p->shape.rank, p->shape.dim))
+        return lt_error(LT_EINVAL, "%s: \"%s\" is %s, the model's \"%s\" is %s", a->file.path, e->name,
+                        lt_array_shape_text(&e->array, have, sizeof(have)), p->name, lt_shape_text(&p->shape, want));
+    for (size_t i = 0; i < lt_array_count(&e->array); i++)
+        if (!isfinite(lt_array_get(&e->array, i)))
+            return lt_error(LT_EFORMAT, "%s: \"%s\" is not finite at %zu", a->file.path, e->name, i);
+    return LT_OK;
+}
+
+static bool is_taken(const match *a, const lt_param *p, size_t before)
+{
+    for (size_t i = 0; i < before; i++)
+        if (a->param[i] == p)
+            return true;
+    return false;
+}
+
+/* The block that most of the names are of: a file is of one network, and two of ours may share a name. */
+static void choose_block(match *a, const weight_family *f)
+{
+    int most = 0;
+
+    for (int b = 0; a->m->cls->blocks[b]; b++) {
+        char name[WEIGHT_NAME];
+        int n = 0;
+
+        for (size_t i = 0; i < a->file.n; i++)
+            n += !passed_over(a->file.entry[i].name) && weight_name(f, a->file.entry[i].name, name) &&
+                 param_in(a, a->m->cls->blocks[b], name);
+        if (n > most) {
+            most = n;
+            a->block = a->m->cls->blocks[b];
+        }
+    }
+}
+
+static lt_status match_one(match *a, const weight_family *f, size_t i)
+{
+    const lt_named_array *e = &a->file.entry[i];
+    char name[WEIGHT_NAME];
+    lt_param *p;
+
+    if (passed_over(e->name))
+        return LT_OK;
+    p = weight_name(f, e->name, name) ? param_named(a, name) : NULL;
+    if (!p) {
+        a->report.left_over[a->report.n_left_over++] = e->name;
+        return LT_OK;
+    }
+    if (is_taken(a, p, i))
+        return lt_error(LT_EFORMAT, "%s: \"%s\" is the second array for \"%s\"", a->file.path, e->name, p->name);
+    a->param[i] = p;
+    a->report.n_loaded++;
+    return check_array(a, e, p);
+}
+
+static lt_status match_all(match *a)
+{
+    const weight_family *f = weight_family_of(a->file.entry, a->file.n);
+    lt_status st = LT_OK;
+
+    a->report.format = a->file.format;
+    a->report.family = f->name;
+    a->report.note = f->note;
+    a->param = lt_arena_array(a->arena, a->file.n, sizeof(*a->param));
+    a->report.left_over = lt_arena_array(a->arena, a->file.n, sizeof(char *));
+    if (!a->param || !a->report.left_over)
+        return lt_error(LT_ENOMEM, "%s: no memory", a->file.path);
+    choose_block(a, f);
+    for (size_t i = 0; !st && i < a->file.n; i++)
+        st = match_one(a, f, i);
+    if (!st && !a->report.n_loaded)
+        st = lt_error(LT_EINVAL, "%s: none of its %zu arrays has the name of a parameter of %s", a->file.path,
+                      a->file.n, a->m->cls->name);
+    return st;
+}
+
+static lt_status list_missing(match *a)
+{
+    int n = 0;
+
+    for (const lt_param *p = lt_params_first(a->m->params); p; p = p->next)
+        n++;
+    a->report.missing = lt_arena_array(a->arena, (size_t)n, sizeof(char *));
+    if (!a->report.missing)
+        return lt_error(LT_ENOMEM, "%s: no memory", a->file.path);
+    for (const lt_param *p = lt_params_first(a->m->params); p; p = p->next)
+        if (!is_taken(a, p, a->file.n))
+            a->report.missing[a->report.n_missing++] = p->name;
+    return LT_OK;
+}
+
+lt_status weights_init(lt_arena *arena, const char *path, const model *m, weights_report *out)
+{
+    match a = { .arena = arena, .m = m };
+    lt_status st = lt_weights_read(arena, path, &a.file);
+
+    if (!st)
+        st = match_all(&a);
+    if (!st)
+        st = list_missing(&a);
+    if (st)
+        return st;
+    for (size_t i = 0; i < a.file.n; i++)
+        for (size_t k = 0; a.param[i] && k < lt_array_count(&a.file.entry[i].array); k++)
+            a.param[i]->data[k] = (lt_real)lt_array_get(&a.file.entry[i].array, k);
+    *out = a.report;
+    return LT_OK;
+}
+
+const char *weights_list(lt_arena *arena, const char *const *name, int n)
+{
+    const char *line = n ? name[0] : "none";
+
+    for (int i = 1; line && i < n && i < SHOWN; i++)
+        line = lt_arena_printf(arena, "%s, %s", line, name[i]);
+    if (line && n > SHOWN)
+        line = lt_arena_printf(arena, "%s and %d more", line, n - SHOWN);
+    return line ? line : "";
+}
