@@ -390,7 +390,7 @@ static void op_string(lt_pmachine *m)
 static void op_unicode(lt_pmachine *m)
 {
     size_t n, used = 0;
-    const char *p = take_line(m, &n), *end = p + n;
+    const char *p = take_line(m, &n), *end = p ? p + n : NULL;
     char *out = p ? lt_pm_alloc(m, 2 * n + LT_UTF8_MAX) : NULL;
 
     while (out && p < end) {

@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: Apache-2.0
+# The fuzzer, built by scripts/fuzz in a folder of its own: the readers and what they stand on, with clang's
+# libFuzzer and sanitizers.
+#   make -f ROOT/tests/fuzz/fuzz.mk ROOT=...
+CC = clang
+SAN = -fsanitize=address,undefined -fno-sanitize-recover=undefined
+LIBS = libzip libpng libjpeg libcjson yajl yaml-0.1 zlib
+CFLAGS = -std=gnu11 -g -O2 -fno-omit-frame-pointer -DPALMAR_LIBDIR='""' $(SAN) -I$(ROOT) -I. \
+	$(shell pkg-config --cflags $(LIBS))
+LIBTENSOR = $(wildcard $(ROOT)/libtensor/base/*.c $(ROOT)/libtensor/io/*.c)
+TARGETS = $(addprefix $(ROOT)/tests/fuzz/,mutate_pickle.c mutate_png.c mutate_zip.c seeds.c targets.c)
+objects = $(patsubst $(ROOT)/%.c,%.o,$(1))
+COMMON = $(call objects,$(LIBTENSOR) $(TARGETS))
+
+all: fuzz replay
+
+fuzz: tests/fuzz/libfuzzer.o $(COMMON)
+	$(CC) -fsanitize=fuzzer $(SAN) -o $@ $^ $(shell pkg-config --libs $(LIBS)) -ldl -lm
+
+replay: tests/fuzz/replay.o $(COMMON)
+	$(CC) $(SAN) -o $@ $^ $(shell pkg-config --libs $(LIBS)) -ldl -lm
+
+# Comparisons are not traced: the mutators know the words, and it makes pickles three times slower.
+$(call objects,$(LIBTENSOR)): COVERAGE = -fsanitize-coverage=inline-8bit-counters,pc-table
+
+# What configure would find out is of no matter here.
+config.h:
+	: >$@
+
+$(COMMON) tests/fuzz/libfuzzer.o tests/fuzz/replay.o: %.o: $(ROOT)/%.c $(ROOT)/tests/fuzz/fuzz.mk config.h
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) $(COVERAGE) -MMD -c -o $@ $<
+
+-include $(patsubst %.o,%.d,$(COMMON))

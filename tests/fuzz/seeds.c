@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What fuzzing starts from: the test vectors, which our scripts made, and small files of every kind. */
+#include "tests/fuzz/fuzz.h"
+
+#include "tests/io/io_vectors.h"
+#include "tests/io/torch_vectors.h"
+
+#include <string.h>
+
+#define BYTES(target, name) { target, #name, name, sizeof(name) }
+
+static const struct {
+    const char *target, *name;
+    const uint8_t *bytes;
+    size_t n;
+} vectors[] = {
+    BYTES("pickle", pickle_0), BYTES("pickle", pickle_1), BYTES("pickle", pickle_2), BYTES("pickle", pickle_3),
+    BYTES("pickle", pickle_4), BYTES("pickle", pickle_5), BYTES("pickle", pickle_expressions),
+    BYTES("pickle", pickle_evil_0), BYTES("pickle", pickle_evil_2), BYTES("pickle", pickle_evil_4),
+    BYTES("pickle", pickle_loop), BYTES("pickle", pickle_objects),
+    BYTES("npz", npz_deflated), BYTES("npz", npz_stored),
+    BYTES("npy", npy_fortran), BYTES("npy", npy_v2), BYTES("npy", npy_v3), BYTES("npy", npy_complex),
+    BYTES("npy", npy_struct),
+    BYTES("png", png_gray), BYTES("png", png_deep), BYTES("png", png_bits), BYTES("png", png_rgb),
+    BYTES("png", png_palette), BYTES("png", png_gray_alpha), BYTES("png", bmp_rgb),
+    BYTES("jpeg", jpeg_gray), BYTES("jpeg", jpeg_cmyk), BYTES("jpeg", jpeg_progressive),
+    BYTES("jpeg", jpeg_progressive_rgb),
+    BYTES("torch", torch_zip), BYTES("torch", torch_stream), BYTES("torch", torch_wrapped),
+    BYTES("torch", torch_module), BYTES("torch", torch_module_stream), BYTES("torch", torch_tar),
+    BYTES("torch", torch_other_order), BYTES("torch", torch_bomb), BYTES("torch", torch_sparse),
+    BYTES("torch", torch_complex), BYTES("torch", torch_script),
+    BYTES("hand_file", npz_deflated), BYTES("hand_file", pickle_expressions), BYTES("hand_file", pickle_4),
+};
+
+#define TEXT(target, name, text) { target, name, text, sizeof(text) - 1 }
+
+static const struct {
+    const char *target, *name, *text;
+    size_t n;
+} texts[] = {
+    TEXT("safetensors", "two", "\x78\0\0\0\0\0\0\0{\"t\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[0,8]},"
+         "\"__metadata__\":{\"format\":\"pt\"},\"h\":{\"dtype\":\"BF16\",\"shape\":[1,2],\"data_offsets\":[8,12]}}"
+         "\0\0\xc0\x3f\0\0\0\xc0\x80\x3f\x20\xc0"),
+    TEXT("safetensors", "one", "\x38\0\0\0\0\0\0\0{\"t\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[0,8]}}  "
+         "\0\0\xc0\x3f\0\0\0\xc0"),
+    TEXT("json", "words", "{\"NaN\": [1, NaN, \"NaN, -Infinity\", -2,-Infinity,Infinity, NaN], \"b\": -0.5}"),
+    TEXT("json", "kinds", "{\"name\": \"r\\u00e9s\\n\", \"list\": [1, -2.5e3, true, null], \"in\": {\"x\": {}}}"),
+    TEXT("yaml", "meta", "# of a sequence\nextrinsics: '20200702_151821'\nmano_calib:\n- 20200514-subject-01\n"
+         "mano_sides:\n- right\nnum_frames: 72\nycb_ids: [2, 8, 15]\n"),
+    TEXT("yaml", "intrinsics", "color:\n  fx: 613.0\n  fy: 611.9\n  ppx: 3.1e2\n  ppy: 245\n---\nx: !!python/tuple [1]\n"),
+    TEXT("exif", "little", "\xff\xd8\xff\xe1\0\x40" "Exif\0\0II\x2a\0\x08\0\0\0\2\0\x12\1\3\0\1\0\0\0\6\0\0\0"
+         "\x69\x87\4\0\1\0\0\0\x26\0\0\0\0\0\0\0\1\0\5\xa4\3\0\1\0\0\0\x1c\0\0\0\0\0\0\0\xff\xda\0\x08\1\1\0\0\x3f\0"),
+    TEXT("exif", "big", "\xff\xd8\xff\xe0\0\4JF\xff\xe1\0\x22" "Exif\0\0MM\0\x2a\0\0\0\x08\0\1\xa4\5\0\3\0\0\0\1"
+         "\0\x32\0\0\0\0\0\0"),
+    TEXT("obj", "square", "# a square\nmtllib box.mtl\no thing\nusemtl skin\nv 0 0 0\nv 1 0 0\nv 1 1 0\r\nv 0 1 \\\n 0\n"
+         "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf -4/1/1 -3/2/1 -2/4/-1\n"),
+    TEXT("obj", "colours", "v 0 0 0 1 0 0\nv 1 0 0 .5 0 1\nv 1 1 0 1 1 1\nf 1//1 2//1 3//1\nvn 0 0 1\ns off\n"),
+    TEXT("mtl", "two", "newmtl other\nmap_Kd no.png\nnewmtl skin\nKd 1 1 1\nmap_Kd -s 1 1 skin.png \r\n"),
+    TEXT("xyz", "two", "# points\n0.1 -2e-3 5\n\n1 2 3 255 0 0\n"),
+};
+
+void fuzz_seeds(fuzz_put_fn *put)
+{
+    for (size_t i = 0; i < sizeof(vectors) / sizeof(vectors[0]); i++)
+        put(vectors[i].target, vectors[i].name, vectors[i].bytes, vectors[i].n);
+    for (size_t i = 0; i < sizeof(texts) / sizeof(texts[0]); i++)
+        put(texts[i].target, texts[i].name, (const uint8_t *)texts[i].text, texts[i].n);
+}

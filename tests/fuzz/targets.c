@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is fuzzed: each reader with the code behind it that trusts it. */
+#define _GNU_SOURCE                     /* memfd_create */
+#include "tests/fuzz/fuzz.h"
+
+#include "libtensor/io/exif.h"
+#include "libtensor/io/hand_file.h"
+#include "libtensor/io/image.h"
+#include "libtensor/io/json.h"
+#include "libtensor/io/mesh_io.h"
+#include "libtensor/io/npy.h"
+#include "libtensor/io/npz.h"
+#include "libtensor/io/pickle.h"
+#include "libtensor/io/pickle_dense.h"
+#include "libtensor/io/safetensors.h"
+#include "libtensor/io/torch_file.h"
+#include "libtensor/io/yaml.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+/* Whatever a reader gives out is looked at, so that the sanitizers see it all. */
+static volatile double sink;
+
+static void look_at(const lt_array *a)
+{
+    const size_t n = lt_array_count(a);
+
+    for (size_t i = 0; i < n; i++) {
+        if (a->type == LT_ELEM_TEXT)
+            sink = (double)strlen(lt_array_text(a, i));
+        else
+            sink = lt_array_get(a, i) + (double)lt_array_int(a, i);
+    }
+}
+
+static void look_at_all(const lt_named_array *entry, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        sink = (double)strlen(entry[i].name);
+        look_at(&entry[i].array);
+    }
+}
+
+/* For readers that want a file: one in memory, with a path. */
+typedef struct {
+    int fd;
+    char path[32];
+} memory_file;
+
+static memory_file memory_file_of(const void *bytes, size_t n)
+{
+    memory_file f = { .fd = memfd_create("fuzz", MFD_CLOEXEC) };
+
+    if (f.fd < 0 || write(f.fd, bytes, n) != (ssize_t)n)
+        abort();
+    snprintf(f.path, sizeof(f.path), "/proc/self/fd/%d", f.fd);
+    return f;
+}
+
+/* ---- the readers ---------------------------------------------------------------------------------- */
+
+static void run_pickle(const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    const lt_pvalue *v;
+    float numbers[48];
+
+    if (lt_pickle_parse(arena, "x.pkl", bytes, n, &v) == LT_OK) {
+        lt_pfloats(v, "x", numbers, 48);
+        for (size_t i = 0; v->kind == LT_PDICT && i < v->n; i++) {
+            lt_array a;
+
+            sink = lt_pstr(v->u.item[2 * i]) ? 1 : 0;
+            if (lt_pickle_dense(arena, v->u.item[2 * i + 1], &a) == LT_OK)
+                look_at(&a);
+        }
+    }
+    lt_arena_free(arena);
+}
+
+static void run_torch(const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+
+    if (lt_torch_parse(arena, "x.pth", bytes, n, &f) == LT_OK)
+        look_at_all(f.entry, f.n);
+    lt_arena_free(arena);
+}
+
+static void run_npy(const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_array a;
+
+    if (lt_npy_parse(arena, "x.npy", bytes, n, &a) == LT_OK)
+        look_at(&a);
+    lt_arena_free(arena);
+}
+
+static void run_npz(const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_npz z;
+
+    if (lt_npz_parse(arena, "x.npz", bytes, n, &z) == LT_OK)
+        look_at_all(z.entry, z.n);
+    lt_arena_free(arena);
+}
+
+static void run_safetensors(const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_safetensors s;
+
+    if (lt_safetensors_parse(arena, "x.safetensors", bytes, n, &s) == LT_OK) {
+        look_at_all(s.entry, s.n);
+        sink = lt_safetensors_meta(&s, "format") ? 1 : 0;
+    }
+    lt_arena_free(arena);
+}
+
+static void run_json(const uint8_t *bytes, size_t n)
+{
+    cJSON *root;
+
+    if (lt_json_parse("x.json", (const char *)bytes, n, &root) == LT_OK) {
+        FILE *null = fopen("/dev/null", "w");
+
+        lt_json_print(null, root);
+        fclose(null);
+        cJSON_Delete(root);
+    }
+}
+
+static void run_yaml(const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    const lt_yaml *v, *inner;
+    double x[12];
+
+    if (lt_yaml_parse(arena, "x.yml", bytes, n, &v) == LT_OK)
+        for (v = v->first; v; v = v->next)
+            if (lt_yaml_numbers(v, x, 12) && lt_yaml_get(v, "color", &inner) == LT_OK)
+                lt_yaml_list(inner, -1);
+    lt_arena_free(arena);
+}
+
+static void run_image(const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_image img, rgb;
+
+    if (lt_image_decode(arena, "x", bytes, n, &img) == LT_OK && lt_image_to_rgb8(arena, &img, &rgb) == LT_OK)
+        for (size_t i = 0; i < lt_image_bytes(&rgb); i += 61)
+            sink = rgb.data[i];
+    lt_arena_free(arena);
+}
+
+static bool starts(const uint8_t *bytes, size_t n, const char *magic)
+{
+    return n >= strlen(magic) && memcmp(bytes, magic, strlen(magic)) == 0;
+}
+
+/* OpenCV's formats are not ours: only what begins as PNG and JPEG do. */
+static void run_png(const uint8_t *bytes, size_t n)
+{
+    if (starts(bytes, n, "\x89PNG"))
+        run_image(bytes, n);
+}
+
+static void run_jpeg(const uint8_t *bytes, size_t n)
+{
+    if (starts(bytes, n, "\xff\xd8\xff"))
+        run_image(bytes, n);
+}
+
+static void run_exif(const uint8_t *bytes, size_t n)
+{
+    const lt_exif e = lt_exif_read(bytes, n);
+
+    sink = lt_exif_focal_px(&e, 640, 480);
+}
+
+static void look_at_mesh(const lt_mesh *m)
+{
+    for (int i = 0; i < m->n_faces; i++)
+        for (int k = 0; k < 3; k++)
+            sink = m->vertex[m->face[i][k]][k];
+    for (int i = 0; i < m->n_vertices; i++)
+        sink = (m->uv ? m->uv[i][1] : 0) + (m->normal ? m->normal[i][2] : 0) + (m->color ? m->color[i][2] : 0);
+}
+
+static void run_obj(const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    lt_arena *arena = lt_arena_new();
+    lt_mesh mesh;
+
+    if (lt_obj_read(arena, f.path, &mesh, NULL) == LT_OK)
+        look_at_mesh(&mesh);
+    lt_arena_free(arena);
+    close(f.fd);
+}
+
+/* A mesh whose material library is the input: both are in the folder of open files. */
+static void run_mtl(const uint8_t *bytes, size_t n)
+{
+    const memory_file library = memory_file_of(bytes, n);
+    char text[128];
+    lt_arena *arena = lt_arena_new();
+    const char *texture;
+    memory_file f;
+    lt_mesh mesh;
+
+    snprintf(text, sizeof(text), "mtllib %d\nusemtl skin\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", library.fd);
+    f = memory_file_of(text, strlen(text));
+    if (lt_obj_read(arena, f.path, &mesh, &texture) != LT_OK)
+        abort();                                    /* the library may be wrong, the mesh is not */
+    sink = texture ? (double)strlen(texture) : 0;
+    lt_arena_free(arena);
+    close(f.fd);
+    close(library.fd);
+}
+
+static void run_xyz(const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    lt_arena *arena = lt_arena_new();
+    float (*points)[3];
+    size_t count;
+
+    if (lt_xyz_read(arena, f.path, &points, &count) == LT_OK)
+        for (size_t i = 0; i < count; i++)
+            sink = points[i][2];
+    lt_arena_free(arena);
+    close(f.fd);
+}
+
+static void run_hand_file(const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    lt_arena *arena = lt_arena_new();
+    lt_hand_model *hand;
+
+    if (lt_hand_model_read(arena, f.path, &hand) == LT_OK)
+        sink = hand->v_template[0][0];
+    lt_arena_free(arena);
+    close(f.fd);
+}
+
+const fuzz_target fuzz_targets[] = {
+    { "pickle", run_pickle, fuzz_pickle, 4096 },
+    { "torch", run_torch, fuzz_torch, 8192 },
+    { "npy", run_npy, NULL, 4096 },
+    { "npz", run_npz, fuzz_zip, 4096 },
+    { "safetensors", run_safetensors, NULL, 4096 },
+    { "json", run_json, NULL, 4096 },
+    { "yaml", run_yaml, NULL, 4096 },
+    { "png", run_png, fuzz_png, 4096 },
+    { "jpeg", run_jpeg, NULL, 4096 },
+    { "exif", run_exif, NULL, 4096 },
+    { "obj", run_obj, NULL, 4096 },
+    { "mtl", run_mtl, NULL, 4096 },
+    { "xyz", run_xyz, NULL, 4096 },
+    { "hand_file", run_hand_file, fuzz_torch, 32768 },
+    { 0 },
+};
+
+const fuzz_target *fuzz_find(const char *name)
+{
+    for (const fuzz_target *t = fuzz_targets; t->name; t++)
+        if (strcmp(t->name, name) == 0)
+            return t;
+    return NULL;
+}
