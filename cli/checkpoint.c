@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "data/hands.h"
 #include "libtensor/io/file.h"
 #include "train/checkpoint.h"
 
+#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -54,6 +56,8 @@ static lt_status read_model(cli_checkpoint *c, const char *hand)
     st = cli_hand_open(hand, NULL, &c->hand);
     if (st)
         return st;
+    if (c->hand.model->synthetic)
+        fprintf(stderr, "hand: %s\n", hands_note());
     c->params = lt_params_new();
     st = c->params ? train_config_model(&c->config, c->hand.layer, c->params, &c->m)
                    : lt_error(LT_ENOMEM, "no memory for the model");

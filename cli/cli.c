@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "data/synth/hand.h"
+#include "data/hands.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/io/hand_file.h"
 #include "libtensor/io/json.h"
 
 #include <cjson/cJSON.h>
@@ -116,28 +115,21 @@ void cli_progress(const char *what, int64_t done, int64_t total)
 
 /* ---- hands and models ----------------------------------------------------------------------------------- */
 
-static lt_status read_hand(const char *path, cli_hand *h)
-{
-    if (path) {
-        h->name = path;
-        return lt_hand_model_read(h->arena, path, &h->model);
-    }
-    h->name = "embedded synthetic hand";
-    return synth_hand_new(h->arena, SYNTH_HAND_MANO_LIKE, &h->model);
-}
-
 lt_status cli_hand_open(const char *path, const int *tips, cli_hand *h)
 {
+    hands both;
     lt_status st;
 
     *h = (cli_hand){ .arena = lt_arena_new() };
     if (!h->arena)
         return lt_error(LT_ENOMEM, "no memory for the hand model");
-    if (!path && getenv("PALMAR_HAND") && *getenv("PALMAR_HAND"))
-        path = getenv("PALMAR_HAND");
-    st = read_hand(path, h);
-    if (st == LT_OK)
+    st = hands_open(h->arena, path, &both);
+    if (st == LT_OK) {
+        h->model = both.right;
+        h->left = both.left;
+        h->name = both.name;
         st = lt_hand_layer_new(h->arena, h->model, tips ? tips : lt_hand_tips_ho3d, &h->layer);
+    }
     if (st)
         cli_hand_close(h);
     return st;

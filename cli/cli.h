@@ -51,13 +51,13 @@ void cli_progress(const char *what, int64_t done, int64_t total);
 /* What a model needs to be built: the hand it poses. */
 typedef struct {
     lt_arena *arena;
-    lt_hand_model *model;
+    lt_hand_model *model, *left;    /* the right hand; the left one's file, or NULL */
     lt_hand_layer *layer;
     const char *name;               /* "embedded synthetic hand", or the file's name */
 } cli_hand;
 
 /**
- * cli_hand_open - the hand model from path; NULL: $PALMAR_HAND, else the embedded one, said on stderr
+ * cli_hand_open - hands_open, and the layer that poses the right hand
  *
  * tips NULL: HO3D's. cli_hand_close frees it.
  */

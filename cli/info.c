@@ -5,6 +5,7 @@
 #include <config.h>
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan.h"
+#include "libtensor/io/body_file.h"
 #include "libtensor/io/hand_file.h"
 #include "libtensor/io/json.h"
 #include "libtensor/io/npz.h"
@@ -293,27 +294,40 @@ static lt_status info_pickle(lt_arena *arena, const char *path, cJSON *root)
     for (size_t i = 0; v->kind == LT_PDICT && i < v->n; i++) {
         const char *key = lt_pstr(v->u.item[2 * i]);
         const lt_pvalue *item = v->u.item[2 * i + 1];
-        char shape[LT_SHAPE_TEXT];
+        char shape[LT_SHAPE_TEXT], line[LT_SHAPE_TEXT + 8];
 
-        if (key && item->kind == LT_PARRAY)
-            cJSON_AddStringToObject(keys, key, lt_array_shape_text(item->u.array, shape, sizeof(shape)));
-        else if (key)
+        if (key && item->kind == LT_PARRAY) {
+            snprintf(line, sizeof(line), "%s %s", lt_array_shape_text(item->u.array, shape, sizeof(shape)),
+                     lt_elem_name(item->u.array->type));
+            cJSON_AddStringToObject(keys, key, line);
+        } else if (key) {
             cJSON_AddStringToObject(keys, key, item->kind == LT_POBJECT ? item->u.object.class_name : kind[item->kind]);
+        }
     }
     return LT_OK;
 }
 
-/* A hand file is checked as well: all arrays there, of the right shapes. */
+/* What a model of a hand lacks is told; of a body, where the hand's keys are not what it has. */
 static void add_hand_check(lt_arena *arena, const char *path, cJSON *root)
 {
+    char reason[1024];
     lt_hand_model *hand;
+    lt_body_model *body;
 
-    if (lt_hand_model_read(arena, path, &hand)) {
-        cJSON_AddStringToObject(root, "hand model", lt_last_error());
+    if (lt_hand_model_read(arena, path, &hand) == LT_OK) {
+        cJSON_AddStringToObject(root, "hand model", hand->synthetic ? "complete, synthetic" : "complete");
+        cJSON_AddStringToObject(root, "side", hand->left ? "left" : "right");
         return;
     }
-    cJSON_AddStringToObject(root, "hand model", hand->synthetic ? "complete, synthetic" : "complete");
-    cJSON_AddStringToObject(root, "side", hand->left ? "left" : "right");
+    snprintf(reason, sizeof(reason), "%s", lt_last_error());
+    if (lt_body_model_read(arena, path, &body) == LT_OK) {
+        cJSON_AddStringToObject(root, "body model", "complete");
+        cJSON_AddNumberToObject(root, "shape directions", body->shapes);
+        cJSON_AddNumberToObject(root, "expressions", body->expressions);
+    } else {
+        cJSON_AddStringToObject(root, "hand model", reason);
+        cJSON_AddStringToObject(root, "body model", lt_last_error());
+    }
 }
 
 static bool ends_with(const char *text, const char *end)

@@ -207,8 +207,9 @@ static void describe_data(trainer *t)
                   s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
                   s->check_count, s->evaluation ? "of evaluation" : "held back");
     progress_note(&t->progress, "hand         %s%s, finger tips %.2f mm from the annotated",
-                  *t->config.data.hand ? t->config.data.hand : "embedded",
-                  s->hand->synthetic ? " (synthetic)" : "", s->tips_rms_mm);
+                  s->hands.name, s->hand->synthetic && !s->hands.embedded ? " (synthetic)" : "", s->tips_rms_mm);
+    if (s->hands.embedded)
+        progress_note(&t->progress, "             %s", hands_note());
     progress_note(&t->progress, "steps        %" PRId64 " of %d samples in %d shard%s, %" PRId64 " an epoch",
                   t->total_steps, o->batch, o->shards, o->shards > 1 ? "s" : "", t->steps_of_epoch);
 }

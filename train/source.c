@@ -2,22 +2,10 @@
 #include "train/source.h"
 
 #include "data/open.h"
-#include "data/synth/hand.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/hand_file.h"
 
 #include <unistd.h>
-
-lt_status train_hand_read(lt_arena *arena, const char *path, const lt_hand_model **out)
-{
-    lt_hand_model *hand;
-    const lt_status st = *path ? lt_hand_model_read(arena, path, &hand)
-                               : synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand);
-
-    if (st == LT_OK)
-        *out = hand;
-    return st;
-}
 
 /* What validation looks at: HO3D's evaluation joints came years after the data, and where they are not, it takes
  * training samples; DexYCB has a split for it. NULL: there is none. */
@@ -49,7 +37,7 @@ static lt_status open_datasets(lt_arena *arena, const train_config *c, train_sou
     st = dataset_find_layout(c->data.dir, &layout);
     if (!st && *c->data.hand_left)
         st = lt_hand_model_read(arena, c->data.hand_left, &left);
-    o.left = left;
+    o.left = left ? left : s->hands.left;
     if (!st)
         st = dataset_open(&o, &s->train);
     if (st || !validates(c))
@@ -96,7 +84,8 @@ lt_status train_source_open(lt_arena *arena, const train_config *c, train_source
     lt_status st;
 
     *out = (train_source){ 0 };
-    st = train_hand_read(arena, c->data.hand, &out->hand);
+    st = hands_open(arena, c->data.hand, &out->hands);
+    out->hand = out->hands.right;
     if (st == LT_OK)
         st = open_datasets(arena, c, out);
     if (st == LT_OK)

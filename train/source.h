@@ -6,9 +6,11 @@
 #define TRAIN_SOURCE_H
 
 #include "data/hand_object.h"
+#include "data/hands.h"
 #include "train/config.h"
 
 typedef struct {
+    hands hands;                    /* of the files, or embedded; hand is the right one */
     const lt_hand_model *hand;
     const lt_hand_layer *layer;
     dataset *train, *evaluation;    /* evaluation: NULL when validation takes the end of training */
@@ -24,13 +26,10 @@ typedef struct {
  *   arena   owns the hand
  *
  * End with train_source_close, also after a failure. Errors: no data folder given; those of ho3d_open,
- * dataset_check_tips and lt_hand_model_read.
+ * dataset_check_tips and hands_open.
  */
 lt_status train_source_open(lt_arena *arena, const train_config *c, train_source *out);
 void train_source_close(train_source *s);
-
-/* train_hand_read - the hand of a file, or the embedded one for "" */
-lt_status train_hand_read(lt_arena *arena, const char *path, const lt_hand_model **out);
 
 /* train_source_sizes - the sides of crops and masks, once the model is made */
 void train_source_sizes(train_source *s, const model *m);

@@ -4,145 +4,52 @@
  */
 #include "libtensor/io/hand_file.h"
 
-#include "libtensor/io/file.h"
-#include "libtensor/io/npz.h"
-#include "libtensor/io/pickle.h"
-#include "libtensor/io/pickle_dense.h"
+#include "libtensor/io/keyed_arrays.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-/* Where arrays come from: exactly one of the two. */
-typedef struct {
-    lt_arena *arena;                    /* scratch */
-    const char *path;
-    const lt_npz *npz;
-    const lt_pvalue *dict;
-} source;
-
-/* False, and no error, when the key is not there. */
-static bool has_key(const source *s, const char *key)
-{
-    return s->npz ? lt_npz_find(s->npz, key) != NULL : !lt_pis_none(lt_pdict_get(s->dict, key));
-}
-
-static lt_status get_array(const source *s, const char *key, lt_array *out)
-{
-    const lt_array *a;
-    lt_status st;
-
-    if (s->npz) {
-        st = lt_npz_get(s->npz, key, &a);
-        if (st)
-            return st;
-        if (a->type == LT_ELEM_TEXT)
-            return lt_error(LT_EFORMAT, "%s: \"%s\": text, want numbers", s->path, key);
-        *out = *a;
-        return LT_OK;
-    }
-    if (!has_key(s, key))
-        return lt_error(LT_EFORMAT, "%s: no \"%s\", which a hand model must have", s->path, key);
-    st = lt_pickle_dense(s->arena, lt_pdict_get(s->dict, key), out);
-    return st ? lt_error_prefix(st, "%s: \"%s\"", s->path, key) : LT_OK;
-}
-
-/* The array under key, of exactly this shape; -1 matches any. */
-static lt_status get_shaped(const source *s, const char *key, int rank, const int64_t *shape, lt_array *out)
-{
-    const lt_array want = lt_array_make(LT_ELEM_F4, rank, shape, NULL);
-    char found[96], wanted[96];
-    lt_status st = get_array(s, key, out);
-
-    if (st || lt_array_has_shape(out, rank, shape))
-        return st;
-    return lt_error(LT_EFORMAT, "%s: \"%s\": shape %s, want %s", s->path, key,
-                    lt_array_shape_text(out, found, sizeof(found)),
-                    lt_array_shape_text(&want, wanted, sizeof(wanted)));
-}
-
-static lt_status get_floats(const source *s, const char *key, int rank, const int64_t *shape, float *out)
-{
-    lt_array a;
-    lt_status st = get_shaped(s, key, rank, shape, &a);
-    const size_t n = st ? 0 : lt_array_count(&a);
-
-    lt_array_to_float(&a, out, n);
-    for (size_t i = 0; i < n; i++)
-        if (!isfinite(out[i]))
-            return lt_error(LT_EFORMAT, "%s: \"%s\": element %zu is not finite", s->path, key, i);
-    return st;
-}
-
 /* The first 10 of however many directions the file has. */
-static lt_status get_shapedirs(const source *s, lt_hand_model *m)
+static lt_status get_shapedirs(const lt_keyed *k, lt_hand_model *m)
 {
     lt_array a;
-    lt_status st = get_shaped(s, "shapedirs", 3, (int64_t[]){ LT_HAND_VERTICES, 3, -1 }, &a);
+    lt_status st = lt_keyed_get(k, "shapedirs", 3, (int64_t[]){ LT_HAND_VERTICES, 3, -1 }, &a);
     float *out = &m->shapedirs[0][0][0];
 
     if (st)
         return st;
     if (a.shape[2] < LT_HAND_BETAS)
-        return lt_error(LT_EFORMAT, "%s: \"shapedirs\": %lld directions, want at least %d", s->path,
+        return lt_error(LT_EFORMAT, "%s: \"shapedirs\": %lld directions, want at least %d", k->path,
                         (long long)a.shape[2], LT_HAND_BETAS);
     for (size_t row = 0; row < LT_HAND_VERTICES * 3; row++) {
-        for (size_t k = 0; k < LT_HAND_BETAS; k++, out++) {
-            *out = (float)lt_array_get(&a, row * (size_t)a.shape[2] + k);
+        for (size_t b = 0; b < LT_HAND_BETAS; b++, out++) {
+            *out = (float)lt_array_get(&a, row * (size_t)a.shape[2] + b);
             if (!isfinite(*out))
-                return lt_error(LT_EFORMAT, "%s: \"shapedirs\": a number is not finite", s->path);
+                return lt_error(LT_EFORMAT, "%s: \"shapedirs\": a number is not finite", k->path);
         }
     }
     return LT_OK;
 }
 
-static lt_status get_faces(const source *s, lt_hand_model *m)
-{
-    lt_array a;
-    lt_status st = get_shaped(s, "f", 2, (int64_t[]){ LT_HAND_FACES, 3 }, &a);
-
-    for (size_t i = 0; !st && i < LT_HAND_FACES * 3; i++) {
-        const int64_t v = lt_array_int(&a, i);
-
-        if (v < 0 || v >= LT_HAND_VERTICES)
-            return lt_error(LT_EFORMAT, "%s: \"f\": vertex %lld in triangle %zu, want 0 to %d", s->path,
-                            (long long)v, i / 3, LT_HAND_VERTICES - 1);
-        m->faces[i / 3][i % 3] = (int32_t)v;
-    }
-    return st;
-}
-
 /* The tree must be MANO's; its root is written as -1 or as the unsigned 2^32 - 1. */
-static lt_status check_tree(const source *s)
+static lt_status check_tree(const lt_keyed *k)
 {
     lt_array a;
     lt_status st;
 
-    if (!has_key(s, "kintree_table"))
+    if (!lt_keyed_has(k, "kintree_table"))
         return LT_OK;
-    st = get_shaped(s, "kintree_table", 2, (int64_t[]){ 2, LT_HAND_JOINTS }, &a);
+    st = lt_keyed_get(k, "kintree_table", 2, (int64_t[]){ 2, LT_HAND_JOINTS }, &a);
     for (size_t j = 0; !st && j < LT_HAND_JOINTS; j++) {
         const int64_t parent = lt_array_int(&a, j);
         const bool root = parent < 0 || parent == UINT32_MAX;
 
         if ((root ? -1 : parent) != lt_hand_parent[j])
-            return lt_error(LT_EFORMAT, "%s: \"kintree_table\": joint %zu hangs on %lld, want %d", s->path,
+            return lt_error(LT_EFORMAT, "%s: \"kintree_table\": joint %zu hangs on %lld, want %d", k->path,
                             j, (long long)parent, lt_hand_parent[j]);
     }
     return st;
-}
-
-static lt_status check_weights(const source *s, const lt_hand_model *m)
-{
-    for (int v = 0; v < LT_HAND_VERTICES; v++) {
-        double sum = 0;
-
-        for (int j = 0; j < LT_HAND_JOINTS; j++)
-            sum += m->weights[v][j];
-        if (fabs(sum - 1) > 1e-3)
-            return lt_error(LT_EFORMAT, "%s: \"weights\": row %d sums to %g, want 1", s->path, v, sum);
-    }
-    return LT_OK;
 }
 
 /* A right hand's middle finger points from the wrist to -x. */
@@ -156,17 +63,14 @@ static bool points_to_plus_x(const lt_hand_model *m)
     return m->v_template[middle_tip][0] > wrist;
 }
 
-static bool is_synthetic(const source *s)
+static bool is_synthetic(const lt_keyed *k)
 {
-    const lt_array *a = s->npz ? lt_npz_find(s->npz, "asset_kind") : NULL;
-    const char *kind = a && lt_array_count(a) == 1 ? lt_array_text(a, 0) : NULL;
+    const char *kind = lt_keyed_text(k, "asset_kind");
 
-    if (s->dict)
-        kind = lt_pstr(lt_pdict_get(s->dict, "asset_kind"));
     return kind && strcmp(kind, "synthetic") == 0;
 }
 
-static lt_status fill_model(const source *s, lt_hand_model *m)
+static lt_status fill_model(const lt_keyed *k, lt_hand_model *m)
 {
     const struct {
         const char *key;
@@ -184,51 +88,30 @@ static lt_status fill_model(const source *s, lt_hand_model *m)
     lt_status st = LT_OK;
 
     for (size_t i = 0; i < LT_COUNT(list) && !st; i++)
-        st = get_floats(s, list[i].key, list[i].rank, list[i].shape, list[i].out);
+        st = lt_keyed_floats(k, list[i].key, list[i].rank, list[i].shape, list[i].out);
     if (!st)
-        st = get_shapedirs(s, m);
+        st = get_shapedirs(k, m);
     if (!st)
-        st = get_faces(s, m);
+        st = lt_keyed_faces(k, "f", LT_HAND_FACES, LT_HAND_VERTICES, m->faces);
     if (!st)
-        st = check_tree(s);
+        st = check_tree(k);
     if (!st)
-        st = check_weights(s, m);
+        st = lt_keyed_sums(k, "weights", &m->weights[0][0], LT_HAND_VERTICES, LT_HAND_JOINTS);
     m->left = !st && points_to_plus_x(m);
-    m->synthetic = !st && is_synthetic(s);
-    return st;
-}
-
-static lt_status open_source(source *s, const uint8_t *bytes, size_t n, lt_npz *npz)
-{
-    lt_status st;
-
-    if (n >= 4 && memcmp(bytes, "PK\3\4", 4) == 0) {
-        st = lt_npz_parse(s->arena, s->path, bytes, n, npz);
-        s->npz = npz;
-        return st;
-    }
-    st = lt_pickle_parse(s->arena, s->path, bytes, n, &s->dict);
-    if (!st && s->dict->kind != LT_PDICT)
-        st = lt_error(LT_EFORMAT, "%s: the pickle holds no dict", s->path);
+    m->synthetic = !st && is_synthetic(k);
     return st;
 }
 
 static lt_status read_model(lt_arena *arena, lt_arena *scratch, const char *path, lt_hand_model **out)
 {
-    source s = { .arena = scratch, .path = path };
     void *model;
-    uint8_t *bytes;
-    lt_npz npz;
-    lt_status st;
-    size_t n;
+    lt_keyed k;
+    lt_status st = lt_keyed_open(scratch, path, &k);
 
-    st = lt_read_file(scratch, path, (size_t)1 << 30, &bytes, &n);
-    if (!st)
-        st = open_source(&s, bytes, n, &npz);
     if (!st)
         st = lt_arena_try(arena, sizeof(lt_hand_model), &model);
     if (!st)
-        st = fill_model(&s, model);
+        st = fill_model(&k, model);
     if (!st)
         *out = model;
     return st;
@@ -245,6 +128,30 @@ lt_status lt_hand_model_read(lt_arena *arena, const char *path, lt_hand_model **
     lt_arena_free(scratch);
     return st;
 }
+
+/* ---- left hands ----------------------------------------------------------------------------------- */
+
+bool lt_hand_left_is_flipped(const lt_hand_model *left, const lt_hand_model *right)
+{
+    double apart = 0;
+
+    for (int v = 0; v < LT_HAND_VERTICES; v++)
+        for (int b = 0; b < LT_HAND_BETAS; b++)
+            apart += fabs((double)left->shapedirs[v][0][b] - right->shapedirs[v][0][b]);
+    return left->left && !right->left && apart < 1;
+}
+
+void lt_hand_left_shape(lt_hand_model *left, lt_left_shape how)
+{
+    const int axes = how == LT_LEFT_AS_IS ? 0 : how == LT_LEFT_FIX_X ? 1 : 3;
+
+    for (int v = 0; v < LT_HAND_VERTICES; v++)
+        for (int k = 0; k < axes; k++)
+            for (int b = 0; b < LT_HAND_BETAS; b++)
+                left->shapedirs[v][k][b] = -left->shapedirs[v][k][b];
+}
+
+/* ---- writing -------------------------------------------------------------------------------------- */
 
 static lt_named_array named(const char *name, lt_elem type, int rank, const int64_t *shape,
                             const void *data)

@@ -30,6 +30,20 @@ extern "C" {
  */
 LT_API lt_status lt_hand_model_read(lt_arena *arena, const char *path, lt_hand_model **out);
 
+/* What to make of a left hand's shape directions. Labels were made with each of the three. */
+typedef enum {
+    LT_LEFT_AS_IS,                  /* as released: DexYCB */
+    LT_LEFT_FIX_X,                  /* x turned: InterHand, ARCTIC, Keypoint Transformer */
+    LT_LEFT_NEGATE_ALL,             /* all of them turned: H2O-3D */
+} lt_left_shape;
+
+/* lt_hand_left_is_flipped - the released MANO_LEFT.pkl has its shape directions' x as in the right hand, where
+ * a mirror image has the opposite; a right hand tells. True when their x differ by less than 1 in all. */
+LT_API bool lt_hand_left_is_flipped(const lt_hand_model *left, const lt_hand_model *right);
+
+/* lt_hand_left_shape - turn the directions that how says */
+LT_API void lt_hand_left_shape(lt_hand_model *left, lt_left_shape how);
+
 /* lt_hand_model_write - the .npz form of it, atomically and packed; reads back to the same bits */
 LT_API lt_status lt_hand_model_write(const char *path, const lt_hand_model *model);
 

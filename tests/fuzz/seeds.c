@@ -3,6 +3,7 @@
 #include "tests/fuzz/fuzz.h"
 
 #include "tests/io/io_vectors.h"
+#include "tests/io/ply_vectors.h"
 #include "tests/io/torch_vectors.h"
 
 #include <string.h>
@@ -29,6 +30,8 @@ static const struct {
     BYTES("torch", torch_module), BYTES("torch", torch_module_stream), BYTES("torch", torch_tar),
     BYTES("torch", torch_other_order), BYTES("torch", torch_bomb), BYTES("torch", torch_sparse),
     BYTES("torch", torch_complex), BYTES("torch", torch_script),
+    BYTES("ply", ply_ascii), BYTES("ply", ply_little), BYTES("ply", ply_big), BYTES("ply", ply_splats),
+    { "rle", "mask", (const uint8_t *)mask_rle, sizeof(mask_rle) - 1 }, BYTES("rle", mask_40x50),
     BYTES("hand_file", npz_deflated), BYTES("hand_file", pickle_expressions), BYTES("hand_file", pickle_4),
 };
 

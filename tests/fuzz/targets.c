@@ -3,6 +3,7 @@
 #define _GNU_SOURCE                     /* memfd_create */
 #include "tests/fuzz/fuzz.h"
 
+#include "libtensor/io/coco_rle.h"
 #include "libtensor/io/exif.h"
 #include "libtensor/io/hand_file.h"
 #include "libtensor/io/image.h"
@@ -12,6 +13,7 @@
 #include "libtensor/io/npz.h"
 #include "libtensor/io/pickle.h"
 #include "libtensor/io/pickle_dense.h"
+#include "libtensor/io/ply.h"
 #include "libtensor/io/safetensors.h"
 #include "libtensor/io/torch_file.h"
 #include "libtensor/io/yaml.h"
@@ -208,6 +210,35 @@ static void run_obj(const uint8_t *bytes, size_t n)
     close(f.fd);
 }
 
+static void run_ply(const uint8_t *bytes, size_t n)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_splat *splat;
+    lt_mesh mesh;
+    size_t count;
+    lt_ply p;
+
+    if (lt_ply_parse(arena, "x.ply", bytes, n, &p) == LT_OK) {
+        if (lt_ply_mesh(arena, &p, &mesh) == LT_OK)
+            look_at_mesh(&mesh);
+        if (lt_ply_splats(arena, &p, &splat, &count) == LT_OK)
+            for (size_t i = 0; i < count; i++)
+                sink = splat[i].rotation[3];
+    }
+    lt_arena_free(arena);
+}
+
+static void run_rle(const uint8_t *bytes, size_t n)
+{
+    uint8_t mask[40 * 50];
+    char text[1025];
+
+    memcpy(text, bytes, n);
+    text[n] = '\0';
+    if (lt_rle_decode(text, 40, 50, mask) == LT_OK)
+        sink = mask[1999];
+}
+
 /* A mesh whose material library is the input: both are in the folder of open files. */
 static void run_mtl(const uint8_t *bytes, size_t n)
 {
@@ -267,6 +298,8 @@ const fuzz_target fuzz_targets[] = {
     { "exif", run_exif, NULL, 4096 },
     { "obj", run_obj, NULL, 4096 },
     { "mtl", run_mtl, NULL, 4096 },
+    { "ply", run_ply, NULL, 4096 },
+    { "rle", run_rle, NULL, 1024 },
     { "xyz", run_xyz, NULL, 4096 },
     { "hand_file", run_hand_file, fuzz_torch, 32768 },
     { 0 },

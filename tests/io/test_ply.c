@@ -1,0 +1,346 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* PLY, binary glTF, COCO's masks: what was packed elsewhere, round trips to the bit, and damage. */
+#include "libtensor/io/coco_rle.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/glb.h"
+#include "libtensor/io/ply.h"
+#include "tests/io/hostile.h"
+#include "tests/io/ply_vectors.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+
+static lt_status read_mesh(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    lt_ply p;
+    lt_mesh m;
+    lt_status st = lt_ply_parse(arena, "x.ply", bytes, n, &p);
+
+    return st ? st : lt_ply_mesh(arena, &p, &m);
+}
+
+static lt_status read_splats(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    lt_ply p;
+    lt_splat *splat;
+    size_t count;
+    lt_status st = lt_ply_parse(arena, "x.ply", bytes, n, &p);
+
+    return st ? st : lt_ply_splats(arena, &p, &splat, &count);
+}
+
+/* ---- PLY that others packed ------------------------------------------------------------------------ */
+
+static const struct {
+    const uint8_t *bytes;
+    size_t n;
+    const char *format;
+} files[] = {
+    { ply_ascii, sizeof(ply_ascii), "ascii" }, { ply_little, sizeof(ply_little), "binary_little_endian" },
+    { ply_big, sizeof(ply_big), "binary_big_endian" },
+};
+
+START_TEST(every_format)
+{
+    static const int32_t faces[3][3] = { { 0, 1, 2 }, { 0, 2, 3 }, { 0, 2, 3 } };
+    lt_arena *arena = lt_arena_new();
+    const lt_ply_property *pair;
+    size_t count;
+    lt_mesh m;
+    lt_ply p;
+
+    check_ok(lt_ply_parse(arena, "x.ply", files[_i].bytes, files[_i].n, &p));
+    ck_assert_str_eq(p.format, files[_i].format);
+    ck_assert_int_eq(p.n, 4);
+    ck_assert(lt_array_get(&lt_ply_find(&p, "vertex", "extra", NULL)->values, 0) == -300);
+    ck_assert(lt_array_get(&lt_ply_find(&p, "edge", "sign", NULL)->values, 0) == -128);
+    pair = lt_ply_find(&p, "edge", "pair", &count);
+    ck_assert(count == 1 && pair->begin[1] == 2 && lt_array_get(&pair->values, 0) == 65535);
+    ck_assert(!lt_ply_find(&p, "edge", "none", NULL) && !lt_ply_find(&p, "none", "x", NULL));
+    check_ok(lt_ply_mesh(arena, &p, &m));
+    ck_assert_int_eq(m.n_vertices, 4);
+    ck_assert_int_eq(m.n_faces, 3);
+    ck_assert(memcmp(m.face, faces, sizeof(faces)) == 0);
+    ck_assert(m.vertex[3][1] == 1 && m.vertex[3][2] == -1 && m.vertex[0][2] == 0.5f);
+    ck_assert(m.color[0][0] == 1 && m.color[0][2] == (float)(51.0 / 255) && !m.normal && !m.uv);
+    lt_arena_free(arena);
+    check_truncated(read_mesh, files[_i].bytes, files[_i].n, _i == 0 ? 3 : 0);    /* "-1" is a number too */
+    check_flipped(read_mesh, files[_i].bytes, files[_i].n, 10000);
+}
+END_TEST
+
+#define PLY(rest) "ply\nformat ascii 1.0\n" rest
+#define XYZ "property float x\nproperty float y\nproperty float z\n"
+#define RAW(text, reason) { text, sizeof(text) - 1, reason }
+
+START_TEST(refused)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *reason;
+    } cases[] = {
+        RAW("", "not a PLY file"), RAW("plx\n", "not a PLY file"), RAW("ply\n", "does not end"),
+        RAW("ply\nend_header\n", "without format"), RAW("ply\nformat ascii 2.0\n", "a format other than"),
+        RAW("ply\nfoo\n", "neither format, element"), RAW("ply\nelement v\n", "want \"element NAME COUNT\""),
+        RAW(PLY("element v -1\n"), "want \"element NAME COUNT\""), RAW(PLY("element v 1x\n"), "more rows"),
+        RAW(PLY("element v 99999\nend_header\n"), "more rows than the file can hold"),
+        RAW(PLY("element v 1\nelement v 1\n"), "the second element"), RAW(PLY("property int x\n"), "of an element"),
+        RAW(PLY("element v 1\nproperty long x\n"), "a type that PLY does not have"),
+        RAW(PLY("element v 1\nproperty list float int x\n"), "whose length is no integer"),
+        RAW(PLY("element v 1\nproperty int x\nproperty int x\n"), "the second property"),
+        RAW(PLY("element vertex 1\nend_header\n"), "no vertices with x"),
+        RAW(PLY("element vertex 1\n" XYZ "end_header\n1 2"), "ends early"),
+        RAW(PLY("element vertex 1\n" XYZ "end_header\n1 2 x"), "not a number of its type"),
+        RAW(PLY("element vertex 1\n" XYZ "end_header\n1 2 nan"), "not finite"),
+        RAW(PLY("element vertex 1\n" XYZ "end_header\n1 2 1e39"), "not finite"),
+        RAW(PLY("element vertex 1\nproperty uchar x\nend_header\n256"), "not a number of its type"),
+        RAW(PLY("element vertex 1\nproperty int x\nend_header\n1.5"), "not a number of its type"),
+        RAW(PLY("element v 1\nproperty list int int x\nend_header\n256 1"), "more than 255"),
+        RAW(PLY("element v 1\nproperty list int int x\nend_header\n-1"), "more than 255"),
+        RAW(PLY("element vertex 1\n" XYZ "element face 1\nproperty list int int vertex_index\nend_header\n1 2 3 3 0 0 1"),
+            "vertex 1, want 3 corners or more of 0 to 0"),
+        RAW(PLY("element vertex 1\n" XYZ "element face 1\nproperty list int int vertex_index\nend_header\n1 2 3 2 0 0"),
+            "want 3 corners or more"),
+        RAW(PLY("element vertex 1\n" XYZ "element face 1\nproperty int vertex_index\nend_header\n1 2 3 0"), "no list"),
+        RAW("ply\ncomment \0\n", "no text"),
+    };
+
+    static const char no_x[] = PLY("element v 0\nend_header\n");
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++)
+        check_refused(read_mesh, cases[i].bytes, cases[i].n, cases[i].reason);
+    check_refused(read_splats, ply_little, sizeof(ply_little), "Gaussians without a number \"f_dc_0\"");
+    check_refused(read_splats, no_x, sizeof(no_x) - 1, "without a number \"x\"");
+}
+END_TEST
+
+/* ---- round trips ----------------------------------------------------------------------------------- */
+
+/* A tetrahedron with numbers that no text would hold by chance. */
+static lt_mesh sample(bool bytes)
+{
+    static float vertex[4][3], normal[4][3], uv[4][2], color[4][3];
+    static int32_t face[4][3] = { { 0, 1, 2 }, { 0, 3, 1 }, { 1, 3, 2 }, { 2, 3, 0 } };
+
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < 3; k++) {
+            vertex[i][k] = sinf((float)(3 * i + k)) * 0.1f;
+            normal[i][k] = cosf((float)(5 * i + k));
+            color[i][k] = bytes ? (float)((17 * i + 90 * k) / 255.0) : 0.1f * (float)(i + k);
+        }
+        uv[i][0] = 0.125f * (float)i;
+        uv[i][1] = 0.3f * (float)i;
+    }
+    return (lt_mesh){ .n_vertices = 4, .n_faces = 4, .vertex = vertex, .face = face, .normal = normal, .uv = uv,
+                      .color = color };
+}
+
+START_TEST(mesh_round_trip)
+{
+    lt_mesh m = sample(_i & 1), back;
+    lt_arena *arena = lt_arena_new();
+    lt_ply p;
+
+    if (_i & 2)
+        m.normal = NULL, m.uv = NULL, m.color = NULL;
+    check_ok(lt_ply_write_mesh(in_folder("m.ply"), &m));
+    check_ok(lt_ply_read(arena, in_folder("m.ply"), &p));
+    if (m.color)
+        ck_assert_int_eq(lt_ply_find(&p, "vertex", "red", NULL)->values.type, _i & 1 ? LT_ELEM_U1 : LT_ELEM_F4);
+    check_ok(lt_ply_mesh(arena, &p, &back));
+    ck_assert(back.n_vertices == 4 && back.n_faces == 4);
+    ck_assert(memcmp(back.vertex, m.vertex, 48) == 0 && memcmp(back.face, m.face, 48) == 0);
+    ck_assert(!m.normal == !back.normal && !m.uv == !back.uv && !m.color == !back.color);
+    if (m.normal)
+        ck_assert(memcmp(back.normal, m.normal, 48) == 0 && memcmp(back.uv, m.uv, 32) == 0 &&
+                  memcmp(back.color, m.color, 48) == 0);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(splats_of_degree_1)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_splat *s;
+    size_t n;
+    lt_ply p;
+
+    check_ok(lt_ply_parse(arena, "s.ply", ply_splats, sizeof(ply_splats), &p));
+    check_ok(lt_ply_splats(arena, &p, &s, &n));
+    ck_assert_uint_eq(n, 2);
+    ck_assert(s[0].x[2] == 2 && s[0].dc[0] == 3 && s[0].normal[0] == 0);
+    ck_assert(s[1].rest[0][0] == 106 && s[1].rest[0][2] == 108 && s[1].rest[0][3] == 0);
+    ck_assert(s[1].rest[1][0] == 109 && s[1].rest[2][2] == 114);
+    ck_assert(s[1].opacity == 115 && s[1].scale[0] == 116 && s[1].rotation[3] == 122);
+    lt_arena_free(arena);
+    check_truncated(read_splats, ply_splats, sizeof(ply_splats), 0);
+    check_flipped(read_splats, ply_splats, sizeof(ply_splats), 10000);
+}
+END_TEST
+
+START_TEST(splat_round_trip)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_splat splat[3], *back;
+    uint8_t *bytes;
+    size_t n;
+    lt_ply p;
+
+    ck_assert_uint_eq(sizeof(lt_splat), 248);
+    for (size_t i = 0; i < 3 * 62; i++)
+        ((float *)splat)[i] = sinf((float)i);
+    check_ok(lt_ply_write_splats(in_folder("s.ply"), splat, 3));
+    check_ok(lt_ply_read(arena, in_folder("s.ply"), &p));
+    ck_assert_int_eq(p.element[0].n, 62);
+    ck_assert_str_eq(p.element[0].property[3].name, "nx");
+    ck_assert_str_eq(p.element[0].property[9].name, "f_rest_0");
+    ck_assert_str_eq(p.element[0].property[54].name, "opacity");
+    ck_assert_str_eq(p.element[0].property[61].name, "rot_3");
+    check_ok(lt_ply_splats(arena, &p, &back, &n));
+    ck_assert(n == 3 && memcmp(back, splat, sizeof(splat)) == 0);
+    check_ok(lt_read_file(arena, in_folder("s.ply"), 1 << 20, &bytes, &n));
+    ck_assert(memcmp(bytes + n - sizeof(splat), splat, sizeof(splat)) == 0);
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* ---- binary glTF ------------------------------------------------------------------------------------- */
+
+static uint32_t u32(const uint8_t *p)
+{
+    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static const cJSON *item(const cJSON *root, const char *list, int i)
+{
+    return cJSON_GetArrayItem(cJSON_GetObjectItem(root, list), i);
+}
+
+static int number(const cJSON *o, const char *key)
+{
+    ck_assert_msg(cJSON_IsNumber(cJSON_GetObjectItem(o, key)), "%s", key);
+    return (int)cJSON_GetObjectItem(o, key)->valuedouble;
+}
+
+/* The words of an accessor, in a file read back. */
+static const uint8_t *accessor(const cJSON *root, const uint8_t *bin, int i, int *count)
+{
+    const cJSON *a = item(root, "accessors", i), *view = item(root, "bufferViews", number(a, "bufferView"));
+
+    *count = number(a, "count");
+    ck_assert_int_eq(number(view, "byteOffset") % 4, 0);
+    return bin + number(view, "byteOffset");
+}
+
+static void check_floats(const uint8_t *at, const float *want, int n, const float *sign, int period)
+{
+    for (int i = 0; i < n; i++) {
+        const uint32_t bits = u32(at + 4 * i);
+        const float w = want[i] * sign[i % period];
+
+        ck_assert(memcmp(&bits, &w, 4) == 0);
+    }
+}
+
+START_TEST(glb)
+{
+    static const float turned[3] = { 1, -1, -1 }, same[1] = { 1 };
+    lt_mesh m = sample(false), bare = m;
+    const lt_glb_part parts[] = { { "hand", &m, { 1, 0.8f, 0.7f, 1 } }, { "\"object\"", &bare, { 1, 1, 1, 0.5f } } };
+    lt_arena *arena = lt_arena_new();
+    const cJSON *attributes;
+    const uint8_t *bin;
+    uint8_t *bytes;
+    size_t n;
+    cJSON *root;
+    int count;
+
+    bare.normal = NULL, bare.uv = NULL, bare.color = NULL;
+    check_ok(lt_glb_write(in_folder("m.glb"), parts, 2));
+    check_ok(lt_read_file(arena, in_folder("m.glb"), 1 << 20, &bytes, &n));
+    ck_assert(memcmp(bytes, "glTF\2\0\0\0", 8) == 0 && u32(bytes + 8) == n && memcmp(bytes + 16, "JSON", 4) == 0);
+    ck_assert_uint_eq(u32(bytes + 12) % 4, 0);
+    root = cJSON_ParseWithLength((char *)bytes + 20, u32(bytes + 12));
+    ck_assert_ptr_nonnull(root);
+    bin = bytes + 20 + u32(bytes + 12);
+    ck_assert(memcmp(bin + 4, "BIN\0", 4) == 0 && bin + 8 + u32(bin) == bytes + n);
+    ck_assert_int_eq(number(item(root, "buffers", 0), "byteLength"), (int)u32(bin));
+    bin += 8;
+    ck_assert_str_eq(cJSON_GetObjectItem(item(root, "nodes", 1), "name")->valuestring, "\"object\"");
+    attributes = cJSON_GetObjectItem(item(item(root, "meshes", 0), "primitives", 0), "attributes");
+    check_floats(accessor(root, bin, number(attributes, "POSITION"), &count), m.vertex[0], 12, turned, 3);
+    ck_assert_int_eq(count, 4);
+    check_floats(accessor(root, bin, number(attributes, "NORMAL"), &count), m.normal[0], 12, turned, 3);
+    check_floats(accessor(root, bin, number(attributes, "COLOR_0"), &count), m.color[0], 12, same, 1);
+    for (int i = 0; i < 4; i++) {
+        const float uv[2] = { m.uv[i][0], 1 - m.uv[i][1] };
+
+        check_floats(accessor(root, bin, number(attributes, "TEXCOORD_0"), &count) + 8 * i, uv, 2, same, 1);
+    }
+    attributes = item(item(root, "meshes", 1), "primitives", 0);
+    ck_assert(memcmp(accessor(root, bin, number(attributes, "indices"), &count), m.face, 48) == 0 && count == 12);
+    cJSON_Delete(root);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(glb_refuses)
+{
+    lt_mesh m = sample(false), none = m;
+    lt_glb_part part = { .name = "hand", .mesh = &m };
+
+    check_error(lt_glb_write(in_folder("n.glb"), &part, 0), LT_EINVAL, "no meshes");
+    none.n_faces = 0;
+    part.mesh = &none;
+    check_error(lt_glb_write(in_folder("n.glb"), &part, 1), LT_EINVAL, "4 vertices and 0 triangles");
+    part.mesh = &m;
+    m.n_vertices = 3;
+    check_error(lt_glb_write(in_folder("n.glb"), &part, 1), LT_EINVAL, "has vertex 3 of 3");
+    m.vertex[2][1] = NAN;
+    check_error(lt_glb_write(in_folder("n.glb"), &part, 1), LT_EINVAL, "vertex 2 of \"hand\" is not finite");
+    ck_assert(!exists(in_folder("n.glb")));
+}
+END_TEST
+
+/* ---- masks ----------------------------------------------------------------------------------------------- */
+
+START_TEST(masks)
+{
+    static const uint8_t small[12] = { 0, 0, 1, 0, 0, 1, 0, 0, 0, 1, 0, 0 };      /* data.md 6.10 */
+    static uint8_t mask[2000];
+    lt_arena *arena = lt_arena_new();
+
+    ck_assert_str_eq(lt_rle_encode(arena, mask_40x50, 40, 50), mask_rle);
+    check_ok(lt_rle_decode(mask_rle, 40, 50, mask));
+    ck_assert(memcmp(mask, mask_40x50, sizeof(mask)) == 0);
+    check_ok(lt_rle_decode("435", 3, 4, mask));
+    ck_assert(mask[1 * 4 + 1] == 1 && mask[2 * 4 + 1] == 1 && mask[0 * 4 + 2] == 1);
+    ck_assert_str_eq(lt_rle_encode(arena, mask, 3, 4), "435");
+    ck_assert_str_eq(lt_rle_encode(arena, small, 0, 0), "0");
+    check_ok(lt_rle_decode("0", 0, 0, mask));
+    check_error(lt_rle_decode("43", 3, 4, mask), LT_EFORMAT, "runs of 7 cells, want 3 x 4");
+    check_error(lt_rle_decode("43H", 3, 4, mask), LT_EFORMAT, "does not fit");
+    check_error(lt_rle_decode("4!", 3, 4, mask), LT_EFORMAT, "character 1");
+    check_error(lt_rle_decode("o", 3, 4, mask), LT_EFORMAT, "character");
+    check_error(lt_rle_decode("oooooooo", 3, 4, mask), LT_EFORMAT, "character");
+    lt_arena_free(arena);
+}
+END_TEST
+
+static void add_tests(TCase *tc)
+{
+    tcase_add_loop_test(tc, every_format, 0, LT_COUNT(files));
+    tcase_add_test(tc, refused);
+    tcase_add_loop_test(tc, mesh_round_trip, 0, 4);
+    tcase_add_test(tc, splats_of_degree_1);
+    tcase_add_test(tc, splat_round_trip);
+    tcase_add_test(tc, glb);
+    tcase_add_test(tc, glb_refuses);
+    tcase_add_test(tc, masks);
+}
+
+int main(void)
+{
+    return run_suite("ply", add_tests);
+}
