@@ -28,7 +28,8 @@ static const lt_config_key data_keys[] = {
     { DATA(hand), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
       .doc = "hand model, MANO's .pkl, a .npz, or the folder of MANO's; empty: $PALMAR_HAND, or the embedded hand" },
     { DATA(hand_left), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
-      .doc = "DexYCB: left hand model, whose components left hands' poses are in; empty: the one beside the right one, or that one's mirror image" },
+      .doc = "DexYCB: left hand model, whose components left hands' poses are in; empty: the file beside the right "
+             "one's, or that one's mirror image" },
     { DATA(setup), .type = LT_CONFIG_CHOICE, .fallback = "\"s0\"", .choices = setups,
       .doc = "DexYCB: all seen, or unseen subjects, views, objects" },
     { DATA(filter), .type = LT_CONFIG_CHOICE, .fallback = "\"valid\"", .choices = filters,

@@ -47,10 +47,13 @@ static bool has_nul_escape(const char *p, const char *end)
     return false;
 }
 
-/* What cJSON does not look at: it recurses to 1000, and cuts a string at \u0000. words: whether there may be
+/* What cJSON does not look at: it recurses to 1000, cuts a string at \u0000, and takes about 80 bytes for a value,
+ * be it two bytes long. words: whether there may be
  * words for numbers. */
 static lt_status check_limits(const char *name, const char *text, const char *end, bool *words)
 {
+    const size_t n = (size_t)(end - text);
+    size_t values = 1;
     int depth = 0;
 
     *words = false;
@@ -67,6 +70,9 @@ static lt_status check_limits(const char *name, const char *text, const char *en
         depth -= *p == '}' || *p == ']';
         if (depth > LT_JSON_DEPTH)
             return error_at(name, text, p, "nested deeper than 64");
+        values += *p == '{' || *p == '[' || *p == ',';
+        if (values > 8192 + n / 6)
+            return error_at(name, text, p, "more values than a file of its size should have");
         *words |= *p == 'N' || *p == 'I';
         p++;
     }

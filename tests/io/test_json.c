@@ -18,6 +18,26 @@ static lt_status read_json(lt_arena *arena, const uint8_t *bytes, size_t n)
     return st;
 }
 
+/* A million numbers of one digit would take 80 MB; as many of six digits are what a file may hold. */
+START_TEST(many_values)
+{
+    const size_t n = 1000000;
+    char *text = malloc(8 * n);
+    cJSON *root;
+
+    text[0] = '[';
+    for (size_t i = 0; i < n; i++)
+        memcpy(text + 1 + 2 * i, i + 1 < n ? "1," : "1]", 2);
+    check_error(lt_json_parse("many", text, 1 + 2 * n, &root), LT_EFORMAT, "more values than a file of its size");
+    for (size_t i = 0; i < n; i++)
+        memcpy(text + 1 + 8 * i, i + 1 < n ? "1.23456," : "1.23456]", i + 1 < n ? 8 : 7);
+    text[8 * n - 1] = ']';
+    check_ok(lt_json_parse("many", text, 8 * n, &root));
+    cJSON_Delete(root);
+    free(text);
+}
+END_TEST
+
 START_TEST(errors_have_places)
 {
     static const struct {
@@ -144,6 +164,7 @@ END_TEST
 static void add(TCase *tc)
 {
     tcase_add_test(tc, errors_have_places);
+    tcase_add_test(tc, many_values);
     tcase_add_test(tc, damage);
     tcase_add_test(tc, numbers);
     tcase_add_test(tc, words_for_numbers);
