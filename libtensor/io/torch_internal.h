@@ -15,6 +15,7 @@ struct lt_torch_storage {
     const char *key;
     lt_elem type;                   /* u1 where the file says only bytes */
     uint64_t count;                 /* elements promised */
+    uint64_t stored;                /* and how the stream counts them: an untyped storage's are bytes */
     uint64_t view_begin, view_count;        /* the part that is meant */
     size_t at;                      /* offset of the mention */
     bool used;                      /* a tensor is in it */

@@ -71,6 +71,7 @@ static lt_pvalue *storage(lt_pmachine *m, const lt_pvalue *id)
         return m->none;
     }
     *s = (lt_torch_storage){ .key = part[2]->u.text, .count = (uint64_t)part[4]->u.integer, .at = m->op_start };
+    s->stored = s->count;
     if (!lt_torch_type(part[1]->u.text, &s->type))
         lt_pm_fail(m, "a storage of %s, whose elements are not read", part[1]->u.text);
     if (!take_view(id->n == 6 ? part[5] : m->none, s))

@@ -71,35 +71,52 @@ static lt_status check_storage(const stream *s, const lt_torch_storage *m, size_
     if (left < 8 || !lt_size_mul((size_t)m->count, lt_elem_size(m->type), bytes) || *bytes > left - 8)
         return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\" of %ju %s does not fit into the %zu bytes left",
                         s->t->path, s->pos, m->key, (uintmax_t)m->count, lt_elem_name(m->type), left);
-    if (count != m->count)
+    if (count != m->stored)
         return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\" has %ju elements, its mention at %zu says %ju",
-                        s->t->path, s->pos, m->key, (uintmax_t)count, m->at, (uintmax_t)m->count);
+                        s->t->path, s->pos, m->key, (uintmax_t)count, m->at, (uintmax_t)m->stored);
     return LT_OK;
+}
+
+/* The mention that a tensor is in, of those of one key from first on; all such must agree. NULL when they do not. */
+static const lt_torch_storage *agreed(const stream *s, size_t first)
+{
+    const lt_torch_storage *m = s->sorted[first];
+
+    for (size_t i = first; i < s->t->n_storages && strcmp(s->sorted[i]->key, m->key) == 0; i++) {
+        const lt_torch_storage *other = s->sorted[i];
+
+        if (!m->used)
+            m = other;
+        if (other->used && (other->type != m->type || other->count != m->count))
+            return NULL;
+    }
+    return m;
 }
 
 static lt_status read_storage(stream *s, const char *key)
 {
     const size_t first = first_of(s, key), n = s->t->n_storages;
+    const lt_torch_storage *m;
     size_t bytes = 0;
     uint8_t *p;
     lt_status st;
 
     if (first == n || strcmp(s->sorted[first]->key, key) != 0)
         return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\", which nothing mentions", s->t->path, s->pos, key);
-    st = check_storage(s, s->sorted[first], &bytes);
+    m = agreed(s, first);
+    if (!m)
+        return lt_error(LT_EFORMAT, "%s: storage \"%s\" is mentioned with two types or sizes", s->t->path, key);
+    st = check_storage(s, m, &bytes);
     if (!st)
         st = lt_torch_alloc(s->t, bytes, &p);
     if (st)
         return st;
     if (bytes)
         memcpy(p, s->t->bytes + s->pos + 8, bytes);
-    lt_torch_native(s->t, p, bytes, s->sorted[first]->type);
+    lt_torch_native(s->t, p, bytes, m->type);
     s->pos += 8 + bytes;
-    for (size_t i = first; i < n && strcmp(s->sorted[i]->key, key) == 0; i++) {
-        if (s->sorted[i]->type != s->sorted[first]->type || s->sorted[i]->count != s->sorted[first]->count)
-            return lt_error(LT_EFORMAT, "%s: storage \"%s\" is mentioned with two types or sizes", s->t->path, key);
+    for (size_t i = first; i < n && strcmp(s->sorted[i]->key, key) == 0; i++)
         s->sorted[i]->bytes = p;
-    }
     return LT_OK;
 }
 

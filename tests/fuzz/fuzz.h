@@ -6,8 +6,7 @@
 #ifndef TESTS_FUZZ_FUZZ_H
 #define TESTS_FUZZ_FUZZ_H
 
-#include <stddef.h>
-#include <stdint.h>
+#include "libtensor/base/arena.h"
 
 /* A mutator of bytes without structure: n bytes in place, at most room of them after; the new number. */
 typedef size_t fuzz_bytes_fn(uint8_t *bytes, size_t n, size_t room);
@@ -19,10 +18,13 @@ typedef void fuzz_put_fn(const char *target, const char *name, const uint8_t *by
 
 typedef struct {
     const char *name;
-    void (*run)(const uint8_t *bytes, size_t n);    /* read it, look at what came of it, free it */
+    void (*run)(lt_arena *arena, const uint8_t *bytes, size_t n);   /* read it, look at what came of it */
     fuzz_mutate_fn *mutate;                         /* NULL: bytes without structure */
     size_t max_bytes;                               /* of an input */
 } fuzz_target;
+
+/* fuzz_run - a target's run in an arena of its own; fail_at: which allocation from then on fails, 0 none */
+void fuzz_run(const fuzz_target *t, const uint8_t *bytes, size_t n, long fail_at);
 
 /* fuzz_targets - ends with a NULL name; fuzz_find - by name, or NULL */
 extern const fuzz_target fuzz_targets[];

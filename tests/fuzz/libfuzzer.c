@@ -28,7 +28,7 @@ int LLVMFuzzerInitialize(int *argc, char ***argv)
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t n)
 {
-    target->run(bytes, n);
+    fuzz_run(target, bytes, n, 0);
     return 0;
 }
 

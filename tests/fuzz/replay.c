@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * replay: every reader meets the seeds, what once broke it (tests/fuzz/corpus/TARGET), and mutations
- * of the seeds, the same ones each time. Needs no fuzzer.
+ * of the seeds, the same ones each time; seeds also while one allocation after the other fails. Needs no fuzzer.
  *   replay seeds DIR     writes the seeds to DIR/TARGET
  *   replay room TARGET   prints how many bytes an input may have
  */
@@ -15,19 +15,19 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MUTATIONS = 300 };               /* of each seed */
+enum { MUTATIONS = 300, ALLOCATIONS = 40 };      /* of each seed: how often changed, how many are refused */
 
 static lt_rng rng;
 static long n_run;
 
 /* An exact copy, so that a read past the end is seen by a sanitizer. */
-static void run(const fuzz_target *t, const uint8_t *bytes, size_t n)
+static void run(const fuzz_target *t, const uint8_t *bytes, size_t n, long fail_at)
 {
     uint8_t *copy = malloc(n ? n : 1);
 
     if (n)
         memcpy(copy, bytes, n);
-    t->run(copy, n);
+    fuzz_run(t, copy, n, fail_at);
     free(copy);
     n_run++;
 }
@@ -69,9 +69,16 @@ static void run_mutations(const fuzz_target *t, const uint8_t *seed, size_t n)
         memcpy(bytes, seed, n);
         m = t->mutate ? t->mutate(bytes, n, t->max_bytes, random, mutate_bytes)
                       : mutate_bytes(bytes, n, t->max_bytes);
-        run(t, bytes, m);
+        run(t, bytes, m, 0);
     }
     free(bytes);
+}
+
+/* The first allocation fails, the second, and so on. */
+static void run_without_memory(const fuzz_target *t, const uint8_t *bytes, size_t n)
+{
+    for (long at = 1; at <= ALLOCATIONS; at++)
+        run(t, bytes, n, at);
 }
 
 static void run_seed(const char *target, const char *name, const uint8_t *bytes, size_t n)
@@ -83,7 +90,8 @@ static void run_seed(const char *target, const char *name, const uint8_t *bytes,
         exit(1);
     }
     rng = lt_rng_make(n, (uint64_t)(t - fuzz_targets));
-    run(t, bytes, n);
+    run(t, bytes, n, 0);
+    run_without_memory(t, bytes, n);
     run_mutations(t, bytes, n);
 }
 
@@ -121,7 +129,7 @@ static void run_corpus(const char *corpus, const fuzz_target *t)
 
         snprintf(path, sizeof(path), "%s/%s/%s", corpus, t->name, d->d_name);
         if (d->d_name[0] != '.' && lt_read_file(arena, path, LT_FILE_MAX, &bytes, &n) == LT_OK)
-            run(t, bytes, n);
+            run(t, bytes, n, 0);
         lt_arena_free(arena);
     }
     if (dir)

@@ -294,6 +294,9 @@ START_TEST(programs)
         RAW("ccollections\nOrderedDict\n(](NeetR.", "adds items to what is no list"),
         RAW("ccollections\nOrderedDict\n(](]etR.", "calls dict with arguments"),
         RAW("c_codecs\nencode\n(X\1\0\0\0aX\3\0\0\0hextR.", "calls _codecs.encode with arguments"),
+        RAW("cbuiltins\nint\n(I1\nI2\ntR.", "a builtin type with arguments"),
+        RAW("cbuiltins\nstr\n(]tR.", "a builtin type with"), RAW("cbuiltins\nbytes\n(NtR.", "calls bytes with"),
+        RAW("cbuiltins\nset\n(NtR.", "calls set with"), RAW("cbuiltins\ndict\n(I1\ntR.", "calls dict with"),
         RAW("cnumpy\nndarray\n", "ends early"), RAW("cnumpy", "offset 0: ends early, in a line"),
         RAW("\x83\1\0.", "offset 0: EXT"), RAW("\x84\1\0\0\0.", "offset 0: EXT"),
         RAW("\x98.", "offset 0: READONLY_BUFFER"), RAW("NQ.", "offset 1: BINPERSID"),
@@ -305,6 +308,106 @@ START_TEST(programs)
     for (size_t i = 0; i < LT_COUNT(cases); i++) {
         check_refused(read_pickle, cases[i].bytes, cases[i].n, cases[i].reason);
         ck_assert_ptr_nonnull(strstr(lt_last_error(), "offset "));
+    }
+}
+END_TEST
+
+/* ---- values by hand ------------------------------------------------------------------------------ */
+
+START_TEST(builtins)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        lt_pkind kind;
+        size_t items;
+    } cases[] = {
+        { "cbuiltins\nslice\n(I1\nI2\nI3\ntR.", 30, LT_PTUPLE, 3 }, { "cbuiltins\nlist\n)R.", 18, LT_PLIST, 0 },
+        { "cbuiltins\nlist\n((I1\nttR.", 24, LT_PLIST, 1 }, { "cbuiltins\ntuple\n(](I1\netR.", 26, LT_PTUPLE, 1 },
+        { "cbuiltins\nbytes\n)R.", 19, LT_PBYTES, 0 }, { "cbuiltins\nbytearray\n(U\1atR.", 28, LT_PSTR, 1 },
+        { "cbuiltins\nbytearray\n(C\1atR.", 28, LT_PBYTES, 1 },
+        { "cbuiltins\nbytearray\n(U\1aU\6latin1tR.", 36, LT_PBYTES, 1 },
+        { "cbuiltins\nbytes\n(U\1aU\7latin-1tR.", 33, LT_PBYTES, 1 },
+        { "ccollections\nOrderedDict\n(](](U\1aI1\neetR.", 43, LT_PDICT, 1 },
+        { "ccollections\ndefaultdict\n(cbuiltins\nlist\ntR.", 45, LT_PDICT, 0 },
+        { "cbuiltins\ndict\n(NtR.", 20, LT_PDICT, 0 }, { "cbuiltins\nfrozenset\n)R}b.", 25, LT_PSET, 0 },
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        lt_arena *arena = lt_arena_new();
+        const lt_pvalue *v;
+        const lt_status st = lt_pickle_parse(arena, "b", (const uint8_t *)cases[i].bytes, cases[i].n, &v);
+
+        if (i + 1 == LT_COUNT(cases)) {
+            ck_assert_ptr_nonnull(strstr(lt_last_error(), "gives a state"));
+        } else {
+            ck_assert_msg(st == LT_OK, "%zu: %s", i, lt_last_error());
+            ck_assert_msg(v->kind == cases[i].kind && v->n == cases[i].items, "%zu", i);
+        }
+        lt_arena_free(arena);
+    }
+}
+END_TEST
+
+/* Four bytes 0 1 2 3 of a shape, as Python 2 would write the array. */
+#define DTYPE "cnumpy\ndtype\n(S'i1'\nI0\nI1\ntR(I3\nS'|'\nNNNI-1\nI-1\nI0\ntb"
+#define ARRAY_OF(shape) "cnumpy.core.multiarray\n_reconstruct\n(cnumpy\nndarray\n(I0\ntS'b'\ntR(I1\n(" shape \
+                        "t" DTYPE "I00\nS'\\x00\\x01\\x02\\x03'\ntb"
+#define FOUR ARRAY_OF("I4\n")
+#define OBJECT(module, name, state) "c" module "\n" name "\n)\x81}(" state "ub"
+#define DICT(value) { "}S'v'\n" value "s.", sizeof("}S'v'\n" value "s.") - 1
+#define SELECT(state) OBJECT("chumpy.reordering", "Select", "S'a'\n" FOUR state)
+#define TURN(axes) OBJECT("chumpy.reordering", "transpose", "S'a'\n" ARRAY_OF("I2\nI2\n") "S'axes'\n" axes)
+#define SPARSE(kind, state) OBJECT("scipy.sparse." kind, kind "_matrix", state)
+
+START_TEST(dense_by_hand)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *reason;
+    } cases[] = {
+        DICT(FOUR), NULL }, DICT("N"), "no array of numbers" }, DICT("]"), "no array of numbers" },
+        DICT(OBJECT("chumpy.ch", "Ch", "S'x'\n" FOUR)), NULL }, DICT(OBJECT("chumpy.ch", "Ch", "")), "no array" },
+        DICT(SELECT("")), "without an array idxs" }, DICT(SELECT("S'idxs'\n" FOUR)), NULL },
+        DICT(SELECT("S'idxs'\n" FOUR "S'preferred_shape'\n(I2\nI2\nt")), NULL },
+        DICT(SELECT("S'idxs'\n" FOUR "S'preferred_shape'\n" FOUR)), "does not fit its elements" },
+        DICT(SELECT("S'idxs'\n" FOUR "S'preferred_shape'\n(I3\nt")), "does not fit its elements" },
+        DICT(SELECT("S'idxs'\n" FOUR "S'preferred_shape'\n(I-2\nI-2\nt")), "does not fit its elements" },
+        DICT(SELECT("S'idxs'\n" FOUR "S'preferred_shape'\n(S'x'\nt")), "does not fit its elements" },
+        DICT(OBJECT("chumpy.reordering", "Select", "S'a'\n" ARRAY_OF("I4\nI1\n") "S'idxs'\n" FOUR)), NULL },
+        DICT(OBJECT("chumpy.reordering", "Reshape", "S'a'\n" FOUR "S'newshape'\n](I2\nI2\ne")), NULL },
+        DICT(OBJECT("chumpy.reordering", "Reshape", "S'a'\n" FOUR)), "does not fit its elements" },
+        DICT(TURN("N")), NULL }, DICT(TURN("(I1\nI0\nt")), NULL }, DICT(TURN("(I0\nI0\nt")), "no permutation" },
+        DICT(TURN("(I2\nI0\nt")), "no permutation" }, DICT(TURN("(I0\nt")), "other axes than its array" },
+        DICT(SPARSE("csc", "S'data'\n" FOUR)), "lacks _shape" },
+        DICT(SPARSE("csr", "S'data'\n" FOUR "S'indices'\n" FOUR "S'indptr'\n" FOUR "S'_shape'\n(I2\nt")), "lacks" },
+        DICT(SPARSE("csr", "S'data'\n" FOUR "S'indices'\n" FOUR "S'indptr'\n" ARRAY_OF("I2\nI2\n")
+                    "S'_shape'\n(I3\nI4\nt")), "lacks" },
+        DICT(SPARSE("csr", "S'data'\n" FOUR "S'indices'\n" FOUR "S'indptr'\n" FOUR "S'_shape'\n(I2\nI4\nt")),
+        "indptr that does not fit" },
+        DICT(SPARSE("csr", "S'data'\n" FOUR "S'indices'\n" FOUR "S'indptr'\n" FOUR "S'_shape'\n(I3\nI4\nt")),
+        "indptr that does not fit" },
+        DICT(SPARSE("csc", "S'data'\n" FOUR "S'indices'\n" FOUR "S'indptr'\n" FOUR
+                    "S'_shape'\n(I999999\nI999999\nt")), "too large when made dense" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I4\nI4\nt")), NULL },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I4\nI3\nt")), "index outside" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I3\nI4\nt")), "index outside" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'_shape'\n(I3\nI4\nt")), "lacks" },
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        lt_arena *arena = lt_arena_new();
+        const lt_pvalue *d;
+        lt_array a;
+
+        check_ok(lt_pickle_parse(arena, "d", (const uint8_t *)cases[i].bytes, cases[i].n, &d));
+        if (cases[i].reason)
+            check_error(lt_pickle_dense(arena, lt_pdict_get(d, "v"), &a), LT_EFORMAT, cases[i].reason);
+        else
+            ck_assert_msg(lt_pickle_dense(arena, lt_pdict_get(d, "v"), &a) == LT_OK && lt_array_get(&a, 0) == 0,
+                          "%zu: %s", i, lt_last_error());
+        lt_arena_free(arena);
     }
 }
 END_TEST
@@ -463,6 +566,8 @@ static void add(TCase *tc)
     tcase_add_test(tc, refusals);
     tcase_add_test(tc, small_ones);
     tcase_add_test(tc, programs);
+    tcase_add_test(tc, builtins);
+    tcase_add_test(tc, dense_by_hand);
     tcase_add_loop_test(tc, deep, 0, 2);
     tcase_add_test(tc, shared);
     tcase_add_test(tc, amplified);

@@ -189,6 +189,10 @@ END_TEST
 #define KEYS "\x80\2](X\1\0\0\0ke."
 #define FOUR "\4\0\0\0\0\0\0\0" "aaaabbbbccccdddd"
 #define F4_4 STORAGE("FloatStorage", "K\4")
+#define VIEW(view) "(X\7\0\0\0storagectorch\nFloatStorage\nX\1\0\0\0kX\3\0\0\0cpuK\4" view "tQ"
+#define V3(cls, count, dtype) "\x80\2ctorch._utils\n_rebuild_tensor_v3\n(" STORAGE(cls, count) \
+                              "K\0K\4\x85K\1\x85\x89}" dtype "tR."
+#define SIXTEEN "\x10\0\0\0\0\0\0\0" "aaaabbbbccccdddd"
 #define RAW(text, reason) { text, sizeof(text) - 1, reason }
 
 START_TEST(streams)
@@ -199,6 +203,28 @@ START_TEST(streams)
         const char *reason;
     } cases[] = {
         RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") KEYS FOUR, NULL),
+        /* a view, an untyped storage, a parameter, one with attributes, what says where and how large */
+        RAW(HEAD ONE(VIEW("(X\1\0\0\0vK\1K\2t"), "K\0K\2\x85K\1\x85") KEYS FOUR, NULL),
+        RAW(HEAD ONE(VIEW("(X\1\0\0\0vK\3K\2t"), "K\0K\2\x85K\1\x85"), "a view beyond its storage"),
+        RAW(HEAD ONE(VIEW("(X\1\0\0\0vNK\2t"), "K\0K\2\x85K\1\x85"), "a view beyond its storage"),
+        RAW(HEAD ONE(VIEW("K\1"), "K\0K\2\x85K\1\x85"), "a view beyond its storage"),
+        RAW(HEAD ONE(VIEW("(X\1\0\0\0vK\1K\2t"), "K\0K\3\x85K\1\x85"), "beyond its storage of 2 elements"),
+        RAW(HEAD V3("UntypedStorage", "K\x10", "ctorch\nfloat32\n") KEYS SIXTEEN, NULL),
+        RAW(HEAD V3("FloatStorage", "K\4", "ctorch\nfloat32\n") KEYS FOUR, NULL),
+        RAW(HEAD V3("UntypedStorage", "K\x0f", "ctorch\nfloat32\n"), "over a storage of 15 bytes"),
+        RAW(HEAD V3("FloatStorage", "K\4", "ctorch\nint32\n"), "a tensor of i4 over a storage"),
+        RAW(HEAD V3("FloatStorage", "K\4", "ctorch\ncomplex64\n"), "torch.complex64, whose elements are not read"),
+        RAW(HEAD V3("FloatStorage", "K\4", "N"), "not made of a storage"),
+        RAW(HEAD "\x80\2ctorch._utils\n_rebuild_parameter\n(" REBUILD(F4_4, "K\0K\4\x85K\1\x85") "\x88}tR." KEYS FOUR,
+            NULL),
+        RAW(HEAD "\x80\2ctorch._tensor\n_rebuild_from_type_v2\n(ctorch._utils\n_rebuild_tensor_v2\nctorch.nn.parameter\n"
+            "Parameter\n(" F4_4 "K\0K\4\x85K\1\x85\x89}t}tR." KEYS FOUR, NULL),
+        RAW(HEAD "\x80\2ctorch._tensor\n_rebuild_from_type_v2\n(ctorch\nSize\nctorch.nn.parameter\nParameter\n)}tR.",
+            "not made of a storage"),
+        RAW(HEAD "\x80\2}(X\1\0\0\0dctorch\ndevice\n(X\3\0\0\0cputRX\1\0\0\0sctorch\nSize\n)\x85R"
+            "X\1\0\0\0octypes\nSimpleNamespace\n)\x81}bX\1\0\0\0pcpathlib\nPosixPath\n(X\1\0\0\0xtR"
+            "K\7" REBUILD(F4_4, "K\0K\4\x85K\1\x85") "X\1\0\0\0mcaddict\nDict\n)\x81(K\1K\2uK\1K\2s](K\1ea(K\1eu."
+            KEYS FOUR, NULL),
         RAW(MAGIC "\x80\2M\xea\3.", "version 1002, want 1001"),
         RAW(HEAD "\x80\2cposix\nsystem\n(X\2\0\0\0lstR.", "offset 27: names posix.system"),
         RAW(HEAD "\x80\2cbuiltins\neval\n.", "names builtins.eval"),
