@@ -127,7 +127,7 @@ static bench_options options_of(const bench_args *a, const subject *s, bool trai
 {
     return (bench_options){
         .m = &s->m, .copies = s->copies, .batch = a->batch, .train = train, .runs = a->runs,
-        .seconds = a->seconds,
+        .seconds = a->seconds, .alone = !a->compare && strcmp(a->mode, "infer") == 0,
     };
 }
 

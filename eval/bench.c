@@ -62,7 +62,8 @@ static lt_status compile(bench *b)
         return LT_ENOMEM;
     b->o.m->cls->record(b->o.m, b->o.train, &b->record);
     lt_kernels_use(b->o.kernels);
-    b->plan = lt_compile(b->record.g, &(lt_compile_opts){ .train = b->o.train, .loss = b->record.loss });
+    b->plan = lt_compile(b->record.g, &(lt_compile_opts){ .train = b->o.train, .loss = b->record.loss,
+                                                          .consume_params = b->o.alone });
     if (!b->plan)
         return lt_graph_status(b->record.g) ? lt_graph_status(b->record.g) : LT_ENOMEM;
     if (has_step(b))

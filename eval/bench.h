@@ -15,6 +15,7 @@ typedef struct {
     const model *m;                 /* initialised; a training step moves its weights */
     int copies;                     /* of a layer, that m's graph holds: times are one's, and training is
                                      * forward and backward without a step. 0: a model */
+    bool alone;                     /* nothing else uses m's weights: inference may give their memory back */
     const lt_kernels *kernels;      /* to run with; NULL: those in use */
     int batch;
     bool train;                     /* forward, backward and Adam instead of forward alone */

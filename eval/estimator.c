@@ -37,7 +37,7 @@ static void find_outputs(estimator *e)
     e->point_y = output(e, "point_y");
 }
 
-lt_status estimator_new(const model *m, int batch, estimator **out)
+static lt_status make(const model *m, int batch, const lt_compile_opts *opts, estimator **out)
 {
     estimator *e = lt_alloc(sizeof(*e));
 
@@ -47,7 +47,7 @@ lt_status estimator_new(const model *m, int batch, estimator **out)
     e->record = (model_record){ .g = lt_graph_new(), .batch = batch, .in_boxes = true };
     if (e->record.g) {
         m->cls->record(m, false, &e->record);
-        e->plan = lt_compile(e->record.g, NULL);
+        e->plan = lt_compile(e->record.g, opts);
     }
     if (!e->plan) {
         estimator_free(e);
@@ -56,6 +56,16 @@ lt_status estimator_new(const model *m, int batch, estimator **out)
     find_outputs(e);
     *out = e;
     return LT_OK;
+}
+
+lt_status estimator_new(const model *m, int batch, estimator **out)
+{
+    return make(m, batch, NULL, out);
+}
+
+lt_status estimator_new_alone(const model *m, int batch, estimator **out)
+{
+    return make(m, batch, &(lt_compile_opts){ .consume_params = true }, out);
 }
 
 void estimator_free(estimator *e)

@@ -14,6 +14,9 @@ typedef struct estimator estimator;
 
 /* estimator_new - compiles the model for batches of up to `batch`; the model must outlive it */
 lt_status estimator_new(const model *m, int batch, estimator **out);
+
+/* estimator_new_alone - the same where nothing else uses the model's weights, now or later: less memory */
+lt_status estimator_new_alone(const model *m, int batch, estimator **out);
 void estimator_free(estimator *e);
 
 /* estimator_refresh - the model's weights have changed */

@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-enum { BLOCK_BYTES = 1 << 16, BIG_BYTES = 1 << 14, HUGE_PAGE = 1 << 21 };
+enum { BLOCK_BYTES = 1 << 16, BIG_BYTES = 1 << 14, PAGE = 1 << 12, LAZY_BYTES = 1 << 17, HUGE_PAGE = 1 << 21 };
 
 typedef struct block {
     struct block *next;
@@ -34,6 +34,40 @@ static bool must_fail(void)
     return atomic_load(&fail_countdown) > 0 && atomic_fetch_sub(&fail_countdown, 1) == 1;
 }
 
+/* The whole pages within a block */
+static void *pages_of(void *memory, size_t bytes, size_t *length)
+{
+    const uintptr_t from = ((uintptr_t)memory + PAGE - 1) & ~(uintptr_t)(PAGE - 1);
+    const uintptr_t to = ((uintptr_t)memory + bytes) & ~(uintptr_t)(PAGE - 1);
+
+    *length = from < to ? to - from : 0;
+    return (void *)from;
+}
+
+void lt_discard(void *memory, size_t bytes)
+{
+    size_t length;
+    void *pages = pages_of(memory, bytes, &length);
+
+    if (length)
+        madvise(pages, length, MADV_DONTNEED);
+}
+
+/* Memory of the system is zero until it is written, and takes no place before: what is large is asked for anew
+ * instead of cleared. */
+static void clear(void *memory, size_t bytes)
+{
+    size_t length;
+    char *pages = pages_of(memory, bytes, &length);
+
+    if (bytes < LAZY_BYTES || madvise(pages, length, MADV_DONTNEED)) {
+        memset(memory, 0, bytes);
+        return;
+    }
+    memset(memory, 0, (size_t)(pages - (char *)memory));
+    memset(pages + length, 0, (size_t)((char *)memory + bytes - (pages + length)));
+}
+
 /* Weights that stream through once miss the TLB at every small page. */
 static void *huge_pages(size_t bytes)
 {
@@ -55,7 +89,7 @@ void *lt_alloc(size_t bytes)
     padded &= ~(size_t)(LT_ALIGN - 1);
     p = padded < HUGE_PAGE ? aligned_alloc(LT_ALIGN, padded) : huge_pages(padded);
     if (p)
-        memset(p, 0, padded);
+        clear(p, padded);
     return p;
 }
 

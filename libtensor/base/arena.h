@@ -42,6 +42,10 @@ LT_API size_t lt_arena_bytes(const lt_arena *arena);
 LT_API void *lt_alloc(size_t bytes);
 LT_API void lt_release(void *block);
 
+/* lt_discard - give memory back while it stays allocated: its whole pages hold zeros from now on, and take no
+ * place until they are written */
+LT_API void lt_discard(void *memory, size_t bytes);
+
 /**
  * lt_alloc_fail_at - make the n-th block asked of the system from now on fail, once (0: never)
  *

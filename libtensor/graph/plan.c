@@ -161,7 +161,10 @@ lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts)
         lt_plan_free(p);
         return NULL;
     }
-    lt_plan_refresh(p);
+    if (o->consume_params && !o->train)
+        plan_consume(p);
+    else
+        lt_plan_refresh(p);
     return p;
 }
 

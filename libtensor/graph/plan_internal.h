@@ -75,6 +75,9 @@ lt_status plan_autodiff(lt_plan *p, bool recompute);
 /* memory.c: lifetimes of all buffers, in-place sharing, offsets; then allocate and bind every call */
 lt_status plan_memory(lt_plan *p);
 
+/* consume.c: the prologue, giving back each parameter after its last use, for good */
+void plan_consume(lt_plan *p);
+
 plan_step *plan_add_step(lt_plan *p, step_kind kind, lt_node *node);    /* NULL without memory */
 
 static inline plan_tensor *plan_root(const lt_plan *p, const lt_tensor *t)
