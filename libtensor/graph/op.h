@@ -60,6 +60,7 @@ enum {
     LT_OP_CHEAP = 8,                /* its result may be recomputed for backward instead of kept */
     LT_OP_ASSIGNS = 16,             /* backward honours lt_call.fresh */
     LT_OP_RANDOM = 32,              /* draws from lt_call.rng: never folded */
+    LT_OP_CHANNEL_MEAN = 64,        /* out (B, C) is the mean of each map of in[0] (B, C, H, W) */
 };
 
 /* An element-wise tail that a producer may take over: y = act(scale[c] * x + shift[c] + addend) */
@@ -100,11 +101,16 @@ typedef struct lt_op {
 
     /* For plans without backward. lower: record something simpler instead, on in[0]'s graph, and
      * return its result, or NULL to stay. as_tail: describe this node as a tail on in[i].
-     * absorb: take a tail over, changing attr and inputs of the node, or refuse. prepare: the graph is
-     * final; inputs that are constant may be replaced by a form computed from them. All optional. */
+     * absorb: take a tail over, changing attr and inputs of the node, or refuse. absorb_mean: make the mean
+     * of each map as a second result from now on, or refuse. as_gate: is the result in[0] (B, C, H, W) times
+     * in[1] (B, C, 1, 1)? absorb_gate: read x times gate as in[0] from now on, or refuse. prepare: the graph
+     * is final; inputs that are constant may be replaced by a form computed from them. All optional. */
     lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
     bool (*as_tail)(const lt_node *node, int i, lt_tail *tail);
     bool (*absorb)(lt_node *node, const lt_tail *tail);
+    bool (*absorb_mean)(lt_node *node);
+    bool (*as_gate)(const lt_node *node);
+    bool (*absorb_gate)(lt_node *node, lt_tensor *x, lt_tensor *gate);
     void (*prepare)(lt_node *node);
 
     /* Say what the node is in ONNX, with the words of libtensor/graph/onnx.h. Optional: no ONNX form. */

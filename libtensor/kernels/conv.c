@@ -5,6 +5,7 @@
 #include "libtensor/kernels/product.h"
 #include "libtensor/kernels/winograd.h"
 
+#include <assert.h>
 #include <string.h>
 
 enum { MOST_SHARED = 6 << 20 };         /* elements of maps that are packed before all tiles */
@@ -27,6 +28,7 @@ typedef struct {
     weight_matrix a;
     lt_conv_image image;                     /* x: the first channel of image 0 of this group */
     int64_t image_step;                 /* between images */
+    const lt_real *gate;                /* of image 0, or NULL */
     bool plain;                         /* 1 x 1, stride 1: the map is the matrix */
     int64_t m, n;                       /* rows, positions */
     int64_t tile_m, tile_n, tiles_m, tiles_n;
@@ -95,6 +97,8 @@ static void pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int6
         lt_k->pack_b(out, at.x + k0 * plane + t->n0, plane, 1, k, t->n);
     else
         lt_k->pack_image(out, &at, k0, k, t->n0, t->n);
+    if (j->gate)
+        lt_k->scale_panels(out, j->gate + image * j->p->c + k0, k, t->n);
 }
 
 /* Images share the packed weights, so several go into a task while that leaves enough of them. */
@@ -231,7 +235,7 @@ size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
 }
 
 static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
-                           const lt_epilogue *e, lt_real *y, lt_real *work)
+                           const lt_epilogue *e, const lt_real *gate, lt_real *y, lt_real *work)
 {
     const int64_t cg = conv_group_c(p);
     conv_taps t;
@@ -239,6 +243,7 @@ static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt
 
     conv_window_taps(&t, p);
     forward_job(&j, p, &t);
+    j.gate = gate;
     for (int64_t g = 0; g < p->groups; g++) {
         lt_epilogue tail = *e;
 
@@ -258,22 +263,34 @@ static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt
     }
 }
 
-void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
-                       const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y, void *work)
+bool lt_conv2d_takes_gate(const lt_conv2d_params *p)
 {
-    const lt_epilogue e = { .row_bias = bias, .residual = residual, .act = act };
+    return conv_pointwise(p) && p->groups == 1 && lt_conv2d_algorithm(p) == LT_CONV_DIRECT;
+}
 
+bool lt_conv2d_makes_mean(const lt_conv2d_params *p)
+{
+    return lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE;
+}
+
+void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                       const lt_conv2d_around *around, lt_real *y, void *work)
+{
+    const lt_epilogue e = { .row_bias = around->bias, .residual = around->residual, .act = around->act };
+
+    assert(!around->gate || lt_conv2d_takes_gate(p));
+    assert(!around->mean || lt_conv2d_makes_mean(p));
     if (conv_nothing(p))
         return;
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
-        lt_depthwise_forward(p, x, packed, &e, y, NULL);
+        lt_depthwise_forward(p, x, packed, &e, y, around->mean);
         break;
     case LT_CONV_WINOGRAD:
         lt_winograd_run(p, p->o, p->c, x, packed, &e, y, work);
         break;
     case LT_CONV_DIRECT:
-        forward_groups(p, x, packed, &e, y, work);
+        forward_groups(p, x, packed, &e, around->gate, y, work);
         break;
     }
 }

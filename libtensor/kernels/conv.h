@@ -53,18 +53,29 @@ LT_API lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p);
 LT_API int64_t lt_conv2d_packed(const lt_conv2d_params *p);
 LT_API void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
 
+/* What goes on around a convolution, each part optional (NULL): y = act(conv(x gate) + bias + residual) */
+typedef struct {
+    const lt_real *gate;        /* (n, c): what each map of x is multiplied with; pointwise, one group */
+    const lt_real *bias;        /* (o) */
+    const lt_real *residual;    /* the shape of y; may be y itself */
+    lt_act act;
+    lt_real *mean;              /* (n, o): gets the mean of each map of y; depthwise */
+} lt_conv2d_around;
+
+/* lt_conv2d_takes_gate, lt_conv2d_makes_mean - can that be asked for? */
+LT_API bool lt_conv2d_takes_gate(const lt_conv2d_params *p);
+LT_API bool lt_conv2d_makes_mean(const lt_conv2d_params *p);
+
 /**
- * lt_conv2d_forward - y = act(conv(x, weights) + bias + residual)
+ * lt_conv2d_forward - y = act(conv(x gate) + bias + residual)
  *
- * bias (o) and residual (the shape of y) may be NULL; residual may be y itself. work is
- * lt_conv2d_forward_work(p) bytes, aligned to LT_ALIGN, contents indifferent. Direct: each y is one chain
- * of fused multiply-adds over (channel, ky, kx), zeros of the padding included, then bias, then residual,
- * then act. Depthwise: over (kx, ky). Winograd: within 4e-6 of the sum of the terms' sizes from that.
+ * work is lt_conv2d_forward_work(p) bytes, aligned to LT_ALIGN, contents indifferent. Direct: each y is one
+ * chain of fused multiply-adds over (channel, ky, kx), zeros of the padding included, then bias, then
+ * residual, then act. Depthwise: over (kx, ky). Winograd: within 4e-6 of the sum of the terms' sizes from that.
  */
 LT_API size_t lt_conv2d_forward_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
-                              const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y,
-                              void *work);
+                              const lt_conv2d_around *around, lt_real *y, void *work);
 
 /**
  * lt_conv2d_forward_rect - the same for one image, and only for the positions of y that r has

@@ -228,6 +228,15 @@ static bool add_as_tail(const lt_node *n, int i, lt_tail *tail)
     return n->in[0] != n->in[1] && lt_same_shape(&n->in[0]->shape, &n->in[1]->shape);
 }
 
+/* One number for each map. */
+static bool mul_as_gate(const lt_node *n)
+{
+    const lt_shape *x = &n->in[0]->shape, *gate = &n->in[1]->shape;
+
+    return x->rank == 4 && gate->rank == 4 && gate->dim[0] == x->dim[0] && gate->dim[1] == x->dim[1]
+           && gate->dim[2] == 1 && gate->dim[3] == 1;
+}
+
 static void add_onnx(lt_onnx *w, const lt_node *n)
 {
     lt_onnx_same(w, n, "Add");
@@ -255,7 +264,8 @@ static void mul_onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op mul_op = {
     .name = "mul", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0) | LT_KEEP_IN(1),
-    .infer = broadcast_infer, .forward = mul_forward, .backward = mul_backward, .onnx = mul_onnx,
+    .infer = broadcast_infer, .forward = mul_forward, .backward = mul_backward, .as_gate = mul_as_gate,
+    .onnx = mul_onnx,
 };
 
 lt_tensor *(lt_add)(lt_tensor *a, lt_tensor *b)

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* conv2d: y = act(conv(x, w) + b + addend), everywhere or in one rectangle of each image
+/* conv2d: y = act(conv(x gate, w) + b + addend), everywhere or in one rectangle of each image
  *   x (B, C, H, W)   w (O, C / groups, kh, kw)   b (O)   ->   y (B, O, H', W')
  *   dx += the transposed convolution of dy       dw += the correlation of x with dy       db += sum of dy
  *
- * act and addend are there only where an inference plan fused them. A batch norm behind it folds into w
- * and b: its scale (O) stands beside w until w is packed with it, once per lt_plan_refresh. The rectangles
- * (B, 4) are there only in lt_conv2d_within.
+ * act, addend, gate (B, C) and a second result, the mean of each map of y (B, O), are there only where an
+ * inference plan fused them. A batch norm behind it folds into w and b: its scale (O) stands beside w until w
+ * is packed with it, once per lt_plan_refresh. The rectangles (B, 4) are there only in lt_conv2d_within.
  */
 #include "libtensor/kernels/conv.h"
 #include "libtensor/ops/common.h"
 
-enum { X, W, B, ADDEND, SCALE, REGION };
+enum { X, W, B, ADDEND, SCALE, REGION, GATE, INPUTS };
 
 typedef struct {
     lt_conv_opts opts;
@@ -150,6 +150,10 @@ static void forward(const lt_call *c)
     const conv2d_attr *a = c->attr;
     const lt_conv2d_params p = params_of(c);
     const lt_real *packed = a->packed ? c->in[W]->data : c->work;
+    const lt_conv2d_around around = {
+        .gate = data_of(c, GATE), .bias = data_of(c, B), .residual = data_of(c, ADDEND), .act = a->act,
+        .mean = c->n_out > 1 ? c->outs[1]->data : NULL,
+    };
     void *work = (char *)c->work + packing_bytes(c, &p);
 
     if (!a->packed)
@@ -157,7 +161,7 @@ static void forward(const lt_call *c)
     if (in_rects(c, &p))
         forward_rects(c, &p, packed, work);
     else
-        lt_conv2d_forward(&p, data_of(c, X), packed, data_of(c, B), data_of(c, ADDEND), a->act, c->out->data, work);
+        lt_conv2d_forward(&p, data_of(c, X), packed, &around, c->out->data, work);
 }
 
 static void backward(const lt_call *c)
@@ -196,6 +200,31 @@ static void fold_affine(lt_node *node, lt_tensor *scale, lt_tensor *shift)
 
     node->in[SCALE] = s ? lt_mul(s, scale) : scale;
     node->in[B] = b ? lt_add(lt_mul(b, scale), shift) : shift;
+}
+
+static lt_conv2d_params params_of_node(const lt_node *node)
+{
+    const lt_call c = { .attr = node->attr, .in = { node->in[X], node->in[W] } };
+
+    return params_of(&c);
+}
+
+static bool absorb_mean(lt_node *node)
+{
+    const lt_conv2d_params p = params_of_node(node);
+
+    return lt_conv2d_makes_mean(&p);
+}
+
+static bool absorb_gate(lt_node *node, lt_tensor *x, lt_tensor *gate)
+{
+    const lt_conv2d_params p = params_of_node(node);
+
+    if (node->in[GATE] || !lt_conv2d_takes_gate(&p))
+        return false;
+    node->in[X] = x;
+    node->in[GATE] = gate;
+    return true;
 }
 
 static bool absorb(lt_node *node, const lt_tail *tail)
@@ -252,8 +281,7 @@ static const lt_op conv2d_pack_op = {
 static void prepare(lt_node *node)
 {
     conv2d_attr *a = node->attr;
-    lt_call c = { .attr = a, .in = { node->in[X], node->in[W] } };
-    const lt_conv2d_params p = params_of(&c);
+    const lt_conv2d_params p = params_of_node(node);
 
     if (!lt_is_constant(node->in[W]))
         return;
@@ -275,12 +303,12 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 #define OPTIONAL \
-    (LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE) | LT_OPTIONAL_IN(REGION))
+    (LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE) | LT_OPTIONAL_IN(REGION) | LT_OPTIONAL_IN(GATE))
 
 static const lt_op conv2d_op = {
     .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL, .infer = infer, .plan = plan,
     .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
-    .prepare = prepare, .onnx = onnx,
+    .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .prepare = prepare, .onnx = onnx,
 };
 
 static const lt_op conv2d_within_op = {
@@ -296,7 +324,7 @@ static lt_tensor *record(const lt_op *op, lt_tensor *x, lt_tensor *w, lt_tensor 
     a.opts.stride = a.opts.stride ? a.opts.stride : 1;
     a.opts.dilation = a.opts.dilation ? a.opts.dilation : 1;
     a.opts.groups = a.opts.groups ? a.opts.groups : 1;
-    return lt_apply(op, &a, sizeof(a), (lt_tensor *[]){ x, w, b, NULL, NULL, region }, 6);
+    return lt_apply(op, &a, sizeof(a), (lt_tensor *[INPUTS]){ x, w, b, NULL, NULL, region }, INPUTS);
 }
 
 lt_tensor *(lt_conv2d)(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts)

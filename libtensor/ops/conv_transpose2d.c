@@ -135,7 +135,7 @@ static void data_gradient(const lt_call *c, const lt_conv2d_params *p)
     lt_real *result = result_of(c);
 
     lt_conv2d_pack(p, c->in[W]->data, c->work);
-    lt_conv2d_forward(p, c->dout, c->work, NULL, NULL, none, c->fresh[X] ? c->din[X] : result,
+    lt_conv2d_forward(p, c->dout, c->work, &(lt_conv2d_around){ .act = none }, c->fresh[X] ? c->din[X] : result,
                       result + result_elements(c));
     if (!c->fresh[X])
         op_by_chunk(c, lt_numel(c->in[X]), add_result);

@@ -55,7 +55,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op global_avg_pool_op = {
-    .name = "global_avg_pool", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
+    .name = "global_avg_pool", .flags = LT_OP_ASSIGNS | LT_OP_CHANNEL_MEAN, .keeps = LT_KEEP_NOTHING, .infer = infer,
     .forward = forward, .backward = backward, .onnx = onnx,
 };
 

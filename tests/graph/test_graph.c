@@ -220,6 +220,50 @@ START_TEST(tails_fuse)
 }
 END_TEST
 
+/* Squeeze and excitation: the means come with the maps, the gates go into the next layer's reading. */
+START_TEST(means_and_gates_fuse)
+{
+    const lt_conv_layer wide = lt_conv_layer_new(set, "wide", 6, 6, 3, true, &(lt_conv_opts){ .pad = 1, .groups = 6 });
+    const lt_conv_layer next = lt_conv_layer_new(set, "next", 6, 20, 1, true, NULL);
+    const lt_linear_layer fc = lt_linear_layer_new(set, "fc", 6, 6, true);
+    lt_tensor *x = input("x", LT_SHAPE(2, 6, 9, 7)), *y, *gate;
+    lt_plan *fused, *plain;
+
+    lt_init_default(set, 3);
+    y = lt_silu(lt_conv_layer_forward(&wide, x));
+    gate = lt_sigmoid(lt_linear_layer_forward(&fc, lt_global_avg_pool(y)));
+    y = lt_mul(y, lt_reshape(gate, LT_SHAPE(2, 6, 1, 1)));
+    y = lt_output(lt_conv_layer_forward(&next, y), "y");
+    fused = lt_compile(g, NULL);
+    plain = lt_compile(g, &(lt_compile_opts){ .no_fusion = true });
+    ck_assert_int_eq(lt_plan_steps(fused), 3);
+    ck_assert_int_eq(lt_plan_steps(plain), 7);
+    fill(fused, x, 1);
+    fill(plain, x, 1);
+    lt_run(fused);
+    lt_run(plain);
+    for (int64_t i = 0; i < lt_numel(y); i++)
+        ck_assert_double_eq_tol(at(fused, y, i), at(plain, y, i), 2e-6);
+    lt_plan_free(fused);
+    lt_plan_free(plain);
+}
+END_TEST
+
+/* A gated map that is looked at elsewhere, and a mean that no convolution makes, keep their steps. */
+START_TEST(means_and_gates_stay_where_they_are_wanted)
+{
+    const lt_conv_layer next = lt_conv_layer_new(set, "next", 6, 5, 1, true, NULL);
+    lt_tensor *x = input("x", LT_SHAPE(2, 6, 4, 4)), *gate = input("gate", LT_SHAPE(2, 6, 1, 1));
+    lt_tensor *gated = lt_output(lt_mul(x, gate), "gated"), *y = lt_conv_layer_forward(&next, gated);
+    lt_plan *p;
+
+    lt_output(lt_global_avg_pool(y), "mean");
+    p = lt_compile(g, NULL);
+    ck_assert_int_eq(lt_plan_steps(p), 3);
+    lt_plan_free(p);
+}
+END_TEST
+
 /* A product that someone else reads, or that is an output, keeps its own step. */
 START_TEST(what_is_read_twice_does_not_fuse)
 {
@@ -526,6 +570,8 @@ int main(void)
     tcase_add_test(tc, constants_are_folded_and_refreshed);
     tcase_add_test(tc, diamonds_take_no_longer_than_chains);
     tcase_add_test(tc, tails_fuse);
+    tcase_add_test(tc, means_and_gates_fuse);
+    tcase_add_test(tc, means_and_gates_stay_where_they_are_wanted);
     tcase_add_test(tc, what_is_read_twice_does_not_fuse);
     tcase_add_test(tc, views_share_values_and_gradients);
     tcase_add_test(tc, gradients_reach_what_the_loss_reads);

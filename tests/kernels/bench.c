@@ -104,7 +104,7 @@ static void run_forward(void *ctx)
     const conv *c = ctx;
     const lt_act relu = { LT_ACT_RELU, 0 };
 
-    lt_conv2d_forward(&c->p, c->x, c->packed, c->w, NULL, relu, c->y, c->work);
+    lt_conv2d_forward(&c->p, c->x, c->packed, &(lt_conv2d_around){ .bias = c->w, .act = relu }, c->y, c->work);
 }
 
 static void run_data(void *ctx)

@@ -208,14 +208,16 @@ static void check_forward(const conv_data *d, const char *name, bool plainly)
 {
     const lt_conv2d_params *p = d->p;
     const int64_t out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
-    const lt_act relu = { LT_ACT_RELU, 0 };
+    const lt_conv2d_around everything = {
+        .bias = d->bias, .residual = d->residual, .act = { LT_ACT_RELU, 0 },
+    };
     const size_t n_packed = (size_t)lt_conv2d_packed(p);
     float *want = zero_array(d->n_y), *got = guarded_array(d->n_y), *packed = guarded_array(n_packed);
     void *work = lt_alloc(lt_conv2d_forward_work(p));
     plain s = { d, want, NULL, NULL };
 
     lt_conv2d_pack(p, d->w, packed);
-    lt_conv2d_forward(p, d->x, packed, NULL, NULL, (lt_act){ LT_ACT_NONE, 0 }, got, work);
+    lt_conv2d_forward(p, d->x, packed, &(lt_conv2d_around){ 0 }, got, work);
     same_as_before(got, d->n_y, "conv forward %s", name);
     if (plainly && lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD) {
         check_near(d, got, name);
@@ -230,7 +232,7 @@ static void check_forward(const conv_data *d, const char *name, bool plainly)
         want[i] = want[i] + d->bias[(int64_t)i / out % p->o] + d->residual[i];
         want[i] = want[i] < 0 ? 0 : want[i];
     }
-    lt_conv2d_forward(p, d->x, packed, d->bias, d->residual, relu, got, work);
+    lt_conv2d_forward(p, d->x, packed, &everything, got, work);
     expect_bits(got, want, d->n_y, "conv forward with everything %s", name);
     free_array(want), free_array(got), free_array(packed), lt_release(work);
 }
@@ -269,14 +271,52 @@ static void check_rects(const conv_data *d, const char *name)
         { 0, h, 0, w }, { 0, 1, 0, 1 }, { h / 3, h, w / 2, w }, { h / 4, h / 2, 0, w }, { 1, h - 1, 1, w - 1 },
         { h / 2, h / 2, 0, w },
     };
+    const lt_conv2d_around everything = {
+        .bias = d->bias, .residual = d->residual, .act = { LT_ACT_RELU, 0 },
+    };
     float *whole = guarded_array(d->n_y), *packed = guarded_array((size_t)lt_conv2d_packed(p));
     void *work = lt_alloc(lt_conv2d_forward_work(p)), *rect_work = lt_alloc(lt_conv2d_rect_work(p));
 
     lt_conv2d_pack(p, d->w, packed);
-    lt_conv2d_forward(p, d->x, packed, d->bias, d->residual, (lt_act){ LT_ACT_RELU, 0 }, whole, work);
+    lt_conv2d_forward(p, d->x, packed, &everything, whole, work);
     for (size_t i = 0; i < LT_COUNT(rects); i++)
         check_rect(d, name, rects[i], packed, whole, rect_work);
     free_array(whole), free_array(packed), lt_release(work), lt_release(rect_work);
+}
+
+/* Maps times their gates, and the means of what comes out. */
+static void check_gate_and_mean(const conv_data *d, const char *name)
+{
+    const lt_conv2d_params *p = d->p;
+    const size_t planes = (size_t)(p->n * p->o), out = d->n_y / (size_t)lt_max_i64(1, p->n * p->o);
+    const bool gated = lt_conv2d_takes_gate(p), means = lt_conv2d_makes_mean(p);
+    float *gate = random_array((size_t)(p->n * p->c), 10), *mean = guarded_array(planes);
+    float *x = guarded_array(d->n_x), *want = guarded_array(d->n_y), *got = guarded_array(d->n_y);
+    float *packed = guarded_array((size_t)lt_conv2d_packed(p));
+    const lt_conv2d_around without = { .bias = d->bias, .act = { LT_ACT_SILU, 0 } };
+    const lt_conv2d_around around = {
+        .bias = d->bias, .act = { LT_ACT_SILU, 0 }, .gate = gated ? gate : NULL, .mean = means ? mean : NULL,
+    };
+    void *work = lt_alloc(lt_conv2d_forward_work(p));
+
+    lt_conv2d_pack(p, d->w, packed);
+    for (size_t i = 0; i < d->n_x; i++)
+        x[i] = gated ? d->x[i] * gate[i / (size_t)(p->h * p->w)] : d->x[i];
+    lt_conv2d_forward(p, x, packed, &without, want, work);
+    lt_conv2d_forward(p, d->x, packed, &around, got, work);
+    expect_bits(got, want, d->n_y, "conv forward, gate and mean %s", name);
+    same_as_before(got, d->n_y, "conv forward, gate and mean %s", name);
+    for (size_t i = 0; means && i < planes; i++) {
+        double sum = 0, size = 0;
+
+        for (size_t j = 0; j < out; j++)
+            sum += got[i * out + j], size += fabs((double)got[i * out + j]);
+        expect_near(mean[i], sum / (double)out, 2e-7 * size / (double)out, "mean of a map", name, i);
+    }
+    if (means)
+        same_as_before(mean, planes, "means of maps %s", name);
+    free_array(gate), free_array(mean), free_array(x), free_array(want), free_array(got), free_array(packed);
+    lt_release(work);
 }
 
 /* A gradient against the sum in double, within 1e-6 of the sum of its terms' sizes. */
@@ -337,6 +377,8 @@ static void check_conv(const lt_conv2d_params *p, bool plainly)
     check_forward(&d, name, plainly);
     if (d.n_y && lt_conv2d_takes_rect(p))
         check_rects(&d, name);
+    if (d.n_y && (lt_conv2d_takes_gate(p) || lt_conv2d_makes_mean(p)))
+        check_gate_and_mean(&d, name);
     check_gradient(&d, "conv data gradient", name, d.n_x, pair_data, plainly);
     check_gradient(&d, "conv weight gradient", name, d.n_w, pair_weights, plainly);
     check_bias(&d, name);

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * conv2d, batch norm, add, leaky relu -> one conv2d: a producer whose only reader describes itself as an
- * element-wise tail may take that tail over. Which ops can is the ops' own affair.
+ * element-wise tail may take that tail over. So may one the mean of each of its maps, and a reader of maps the
+ * gates that they are multiplied with: of a squeeze and excitation the small products are left. Which ops can
+ * is the ops' own affair.
  */
 #include "libtensor/graph/passes/passes.h"
 
@@ -17,7 +19,7 @@ static void count_readers(const lt_graph *g, int *readers)
                 readers[g->node[k]->in[i]->id]++;
 }
 
-/* The producer of in[i], if it may disappear into one with its reader. */
+/* The producer of in[i], if nobody else sees what it makes. */
 static lt_node *sole_producer(const lt_node *reader, int i, reader_count readers)
 {
     const lt_tensor *x = reader->in[i];
@@ -25,7 +27,7 @@ static lt_node *sole_producer(const lt_node *reader, int i, reader_count readers
     if (!x || !x->node || x->is_output || x->id >= readers.n || readers.of[x->id] != 1
         || x->node->n_out != 1)
         return NULL;
-    return x->node->op->absorb ? x->node : NULL;
+    return x->node;
 }
 
 /* The producer now makes what its reader made, in the reader's place, where the addend is there too. */
@@ -45,11 +47,43 @@ static void fuse_one(lt_graph *g, lt_node *reader, reader_count readers)
         lt_node *producer = sole_producer(reader, i, readers);
         lt_tail tail = { 0 };
 
-        if (producer && reader->op->as_tail(reader, i, &tail) && producer->op->absorb(producer, &tail)) {
+        if (producer && producer->op->absorb && reader->op->as_tail(reader, i, &tail)
+            && producer->op->absorb(producer, &tail)) {
             merge(g, producer, reader);
             return;
         }
     }
+}
+
+/* The producer of the maps makes their means as well. */
+static void fuse_mean(lt_graph *g, lt_node *mean)
+{
+    lt_node *producer = mean->in[0]->node;
+
+    if (!producer || producer->n_out != 1 || !producer->op->absorb_mean || !producer->op->absorb_mean(producer))
+        return;
+    producer->outs[producer->n_out++] = mean->outs[0];
+    mean->outs[0]->node = producer;
+    g->node[mean->id] = NULL;
+}
+
+static void fuse_gate(lt_graph *g, lt_node *reader, reader_count readers)
+{
+    const lt_node *gated = sole_producer(reader, 0, readers);
+
+    if (gated && gated->op->as_gate && gated->op->as_gate(gated)
+        && reader->op->absorb_gate(reader, gated->in[0], gated->in[1]))
+        g->node[gated->id] = NULL;
+}
+
+static void fuse_node(lt_graph *g, lt_node *n, reader_count readers)
+{
+    if (n->op->flags & LT_OP_CHANNEL_MEAN)
+        fuse_mean(g, n);
+    if (n->op->absorb_gate)
+        fuse_gate(g, n, readers);
+    if (n->op->as_tail)
+        fuse_one(g, n, readers);
 }
 
 lt_status pass_fuse(lt_graph *g)
@@ -63,7 +97,7 @@ lt_status pass_fuse(lt_graph *g)
         return lt_error(LT_ENOMEM, "no memory to compile the graph");
     count_readers(g, readers.of);
     for (int k = 0; k < n_nodes; k++)
-        if (g->node[k] && g->node[k]->op->as_tail)
-            fuse_one(g, g->node[k], readers);
+        if (g->node[k])
+            fuse_node(g, g->node[k], readers);
     return lt_graph_status(g);
 }
