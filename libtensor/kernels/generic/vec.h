@@ -70,6 +70,19 @@ INLINE vec v_times_pow2(vec x, vec shifted)         /* in two steps: 2^n itself 
     return x * of_bits((uint32_t)(half + 127) << 23) * of_bits((uint32_t)(n - half + 127) << 23);
 }
 #endif
+/* The sum of 32 numbers in double: i and i + 16, and so on by halves */
+INLINE double v_sum32(const vec x[32])
+{
+    double sum[16];
+
+    for (int i = 0; i < 16; i++)
+        sum[i] = (double)x[i] + (double)x[i + 16];
+    for (int half = 8; half > 0; half /= 2)
+        for (int i = 0; i < half; i++)
+            sum[i] += sum[i + half];
+    return sum[0];
+}
+
 INLINE lt_real v_max_lanes(vec v) { return v; }
 
 /* For maxima and their places: where v is larger than *best, or a NaN and *best is none, it takes over, and
