@@ -4,7 +4,9 @@
 #include "data/open.h"
 #include "eval/bench.h"
 #include "eval/claims.h"
+#include "eval/dexycb_files.h"
 #include "eval/evaluate.h"
+#include "eval/ho3d_files.h"
 #include "eval/pictures.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
@@ -15,10 +17,10 @@
 #include <string.h>
 
 enum { PICTURES = 12 };
-enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA, CLAIMS, SETUP, FILTER };
+enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA, CLAIMS, SETUP, FILTER, PRED };
 
 typedef struct {
-    const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit;
+    const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit, *pred;
     int batch, limit;
     double max_pa_mpjpe_mm;
     const char *runs;               /* of --claims */
@@ -34,7 +36,9 @@ static const struct argp_option options[] = {
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the embedded one", 0 },
     { "out", 'o', "DIR", 0, "where table.md, scores.json, scores.txt, per-sample.csv, pictures.png go; default eval in the run's "
       "folder", 0 },
-    { "submit", SUBMIT, "FILE", 0, "write pred.json or pred.zip for the official scorer instead of scoring", 0 },
+    { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
+      "pred.zip; DexYCB: .txt hand joints, .csv object poses, .json detections", 0 },
+    { "pred", PRED, "FILE", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: .txt", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "max-pa-mpjpe", MIN_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
@@ -56,6 +60,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 't': cli_threads(state, arg); break;
     case DATA: a->data = arg; break;
     case SPLIT: a->split = arg; break;
+    case PRED: a->pred = arg; break;
     case SETUP: a->setup = arg; break;
     case FILTER: a->filter = arg; break;
     case MODELS: a->models = arg; break;
@@ -75,8 +80,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         a->checkpoint = arg;
         break;
     case ARGP_KEY_END:
-        if (!a->claims && (!a->checkpoint || !a->data))
-            argp_error(state, "want a checkpoint or a run's folder, and --data DIR");
+        if (!a->claims && (!(a->checkpoint || a->pred) || !a->data))
+            argp_error(state, "want a checkpoint or a run's folder, or --pred FILE; and --data DIR");
+        if (a->checkpoint && a->pred)
+            argp_error(state, "a checkpoint or --pred, not both");
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -214,6 +221,64 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
     return st;
 }
 
+/* ---- a result file ---------------------------------------------------------------------------------------- */
+
+/* HO3D's own 14 lines, and as scores.txt in --out. */
+static lt_status score_ho3d(const eval_args *a, lt_arena *arena)
+{
+    const char *xyz = lt_path_join(arena, a->data, "evaluation_xyz.json");
+    const char *verts = lt_path_join(arena, a->data, "evaluation_verts.json");
+    const char *out = a->out ? lt_path_join(arena, a->out, "scores.txt") : NULL;
+    double scores[HO3D_SCORES];
+    int64_t n;
+    lt_status st = xyz && verts ? ho3d_score_files(a->pred, xyz, verts, scores, &n, show_progress, NULL)
+                                : lt_error(LT_ENOMEM, "%s: no memory", a->pred);
+
+    if (st)
+        return st;
+    fprintf(stderr, "Protocol: HO3D evaluation; %lld samples; *_al_*: similarity per sample, reflections allowed; means in "
+            "cm\n", (long long)n);
+    ho3d_print_scores(stdout, scores);
+    st = out ? lt_make_dirs(a->out) : LT_OK;
+    return st || !out ? st : ho3d_write_scores(out, scores);
+}
+
+static lt_status score_dexycb(const eval_args *a)
+{
+    double scores[DEXYCB_SCORES];
+    dataset *d = NULL;
+    cli_hand hand;
+    lt_status st = cli_hand_open(a->hand, NULL, &hand);
+    const dataset_options o = { .root = a->data, .split = a->split, .models = a->models, .setup = a->setup,
+                                .filter = "valid", .hand = st ? NULL : hand.model };
+
+    if (!st)
+        st = dataset_open(&o, &d);
+    if (!st)
+        st = dexycb_score_hpe(d, a->pred, scores);
+    if (!st)
+        fprintf(stderr, "Protocol: %s%s, split %s; %lld samples with a hand; pa: similarity per sample, reflections "
+                "allowed; pa_rigid: without\n", d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, (long long)d->count);
+    for (int i = 0; !st && i < DEXYCB_SCORES; i++)
+        printf("%s: %f\n", dexycb_score_name((dexycb_score)i), scores[i]);
+    if (d)
+        dataset_free(d);
+    cli_hand_close(&hand);
+    return st;
+}
+
+static lt_status score_file(const eval_args *a)
+{
+    lt_arena *arena = lt_arena_new();
+    dataset_layout layout;
+    lt_status st = arena ? dataset_find_layout(a->data, &layout) : lt_error(LT_ENOMEM, "%s: no memory", a->pred);
+
+    if (!st)
+        st = layout == DATASET_HO3D ? score_ho3d(a, arena) : score_dexycb(a);
+    lt_arena_free(arena);
+    return st;
+}
+
 int cmd_eval(int argc, char **argv)
 {
     eval_args a = { .split = "evaluation", .batch = 8 };
@@ -226,6 +291,10 @@ int cmd_eval(int argc, char **argv)
         return st ? cli_fail(st) : 0;
     }
     cli_catch_signals();
+    if (a.pred) {
+        st = score_file(&a);
+        return st ? cli_fail(st) : 0;
+    }
     st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
     if (st == LT_OK)
         st = run(&a, &c);

@@ -14,6 +14,8 @@
 extern "C" {
 #endif
 
+enum { DEXYCB_WIDTH = 640, DEXYCB_HEIGHT = 480 };
+
 /* Which samples of a split papers use. */
 typedef enum {
     DEXYCB_VALID,                   /* with a hand: joints are annotated (the toolkit's) */

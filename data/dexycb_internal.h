@@ -7,7 +7,7 @@
 
 #include "data/dexycb.h"
 
-enum { DEXYCB_WIDTH = 640, DEXYCB_HEIGHT = 480, DEXYCB_MAX_OBJECTS = 8, DEXYCB_MAX_FRAMES = 10000 };
+enum { DEXYCB_MAX_OBJECTS = 8, DEXYCB_MAX_FRAMES = 10000 };
 
 /* A sequence of the split. */
 typedef struct {

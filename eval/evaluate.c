@@ -4,7 +4,6 @@
  */
 #include "eval/evaluation_internal.h"
 
-#include "eval/ho3d_submission.h"
 #include "libtensor/base/parallel.h"
 
 #include <string.h>
@@ -321,10 +320,7 @@ static lt_status first_error(fill_job *j)
     return LT_OK;
 }
 
-typedef lt_status (*batch_fn)(void *ctx, const hand_object_batch *b, int64_t done);
-
-/* Call fn for all batches of the split, in its order. */
-static lt_status each_batch(const evaluate_options *o, batch_fn fn, void *ctx)
+lt_status evaluate_each_batch(const evaluate_options *o, evaluate_batch_fn fn, void *ctx)
 {
     hand_object_options options = hand_object_defaults(false, 0);
     fill_job job = { .data = o->data, .options = &options, .total = o->data->count };
@@ -372,7 +368,7 @@ static lt_status run(evaluation *e)
     if (st == LT_OK)
         st = estimator_new(e->o.m, e->o.batch, &job.estimator);
     if (st == LT_OK)
-        st = each_batch(&e->o, score_one, &job);
+        st = evaluate_each_batch(&e->o, score_one, &job);
     estimator_free(job.estimator);
     return st;
 }
@@ -409,56 +405,4 @@ void evaluation_free(evaluation *e)
         dexycb_scorer_free(e->set[i].dexycb);
     }
     lt_arena_free(e->arena);
-}
-
-/* ---- a submission ----------------------------------------------------------------------------------------- */
-
-typedef struct {
-    ho3d_submission *file;
-    estimator *estimator;
-    estimate *estimates;
-    const float (**no_control)[3];
-} submission_job;
-
-static lt_status submit_batch(void *ctx, const hand_object_batch *b, int64_t done)
-{
-    const submission_job *j = ctx;
-    float joints[LT_HAND_KEYPOINTS][3], vertices[LT_HAND_VERTICES][3];
-
-    (void)done;
-    estimator_run(j->estimator, b, j->no_control, j->estimates);
-    for (int s = 0; s < b->count; s++) {
-        ho3d_joints_from_camera(j->estimates[s].joints[0], joints[0]);
-        ho3d_vertices_from_camera(j->estimates[s].vertices[0], vertices[0]);
-        if (ho3d_submission_add(j->file, joints[0], vertices[0]))
-            return LT_EINVAL;
-    }
-    return LT_OK;
-}
-
-lt_status evaluate_submission(const evaluate_options *o, const char *path)
-{
-    lt_arena *arena = lt_arena_new();
-    submission_job j = { .file = NULL };
-    lt_status st = LT_OK;
-
-    if (arena) {
-        j.estimates = lt_arena_array(arena, (size_t)o->batch, sizeof(*j.estimates));
-        j.no_control = lt_arena_array(arena, (size_t)o->batch, sizeof(*j.no_control));
-    }
-    if (!j.estimates || !j.no_control)
-        st = lt_error(LT_ENOMEM, "no memory for a submission");
-    if (st == LT_OK)
-        st = estimator_new(o->m, o->batch, &j.estimator);
-    if (st == LT_OK)
-        st = ho3d_submission_open(path, o->data->count, &j.file);
-    if (st == LT_OK)
-        st = each_batch(o, submit_batch, &j);
-    if (st == LT_OK)
-        st = ho3d_submission_close(j.file);
-    else
-        ho3d_submission_abort(j.file);
-    estimator_free(j.estimator);
-    lt_arena_free(arena);
-    return st;
 }

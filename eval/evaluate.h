@@ -61,8 +61,12 @@ struct cJSON *evaluation_json(const evaluation *e);
  */
 lt_status evaluation_write(const evaluation *e, const char *folder);
 
-/* evaluate_submission - pred.json (or .zip) of the split in the official layout: OpenGL axes, metres, MANO
- * order, the order of evaluation.txt; needs no joints' or vertices' truth */
+/**
+ * evaluate_submission - the split's result file, as the dataset's official scorer takes it
+ *
+ * HO3D: pred.json or .zip: OpenGL axes, metres, MANO order, the order of evaluation.txt; no truth is needed. DexYCB, by
+ * the file's ending: hand joints (.txt), object poses (.csv), hand detections (.json); see dexycb_files.h.
+ */
 lt_status evaluate_submission(const evaluate_options *o, const char *path);
 
 #endif

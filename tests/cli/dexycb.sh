@@ -21,6 +21,11 @@ grep -q 'DexYCB s0.*split test; 4 samples, 0 failed' "$here/tables.txt"
 grep -q 'right hands on the hand model' "$here/info.txt"
 grep -q 'left hands on the hand model' "$here/info.txt"
 
+# The toolkit's result file of hand joints, and its score.
+./palmar eval "$here/run" --data "$here/data" --submit "$here/hpe.txt" 2>/dev/null
+[ "$(wc -l <"$here/hpe.txt")" = 4 ]
+./palmar eval --pred "$here/hpe.txt" --data "$here/data" 2>/dev/null | grep -q '^relative_mpjpe_mm: '
+
 # A picture cut short: named once, the rest as before.
 picture=$(echo "$here"/data/*subject-01/*_100000/836212060125/color_000000.jpg)
 head -c 100 "$picture" >"$here/cut" && mv "$here/cut" "$picture"

@@ -3,15 +3,18 @@
 #include "data/dexycb.h"
 #include "data/mirror.h"
 #include "data/synth/hand.h"
+#include "eval/dexycb_files.h"
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image.h"
+#include "libtensor/io/json.h"
 #include "libtensor/io/mesh_io.h"
 #include "libtensor/io/npz.h"
 
 #include <check.h>
+#include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -463,6 +466,136 @@ START_TEST(tips_of_the_toolkit)
 }
 END_TEST
 
+/* ---- result files ---- */
+
+/* What the labels say, as the results of a perfect estimator; the object's score is a half. */
+static void write_results(const dataset *d, const char *path)
+{
+    dexycb_results *f;
+
+    ok(dexycb_results_open(path, &f));
+    for (int64_t i = 0; i < d->count; i++) {
+        dexycb_result r = { .place = dexycb_place_of(d, i), .width = W, .seconds = -1, .has_object = true, .score = 0.5 };
+        dataset_sample s;
+        ok(dataset_annotation(d, i, arena, &s));
+        r.mirrored = s.flags & SAMPLE_MIRRORED;
+        r.camera = s.camera;
+        r.joints = (const float (*)[3])s.joints;
+        for (int k = 0; k < 9; k++)
+            r.object.R[k] = s.R[k];
+        for (int k = 0; k < 3; k++)
+            r.object.t[k] = s.t[k];
+        dexycb_results_add(f, &r);
+    }
+    ok(dexycb_results_close(f));
+}
+
+static char *text_of(const char *path)
+{
+    static uint8_t *bytes;
+    size_t n;
+
+    ok(lt_read_file(arena, path, 1 << 20, &bytes, &n));
+    return (char *)bytes;
+}
+
+/* Hand joints: 18 lines with the toolkit's indices, left hands on their own side; scored they are perfect. */
+START_TEST(hpe_file)
+{
+    double scores[DEXYCB_SCORES], x;
+    dataset *d;
+    char *text;
+    label l;
+
+    small_tree();
+    d = open_small(DEXYCB_VALID);
+    write_results(d, at("hpe.txt"));
+    text = text_of(at("hpe.txt"));
+    pose_label(true, &l);
+    ck_assert_ptr_eq(strstr(text, "0,"), text);
+    ck_assert_int_eq(sscanf(strstr(text, "\n6,") + 3, "%lf", &x), 1);
+    ck_assert_double_eq_tol(x, 1000 * l.joints[0][0], 1e-3);        /* sample 6 is a left hand */
+    ck_assert_ptr_null(strstr(text, "\n12,"));                     /* and 12 to 17 have none */
+    ok(dexycb_score_hpe(d, at("hpe.txt"), scores));
+    for (int i = 0; i < DEXYCB_SCORES; i++)
+        ck_assert_double_eq_tol(scores[i], i % 2, i % 2 ? 0.01 : 1e-3);     /* no distance is 0 but by chance */
+    text_file("bad.txt", "0,1,2,3\n");
+    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "bad.txt:1: 3 numbers after the index, expected 63"));
+    text_file("bad.txt", "x\n");
+    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
+    *strchr(text, '\n') = 0;
+    text_file("bad.txt", text);
+    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "has no line for sample 1, "));
+    dataset_free(d);
+}
+END_TEST
+
+/* Object poses of key frames, as the labels have them: metres, the model's own frame, unmirrored. */
+START_TEST(bop_file)
+{
+    dataset *d;
+    char *text, *line, *rest = NULL;
+    int lines = 0;
+    label l;
+
+    small_tree();
+    d = open_small(DEXYCB_VALID);
+    write_results(d, at("bop.csv"));
+    text = text_of(at("bop.csv"));
+    line = strtok_r(text, "\n", &rest);
+    ck_assert_str_eq(line, "scene_id,im_id,obj_id,score,R,t,time");
+    while ((line = strtok_r(NULL, "\n", &rest))) {
+        double R[9], t[3], score, time;
+        int scene, image, object;
+        ck_assert_int_eq(sscanf(line, "%d,%d,%d,%lf,%lf %lf %lf %lf %lf %lf %lf %lf %lf,%lf %lf %lf,%lf", &scene, &image,
+                                &object, &score, &R[0], &R[1], &R[2], &R[3], &R[4], &R[5], &R[6], &R[7], &R[8], &t[0],
+                                &t[1], &t[2], &time), 17);
+        ck_assert(scene >= 0 && scene <= 3 && scene != 2 && image % 4 == 0 && object == 5);
+        ck_assert(score == 0.5 && time == -1);
+        pose_label(scene == 1 || scene == 3, &l);
+        pose_object(&l, 0.004f);
+        for (int i = 0; i < 9; i++)
+            ck_assert_double_eq_tol(R[i], l.object[1][i / 3][i % 3], 1e-7);
+        for (int i = 0; i < 3; i++)
+            ck_assert_double_eq_tol(t[i], l.object[1][i][3], 1e-7);
+        lines++;
+    }
+    ck_assert_int_eq(lines, 6);
+    dataset_free(d);
+}
+END_TEST
+
+START_TEST(coco_file)
+{
+    const cJSON *item, *box;
+    struct cJSON *list;
+    dexycb_results *f;
+    dataset *d;
+    label l;
+
+    small_tree();
+    d = open_small(DEXYCB_VALID);
+    write_results(d, at("coco.json"));
+    ok(lt_json_read(at("coco.json"), &list));
+    ck_assert_int_eq(cJSON_GetArraySize(list), 18);
+    item = cJSON_GetArrayItem(list, 7);
+    ck_assert_int_eq(cJSON_GetObjectItem(item, "image_id")->valueint, 7);
+    ck_assert_int_eq(cJSON_GetObjectItem(item, "category_id")->valueint, 22);
+    pose_label(true, &l);
+    for (int i = 0; i < 63; i++) {
+        const double x = cJSON_GetArrayItem(cJSON_GetObjectItem(item, "keypoints"), i)->valuedouble;
+        ck_assert_double_eq_tol(x, i % 3 < 2 ? l.joints2d[i / 3][i % 3] : 2, 1e-3);
+    }
+    box = cJSON_GetObjectItem(item, "bbox");
+    ck_assert_double_gt(cJSON_GetArrayItem(box, 2)->valuedouble, 10);
+    cJSON_Delete(list);
+    ck_assert_int_eq(dexycb_results_open(at("x.zip"), &f), LT_EINVAL);
+    dataset_free(d);
+}
+END_TEST
+
 /* ---- filters ---- */
 
 START_TEST(filters)
@@ -652,6 +785,9 @@ int main(void)
     tcase_add_test(c, left_hand);
     tcase_add_test(c, left_model);
     tcase_add_test(c, tips_of_the_toolkit);
+    tcase_add_test(c, hpe_file);
+    tcase_add_test(c, bop_file);
+    tcase_add_test(c, coco_file);
     tcase_add_test(c, filters);
     tcase_add_test(c, hfl_test_box);
     tcase_add_test(c, no_such_split);

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * HO3D's files of points as streams: evaluation_xyz.json, evaluation_verts.json, pred.json, pred.zip. They are up to
+ * a gigabyte of text; reading them takes one frame and a block of text at a time.
+ */
+#ifndef DATA_HO3D_POINTS_H
+#define DATA_HO3D_POINTS_H
+
+#include "libtensor/base/common.h"
+#include "libtensor/base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct ho3d_points ho3d_points;
+
+/**
+ * ho3d_points_open - begin to read a file
+ *
+ *   path     JSON, or a zip archive with pred.json in it; its first bytes tell
+ *   points   (lists) of a frame of each list: { 21, 778 } for predictions, { 21 } for evaluation_xyz.json
+ *   lists    1: the file is a list of frames; 2: it is a list of two such lists
+ *
+ * End with ho3d_points_close. Errors: LT_EIO, LT_EFORMAT (an archive without pred.json), LT_ENOMEM.
+ */
+lt_status ho3d_points_open(const char *path, const int *points, int lists, ho3d_points **out);
+
+/**
+ * ho3d_points_next - the next frame of the list that is being read
+ *
+ *   out      (points, 3) as in the file
+ *   more     false: the list has ended and out is untouched; the next call begins the next list
+ *
+ * After the last list's end the rest of the file has been looked at as well. Errors: LT_EFORMAT with frame and point:
+ * not that shape, not a number below 10 km; those of reading.
+ */
+lt_status ho3d_points_next(ho3d_points *p, float *out, bool *more);
+
+void ho3d_points_close(ho3d_points *p);             /* NULL is fine */
+
+#ifdef __cplusplus
+}
+#endif
+#endif
