@@ -100,6 +100,7 @@ lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt
     p->name = full;
     p->shape = shape;
     p->kind = kind;
+    p->rate = 1;
     p->momentum = 0.1;
     p->set = set;
     *slot = p;

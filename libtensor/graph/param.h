@@ -27,6 +27,7 @@ struct lt_param {
     lt_real *data;
     lt_real *grad;                  /* NULL until a training plan reaches it: nothing to update then */
     bool frozen;                    /* kept as it is: no gradient, no update */
+    double rate;                    /* LT_WEIGHT: factor of the learning rate; 1 */
     double momentum;                /* LT_STATISTIC: share of the batch in an update */
     lt_params *set;
     lt_param *next;                 /* in the order of registration */

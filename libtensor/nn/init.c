@@ -84,6 +84,11 @@ double lt_fan_out(const lt_param *p)
     return p->shape.rank < 2 ? 1 : (double)p->shape.dim[0] * window(p);
 }
 
+void lt_init_xavier(lt_param *p, uint64_t seed, double gain)
+{
+    lt_init_uniform(p, seed, gain * sqrt(6 / (lt_fan_in(p) + lt_fan_out(p))));
+}
+
 static const char *last_part(const char *name)
 {
     const char *dot = strrchr(name, '.');

@@ -16,6 +16,9 @@ LT_API void lt_init_constant(lt_param *p, double value);
 LT_API void lt_init_uniform(lt_param *p, uint64_t seed, double bound);     /* [-bound, bound) */
 LT_API void lt_init_normal(lt_param *p, uint64_t seed, double deviation);
 
+/* lt_init_xavier - uniform in +- gain sqrt(6 / (fan in + fan out)). Source: Glorot and Bengio 2010. */
+LT_API void lt_init_xavier(lt_param *p, uint64_t seed, double gain);
+
 /* lt_fan_in, lt_fan_out - inputs and outputs of one unit of a weight (O, I, kh, kw) or (O, I) */
 LT_API double lt_fan_in(const lt_param *p);
 LT_API double lt_fan_out(const lt_param *p);

@@ -159,11 +159,16 @@ static void step_chunk(void *ctx, int64_t k)
     size_t n;
     const slot *s = chunk_of(j->o, k, &at, &n);
     lt_real *w = s->p->data + at;
+    const lt_real rate = (lt_real)s->p->rate;
+    lt_adam_step adam = j->adam;
+    lt_sgd_step sgd = j->sgd;
 
+    adam.lr *= rate;
+    sgd.lr *= rate;
     if (j->o->opts.kind == LT_SGD)
-        lt_k->sgd(w, s->m + at, s->p->grad + at, &j->sgd, n);
+        lt_k->sgd(w, s->m + at, s->p->grad + at, &sgd, n);
     else
-        lt_k->adam(w, s->m + at, s->v + at, s->p->grad + at, &j->adam, n);
+        lt_k->adam(w, s->m + at, s->v + at, s->p->grad + at, &adam, n);
     if (s->ema)
         update_ema(j->o, s, at, n);
 }

@@ -138,6 +138,26 @@ START_TEST(what_has_no_gradient_stays)
 }
 END_TEST
 
+/* With a rate of its own a parameter takes the steps of that part of the learning rate. */
+START_TEST(rate_of_a_parameter)
+{
+    static const lt_optim_kind with_rate[] = { LT_SGD, LT_ADAM, LT_ADAMW };
+    lt_param *slow = lt_params_add(set, "", "slow", LT_WEIGHT, LT_SHAPE(1));
+    lt_optim *o;
+
+    ck_assert_double_eq(slow->rate, 1);
+    slow->rate = 0.25;
+    lt_param_need_grad(slow);
+    w->data[0] = slow->data[0] = 0;
+    w->grad[0] = slow->grad[0] = 2;
+    o = lt_optim_new(set, &(lt_optim_opts){ .kind = with_rate[_i] });
+    lt_optim_step(o, 0.125, 1);
+    ck_assert(w->data[0] < 0);
+    ck_assert_double_eq_tol(slow->data[0], w->data[0] / 4, 1e-8);
+    lt_optim_free(o);
+}
+END_TEST
+
 START_TEST(the_norm_tells_of_bad_gradients)
 {
     lt_optim *o = lt_optim_new(set, &(lt_optim_opts){ .kind = LT_SGD });
@@ -210,6 +230,7 @@ int main(void)
     tcase_add_test(tc, state_resumes);
     tcase_add_test(tc, the_average_follows);
     tcase_add_test(tc, what_has_no_gradient_stays);
+    tcase_add_loop_test(tc, rate_of_a_parameter, 0, 3);
     tcase_add_test(tc, the_norm_tells_of_bad_gradients);
     tcase_add_test(tc, schedules);
     tcase_add_test(tc, running_statistics);
