@@ -7,7 +7,7 @@
 #include <assert.h>
 #include <math.h>
 
-static crop_box extent(const float (*p)[2], int n)
+crop_box crop_extent(const float (*p)[2], int n)
 {
     crop_box b = { p[0][0], p[0][1], p[0][0], p[0][1] };
 
@@ -22,7 +22,7 @@ static crop_box extent(const float (*p)[2], int n)
 
 crop_box crop_box_around(const float (*point)[2], int n, double factor)
 {
-    const crop_box e = extent(point, n);
+    const crop_box e = crop_extent(point, n);
     const double cx = trunc(((double)e.x0 + e.x1) / 2), cy = trunc(((double)e.y0 + e.y1) / 2);
     const double hx = ((double)e.x1 - e.x0) * factor / 2, hy = ((double)e.y1 - e.y0) * factor / 2;
 
@@ -40,6 +40,14 @@ crop_window crop_window_around(crop_box hand, crop_box object, int width, int he
         .cx = trunc((x0 + x1) / 2),
         .cy = trunc((y0 + y1) / 2),
         .side = fmax(side, 1),              /* everything outside the image: a crop of one pixel */
+    };
+}
+
+crop_window crop_window_hull(crop_box b)
+{
+    return (crop_window){
+        .cx = ((double)b.x0 + b.x1) / 2, .cy = ((double)b.y0 + b.y1) / 2,
+        .side = fmax(1, fmax((double)b.x1 - b.x0, (double)b.y1 - b.y0)),
     };
 }
 
@@ -97,12 +105,14 @@ void crop_normalise(crop_box b, const float (*in)[2], int n, float (*out)[2])
     }
 }
 
-/* The pixel of the image at whole place (x, y), black outside. */
-static void fetch(const uint8_t *rgb, int width, int height, double x, double y, double out[3])
+/* The pixel of the image at whole place (x, y), `outside` around it. */
+static void fetch(const uint8_t *rgb, int width, int height, const float outside[3], double x, double y,
+                  double out[3])
 {
     const uint8_t *p;
 
-    out[0] = out[1] = out[2] = 0;
+    for (int c = 0; c < 3; c++)
+        out[c] = outside[c];
     if (!(x >= 0 && x < width && y >= 0 && y < height))
         return;
     p = rgb + 3 * ((size_t)y * (size_t)width + (size_t)x);
@@ -111,13 +121,14 @@ static void fetch(const uint8_t *rgb, int width, int height, double x, double y,
 }
 
 /* The four pixels around (u, v), whose centres are at half numbers here. */
-static void fetch_bilinear(const uint8_t *rgb, int width, int height, double u, double v, double out[3])
+static void fetch_bilinear(const uint8_t *rgb, int width, int height, const float outside[3], double u, double v,
+                           double out[3])
 {
     const double x = floor(u - 0.5), y = floor(v - 0.5), fx = u - 0.5 - x, fy = v - 0.5 - y;
     double p[4][3];
 
     for (int i = 0; i < 4; i++)
-        fetch(rgb, width, height, x + (i & 1), y + (i >> 1), p[i]);
+        fetch(rgb, width, height, outside, x + (i & 1), y + (i >> 1), p[i]);
     for (int c = 0; c < 3; c++)
         out[c] = (1 - fy) * ((1 - fx) * p[0][c] + fx * p[1][c]) +
                  fy * ((1 - fx) * p[2][c] + fx * p[3][c]);
@@ -125,7 +136,7 @@ static void fetch_bilinear(const uint8_t *rgb, int width, int height, double u, 
 
 /* Row y of the warp, each pixel the nearest one there. */
 static void warp_row_nearest(const double back[6], const uint8_t *rgb, int width, int height, int y, float *out,
-                             int size, const float scaled[256])
+                             int size, const float scaled[256], const float outside[3])
 {
     const size_t plane = (size_t)size * (size_t)size;
 
@@ -135,7 +146,8 @@ static void warp_row_nearest(const double back[6], const uint8_t *rgb, int width
 
         lt_affine_apply(back, p, p);
         if (!(p[0] >= 0 && p[0] < width && p[1] >= 0 && p[1] < height)) {
-            out[x] = out[plane + (size_t)x] = out[2 * plane + (size_t)x] = 0;
+            for (size_t k = 0; k < 3; k++)
+                out[k * plane + (size_t)x] = outside[k];
             continue;
         }
         from = rgb + 3 * ((size_t)(int)p[1] * (size_t)width + (size_t)(int)p[0]);
@@ -144,25 +156,29 @@ static void warp_row_nearest(const double back[6], const uint8_t *rgb, int width
     }
 }
 
-static void warp_nearest(const double back[6], const uint8_t *rgb, int width, int height, float *out, int size)
+static void warp_nearest(const double back[6], const uint8_t *rgb, int width, int height, float *out, int size,
+                         const float outside[3])
 {
     float scaled[256];
 
     for (int i = 0; i < 256; i++)
         scaled[i] = (float)(i / 255.0);
     for (int y = 0; y < size; y++)
-        warp_row_nearest(back, rgb, width, height, y, out + (size_t)y * (size_t)size, size, scaled);
+        warp_row_nearest(back, rgb, width, height, y, out + (size_t)y * (size_t)size, size, scaled,
+                         outside);
 }
 
-void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, float *out, int size,
-               bool bilinear)
+void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, const float outside[3], float *out,
+               int size, bool bilinear)
 {
+    static const float black[3];
     const size_t plane = (size_t)size * (size_t)size;
+    const float *around = outside ? outside : black;
     double back[6];
 
     invert(A, back);
     if (!bilinear) {
-        warp_nearest(back, rgb, width, height, out, size);
+        warp_nearest(back, rgb, width, height, out, size, around);
         return;
     }
     for (int y = 0; y < size; y++)
@@ -170,7 +186,7 @@ void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, flo
             float *o = out + (size_t)y * (size_t)size + (size_t)x;
             double p[2] = { x + 0.5, y + 0.5 }, c[3];
             lt_affine_apply(back, p, p);
-            fetch_bilinear(rgb, width, height, p[0], p[1], c);
+            fetch_bilinear(rgb, width, height, around, p[0], p[1], c);
             for (int k = 0; k < 3; k++)
                 o[(size_t)k * plane] = (float)c[k];
         }

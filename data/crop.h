@@ -27,6 +27,12 @@ crop_box crop_box_around(const float (*point)[2], int n, double factor);
 /* crop_window_around - the square that holds hand and object, clamped to the image; angle 0 */
 crop_window crop_window_around(crop_box hand, crop_box object, int width, int height);
 
+/* crop_window_hull - the square about the middle of box, with the box's longer side; angle 0 */
+crop_window crop_window_hull(crop_box box);
+
+/* crop_extent - the smallest box with n points in it; n >= 1 */
+crop_box crop_extent(const float (*point)[2], int n);
+
 /* crop_affine - the map of window w onto size x size pixels: turned about the image's origin by w.angle,
  * scaled by size / side, the centre put in the middle */
 void crop_affine(crop_window w, int size, double A[6]);
@@ -45,16 +51,17 @@ void crop_intrinsics(const double A[6], const lt_camera *cam, float *out);
 void crop_normalise(crop_box box, const float (*in)[2], int n, float (*out)[2]);
 
 /**
- * crop_warp - cut out the window: the image under A, black outside
+ * crop_warp - cut out the window: the image under A, `outside` around it
  *
  *   rgb   (height, width, 3)
+ *   outside  red, green, blue in [0, 1]; NULL: black
  *   out   (3, size, size) in [0, 1]
  *
  * Nearest: the centre (x + 0.5, y + 0.5) of an output pixel is mapped back and cut to whole pixels.
- * With bilinear the four pixels around are mixed instead, black outside.
+ * With bilinear the four pixels around are mixed instead.
  */
-void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, float *out, int size,
-               bool bilinear);
+void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, const float outside[3], float *out,
+               int size, bool bilinear);
 
 /**
  * crop_mask - the part of mask inside box, on a cells x cells grid

@@ -3,12 +3,17 @@
 #include "data/hand_object.h"
 
 #include "data/crop.h"
+#include "data/depth.h"
 
 #include <math.h>
 #include <string.h>
 
 /* How much larger than its points a box is: to crop, and to pool features from. */
 static const double HAND_CROP = 1.5, OBJECT_CROP = 1.5, HAND_POOL = 1.1, OBJECT_POOL = 1.0;
+
+/* Around everything: pixels on each side in training and otherwise; what is outside of the image. */
+static const double MARGIN_LOW = 10, MARGIN_HIGH = 20, MARGIN = 15;
+static const float MEAN_COLOUR[3] = { 0.485f, 0.456f, 0.406f };
 
 enum { STREAM = 0x484f4341 };               /* tells these draws apart from other uses of the seed */
 
@@ -46,6 +51,7 @@ static bool allocate(hand_object_batch *b)
     bool ok = true;
 
     b->image = slots(b, 3 * pixels, f, &ok);
+    b->depth = slots(b, pixels, f, &ok);
     b->hand_box = slots(b, 4, f, &ok);
     b->object_box = slots(b, 4, f, &ok);
     b->joints2d = slots(b, 21 * 2, f, &ok);
@@ -88,7 +94,7 @@ static void clear_slot(hand_object_batch *b, int slot, int64_t index)
     const size_t i = (size_t)slot, pixels = (size_t)b->size * (size_t)b->size;
     const size_t cells = (size_t)b->cells * (size_t)b->cells;
     struct { float *p; size_t per; } all[] = {
-        { b->image, 3 * pixels }, { b->hand_box, 4 }, { b->object_box, 4 }, { b->joints2d, 42 },
+        { b->image, 3 * pixels }, { b->depth, pixels }, { b->hand_box, 4 }, { b->object_box, 4 }, { b->joints2d, 42 },
         { b->rotation, 144 }, { b->beta, 10 }, { b->points2d, 42 }, { b->mask, cells },
         { b->weight, 1 }, { b->affine, 6 }, { b->K, 9 }, { b->wrist, 3 }, { b->joints, 63 },
         { b->R, 9 }, { b->t, 3 },
@@ -134,6 +140,33 @@ static double draw_angle(const hand_object_options *o, lt_rng *rng)
     return chance < o->rotation_chance ? fmax(-2, fmin(2, normal)) * o->rotation : 0;
 }
 
+static void include(crop_box *b, crop_box other)
+{
+    b->x0 = fminf(b->x0, other.x0);
+    b->y0 = fminf(b->y0, other.y0);
+    b->x1 = fmaxf(b->x1, other.x1);
+    b->y1 = fmaxf(b->y1, other.y1);
+}
+
+/* Each side of the box around all points moves outward on its own. */
+static crop_window union_window(const dataset_sample *s, const hand_object_options *o, const hand_points *hand,
+                                lt_rng *rng)
+{
+    crop_box b = crop_extent(hand->p, hand->n);
+    float *const side[4] = { &b.x0, &b.y0, &b.x1, &b.y1 };
+    crop_window w;
+
+    if (has_object(s))
+        include(&b, crop_extent(s->control2d, 21));
+    for (int i = 0; i < 4; i++) {
+        const double out = o->augment ? lt_rng_range(rng, MARGIN_LOW, MARGIN_HIGH) : MARGIN;
+        *side[i] += (float)(i < 2 ? -out : out);
+    }
+    w = crop_window_hull(b);
+    w.angle = o->augment ? draw_angle(o, rng) : 0;
+    return w;
+}
+
 /* Steps 1 to 3: the window around hand and object, moved, scaled and turned. */
 static crop_window choose_window(const dataset_sample *s, const hand_object_options *o,
                                  const hand_points *hand, lt_rng *rng)
@@ -153,12 +186,19 @@ static crop_window choose_window(const dataset_sample *s, const hand_object_opti
     return w;
 }
 
+static crop_box whole_crop(int size)
+{
+    return (crop_box){ 0, 0, (float)size, (float)size };
+}
+
 /* Step 7: in training around the mapped points, else around the image's points and then mapped. */
-static crop_box pool_box(const double A[6], const float (*p)[2], int n, double factor, bool augment)
+static crop_box pool_box(const hand_object_options *o, const double A[6], const float (*p)[2], int n, double factor)
 {
     float mapped[LT_HAND_KEYPOINTS][2];
 
-    if (!augment)
+    if (o->crop == HAND_OBJECT_UNION)
+        return whole_crop(o->size);
+    if (!o->augment)
         return crop_corners(A, crop_box_around(p, n, factor));
     crop_points(A, p, n, mapped);
     return crop_box_around(mapped, n, factor);
@@ -197,7 +237,7 @@ static void store_rotations(const dataset_sample *s, double angle, float *out)
 static void store_hand(const dataset_sample *s, const hand_object_options *o, const double A[6],
                        double angle, const hand_points *hand, hand_object_batch *b, size_t i)
 {
-    const crop_box box = pool_box(A, hand->p, hand->n, HAND_POOL, o->augment);
+    const crop_box box = pool_box(o, A, hand->p, hand->n, HAND_POOL);
 
     store_box(b->hand_box + 4 * i, box);
     if (s->flags & SAMPLE_JOINTS) {
@@ -215,7 +255,7 @@ static void store_hand(const dataset_sample *s, const hand_object_options *o, co
 static void store_object(const dataset_sample *s, const hand_object_options *o, const double A[6],
                          hand_object_batch *b, size_t i)
 {
-    const crop_box box = pool_box(A, s->control2d, 21, OBJECT_POOL, o->augment);
+    const crop_box box = pool_box(o, A, s->control2d, 21, OBJECT_POOL);
     const size_t cells = (size_t)b->cells * (size_t)b->cells;
 
     store_box(b->object_box + 4 * i, box);
@@ -227,14 +267,28 @@ static void store_object(const dataset_sample *s, const hand_object_options *o, 
         crop_mask(A, s->silhouette, s->width, s->height, b->size, box, b->mask + cells * i, b->cells);
 }
 
+static void store_picture(const dataset_sample *s, const hand_object_options *o, const double A[6], lt_rng *rng,
+                          hand_object_batch *b, size_t i)
+{
+    const size_t pixels = (size_t)b->size * (size_t)b->size;
+    const bool all = o->crop == HAND_OBJECT_UNION;
+    float *image = b->image + 3 * pixels * i, *scratch = b->scratch + pixels * i;
+
+    crop_warp(A, s->rgb, s->width, s->height, all ? MEAN_COLOUR : NULL, image, b->size, all || o->bilinear);
+    if (o->augment)
+        augment_colour(image, b->size, b->size, &o->colour, rng, scratch);
+    if (o->depth)
+        depth_crop(A, s->depth, s->silhouette, s->width, s->height, b->depth + pixels * i, b->size, scratch);
+}
+
 lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options *o,
                               uint64_t epoch, int64_t index, hand_object_batch *b, int slot)
 {
-    const size_t i = (size_t)slot, pixels = (size_t)b->size * (size_t)b->size;
+    const size_t i = (size_t)slot;
     lt_rng rng = lt_rng_make(o->seed, lt_rng_mix(lt_rng_mix(STREAM, epoch), (uint64_t)index));
     const hand_points hand = hand_points_of(s, o->augment);
-    const crop_window w = choose_window(s, o, &hand, &rng);
-        float *image = b->image + 3 * pixels * i;
+    const crop_window w = o->crop == HAND_OBJECT_UNION ? union_window(s, o, &hand, &rng)
+                                                       : choose_window(s, o, &hand, &rng);
     double A[6];
 
     if (!(s->flags & (SAMPLE_JOINTS | SAMPLE_HAND_BOX)))
@@ -242,9 +296,7 @@ lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options
                         s->name);
     clear_slot(b, slot, index);
     crop_affine(w, b->size, A);
-    crop_warp(A, s->rgb, s->width, s->height, image, b->size, o->bilinear);
-    if (o->augment)
-        augment_colour(image, b->size, b->size, &o->colour, &rng, b->scratch + pixels * i);
+    store_picture(s, o, A, &rng, b, i);
     for (int k = 0; k < 6; k++)
         b->affine[6 * i + (size_t)k] = (float)A[k];
     crop_intrinsics(A, &s->camera, b->K + 9 * i);
@@ -258,11 +310,21 @@ lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options
 
 /* ---- what the loader calls ---- */
 
+unsigned hand_object_want(const hand_object_options *o)
+{
+    return SAMPLE_OBJECT | (o->depth ? SAMPLE_DEPTH : 0);
+}
+
+static int64_t sample_of(const hand_object_feed *f, int64_t i)
+{
+    return f->index ? f->index[i] : i;
+}
+
 static const char *source_name(const void *ctx, int64_t index)
 {
     const hand_object_feed *f = ctx;
 
-    return dataset_name(f->data, index);
+    return dataset_name(f->data, sample_of(f, index));
 }
 
 static void *source_batch_new(const void *ctx, int capacity)
@@ -285,15 +347,16 @@ static void source_start(void *batch, int count)
 static lt_status source_fill(const void *ctx, uint64_t epoch, int64_t index, void *batch, int slot)
 {
     const hand_object_feed *f = ctx;
+    const int64_t sample = sample_of(f, index);
     lt_arena *arena = lt_arena_new();
     dataset_sample s;
     lt_status st;
 
     if (!arena)
-        return lt_error(LT_ENOMEM, "loader: no memory for sample %s", dataset_name(f->data, index));
-    st = dataset_read(f->data, index, SAMPLE_OBJECT, arena, &s);
+        return lt_error(LT_ENOMEM, "loader: no memory for sample %s", dataset_name(f->data, sample));
+    st = dataset_read(f->data, sample, hand_object_want(&f->options), arena, &s);
     if (!st)
-        st = hand_object_prepare(&s, &f->options, epoch, index, batch, slot);
+        st = hand_object_prepare(&s, &f->options, epoch, sample, batch, slot);
     lt_arena_free(arena);
     return st;
 }
@@ -306,7 +369,7 @@ static void source_skip(void *batch, int slot, int64_t index)
 loader_source hand_object_source(const hand_object_feed *feed)
 {
     return (loader_source){
-        .ctx = feed, .count = feed->data->count, .name = source_name,
+        .ctx = feed, .count = feed->index ? feed->count : feed->data->count, .name = source_name,
         .batch_new = source_batch_new, .batch_free = source_batch_free,
         .start = source_start, .fill = source_fill, .skip = source_skip,
     };

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Batches for estimators that look at one crop with a hand and an object (HOCAT): the sample
- * preparation from an image and its annotation to the arrays that the network and the losses take.
+ * Batches for estimators that look at one crop with a hand and an object: the sample preparation from an
+ * image and its annotation to the arrays that the network and the losses take.
  *
- * Source: Semi-Hand-Object and HFL-Net, dataset/ho3d.py and dataset/dex_ycb.py.
+ * Source: Semi-Hand-Object and HFL-Net, dataset/ho3d.py and dataset/dex_ycb.py; Bandi and Thomas 2025, section 4.
  */
 #ifndef DATA_HAND_OBJECT_H
 #define DATA_HAND_OBJECT_H
@@ -16,7 +16,17 @@
 extern "C" {
 #endif
 
+/* Where the crop's window comes from, and what the batch's boxes are. */
+typedef enum {
+    HAND_OBJECT_BOXES,              /* around enlarged boxes of hand and object, jittered; to pool from */
+    HAND_OBJECT_UNION,              /* around all points of both and 15 pixels, in training 10 to 20 on each
+                                     * side alone; sampled between pixels, ImageNet's mean colour outside; both
+                                     * boxes are the crop */
+} hand_object_crop;
+
 typedef struct {
+    hand_object_crop crop;
+    bool depth;                     /* read it and fill it in */
     int size;                       /* side of the crop in pixels; 256 in the paper */
     int cells;                      /* side of the object mask; 32, the size of the pooled features */
     uint64_t seed;                  /* of all augmentation */
@@ -39,6 +49,7 @@ typedef struct {
     int count;                      /* B of this batch; the last of an epoch may be smaller */
     int capacity, size, cells;
     float *image;                   /* (B, 3, size, size) in [0, 1] */
+    float *depth;                   /* (B, size, size) as depth_crop has it; 0 where not asked for */
     float *hand_box, *object_box;   /* (B, 4) x0 y0 x1 y1 in crop pixels */
     float *joints2d;                /* (B, 21, 2) simple order, in units of hand_box */
     float *rotation;                /* (B, 16, 9) row-major, [0] turned with the crop */
@@ -76,10 +87,15 @@ void hand_object_batch_free(hand_object_batch *b);
 lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options *options,
                               uint64_t epoch, int64_t index, hand_object_batch *b, int slot);
 
+/* hand_object_want - what dataset_read must give for these options */
+unsigned hand_object_want(const hand_object_options *options);
+
 /* Where a loader's samples come from, and how they are prepared. */
 typedef struct {
     const dataset *data;
     hand_object_options options;
+    const int64_t *index;           /* (count) which of its samples; NULL: all */
+    int64_t count;
 } hand_object_feed;
 
 /* hand_object_source - what a loader needs to make such batches; feed must outlive the loader */

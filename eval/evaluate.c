@@ -5,6 +5,7 @@
 #include "eval/evaluation_internal.h"
 
 #include "libtensor/base/parallel.h"
+#include "train/feed.h"
 
 #include <string.h>
 
@@ -301,7 +302,7 @@ static void fill_slot(void *ctx, int64_t slot)
     const int64_t index = (j->first + slot) * j->total / j->samples;
     lt_arena *arena = lt_arena_new();
     dataset_sample s;
-    lt_status st = arena ? dataset_read(j->data, index, SAMPLE_OBJECT, arena, &s)
+    lt_status st = arena ? dataset_read(j->data, index, hand_object_want(j->options), arena, &s)
                          : lt_error(LT_ENOMEM, "no memory for a sample");
 
     if (st == LT_OK)
@@ -326,8 +327,7 @@ lt_status evaluate_each_batch(const evaluate_options *o, evaluate_batch_fn fn, v
     fill_job job = { .data = o->data, .options = &options, .total = o->data->count };
     lt_status st = LT_OK;
 
-    options.size = o->m->image_size;
-    options.cells = o->m->cells;
+    feed_options(o->m, &options);
     job.samples = o->limit > 0 ? lt_min_i64(o->limit, job.total) : job.total;
     job.batch = hand_object_batch_new(o->batch, options.size, options.cells);
     if (!job.batch)

@@ -2,6 +2,7 @@
 #include "eval/pictures.h"
 
 #include "eval/sheet.h"
+#include "train/feed.h"
 
 typedef struct {
     const evaluate_options *o;
@@ -34,7 +35,7 @@ static lt_status read_one(pictures *p, const hand_object_options *options, int i
     const dataset *d = p->o->data;
     const int64_t index = i * d->count / p->n;
     dataset_sample *s = &p->sample[i];
-    lt_status st = dataset_read(d, index, SAMPLE_OBJECT, p->arena, s);
+    lt_status st = dataset_read(d, index, hand_object_want(options), p->arena, s);
 
     if (st == LT_OK)
         st = hand_object_prepare(s, options, 0, index, p->batch, i);
@@ -53,8 +54,7 @@ static lt_status read_all(pictures *p)
     hand_object_options options = hand_object_defaults(false, 0);
     lt_status st = LT_OK;
 
-    options.size = p->o->m->image_size;
-    options.cells = p->o->m->cells;
+    feed_options(p->o->m, &options);
     for (int i = 0; i < p->n && st == LT_OK; i++)
         st = read_one(p, &options, i);
     return st;

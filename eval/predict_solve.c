@@ -7,6 +7,7 @@
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/geometry/translation.h"
+#include "train/feed.h"
 
 #include <math.h>
 #include <string.h>
@@ -81,8 +82,7 @@ lt_status predict_solver_new(const predict_options *o, predict_solver **out)
     if (!s)
         return lt_error(LT_ENOMEM, "no memory to predict with");
     s->options = hand_object_defaults(false, 0);
-    s->options.size = o->m->image_size;
-    s->options.cells = o->m->cells;
+    feed_options(o->m, &s->options);
     s->batch = hand_object_batch_new(1, o->m->image_size, o->m->cells);
     st = s->batch ? estimator_new_alone(o->m, 1, &s->estimator) : lt_error(LT_ENOMEM, "no memory for a batch");
     if (st) {

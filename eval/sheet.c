@@ -32,7 +32,7 @@ static draw_canvas cut_out(lt_arena *arena, const dataset_sample *s, const doubl
 
     if (!planes || !c.rgb)
         return (draw_canvas){ NULL, 0, 0 };
-    crop_warp(A, s->rgb, s->width, s->height, planes, TILE, true);
+    crop_warp(A, s->rgb, s->width, s->height, NULL, planes, TILE, true);
     for (size_t i = 0; i < plane; i++)
         for (size_t k = 0; k < 3; k++)
             c.rgb[i][k] = (uint8_t)(255 * planes[k * plane + i] + 0.5f);

@@ -24,7 +24,9 @@ typedef struct {
 
 /*
  * One recorded graph of a model. Inputs that every hand-object model has, by name:
- *   "image" (B, 3, S, S)    "hand_box", "object_box" (B, 4) crop pixels
+ *   "image" (B, 3, S, S) in [0, 1]
+ * that some have:
+ *   "hand_box", "object_box" (B, 4) crop pixels      "depth" (B, 1, S, S) in [-1, 1], of the crop's middle
  * and for losses:
  *   "joints2d" (B, 21, 2)   "rotation" (B, 16, 3, 3)   "beta" (B, 10)   "points2d" (B, 21, 2)
  *   "mask" (B, cells, cells)   "weight" (B)
@@ -45,6 +47,12 @@ typedef struct {
 } model_record;
 
 typedef struct model model;
+
+/* How the crop is cut that a model looks at: the papers' data preparation differs. */
+typedef enum {
+    MODEL_CROP_BOXES,               /* around enlarged boxes of hand and object, which the model pools from */
+    MODEL_CROP_UNION,               /* around both with a margin; both boxes are the whole crop */
+} model_crop;
 
 /* What a model is for, and so which ports it has. There is data here to train and to score the first. */
 typedef enum {
@@ -80,6 +88,8 @@ struct model {
     void *config;                   /* as read by keys */
     const char *variant;
     int image_size, cells;          /* side of the crop; side of the pooled features and masks */
+    model_crop crop;
+    bool depth;                     /* it has the input "depth" */
 };
 
 /* model_classes - all models, NULL-terminated; model_find - by name, with an error that lists them */

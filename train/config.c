@@ -43,6 +43,8 @@ static const lt_config_key data_keys[] = {
     { DATA(augment), .type = LT_CONFIG_BOOL, .fallback = "true", .doc = "jitter, turn and recolour the crops" },
     { DATA(bilinear), .type = LT_CONFIG_BOOL, .fallback = "false",
       .doc = "sample crops between pixels, not at the nearest" },
+    { DATA(contact_mm), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1000,
+      .doc = "train on samples whose hand comes this close to the object; 0: on all" },
     { DATA(centre_jitter), .type = LT_CONFIG_NUMBER, .fallback = "0.1", .lo = 0, .hi = 1,
       .doc = "the crop's centre moves by up to this share of its side" },
     { DATA(scale_jitter), .type = LT_CONFIG_NUMBER, .fallback = "0.2", .lo = 0, .hi = 0.9,

@@ -20,6 +20,7 @@ typedef struct {
     int threads, ahead;
     double tolerate;
     bool augment, bilinear;
+    double contact_mm;              /* train where the hand comes this close to the object; 0: everywhere */
     double centre_jitter, scale_jitter, rotation_deg, rotation_chance;
     double blur, brightness, contrast, saturation, hue;
 } train_data_config;

@@ -14,6 +14,7 @@ static bool find_field(const hand_object_batch *b, const char *name, field *out)
     const int64_t pixels = (int64_t)b->size * b->size, cells = (int64_t)b->cells * b->cells;
     const struct { const char *name; field f; } known[] = {
         { "image", { b->image, 3 * pixels } },
+        { "depth", { b->depth, pixels } },
         { "hand_box", { b->hand_box, 4 } },
         { "object_box", { b->object_box, 4 } },
         { "joints2d", { b->joints2d, 2 * LT_HAND_KEYPOINTS } },
@@ -30,6 +31,14 @@ static bool find_field(const hand_object_batch *b, const char *name, field *out)
             return true;
         }
     return false;
+}
+
+void feed_options(const model *m, hand_object_options *o)
+{
+    o->size = m->image_size;
+    o->cells = m->cells;
+    o->crop = m->crop == MODEL_CROP_UNION ? HAND_OBJECT_UNION : HAND_OBJECT_BOXES;
+    o->depth = m->depth;
 }
 
 lt_status feed_check(const model_record *r)

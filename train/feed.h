@@ -9,6 +9,9 @@
 #include "libtensor/graph/plan.h"
 #include "models/model.h"
 
+/* feed_options - how the model wants its crops: size, cells, window, depth */
+void feed_options(const model *m, hand_object_options *o);
+
 /**
  * feed_check - whether a hand-object batch has what the model asks for
  *

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/source.h"
 
+#include "data/contact.h"
 #include "data/open.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/hand_file.h"
+#include "train/feed.h"
 
 #include <unistd.h>
 
@@ -78,6 +80,22 @@ static lt_status deal(const train_config *c, train_source *s)
     return LT_OK;
 }
 
+/* Of the training samples, those with the hand at the object. */
+static lt_status keep_contact(lt_arena *arena, const train_config *c, train_source *s)
+{
+    lt_status st;
+
+    if (c->data.contact_mm <= 0)
+        return LT_OK;
+    st = contact_select(s->train, s->hand, s->train_count, c->data.contact_mm / 1e3, arena, &s->train_feed.index,
+                        &s->train_feed.count);
+    s->train_count = s->train_feed.count;
+    if (st == LT_OK && s->train_count == 0)
+        return lt_error(LT_EINVAL, "%s: data.contact_mm: no hand comes within %g mm of its object in %s", c->path,
+                        c->data.contact_mm, s->train->root);
+    return st;
+}
+
 lt_status train_source_open(lt_arena *arena, const train_config *c, train_source *out)
 {
     lt_hand_layer *layer = NULL;
@@ -97,11 +115,11 @@ lt_status train_source_open(lt_arena *arena, const train_config *c, train_source
     if (st)
         return st;
     out->layer = layer;
-    out->train_feed = (hand_object_feed){ out->train, train_options_of(c) };
-    out->check_feed = (hand_object_feed){ out->evaluation ? out->evaluation : out->train,
-                                          hand_object_defaults(false, (uint64_t)c->loop.seed) };
+    out->train_feed = (hand_object_feed){ .data = out->train, .options = train_options_of(c) };
+    out->check_feed = (hand_object_feed){ .data = out->evaluation ? out->evaluation : out->train,
+                                          .options = hand_object_defaults(false, (uint64_t)c->loop.seed) };
     out->check_feed.options.bilinear = c->data.bilinear;
-    return LT_OK;
+    return keep_contact(arena, c, out);
 }
 
 void train_source_close(train_source *s)
@@ -113,8 +131,8 @@ void train_source_close(train_source *s)
 
 void train_source_sizes(train_source *s, const model *m)
 {
-    s->train_feed.options.size = s->check_feed.options.size = m->image_size;
-    s->train_feed.options.cells = s->check_feed.options.cells = m->cells;
+    feed_options(m, &s->train_feed.options);
+    feed_options(m, &s->check_feed.options);
 }
 
 loader_source train_source_loader(const train_source *s)

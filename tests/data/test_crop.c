@@ -98,7 +98,7 @@ START_TEST(points_follow_the_picture)
     int seen = 0;
 
     crop_affine(turned, S, A);
-    crop_warp(A, rgb, W, H, crop, S, false);
+    crop_warp(A, rgb, W, H, NULL, crop, S, false);
     for (int i = 0; i < 500; i++) {
         const float in[1][2] = { { (float)(200 + 37 * i % 200), (float)(110 + 53 * i % 200) } };
         float out[1][2];
@@ -128,7 +128,7 @@ START_TEST(nearest_is_defined)
     double A[6];
 
     crop_affine(w, S, A);
-    crop_warp(A, rgb, W, H, crop, S, false);
+    crop_warp(A, rgb, W, H, NULL, crop, S, false);
     for (int y = 0; y < S; y++)
         for (int x = 0; x < S; x++) {
             const int u = (int)floor((x + 0.5) * 300 / S + 50 - 150);
@@ -152,7 +152,7 @@ START_TEST(bilinear_mixes)
     float crop[3 * 4];
     const double A[6] = { 1, 0, 0.5, 0, 1, 0 };         /* half a pixel to the right */
 
-    crop_warp(A, rgb, 2, 1, crop, 2, true);
+    crop_warp(A, rgb, 2, 1, NULL, crop, 2, true);
     ck_assert_float_eq_tol(crop[0], 0, 1e-6);
     ck_assert_float_eq_tol(crop[1], 0.5, 1e-6);
 }
@@ -222,7 +222,7 @@ START_TEST(mask_is_the_slow_way)
             if ((x - 290) * (x - 290) + (y - 180) * (y - 180) < 75 * 75)
                 mask[y * W + x] = rgb[3 * (y * W + x)] = 1;
     crop_affine(turned, S, A);
-    crop_warp(A, rgb, W, H, crop, S, false);
+    crop_warp(A, rgb, W, H, NULL, crop, S, false);
     crop_mask(A, mask, W, H, S, box, out, CELLS);
     for (int i = 0; i < CELLS; i++)
         for (int j = 0; j < CELLS; j++) {

@@ -253,7 +253,7 @@ END_TEST
 
 START_TEST(makes_batches)
 {
-    const hand_object_feed feed = { open_split("train"), hand_object_defaults(true, 5) };
+    const hand_object_feed feed = { .data = open_split("train"), .options = hand_object_defaults(true, 5) };
     const loader_source source = hand_object_source(&feed);
     const loader_options o = { .batch = 3, .threads = 2, .ahead = 2, .shuffle = true, .seed = 5 };
     float first[42];

@@ -230,6 +230,65 @@ START_TEST(jitter_keeps_its_limits)
 }
 END_TEST
 
+/* The extent of all points as the crop sees it, in crop pixels: x0 y0 x1 y1. */
+static void extent_in_crop(const hand_object_batch *b, double out[4])
+{
+    out[0] = out[1] = S;
+    out[2] = out[3] = 0;
+    for (int i = 0; i < 42; i++)
+        for (int d = 0; d < 2; d++) {
+            const double at = S * (double)(i < 21 ? b->joints2d[2 * i + d] : b->points2d[2 * (i - 21) + d]);
+
+            out[d] = fmin(out[d], at);
+            out[2 + d] = fmax(out[2 + d], at);
+        }
+}
+
+/* Around everything: 15 pixels of the image on the long sides, 10 to 20 in training, and the crop for a box. */
+START_TEST(union_of_both)
+{
+    const float whole[4] = { 0, 0, S, S };
+    hand_object_options o = options(_i > 0);
+    hand_object_batch *b;
+    double e[4], pixels, left, right;
+
+    o.crop = HAND_OBJECT_UNION;
+    o.rotation = 0;
+    b = prepare(&o, 0, _i, 0);
+    ck_assert_mem_eq(b->hand_box, whole, sizeof(whole));
+    ck_assert_mem_eq(b->object_box, whole, sizeof(whole));
+    extent_in_crop(b, e);
+    pixels = 1 / (double)b->affine[0];          /* of the image in one of the crop */
+    left = e[0] * pixels;
+    right = (S - e[2]) * pixels;
+    if (_i == 0) {
+        ck_assert_double_eq_tol(left, 15, 1e-3);
+        ck_assert_double_eq_tol(right, 15, 1e-3);
+    }
+    ck_assert(left >= 10 - 1e-3 && left <= 20 + 1e-3 && right >= 10 - 1e-3 && right <= 20 + 1e-3);
+    ck_assert_double_ge(e[1] * pixels, 10);
+    hand_object_batch_free(b);
+}
+END_TEST
+
+START_TEST(outside_is_grey_and_far)
+{
+    hand_object_options o = options(false);
+    hand_object_batch *b;
+
+    o.crop = HAND_OBJECT_UNION;
+    o.depth = true;
+    for (int i = 0; i < 21; i++)
+        sample.joints2d[i][0] -= 250;           /* up to the image's edge: the margin lies beside it */
+    b = prepare(&o, 0, 0, 0);
+    ck_assert_float_eq(b->image[S * S / 2], 0.485f);
+    ck_assert_float_eq(b->image[S * S + S * S / 2], 0.456f);
+    for (int i = 0; i < S * S; i++)
+        ck_assert_float_eq(b->depth[i], 1);
+    hand_object_batch_free(b);
+}
+END_TEST
+
 int main(void)
 {
     Suite *s = suite_create("hand_object");
@@ -246,6 +305,8 @@ int main(void)
     tcase_add_test(c, hand_alone);
     tcase_add_test(c, draws_are_keyed);
     tcase_add_test(c, jitter_keeps_its_limits);
+    tcase_add_loop_test(c, union_of_both, 0, 20);
+    tcase_add_test(c, outside_is_grey_and_far);
     srunner_run_all(r, CK_NORMAL);
     failed = srunner_ntests_failed(r);
     srunner_free(r);
