@@ -4,11 +4,14 @@
 #include "libtensor/io/json.h"
 #include "models/classifiers/classifier.h"
 #include "models/hocat/hocat.h"
+#include "models/unified/unified.h"
 
 #include <assert.h>
 #include <string.h>
 
-const model_class *const model_classes[] = { &hocat_class, &resnet50_class, &efficientnet_b0_class, NULL };
+const model_class *const model_classes[] = {
+    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, NULL,
+};
 
 lt_status model_find(const char *name, const model_class **out)
 {

@@ -66,11 +66,10 @@ void heatmap_head_new(heatmap_head *m, lt_params *set, const char *prefix, int c
     m->temperature = lt_params_add(set, prefix, "temperature", LT_WEIGHT, LT_SHAPE(joints));
 }
 
-/* H_j = softmax over all cells of t_j S_j */
-static lt_tensor *spatial_softmax(const heatmap_head *m, lt_tensor *logits)
+lt_tensor *heatmap_softmax(lt_tensor *logits, lt_param *temperature)
 {
     const int64_t B = lt_dim(logits, 0), J = lt_dim(logits, 1), cells = lt_dim(logits, 2) * lt_dim(logits, 3);
-    lt_tensor *t = lt_reshape(lt_use(logits->graph, m->temperature), LT_SHAPE(J, 1));
+    lt_tensor *t = lt_reshape(lt_use(logits->graph, temperature), LT_SHAPE(J, 1));
     lt_tensor *rows = lt_softmax(lt_mul(lt_reshape(logits, LT_SHAPE(B, J, cells)), t));
 
     return lt_reshape(rows, logits->shape);
@@ -82,7 +81,7 @@ heatmap_out heatmap_head_forward(const heatmap_head *m, lt_tensor *x)
     heatmap_out out;
 
     out.encoding = lt_leaky_relu(lt_batch_norm_layer_forward(&m->fc_bn, lt_conv_layer_forward(&m->fc, y)), SLOPE);
-    out.heatmaps = spatial_softmax(m, lt_conv_layer_forward(&m->score, out.encoding));
+    out.heatmaps = heatmap_softmax(lt_conv_layer_forward(&m->score, out.encoding), m->temperature);
     out.joints2d = lt_soft_argmax2d(out.heatmaps);
     return out;
 }

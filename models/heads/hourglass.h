@@ -47,6 +47,9 @@ typedef struct {
     lt_tensor *joints2d;            /* (B, joints, 2) in [0, 1] of the map */
 } heatmap_out;
 
+/* heatmap_softmax - H_j = softmax over all cells of t_j S_j, for logits S (B, J, h, w) and temperatures t (J) */
+lt_tensor *heatmap_softmax(lt_tensor *logits, lt_param *temperature);
+
 void heatmap_head_new(heatmap_head *m, lt_params *set, const char *prefix, int channels, int joints, int depth);
 heatmap_out heatmap_head_forward(const heatmap_head *m, lt_tensor *x);
 

@@ -3,17 +3,32 @@
 
 static const double SLOPE = 0.01;
 
+void residual_tower_new(residual_tower *m, lt_params *set, const char *prefix, int channels, int levels)
+{
+    m->levels = levels;
+    for (int i = 0; i < levels; i++)
+        for (int k = 0; k < 2; k++)
+            m->block[i][k] = preact_bottleneck_new(set, lt_name(set, "%s.%d.%d", prefix, i, k), channels);
+}
+
+lt_tensor *residual_tower_forward(const residual_tower *m, lt_tensor *x)
+{
+    for (int i = 0; i < m->levels; i++) {
+        for (int k = 0; k < 2; k++)
+            x = preact_bottleneck_forward(&m->block[i][k], x);
+        x = lt_max_pool2d(x, 2, 2, 0, true);
+    }
+    return lt_reshape(x, LT_SHAPE(lt_dim(x, 0), lt_dim(x, 1) * lt_dim(x, 2) * lt_dim(x, 3)));
+}
+
 void fusion_encoder_new(fusion_encoder *m, lt_params *set, const char *prefix, int channels, int joints,
                         int levels)
 {
-    m->levels = levels;
     m->heatmap_conv = lt_conv_layer_new(set, lt_name(set, "%s.heatmap_conv", prefix), joints, channels, 1,
                                         true, NULL);
     m->encoding_conv = lt_conv_layer_new(set, lt_name(set, "%s.encoding_conv", prefix), channels, channels, 1,
                                          true, NULL);
-    for (int i = 0; i < levels; i++)
-        for (int k = 0; k < 2; k++)
-            m->block[i][k] = preact_bottleneck_new(set, lt_name(set, "%s.reg.%d.%d", prefix, i, k), channels);
+    residual_tower_new(&m->tower, set, lt_name(set, "%s.reg", prefix), channels, levels);
 }
 
 lt_tensor *fusion_encoder_forward(const fusion_encoder *m, lt_tensor *heatmaps, lt_tensor *encoding)
@@ -21,12 +36,7 @@ lt_tensor *fusion_encoder_forward(const fusion_encoder *m, lt_tensor *heatmaps, 
     lt_tensor *x = lt_add(lt_conv_layer_forward(&m->heatmap_conv, heatmaps),
                           lt_conv_layer_forward(&m->encoding_conv, encoding));
 
-    for (int i = 0; i < m->levels; i++) {
-        for (int k = 0; k < 2; k++)
-            x = preact_bottleneck_forward(&m->block[i][k], x);
-        x = lt_max_pool2d(x, 2, 2, 0, false);
-    }
-    return lt_reshape(x, LT_SHAPE(lt_dim(x, 0), lt_dim(x, 1) * lt_dim(x, 2) * lt_dim(x, 3)));
+    return residual_tower_forward(&m->tower, x);
 }
 
 void mano_regressor_new(mano_regressor *m, lt_params *set, const char *prefix, int features, int hidden1,

@@ -9,12 +9,19 @@
 
 #include "models/heads/hourglass.h"
 
-/* Heat maps and encoding, each through a 1x1 convolution, summed; then PB, PB, pool per level down to
- * 2 x 2, flattened. */
+/* PB, PB, pool per level, flattened; a pool keeps a last partial window. Parameters PREFIX.level.0, .1 */
 typedef struct {
-    lt_conv_layer heatmap_conv, encoding_conv;
     preact_bottleneck block[HOURGLASS_MAX_DEPTH][2];
     int levels;
+} residual_tower;
+
+void residual_tower_new(residual_tower *m, lt_params *set, const char *prefix, int channels, int levels);
+lt_tensor *residual_tower_forward(const residual_tower *m, lt_tensor *x);
+
+/* Heat maps and encoding, each through a 1x1 convolution, summed; then a tower down to 2 x 2. */
+typedef struct {
+    lt_conv_layer heatmap_conv, encoding_conv;
+    residual_tower tower;
 } fusion_encoder;
 
 void fusion_encoder_new(fusion_encoder *m, lt_params *set, const char *prefix, int channels, int joints,

@@ -2,6 +2,7 @@
 #include "models/hocat/hocat.h"
 
 #include "libtensor/nn/init.h"
+#include "models/backbones/imagenet.h"
 
 #include <string.h>
 
@@ -43,13 +44,7 @@ static const lt_config_key keys[] = {
     { KEY(head_init), .type = LT_CONFIG_CHOICE, .fallback = "\"hfl\"", .choices = head_inits,
       .doc = "first weights of heads and attention: hfl, near zero, for a trunk that has learnt; default, for a "
              "start from nothing at a high rate" },
-    { KEY(w_heatmap), .type = LT_CONFIG_NUMBER, .fallback = "100", .doc = "weight of the 2D joints' loss" },
-    { KEY(w_joints), .type = LT_CONFIG_NUMBER, .fallback = "10000", .doc = "weight of the 3D joints' loss" },
-    { KEY(w_vertices), .type = LT_CONFIG_NUMBER, .fallback = "10000", .doc = "weight of the vertices' loss" },
-    { KEY(w_pose), .type = LT_CONFIG_NUMBER, .fallback = "10", .doc = "weight of the rotations' loss" },
-    { KEY(w_shape), .type = LT_CONFIG_NUMBER, .fallback = "0.1", .doc = "weight of the shape's loss" },
-    { KEY(w_p2d), .type = LT_CONFIG_NUMBER, .fallback = "500", .doc = "weight of the control points' loss" },
-    { KEY(w_conf), .type = LT_CONFIG_NUMBER, .fallback = "100", .doc = "weight of the confidences' loss" },
+    HAND_OBJECT_KEYS(hocat_config),
     { .name = NULL },
 };
 
@@ -132,13 +127,6 @@ static void init_head(lt_param *p, uint64_t seed)
         lt_init_normal(p, seed, 0.01);
 }
 
-/* The rotation head says "no rotation" at first: (1, 0, 0, 0, 1, 0) for each joint. */
-static void init_identity_pose(lt_param *bias)
-{
-    for (int64_t i = 0; i < lt_param_numel(bias); i++)
-        bias->data[i] = i % 6 == 0 || i % 6 == 4;
-}
-
 static void init(const model *self, uint64_t seed)
 {
     static const char *const heads[] = { "hocat.", "hand_head.", "hand_encoder.", "mano.", "object_head." };
@@ -152,7 +140,7 @@ static void init(const model *self, uint64_t seed)
             if (strncmp(p->name, heads[i], strlen(heads[i])) == 0)
                 init_head(p, seed);
     if (m->config.identity_pose)
-        init_identity_pose(m->mano.pose.bias);
+        identity_pose_init(m->mano.pose.bias);
 }
 
 /* ---- the data flow of the paper, top to bottom ---------------------------------------------------------- */
@@ -182,26 +170,8 @@ static lt_tensor *number_boxes(lt_tensor *boxes)
     return lt_concat((lt_tensor *[]){ lt_sample_index(boxes), boxes }, 2, 1);
 }
 
-static lt_tensor *imagenet_normalise(lt_tensor *image)
-{
-    static const double mean[] = { 0.485, 0.456, 0.406 }, deviation[] = { 0.229, 0.224, 0.225 };
-    lt_real scale[3], shift[3];
-
-    for (int i = 0; i < 3; i++) {
-        scale[i] = (lt_real)(1 / deviation[i]);
-        shift[i] = (lt_real)(-mean[i] / deviation[i]);
-    }
-    return lt_channel_affine(image, lt_constant(image->graph, LT_F32, LT_SHAPE(3), scale),
-                             lt_constant(image->graph, LT_F32, LT_SHAPE(3), shift));
-}
-
-typedef struct {
-    heatmap_out heat;
-    mano_out mano;
-    object_out object;
-} hocat_out;
-
-static hocat_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, lt_tensor *object_box, bool in_boxes)
+static hand_object_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, lt_tensor *object_box,
+                               bool in_boxes)
 {
     const int roi = m->config.roi;
     lt_tensor *hand_rois = number_boxes(hand_box), *object_rois = number_boxes(object_box);
@@ -209,7 +179,7 @@ static hocat_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, 
                                      object_rois, in_boxes);
     lt_tensor *hand_main = lt_roi_align(p2.hand, hand_rois, roi, roi, 0.25);            /* F_hm */
     lt_tensor *object_main = lt_roi_align(p2.object, object_rois, roi, roi, 0.25);      /* F_om */
-    hocat_out out;
+    hand_object_out out;
 
     if (m->config.variant == HOCAT_FULL) {
         lt_tensor *minor = lt_roi_align(p2.object, hand_rois, roi, roi, 0.25);          /* F_on */
@@ -225,44 +195,6 @@ static hocat_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, 
     return out;
 }
 
-/* ---- losses                                                                  [HOCAT section 3.5] ------- */
-
-static void add_loss(model_record *r, const char *name, lt_tensor *value, double weight)
-{
-    lt_tensor *weighted = lt_output(lt_scale(value, weight), name);
-
-    model_port_add(&r->losses, name, weighted);
-    r->loss = r->loss ? lt_add(r->loss, weighted) : weighted;
-}
-
-static void record_losses(const hocat *m, const hocat_out *o, model_record *r)
-{
-    const hocat_config *c = &m->config;
-    const int64_t B = r->batch;
-    lt_tensor *joints2d = model_input(r, "joints2d", LT_SHAPE(B, LT_HAND_KEYPOINTS, 2));
-    lt_tensor *rotation = model_input(r, "rotation", LT_SHAPE(B, LT_HAND_JOINTS, 3, 3));
-    lt_tensor *beta = model_input(r, "beta", LT_SHAPE(B, LT_HAND_BETAS));
-    lt_tensor *points2d = model_input(r, "points2d", LT_SHAPE(B, OBJECT_POINTS, 2));
-    lt_tensor *mask = model_input(r, "mask", LT_SHAPE(B, c->roi, c->roi));
-    lt_tensor *weight = model_input(r, "weight", LT_SHAPE(B));
-    lt_tensor *vertices = lt_hand(m->mano.hand, rotation, beta);        /* truth from the same layer */
-    const object_losses object = object_head_losses(&o->object, points2d, mask, weight);
-
-    add_loss(r, "heatmap", lt_mse_loss(o->heat.joints2d, joints2d, weight), c->w_heatmap);
-    add_loss(r, "joints", lt_mse_loss(o->mano.joints, lt_result(vertices, 1), weight), c->w_joints);
-    add_loss(r, "vertices", lt_mse_loss(o->mano.vertices, vertices, weight), c->w_vertices);
-    add_loss(r, "pose", lt_mse_loss(o->mano.rotation, rotation, weight), c->w_pose);
-    add_loss(r, "shape", lt_mse_loss(o->mano.beta, beta, weight), c->w_shape);
-    add_loss(r, "p2d", object.p2d, c->w_p2d);
-    add_loss(r, "conf", object.conf, c->w_conf);
-    lt_output(r->loss, "loss");
-}
-
-static void add_output(model_record *r, const char *name, lt_tensor *t)
-{
-    model_port_add(&r->outputs, name, lt_output(t, name));
-}
-
 static void record(const model *self, bool losses, model_record *r)
 {
     const hocat *m = self->self;
@@ -270,18 +202,9 @@ static void record(const model *self, bool losses, model_record *r)
     lt_tensor *image = model_input(r, "image", LT_SHAPE(B, 3, S, S));
     lt_tensor *hand_box = model_input(r, "hand_box", LT_SHAPE(B, 4));
     lt_tensor *object_box = model_input(r, "object_box", LT_SHAPE(B, 4));
-    const hocat_out o = forward(m, image, hand_box, object_box, r->in_boxes && !losses);
+    const hand_object_out o = forward(m, image, hand_box, object_box, r->in_boxes && !losses);
 
-    add_output(r, "joints2d", o.heat.joints2d);
-    add_output(r, "rotation", o.mano.rotation);
-    add_output(r, "beta", o.mano.beta);
-    add_output(r, "vertices", o.mano.vertices);
-    add_output(r, "joints", o.mano.joints);
-    add_output(r, "conf", o.object.conf);
-    add_output(r, "point_x", o.object.x);
-    add_output(r, "point_y", o.object.y);
-    if (losses)
-        record_losses(m, &o, r);
+    hand_object_record(&o, m->mano.hand, &m->config.w, losses, r);
 }
 
 const model_class hocat_class = {

@@ -11,9 +11,7 @@
 #define MODELS_HOCAT_HOCAT_H
 
 #include "models/backbones/resnet.h"
-#include "models/heads/hourglass.h"
-#include "models/heads/mano_regressor.h"
-#include "models/heads/object_head.h"
+#include "models/heads/hand_object.h"
 #include "models/hocat/attention.h"
 #include "models/hocat/fpn.h"
 #include "models/model.h"
@@ -33,7 +31,7 @@ typedef struct {
     bool identity_pose;             /* start from the flat hand */
     int head_init;                  /* hocat_init */
     bool imagenet_norm;             /* subtract mean and divide by deviation of ImageNet first */
-    double w_heatmap, w_joints, w_vertices, w_pose, w_shape, w_p2d, w_conf;
+    hand_object_weights w;
 } hocat_config;
 
 typedef struct {

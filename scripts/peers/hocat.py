@@ -288,6 +288,18 @@ def l1(a, b, w):
     return ((a - b).abs().flatten(1).mean(1) * w).sum() / w.sum()
 
 
+def hand_object_loss(hand, out, joints2d, rotation, beta, points2d, mask, weight):
+    conf, px, py = out[5:]
+    vertices, joints = hand(rotation, beta)
+    gx, gy, m = points2d[:, :, :1, None], points2d[:, :, 1:, None], mask[:, None]
+    target = (torch.exp(-torch.sqrt((px - gx) ** 2 + (py - gy) ** 2)) * m).detach()
+    return (100 * mse(out[0], joints2d, weight) + 1e4 * mse(out[4], joints, weight)
+            + 1e4 * mse(out[3], vertices, weight) + 10 * mse(out[1], rotation, weight)
+            + 0.1 * mse(out[2], beta, weight)
+            + 500 * (l1(px * m, gx * m, weight) + l1(py * m, gy * m, weight))
+            + 100 * l1(conf, target, weight))
+
+
 class Hocat(nn.Module):
     """image (B, 3, S, S), hand_box, object_box (B, 4) -> joints2d, rotation, beta, vertices, joints, conf, x, y"""
 
@@ -316,14 +328,5 @@ class Hocat(nn.Module):
         vertices, joints = self.hand(rotation, beta)
         return (joints2d, rotation, beta, vertices, joints) + self.object_head(object_main)
 
-    def loss(self, image, hand_box, object_box, joints2d, rotation, beta, points2d, mask, weight):
-        o = self(image, hand_box, object_box)
-        conf, px, py = o[5:]
-        vertices, joints = self.hand(rotation, beta)
-        gx, gy, m = points2d[:, :, :1, None], points2d[:, :, 1:, None], mask[:, None]
-        target = (torch.exp(-torch.sqrt((px - gx) ** 2 + (py - gy) ** 2)) * m).detach()
-        return (100 * mse(o[0], joints2d, weight) + 1e4 * mse(o[4], joints, weight)
-                + 1e4 * mse(o[3], vertices, weight) + 10 * mse(o[1], rotation, weight)
-                + 0.1 * mse(o[2], beta, weight)
-                + 500 * (l1(px * m, gx * m, weight) + l1(py * m, gy * m, weight))
-                + 100 * l1(conf, target, weight))
+    def loss(self, image, hand_box, object_box, *truth):
+        return hand_object_loss(self.hand, self(image, hand_box, object_box), *truth)

@@ -24,16 +24,20 @@ from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from layers import layer                    # noqa: E402
 from resnet import ResNet50                 # noqa: E402
+from unified import Unified                 # noqa: E402
 
 WARM_UP = 3
-SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256}
-MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat}
+SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224}
+MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified}
+CELLS = {"hocat": 32, "unified": 28}
 
 
 def inputs(name, batch):
     """By name. The boxes are those of palmar bench: half the crop wide and high."""
     S = SIZE[name]
     image = torch.rand(batch, 3, S, S)
+    if name == "unified":
+        return {"image": image, "depth": torch.rand(batch, 1, S, S)}
     if name != "hocat":
         return {"image": image}
     box = torch.tensor([[0.2 * S, 0.25 * S, 0.7 * S, 0.75 * S]]).repeat(batch, 1)
@@ -41,9 +45,9 @@ def inputs(name, batch):
 
 
 def targets(name, batch):
-    if name != "hocat":
+    if name not in CELLS:
         return [torch.rand(batch, 1000)]
-    shapes = (21, 2), (16, 3, 3), (10,), (21, 2), (32, 32), ()
+    shapes = (21, 2), (16, 3, 3), (10,), (21, 2), (CELLS[name], CELLS[name]), ()
     return [torch.rand(batch, *s) for s in shapes]
 
 

@@ -23,6 +23,7 @@ sys.path[:0] = [HERE, os.path.join(HERE, "../peers")]
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from resnet import ResNet50                 # noqa: E402
+from unified import Unified                 # noqa: E402
 with contextlib.redirect_stdout(io.StringIO()):     # it prints its own vectors
     from geometry import hand as hashed_hand, hashed    # noqa: E402
 
@@ -95,7 +96,17 @@ def hocat():
           "mask": (2, 8, 8), "weight": (2,)})
 
 
-MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat}
+def unified():
+    """12 x 12 cells: 3 x 3 go to 2 x 2 and back, as 7 x 7 do to 4 x 4."""
+    hand = {k: torch.tensor(v) for k, v in hashed_hand().items()}
+    save("unified", Unified(96, 8, 1, 2, 2, 0, 0, hand),
+         ["joints2d", "rotation", "beta", "vertices", "joints", "conf", "point_x", "point_y"],
+         [unit("image", 4, 3, 96, 96), unit("depth", 4, 1, 96, 96)],
+         {"joints2d": (4, 21, 2), "rotation": (4, 16, 3, 3), "beta": (4, 10), "points2d": (4, 21, 2),
+          "mask": (4, 12, 12), "weight": (4,)})
+
+
+MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or MODELS:

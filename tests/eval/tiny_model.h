@@ -14,27 +14,35 @@
 typedef struct {
     lt_arena *arena;
     lt_hand_model *hand;
+    lt_hand_layer *layer;
     lt_params *params;
     model m;
 } tiny_model;
 
-static inline void tiny_model_init(tiny_model *t)
+static const char tiny_hocat[] = "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, "
+                                 "\"depth\": 1, \"heads\": 2, \"mlp_ratio\": 1}";
+static const char tiny_unified[] __attribute__((unused)) =
+    "{\"image_size\": 64, \"width\": 8, \"layers\": 1, \"heads\": 2, \"points\": 2}";
+
+static inline void tiny_model_of(tiny_model *t, const char *name, const char *text)
 {
-    static const char text[] = "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, "
-                               "\"depth\": 1, \"heads\": 2, \"mlp_ratio\": 1}";
     const model_class *cls;
-    lt_hand_layer *layer;
     cJSON *config;
 
     t->arena = lt_arena_new();
     t->params = lt_params_new();
     ck_assert_int_eq(synth_hand_new(t->arena, SYNTH_HAND_MANO_LIKE, &t->hand), LT_OK);
-    ck_assert_int_eq(lt_hand_layer_new(t->arena, t->hand, lt_hand_tips_ho3d, &layer), LT_OK);
+    ck_assert_int_eq(lt_hand_layer_new(t->arena, t->hand, lt_hand_tips_ho3d, &t->layer), LT_OK);
     ck_assert_int_eq(lt_json_parse("tiny", text, strlen(text), &config), LT_OK);
-    ck_assert_int_eq(model_find("hocat", &cls), LT_OK);
-    ck_assert_int_eq(cls->create("tiny", config, layer, t->params, &t->m), LT_OK);
+    ck_assert_int_eq(model_find(name, &cls), LT_OK);
+    ck_assert_int_eq(cls->create("tiny", config, t->layer, t->params, &t->m), LT_OK);
     cls->init(&t->m, 1);
     cJSON_Delete(config);
+}
+
+static inline void tiny_model_init(tiny_model *t)
+{
+    tiny_model_of(t, "hocat", tiny_hocat);
 }
 
 static inline void tiny_model_fini(tiny_model *t)

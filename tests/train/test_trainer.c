@@ -124,23 +124,29 @@ static void raise_signal(void *ctx, int64_t step, lt_params *params)
         raise(s->signal);
 }
 
-/* With shards, an average, validation at epochs and a partial last batch, stopped at each step. */
+static const char *const configs[] = { "tiny.json", "unified.json" };
+
+/* With shards, an average, dropout, validation at epochs and a partial last batch, stopped at each step. */
 START_TEST(resume_is_exact)
 {
     train_options o;
+
+    const char *whole = lt_arena_printf(tree_arena, "whole%d", _i), *config = tree_at(configs[_i]);
 
     with("optim.shards=2");
     with("optim.ema_decay=0.9");
     with("train.validate_every=1");
     with("optim.steps=9");
-    o = options("whole");
+    o = options(whole);
+    o.config = config;
     run_ok(&o);
     for (int64_t step = 1; step < 9; step++) {
-        const char *out = lt_arena_printf(tree_arena, "stopped%d", (int)step);
+        const char *out = lt_arena_printf(tree_arena, "stopped%d.%d", _i, (int)step);
         stop_at at = { step, step % 2 ? SIGTERM : SIGINT };
         train_result r;
 
         o = options(out);
+        o.config = config;
         o.before_step = raise_signal;
         o.ctx = &at;
         ck_assert_int_eq(train_run(&o, &r), LT_ESTOPPED);
@@ -150,9 +156,10 @@ START_TEST(resume_is_exact)
         o.resume = "";
         o.config = step % 2 ? NULL : o.config;
         run_ok(&o);
-        same_file(last_of("whole"), last_of(out));
-        same_file("whole/metrics.csv", lt_arena_printf(tree_arena, "%s/metrics.csv", out));
-        same_file("whole/checkpoints/best.safetensors",
+        same_file(last_of(whole), last_of(out));
+        same_file(lt_arena_printf(tree_arena, "%s/metrics.csv", whole),
+                  lt_arena_printf(tree_arena, "%s/metrics.csv", out));
+        same_file(lt_arena_printf(tree_arena, "%s/checkpoints/best.safetensors", whole),
                   lt_arena_printf(tree_arena, "%s/checkpoints/best.safetensors", out));
         ck_assert_int_eq(lines_of(lt_arena_printf(tree_arena, "%s/log.jsonl", out)), 9 + 3);
     }
@@ -444,7 +451,7 @@ int main(int argc, char **argv)
     tcase_set_timeout(c, 0);
     tcase_add_unchecked_fixture(c, setup, tree_remove);
     tcase_add_checked_fixture(c, begin, NULL);
-    tcase_add_test(c, resume_is_exact);
+    tcase_add_loop_test(c, resume_is_exact, 0, (int)LT_COUNT(configs));
     tcase_add_test(c, usr1_saves_and_goes_on);
     tcase_add_test(c, shards_repeat);
     tcase_add_test(c, bad_steps_change_nothing);

@@ -114,6 +114,12 @@ static const char tree_config[] =
     "  \"optim\": { \"batch\": 4, \"epochs\": 1000, \"lr\": 1e-3 },\n"
     "  \"train\": { \"seed\": 3, \"checkpoint_minutes\": 0, \"validate_every\": 0 } }\n";
 
+static const char tree_unified[] =
+    "{ \"model\": { \"name\": \"unified\", \"image_size\": 64, \"width\": 8, \"layers\": 1,\n"
+    "              \"heads\": 2, \"points\": 2 },\n"
+    "  \"optim\": { \"batch\": 4, \"epochs\": 1000, \"lr\": 1e-3 },\n"
+    "  \"train\": { \"seed\": 3, \"checkpoint_minutes\": 0, \"validate_every\": 0 } }\n";
+
 /* The tree under /tmp, made once for all tests of a program. */
 static inline void tree_make(bool truth)
 {
@@ -134,6 +140,7 @@ static inline void tree_make(bool truth)
     tree_model(p->object, &p->box);
     tree_splits(hand, p, truth);
     tree_ok(lt_write_file(tree_at("tiny.json"), tree_config, sizeof(tree_config) - 1));
+    tree_ok(lt_write_file(tree_at("unified.json"), tree_unified, sizeof(tree_unified) - 1));
 }
 
 static inline void tree_remove(void)

@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* How ImageNet's networks want their pictures: each channel minus its mean, over its deviation. */
+#ifndef MODELS_BACKBONES_IMAGENET_H
+#define MODELS_BACKBONES_IMAGENET_H
+
+#include "libtensor/ops/ops.h"
+
+/* imagenet_normalise - image (B, 3, H, W) in [0, 1] */
+lt_tensor *imagenet_normalise(lt_tensor *image);
+
+#endif

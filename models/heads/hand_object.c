@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "models/heads/hand_object.h"
+
+static void add_output(model_record *r, const char *name, lt_tensor *t)
+{
+    model_port_add(&r->outputs, name, lt_output(t, name));
+}
+
+static void add_loss(model_record *r, const char *name, lt_tensor *value, double weight)
+{
+    lt_tensor *weighted = lt_output(lt_scale(value, weight), name);
+
+    model_port_add(&r->losses, name, weighted);
+    r->loss = r->loss ? lt_add(r->loss, weighted) : weighted;
+}
+
+static void record_losses(const hand_object_out *o, const lt_hand_layer *hand, const hand_object_weights *w,
+                          model_record *r)
+{
+    const int64_t B = r->batch, cells = lt_dim(o->object.conf, -1);
+    lt_tensor *joints2d = model_input(r, "joints2d", LT_SHAPE(B, LT_HAND_KEYPOINTS, 2));
+    lt_tensor *rotation = model_input(r, "rotation", LT_SHAPE(B, LT_HAND_JOINTS, 3, 3));
+    lt_tensor *beta = model_input(r, "beta", LT_SHAPE(B, LT_HAND_BETAS));
+    lt_tensor *points2d = model_input(r, "points2d", LT_SHAPE(B, OBJECT_POINTS, 2));
+    lt_tensor *mask = model_input(r, "mask", LT_SHAPE(B, cells, cells));
+    lt_tensor *weight = model_input(r, "weight", LT_SHAPE(B));
+    lt_tensor *vertices = lt_hand(hand, rotation, beta);
+    const object_losses object = object_head_losses(&o->object, points2d, mask, weight);
+
+    add_loss(r, "heatmap", lt_mse_loss(o->heat.joints2d, joints2d, weight), w->heatmap);
+    add_loss(r, "joints", lt_mse_loss(o->mano.joints, lt_result(vertices, 1), weight), w->joints);
+    add_loss(r, "vertices", lt_mse_loss(o->mano.vertices, vertices, weight), w->vertices);
+    add_loss(r, "pose", lt_mse_loss(o->mano.rotation, rotation, weight), w->pose);
+    add_loss(r, "shape", lt_mse_loss(o->mano.beta, beta, weight), w->shape);
+    add_loss(r, "p2d", object.p2d, w->p2d);
+    add_loss(r, "conf", object.conf, w->conf);
+    lt_output(r->loss, "loss");
+}
+
+void hand_object_record(const hand_object_out *o, const lt_hand_layer *hand, const hand_object_weights *w,
+                        bool losses, model_record *r)
+{
+    add_output(r, "joints2d", o->heat.joints2d);
+    add_output(r, "rotation", o->mano.rotation);
+    add_output(r, "beta", o->mano.beta);
+    add_output(r, "vertices", o->mano.vertices);
+    add_output(r, "joints", o->mano.joints);
+    add_output(r, "conf", o->object.conf);
+    add_output(r, "point_x", o->object.x);
+    add_output(r, "point_y", o->object.y);
+    if (losses)
+        record_losses(o, hand, w, r);
+}
+
+void identity_pose_init(lt_param *bias)
+{
+    for (int64_t i = 0; i < lt_param_numel(bias); i++)
+        bias->data[i] = i % 6 == 0 || i % 6 == 4;
+}

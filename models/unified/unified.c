@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "models/unified/unified.h"
+
+#include "libtensor/nn/init.h"
+#include "models/backbones/imagenet.h"
+
+enum { STAGES = 4, STRIDE = 8, FFN_RATIO = 4 };
+
+/* ---- configuration ------------------------------------------------------------------------------------ */
+
+static const char *const variants[] = { "full", "no_cross_attention", "no_aaf", "no_depth", NULL };
+static const char *const blocks[] = {
+    "rgb", "depth", "aaf", "hand_encoder", "object_encoder", "cross", "hourglass", "mesh_encoder", "mano",
+    "object_head", NULL,
+};
+
+#define KEY(field) #field, .offset = offsetof(unified_config, field)
+
+static const lt_config_key keys[] = {
+    { KEY(variant), .type = LT_CONFIG_CHOICE, .fallback = "\"full\"", .choices = variants,
+      .doc = "row of Table 8: full, or without cross-attention, adaptive fusion, depth" },
+    { KEY(image_size), .type = LT_CONFIG_INT, .fallback = "224", .lo = 64, .hi = 1024,
+      .doc = "side of the crop in pixels, a multiple of 32" },
+    { KEY(width), .type = LT_CONFIG_INT, .fallback = "64", .lo = 8, .hi = 256,
+      .doc = "channels of hand and object features behind the encoders, whose tokens have twice as many" },
+    { KEY(layers), .type = LT_CONFIG_INT, .fallback = "3", .lo = 1, .hi = ENCODER_MAX_LAYERS,
+      .doc = "layers of a deformable encoder" },
+    { KEY(heads), .type = LT_CONFIG_INT, .fallback = "8", .lo = 1, .hi = 64, .doc = "attention heads" },
+    { KEY(points), .type = LT_CONFIG_INT, .fallback = "4", .lo = 1, .hi = 16, .doc = "places a head looks at" },
+    { KEY(dropout), .type = LT_CONFIG_NUMBER, .fallback = "0.1", .lo = 0, .hi = 0.99,
+      .doc = "chance to zero a value behind attention and in the feed-forward parts in training" },
+    { KEY(stochastic_depth), .type = LT_CONFIG_NUMBER, .fallback = "0.2", .lo = 0, .hi = 0.99,
+      .doc = "of whole EfficientNet-B0's last block; the blocks that are there have their share" },
+    { KEY(stage5_dilation), .type = LT_CONFIG_INT, .fallback = "1", .lo = 1, .hi = 2,
+      .doc = "of the last stage's windows; 2 keeps what ImageNet's weights have learnt to see" },
+    { KEY(aaf_spatial_sigmoid), .type = LT_CONFIG_BOOL, .fallback = "false",
+      .doc = "a sigmoid over the spatial attention of the fusion" },
+    HAND_OBJECT_KEYS(unified_config),
+    { .name = NULL },
+};
+
+static lt_status check(const char *where, const unified_config *c)
+{
+    if (c->image_size % 32)
+        return lt_error(LT_EINVAL, "%s.image_size: %d is no multiple of 32", where, c->image_size);
+    if (2 * c->width % c->heads)
+        return lt_error(LT_EINVAL, "%s.heads: %d do not divide %d channels", where, c->heads, 2 * c->width);
+    return LT_OK;
+}
+
+/* ---- building ----------------------------------------------------------------------------------------- */
+
+static void build_streams(unified *m, lt_params *set)
+{
+    const unified_config *c = &m->config;
+    efficientnet_opts stream = {
+        .in = 3, .stages = STAGES, .last_stride = 1, .last_dilation = c->stage5_dilation,
+        .stochastic_depth = c->stochastic_depth,
+    };
+
+    efficientnet_new(&m->rgb, set, "rgb", &stream);
+    if (c->variant == UNIFIED_NO_DEPTH)
+        return;
+    stream.in = 1;
+    efficientnet_new(&m->depth, set, "depth", &stream);
+    if (c->variant == UNIFIED_NO_AAF)
+        return;
+    adaptive_attention_new(&m->rgb_attention, set, "aaf.rgb", m->rgb.channels, c->aaf_spatial_sigmoid);
+    adaptive_attention_new(&m->depth_attention, set, "aaf.depth", m->rgb.channels, c->aaf_spatial_sigmoid);
+}
+
+static void build(unified *m, lt_params *set, const lt_hand_layer *hand)
+{
+    const unified_config *c = &m->config;
+    const int width = c->width;
+    encoder_opts encoder = {
+        .width = 2 * width, .out = width, .layers = c->layers, .heads = c->heads, .points = c->points,
+        .ffn = 2 * width * FFN_RATIO, .dropout = c->dropout,
+    };
+
+    build_streams(m, set);
+    encoder.cells = m->cells;
+    encoder.in = m->rgb.channels;
+    deformable_encoder_new(&m->hand_encoder, set, "hand_encoder", &encoder);
+    deformable_encoder_new(&m->object_encoder, set, "object_encoder", &encoder);
+    if (c->variant != UNIFIED_NO_CROSS_ATTENTION)
+        cross_attention_new(&m->cross, set, "cross", width);
+    unified_hourglass_new(&m->hourglass, set, "hourglass", m->cells, width, LT_HAND_KEYPOINTS);
+    mesh_encoder_new(&m->mesh, set, "mesh_encoder", m->cells, width, LT_HAND_KEYPOINTS);
+    mano_regressor_new(&m->mano, set, "mano", 16 * width, 16 * width, 8 * width, hand);
+    object_head_new(&m->object, set, "object_head", width);
+}
+
+static lt_status create(const char *where, const struct cJSON *config, const lt_hand_layer *hand,
+                        lt_params *set, model *out)
+{
+    lt_arena *arena = lt_params_arena(set);
+    unified *m = lt_arena_alloc(arena, sizeof(*m));
+    lt_status st;
+
+    if (!m)
+        return lt_error(LT_ENOMEM, "no memory for the model");
+    st = lt_config_read(arena, where, config, keys, &m->config);
+    if (st == LT_OK)
+        st = check(where, &m->config);
+    if (st)
+        return st;
+    m->cells = m->config.image_size / STRIDE;
+    build(m, set, hand);
+    *out = (model){
+        .cls = &unified_class, .params = set, .self = m, .config = &m->config,
+        .variant = variants[m->config.variant], .image_size = m->config.image_size, .cells = m->cells,
+        .crop = MODEL_CROP_UNION, .depth = m->config.variant != UNIFIED_NO_DEPTH,
+    };
+    return lt_params_status(set);
+}
+
+static void init(const model *self, uint64_t seed)
+{
+    const unified *m = self->self;
+    const unified_config *c = &m->config;
+
+    lt_init_default(self->params, seed);
+    efficientnet_init(&m->rgb, seed);
+    if (c->variant != UNIFIED_NO_DEPTH)
+        efficientnet_init(&m->depth, seed);
+    if (c->variant != UNIFIED_NO_DEPTH && c->variant != UNIFIED_NO_AAF) {
+        adaptive_attention_init(&m->rgb_attention, seed);
+        adaptive_attention_init(&m->depth_attention, seed);
+    }
+    deformable_encoder_init(&m->hand_encoder, seed);
+    deformable_encoder_init(&m->object_encoder, seed);
+    lt_init_constant(m->hourglass.temperature, 1);
+    lt_init_xavier(m->mano.pose.weight, seed, 0.01);
+    identity_pose_init(m->mano.pose.bias);
+}
+
+/* ---- the data flow of the paper, top to bottom ---------------------------------------------------------- */
+
+/* (B, C, H, W) -> (B, H W, C) */
+static lt_tensor *to_tokens(lt_tensor *map)
+{
+    const int64_t B = lt_dim(map, 0), C = lt_dim(map, 1), T = lt_dim(map, 2) * lt_dim(map, 3);
+
+    return lt_permute(lt_reshape(map, LT_SHAPE(B, C, T)), (int[]){ 0, 2, 1 });
+}
+
+static lt_tensor *to_map(lt_tensor *tokens, int cells)
+{
+    return lt_reshape(lt_permute(tokens, (int[]){ 0, 2, 1 }),
+                      LT_SHAPE(lt_dim(tokens, 0), lt_dim(tokens, 2), cells, cells));
+}
+
+/* F_rgb A_rgb + F_depth A_depth, or what the variant leaves of it */
+static lt_tensor *features(const unified *m, lt_tensor *image, lt_tensor *depth)
+{
+    lt_tensor *f = efficientnet_forward(&m->rgb, imagenet_normalise(image)), *d;
+
+    if (!depth)
+        return f;
+    d = efficientnet_forward(&m->depth, depth);
+    if (m->config.variant == UNIFIED_NO_AAF)
+        return lt_add(f, d);
+    return lt_add(adaptive_attention_forward(&m->rgb_attention, f),
+                  adaptive_attention_forward(&m->depth_attention, d));
+}
+
+static hand_object_out forward(const unified *m, lt_tensor *image, lt_tensor *depth)
+{
+    lt_tensor *tokens = to_tokens(features(m, image, depth));                           /* (B, 784, 80) */
+    lt_tensor *places = lt_cell_places(image->graph, m->cells, m->cells);
+    lt_tensor *hand = deformable_encoder_forward(&m->hand_encoder, tokens, places);     /* (B, 784, 64) */
+    lt_tensor *object = deformable_encoder_forward(&m->object_encoder, tokens, places);
+    hand_object_out out;
+
+    if (m->config.variant != UNIFIED_NO_CROSS_ATTENTION)
+        cross_attention_forward(&m->cross, &hand, &object);
+    out.heat = unified_hourglass_forward(&m->hourglass, to_map(hand, m->cells));
+    out.mano = mano_regressor_forward(&m->mano, mesh_encoder_forward(&m->mesh, &out.heat));
+    out.object = object_head_forward(&m->object, to_map(object, m->cells));
+    return out;
+}
+
+static void record(const model *self, bool losses, model_record *r)
+{
+    const unified *m = self->self;
+    const int64_t B = r->batch, S = m->config.image_size;
+    lt_tensor *image = model_input(r, "image", LT_SHAPE(B, 3, S, S));
+    lt_tensor *depth = m->config.variant == UNIFIED_NO_DEPTH ? NULL : model_input(r, "depth", LT_SHAPE(B, 1, S, S));
+    const hand_object_out out = forward(m, image, depth);
+
+    hand_object_record(&out, m->mano.hand, &m->config.w, losses, r);
+}
+
+const model_class unified_class = {
+    .name = "unified",
+    .paper = "Bandi and Thomas 2025, Robotics 14(4), 53",
+    .variants = variants, .keys = keys, .blocks = blocks,
+    .create = create, .init = init, .record = record,
+};
