@@ -9,17 +9,20 @@
 
 #include <string.h>
 
-static lt_status set_new(score_set *s, const char *label)
-{
-    s->label = label;
-    s->ho3d = ho3d_scorer_new();
-    s->dexycb = dexycb_scorer_new();
-    return s->ho3d && s->dexycb ? LT_OK : lt_error(LT_ENOMEM, "no memory to score");
-}
-
 static void *array(evaluation *e, size_t n, size_t size)
 {
     return lt_arena_array(e->arena, n, size);
+}
+
+static lt_status set_new(evaluation *e, int row, const char *label)
+{
+    score_set *s = &e->set[row];
+
+    s->label = label;
+    s->ho3d = ho3d_scorer_new();
+    s->dexycb = dexycb_scorer_new();
+    s->adds = array(e, (size_t)e->samples, sizeof(*s->adds));
+    return s->ho3d && s->dexycb && s->adds ? LT_OK : lt_error(LT_ENOMEM, "no memory to score");
 }
 
 static bool rows_new(evaluation *e, batch_rows *r, int n)
@@ -58,6 +61,15 @@ static bool objects_new(evaluation *e)
     return e->plain && e->symmetric;
 }
 
+static void find_object_tables(evaluation *e)
+{
+    const eval_table *t;
+
+    for (int i = 0; (t = eval_table_at(i)); i++)
+        if (eval_table_of(t, e->o.m->cls->name) && eval_table_by_object(t) && e->n_by_object < EVALUATE_OBJECT_TABLES)
+            e->by_object[e->n_by_object++] = t;
+}
+
 static lt_status prepare(evaluation *e)
 {
     const int B = e->o.batch;
@@ -70,12 +82,11 @@ static lt_status prepare(evaluation *e)
     e->flags = array(e, (size_t)B, sizeof(*e->flags));
     e->per_sample = array(e, (size_t)e->samples, sizeof(*e->per_sample));
     e->names = array(e, (size_t)e->samples, sizeof(*e->names));
-    e->table2 = eval_table_find("hocat-2");
-    e->table4 = eval_table_find("hocat-4");
+    find_object_tables(e);
     ok = ok && e->control && e->estimates && e->camera && e->which && e->flags && e->per_sample && e->names;
-    if (!ok || set_new(&e->set[EVALUATE_MODEL], e->o.m->cls->name) || set_new(&e->set[EVALUATE_ZERO], "zero predictor"))
+    if (!ok || set_new(e, EVALUATE_MODEL, e->o.m->cls->name) || set_new(e, EVALUATE_ZERO, "zero predictor"))
         return lt_error(LT_ENOMEM, "no memory to score %d images at a time", B);
-    return e->has_mean ? set_new(&e->set[EVALUATE_MEAN_POSE], "mean-pose predictor") : LT_OK;
+    return e->has_mean ? set_new(e, EVALUATE_MEAN_POSE, "mean-pose predictor") : LT_OK;
 }
 
 /* ---- the mean-pose predictor's training labels ---------------------------------------------------------- */
@@ -200,9 +211,12 @@ static void count_objects(evaluation *e, score_set *set, int n)
 
         if (i < 0)
             continue;
-        eval_object_shares_add(e->table2, &set->shares2, objects[i].name, err->add, objects[i].diagonal);
-        eval_object_shares_add(e->table4, &set->shares4, objects[i].name,
-                               e->symmetric[i].symmetric ? err->adds_estimate : err->add, objects[i].diagonal);
+        for (int k = 0; k < e->n_by_object; k++)
+            eval_object_shares_add(e->by_object[k], &set->shares[k], objects[i].name,
+                                   e->by_object[k]->hfl_symmetry && e->symmetric[i].symmetric ? err->adds_estimate
+                                                                                              : err->add,
+                                   objects[i].diagonal);
+        set->adds[set->n_adds++] = err->adds_true;
         eval_share_add(&set->add01, err->add <= 0.1 * objects[i].diagonal);
         eval_mean_add(&set->add, err->add);
     }

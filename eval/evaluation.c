@@ -33,6 +33,53 @@ evaluate_summary evaluation_summary(const evaluation *e, int row)
     return s;
 }
 
+/* The value of a column, where the table has it. */
+static void set_column(const eval_table *t, eval_row *row, const char *name, double value)
+{
+    if (eval_find_column(t, name) != EVAL_NO_ROW)
+        eval_row_set(t, row, name, value);
+}
+
+static void set_objects(const evaluation *e, const eval_table *t, const score_set *set, eval_row *row)
+{
+    for (int k = 0; k < e->n_by_object; k++)
+        if (e->by_object[k] == t)
+            eval_row_objects(t, &set->shares[k], row);
+}
+
+/* ADD-S of all objects together: the area up to 0.1 m, and the share within 2 cm */
+static void set_adds(const eval_table *t, const score_set *set, eval_row *row)
+{
+    int64_t close = 0;
+
+    if (set->n_adds == 0 || eval_find_column(t, "AUC") == EVAL_NO_ROW)
+        return;
+    for (int64_t i = 0; i < set->n_adds; i++)
+        close += set->adds[i] < 0.02;
+    set_column(t, row, "ADD-S<2cm", (double)close / (double)set->n_adds);
+    set_column(t, row, "AUC", eval_auc_ycb(set->n_adds, set->adds, 0.1));
+}
+
+/* What is the model's, not its predictions': its size and its speed. */
+static void set_size(const evaluation *e, const eval_table *t, eval_row *row)
+{
+    set_column(t, row, "parameters", 4.0 * (double)lt_params_count(e->o.m->params, LT_WEIGHT, "") / 1048576);
+    if (e->o.seconds_per_image > 0) {
+        set_column(t, row, "time", e->o.seconds_per_image);
+        set_column(t, row, "FPS", 1 / e->o.seconds_per_image);
+    }
+}
+
+static bool about_dexycb(const eval_table *t)
+{
+    return strncmp(t->data, "DexYCB", 6) == 0;
+}
+
+static bool about_hands(const eval_table *t)
+{
+    return !eval_table_by_object(t) && (!about_dexycb(t) || eval_find_column(t, "MPJPE") != EVAL_NO_ROW);
+}
+
 /* Row `set` of a table; what the table does not ask for is left out. */
 static eval_row row_of(const evaluation *e, const eval_table *t, const score_set *set)
 {
@@ -41,34 +88,15 @@ static eval_row row_of(const evaluation *e, const eval_table *t, const score_set
 
     ho3d_scorer_scores(set->ho3d, ho3d);
     dexycb_scorer_scores(set->dexycb, dexycb);
-    if (strcmp(t->id, "hocat-2") == 0)
-        eval_row_objects(t, &set->shares2, &row);
-    else if (strcmp(t->id, "hocat-4") == 0)
-        eval_row_objects(t, &set->shares4, &row);
-    else if (strcmp(t->id, "hocat-3") == 0)
+    set_objects(e, t, set, &row);
+    if (about_hands(t) && about_dexycb(t))
         eval_row_dexycb(&row, dexycb, EVAL_RIGID);
-    else
+    else if (about_hands(t))
         eval_row_ho3d(&row, ho3d);
-    if (strcmp(t->id, "hocat-5") == 0 && set == &e->set[EVALUATE_MODEL]) {
-        eval_row_set(t, &row, "parameters",
-                     4.0 * (double)lt_params_count(e->o.m->params, LT_WEIGHT, "") / 1048576);
-        if (e->o.seconds_per_image > 0) {
-            eval_row_set(t, &row, "time", e->o.seconds_per_image);
-            eval_row_set(t, &row, "FPS", 1 / e->o.seconds_per_image);
-        }
-    }
+    set_adds(t, set, &row);
+    if (set == &e->set[EVALUATE_MODEL])
+        set_size(e, t, &row);
     return row;
-}
-
-/* The paper's row that a variant reproduces. */
-static int paper_row(const evaluation *e, const eval_table *t)
-{
-    static const char *const of_table5[][2] = { { "base", "baseline" }, { "dual", "w/o HOCAT" } };
-
-    for (size_t i = 0; strcmp(t->id, "hocat-5") == 0 && i < LT_COUNT(of_table5); i++)
-        if (strcmp(e->o.m->variant, of_table5[i][0]) == 0)
-            return eval_find_row(t, of_table5[i][1]);
-    return eval_find_row(t, "HOCAT");
 }
 
 /* A real dataset's numbers appear only under tables about that dataset. */
@@ -77,34 +105,53 @@ static bool belongs(const evaluation *e, const eval_table *t)
     return e->o.data->synthetic || strncmp(e->o.data->kind, t->data, 4) == 0;
 }
 
+/* The paper's row that a variant reproduces; none for predictors that see nothing. */
+static int against(const evaluation *e, const eval_table *t, int row)
+{
+    return row == EVALUATE_MODEL ? eval_table_own_row(t, e->o.m->variant) : EVAL_NO_ROW;
+}
+
 static int results_of(const evaluation *e, const eval_table *t, eval_result out[EVALUATE_ROWS])
 {
     int n = 0;
 
     for (int i = 0; belongs(e, t) && i < EVALUATE_ROWS; i++)
         if (e->set[i].label)
-            out[n++] = (eval_result){ row_of(e, t, &e->set[i]), i == EVALUATE_MODEL ? paper_row(e, t) : EVAL_NO_ROW };
+            out[n++] = (eval_result){ row_of(e, t, &e->set[i]), against(e, t, i) };
     return n;
+}
+
+/* What a model is handed besides pixels. */
+static const char *given(const evaluation *e)
+{
+    if (e->o.m->crop == MODEL_CROP_UNION)
+        return e->o.m->depth ? "crop around hand and object, middle depth of the object, wrist position, object class"
+                             : "crop around hand and object, wrist position, object class";
+    return "hand box, object box, wrist position, object class";
 }
 
 static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
 {
-    const bool objects = strcmp(t->id, "hocat-2") == 0 || strcmp(t->id, "hocat-4") == 0;
     eval_protocol p = {
         .dataset = e->o.data->kind, .synthetic = e->o.data->synthetic, .split = e->o.data->split,
-        .samples = e->samples, .failed = ho3d_scorer_failed(e->set[EVALUATE_MODEL].ho3d),
-        .given = "hand box, object box, wrist position, object class",
+        .samples = e->samples, .failed = ho3d_scorer_failed(e->set[EVALUATE_MODEL].ho3d), .given = given(e),
     };
 
-    if (objects) {
+    if (eval_table_by_object(t)) {
         p.threshold = "ADD <= 0.1 diameter";
         p.diameter = eval_diameter_name(EVAL_BBOX_DIAG);
-        p.symmetry = eval_symmetry_name(strcmp(t->id, "hocat-4") == 0 ? EVAL_SYM_HFL : EVAL_SYM_NONE);
+        p.symmetry = eval_symmetry_name(t->hfl_symmetry ? EVAL_SYM_HFL : EVAL_SYM_NONE);
         p.alignment = "none";
-    } else if (strcmp(t->id, "hocat-3") == 0) {
+    } else if (about_hands(t) && about_dexycb(t)) {
         p.alignment = "MPJPE: wrist on wrist; PAMPJPE: similarity per sample, no reflections";
-    } else {
+    } else if (about_hands(t)) {
         p.alignment = "similarity per sample, reflections allowed; joints and vertices each on their own";
+    } else {
+        p.alignment = "none";
+    }
+    if (eval_find_column(t, "AUC") != EVAL_NO_ROW) {
+        p.threshold = "ADD-S up to 0.1 m, and below 0.02 m";
+        p.symmetry = "ADD-S for every class, true to nearest estimated";
     }
     return p;
 }
@@ -112,13 +159,16 @@ static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
 lt_status evaluation_print(const evaluation *e, FILE *f, eval_format format)
 {
     lt_status st = LT_OK;
+    const eval_table *t;
 
-    for (int i = 0; st == LT_OK && i < eval_n_hocat_tables; i++) {
-        const eval_table *t = &eval_hocat_tables[i];
+    for (int i = 0; st == LT_OK && (t = eval_table_at(i)); i++) {
         const eval_protocol p = protocol_of(e, t);
         eval_result ours[EVALUATE_ROWS];
-        const int n = results_of(e, t, ours);
+        int n;
 
+        if (!eval_table_of(t, e->o.m->cls->name))
+            continue;
+        n = results_of(e, t, ours);
         st = eval_table_print(f, format, t, ours, n, n ? &p : NULL);
         fputc('\n', f);
     }
@@ -145,6 +195,7 @@ static cJSON *summary_json(const evaluate_summary *s)
 cJSON *evaluation_json(const evaluation *e)
 {
     cJSON *root = cJSON_CreateObject(), *rows, *tables;
+    const eval_table *t;
 
     cJSON_AddStringToObject(root, "model", e->o.m->cls->name);
     cJSON_AddStringToObject(root, "variant", e->o.m->variant);
@@ -162,12 +213,14 @@ cJSON *evaluation_json(const evaluation *e)
             cJSON_AddItemToArray(rows, summary_json(&s));
     }
     tables = cJSON_AddArrayToObject(root, "tables");
-    for (int i = 0; i < eval_n_hocat_tables; i++) {
-        const eval_table *t = &eval_hocat_tables[i];
+    for (int i = 0; (t = eval_table_at(i)); i++) {
         const eval_protocol p = protocol_of(e, t);
         eval_result ours[EVALUATE_ROWS];
-        const int n = results_of(e, t, ours);
+        int n;
 
+        if (!eval_table_of(t, e->o.m->cls->name))
+            continue;
+        n = results_of(e, t, ours);
         cJSON_AddItemToArray(tables, eval_table_json(t, ours, n, n ? &p : NULL));
     }
     return root;

@@ -12,11 +12,15 @@
 #include "eval/predictors.h"
 #include "eval/rows.h"
 
+enum { EVALUATE_OBJECT_TABLES = 4 };
+
 typedef struct {
     const char *label;
     ho3d_scorer *ho3d;
     dexycb_scorer *dexycb;
-    eval_object_shares shares2, shares4;        /* of Tables 2 and 4 */
+    eval_object_shares shares[EVALUATE_OBJECT_TABLES];      /* of the tables by object */
+    double *adds;                   /* (n_adds) ADD-S of each sample with an object, metres */
+    int64_t n_adds;
     eval_share add01;
     eval_mean_of add;
     int64_t no_pose;
@@ -39,7 +43,8 @@ struct evaluation {
     mean_predictor mean;
     bool has_mean;
     eval_object *plain, *symmetric;             /* by the dataset's objects: ADD; HFL's list */
-    const eval_table *table2, *table4;
+    const eval_table *by_object[EVALUATE_OBJECT_TABLES];    /* of the model's tables; n_by_object of them */
+    int n_by_object;
     int64_t samples;
     batch_rows rows, truth;
     const float (**control)[3];

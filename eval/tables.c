@@ -38,6 +38,29 @@ const eval_table *eval_table_find(const char *id)
     return t;
 }
 
+bool eval_table_of(const eval_table *t, const char *model)
+{
+    const size_t n = strlen(model);
+
+    return strncmp(t->id, model, n) == 0 && t->id[n] == '-';
+}
+
+bool eval_table_by_object(const eval_table *t)
+{
+    for (int i = 0; i < t->n_columns; i++)
+        if (t->column[i].object)
+            return true;
+    return false;
+}
+
+int eval_table_own_row(const eval_table *t, const char *variant)
+{
+    for (int i = 0; i < t->n_rows; i++)
+        if (strcmp(t->row[i].note, variant) == 0)
+            return i;
+    return t->n_rows - 1;
+}
+
 int eval_find_row(const eval_table *t, const char *label)
 {
     for (int i = 0; i < t->n_rows; i++) {

@@ -48,6 +48,7 @@ typedef struct {
     int n_columns;
     const eval_row *row;
     int n_rows;
+    bool hfl_symmetry;              /* shares of objects: HFL's symmetric ones by ADD-S */
     bool columns_down;              /* wide tables are printed with a line per column */
 } eval_table;
 
@@ -75,6 +76,13 @@ typedef struct {
  * id, or NULL */
 const eval_table *eval_table_at(int i);
 const eval_table *eval_table_find(const char *id);
+
+/* eval_table_of - whether it is a table of the paper on that model ("hocat" has "hocat-1" ...);
+ * eval_table_by_object - whether a column is about one object; eval_table_own_row - the row that a
+ * variant reproduces: the one whose note it is, or the paper's own, which stands last */
+bool eval_table_of(const eval_table *t, const char *model);
+bool eval_table_by_object(const eval_table *t);
+int eval_table_own_row(const eval_table *t, const char *variant);
 
 /* eval_find_row, eval_find_column - index by label or name; EVAL_NO_ROW for none */
 int eval_find_row(const eval_table *t, const char *label);

@@ -51,7 +51,7 @@ static const eval_column unified_8_columns[] = {
 static const eval_row unified_8_rows[] = {
     { "without depth and fusion", "", "no_depth", { 12.60, 4.80, 0.77, 0.76 }, ALL_4 },
     { "without adaptive fusion", "", "no_aaf", { 12.20, 4.54, 0.79, 0.83 }, ALL_4 },
-    { "without cross-attention", "", "no_xattn", { 12.10, 4.50, 0.76, 0.83 }, ALL_4 },
+    { "without cross-attention", "", "no_cross_attention", { 12.10, 4.50, 0.76, 0.83 }, ALL_4 },
     { "Unified", "", "full", { 11.70, 4.48, 0.83, 0.86 }, ALL_4 },
 };
 
