@@ -7,7 +7,7 @@
 #include <string.h>
 
 enum { MAX_INPUTS = 4096 };
-enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE };
+enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE, FPS };
 
 typedef struct {
     const char *checkpoint, *hand, *out, *object, *models;
@@ -16,6 +16,7 @@ typedef struct {
     crop_box hand_box, object_box;
     lt_camera camera;
     bool has_hand_box, has_object_box, has_camera, left;
+    double fps;
 } predict_args;
 
 static const struct argp_option options[] = {
@@ -24,6 +25,8 @@ static const struct argp_option options[] = {
     { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle; default none: no object pose", 0 },
     { "models", MODELS, "DIR", 0, "a dataset's models/ folder; default the embedded stand-ins", 0 },
     { "K", CAMERA, "FX,FY,CX,CY", 0, "the camera, pixels; default from EXIF, else a guess", 0 },
+    { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
+      "object are lost; default unrelated images", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
     { "hand", HAND, "FILE", 0, "hand model; default the one of the training, $PALMAR_HAND, or the embedded one", 0 },
     { "out", 'o', "DIR", 0, "where the results go; default predictions", 0 },
@@ -66,6 +69,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case OBJECT: a->object = arg; break;
     case MODELS: a->models = arg; break;
     case HAND: a->hand = arg; break;
+    case FPS: a->fps = cli_real(state, "--fps", arg, 1, 1000); break;
     case SIDE: parse_side(a, state, arg); break;
     case HAND_BOX:
         must(state, predict_parse_box("--hand-box", arg, &a->hand_box));
@@ -105,7 +109,7 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
         .camera = a->has_camera ? &a->camera : NULL,
-        .object = a->object, .models = a->models, .left = a->left, .messages = stderr,
+        .object = a->object, .models = a->models, .left = a->left, .fps = a->fps, .messages = stderr,
     };
     predict_summary sum = { 0, 0 };
     lt_status st = predict_images(&o, &sum);

@@ -45,8 +45,8 @@ static bool only_this_image(lt_status st)
 }
 
 /* *unread: the image is to blame, not what is written or the machine. */
-static lt_status predict_one(predict_solver *solver, const predict_options *o, const predict_object *object,
-                             const predict_input *in, bool *unread)
+static lt_status predict_one(predict_solver *solver, predict_smoother *film, const predict_options *o,
+                             const predict_object *object, const predict_input *in, bool *unread)
 {
     lt_arena *arena = lt_arena_new();
     predict_result *r = arena ? lt_arena_alloc(arena, sizeof(*r)) : NULL;
@@ -61,6 +61,8 @@ static lt_status predict_one(predict_solver *solver, const predict_options *o, c
     if (!st) {
         const predict_case c = { o, &v, object, r };
 
+        if (film)
+            predict_smooth(film, &v, r);
         say_found(&c);
         st = predict_write_files(arena, &c);
     }
@@ -71,9 +73,11 @@ static lt_status predict_one(predict_solver *solver, const predict_options *o, c
 static lt_status predict_all(predict_solver *solver, const predict_options *o, const predict_object *object,
                              const predict_list *list, predict_summary *sum)
 {
+    predict_smoother film = { .dt = o->fps > 0 ? 1 / o->fps : 0 };
+
     for (int i = 0; i < list->n; i++) {
         bool unread = false;
-        const lt_status st = predict_one(solver, o, object, &list->input[i], &unread);
+        const lt_status st = predict_one(solver, o->fps > 0 ? &film : NULL, o, object, &list->input[i], &unread);
 
         if (st && !unread)
             return st;

@@ -27,6 +27,7 @@ typedef struct {
     const lt_camera *camera;        /* NULL: from EXIF, or a default */
     const char *object;             /* "003_cracker_box"; NULL: the hand alone */
     const char *models;             /* a dataset's models/ folder; NULL: the embedded stand-ins */
+    double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back */
     FILE *messages;                 /* what was assumed, skipped or not found; NULL: nobody is told */
 } predict_options;
@@ -50,6 +51,9 @@ typedef struct {
  *   object box   the hand box grown 1.3 times about its centre
  *   camera       focal length of the EXIF tag, else 1.2 times the longer side; centre of the image
  *   object       none: no object pose
+ *
+ * With fps the images are frames in the order given: joints and object pose go through the filters of
+ * libtensor/geometry/kalman.h, which bridge up to 15 frames in which the hand or the object is lost.
  *
  * The hand's position solves weighted least squares (libtensor/geometry/translation.h) with the 2D
  * joints of the heat maps; without a solution between 0.05 and 10 m the hand is put 0.6 m away in its box.

@@ -7,6 +7,7 @@
 
 #include "eval/estimator.h"
 #include "eval/predict.h"
+#include "libtensor/geometry/kalman.h"
 #include "libtensor/geometry/mesh.h"
 
 /* predict_say - one line to o->messages, bytes that would bend the line replaced by '?' */
@@ -76,6 +77,22 @@ lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_option
 
 /* predict_trusted - whether 2D and 3D joints agree to a tenth of the hand's box */
 bool predict_trusted(const predict_view *v, const predict_result *r);
+
+/* predict_reproject - joints2d and agreement_px from the joints */
+void predict_reproject(const predict_view *v, predict_result *r);
+
+/* ---- predict_smooth.c: a film, frame after frame ------------------------------------------------------------ */
+
+typedef struct {
+    double dt;                      /* seconds between frames; the rest is zeroed at first */
+    lt_point_filter joint[LT_HAND_KEYPOINTS];
+    lt_pose_filter object;
+    int missed;                     /* frames in a row without a hand that can be trusted */
+} predict_smoother;
+
+/* predict_smooth - the next frame: joints, mesh and object pose move to where the filters have them. A hand that
+ * cannot be trusted, or an object that was not found, is predicted for 15 frames. */
+void predict_smooth(predict_smoother *s, const predict_view *v, predict_result *r);
 
 /* ---- predict_overlay.c, predict_files.c: what is written ------------------------------------------------ */
 

@@ -233,7 +233,7 @@ static void read_theta(predict_result *r)
     }
 }
 
-static void reproject(const predict_view *v, predict_result *r)
+void predict_reproject(const predict_view *v, predict_result *r)
 {
     double sum = 0;
 
@@ -270,6 +270,6 @@ lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_option
     read_theta(out);
     if (o->left)
         unmirror(v->width, out);
-    reproject(v, out);
+    predict_reproject(v, out);
     return LT_OK;
 }

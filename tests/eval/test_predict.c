@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From photographs to files: names, defaults, JSON, meshes, mirrored hands, and inputs that are none. */
 #define _GNU_SOURCE                     /* nftw */
-#include "eval/predict.h"
+#include "eval/predict_internal.h"
 
 #include "data/synth/draw.h"
 #include "eval/sheet.h"
@@ -386,6 +386,86 @@ static void stop(void)
     nftw(folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
 }
 
+/* ---- a film ------------------------------------------------------------------------------------------- */
+
+enum { LOST = 40, FOUND = 50, FILM = 60 };
+
+/* A hand and an object that move to the right by 9 mm a frame; between LOST and FOUND neither is seen well. */
+static void frame_of(int k, const predict_view *v, predict_result *r)
+{
+    memset(r, 0, sizeof(*r));
+    for (int j = 0; j < LT_HAND_KEYPOINTS; j++) {
+        r->e.joints[j][0] = 0.009f * (float)k + 0.001f * (float)j;
+        r->e.joints[j][2] = 0.6f;
+    }
+    memcpy(r->e.vertices[7], r->e.joints[3], sizeof(r->e.vertices[7]));
+    r->placed = r->object_found = k < LOST || k >= FOUND;
+    r->e.object.R[0] = r->e.object.R[4] = r->e.object.R[8] = 1;
+    r->e.object.t[0] = 0.009 * k;
+    r->e.object.t[2] = 0.7;
+    for (int pass = 0; pass < 2; pass++) {              /* heat maps that agree with the joints */
+        predict_reproject(v, r);
+        memcpy(r->heatmap2d, r->joints2d, sizeof(r->heatmap2d));
+    }
+    if (!r->placed)
+        r->e.joints[0][1] = 1, r->e.object.t[1] = 1;    /* what is not believed must not matter */
+}
+
+START_TEST(film)
+{
+    const predict_view v = { .camera = { 600, 600, 320, 240 }, .hand_box = { 0, 0, 300, 300 } };
+    predict_smoother s = { .dt = 1.0 / 30 };
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+
+    for (int k = 0; k < FILM; k++) {
+        frame_of(k, &v, r);
+        predict_smooth(&s, &v, r);
+        ck_assert(r->placed && r->object_found);
+        if (k < 20)
+            continue;
+        ck_assert_double_eq_tol(r->e.joints[3][0], 0.009 * k + 0.003, 2e-3);
+        ck_assert_double_eq_tol(r->e.object.t[0], 0.009 * k, 2e-3);
+        ck_assert_double_eq_tol(r->e.joints[0][1], 0, 1e-6);
+        if (k < LOST || k >= FOUND)
+            ck_assert_double_eq_tol(r->e.vertices[7][0], r->e.joints[3][0], 1e-4);
+    }
+    for (int k = 0; k < 15; k++) {
+        frame_of(LOST, &v, r);
+        predict_smooth(&s, &v, r);
+        ck_assert(r->placed && r->object_found);
+    }
+    frame_of(LOST, &v, r);
+    predict_smooth(&s, &v, r);
+    ck_assert(!r->placed && !r->object_found);
+}
+END_TEST
+
+static double joint_of(const cJSON *root, int joint, int d)
+{
+    return cJSON_GetArrayItem(cJSON_GetArrayItem(get(root, "hand.joints3d_m"), joint), d)->valuedouble;
+}
+
+/* The same picture again and again: nothing that is filtered moves. */
+START_TEST(film_of_stills)
+{
+    const char *inputs[] = { in("frames") };
+    cJSON *plain, *smooth;
+
+    ck_assert_int_eq(lt_make_dirs(in("frames")), LT_OK);
+    write_png("frames/a.png", false);
+    write_png("frames/b.png", false);
+    write_png("frames/c.png", false);
+    ck_assert_int_eq(predict((predict_options){ 0 }, 1, inputs, NULL), LT_OK);
+    plain = numbers("out/c.json");
+    ck_assert_int_eq(predict((predict_options){ .fps = 30 }, 1, inputs, NULL), LT_OK);
+    smooth = numbers("out/c.json");
+    for (int d = 0; d < 3; d++)
+        ck_assert_double_eq_tol(joint_of(smooth, 5, d), joint_of(plain, 5, d), 1e-6);
+    cJSON_Delete(plain);
+    cJSON_Delete(smooth);
+}
+END_TEST
+
 int main(void)
 {
     TCase *t = tcase_create("predict");
@@ -403,6 +483,8 @@ int main(void)
     tcase_add_test(t, mirror);
     tcase_add_test(t, exif);
     tcase_add_test(t, sheet);
+    tcase_add_test(t, film);
+    tcase_add_test(t, film_of_stills);
     suite_add_tcase(s, t);
     r = srunner_create(s);
     srunner_run_all(r, CK_NORMAL);
