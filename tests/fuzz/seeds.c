@@ -46,6 +46,10 @@ static const struct {
          "\0\0\xc0\x3f\0\0\0\xc0\x80\x3f\x20\xc0"),
     TEXT("safetensors", "one", "\x38\0\0\0\0\0\0\0{\"t\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[0,8]}}  "
          "\0\0\xc0\x3f\0\0\0\xc0"),
+    /* opset 17; a graph with a constant, an input and a Relu of it */
+    TEXT("onnx", "relu", "\x08\x08\x42\4\x0a\0\x10\x11\x3a\x4c\x0a\x0c\x0a\1x\x12\1y\"\4Relu\x12\1g"
+         "*\x12\x08\2\x10\1\"\x08\0\0\x80\x3f\0\0\0\x40\x42\1wZ\x13\x0a\1x\x12\x0e\x0a\x0c\x08\1\x12\x08\x0a\2\x08\1"
+         "\x0a\2\x08\2" "b\x0f\x0a\1y\x12\x0a\x0a\x08\x08\1\x12\4\x0a\2\x08\1"),
     TEXT("json", "words", "{\"NaN\": [1, NaN, \"NaN, -Infinity\", -2,-Infinity,Infinity, NaN], \"b\": -0.5}"),
     TEXT("json", "kinds", "{\"name\": \"r\\u00e9s\\n\", \"list\": [1, -2.5e3, true, null], \"in\": {\"x\": {}}}"),
     TEXT("yaml", "meta", "# of a sequence\nextrinsics: '20200702_151821'\nmano_calib:\n- 20200514-subject-01\n"

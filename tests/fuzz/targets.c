@@ -11,6 +11,7 @@
 #include "libtensor/io/mesh_io.h"
 #include "libtensor/io/npy.h"
 #include "libtensor/io/npz.h"
+#include "libtensor/io/onnx.h"
 #include "libtensor/io/pickle.h"
 #include "libtensor/io/pickle_dense.h"
 #include "libtensor/io/ply.h"
@@ -117,6 +118,14 @@ static void run_safetensors(lt_arena *arena, const uint8_t *bytes, size_t n)
     }
 }
 
+/* What is read, not what is recorded of it: that is the graph's, and its ops' shape rules. */
+static void run_onnx(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    lt_onnx_model m;
+
+    sink = lt_onnx_parse(arena, "x.onnx", bytes, n, &m);
+}
+
 static void run_json(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     cJSON *root;
@@ -218,6 +227,7 @@ static void run_rle(lt_arena *arena, const uint8_t *bytes, size_t n)
     char text[1025];
 
     (void)arena;
+    n = n < sizeof(text) ? n : sizeof(text) - 1;
     memcpy(text, bytes, n);
     text[n] = '\0';
     if (lt_rle_decode(text, 40, 50, mask) == LT_OK)
@@ -272,6 +282,7 @@ const fuzz_target fuzz_targets[] = {
     { "npy", run_npy, NULL, 4096 },
     { "npz", run_npz, fuzz_zip, 4096 },
     { "safetensors", run_safetensors, NULL, 4096 },
+    { "onnx", run_onnx, NULL, 4096 },
     { "json", run_json, NULL, 4096 },
     { "yaml", run_yaml, NULL, 4096 },
     { "png", run_png, fuzz_png, 4096 },
