@@ -22,6 +22,43 @@ static lt_status read_npz(lt_arena *arena, const uint8_t *bytes, size_t n)
 }
 
 /* data.md 6.3: 1.0, -2.5, 0.1, 65504; and every 16-bit float there and back */
+/* Each element type as a number and as a whole one; what no number is. */
+START_TEST(elements)
+{
+    static const int64_t one[1] = { 1 };
+    const uint16_t half = 0xc000, brain = 0xc000;               /* -2 in both */
+    const double huge = 1e300;
+    const uint64_t most = UINT64_MAX;
+    const int64_t minus = -2;
+    const struct {
+        lt_elem type;
+        const void *data;
+        double value;
+        int64_t whole;
+    } cases[] = {
+        { LT_ELEM_F2, &half, -2, -2 }, { LT_ELEM_BF16, &brain, -2, -2 }, { LT_ELEM_F8, &huge, 1e300, INT64_MIN },
+        { LT_ELEM_U8, &most, 0x1p64, INT64_MIN }, { LT_ELEM_I8, &minus, -2, -2 }, { LT_ELEM_I1, &minus, -2, -2 },
+        { LT_ELEM_I2, &minus, -2, -2 }, { LT_ELEM_I4, &minus, -2, -2 }, { LT_ELEM_U1, &minus, 254, 254 },
+        { LT_ELEM_U2, &minus, 65534, 65534 }, { LT_ELEM_U4, &minus, 0x1p32 - 2, 4294967294 },
+    };
+    char text[4];
+    lt_array a;
+    size_t bytes;
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        a = lt_array_make(cases[i].type, 1, one, cases[i].data);
+        ck_assert_msg(lt_array_get(&a, 0) == cases[i].value, "%s", lt_elem_name(a.type));
+        ck_assert_msg(lt_array_int(&a, 0) == cases[i].whole, "%s", lt_elem_name(a.type));
+        ck_assert(!lt_array_text(&a, 0) && !lt_array_has_shape(&a, 0, NULL) && lt_array_bytes(&a, &bytes));
+    }
+    a.shape[0] = -1;
+    ck_assert(!lt_array_bytes(&a, &bytes));
+    a = lt_array_make(LT_ELEM_F8, 2, (int64_t[]){ INT64_MAX, 3 }, NULL);
+    ck_assert(!lt_array_bytes(&a, &bytes));
+    ck_assert_str_eq(lt_array_shape_text(&a, text, sizeof(text)), "(92");
+}
+END_TEST
+
 START_TEST(halves)
 {
     ck_assert_uint_eq(lt_f32_to_f16(1.0f), 0x3c00);
@@ -308,6 +345,7 @@ END_TEST
 
 static void add(TCase *tc)
 {
+    tcase_add_test(tc, elements);
     tcase_add_test(tc, halves);
     tcase_add_test(tc, integers);
     tcase_add_test(tc, spec_npy);

@@ -412,6 +412,69 @@ START_TEST(dense_by_hand)
 }
 END_TEST
 
+/* What a wanted list of numbers was instead. */
+START_TEST(other_kinds)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *reason;
+    } cases[] = {
+        RAW("N.", "found None"), RAW("\x88.", "found a bool"), RAW("I7\n.", "found an integer"),
+        RAW("F7\n.", "found a number"), RAW("U\1a.", "found text"), RAW("C\1a.", "found bytes"), RAW("].", "found a list"),
+        RAW(").", "found a tuple"), RAW("\x8f.", "found a set"), RAW("}.", "found a dict"),
+        RAW("cchumpy.ch\nCh\n)\x81.", "found an object"), RAW("cnumpy\nndarray\n.", "found a class"),
+        RAW(DTYPE ".", "found a dtype"), RAW(FOUR ".", "found (4)"), RAW(ARRAY_OF("I2\nI2\n") ".", "found (2, 2)"),
+        RAW("](" FOUR FOUR "e.", "found a list"), RAW("](S'x'\ne.", "found a list"),
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        lt_arena *arena = lt_arena_new();
+        const lt_pvalue *v;
+        int64_t whole;
+        double x;
+        float out[3];
+
+        check_ok(lt_pickle_parse(arena, "k", (const uint8_t *)cases[i].bytes, cases[i].n, &v));
+        check_error(lt_pfloats(v, "v", out, 3), LT_EFORMAT, cases[i].reason);
+        ck_assert(lt_pint(v, &whole) == (v->kind == LT_PBOOL || v->kind == LT_PINT));
+        ck_assert(lt_pfloat(v, &x) == (v->kind == LT_PBOOL || v->kind == LT_PINT || v->kind == LT_PFLOAT));
+        ck_assert(!lt_pstr(v) == (v->kind != LT_PSTR) && !lt_parray(v) == (v->kind != LT_PARRAY));
+        ck_assert(lt_pis_none(v) == (v->kind == LT_PNONE) && !lt_pdict_get(v, "x"));
+        lt_arena_free(arena);
+    }
+    ck_assert(lt_pis_none(NULL) && !lt_pstr(NULL) && !lt_parray(NULL) && !lt_pdict_get(NULL, "x"));
+}
+END_TEST
+
+/* Arrays of one element are numbers: whole ones of whole types. */
+START_TEST(single_elements)
+{
+    static const struct {
+        const char *type, *bytes;
+        bool whole;
+    } cases[] = { { "f4", "\\x00\\x00\\x80?", false }, { "i4", "\\x01\\x00\\x00\\x00", true }, { "f2", "\\x00<", false },
+                  { "f8", "\\x00\\x00\\x00\\x00\\x00\\x00\\xf0?", false }, { "u1", "\\x01", true },
+                  { "b1", "\\x01", true }, { "S1", "1", false } };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        lt_arena *arena = lt_arena_new();
+        const lt_pvalue *v;
+        char text[512];
+        int64_t whole = 0;
+        double x = 0;
+
+        snprintf(text, sizeof(text), "cnumpy.core.multiarray\nscalar\n(cnumpy\ndtype\n(S'%s'\nI0\nI1\ntR(I3\nS'<'\n"
+                 "NNNI-1\nI-1\nI0\ntbS'%s'\ntR.", cases[i].type, cases[i].bytes);
+        check_ok(lt_pickle_parse(arena, "s", (const uint8_t *)text, strlen(text), &v));
+        ck_assert_msg(lt_pint(v, &whole) == cases[i].whole && (!cases[i].whole || whole == 1), "%s", cases[i].type);
+        ck_assert(lt_pfloat(v, &x) == (cases[i].type[0] != 'S') && (cases[i].type[0] == 'S' || x == 1));
+        ck_assert(!lt_pstr(v) == (cases[i].type[0] != 'S'));
+        lt_arena_free(arena);
+    }
+}
+END_TEST
+
 /* Lists in each other, and marks, ten thousand and a million: no recursion, and a limit. */
 START_TEST(deep)
 {
@@ -568,6 +631,8 @@ static void add(TCase *tc)
     tcase_add_test(tc, programs);
     tcase_add_test(tc, builtins);
     tcase_add_test(tc, dense_by_hand);
+    tcase_add_test(tc, other_kinds);
+    tcase_add_test(tc, single_elements);
     tcase_add_loop_test(tc, deep, 0, 2);
     tcase_add_test(tc, shared);
     tcase_add_test(tc, amplified);

@@ -280,6 +280,40 @@ START_TEST(streams)
 }
 END_TEST
 
+#define TENSOR REBUILD(F4_4, "K\0K\4\x85K\1\x85")
+#define MODULE(state) "ctorch.nn.modules.linear\nLinear\n)\x81}(" state "ub"
+
+START_TEST(names)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *names[4];
+    } cases[] = {
+#define NAMES(value, ...) { HEAD "\x80\2" value "." KEYS FOUR, sizeof(HEAD "\x80\2" value "." KEYS FOUR) - 1, { __VA_ARGS__ } }
+        NAMES("}(K\1}(X\1\0\0\0a" TENSOR "uX\1\0\0\0x" TENSOR "N" TENSOR "u", "1.a", "x"),
+        NAMES("}(X\5\0\0\0modelNX\3\0\0\0ema}(X\1\0\0\0b" TENSOR "uX\1\0\0\0x" TENSOR "u", "b"),
+        NAMES("}(X\5\0\0\0modelK\5X\3\0\0\0net}(X\1\0\0\0bK\1uX\1\0\0\0x" TENSOR "u", "x"),
+        NAMES("}(X\5\0\0\0model}(X\x0a\0\0\0state_dict}(X\1\0\0\0b" TENSOR "uuu", "b"),
+        NAMES(MODULE("X\x0b\0\0\0_parameters}(X\1\0\0\0w" TENSOR "X\1\0\0\0nNuX\x08\0\0\0_modules}(X\1\0\0\0m"
+                     MODULE("X\x08\0\0\0_buffers}(X\1\0\0\0s" TENSOR "uX\x08\0\0\0_modulesN") "u"), "w", "m.s"),
+        NAMES("](" TENSOR "e", NULL),
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        lt_arena *arena = lt_arena_new();
+        lt_torch_file f;
+        size_t n = 0;
+
+        check_ok(lt_torch_parse(arena, "x.pth", (const uint8_t *)cases[i].bytes, cases[i].n, &f));
+        for (; cases[i].names[n]; n++)
+            ck_assert_msg(n < f.n && strcmp(f.entry[n].name, cases[i].names[n]) == 0, "%zu: %s", i, cases[i].names[n]);
+        ck_assert_msg(f.n == n, "%zu: %zu names", i, f.n);
+        lt_arena_free(arena);
+    }
+}
+END_TEST
+
 /* Modules that share modules that share modules: a walk of 2^60 steps, refused after a million. */
 START_TEST(shared_modules)
 {
@@ -324,6 +358,7 @@ static void add_tests(TCase *tc)
     tcase_add_loop_test(tc, damage, 0, 7);
     tcase_add_test(tc, not_read);
     tcase_add_test(tc, streams);
+    tcase_add_test(tc, names);
     tcase_add_test(tc, shared_modules);
     tcase_add_test(tc, without_memory);
 }
