@@ -176,6 +176,13 @@ int onnx_attr_equal(onnx_call *c, const char *name, int n, int64_t fallback, int
     return (int)within(c, name, a->n_ints ? a->ints[0] : lo, lo, hi);
 }
 
+int onnx_axis(onnx_call *c, int64_t fallback)
+{
+    const int rank = onnx_shape(c, 0).rank, axis = onnx_attr_int(c, "axis", fallback, -rank, rank - 1);
+
+    return axis < 0 ? axis + rank : axis;
+}
+
 double onnx_attr_float(onnx_call *c, const char *name, double fallback)
 {
     const lt_onnx_attr *a = attr_of_kind(c, name, LT_ONNX_A_FLOAT);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Internal: how one ONNX operator becomes ops of ours. onnx_import.c walks over a model and knows values by
- * name; onnx_rules.c has a rule for each operator; onnx_arith.c the ops that only an import needs.
+ * name; onnx_rules.c, onnx_shapes.c and onnx_layers.c have a rule for each operator; onnx_arith.c the ops that only
+ * an import needs.
  */
 #ifndef LT_IO_ONNX_IMPORT_H
 #define LT_IO_ONNX_IMPORT_H
@@ -19,6 +20,7 @@ typedef struct {
 } onnx_value;
 
 enum { ONNX_MAX_IN = LT_MAX_IN };
+enum { ONNX_MAX_SIZE = 1 << 20 };       /* of a window, a map, a range: larger is not meant */
 
 /* One node being recorded. The first mistake is kept, later calls do no harm. */
 typedef struct {
@@ -38,6 +40,9 @@ typedef struct {
     void (*record)(onnx_call *c);
 } onnx_rule;
 
+/* Ends with a NULL op */
+extern const onnx_rule onnx_shape_rules[], onnx_layer_rules[];
+
 /* onnx_rule_find - the rule for an operator, or NULL */
 const onnx_rule *onnx_rule_find(const char *op);
 
@@ -49,6 +54,9 @@ void onnx_fail(onnx_call *c, const char *fmt, ...) LT_PRINTF(2, 3);
 lt_tensor *onnx_tensor(onnx_call *c, int i);
 const int64_t *onnx_ints(onnx_call *c, int i, int *n);
 lt_shape onnx_shape(const onnx_call *c, int i);
+
+/* onnx_axis - the attribute "axis", counted from the front, of input 0 */
+int onnx_axis(onnx_call *c, int64_t fallback);
 
 /* onnx_is_known - input i is there, as whole numbers */
 bool onnx_is_known(const onnx_call *c, int i);
