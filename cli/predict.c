@@ -109,7 +109,8 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
         .camera = a->has_camera ? &a->camera : NULL,
-        .object = a->object, .models = a->models, .left = a->left, .fps = a->fps, .messages = stderr,
+        .object = a->object, .models = a->models, .left = a->left, .fps = a->fps, .alone = true,
+        .messages = stderr,
     };
     predict_summary sum = { 0, 0 };
     lt_status st = predict_images(&o, &sum);

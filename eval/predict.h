@@ -29,6 +29,7 @@ typedef struct {
     const char *models;             /* a dataset's models/ folder; NULL: the embedded stand-ins */
     double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back */
+    bool alone;                     /* nothing else uses the model's weights, now or later: less memory */
     FILE *messages;                 /* what was assumed, skipped or not found; NULL: nobody is told */
 } predict_options;
 
