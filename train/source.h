@@ -25,7 +25,7 @@ typedef struct {
  *
  *   arena   owns the hand
  *
- * End with train_source_close, also after a failure. Errors: no data folder given; those of ho3d_open,
+ * End with train_source_close, also after a failure. Errors: no data folder given; those of dataset_open,
  * dataset_check_tips and hands_open.
  */
 lt_status train_source_open(lt_arena *arena, const train_config *c, train_source *out);
