@@ -4,6 +4,7 @@
 #define LT_KERNELS_CONV_INTERNAL_H
 
 #include "libtensor/kernels/conv.h"
+#include "libtensor/kernels/product.h"
 
 static inline int64_t conv_group_c(const lt_conv2d_params *p) { return p->c / p->groups; }
 static inline int64_t conv_group_o(const lt_conv2d_params *p) { return p->o / p->groups; }
@@ -48,5 +49,50 @@ static inline lt_conv_image conv_window_image(const lt_conv2d_params *p, const l
     };
     return g;
 }
+
+/* ---- a convolution as a product over the maps: conv_job.c ---- */
+
+/* A matrix made of the weights: element (row, (channel, tap)) is w[row' + channel' + tap[tap]], where
+ * the dashes mean times the step; with `whole` that is w[row' + column'] in a column of its own step. */
+typedef struct {
+    const lt_real *w;
+    int64_t row, channel;
+    int taps;
+    const int *tap;
+    bool whole;
+    int64_t column;
+} conv_matrix;
+
+/* What the tasks of one product over the maps share; one group at a time. */
+typedef struct {
+    const lt_conv2d_params *p;
+    lt_product product;                 /* its ctx is this */
+    conv_matrix a;
+    lt_conv_image image;                /* x: the first channel of image 0 of this group */
+    int64_t image_step;                 /* between images */
+    const lt_real *gate;                /* of image 0, or NULL */
+    bool plain;                         /* 1 x 1, stride 1: the map is the matrix */
+    int64_t m, n;                       /* rows, positions */
+    int64_t tile_m, tile_n, tiles_m, tiles_n;
+    int64_t images;                     /* that one task does */
+} conv_job;
+
+/* lt_product's pack_a and pack_b */
+void conv_pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
+void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k);
+
+/**
+ * conv_job_cut    - cut m x n into tiles, and images into tasks
+ * conv_job_tile   - tile (tm, tn)
+ * conv_job_tasks  - of the product
+ * conv_job_run    - one of them; for lt_parallel_for
+ * conv_job_shared - where several tiles of rows read the same positions, all maps are packed once, before
+ *                   them: elements for one image, or 0
+ */
+void conv_job_cut(conv_job *j);
+lt_tile conv_job_tile(const conv_job *j, int64_t tm, int64_t tn);
+int64_t conv_job_tasks(const conv_job *j);
+void conv_job_run(void *ctx, int64_t task);
+int64_t conv_job_shared(const conv_job *j);
 
 #endif

@@ -1,0 +1,193 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The gradient of a convolution's input. */
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/depthwise.h"
+#include "libtensor/kernels/winograd.h"
+
+/*
+ * Input rows y = first + stride * i see a tap ky only where y + pad - ky * dil is a multiple of the
+ * stride, and then read row i + (first + pad - ky * dil) / stride of dy. So the rows and columns fall
+ * into stride x stride classes, each a product with stride 1 of its own.
+ */
+typedef struct { int y0, x0; int64_t rows, cols; } parity;
+
+static int parity_taps(conv_taps *t, const lt_conv2d_params *p, parity c)
+{
+    t->n = 0;
+    for (int ky = 0; ky < p->kh; ky++)
+        for (int kx = 0; kx < p->kw; kx++) {
+            const int dy = c.y0 + p->pad_h - ky * p->dil_h, dx = c.x0 + p->pad_w - kx * p->dil_w;
+
+            if (dy % p->stride_h || dx % p->stride_w)
+                continue;
+            t->at[t->n] = (lt_tap){ dy / p->stride_h, dx / p->stride_w };
+            t->weight[t->n] = ky * p->kw + kx;
+            t->n++;
+        }
+    return t->n;
+}
+
+typedef struct { conv_job j; parity c; lt_real *dx; } data_job;
+
+enum { SPREAD_M = 64, SPREAD_N = 128 };     /* a class's tile, on its way to its strided places */
+
+static void spread(const data_job *d, const lt_tile *t, int64_t image, const lt_real *tile)
+{
+    const lt_conv2d_params *p = d->j.p;
+
+    for (int64_t i = 0; i < t->m; i++) {
+        lt_real *plane = d->dx + image * p->c * p->h * p->w + (t->m0 + i) * p->h * p->w;
+
+        for (int64_t q = 0; q < t->n;) {
+            const int64_t row = (t->n0 + q) / d->c.cols, col = (t->n0 + q) % d->c.cols;
+            const int64_t run = lt_min_i64(t->n - q, d->c.cols - col);
+            lt_real *at = plane + (d->c.y0 + row * p->stride_h) * p->w + d->c.x0 + col * p->stride_w;
+
+            lt_k->axpy_out(at, p->stride_w, 1, tile + i * SPREAD_N + q, (size_t)run);
+            q += run;
+        }
+    }
+}
+
+static void run_spread(void *ctx, int64_t task)
+{
+    const data_job *d = ctx;
+    const conv_job *j = &d->j;
+    const lt_tile t = conv_job_tile(j, task % j->tiles_m, task / j->tiles_m % j->tiles_n);
+    const int64_t image = task / j->tiles_m / j->tiles_n;
+    _Alignas(LT_ALIGN) lt_real tile[SPREAD_M * SPREAD_N];
+    lt_product product = j->product;
+
+    product.c = tile;
+    product.ldc = SPREAD_N;
+    product.c_step = 0;
+    lt_product_tile(&product, &t, image, image + 1);
+    spread(d, &t, image, tile);
+}
+
+static void cut_spread(conv_job *j)
+{
+    j->images = 1;
+    j->tile_m = lt_tile_size(j->m, SPREAD_M, 1);
+    j->tile_n = lt_tile_size(j->n, SPREAD_N, 64);
+    j->tiles_m = lt_ceil_div(j->m, j->tile_m);
+    j->tiles_n = lt_ceil_div(j->n, j->tile_n);
+}
+
+static bool strided(const lt_conv2d_params *p)
+{
+    return p->stride_h > 1 || p->stride_w > 1;
+}
+
+/* The product of one class of one group, without its data. */
+static void class_job(data_job *d, const lt_conv2d_params *p, parity c, const conv_taps *t)
+{
+    const int64_t cg = conv_group_c(p), og = conv_group_o(p), k_all = (int64_t)p->kh * p->kw;
+    const int64_t out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
+
+    *d = (data_job){
+        .c = c,
+        .j = {
+            .p = p, .m = cg, .n = c.rows * c.cols, .plain = conv_pointwise(p),
+            .image_step = p->o * out_h * out_w,
+            .a = { NULL, k_all, cg * k_all, t->n, t->weight, k_all == 1, cg },
+            .image = { NULL, out_h, out_w, c.cols, 1, 1, t->n, t->at },
+            .product = {
+                .k = og * t->n, .pack_a = conv_pack_weights, .pack_b = conv_pack_positions, .add = !strided(p),
+                .ctx = &d->j, .ldc = p->h * p->w, .c_step = p->c * p->h * p->w,
+            },
+        },
+    };
+    if (strided(p))
+        cut_spread(&d->j);
+    else
+        conv_job_cut(&d->j);
+}
+
+typedef struct { const lt_real *dy, *weights; lt_real *dx, *work; } data_arrays;
+
+/* work: the packed weights, and behind them the packed maps of dy where tiles share those */
+static void run_class(data_job *d, const data_arrays *at)
+{
+    conv_job *j = &d->j;
+    const lt_conv2d_params *p = j->p;
+    const int64_t cg = conv_group_c(p), og = conv_group_o(p), out = j->image.h * j->image.w;
+
+    for (int64_t g = 0; g < p->groups; g++) {
+        lt_real *packed_maps = at->work + conv_weight_count(p);
+
+        d->dx = j->product.c = at->dx + g * cg * p->h * p->w;
+        j->a.w = at->weights + g * og * cg * p->kh * p->kw;
+        j->image.x = at->dy + g * og * out;
+        j->product.a = NULL, j->product.b = NULL;
+        lt_product_pack_a(&j->product, j->m, j->tile_m, at->work);
+        j->product.b_step = conv_job_shared(j);
+        if (j->product.b_step) {
+            lt_product_pack_b(&j->product, p->n, j->n, j->tile_n, packed_maps);
+            j->product.b = packed_maps;
+        }
+        j->product.a = at->work;
+        lt_parallel_for(conv_job_tasks(j), strided(p) ? run_spread : conv_job_run, strided(p) ? (void *)d : j);
+    }
+}
+
+/* All classes, run with `at`, or with NULL measured: elements of the packed maps that the largest one shares. */
+static int64_t each_class(const lt_conv2d_params *p, const data_arrays *at)
+{
+    int64_t shared = 0;
+    conv_taps t;
+    data_job d;
+
+    for (int y0 = 0; y0 < p->stride_h && y0 < p->h; y0++)
+        for (int x0 = 0; x0 < p->stride_w && x0 < p->w; x0++) {
+            const parity c = { y0, x0, lt_ceil_div(p->h - y0, p->stride_h),
+                               lt_ceil_div(p->w - x0, p->stride_w) };
+
+            if (parity_taps(&t, p, c) == 0)
+                continue;
+            class_job(&d, p, c, &t);
+            shared = lt_max_i64(shared, conv_job_shared(&d.j) * p->n);
+            if (at)
+                run_class(&d, at);
+        }
+    return shared;
+}
+
+/* With stride 1 and pad 1 a 3 x 3 window is its own transpose's: dy in the place of x. */
+static void data_winograd(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights, lt_real *dx,
+                          lt_real *work)
+{
+    const lt_epilogue add = { .residual = dx };
+    lt_real *packed = work;
+
+    lt_winograd_pack(weights, 9, p->c * 9, true, p->c, p->o, packed);
+    lt_winograd_run(p, p->c, p->o, dy, packed, &add, dx, packed + lt_winograd_packed(p->c, p->o));
+}
+
+size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
+{
+    if (conv_nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
+        return 0;
+    if (lt_conv2d_algorithm(p) == LT_CONV_DIRECT)
+        return (size_t)(conv_weight_count(p) + each_class(p, NULL)) * sizeof(lt_real);
+    return (size_t)lt_winograd_packed(p->c, p->o) * sizeof(lt_real) + lt_winograd_work(p, p->c, p->o);
+}
+
+void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
+                             lt_real *dx, void *work)
+{
+    if (conv_nothing(p))
+        return;
+    switch (lt_conv2d_algorithm(p)) {
+    case LT_CONV_DEPTHWISE:
+        lt_depthwise_backward_data(p, dy, weights, dx);
+        break;
+    case LT_CONV_WINOGRAD:
+        data_winograd(p, dy, weights, dx, work);
+        break;
+    case LT_CONV_DIRECT:
+        each_class(p, &(data_arrays){ dy, weights, dx, work });
+        break;
+    }
+}
