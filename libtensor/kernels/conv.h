@@ -90,15 +90,19 @@ LT_API void lt_conv2d_forward_rect(const lt_conv2d_params *p, lt_rect r, const l
                                    const lt_real *bias, const lt_real *residual, lt_act act, lt_real *y,
                                    void *work);
 
+/* lt_conv2d_data_pack - as lt_conv2d_pack, for lt_conv2d_backward_data: lt_conv2d_data_packed(p) elements */
+LT_API int64_t lt_conv2d_data_packed(const lt_conv2d_params *p);
+LT_API void lt_conv2d_data_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
+
 /**
  * lt_conv2d_backward_data - dx += the gradient of x
  *
  * work is lt_conv2d_backward_data_work(p) bytes, as above. Also the forward pass of a transposed
- * convolution, with dy in the place of its input, into dx cleared beforehand.
+ * convolution, with its input in the place of dy, into dx cleared beforehand.
  */
 LT_API size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p);
-LT_API void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy,
-                                    const lt_real *weights, lt_real *dx, void *work);
+LT_API void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed,
+                                    lt_real *dx, void *work);
 
 /**
  * lt_conv2d_backward_weights - dw += the gradient of the weights

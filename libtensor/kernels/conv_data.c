@@ -5,6 +5,8 @@
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/winograd.h"
 
+#include <string.h>
+
 /*
  * Input rows y = first + stride * i see a tap ky only where y + pad - ky * dil is a multiple of the
  * stride, and then read row i + (first + pad - ky * dil) / stride of dy. So the rows and columns fall
@@ -105,37 +107,52 @@ static void class_job(data_job *d, const lt_conv2d_params *p, parity c, const co
         conv_job_cut(&d->j);
 }
 
-typedef struct { const lt_real *dy, *weights; lt_real *dx, *work; } data_arrays;
+/* What goes from class to class; weights packed so far are behind packed. */
+typedef struct {
+    const lt_real *dy, *weights;
+    lt_real *dx, *packed, *maps;        /* maps: of dy, packed where tiles share those */
+    int64_t shared;                     /* the most elements of maps */
+} data_pass;
 
-/* work: the packed weights, and behind them the packed maps of dy where tiles share those */
-static void run_class(data_job *d, const data_arrays *at)
+typedef void (*class_fn)(data_job *d, data_pass *pass);
+
+static void measure_class(data_job *d, data_pass *pass)
+{
+    pass->shared = lt_max_i64(pass->shared, conv_job_shared(&d->j) * d->j.p->n);
+}
+
+static void pack_class(data_job *d, data_pass *pass)
 {
     conv_job *j = &d->j;
     const lt_conv2d_params *p = j->p;
-    const int64_t cg = conv_group_c(p), og = conv_group_o(p), out = j->image.h * j->image.w;
 
-    for (int64_t g = 0; g < p->groups; g++) {
-        lt_real *packed_maps = at->work + conv_weight_count(p);
+    for (int64_t g = 0; g < p->groups; g++, pass->packed += j->m * j->product.k) {
+        j->a.w = pass->weights + g * conv_weight_count(p) / p->groups;
+        lt_product_pack_a(&j->product, j->m, j->tile_m, pass->packed);
+    }
+}
 
-        d->dx = j->product.c = at->dx + g * cg * p->h * p->w;
-        j->a.w = at->weights + g * og * cg * p->kh * p->kw;
-        j->image.x = at->dy + g * og * out;
-        j->product.a = NULL, j->product.b = NULL;
-        lt_product_pack_a(&j->product, j->m, j->tile_m, at->work);
+static void run_class(data_job *d, data_pass *pass)
+{
+    conv_job *j = &d->j;
+    const lt_conv2d_params *p = j->p;
+
+    for (int64_t g = 0; g < p->groups; g++, pass->packed += j->m * j->product.k) {
+        d->dx = j->product.c = pass->dx + g * j->m * p->h * p->w;
+        j->image.x = pass->dy + g * conv_group_o(p) * j->image.h * j->image.w;
+        j->product.a = pass->packed;
+        j->product.b = NULL;
         j->product.b_step = conv_job_shared(j);
         if (j->product.b_step) {
-            lt_product_pack_b(&j->product, p->n, j->n, j->tile_n, packed_maps);
-            j->product.b = packed_maps;
+            lt_product_pack_b(&j->product, p->n, j->n, j->tile_n, pass->maps);
+            j->product.b = pass->maps;
         }
-        j->product.a = at->work;
         lt_parallel_for(conv_job_tasks(j), strided(p) ? run_spread : conv_job_run, strided(p) ? (void *)d : j);
     }
 }
 
-/* All classes, run with `at`, or with NULL measured: elements of the packed maps that the largest one shares. */
-static int64_t each_class(const lt_conv2d_params *p, const data_arrays *at)
+static void each_class(const lt_conv2d_params *p, class_fn fn, data_pass *pass)
 {
-    int64_t shared = 0;
     conv_taps t;
     data_job d;
 
@@ -147,47 +164,66 @@ static int64_t each_class(const lt_conv2d_params *p, const data_arrays *at)
             if (parity_taps(&t, p, c) == 0)
                 continue;
             class_job(&d, p, c, &t);
-            shared = lt_max_i64(shared, conv_job_shared(&d.j) * p->n);
-            if (at)
-                run_class(&d, at);
+            fn(&d, pass);
         }
-    return shared;
 }
 
 /* With stride 1 and pad 1 a 3 x 3 window is its own transpose's: dy in the place of x. */
-static void data_winograd(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights, lt_real *dx,
-                          lt_real *work)
+static void data_winograd(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, lt_real *dx, void *work)
 {
     const lt_epilogue add = { .residual = dx };
-    lt_real *packed = work;
 
-    lt_winograd_pack(weights, 9, p->c * 9, true, p->c, p->o, packed);
-    lt_winograd_run(p, p->c, p->o, dy, packed, &add, dx, packed + lt_winograd_packed(p->c, p->o));
+    lt_winograd_run(p, p->c, p->o, dy, packed, &add, dx, work);
 }
 
-size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
+int64_t lt_conv2d_data_packed(const lt_conv2d_params *p)
 {
-    if (conv_nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
-        return 0;
-    if (lt_conv2d_algorithm(p) == LT_CONV_DIRECT)
-        return (size_t)(conv_weight_count(p) + each_class(p, NULL)) * sizeof(lt_real);
-    return (size_t)lt_winograd_packed(p->c, p->o) * sizeof(lt_real) + lt_winograd_work(p, p->c, p->o);
+    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_packed(p->c, p->o) : conv_weight_count(p);
 }
 
-void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
-                             lt_real *dx, void *work)
+void lt_conv2d_data_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
 {
     if (conv_nothing(p))
         return;
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
-        lt_depthwise_backward_data(p, dy, weights, dx);
+        memcpy(packed, weights, (size_t)conv_weight_count(p) * sizeof(lt_real));
         break;
     case LT_CONV_WINOGRAD:
-        data_winograd(p, dy, weights, dx, work);
+        lt_winograd_pack(weights, 9, p->c * 9, true, p->c, p->o, packed);
         break;
     case LT_CONV_DIRECT:
-        each_class(p, &(data_arrays){ dy, weights, dx, work });
+        each_class(p, pack_class, &(data_pass){ .weights = weights, .packed = packed });
+        break;
+    }
+}
+
+size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
+{
+    data_pass pass = { .shared = 0 };
+
+    if (conv_nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
+        return 0;
+    if (lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD)
+        return lt_winograd_work(p, p->c, p->o);
+    each_class(p, measure_class, &pass);
+    return (size_t)pass.shared * sizeof(lt_real);
+}
+
+void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, lt_real *dx,
+                             void *work)
+{
+    if (conv_nothing(p))
+        return;
+    switch (lt_conv2d_algorithm(p)) {
+    case LT_CONV_DEPTHWISE:
+        lt_depthwise_backward_data(p, dy, packed, dx);
+        break;
+    case LT_CONV_WINOGRAD:
+        data_winograd(p, dy, packed, dx, work);
+        break;
+    case LT_CONV_DIRECT:
+        each_class(p, run_class, &(data_pass){ .dy = dy, .packed = (lt_real *)packed, .dx = dx, .maps = work });
         break;
     }
 }

@@ -86,12 +86,23 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
+static size_t bytes_of(int64_t elements)
+{
+    return (size_t)lt_ceil_div(elements, LT_ALIGN) * LT_ALIGN * sizeof(lt_real);
+}
+
 /* Where the weights are not packed yet, forward does it at the start of its work. */
 static size_t packing_bytes(const lt_call *c, const lt_conv2d_params *p)
 {
     const conv2d_attr *a = c->attr;
 
-    return a->packed ? 0 : (size_t)lt_ceil_div(lt_conv2d_packed(p), LT_ALIGN) * LT_ALIGN * sizeof(lt_real);
+    return a->packed ? 0 : bytes_of(lt_conv2d_packed(p));
+}
+
+/* So does the gradient of x. */
+static size_t data_bytes(const lt_conv2d_params *p)
+{
+    return bytes_of(lt_conv2d_data_packed(p)) + lt_conv2d_backward_data_work(p);
 }
 
 static size_t larger(size_t a, size_t b)
@@ -110,8 +121,7 @@ static void plan(lt_call *c)
 
     c->work_bytes = packing_bytes(c, &p) + (in_rects(c, &p) ? lt_conv2d_rect_work(&p) : lt_conv2d_forward_work(&p));
     if (c->train)
-        c->work_bytes = larger(c->work_bytes, larger(lt_conv2d_weights_work(&p),
-                                                     lt_conv2d_backward_data_work(&p)));
+        c->work_bytes = larger(c->work_bytes, larger(lt_conv2d_weights_work(&p), data_bytes(&p)));
 }
 
 static const lt_real *data_of(const lt_call *c, int i)
@@ -164,12 +174,18 @@ static void forward(const lt_call *c)
         lt_conv2d_forward(&p, data_of(c, X), packed, &around, c->out->data, work);
 }
 
+static void data_gradient(const lt_call *c, const lt_conv2d_params *p)
+{
+    lt_conv2d_data_pack(p, c->in[W]->data, c->work);
+    lt_conv2d_backward_data(p, c->dout, c->work, c->din[X], (char *)c->work + bytes_of(lt_conv2d_data_packed(p)));
+}
+
 static void backward(const lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
 
     if (c->din[X])
-        lt_conv2d_backward_data(&p, c->dout, c->in[W]->data, c->din[X], c->work);
+        data_gradient(c, &p);
     if (c->din[W])
         lt_conv2d_backward_weights(&p, c->in[X]->data, c->dout, c->din[W], c->work);
     if (c->din[B])

@@ -5,6 +5,7 @@
  *
  * Seen from the convolution that reads y and writes x: forward is its data gradient, which adds to y, so y
  * starts as the bias; the gradient of x is its forward; that of w its weights' with y's gradient for input.
+ * In an inference plan w may be packed, once per lt_plan_refresh.
  */
 #include "libtensor/kernels/conv.h"
 #include "libtensor/ops/common.h"
@@ -14,16 +15,19 @@ enum { X, W, B };
 typedef struct {
     int stride, pad;
     lt_act act;
+    bool packed;                /* in[W] is the result of conv_transpose2d_pack ... */
+    lt_shape window;            /* ... and this was its shape */
 } transpose_attr;
 
 static lt_conv2d_params params_of(const lt_call *c)
 {
     const transpose_attr *a = c->attr;
-    const lt_tensor *x = c->in[X], *w = c->in[W];
-    const int kh = (int)lt_dim(w, 2), kw = (int)lt_dim(w, 3);
+    const lt_tensor *x = c->in[X];
+    const lt_shape w = a->packed ? a->window : c->in[W]->shape;
+    const int kh = (int)w.dim[2], kw = (int)w.dim[3];
 
     return (lt_conv2d_params){
-        .n = lt_dim(x, 0), .c = lt_dim(w, 1), .o = lt_dim(x, 1), .kh = kh, .kw = kw,
+        .n = lt_dim(x, 0), .c = w.dim[1], .o = lt_dim(x, 1), .kh = kh, .kw = kw,
         .h = (lt_dim(x, 2) - 1) * a->stride - 2 * a->pad + kh, .w = (lt_dim(x, 3) - 1) * a->stride - 2 * a->pad + kw,
         .stride_h = a->stride, .stride_w = a->stride, .pad_h = a->pad, .pad_w = a->pad, .dil_h = 1, .dil_w = 1,
         .groups = 1,
@@ -58,27 +62,32 @@ static size_t larger(size_t a, size_t b)
     return a > b ? a : b;
 }
 
-/* The gradient of x is a convolution. Its work: packed weights, its result where that is to be added, scratch. */
-static int64_t packed_elements(const lt_conv2d_params *p)
+/* Work begins with the packed weights, where they are packed on the spot. */
+static int64_t aligned(int64_t elements)
 {
-    return lt_ceil_div(lt_conv2d_packed(p), LT_ALIGN) * LT_ALIGN;
+    return lt_ceil_div(elements, LT_ALIGN) * LT_ALIGN;
 }
 
-static int64_t result_elements(const lt_call *c)
+static size_t forward_bytes(const lt_call *c, const lt_conv2d_params *p)
 {
-    return lt_ceil_div(lt_numel(c->in[X]), LT_ALIGN) * LT_ALIGN;
+    const transpose_attr *a = c->attr;
+    const int64_t packing = a->packed ? 0 : aligned(lt_conv2d_data_packed(p));
+
+    return (size_t)packing * sizeof(lt_real) + lt_conv2d_backward_data_work(p);
 }
 
+/* The gradient of x is a convolution: the packed weights, its result where that is to be added, its work. */
 static size_t data_bytes(const lt_call *c, const lt_conv2d_params *p)
 {
-    return (size_t)(packed_elements(p) + result_elements(c)) * sizeof(lt_real) + lt_conv2d_forward_work(p);
+    return (size_t)(aligned(lt_conv2d_packed(p)) + aligned(lt_numel(c->in[X]))) * sizeof(lt_real)
+           + lt_conv2d_forward_work(p);
 }
 
 static void plan(lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
 
-    c->work_bytes = lt_conv2d_backward_data_work(&p);
+    c->work_bytes = forward_bytes(c, &p);
     if (!c->train)
         return;
     c->work_bytes = larger(c->work_bytes, data_bytes(c, &p));
@@ -107,11 +116,18 @@ static void act_plane(const lt_call *c, int64_t plane)
 
 static void forward(const lt_call *c)
 {
+    const transpose_attr *a = c->attr;
     const lt_conv2d_params p = params_of(c);
+    lt_real *work = c->work;
 
     op_by_row(c, p.n * p.c, p.h * p.w, start_plane);
-    lt_conv2d_backward_data(&p, c->in[X]->data, c->in[W]->data, c->out->data, c->work);
-    if (((const transpose_attr *)c->attr)->act.kind != LT_ACT_NONE)
+    if (a->packed) {
+        lt_conv2d_backward_data(&p, c->in[X]->data, c->in[W]->data, c->out->data, work);
+    } else {
+        lt_conv2d_data_pack(&p, c->in[W]->data, work);
+        lt_conv2d_backward_data(&p, c->in[X]->data, work, c->out->data, work + aligned(lt_conv2d_data_packed(&p)));
+    }
+    if (a->act.kind != LT_ACT_NONE)
         op_by_row(c, p.n * p.c, 4 * p.h * p.w, act_plane);
 }
 
@@ -121,7 +137,7 @@ static lt_real *result_of(const lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
 
-    return (lt_real *)c->work + packed_elements(&p);
+    return (lt_real *)c->work + aligned(lt_conv2d_packed(&p));
 }
 
 static void add_result(const lt_call *c, int64_t at, size_t n)
@@ -136,7 +152,7 @@ static void data_gradient(const lt_call *c, const lt_conv2d_params *p)
 
     lt_conv2d_pack(p, c->in[W]->data, c->work);
     lt_conv2d_forward(p, c->dout, c->work, &(lt_conv2d_around){ .act = none }, c->fresh[X] ? c->din[X] : result,
-                      result + result_elements(c));
+                      result + aligned(lt_numel(c->in[X])));
     if (!c->fresh[X])
         op_by_chunk(c, lt_numel(c->in[X]), add_result);
 }
@@ -167,7 +183,9 @@ static void backward(const lt_call *c)
 
 static int64_t macs(const lt_call *c)
 {
-    return lt_numel(c->in[X]) * op_inner(c->in[W], 0);
+    const lt_conv2d_params p = params_of(c);
+
+    return lt_numel(c->in[X]) * p.c * p.kh * p.kw;
 }
 
 /* ---- inference: a norm and an activation behind it -------------------------------------------------------- */
@@ -188,6 +206,35 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
+/* conv_transpose2d_pack: w in the order in which forward reads it; attr is the convolution's lt_conv2d_params */
+static lt_status pack_infer(lt_call *c)
+{
+    c->out->shape = LT_SHAPE(lt_conv2d_data_packed(c->attr));
+    return LT_OK;
+}
+
+static void pack_forward(const lt_call *c)
+{
+    lt_conv2d_data_pack(c->attr, c->in[0]->data, c->out->data);
+}
+
+static const lt_op conv_transpose2d_pack_op = {
+    .name = "conv_transpose2d_pack", .infer = pack_infer, .forward = pack_forward,
+};
+
+static void prepare(lt_node *node)
+{
+    const lt_call c = { .attr = node->attr, .in = { node->in[X], node->in[W] } };
+    const lt_conv2d_params p = params_of(&c);
+    transpose_attr *a = node->attr;
+
+    if (!lt_is_constant(node->in[W]))
+        return;
+    a->window = node->in[W]->shape;
+    a->packed = true;
+    node->in[W] = lt_apply(&conv_transpose2d_pack_op, &p, sizeof(p), &node->in[W], 1);
+}
+
 static void onnx(lt_onnx *w, const lt_node *n)
 {
     const transpose_attr *a = n->attr;
@@ -200,7 +247,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
 static const lt_op conv_transpose2d_op = {
     .name = "conv_transpose2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = LT_OPTIONAL_IN(B),
     .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs, .absorb = absorb,
-    .onnx = onnx,
+    .prepare = prepare, .onnx = onnx,
 };
 
 lt_tensor *(lt_conv_transpose2d)(lt_tensor *x, lt_tensor *w, lt_tensor *b, int stride, int pad)

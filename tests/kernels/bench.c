@@ -111,7 +111,8 @@ static void run_data(void *ctx)
 {
     const conv *c = ctx;
 
-    lt_conv2d_backward_data(&c->p, c->y, c->w, c->x, c->work);
+    lt_conv2d_data_pack(&c->p, c->w, c->packed);
+    lt_conv2d_backward_data(&c->p, c->y, c->packed, c->x, c->work);
 }
 
 static void run_weights(void *ctx)
@@ -133,7 +134,7 @@ static void bench_conv(int n, int c, int size, int o, int k, int stride, int gro
     v.y = random_array((size_t)n * (size_t)o * (size_t)out, 3);
     v.work = lt_alloc(lt_conv2d_weights_work(&v.p) + lt_conv2d_backward_data_work(&v.p)
                       + lt_conv2d_forward_work(&v.p));
-    v.packed = random_array((size_t)lt_conv2d_packed(&v.p), 4);
+    v.packed = random_array((size_t)lt_max_i64(lt_conv2d_packed(&v.p), lt_conv2d_data_packed(&v.p)), 4);
     lt_conv2d_pack(&v.p, v.w, v.packed);
     snprintf(name, sizeof(name), "conv %dx%d/%d %4d -> %4d @%d%s, b%d forward", k, k, stride, c, o, size,
              groups > 1 ? " depthwise" : "", n);

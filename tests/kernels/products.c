@@ -328,20 +328,23 @@ static void check_gradient(const conv_data *d, const char *what, const char *nam
     plain s = { d, NULL, sum, size };
     const bool data = fn == pair_data;
     const double bound = data && lt_conv2d_algorithm(d->p) == LT_CONV_WINOGRAD ? winograd_bound : 1e-6;
+    float *packed = guarded_array(data ? (size_t)lt_conv2d_data_packed(d->p) : 0);
     void *work = lt_alloc(data ? lt_conv2d_backward_data_work(d->p) : lt_conv2d_weights_work(d->p));
 
     memcpy(got, start, n * sizeof(float));
     if (plainly)
         each_pair(d->p, fn, &s);
     if (data)
-        lt_conv2d_backward_data(d->p, d->dy, d->w, got, work);
+        lt_conv2d_data_pack(d->p, d->w, packed);
+    if (data)
+        lt_conv2d_backward_data(d->p, d->dy, packed, got, work);
     else
         lt_conv2d_backward_weights(d->p, d->x, d->dy, got, work);
     for (size_t i = 0; i < n && plainly; i++)
         expect_near(got[i], (double)start[i] + sum[i], bound * (size[i] + fabs((double)start[i])), what,
                     name, i);
     same_as_before(got, n, "%s %s", what, name);
-    lt_release(work), free(sum), free(size), free_array(start), free_array(got);
+    lt_release(work), free(sum), free(size), free_array(start), free_array(got), free_array(packed);
 }
 
 static void check_bias(const conv_data *d, const char *name)
