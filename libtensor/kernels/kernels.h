@@ -64,6 +64,13 @@ typedef struct {
     bool nesterov;
 } lt_sgd_step;
 
+/* Element i is dropped where draw i of the stream (lt_rng_u32) is less than below, and else times scale. */
+typedef struct {
+    uint64_t seed, stream;
+    uint32_t below;
+    lt_real scale;
+} lt_masking;
+
 /* How a convolution reads its maps. Position q is row q / grid_w and column q % grid_w of a grid; row r,
  * column s at tap t reads x[channel][r * step_h + tap[t].dy][s * step_w + tap[t].dx], 0 outside. */
 typedef struct { int dy, dx; } lt_tap;
@@ -261,6 +268,9 @@ typedef struct lt_kernels {
     /* ---- optimisers: w, the running means m and v, in place ------------------------------------- */
     void (*adam)(lt_real *w, lt_real *m, lt_real *v, const lt_real *g, const lt_adam_step *p, size_t n);
     void (*sgd)(lt_real *w, lt_real *m, const lt_real *g, const lt_sgd_step *p, size_t n);
+
+    /* dropout: y = x masked, or y += x masked; x begins with element at, a multiple of 4 */
+    void (*dropout)(lt_real *y, const lt_real *x, const lt_masking *d, int64_t at, size_t n, bool add);
 
     /* ---- the matrix product, for libtensor/kernels/gemm.c and conv.c ----------------------------- */
     /* A tile is at most mr rows of nr columns. Packed A: m rows cut into ceil(m / mr) panels of equal

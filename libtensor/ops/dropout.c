@@ -7,6 +7,8 @@
  */
 #include "libtensor/ops/common.h"
 
+#include <math.h>
+
 typedef struct {
     double p;
 } dropout_attr;
@@ -20,21 +22,22 @@ static lt_status infer(lt_call *c)
     return op_same_shape(c);
 }
 
-static lt_real mask(lt_rng *r, double p)
+/* 0 <= p < 1: a draw u drops its element where u / 2^32 < p. */
+static lt_masking mask_of(const lt_call *c)
 {
-    return lt_rng_u32(r) * 0x1p-32 < p ? 0 : (lt_real)(1 / (1 - p));
+    const dropout_attr *a = c->attr;
+
+    return (lt_masking){
+        .seed = c->rng.seed, .stream = c->rng.stream, .below = (uint32_t)fmin(ceil(a->p * 0x1p32), UINT32_MAX),
+        .scale = (lt_real)(1 / (1 - a->p)),
+    };
 }
 
 static void forward_chunk(const lt_call *c, int64_t at, size_t n)
 {
-    const dropout_attr *a = c->attr;
-    const lt_real *x = (const lt_real *)c->in[0]->data + at;
-    lt_real *y = (lt_real *)c->out->data + at;
-    lt_rng r = c->rng;
+    const lt_masking d = mask_of(c);
 
-    r.index = (uint64_t)at;
-    for (size_t i = 0; i < n; i++)
-        y[i] = x[i] * mask(&r, a->p);
+    lt_k->dropout((lt_real *)c->out->data + at, (const lt_real *)c->in[0]->data + at, &d, at, n, false);
 }
 
 static void forward(const lt_call *c)
@@ -44,12 +47,9 @@ static void forward(const lt_call *c)
 
 static void backward_chunk(const lt_call *c, int64_t at, size_t n)
 {
-    const dropout_attr *a = c->attr;
-    lt_rng r = c->rng;
+    const lt_masking d = mask_of(c);
 
-    r.index = (uint64_t)at;
-    for (size_t i = 0; i < n; i++)
-        c->din[0][at + (int64_t)i] += c->dout[at + (int64_t)i] * mask(&r, a->p);
+    lt_k->dropout(c->din[0] + at, c->dout + at, &d, at, n, !c->fresh[0]);
 }
 
 static void backward(const lt_call *c)
@@ -70,7 +70,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op dropout_op = {
-    .name = "dropout", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_RANDOM, .keeps = LT_KEEP_NOTHING,
+    .name = "dropout", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_RANDOM | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING,
     .infer = infer, .forward = forward, .backward = backward, .lower = lower, .onnx = onnx,
 };
 

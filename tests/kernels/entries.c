@@ -88,6 +88,11 @@ static void call_sgd(const lt_kernels *k, args *s)
     k->sgd(Y, s->y[1], B, &ahead, s->n);
 }
 
+static const lt_masking third = { 0x123456789abcdefu, 0xfedcba987654321u, 0x55555555u, 1.5f };
+
+CALL(dropout, k->dropout(Y, A, &third, 0, s->n, false))
+CALL(dropout_add, k->dropout(Y, A, &third, 4 * ((int64_t)1 << 32) - 64, s->n, true))
+
 /* Planes as high as n allows: the window that has a loop of its own, the other one, and any other. */
 static void pool(const lt_kernels *k, args *s, int w, int window, int step, int pad, bool places)
 {
@@ -130,7 +135,7 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step), ENTRY(moments),
     ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite), ENTRY(softmax), ENTRY(softmax_grad),
     ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
-    ENTRY(adam), ENTRY(sgd), ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn),
+    ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add), ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn),
     ENTRY(turn_add), ENTRY(turn_wide), ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
     ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),
 };
@@ -292,6 +297,22 @@ static void check_gelu(const lt_kernels *k)
     }
 }
 
+/* Its draws are those of lt_rng_u32. */
+static void check_dropout(const lt_kernels *k)
+{
+    enum { N = 1000 };
+    const int64_t at = ((int64_t)1 << 34) - 64;         /* where the block's number outgrows 32 bits */
+    lt_rng r = lt_rng_make(third.seed, third.stream);
+    float x[N], y[N];
+
+    for (int i = 0; i < N; i++)
+        x[i] = 1;
+    k->dropout(y, x, &third, at, N, false);
+    r.index = (uint64_t)at;
+    for (int i = 0; i < N; i++)
+        expect_near(y[i], lt_rng_u32(&r) < third.below ? 0 : 1.5, 0, "dropout", "draw", (size_t)i);
+}
+
 void check_accuracy(const lt_kernels *k)
 {
     const double e = fmax(worst(k->exp, exact_exp, -104, 89, false),
@@ -311,4 +332,5 @@ void check_accuracy(const lt_kernels *k)
     check_bound("sigmoid", s, 3);
     check_bound("silu", u, 3);
     check_gelu(k);
+    check_dropout(k);
 }
