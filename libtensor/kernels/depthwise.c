@@ -2,10 +2,11 @@
 #include "libtensor/kernels/depthwise.h"
 
 #include "libtensor/base/parallel.h"
+#include "libtensor/kernels/product.h"
 
 #include <string.h>
 
-/* ---- strips: forward with step 1 or 2, and the weights' gradient -------------------------------------- */
+/* ---- strips: steps 1 and 2 ------------------------------------------------------------------------------- */
 
 /*
  * Some rows of a padded map, dealt to step x step phases of one pitch, so that every tap is the same distance
@@ -65,27 +66,6 @@ static bool plan_strips(lt_depthwise *s, const lt_conv2d_params *p)
     return s->high > 0;
 }
 
-/* What output rows [from, from + high) of a plane see. q has STRIP + SLACK elements. */
-static void deal_strip(const lt_depthwise *s, const lt_conv2d_params *p, const lt_real *plane, int64_t from,
-                       int64_t high, lt_real *q)
-{
-    const int64_t rows = (high - 1) * s->step + s->reach;
-    lt_real line[STRIP + 2 * SLACK];
-
-    memset(line, 0, (size_t)(s->step * s->pitch + SLACK) * sizeof(lt_real));
-    for (int64_t r = 0; r <= rows; r++) {
-        const int64_t y = from * s->step + r - p->pad_h;
-        lt_real *to = q + r % s->step * s->step * s->phase + r / s->step * s->pitch;
-
-        if (y >= 0 && y < p->h && r < rows)
-            memcpy(line + p->pad_w, plane + y * p->w, (size_t)p->w * sizeof(lt_real));
-        else
-            memset(line + p->pad_w, 0, (size_t)p->w * sizeof(lt_real));
-        for (int64_t i = 0; i < s->step; i++)
-            lt_k->every(to + i * s->phase, line + i, (int)s->step, (size_t)s->pitch);
-    }
-}
-
 /* The epilogue of output plane i. */
 static lt_epilogue plane_epilogue(const job *j, int64_t i)
 {
@@ -107,31 +87,6 @@ static void forward_strips(const job *j, int64_t i)
                     j->weights + o * p->kh * p->kw, &j->strips, &e);
     if (j->mean)
         j->mean[i] = (lt_real)(sum / (double)out);
-}
-
-/* dy at the strip's pitch, with zeros between the rows; n elements. */
-static void spread_rows(const job *j, const lt_real *dy, int64_t high, lt_real *out)
-{
-    const int64_t pitch = j->strips.pitch;
-
-    memset(out, 0, (size_t)(high * pitch) * sizeof(lt_real));
-    for (int64_t r = 0; r < high; r++)
-        memcpy(out + r * pitch, dy + r * j->out_w, (size_t)j->out_w * sizeof(lt_real));
-}
-
-static void weights_strips(const job *j, const lt_real *in, const lt_real *dy, lt_real *dw)
-{
-    const lt_depthwise *s = &j->strips;
-    lt_real q[STRIP + SLACK], rows[STRIP + SLACK];
-
-    for (int64_t from = 0; from < j->out_h; from += s->high) {
-        const int64_t high = lt_min_i64(s->high, j->out_h - from), n = (high - 1) * s->pitch + j->out_w;
-
-        deal_strip(s, j->p, in, from, high, q);
-        spread_rows(j, dy + from * j->out_w, high, rows);
-        for (int t = 0; t < s->taps; t++)
-            dw[s->weight[t]] += (lt_real)lt_k->dot(rows, q + s->offset[t], (size_t)n);
-    }
 }
 
 /* ---- row by row: any stride --------------------------------------------------------------------------- */
@@ -217,6 +172,8 @@ void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_
     lt_parallel_for(lt_ceil_div(p->n * p->o, j.planes), forward_task, &j);
 }
 
+/* ---- gradient of x --------------------------------------------------------------------------------------- */
+
 typedef struct { const lt_real *dy, *w; lt_real *dx; } data_plane;
 
 static void data_tap(const job *j, int64_t oy, int64_t iy, int tap, span s, void *plane)
@@ -228,10 +185,58 @@ static void data_tap(const job *j, int64_t oy, int64_t iy, int tap, span s, void
                    d->dy + oy * j->out_w + s.from, (size_t)(s.to - s.from));
 }
 
-/* One input plane; it may feed several output channels. */
-static void data_task(void *ctx, int64_t task)
+/* The convolution that dx is of dy, whose elements stand `stride` apart with zeros between them, and the window
+ * turned over. Its maps must fit into scratch. */
+static bool plan_turned(lt_depthwise *s, const lt_conv2d_params *p)
 {
-    const job *j = ctx;
+    const int reach_h = p->dil_h * (p->kh - 1), reach_w = p->dil_w * (p->kw - 1);
+    lt_conv2d_params t = *p;
+
+    t.pad_h = reach_h - p->pad_h;
+    t.pad_w = reach_w - p->pad_w;
+    t.h = p->h + reach_h - 2 * t.pad_h;
+    t.w = p->w + reach_w - 2 * t.pad_w;
+    t.stride_h = t.stride_w = 1;
+    return p->stride_h <= 2 && p->stride_w <= 2 && t.pad_h >= 0 && t.pad_w >= 0 && t.h * t.w <= LT_SCRATCH_A
+           && p->h * p->w <= LT_SCRATCH_B && plan_strips(s, &t);
+}
+
+static void space_out(const job *j, const lt_real *dy, lt_real *out)
+{
+    const lt_conv2d_params *p = j->p;
+
+    memset(out, 0, (size_t)(j->strips.h * j->strips.w) * sizeof(lt_real));
+    for (int64_t r = 0; r < j->out_h; r++)
+        lt_k->axpy_out(out + r * p->stride_h * j->strips.w, p->stride_w, 1, dy + r * j->out_w, (size_t)j->out_w);
+}
+
+typedef struct { const job *j; int64_t task; } data_call;
+
+static void data_turned(void *ctx, lt_real *spaced, lt_real *result)
+{
+    const data_call *d = ctx;
+    const job *j = d->j;
+    const lt_conv2d_params *p = j->p;
+    const int64_t c = d->task % p->c, image = d->task / p->c, og = p->o / p->groups, taps = (int64_t)p->kh * p->kw;
+    const lt_epilogue nothing = { 0 };
+
+    for (int64_t o = c * og; o < (c + 1) * og; o++) {
+        const lt_real *dy = j->dy + (image * p->o + o) * j->out_h * j->out_w;
+        lt_real turned[LT_DEPTHWISE_TAPS];
+
+        for (int64_t t = 0; t < taps; t++)
+            turned[t] = j->weights[(o + 1) * taps - 1 - t];
+        if (p->stride_h > 1 || p->stride_w > 1) {
+            space_out(j, dy, spaced);
+            dy = spaced;
+        }
+        lt_k->depthwise(result, NULL, dy, turned, &j->strips, &nothing);
+        lt_k->add_to(j->dx + d->task * p->h * p->w, result, (size_t)(p->h * p->w));
+    }
+}
+
+static void data_rows(const job *j, int64_t task)
+{
     const lt_conv2d_params *p = j->p;
     const int64_t c = task % p->c, image = task / p->c, og = p->o / p->groups;
 
@@ -245,14 +250,29 @@ static void data_task(void *ctx, int64_t task)
     }
 }
 
+/* One input plane; it may feed several output channels. */
+static void data_task(void *ctx, int64_t task)
+{
+    const job *j = ctx;
+    data_call d = { j, task };
+
+    if (j->in_strips)
+        lt_with_scratch(data_turned, &d);
+    else
+        data_rows(j, task);
+}
+
 void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
                                 lt_real *dx)
 {
     job j = { .p = p, .dy = dy, .weights = weights, .dx = dx,
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
+    j.in_strips = plan_turned(&j.strips, p);
     lt_parallel_for(p->n * p->c, data_task, &j);
 }
+
+/* ---- gradient of the weights ----------------------------------------------------------------------------- */
 
 typedef struct { const lt_real *in, *dy; lt_real *dw; } weights_plane;
 
@@ -266,24 +286,49 @@ static void weights_tap(const job *j, int64_t oy, int64_t iy, int tap, span s, v
                                           (size_t)(s.to - s.from));
 }
 
+/* Images [from, to) of the map that output channel o reads */
+static void weights_strips(const job *j, int64_t o, int64_t from, int64_t to, lt_real *dw)
+{
+    const lt_conv2d_params *p = j->p;
+    const int64_t c = o / (p->o / p->groups);
+    double sums[LT_DEPTHWISE_TAPS * LT_DEPTHWISE_LANES];
+
+    memset(sums, 0, (size_t)j->strips.taps * LT_DEPTHWISE_LANES * sizeof(*sums));
+    for (int64_t i = from; i < to; i++)
+        lt_k->depthwise_weights(sums, j->x + (i * p->c + c) * p->h * p->w,
+                                j->dy + (i * p->o + o) * j->out_h * j->out_w, &j->strips);
+    for (int t = 0; t < j->strips.taps; t++) {
+        double sum = 0;
+
+        for (int l = 0; l < LT_DEPTHWISE_LANES; l++)
+            sum += sums[t * LT_DEPTHWISE_LANES + l];
+        dw[j->strips.weight[t]] = (lt_real)sum;
+    }
+}
+
+static void weights_rows(const job *j, int64_t o, int64_t from, int64_t to, lt_real *dw)
+{
+    const lt_conv2d_params *p = j->p;
+    const int64_t c = o / (p->o / p->groups);
+    weights_plane f = { .dw = dw };
+
+    memset(dw, 0, (size_t)(p->kh * p->kw) * sizeof(lt_real));
+    for (int64_t image = from; image < to; image++) {
+        f.in = j->x + (image * p->c + c) * p->h * p->w;
+        f.dy = j->dy + (image * p->o + o) * j->out_h * j->out_w;
+        each_tap(j, weights_tap, &f);
+    }
+}
+
 static void weights_task(void *ctx, int64_t task)
 {
     const job *j = ctx;
     const lt_conv2d_params *p = j->p;
-    const int64_t o = task % p->o, chunk = task / p->o, c = o / (p->o / p->groups);
+    const int64_t o = task % p->o, chunk = task / p->o;
     const int64_t from = chunk * p->n / j->chunks, to = (chunk + 1) * p->n / j->chunks;
-    const int64_t taps = (int64_t)p->kh * p->kw;
-    weights_plane f = { .dw = j->part + (chunk * p->o + o) * taps };
+    lt_real *dw = j->part + (chunk * p->o + o) * p->kh * p->kw;
 
-    memset(f.dw, 0, (size_t)taps * sizeof(lt_real));
-    for (int64_t image = from; image < to; image++) {
-        f.in = j->x + (image * p->c + c) * p->h * p->w;
-        f.dy = j->dy + (image * p->o + o) * j->out_h * j->out_w;
-        if (j->in_strips)
-            weights_strips(j, f.in, f.dy, f.dw);
-        else
-            each_tap(j, weights_tap, &f);
-    }
+    (j->in_strips ? weights_strips : weights_rows)(j, o, from, to, dw);
 }
 
 void lt_depthwise_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy,

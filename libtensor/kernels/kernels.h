@@ -86,7 +86,7 @@ typedef struct {
 /* How a depthwise convolution goes over one map: by strips of `high` rows of the result. What such a strip
  * sees of the padded map, `reach` rows for each of its own, is dealt to step x step phases, where rows lie
  * `pitch` apart and tap t, in the order (kx, ky), is offset[t] from each element; its weight is weight[t]. */
-enum { LT_DEPTHWISE_TAPS = 121, LT_DEPTHWISE_STRIP = 6144 };
+enum { LT_DEPTHWISE_TAPS = 121, LT_DEPTHWISE_STRIP = 6144, LT_DEPTHWISE_LANES = 16 };
 
 typedef struct {
     int64_t h, w, out_h, out_w;
@@ -311,6 +311,10 @@ typedef struct lt_kernels {
      * unless NULL, becomes the sum of y: by strips, each as sum has it. */
     void (*depthwise)(lt_real *y, double *total, const lt_real *x, const lt_real *w, const lt_depthwise *d,
                       const lt_epilogue *e);
+
+    /* depthwise_weights: sums[t * LT_DEPTHWISE_LANES + column % LT_DEPTHWISE_LANES] += dy times what tap t sees
+     * of x, over a strip's positions by rows: one chain of multiply-adds a strip, and strips in double */
+    void (*depthwise_weights)(double *sums, const lt_real *x, const lt_real *dy, const lt_depthwise *d);
 
     /* ---- Winograd F(4x4, 3x3), for libtensor/kernels/winograd.c ----------------------------------- */
     /* Lines of tiles are read and written by whole vectors: 64 elements more than n tiles have.
