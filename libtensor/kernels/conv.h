@@ -95,14 +95,14 @@ LT_API int64_t lt_conv2d_data_packed(const lt_conv2d_params *p);
 LT_API void lt_conv2d_data_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
 
 /**
- * lt_conv2d_backward_data - dx += the gradient of x
+ * lt_conv2d_backward_data - dx = the gradient of x, or dx += it
  *
  * work is lt_conv2d_backward_data_work(p) bytes, as above. Also the forward pass of a transposed
- * convolution, with its input in the place of dy, into dx cleared beforehand.
+ * convolution, with its input in the place of dy.
  */
 LT_API size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed,
-                                    lt_real *dx, void *work);
+                                    bool add, lt_real *dx, void *work);
 
 /**
  * lt_conv2d_backward_weights - dw += the gradient of the weights

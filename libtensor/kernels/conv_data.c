@@ -96,7 +96,7 @@ static void class_job(data_job *d, const lt_conv2d_params *p, parity c, const co
             .a = { NULL, k_all, cg * k_all, t->n, t->weight, k_all == 1, cg },
             .image = { NULL, out_h, out_w, c.cols, 1, 1, t->n, t->at },
             .product = {
-                .k = og * t->n, .pack_a = conv_pack_weights, .pack_b = conv_pack_positions, .add = !strided(p),
+                .k = og * t->n, .pack_a = conv_pack_weights, .pack_b = conv_pack_positions,
                 .ctx = &d->j, .ldc = p->h * p->w, .c_step = p->c * p->h * p->w,
             },
         },
@@ -111,6 +111,8 @@ static void class_job(data_job *d, const lt_conv2d_params *p, parity c, const co
 typedef struct {
     const lt_real *dy, *weights;
     lt_real *dx, *packed, *maps;        /* maps: of dy, packed where tiles share those */
+    bool add;
+    int64_t plane;                      /* elements of a map of dx */
     int64_t shared;                     /* the most elements of maps */
 } data_pass;
 
@@ -141,6 +143,7 @@ static void run_class(data_job *d, data_pass *pass)
         d->dx = j->product.c = pass->dx + g * j->m * p->h * p->w;
         j->image.x = pass->dy + g * conv_group_o(p) * j->image.h * j->image.w;
         j->product.a = pass->packed;
+        j->product.add = pass->add && !strided(p);
         j->product.b = NULL;
         j->product.b_step = conv_job_shared(j);
         if (j->product.b_step) {
@@ -169,11 +172,28 @@ static void each_class(const lt_conv2d_params *p, class_fn fn, data_pass *pass)
 }
 
 /* With stride 1 and pad 1 a 3 x 3 window is its own transpose's: dy in the place of x. */
-static void data_winograd(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, lt_real *dx, void *work)
+static void data_winograd(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, bool add, lt_real *dx,
+                          void *work)
 {
-    const lt_epilogue add = { .residual = dx };
+    const lt_epilogue e = { .residual = add ? dx : NULL };
 
-    lt_winograd_run(p, p->c, p->o, dy, packed, &add, dx, work);
+    lt_winograd_run(p, p->c, p->o, dy, packed, &e, dx, work);
+}
+
+static void clear_plane(void *ctx, int64_t plane)
+{
+    const data_pass *pass = ctx;
+
+    memset(pass->dx + plane * pass->plane, 0, (size_t)pass->plane * sizeof(lt_real));
+}
+
+/* Strided classes add to their places in dx, and there may be places of none. */
+static void data_direct(const lt_conv2d_params *p, data_pass *pass)
+{
+    pass->plane = p->h * p->w;
+    if (strided(p) && !pass->add)
+        lt_parallel_for(p->n * p->c, clear_plane, pass);
+    each_class(p, run_class, pass);
 }
 
 int64_t lt_conv2d_data_packed(const lt_conv2d_params *p)
@@ -210,20 +230,23 @@ size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
     return (size_t)pass.shared * sizeof(lt_real);
 }
 
-void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, lt_real *dx,
-                             void *work)
+void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, bool add,
+                             lt_real *dx, void *work)
 {
-    if (conv_nothing(p))
+    if (conv_nothing(p)) {
+        if (!add)
+            memset(dx, 0, (size_t)(p->n * p->c * p->h * p->w) * sizeof(lt_real));
         return;
+    }
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
-        lt_depthwise_backward_data(p, dy, packed, dx);
+        lt_depthwise_backward_data(p, dy, packed, add, dx);
         break;
     case LT_CONV_WINOGRAD:
-        data_winograd(p, dy, packed, dx, work);
+        data_winograd(p, dy, packed, add, dx, work);
         break;
     case LT_CONV_DIRECT:
-        each_class(p, run_class, &(data_pass){ .dy = dy, .packed = (lt_real *)packed, .dx = dx, .maps = work });
+        data_direct(p, &(data_pass){ .dy = dy, .packed = (lt_real *)packed, .dx = dx, .maps = work, .add = add });
         break;
     }
 }

@@ -20,6 +20,7 @@ typedef struct {
     const lt_real *x, *dy, *weights;
     const lt_epilogue *e;
     lt_real *y, *mean, *dx, *part;
+    bool add;                           /* to dx */
     int64_t out_h, out_w, chunks;
     int64_t planes;                     /* of a task of the forward pass */
     lt_depthwise strips;
@@ -219,6 +220,7 @@ static void data_turned(void *ctx, lt_real *spaced, lt_real *result)
     const lt_conv2d_params *p = j->p;
     const int64_t c = d->task % p->c, image = d->task / p->c, og = p->o / p->groups, taps = (int64_t)p->kh * p->kw;
     const lt_epilogue nothing = { 0 };
+    lt_real *dx = j->dx + d->task * p->h * p->w;
 
     for (int64_t o = c * og; o < (c + 1) * og; o++) {
         const lt_real *dy = j->dy + (image * p->o + o) * j->out_h * j->out_w;
@@ -230,8 +232,12 @@ static void data_turned(void *ctx, lt_real *spaced, lt_real *result)
             space_out(j, dy, spaced);
             dy = spaced;
         }
+        if (!j->add && o == c * og) {
+            lt_k->depthwise(dx, NULL, dy, turned, &j->strips, &nothing);
+            continue;
+        }
         lt_k->depthwise(result, NULL, dy, turned, &j->strips, &nothing);
-        lt_k->add_to(j->dx + d->task * p->h * p->w, result, (size_t)(p->h * p->w));
+        lt_k->add_to(dx, result, (size_t)(p->h * p->w));
     }
 }
 
@@ -240,6 +246,8 @@ static void data_rows(const job *j, int64_t task)
     const lt_conv2d_params *p = j->p;
     const int64_t c = task % p->c, image = task / p->c, og = p->o / p->groups;
 
+    if (!j->add)
+        memset(j->dx + task * p->h * p->w, 0, (size_t)(p->h * p->w) * sizeof(lt_real));
     for (int64_t o = c * og; o < (c + 1) * og; o++) {
         data_plane d = {
             j->dy + (image * p->o + o) * j->out_h * j->out_w, j->weights + o * p->kh * p->kw,
@@ -263,9 +271,9 @@ static void data_task(void *ctx, int64_t task)
 }
 
 void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
-                                lt_real *dx)
+                                bool add, lt_real *dx)
 {
-    job j = { .p = p, .dy = dy, .weights = weights, .dx = dx,
+    job j = { .p = p, .dy = dy, .weights = weights, .dx = dx, .add = add,
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
     j.in_strips = plan_turned(&j.strips, p);

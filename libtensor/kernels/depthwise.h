@@ -12,7 +12,7 @@
 void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
                           const lt_epilogue *e, lt_real *y, lt_real *mean);
 void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
-                                lt_real *dx);
+                                bool add, lt_real *dx);
 
 /* lt_depthwise_backward_weights - part[chunk] = the whole gradient of that chunk of images */
 void lt_depthwise_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy,

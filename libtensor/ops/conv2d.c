@@ -177,7 +177,8 @@ static void forward(const lt_call *c)
 static void data_gradient(const lt_call *c, const lt_conv2d_params *p)
 {
     lt_conv2d_data_pack(p, c->in[W]->data, c->work);
-    lt_conv2d_backward_data(p, c->dout, c->work, c->din[X], (char *)c->work + bytes_of(lt_conv2d_data_packed(p)));
+    lt_conv2d_backward_data(p, c->dout, c->work, !c->fresh[X], c->din[X],
+                            (char *)c->work + bytes_of(lt_conv2d_data_packed(p)));
 }
 
 static void backward(const lt_call *c)
@@ -186,6 +187,8 @@ static void backward(const lt_call *c)
 
     if (c->din[X])
         data_gradient(c, &p);
+    op_start(c, W, 0, lt_numel(c->in[W]));
+    op_start(c, B, 0, p.o);
     if (c->din[W])
         lt_conv2d_backward_weights(&p, c->in[X]->data, c->dout, c->din[W], c->work);
     if (c->din[B])
@@ -322,7 +325,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
     (LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE) | LT_OPTIONAL_IN(REGION) | LT_OPTIONAL_IN(GATE))
 
 static const lt_op conv2d_op = {
-    .name = "conv2d", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL, .infer = infer, .plan = plan,
+    .name = "conv2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL, .infer = infer, .plan = plan,
     .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
     .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .prepare = prepare, .onnx = onnx,
 };

@@ -122,10 +122,11 @@ static void forward(const lt_call *c)
 
     op_by_row(c, p.n * p.c, p.h * p.w, start_plane);
     if (a->packed) {
-        lt_conv2d_backward_data(&p, c->in[X]->data, c->in[W]->data, c->out->data, work);
+        lt_conv2d_backward_data(&p, c->in[X]->data, c->in[W]->data, true, c->out->data, work);
     } else {
         lt_conv2d_data_pack(&p, c->in[W]->data, work);
-        lt_conv2d_backward_data(&p, c->in[X]->data, work, c->out->data, work + aligned(lt_conv2d_data_packed(&p)));
+        lt_conv2d_backward_data(&p, c->in[X]->data, work, true, c->out->data,
+                                work + aligned(lt_conv2d_data_packed(&p)));
     }
     if (a->act.kind != LT_ACT_NONE)
         op_by_row(c, p.n * p.c, 4 * p.h * p.w, act_plane);

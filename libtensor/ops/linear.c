@@ -80,6 +80,7 @@ static void bias_grad(void *ctx, int64_t task)
     const int64_t n = lt_dim(c->in[W], 0), first = task * COLUMNS;
     const size_t width = (size_t)lt_min_i64(COLUMNS, n - first);
 
+    op_start(c, B, first, (int64_t)width);
     for (int64_t r = 0; r < rows_of(c); r++)
         lt_k->add_to(c->din[B] + first, c->dout + r * n + first, width);
 }
@@ -90,10 +91,10 @@ static void backward(const lt_call *c)
 
     if (c->din[X]) {
         lt_gemm_pack(LT_NO_TRANS, k, n, c->in[W]->data, k, c->work);
-        lt_gemm_packed(LT_NO_TRANS, m, k, n, c->dout, n, c->work, true, c->din[X], k, NULL);
+        lt_gemm_packed(LT_NO_TRANS, m, k, n, c->dout, n, c->work, !c->fresh[X], c->din[X], k, NULL);
     }
     if (c->din[W])
-        lt_gemm(LT_TRANS, LT_NO_TRANS, n, k, m, c->dout, n, c->in[X]->data, k, true, c->din[W], k, NULL);
+        lt_gemm(LT_TRANS, LT_NO_TRANS, n, k, m, c->dout, n, c->in[X]->data, k, !c->fresh[W], c->din[W], k, NULL);
     if (c->din[B])
         lt_parallel_for(lt_ceil_div(n, COLUMNS), bias_grad, (void *)c);
 }
@@ -158,7 +159,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op linear_op = {
-    .name = "linear", .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
+    .name = "linear", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
     .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer,
     .plan = plan, .forward = forward, .backward = backward, .macs = macs, .absorb = absorb, .prepare = prepare,
     .onnx = onnx,

@@ -112,7 +112,7 @@ static void run_data(void *ctx)
     const conv *c = ctx;
 
     lt_conv2d_data_pack(&c->p, c->w, c->packed);
-    lt_conv2d_backward_data(&c->p, c->y, c->packed, c->x, c->work);
+    lt_conv2d_backward_data(&c->p, c->y, c->packed, true, c->x, c->work);
 }
 
 static void run_weights(void *ctx)

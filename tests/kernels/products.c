@@ -319,9 +319,10 @@ static void check_gate_and_mean(const conv_data *d, const char *name)
     lt_release(work);
 }
 
-/* A gradient against the sum in double, within 1e-6 of the sum of its terms' sizes. */
+/* A gradient against the sum in double, within 1e-6 of the sum of its terms' sizes. With `fresh` the gradient of
+ * x is written over what was there. */
 static void check_gradient(const conv_data *d, const char *what, const char *name, size_t n, pair_fn fn,
-                           bool plainly)
+                           bool plainly, bool fresh)
 {
     double *sum = calloc(n + 1, sizeof(double)), *size = calloc(n + 1, sizeof(double));
     float *start = random_array(n, 9), *got = guarded_array(n);
@@ -331,13 +332,16 @@ static void check_gradient(const conv_data *d, const char *what, const char *nam
     float *packed = guarded_array(data ? (size_t)lt_conv2d_data_packed(d->p) : 0);
     void *work = lt_alloc(data ? lt_conv2d_backward_data_work(d->p) : lt_conv2d_weights_work(d->p));
 
-    memcpy(got, start, n * sizeof(float));
+    for (size_t i = 0; i < n; i++) {
+        got[i] = fresh ? NAN : start[i];
+        start[i] = fresh ? 0 : start[i];
+    }
     if (plainly)
         each_pair(d->p, fn, &s);
     if (data)
         lt_conv2d_data_pack(d->p, d->w, packed);
     if (data)
-        lt_conv2d_backward_data(d->p, d->dy, packed, got, work);
+        lt_conv2d_backward_data(d->p, d->dy, packed, !fresh, got, work);
     else
         lt_conv2d_backward_weights(d->p, d->x, d->dy, got, work);
     for (size_t i = 0; i < n && plainly; i++)
@@ -382,8 +386,9 @@ static void check_conv(const lt_conv2d_params *p, bool plainly)
         check_rects(&d, name);
     if (d.n_y && (lt_conv2d_takes_gate(p) || lt_conv2d_makes_mean(p)))
         check_gate_and_mean(&d, name);
-    check_gradient(&d, "conv data gradient", name, d.n_x, pair_data, plainly);
-    check_gradient(&d, "conv weight gradient", name, d.n_w, pair_weights, plainly);
+    check_gradient(&d, "conv data gradient", name, d.n_x, pair_data, plainly, false);
+    check_gradient(&d, "conv data gradient, fresh", name, d.n_x, pair_data, plainly, true);
+    check_gradient(&d, "conv weight gradient", name, d.n_w, pair_weights, plainly, false);
     check_bias(&d, name);
     free_array(d.x), free_array(d.w), free_array(d.dy), free_array(d.bias), free_array(d.residual);
 }
