@@ -22,7 +22,7 @@ typedef struct {
     lt_real *y, *mean, *dx, *part;
     bool add;                           /* to dx */
     int64_t out_h, out_w, chunks;
-    int64_t planes;                     /* of a task of the forward pass */
+    int64_t planes;                     /* of a task, forward and for the gradient of x */
     lt_depthwise strips;
     bool in_strips;                     /* the shape fits them */
 } job;
@@ -153,6 +153,11 @@ static void forward_rows(const job *j, int64_t i)
         j->mean[i] = (lt_real)(lt_k->sum(f.out, (size_t)out) / (double)out);
 }
 
+static int64_t planes_of_task(const job *j)
+{
+    return lt_max_i64(1, TASK / (j->out_h * j->out_w * j->p->kh * j->p->kw));
+}
+
 static void forward_task(void *ctx, int64_t task)
 {
     const job *j = ctx;
@@ -169,7 +174,7 @@ void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
     j.in_strips = plan_strips(&j.strips, p);
-    j.planes = lt_max_i64(1, TASK / (j.out_h * j.out_w * p->kh * p->kw));
+    j.planes = planes_of_task(&j);
     lt_parallel_for(lt_ceil_div(p->n * p->o, j.planes), forward_task, &j);
 }
 
@@ -258,16 +263,17 @@ static void data_rows(const job *j, int64_t task)
     }
 }
 
-/* One input plane; it may feed several output channels. */
+/* Some input planes; one may feed several output channels. */
 static void data_task(void *ctx, int64_t task)
 {
     const job *j = ctx;
-    data_call d = { j, task };
+    const int64_t end = lt_min_i64(j->p->n * j->p->c, (task + 1) * j->planes);
 
-    if (j->in_strips)
-        lt_with_scratch(data_turned, &d);
-    else
-        data_rows(j, task);
+    for (int64_t i = task * j->planes; i < end; i++)
+        if (j->in_strips)
+            lt_with_scratch(data_turned, &(data_call){ j, i });
+        else
+            data_rows(j, i);
 }
 
 void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
@@ -277,7 +283,8 @@ void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, co
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
     j.in_strips = plan_turned(&j.strips, p);
-    lt_parallel_for(p->n * p->c, data_task, &j);
+    j.planes = planes_of_task(&j);
+    lt_parallel_for(lt_ceil_div(p->n * p->c, j.planes), data_task, &j);
 }
 
 /* ---- gradient of the weights ----------------------------------------------------------------------------- */
@@ -294,17 +301,28 @@ static void weights_tap(const job *j, int64_t oy, int64_t iy, int tap, span s, v
                                           (size_t)(s.to - s.from));
 }
 
+/* The next image's maps, which the CPU does not guess. */
+static void fetch(const lt_real *map, int64_t n)
+{
+    for (int64_t i = 0; i < n; i += LT_ALIGN / (int64_t)sizeof(lt_real))
+        __builtin_prefetch(map + i, 0, 2);
+}
+
 /* Images [from, to) of the map that output channel o reads */
 static void weights_strips(const job *j, int64_t o, int64_t from, int64_t to, lt_real *dw)
 {
     const lt_conv2d_params *p = j->p;
-    const int64_t c = o / (p->o / p->groups);
+    const int64_t c = o / (p->o / p->groups), in = p->h * p->w, out = j->out_h * j->out_w;
     double sums[LT_DEPTHWISE_TAPS * LT_DEPTHWISE_LANES];
 
     memset(sums, 0, (size_t)j->strips.taps * LT_DEPTHWISE_LANES * sizeof(*sums));
-    for (int64_t i = from; i < to; i++)
-        lt_k->depthwise_weights(sums, j->x + (i * p->c + c) * p->h * p->w,
-                                j->dy + (i * p->o + o) * j->out_h * j->out_w, &j->strips);
+    for (int64_t i = from; i < to; i++) {
+        const lt_real *x = j->x + (i * p->c + c) * in, *dy = j->dy + (i * p->o + o) * out;
+
+        fetch(x + p->c * in, i + 1 < to ? in : 0);
+        fetch(dy + p->o * out, i + 1 < to ? out : 0);
+        lt_k->depthwise_weights(sums, x, dy, &j->strips);
+    }
     for (int t = 0; t < j->strips.taps; t++) {
         double sum = 0;
 
