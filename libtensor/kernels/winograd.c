@@ -47,12 +47,14 @@ static tiling tiles_of(const lt_conv2d_params *p, lt_rect r)
 
 bool lt_winograd_suits(const lt_conv2d_params *p)
 {
-    const tiling t = tiles_of(p, lt_conv2d_all(p));
     const bool form = p->kh == 3 && p->kw == 3 && p->stride_h == 1 && p->stride_w == 1 && p->pad_h == 1
                       && p->pad_w == 1 && p->dil_h == 1 && p->dil_w == 1 && p->groups == 1;
+    tiling t;
 
-    return form && p->c >= 32 && p->o >= 32 && p->h >= 12 && p->w >= 12
-           && t.columns <= MOST_TILES && (t.band + 1) * t.wide <= MOST_DEALT;
+    if (!form || p->c < 32 || p->o < 32 || p->h < 12 || p->w < 12)
+        return false;
+    t = tiles_of(p, lt_conv2d_all(p));
+    return t.columns <= MOST_TILES && (t.band + 1) * t.wide <= MOST_DEALT;
 }
 
 /* ---- windows --------------------------------------------------------------------------------------- */

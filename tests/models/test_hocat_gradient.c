@@ -11,6 +11,7 @@
 #include <check.h>
 #include <cjson/cJSON.h>
 #include <math.h>
+#include <stdlib.h>
 
 enum { BATCH = 2 };
 
@@ -156,10 +157,13 @@ int main(void)
     Suite *s = suite_create("hocat_gradient");
     TCase *tc = tcase_create("double");
     SRunner *runner = srunner_create(s);
+    int failed;
 
     tcase_set_timeout(tc, 600);
     tcase_add_loop_test(tc, every_block, 0, (int)LT_COUNT(models));
     suite_add_tcase(s, tc);
     srunner_run_all(runner, CK_NORMAL);
-    return srunner_ntests_failed(runner) ? 1 : 0;
+    failed = srunner_ntests_failed(runner);
+    srunner_free(runner);
+    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
 }
