@@ -42,6 +42,11 @@ static void describe_image(meta *m, const model *mo)
     add(m, "image.range", "0, 1");
     add(m, "image.mean", three(m->arena, mo->cls->mean, 0));
     add(m, "image.std", three(m->arena, mo->cls->deviation, 1));
+    if (!mo->depth)
+        return;
+    add(m, "depth.layout", "NCHW, one channel, the image's pixels");
+    add(m, "depth.value", "(metres - the median over the object) / 0.3, cut to -1 .. 1");
+    add(m, "depth.unknown", "1");
 }
 
 static void describe_hand_object(meta *m, const char *hand_name)

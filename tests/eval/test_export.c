@@ -24,6 +24,7 @@ static const struct {
                "\"mlp_ratio\": 2, \"imagenet_norm\": true, \"head_init\": \"default\", \"se_place\": \"none\"}" },
     { "resnet50", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 2, 1, 1], \"classes\": 10}" },
     { "efficientnet_b0", "{\"image_size\": 64, \"classes\": 10}" },
+    { "unified", "{\"image_size\": 96, \"width\": 8, \"layers\": 1, \"heads\": 2, \"points\": 2}" },
 };
 
 typedef struct {
