@@ -8,7 +8,7 @@
 #include <string.h>
 #include <sys/mman.h>
 
-enum { BLOCK_BYTES = 1 << 16, BIG_BYTES = 1 << 14, PAGE = 1 << 12, HUGE_PAGE = 1 << 21 };
+enum { BLOCK_BYTES = 1 << 16, BIG_BYTES = 1 << 14, PAGE = 1 << 12, LAZY_BYTES = 1 << 17, HUGE_PAGE = 1 << 21 };
 
 typedef struct block {
     struct block *next;
@@ -60,7 +60,7 @@ static void clear(void *memory, size_t bytes)
     size_t length;
     char *pages = pages_of(memory, bytes, &length);
 
-    if (bytes < HUGE_PAGE || madvise(pages, length, MADV_DONTNEED)) {
+    if (bytes < LAZY_BYTES || madvise(pages, length, MADV_DONTNEED)) {
         memset(memory, 0, bytes);
         return;
     }
