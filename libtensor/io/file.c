@@ -69,6 +69,18 @@ done:
     return st;
 }
 
+lt_status lt_file_load(lt_file *f, const char *path, size_t max_bytes)
+{
+    *f = (lt_file){ .memory = lt_arena_new() };
+    return f->memory ? lt_read_file(f->memory, path, max_bytes, &f->bytes, &f->n)
+                     : lt_error(LT_ENOMEM, "%s: no memory", path);
+}
+
+void lt_file_free(lt_file *f)
+{
+    lt_arena_free(f->memory);
+}
+
 static bool is_folder(const char *path)
 {
     struct stat info;

@@ -28,6 +28,17 @@ extern "C" {
 LT_API lt_status lt_read_file(lt_arena *arena, const char *path, size_t max_bytes, uint8_t **bytes,
                               size_t *n);
 
+/* A file's bytes, and the memory that holds them; a reader may use it as scratch too. */
+typedef struct {
+    lt_arena *memory;
+    uint8_t *bytes;
+    size_t n;
+} lt_file;
+
+/* lt_file_load - lt_read_file into memory of the file's own; lt_file_free after it, also after an error */
+LT_API lt_status lt_file_load(lt_file *f, const char *path, size_t max_bytes);
+LT_API void lt_file_free(lt_file *f);
+
 /* lt_make_dirs - make folder path and those above it; one that is there already is fine */
 LT_API lt_status lt_make_dirs(const char *path);
 

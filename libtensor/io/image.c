@@ -63,17 +63,12 @@ lt_status lt_image_decode(lt_arena *arena, const char *name, const uint8_t *byte
 
 lt_status lt_image_read(lt_arena *arena, const char *path, lt_image *out)
 {
-    lt_arena *scratch = lt_arena_new();
-    uint8_t *bytes;
-    lt_status st;
-    size_t n;
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, (size_t)1 << 30);
 
-    if (!scratch)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    st = lt_read_file(scratch, path, (size_t)1 << 30, &bytes, &n);
     if (!st)
-        st = lt_image_decode(arena, path, bytes, n, out);
-    lt_arena_free(scratch);
+        st = lt_image_decode(arena, path, file.bytes, file.n, out);
+    lt_file_free(&file);
     return st;
 }
 

@@ -203,17 +203,12 @@ lt_status lt_json_parse(const char *name, const char *text, size_t n, cJSON **ou
 
 lt_status lt_json_read(const char *path, cJSON **out)
 {
-    lt_arena *scratch = lt_arena_new();
-    uint8_t *bytes;
-    lt_status st;
-    size_t n;
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, LT_JSON_MAX);
 
-    if (!scratch)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    st = lt_read_file(scratch, path, LT_JSON_MAX, &bytes, &n);
     if (!st)
-        st = lt_json_parse(path, (const char *)bytes, n, out);
-    lt_arena_free(scratch);
+        st = lt_json_parse(path, (const char *)file.bytes, file.n, out);
+    lt_file_free(&file);
     return st;
 }
 

@@ -149,19 +149,14 @@ static lt_status parse_xyz(lt_arena *arena, const char *path, char *text, size_t
 
 lt_status lt_xyz_read(lt_arena *arena, const char *path, float (**points)[3], size_t *n)
 {
-    lt_arena *scratch = lt_arena_new();
-    uint8_t *bytes;
-    lt_status st;
-    size_t size;
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, LT_FILE_MAX);
 
-    if (!scratch)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    st = lt_read_file(scratch, path, LT_FILE_MAX, &bytes, &size);
-    if (!st && memchr(bytes, '\0', size))
+    if (!st && memchr(file.bytes, '\0', file.n))
         st = lt_error(LT_EFORMAT, "%s: a zero byte: no text file", path);
     if (!st)
-        st = parse_xyz(arena, path, (char *)bytes, size, points, n);
-    lt_arena_free(scratch);
+        st = parse_xyz(arena, path, (char *)file.bytes, file.n, points, n);
+    lt_file_free(&file);
     return st;
 }
 

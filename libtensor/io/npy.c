@@ -222,17 +222,12 @@ lt_status lt_npy_parse(lt_arena *arena, const char *name, const uint8_t *bytes, 
 
 lt_status lt_npy_read(lt_arena *arena, const char *path, lt_array *out)
 {
-    lt_arena *scratch = lt_arena_new();
-    uint8_t *bytes;
-    lt_status st;
-    size_t n;
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, LT_FILE_MAX);
 
-    if (!scratch)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    st = lt_read_file(scratch, path, LT_FILE_MAX, &bytes, &n);
     if (!st)
-        st = lt_npy_parse(arena, path, bytes, n, out);
-    lt_arena_free(scratch);
+        st = lt_npy_parse(arena, path, file.bytes, file.n, out);
+    lt_file_free(&file);
     return st;
 }
 

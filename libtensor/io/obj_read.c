@@ -341,35 +341,28 @@ static lt_status parse(lt_arena *scratch, obj *o, char *text, size_t n)
     return st ? st : check_indices(o);
 }
 
-static lt_status read_obj(lt_arena *arena, lt_arena *scratch, const char *path, lt_mesh *out,
-                          const char **texture)
+static lt_status read_obj(lt_arena *arena, const char *path, const lt_file *file, lt_mesh *out, const char **texture)
 {
     obj o = { .path = path };
-    uint8_t *bytes;
     lt_status st;
-    size_t n;
 
-    st = lt_read_file(scratch, path, LT_FILE_MAX, &bytes, &n);
-    if (st)
-        return st;
-    if (memchr(bytes, '\0', n))
+    if (memchr(file->bytes, '\0', file->n))
         return lt_error(LT_EFORMAT, "%s: a zero byte: no text file", path);
-    st = parse(scratch, &o, (char *)bytes, n);
+    st = parse(file->memory, &o, (char *)file->bytes, file->n);
     if (!st)
-        st = build_mesh(arena, scratch, &o, out);
+        st = build_mesh(arena, file->memory, &o, out);
     if (!st && texture)
-        st = lt_obj_texture(arena, scratch, path, o.library, o.material, texture);
+        st = lt_obj_texture(arena, file->memory, path, o.library, o.material, texture);
     return st;
 }
 
 lt_status lt_obj_read(lt_arena *arena, const char *path, lt_mesh *out, const char **texture)
 {
-    lt_arena *scratch = lt_arena_new();
-    lt_status st;
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, LT_FILE_MAX);
 
-    if (!scratch)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    st = read_obj(arena, scratch, path, out, texture);
-    lt_arena_free(scratch);
+    if (!st)
+        st = read_obj(arena, path, &file, out, texture);
+    lt_file_free(&file);
     return st;
 }

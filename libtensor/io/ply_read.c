@@ -190,17 +190,12 @@ lt_status lt_ply_parse(lt_arena *arena, const char *name, const uint8_t *bytes, 
 
 lt_status lt_ply_read(lt_arena *arena, const char *path, lt_ply *out)
 {
-    lt_arena *scratch = lt_arena_new();
-    uint8_t *bytes;
-    lt_status st;
-    size_t n;
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, LT_FILE_MAX);
 
-    if (!scratch)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    st = lt_read_file(scratch, path, LT_FILE_MAX, &bytes, &n);
     if (!st)
-        st = lt_ply_parse(arena, path, bytes, n, out);
-    lt_arena_free(scratch);
+        st = lt_ply_parse(arena, path, file.bytes, file.n, out);
+    lt_file_free(&file);
     return st;
 }
 
