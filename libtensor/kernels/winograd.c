@@ -15,6 +15,7 @@ enum {
     COLUMNS = 512,              /* of one task's product */
     ROUND_BYTES = 3 << 20,      /* of transformed maps at a time: they should stay in the cache */
     LANES = 16,                 /* tiles of a band are counted up to a multiple of these */
+    APART = 16,                 /* between places, or all of them would fall into one set of each cache */
 };
 
 /* A part of a map, h x w from (y0, x0), as tiles: `high` rows of `wide`, taken in bands of `band` rows. */
@@ -92,6 +93,17 @@ void lt_winograd_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int
     lt_parallel_for(lt_ceil_div(m, lt_k->mr) * lt_product_blocks(k), pack_panel, &j);
 }
 
+/* Elements from one place to the next: of panels of the maps, of the products. */
+static int64_t in_place(int64_t bands, const tiling *t, int64_t k)
+{
+    return k * lt_ceil_div(bands * t->columns, lt_k->nr) * lt_k->nr + APART;
+}
+
+static int64_t out_place(int64_t bands, const tiling *t, int64_t m)
+{
+    return m * bands * t->columns + APART;
+}
+
 /* ---- input ------------------------------------------------------------------------------------------ */
 
 /* Rows 4 ty + i of the part and what borders on it, i < 4, dealt to q[i][j][ty][tx]: column 4 tx + j, j < 6. */
@@ -136,8 +148,8 @@ static void transform_input(void *ctx, int64_t task)
     if (b.rows * t->wide < t->columns)          /* columns without a tile */
         memset(q, 0, (size_t)(24 * phase) * sizeof(lt_real));
     deal_band(t, plane, b.ty, b.rows, q, phase);
-    lt_k->wino_input(j->in + c * lt_k->nr, lt_ceil_div(j->bands * t->columns, lt_k->nr) * panel, panel,
-                     task / j->k * t->columns, q, phase, t->wide, t->columns);
+    lt_k->wino_input(j->in + c * lt_k->nr, in_place(j->bands, t, j->k), panel, task / j->k * t->columns, q, phase,
+                     t->wide, t->columns);
 }
 
 /* ---- product ---------------------------------------------------------------------------------------- */
@@ -149,8 +161,8 @@ static void multiply(void *ctx, int64_t task)
     const int64_t columns = j->bands * j->t.columns, from = task / PLACES * COLUMNS;
     const int64_t to = lt_min_i64(columns, from + COLUMNS);
     const lt_real *a = j->packed + place * j->m * j->k;
-    const lt_real *b = j->in + place * lt_ceil_div(columns, nr) * nr * j->k;
-    lt_real *c = j->out + place * j->m * columns;
+    const lt_real *b = j->in + place * in_place(j->bands, &j->t, j->k);
+    lt_real *c = j->out + place * out_place(j->bands, &j->t, j->m);
 
     for (int64_t i = 0; i < blocks; i++) {
         const int64_t k0 = i * j->k / blocks, k = (i + 1) * j->k / blocks - k0;
@@ -196,7 +208,8 @@ static void transform_output(void *ctx, int64_t task)
     const int64_t n = t->w == t->map_w ? rows : 1;              /* rows at a time */
     lt_real r[16 * (MOST_TILES + SLACK)], values[16 * MOST_TILES];
 
-    lt_k->wino_output(r, phase, j->out + o * columns + task / j->m * t->columns, j->m * columns, t->columns);
+    lt_k->wino_output(r, phase, j->out + o * columns + task / j->m * t->columns,
+                      out_place(j->bands, t, j->m), t->columns);
     gather_band(t, r, phase, rows, values);
     for (int64_t y = 0; y < rows; y += n)
         finish(j, o, plane + (t->y0 + 4 * b.ty + y) * t->map_w + t->x0, values + y * t->w, n * t->w);
@@ -212,16 +225,11 @@ static int64_t round_bands(int64_t n, const tiling *t, int64_t m, int64_t k)
     return lt_max_i64(1, lt_min_i64(n * t->bands, ROUND_BYTES / bytes));
 }
 
-static int64_t in_count(int64_t bands, const tiling *t, int64_t k)
-{
-    return PLACES * k * lt_ceil_div(bands * t->columns, lt_k->nr) * lt_k->nr;
-}
-
 static size_t work_of(int64_t n, const tiling *t, int64_t m, int64_t k)
 {
     const int64_t bands = round_bands(n, t, m, k);
 
-    return (size_t)(in_count(bands, t, k) + PLACES * m * bands * t->columns) * sizeof(lt_real);
+    return (size_t)(PLACES * (in_place(bands, t, k) + out_place(bands, t, m))) * sizeof(lt_real);
 }
 
 size_t lt_winograd_work(const lt_conv2d_params *p, int64_t m, int64_t k)
@@ -250,7 +258,7 @@ static void run(job *j, int64_t n, void *work)
     const int64_t bands = round_bands(n, &j->t, j->m, j->k), all = n * j->t.bands;
 
     j->in = work;
-    j->out = j->in + in_count(bands, &j->t, j->k);
+    j->out = j->in + PLACES * in_place(bands, &j->t, j->k);
     for (j->first = 0; j->first < all; j->first += bands) {
         j->bands = lt_min_i64(bands, all - j->first);
         lt_parallel_for(j->k * j->bands, transform_input, j);
