@@ -7,10 +7,10 @@
 #include <string.h>
 
 enum { MAX_INPUTS = 4096 };
-enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE, FPS };
+enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE, FPS, DEPTH };
 
 typedef struct {
-    const char *checkpoint, *hand, *out, *object, *models;
+    const char *checkpoint, *hand, *out, *object, *models, *depth;
     const char *inputs[MAX_INPUTS];
     int n_inputs;
     crop_box hand_box, object_box;
@@ -25,6 +25,8 @@ static const struct argp_option options[] = {
     { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle; default none: no object pose", 0 },
     { "models", MODELS, "DIR", 0, "a dataset's models/ folder; default the embedded stand-ins", 0 },
     { "K", CAMERA, "FX,FY,CX,CY", 0, "the camera, pixels; default from EXIF, else a guess", 0 },
+    { "depth", DEPTH, "FILE|DIR", 0, "the image's depth, or a folder with NAME.png for NAME.jpg: as large as the image, "
+      "16 bits in millimetres or as HO3D packs it; default none", 0 },
     { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
       "object are lost; default unrelated images", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
@@ -68,6 +70,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 't': cli_threads(state, arg); break;
     case OBJECT: a->object = arg; break;
     case MODELS: a->models = arg; break;
+    case DEPTH: a->depth = arg; break;
     case HAND: a->hand = arg; break;
     case FPS: a->fps = cli_real(state, "--fps", arg, 1, 1000); break;
     case SIDE: parse_side(a, state, arg); break;
@@ -108,7 +111,7 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
         .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
-        .camera = a->has_camera ? &a->camera : NULL,
+        .camera = a->has_camera ? &a->camera : NULL, .depth = a->depth,
         .object = a->object, .models = a->models, .left = a->left, .fps = a->fps, .alone = true,
         .messages = stderr,
     };

@@ -11,8 +11,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static const double DEPTH_UNIT = 0.001;         /* metres in a step of the depth images */
-
 /* ---- places ---- */
 
 dexycb_spot dexycb_find(const dexycb *d, int64_t at)
@@ -121,20 +119,9 @@ static lt_status read_rgb(const dexycb *d, dexycb_spot spot, lt_arena *arena, ui
 static lt_status read_depth(const dexycb *d, dexycb_spot spot, lt_arena *arena, float **out)
 {
     const char *path = frame_path(d, spot, arena, "aligned_depth_to_color", "png");
-    const size_t n = (size_t)DEXYCB_WIDTH * DEXYCB_HEIGHT;
-    float *depth = lt_arena_array(arena, n, sizeof(*depth));
-    lt_image img;
-    lt_status st;
 
-    if (!path || !depth)
-        return lt_error(LT_ENOMEM, "%s: no memory", spot.sequence->folder);
-    st = picture_read_gray16(arena, path, DEXYCB_WIDTH, DEXYCB_HEIGHT, &img);
-    if (st)
-        return st;
-    for (size_t i = 0; i < n; i++)
-        depth[i] = (float)(((const uint16_t *)(const void *)img.data)[i] * DEPTH_UNIT);
-    *out = depth;
-    return LT_OK;
+    return path ? picture_read_depth(arena, path, DEXYCB_WIDTH, DEXYCB_HEIGHT, out)
+                : lt_error(LT_ENOMEM, "%s: no memory", spot.sequence->folder);
 }
 
 static lt_status read_sample(const dataset *base, int64_t index, unsigned want, lt_arena *arena, dataset_sample *out)

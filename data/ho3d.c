@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Opens an HO3D tree and reads its samples, from OpenGL axes and MANO order to ours. */
-#include "data/ho3d_internal.h"
+#include "data/ho3d.h"
 
 #include "data/picture.h"
 #include "data/ycb.h"
@@ -18,6 +18,15 @@
 #include <unistd.h>
 
 enum { WIDTH = 640, HEIGHT = 480 };
+
+typedef struct {
+    dataset base;                   /* first: a dataset * is a ho3d * */
+    lt_arena *arena;                /* of everything, this struct included */
+    const char *models;
+    const char **name;              /* base.count of them, "ABF10/0123" */
+    bool evaluation;
+    const float *xyz, *vertices;    /* ground truth of the evaluation: our axes, MANO order; or NULL */
+} ho3d;
 
 /* "train/ABF10/rgb/0123.png" from the split, the sample and what is asked for. */
 static const char *frame_path(const ho3d *h, int64_t index, lt_arena *arena, const char *kind,
@@ -61,22 +70,15 @@ static lt_status read_rgb(const ho3d *h, int64_t index, lt_arena *arena, dataset
     return LT_OK;
 }
 
-/* Packed in two bytes: red the low one, green the high one. */
 static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
 {
     const char *path = frame_path(h, index, arena, "depth", "png");
-    const size_t n = (size_t)WIDTH * HEIGHT;
-    float *depth = lt_arena_array(arena, n, sizeof(*depth));
-    lt_image img;
-    lt_status st;
+    float *depth;
+    const lt_status st = path ? picture_read_depth(arena, path, WIDTH, HEIGHT, &depth)
+                              : lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
 
-    if (!path || !depth)
-        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
-    st = picture_read_rgb(arena, path, WIDTH, HEIGHT, &img);
     if (st)
         return st;
-    for (size_t i = 0; i < n; i++)
-        depth[i] = (float)((img.data[3 * i] + 256 * img.data[3 * i + 1]) * HO3D_DEPTH_UNIT);
     s->depth = depth;
     s->flags |= SAMPLE_DEPTH;
     return LT_OK;

@@ -19,17 +19,33 @@ lt_status picture_read_rgb(lt_arena *arena, const char *path, int width, int hei
     return st ? st : lt_image_to_rgb8(arena, &img, out);
 }
 
-lt_status picture_read_gray16(lt_arena *arena, const char *path, int width, int height, lt_image *out)
+static float metres(const lt_image *img, size_t i)
 {
+    const uint8_t *rgb = img->data + (size_t)img->channels * i;
+
+    if (img->channels == 1)
+        return (float)(((const uint16_t *)(const void *)img->data)[i] * 0.001);
+    return (float)((rgb[0] + 256 * rgb[1]) * HO3D_DEPTH_UNIT);
+}
+
+lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int height, float **out)
+{
+    const size_t n = (size_t)width * (size_t)height;
+    float *depth;
     lt_image img;
     lt_status st = lt_image_read(arena, path, &img);
 
     if (!st)
         st = check_size(path, &img, width, height);
-    if (!st && (img.channels != 1 || img.bits != 16))
-        st = lt_error(LT_EFORMAT, "%s: %d channels of %d bits, expected one of 16: depth in millimetres", path,
-                      img.channels, img.bits);
+    if (!st && img.bits != (img.channels == 1 ? 16 : 8))
+        st = lt_error(LT_EFORMAT, "%s: %d channels of %d bits, expected one of 16, depth in millimetres, or HO3D's 3 of 8",
+                      path, img.channels, img.bits);
     if (!st)
-        *out = img;
-    return st;
+        st = lt_arena_try(arena, n * sizeof(*depth), (void **)&depth);
+    if (st)
+        return st;
+    for (size_t i = 0; i < n; i++)
+        depth[i] = metres(&img, i);
+    *out = depth;
+    return LT_OK;
 }

@@ -14,8 +14,15 @@ extern "C" {
 /* picture_read_rgb - 8-bit RGB of width x height. Errors: those of lt_image_read; another size. */
 lt_status picture_read_rgb(lt_arena *arena, const char *path, int width, int height, lt_image *out);
 
-/* picture_read_gray16 - likewise, one channel of 16 bits, as depth comes in millimetres */
-lt_status picture_read_gray16(lt_arena *arena, const char *path, int width, int height, lt_image *out);
+#define HO3D_DEPTH_UNIT 0.00012498664727900177      /* metres in a step of HO3D's depth images */
+
+/**
+ * picture_read_depth - likewise, (height, width) metres along the optical axis, 0 where unknown
+ *
+ * One channel of 16 bits is in millimetres; colour is HO3D's: red the low byte and green the high one of a number
+ * of HO3D_DEPTH_UNIT. Any other image is LT_EFORMAT.
+ */
+lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int height, float **out);
 
 #ifdef __cplusplus
 }

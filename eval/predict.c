@@ -98,6 +98,8 @@ static lt_status run(lt_arena *arena, const predict_options *o, predict_summary 
 
     if (!st && !o->object)
         predict_say(o, "no --object: the hand alone, no object pose");
+    if (!st && o->m->depth && !o->depth)
+        predict_say(o, "no --depth: %s %s was trained with it, and sees worse without", o->m->cls->name, o->m->variant);
     st = st ? st : predict_list_inputs(arena, o, &list);
     st = st ? st : lt_make_dirs(o->out);
     st = st ? st : predict_solver_new(o, &solver);

@@ -24,6 +24,7 @@ typedef struct {
 
     const crop_box *hand_box;       /* pixels of the upright image, for every image; NULL: default */
     const crop_box *object_box;
+    const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg; NULL: not known */
     const lt_camera *camera;        /* NULL: from EXIF, or a default */
     const char *object;             /* "003_cracker_box"; NULL: the hand alone */
     const char *models;             /* a dataset's models/ folder; NULL: the embedded stand-ins */
@@ -52,6 +53,9 @@ typedef struct {
  *   object box   the hand box grown 1.3 times about its centre
  *   camera       focal length of the EXIF tag, else 1.2 times the longer side; centre of the image
  *   object       none: no object pose
+ *
+ * Depth lies pixel on pixel beside the image as it is stored, in millimetres or as HO3D packs it; a model that
+ * does not take it refuses it, and to one that does, no depth is depth known nowhere.
  *
  * With fps the images are frames in the order given: joints and object pose go through the filters of
  * libtensor/geometry/kalman.h, which bridge up to 15 frames in which the hand or the object is lost.

@@ -107,6 +107,7 @@ static void put_view(cJSON *root, const predict_view *v, bool *ok)
     put_number(root, "width_px", v->width, ok);
     put_number(root, "height_px", v->height, ok);
     put_number(root, "exif_orientation", v->orientation, ok);
+    put(root, "depth", v->depth_path ? cJSON_CreateString(v->depth_path) : cJSON_CreateNull(), ok);
     boxes = object_in(root, "boxes", ok);
     camera = object_in(root, "camera", ok);
     if (!boxes || !camera)

@@ -150,9 +150,36 @@ static lt_status give_names(lt_arena *arena, const paths *all, predict_list *out
 
         if (!name)
             return lt_error(LT_ENOMEM, "no memory for the names of %zu images", all->n);
-        out->input[i] = (predict_input){ all->path[i], name };
+        out->input[i] = (predict_input){ .path = all->path[i], .name = name };
     }
     out->n = (int)all->n;
+    return LT_OK;
+}
+
+/* ---- depth ---------------------------------------------------------------------------------------------- */
+
+/* The one depth image, or in a folder the one that is called as the image is. */
+static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_list *list)
+{
+    struct stat s;
+
+    if (!o->m->depth)
+        return lt_error(LT_EINVAL, "%s: %s %s was trained without depth and takes none", o->depth, o->m->cls->name,
+                        o->m->variant);
+    if (stat(o->depth, &s))
+        return lt_error(LT_EIO, "%s: %s", o->depth, strerror(errno));
+    if (!S_ISDIR(s.st_mode) && list->n > 1)
+        return lt_error(LT_EINVAL, "%s: one depth image for %d images; want a folder with a NAME.png for each", o->depth,
+                        list->n);
+    for (int i = 0; i < list->n; i++) {
+        const char *stem = stem_of(arena, list->input[i].path);
+        const char *file = stem ? lt_arena_printf(arena, "%s.png", stem) : NULL;
+        const char *path = !S_ISDIR(s.st_mode) ? o->depth : file ? lt_path_join(arena, o->depth, file) : NULL;
+
+        if (!path)
+            return lt_error(LT_ENOMEM, "no memory for the names of %d images", list->n);
+        list->input[i].depth = path;
+    }
     return LT_OK;
 }
 
@@ -171,5 +198,5 @@ lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict
     }
     st = st == LT_ENOMEM ? st : give_names(arena, &all, out);
     free(all.path);
-    return st;
+    return st || !o->depth ? st : find_depth(arena, o, out);
 }

@@ -17,6 +17,7 @@ void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3)
 
 typedef struct {
     const char *path, *name;        /* name: of the results, without extension; unique in a list */
+    const char *depth;              /* the depth image, or NULL */
 } predict_input;
 
 typedef struct {
@@ -31,8 +32,9 @@ lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict
 typedef enum { PREDICT_GIVEN, PREDICT_EXIF, PREDICT_DEFAULT } predict_source;
 
 typedef struct {
-    const char *path, *name;
+    const char *path, *name, *depth_path;
     const uint8_t *rgb;             /* (height, width, 3) */
+    const float *depth;             /* (height, width) metres, or NULL */
     int width, height, orientation; /* EXIF's, of the file */
     crop_box hand_box, object_box;
     lt_camera camera;

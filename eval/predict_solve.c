@@ -111,7 +111,7 @@ static void sample_of(const predict_view *v, dataset_sample *s)
 
     *s = (dataset_sample){
         .name = v->path, .flags = SAMPLE_HAND_BOX | SAMPLE_OBJECT, .width = v->width, .height = v->height,
-        .rgb = v->rgb, .camera = v->camera, .object = -1,
+        .rgb = v->rgb, .depth = v->depth, .camera = v->camera, .object = -1,
         .hand_box = { v->hand_box.x0, v->hand_box.y0, v->hand_box.x1, v->hand_box.y1 },
     };
     for (int i = 0; i < LT_BOX_POINTS; i++)

@@ -2,6 +2,7 @@
 /* A photograph made ready: upright, with boxes and a camera, given or assumed. */
 #include "eval/predict_internal.h"
 
+#include "data/picture.h"
 #include "libtensor/io/exif.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image.h"
@@ -55,6 +56,29 @@ static lt_status read_upright(lt_arena *arena, const char *path, lt_exif *exif, 
         return lt_error_prefix(st, "%s", path);
     turn_upright(&stored, exif->orientation, v, rgb);
     v->rgb = rgb;
+    return LT_OK;
+}
+
+static lt_status read_depth(lt_arena *arena, const char *path, predict_view *v)
+{
+    const bool turned = v->orientation >= 5;
+    const int width = turned ? v->height : v->width, height = turned ? v->width : v->height;
+    float *stored, *depth;
+    lt_status st = picture_read_depth(arena, path, width, height, &stored);
+
+    if (!st)
+        st = lt_arena_try(arena, (size_t)width * (size_t)height * sizeof(*depth), (void **)&depth);
+    if (st)
+        return st;
+    for (int y = 0; y < v->height; y++)
+        for (int x = 0; x < v->width; x++) {
+            int u, w;
+
+            lt_exif_turn(v->orientation, width, height, x, y, &u, &w);
+            depth[(size_t)y * (size_t)v->width + (size_t)x] = stored[(size_t)w * (size_t)width + (size_t)u];
+        }
+    v->depth = depth;
+    v->depth_path = path;
     return LT_OK;
 }
 
@@ -135,6 +159,8 @@ lt_status predict_view_open(lt_arena *arena, const predict_options *o, const pre
     lt_exif exif;
     lt_status st = read_upright(arena, in->path, &exif, &v);
 
+    if (!st && in->depth)
+        st = read_depth(arena, in->depth, &v);
     if (st)
         return st;
     choose_boxes(o, &v);
@@ -158,16 +184,25 @@ static crop_box mirrored_box(crop_box b, int width)
 lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_view *out)
 {
     const size_t width = (size_t)v->width, rows = (size_t)v->height;
+    float *depth = NULL;
     uint8_t *rgb;
-    const lt_status st = lt_arena_try(arena, 3 * width * rows, (void **)&rgb);
+    lt_status st = lt_arena_try(arena, 3 * width * rows, (void **)&rgb);
 
+    if (!st && v->depth)
+        st = lt_arena_try(arena, width * rows * sizeof(*depth), (void **)&depth);
     if (st)
         return lt_error_prefix(st, "%s", v->path);
     for (size_t y = 0; y < rows; y++)
-        for (size_t x = 0; x < width; x++)
-            memcpy(rgb + 3 * (y * width + x), v->rgb + 3 * (y * width + width - 1 - x), 3);
+        for (size_t x = 0; x < width; x++) {
+            const size_t to = y * width + x, from = y * width + width - 1 - x;
+
+            memcpy(rgb + 3 * to, v->rgb + 3 * from, 3);
+            if (depth)
+                depth[to] = v->depth[from];
+        }
     *out = *v;
     out->rgb = rgb;
+    out->depth = depth;
     out->hand_box = mirrored_box(v->hand_box, v->width);
     out->object_box = mirrored_box(v->object_box, v->width);
     out->camera.cx = v->width - 1 - v->camera.cx;

@@ -2,7 +2,7 @@
 /* Where the cameras of a take stand to each other, as HO3D's calibration folders say it. */
 #include "data/synth/calibration.h"
 
-#include "data/ho3d_internal.h"
+#include "data/picture.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/number.h"

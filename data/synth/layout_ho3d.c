@@ -2,7 +2,7 @@
 /* Takes as HO3D has them: a sequence for each camera, two lists, the evaluation's truth. */
 #include "data/synth/layout.h"
 
-#include "data/ho3d_internal.h"
+#include "data/picture.h"
 #include "data/synth/calibration.h"
 #include "libtensor/io/file.h"
 

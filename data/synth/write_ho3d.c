@@ -2,7 +2,7 @@
 /* One frame of an HO3D tree: images packed, poses turned to OpenGL axes, annotation pickled. */
 #include "data/synth/write_ho3d.h"
 
-#include "data/ho3d_internal.h"
+#include "data/picture.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image.h"

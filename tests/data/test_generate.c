@@ -3,7 +3,7 @@
 #include "data/dexycb.h"
 #include "data/hand_object.h"
 #include "data/ho3d.h"
-#include "data/ho3d_internal.h"
+#include "data/picture.h"
 #include "data/synth/annotate.h"
 #include "data/synth/generate.h"
 #include "data/synth/objects.h"

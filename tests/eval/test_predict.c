@@ -69,7 +69,7 @@ static lt_status predict(predict_options o, int n, const char *const *inputs, pr
 
     free(said);
     said = NULL;
-    o.m = &tiny.m;
+    o.m = o.m ? o.m : &tiny.m;
     o.hand = tiny.hand;
     o.inputs = inputs;
     o.n_inputs = n;
@@ -363,6 +363,95 @@ START_TEST(sheet)
 }
 END_TEST
 
+/* Depth of half a metre and a slope, in millimetres or as HO3D packs it. */
+static void write_depth(const char *name, int slope, bool packed)
+{
+    lt_image img;
+
+    ck_assert_int_eq(lt_image_init(arena, WIDTH, HEIGHT, packed ? 3 : 1, packed ? 8 : 16, &img), LT_OK);
+    for (int i = 0; i < WIDTH * HEIGHT; i++) {
+        const int mm = 500 + slope * (i % WIDTH), raw = 8 * mm;         /* HO3D's step is an eighth of a millimetre, nearly */
+
+        if (packed)
+            img.data[3 * i] = (uint8_t)raw, img.data[3 * i + 1] = (uint8_t)(raw >> 8);
+        else
+            ((uint16_t *)(void *)img.data)[i] = (uint16_t)mm;
+    }
+    ck_assert_int_eq(lt_png_write(in(name), &img), LT_OK);
+}
+
+/* The first finger's place with this depth. */
+static double place_with(const model *m, const char *image, const char *depth, bool left)
+{
+    const char *const input[] = { in(image) };
+    cJSON *root;
+    double x;
+
+    ck_assert_msg(!predict((predict_options){ .m = m, .depth = depth, .left = left }, 1, input, NULL), "%s",
+                  lt_last_error());
+    root = numbers("out/a.json");
+    if (depth)
+        ck_assert_str_eq(text(root, "depth"), depth);
+    else
+        ck_assert(cJSON_IsNull(get(root, "depth")));
+    x = cJSON_GetArrayItem(cJSON_GetArrayItem(get(root, "hand.joints3d_m"), 5), 0)->valuedouble;
+    cJSON_Delete(root);
+    return x;
+}
+
+START_TEST(depth)
+{
+    tiny_model unified;
+    double none, flat, sloped;
+
+    tiny_model_of(&unified, "unified", tiny_unified);
+    ck_assert_int_eq(lt_make_dirs(in("depth")), LT_OK);
+    ck_assert_int_eq(lt_make_dirs(in("mirror")), LT_OK);
+    write_png("a.png", false);
+    write_png("mirror/a.png", true);
+    write_depth("flat.png", 0, false);
+    write_depth("sloped.png", 2, false);
+    write_depth("packed.png", 2, true);
+    none = place_with(&unified.m, "a.png", NULL, false);
+    ck_assert_msg(strstr(said, "no --depth"), "%s", said);
+    flat = place_with(&unified.m, "a.png", in("flat.png"), false);
+    sloped = place_with(&unified.m, "a.png", in("sloped.png"), false);
+    ck_assert(none != flat && flat != sloped);
+    ck_assert_double_eq_tol(place_with(&unified.m, "a.png", in("packed.png"), false), sloped, 1e-6);
+    write_depth("sloped.png", -2, false);               /* in the mirror, but for a distance that does not matter */
+    ck_assert_double_eq_tol(place_with(&unified.m, "mirror/a.png", in("sloped.png"), true), -sloped, 1e-5);
+    tiny_model_fini(&unified);
+}
+END_TEST
+
+START_TEST(depth_is_wrong)
+{
+    const char *const input[] = { in("a.png"), in("b.png") };
+    tiny_model unified;
+    predict_summary sum;
+    predict_options o = { .m = &unified.m, .depth = in("depth.png") };
+
+    tiny_model_of(&unified, "unified", tiny_unified);
+    write_png("a.png", false);
+    write_png("b.png", false);
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_EIO);
+    write_depth("depth.png", 0, false);
+    ck_assert_int_eq(predict(o, 2, input, NULL), LT_EINVAL);
+    ck_assert_msg(strstr(lt_last_error(), "one depth image for 2 images"), "%s", lt_last_error());
+    ck_assert_int_eq(predict((predict_options){ .depth = in("depth.png") }, 1, input, NULL), LT_EINVAL);
+    ck_assert_msg(strstr(lt_last_error(), "trained without depth"), "%s", lt_last_error());
+    o.depth = in("depths");
+    ck_assert_int_eq(lt_make_dirs(o.depth), LT_OK);
+    write_depth("depths/a.png", 0, false);              /* b has none: it is skipped */
+    ck_assert_int_eq(predict(o, 2, input, &sum), LT_EFORMAT);
+    ck_assert(sum.written == 1 && sum.skipped == 1);
+    ck_assert_msg(strstr(said, "depths/b.png"), "%s", said);
+    write_png("depths/a.png", false);                   /* colour of 8 bits is taken for HO3D's; gray of 8 is not */
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_OK);
+    tiny_model_fini(&unified);
+}
+END_TEST
+
 static int remove_one(const char *path, const struct stat *s, int kind, struct FTW *f)
 {
     (void)s;
@@ -483,6 +572,8 @@ int main(void)
     tcase_add_test(t, mirror);
     tcase_add_test(t, exif);
     tcase_add_test(t, sheet);
+    tcase_add_test(t, depth);
+    tcase_add_test(t, depth_is_wrong);
     tcase_add_test(t, film);
     tcase_add_test(t, film_of_stills);
     suite_add_tcase(s, t);
