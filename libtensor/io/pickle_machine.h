@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The pickle reader's stack machine, as its parts see it: pickle.c runs opcodes, pickle_call.c knows the
- * classes, pickle_check.c looks over the result.
+ * The pickle reader's stack machine, as its parts see it: pickle.c and pickle_scalar.c have the opcodes,
+ * pickle_stack.c what they work with, pickle_call.c the classes; pickle_check.c looks over the result.
  *
  * The first failure is kept in status and stops the machine after the opcode at hand. Until then every
  * helper returns something that can be used, None if need be, so opcodes need no checks between lines.
@@ -44,9 +44,46 @@ struct lt_pmachine {
     size_t pool_left;
     size_t n_values, spent, budget;     /* bytes made of the file's, and how many may be */
     lt_pvalue *none, *empty, *result;   /* None, the empty tuple; what STOP left */
-    lt_pvalue **small_int;              /* those from 0 to 255 that were met */
+    lt_pvalue **small_int;              /* those below LT_PM_SMALL_INTS that were met */
     lt_status status;
 };
+
+enum { LT_PM_SMALL_INTS = 256 };        /* how many integers from 0 on are shared */
+
+typedef void (*lt_pm_opcode)(lt_pmachine *m);
+
+/* lt_pm_scalar - what opcode `code` does where it is of pickle_scalar.c; else NULL */
+lt_pm_opcode lt_pm_scalar(uint8_t code);
+
+/**
+ * lt_pm_take       - the next n bytes; NULL after a failure
+ * lt_pm_take_uint  - the next n <= 8 bytes as a little-endian number
+ * lt_pm_take_line  - text up to a newline, which is skipped; NULL after a failure
+ * lt_pm_parse_int  - a decimal integer that fills n characters up to an optional L
+ */
+const uint8_t *lt_pm_take(lt_pmachine *m, uint64_t n);
+uint64_t lt_pm_take_uint(lt_pmachine *m, int n);
+const char *lt_pm_take_line(lt_pmachine *m, size_t *n);
+bool lt_pm_parse_int(const char *text, size_t n, int64_t *out);
+
+/**
+ * lt_pm_push      - onto the stack
+ * lt_pm_top       - what is on it, down to the last mark
+ * lt_pm_pop       - the same, and it is gone
+ * lt_pm_floor     - how low the stack may be popped
+ * lt_pm_mark      - set a mark there
+ * lt_pm_pop_mark  - all *n values above the last mark, which goes; still in memory until the next push
+ * lt_pm_memo_put  - remember the top
+ * lt_pm_memo_get  - push what was remembered
+ */
+void lt_pm_push(lt_pmachine *m, lt_pvalue *v);
+lt_pvalue *lt_pm_top(lt_pmachine *m);
+lt_pvalue *lt_pm_pop(lt_pmachine *m);
+size_t lt_pm_floor(const lt_pmachine *m);
+void lt_pm_mark(lt_pmachine *m);
+lt_pvalue **lt_pm_pop_mark(lt_pmachine *m, size_t *n);
+void lt_pm_memo_put(lt_pmachine *m, uint64_t index);
+void lt_pm_memo_get(lt_pmachine *m, uint64_t index);
 
 /* lt_pm_budget - the bytes of memory that values out of a file of so many bytes may take */
 size_t lt_pm_budget(size_t file_bytes);
