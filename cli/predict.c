@@ -7,7 +7,7 @@
 #include <string.h>
 
 enum { MAX_INPUTS = 4096 };
-enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE, FPS, DEPTH };
+enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE, FPS, DEPTH, MESH };
 
 typedef struct {
     const char *checkpoint, *hand, *out, *object, *models, *depth;
@@ -15,6 +15,7 @@ typedef struct {
     int n_inputs;
     crop_box hand_box, object_box;
     lt_camera camera;
+    predict_format format;
     bool has_hand_box, has_object_box, has_camera, left;
     double fps;
 } predict_args;
@@ -29,6 +30,7 @@ static const struct argp_option options[] = {
       "16 bits in millimetres or as HO3D packs it; default none", 0 },
     { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
       "object are lost; default unrelated images", 0 },
+    { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
     { "hand", HAND, "FILE", 0, "hand model; default the one of the training, $PALMAR_HAND, or the embedded one", 0 },
     { "out", 'o', "DIR", 0, "where the results go; default predictions", 0 },
@@ -74,6 +76,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case HAND: a->hand = arg; break;
     case FPS: a->fps = cli_real(state, "--fps", arg, 1, 1000); break;
     case SIDE: parse_side(a, state, arg); break;
+    case MESH: must(state, predict_parse_format("--mesh", arg, &a->format)); break;
     case HAND_BOX:
         must(state, predict_parse_box("--hand-box", arg, &a->hand_box));
         a->has_hand_box = true;
@@ -112,7 +115,7 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
         .camera = a->has_camera ? &a->camera : NULL, .depth = a->depth,
-        .object = a->object, .models = a->models, .left = a->left, .fps = a->fps, .alone = true,
+        .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps, .alone = true,
         .messages = stderr,
     };
     predict_summary sum = { 0, 0 };

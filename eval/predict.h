@@ -12,6 +12,8 @@
 
 #include <stdio.h>
 
+typedef enum { PREDICT_OBJ, PREDICT_PLY, PREDICT_GLB } predict_format;
+
 typedef struct {
     const model *m;
     const lt_hand_model *hand;      /* the one that the model was made with: its triangles are written */
@@ -28,6 +30,7 @@ typedef struct {
     const lt_camera *camera;        /* NULL: from EXIF, or a default */
     const char *object;             /* "003_cracker_box"; NULL: the hand alone */
     const char *models;             /* a dataset's models/ folder; NULL: the embedded stand-ins */
+    predict_format format;          /* of the meshes */
     double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back */
     bool alone;                     /* nothing else uses the model's weights, now or later: less memory */
@@ -44,7 +47,8 @@ typedef struct {
  * In `out`, for an image NAME.jpg:
  *   NAME.overlay.png   the image with boxes, skeleton, hand mesh, object box and confidences
  *   NAME.json          all numbers, with units, conventions, and where boxes and camera came from
- *   NAME.hand.obj, NAME.object.obj   the posed meshes in camera axes, metres; the latter when found
+ *   NAME.hand.obj, NAME.object.obj   the posed meshes in camera axes, metres; the latter when found. Or .ply,
+ *                      or both in NAME.glb, whose axes are glTF's: y up, z backward
  *
  * The second image of a name becomes NAME-2, and so on. Folders give their images (by extension; not
  * hidden ones, nor overlays) in the order of their names, and are not descended. Images are turned upright as their EXIF
@@ -75,6 +79,9 @@ lt_status predict_images(const predict_options *o, predict_summary *sum);
 /* predict_parse_box - "x0,y0,x1,y1" in pixels, x0 < x1 and y0 < y1. LT_EINVAL; name is for the line:
  * "--hand-box". */
 lt_status predict_parse_box(const char *name, const char *text, crop_box *out);
+
+/* predict_parse_format - "obj", "ply" or "glb" */
+lt_status predict_parse_format(const char *name, const char *text, predict_format *out);
 
 /* predict_parse_camera - "fx,fy,cx,cy" in pixels, focal lengths positive */
 lt_status predict_parse_camera(const char *name, const char *text, lt_camera *out);

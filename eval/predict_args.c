@@ -54,6 +54,18 @@ lt_status predict_parse_camera(const char *name, const char *text, lt_camera *ou
     return LT_OK;
 }
 
+lt_status predict_parse_format(const char *name, const char *text, predict_format *out)
+{
+    static const char *const known[] = { [PREDICT_OBJ] = "obj", [PREDICT_PLY] = "ply", [PREDICT_GLB] = "glb" };
+
+    for (size_t i = 0; i < LT_COUNT(known); i++)
+        if (!strcmp(text, known[i])) {
+            *out = (predict_format)i;
+            return LT_OK;
+        }
+    return lt_error(LT_EINVAL, "%s %s: want obj, ply or glb", name, text);
+}
+
 /* "no object of that name", with the nearest or, when none is near, all of them. */
 static lt_status unknown_object(const char *text)
 {

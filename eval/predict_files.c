@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The numbers of one image as JSON, and its meshes. */
+/* All that is written for one image, and its numbers as JSON. */
 #include "eval/predict_internal.h"
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
-#include "libtensor/io/mesh_io.h"
 
 #include <cjson/cJSON.h>
 #include <string.h>
@@ -160,7 +159,7 @@ static void put_object(cJSON *root, const predict_case *s, const char *mesh, boo
     put_text(b, "vertices_file", mesh, ok);
 }
 
-static lt_status write_json(const predict_case *s, const char *hand, const char *object, const char *path)
+static lt_status write_json(const predict_case *s, const predict_mesh_files *files, const char *path)
 {
     cJSON *root = cJSON_CreateObject();
     bool ok = root;
@@ -169,8 +168,8 @@ static lt_status write_json(const predict_case *s, const char *hand, const char 
     if (ok) {
         put_view(root, s->v, &ok);
         put_model(root, s->o, &ok);
-        put_hand(root, s, hand, &ok);
-        put_object(root, s, object, &ok);
+        put_hand(root, s, files->hand, &ok);
+        put_object(root, s, files->object, &ok);
         put_conventions(root, &ok);
     }
     st = ok ? lt_json_write(path, root) : lt_error(LT_ENOMEM, "%s: no memory", path);
@@ -178,56 +177,26 @@ static lt_status write_json(const predict_case *s, const char *hand, const char 
     return st;
 }
 
-/* ---- meshes --------------------------------------------------------------------------------------------- */
+/* ---- all of it ------------------------------------------------------------------------------------------ */
 
-static lt_status pose_object(lt_arena *arena, const predict_case *s, lt_mesh *out)
-{
-    const double *R = s->r->e.object.R, *t = s->r->e.object.t;
-    const lt_mesh *from = &s->object->mesh;
-
-    *out = *from;
-    out->normal = NULL;
-    out->vertex = lt_arena_array(arena, (size_t)from->n_vertices, sizeof(*out->vertex));
-    if (!out->vertex)
-        return lt_error(LT_ENOMEM, "no memory for an object of %d vertices", from->n_vertices);
-    for (int i = 0; i < from->n_vertices; i++)
-        for (int d = 0; d < 3; d++)
-            out->vertex[i][d] = (float)(R[3 * d] * from->vertex[i][0] + R[3 * d + 1] * from->vertex[i][1] +
-                                        R[3 * d + 2] * from->vertex[i][2] + t[d]);
-    return LT_OK;
-}
-
-/* NAME plus an ending, and where that is. */
-static lt_status file_name(lt_arena *arena, const predict_case *s, const char *ending, const char **name,
-                           const char **path)
+lt_status predict_file_name(lt_arena *arena, const predict_case *s, const char *ending, const char **name,
+                            const char **path)
 {
     *name = lt_arena_printf(arena, "%s%s", s->v->name, ending);
     *path = *name ? lt_path_join(arena, s->o->out, *name) : NULL;
     return *path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", s->v->path);
 }
 
-static lt_status write_object(lt_arena *arena, const predict_case *s, const char **name)
-{
-    const char *path;
-    lt_mesh mesh;
-    lt_status st = file_name(arena, s, ".object.obj", name, &path);
-
-    st = st ? st : pose_object(arena, s, &mesh);
-    return st ? st : lt_obj_write(path, &mesh, NULL);
-}
-
 lt_status predict_write_files(lt_arena *arena, const predict_case *s)
 {
-    const char *hand, *hand_path, *json, *json_path, *png, *png_path, *object = NULL;
-    lt_mesh mesh;
-    lt_status st = file_name(arena, s, ".hand.obj", &hand, &hand_path);
+    const char *json, *json_path, *png, *png_path;
+    predict_mesh_files files;
+    lt_mesh hand;
+    lt_status st = predict_file_name(arena, s, ".json", &json, &json_path);
 
-    st = st ? st : file_name(arena, s, ".json", &json, &json_path);
-    st = st ? st : file_name(arena, s, ".overlay.png", &png, &png_path);
-    st = st ? st : predict_hand_mesh(arena, s, &mesh);
-    st = st ? st : predict_write_overlay(arena, s, &mesh, png_path);
-    st = st ? st : lt_obj_write(hand_path, &mesh, NULL);
-    if (!st && s->r->object_found)
-        st = write_object(arena, s, &object);
-    return st ? st : write_json(s, hand, object, json_path);
+    st = st ? st : predict_file_name(arena, s, ".overlay.png", &png, &png_path);
+    st = st ? st : predict_hand_mesh(arena, s, &hand);
+    st = st ? st : predict_write_overlay(arena, s, &hand, png_path);
+    st = st ? st : predict_write_meshes(arena, s, &hand, &files);
+    return st ? st : write_json(s, &files, json_path);
 }

@@ -96,7 +96,7 @@ typedef struct {
  * cannot be trusted, or an object that was not found, is predicted for 15 frames. */
 void predict_smooth(predict_smoother *s, const predict_view *v, predict_result *r);
 
-/* ---- predict_overlay.c, predict_files.c: what is written ------------------------------------------------ */
+/* ---- predict_overlay.c, predict_meshes.c, predict_files.c: what is written ------------------------------ */
 
 /* All that is known about one image; object NULL when none was asked for. */
 typedef struct {
@@ -108,6 +108,17 @@ typedef struct {
 
 /* predict_hand_mesh - the posed hand, its triangles looking outwards; in the arena */
 lt_status predict_hand_mesh(lt_arena *arena, const predict_case *s, lt_mesh *out);
+
+/* Their names in the folder of results, the same twice where one file has both; object NULL: not found. */
+typedef struct { const char *hand, *object; } predict_mesh_files;
+
+/* predict_write_meshes - in the format that was asked for */
+lt_status predict_write_meshes(lt_arena *arena, const predict_case *s, const lt_mesh *hand, predict_mesh_files *out);
+
+/* predict_file_name - the image's name with an ending, and where that is */
+lt_status predict_file_name(lt_arena *arena, const predict_case *s, const char *ending, const char **name,
+                            const char **path);
+
 lt_status predict_write_overlay(lt_arena *arena, const predict_case *s, const lt_mesh *hand, const char *path);
 lt_status predict_write_files(lt_arena *arena, const predict_case *s);
 

@@ -79,37 +79,6 @@ static void draw_notes(draw_canvas *c, const predict_case *s)
     draw_note(c, y, scale, INK, line);
 }
 
-/* The triangles of the hand; those of a left one look outwards after a swap. */
-static lt_status hand_faces(lt_arena *arena, const predict_options *o, int32_t (**out)[3])
-{
-    int32_t (*face)[3] = lt_arena_array(arena, LT_HAND_FACES, sizeof(*face));
-
-    if (!face)
-        return lt_error(LT_ENOMEM, "no memory for a hand");
-    memcpy(face, o->hand->faces, sizeof(o->hand->faces));
-    for (int f = 0; f < LT_HAND_FACES && o->left; f++) {
-        face[f][1] = o->hand->faces[f][2];
-        face[f][2] = o->hand->faces[f][1];
-    }
-    *out = face;
-    return LT_OK;
-}
-
-lt_status predict_hand_mesh(lt_arena *arena, const predict_case *s, lt_mesh *out)
-{
-    lt_mesh mesh = { .n_vertices = LT_HAND_VERTICES, .n_faces = LT_HAND_FACES };
-    const lt_status st = hand_faces(arena, s->o, &mesh.face);
-
-    if (st)
-        return st;
-    mesh.vertex = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*mesh.vertex));
-    if (!mesh.vertex)
-        return lt_error(LT_ENOMEM, "no memory for a hand");
-    memcpy(mesh.vertex, s->r->e.vertices, sizeof(s->r->e.vertices));
-    *out = mesh;
-    return LT_OK;
-}
-
 lt_status predict_write_overlay(lt_arena *arena, const predict_case *s, const lt_mesh *hand, const char *path)
 {
     const predict_view *v = s->v;

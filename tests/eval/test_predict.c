@@ -9,6 +9,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image.h"
 #include "libtensor/io/mesh_io.h"
+#include "libtensor/io/ply.h"
 #include "tests/eval/tiny_model.h"
 
 #include <ftw.h>
@@ -165,6 +166,38 @@ START_TEST(one_image)
     cJSON_Delete(root);
     ck_assert(!strstr(said, "--hand-box"));
     ck_assert(strstr(said, "--object-box"));
+}
+END_TEST
+
+/* The same hand in each format: the object of an untrained model may or may not be found. */
+START_TEST(formats)
+{
+    const char *const input[] = { in("a.png") };
+    predict_options o = { .object = "mug" };
+    lt_mesh obj, ply;
+    uint8_t *bytes;
+    lt_ply file;
+    size_t n;
+    cJSON *root;
+
+    write_png("a.png", false);
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_OK);
+    o.format = PREDICT_PLY;
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_OK);
+    ck_assert_int_eq(lt_obj_read(arena, in("out/a.hand.obj"), &obj, NULL), LT_OK);
+    ck_assert_int_eq(lt_ply_read(arena, in("out/a.hand.ply"), &file), LT_OK);
+    ck_assert_int_eq(lt_ply_mesh(arena, &file, &ply), LT_OK);
+    ck_assert_mem_eq(obj.vertex, ply.vertex, (size_t)LT_HAND_VERTICES * sizeof(*obj.vertex));
+    ck_assert_mem_eq(obj.face, ply.face, (size_t)LT_HAND_FACES * sizeof(*obj.face));
+    o.format = PREDICT_GLB;
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_OK);
+    ck_assert_int_eq(lt_read_file(arena, in("out/a.glb"), LT_FILE_MAX, &bytes, &n), LT_OK);
+    ck_assert_mem_eq(bytes, "glTF", 4);
+    root = numbers("out/a.json");
+    ck_assert_str_eq(text(root, "hand.vertices_file"), "a.glb");
+    ck_assert_int_eq(exists("out/a.object.obj"), cJSON_IsTrue(get(root, "object.found")));
+    ck_assert_int_eq(exists("out/a.object.ply"), cJSON_IsTrue(get(root, "object.found")));
+    cJSON_Delete(root);
 }
 END_TEST
 
@@ -565,6 +598,7 @@ int main(void)
     tcase_add_checked_fixture(t, start, stop);
     tcase_set_timeout(t, 120);
     tcase_add_test(t, one_image);
+    tcase_add_test(t, formats);
     tcase_add_test(t, defaults);
     tcase_add_test(t, folders);
     tcase_add_test(t, wrong);

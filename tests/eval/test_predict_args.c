@@ -42,6 +42,19 @@ START_TEST(cameras)
 }
 END_TEST
 
+START_TEST(formats)
+{
+    predict_format f;
+
+    ck_assert_int_eq(predict_parse_format("--mesh", "obj", &f), LT_OK);
+    ck_assert_int_eq(f, PREDICT_OBJ);
+    ck_assert_int_eq(predict_parse_format("--mesh", "glb", &f), LT_OK);
+    ck_assert_int_eq(f, PREDICT_GLB);
+    ck_assert_int_eq(predict_parse_format("--mesh", "GLB", &f), LT_EINVAL);
+    ck_assert_str_eq(lt_last_error(), "--mesh GLB: want obj, ply or glb");
+}
+END_TEST
+
 START_TEST(objects)
 {
     static const char *const same[] = { "006_mustard_bottle", "syn_006_mustard_bottle", "mustard_bottle" };
@@ -69,6 +82,7 @@ int main(void)
 
     tcase_add_test(t, boxes);
     tcase_add_test(t, cameras);
+    tcase_add_test(t, formats);
     tcase_add_test(t, objects);
     suite_add_tcase(s, t);
     r = srunner_create(s);
