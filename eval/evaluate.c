@@ -82,8 +82,9 @@ static lt_status prepare(evaluation *e)
     e->flags = array(e, (size_t)B, sizeof(*e->flags));
     e->per_sample = array(e, (size_t)e->samples, sizeof(*e->per_sample));
     e->names = array(e, (size_t)e->samples, sizeof(*e->names));
+    e->breakdown = eval_breakdown_new(e->arena);
     find_object_tables(e);
-    ok = ok && e->control && e->estimates && e->camera && e->which && e->flags && e->per_sample && e->names;
+    ok = ok && e->control && e->estimates && e->camera && e->which && e->flags && e->per_sample && e->names && e->breakdown;
     if (!ok || set_new(e, EVALUATE_MODEL, e->o.m->cls->name) || set_new(e, EVALUATE_ZERO, "zero predictor"))
         return lt_error(LT_ENOMEM, "no memory to score %d images at a time", B);
     return e->has_mean ? set_new(e, EVALUATE_MEAN_POSE, "mean-pose predictor") : LT_OK;
@@ -241,8 +242,26 @@ static lt_status score_rows(evaluation *e, score_set *set, int n)
     return st;
 }
 
+/* Sample s of the batch: where the model errs. */
+static lt_status break_down(evaluation *e, int64_t done, int s)
+{
+    const dataset_object *object = e->which[s] < 0 ? NULL : &e->o.data->objects[e->which[s]];
+    double joints[3 * LT_HAND_KEYPOINTS], truth[3 * LT_HAND_KEYPOINTS];
+    const eval_breakdown_sample sample = {
+        .name = e->names[done + s], .object = object ? object->name : NULL, .joints = joints, .truth = truth,
+        .add = e->rows.object_errors[s].add,
+        .add01 = object && e->rows.object_errors[s].add <= 0.1 * object->diagonal,
+    };
+
+    eval_widen(3 * LT_HAND_KEYPOINTS, e->rows.joints[s][0], joints);
+    eval_widen(3 * LT_HAND_KEYPOINTS, e->truth.joints[s][0], truth);
+    return eval_breakdown_add(e->breakdown, &sample);
+}
+
 static lt_status score_model(evaluation *e, int64_t done, int n)
 {
+    lt_status st = LT_OK;
+
     for (int s = 0; s < n; s++) {
         memcpy(e->rows.joints[s], e->estimates[s].joints, sizeof(e->rows.joints[s]));
         memcpy(e->rows.vertices[s], e->estimates[s].vertices, sizeof(e->rows.vertices[s]));
@@ -260,7 +279,9 @@ static lt_status score_model(evaluation *e, int64_t done, int n)
 
         memcpy(e->per_sample[done + s], errors, sizeof(errors));
     }
-    return LT_OK;
+    for (int s = 0; !st && s < n; s++)
+        st = break_down(e, done, s);
+    return st;
 }
 
 static lt_status score_mean(evaluation *e, const hand_object_batch *b)

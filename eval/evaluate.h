@@ -57,7 +57,8 @@ lt_status evaluation_print(const evaluation *e, FILE *f, eval_format format);
 struct cJSON *evaluation_json(const evaluation *e);
 
 /**
- * evaluation_write - table.md, scores.json, scores.txt (HO3D's own 14 lines), per-sample.csv in folder
+ * evaluation_write - in folder: table.md, scores.json, scores.txt (HO3D's own 14 lines), and the model's errors in
+ * per-sample.csv, per-joint.csv, per-object.csv, per-sequence.csv
  */
 lt_status evaluation_write(const evaluation *e, const char *folder);
 

@@ -4,7 +4,7 @@
  */
 #include "eval/evaluation_internal.h"
 
-#include "eval/per_sample.h"
+#include "eval/csv.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 
@@ -231,12 +231,12 @@ static lt_status write_per_sample(const evaluation *e, const char *path)
     static const char *const metric[] = {
         "pa_mpjpe_mm", "pa_mpvpe_mm", "mpjpe_mm", "add_mm", "object_rotation_deg",
     };
-    eval_per_sample w;
-    lt_status st = eval_per_sample_open(&w, path, LT_COUNT(metric), metric);
+    eval_csv w;
+    lt_status st = eval_csv_open(&w, path, "sample", LT_COUNT(metric), metric);
 
     for (int64_t i = 0; st == LT_OK && i < e->samples; i++)
-        eval_per_sample_add(&w, e->names[i], e->per_sample[i]);
-    return st ? st : eval_per_sample_commit(&w);
+        eval_csv_add(&w, e->names[i], e->per_sample[i]);
+    return st ? st : eval_csv_commit(&w);
 }
 
 static lt_status write_tables(const evaluation *e, const char *path)
@@ -279,5 +279,7 @@ lt_status evaluation_write(const evaluation *e, const char *folder)
         st = write_tables(e, path[0]);
     if (st == LT_OK)
         st = write_scores(e, path[1], path[2]);
-    return st ? st : write_per_sample(e, path[3]);
+    if (st == LT_OK)
+        st = write_per_sample(e, path[3]);
+    return st ? st : eval_breakdown_write(e->breakdown, folder);
 }

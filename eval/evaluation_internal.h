@@ -5,6 +5,7 @@
 #ifndef EVAL_EVALUATION_INTERNAL_H
 #define EVAL_EVALUATION_INTERNAL_H
 
+#include "eval/breakdown.h"
 #include "eval/dexycb_score.h"
 #include "eval/evaluate.h"
 #include "eval/ho3d_score.h"
@@ -54,6 +55,7 @@ struct evaluation {
     uint32_t *flags;                            /* of sample_flag */
     double (*per_sample)[5];
     const char **names;
+    eval_breakdown *breakdown;                  /* of the model's errors */
 };
 
 typedef lt_status (*evaluate_batch_fn)(void *ctx, const hand_object_batch *b, int64_t done);

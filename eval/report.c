@@ -12,7 +12,7 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { MAX_CURVES = 64, WORST = 20, MAX_SKIPPED = 50 };
+enum { MAX_CURVES = 64, MAX_SKIPPED = 50 };
 
 /* What is known of a run */
 typedef struct {
@@ -228,84 +228,25 @@ static void put_curves(FILE *f, const report *r)
         fputs("</ul>\n", f);
 }
 
-/* ---- samples ----------------------------------------------------------------------------------------------------- */
-
-typedef struct {
-    const char *line;               /* of per-sample.csv, its name first */
-    double error_mm;
-} sample;
-
-static int by_error(const void *a, const void *b)
+static lt_status put_errors(FILE *f, const report *r)
 {
-    const double x = ((const sample *)a)->error_mm, y = ((const sample *)b)->error_mm;
+    static const html_error_table tables[] = {
+        { "eval/per-joint.csv", "Joints", 21, false },
+        { "eval/per-object.csv", "Objects", 21, false },
+        { "eval/per-sequence.csv", "Sequences", 10, false },
+        { "eval/per-sample.csv", "Samples", 20, true },
+    };
+    lt_status st = LT_OK;
 
-    return (y > x) - (y < x);
-}
+    for (size_t i = 0; !st && i < LT_COUNT(tables); i++) {
+        const char *text;
+        size_t n;
 
-/* Lines behind the heading whose second field is a number; text is cut into lines */
-static sample *take_samples(const report *r, char *text, int *n)
-{
-    int lines = 0;
-    sample *list;
-
-    for (const char *c = text; *c; c++)
-        lines += *c == '\n';
-    list = lt_arena_array(r->arena, (size_t)lines + 1, sizeof(*list));
-    *n = 0;
-    strtok(text, "\n");
-    for (char *line; list && (line = strtok(NULL, "\n")); ) {
-        const char *comma = strchr(line, ',');
-        char *end;
-
-        if (!comma)
-            continue;
-        list[*n] = (sample){ line, strtod(comma + 1, &end) };
-        *n += end > comma + 1 && isfinite(list[*n].error_mm);
+        st = read_text(r, tables[i].file, &text, &n);
+        if (!st && text)
+            st = html_errors(f, r->arena, &tables[i], (char *)text);
     }
-    return list;
-}
-
-static void put_cells(FILE *f, const report *r, const char *line, const char *cell)
-{
-    char *copy = lt_arena_strdup(r->arena, line);
-
-    fputs("<tr>", f);
-    for (char *part; copy && (part = strsep(&copy, ",")); ) {
-        fprintf(f, "<%s>", cell);
-        html_text(f, part);
-        fprintf(f, "</%s>", cell);
-    }
-    fputs("</tr>\n", f);
-}
-
-static lt_status put_samples(FILE *f, const report *r)
-{
-    const char *text, *heading;
-    double *errors;
-    sample *list;
-    int count;
-    size_t n;
-    lt_status st = read_text(r, "eval/per-sample.csv", &text, &n);
-
-    if (st || !text)
-        return st;
-    heading = lt_arena_strdup(r->arena, text);
-    list = take_samples(r, (char *)text, &count);
-    errors = lt_arena_array(r->arena, (size_t)count + 1, sizeof(*errors));
-    if (!heading || !list || !errors)
-        return lt_error(LT_ENOMEM, "no memory for the samples");
-    for (int i = 0; i < count; i++)
-        errors[i] = list[i].error_mm;
-    fputs("<h2>Samples</h2>\n", f);
-    if (count)
-        svg_histogram(f, "PA-MPJPE of the samples", errors, count, "mm");
-    qsort(list, (size_t)count, sizeof(*list), by_error);
-    fprintf(f, "<h3>The %d worst of %d</h3>\n<div class=wide><table>\n", count < WORST ? count : WORST, count);
-    put_cells(f, r, lt_arena_printf(r->arena, "%.*s", (int)strcspn(heading, "\n"), heading), "th");
-    for (int i = 0; i < count && i < WORST; i++)
-        put_cells(f, r, list[i].line, "td");
-    fputs("</table></div>\n", f);
-    return LT_OK;
+    return st;
 }
 
 static lt_status put_pictures(FILE *f, const report *r)
@@ -359,7 +300,7 @@ static lt_status put_page(FILE *f, const report *r)
     st = put_tables(f, r);
     put_curves(f, r);
     if (st == LT_OK)
-        st = put_samples(f, r);
+        st = put_errors(f, r);
     if (st == LT_OK)
         st = put_pictures(f, r);
     put_making(f, r);

@@ -15,6 +15,16 @@ void html_text(FILE *f, const char *text);
 /* html_markdown - headings, tables and paragraphs of our own table.md */
 void html_markdown(FILE *f, const char *text);
 
+/* A file of errors as palmar eval writes them: a name, then the error to sort by. */
+typedef struct {
+    const char *file, *title;
+    int most;                       /* lines shown */
+    bool histogram;                 /* of the errors as well */
+} html_error_table;
+
+/* html_errors - its worst lines, worst first; text: what is in the file, which is cut into lines. LT_ENOMEM */
+lt_status html_errors(FILE *f, lt_arena *arena, const html_error_table *t, char *text);
+
 /* html_picture - a PNG inside the page */
 void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what);
 

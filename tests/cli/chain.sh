@@ -25,7 +25,7 @@ leaves data/train.txt data/evaluation_xyz.json data/manifest.json
 leaves run/config.json run/log.jsonl run/checkpoints/last.safetensors
 
 ./palmar eval "$here/run" --data "$here/data" --no-bench >"$here/tables.txt" 2>/dev/null
-leaves run/eval/table.md run/eval/scores.json run/eval/per-sample.csv run/eval/pictures.png
+leaves run/eval/table.md run/eval/scores.json run/eval/per-sample.csv run/eval/per-joint.csv run/eval/pictures.png
 grep -q '(synthetic)' "$here/tables.txt"
 
 ./palmar predict "$here/run" "$here"/data/evaluation/*/rgb --object mustard_bottle --out "$here/seen" 2>/dev/null

@@ -45,6 +45,7 @@ static void make_run(bool scored)
     check_ok(lt_make_dirs(eval));
     put("eval/table.md", table);
     put("eval/per-sample.csv", samples);
+    put("eval/per-joint.csv", "joint,pa_mpjpe_mm,mpjpe_mm\nwrist,4.5,0\nindex tip,9.5,33\n");
     put("eval/pictures.png", "Man");                    /* "TWFu" in base 64 */
 }
 
@@ -88,6 +89,7 @@ START_TEST(a_scored_run)
     has(text, "<title>2: 12.5</title>");
     has(text, ">heatmap</text>");
     has(text, "The 3 worst of 3");
+    ck_assert(strstr(text, "<td>index tip</td><td>9.5</td>") < strstr(text, "<td>wrist</td>"));
     ck_assert(strstr(text, "0002") < strstr(text, "<td>D/0004</td>"));         /* the worst first */
     has(text, "src=\"data:image/png;base64,TWFu\"");
     has(text, "2 steps in the log");

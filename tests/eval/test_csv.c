@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The CSV of per-sample errors. */
-#include "eval/per_sample.h"
+/* CSV files of errors. */
+#include "eval/csv.h"
 
 #include <check.h>
 #include <math.h>
@@ -8,20 +8,20 @@
 #include <string.h>
 #include <unistd.h>
 
-#define PATH "test_per_sample.csv"
+#define PATH "errors.csv"
 
 START_TEST(csv)
 {
     static const char *const metric[] = { "pa_mpjpe_mm", "f, \"aligned\"" };
     const double plain[2] = { 9.5, .75 }, failed[2] = { INFINITY, NAN };
     char text[256] = "";
-    eval_per_sample w;
+    eval_csv w;
     FILE *f;
 
-    ck_assert_int_eq(eval_per_sample_open(&w, PATH, 2, metric), LT_OK);
-    eval_per_sample_add(&w, "ABF10/0123", plain);
-    eval_per_sample_add(&w, "odd,\"name\"\n", failed);
-    ck_assert_int_eq(eval_per_sample_commit(&w), LT_OK);
+    ck_assert_int_eq(eval_csv_open(&w, PATH, "sample", 2, metric), LT_OK);
+    eval_csv_add(&w, "ABF10/0123", plain);
+    eval_csv_add(&w, "odd,\"name\"\n", failed);
+    ck_assert_int_eq(eval_csv_commit(&w), LT_OK);
     f = fopen(PATH, "r");
     ck_assert_uint_gt(fread(text, 1, sizeof(text) - 1, f), 0);
     fclose(f);
@@ -34,19 +34,19 @@ END_TEST
 START_TEST(nothing_left)
 {
     static const char *const metric[] = { "x" };
-    eval_per_sample w;
+    eval_csv w;
 
-    ck_assert_int_eq(eval_per_sample_open(&w, "no/such/folder.csv", 1, metric), LT_EIO);
-    ck_assert_int_eq(eval_per_sample_open(&w, PATH, 1, metric), LT_OK);
-    eval_per_sample_abort(&w);
+    ck_assert_int_eq(eval_csv_open(&w, "no/such/folder.csv", "sample", 1, metric), LT_EIO);
+    ck_assert_int_eq(eval_csv_open(&w, PATH, "sample", 1, metric), LT_OK);
+    eval_csv_abort(&w);
     ck_assert_int_ne(access(PATH, F_OK), 0);
 }
 END_TEST
 
 int main(void)
 {
-    TCase *t = tcase_create("per_sample");
-    Suite *s = suite_create("per_sample");
+    TCase *t = tcase_create("csv");
+    Suite *s = suite_create("csv");
     SRunner *r;
     int failed;
 

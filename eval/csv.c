@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* One CSV line per sample. */
-#include "eval/per_sample.h"
+/* Names and numbers, with quotes where a name needs them. */
+#include "eval/csv.h"
 
 #include "libtensor/io/number.h"
 
@@ -22,15 +22,14 @@ static void put_field(FILE *f, const char *text)
     fputc('"', f);
 }
 
-lt_status eval_per_sample_open(eval_per_sample *w, const char *path, int n_metrics,
-                               const char *const *metric)
+lt_status eval_csv_open(eval_csv *w, const char *path, const char *about, int n_metrics, const char *const *metric)
 {
     const lt_status st = lt_atomic_open(&w->file, path);
 
     if (st)
         return st;
     w->n_metrics = n_metrics;
-    fputs("sample", w->file.stream);
+    put_field(w->file.stream, about);
     for (int i = 0; i < n_metrics; i++) {
         fputc(',', w->file.stream);
         put_field(w->file.stream, metric[i]);
@@ -50,20 +49,20 @@ static void put_value(FILE *f, double x)
         fputs(lt_print_float((float)x, text), f);
 }
 
-void eval_per_sample_add(eval_per_sample *w, const char *sample, const double *value)
+void eval_csv_add(eval_csv *w, const char *name, const double *value)
 {
-    put_field(w->file.stream, sample);
+    put_field(w->file.stream, name);
     for (int i = 0; i < w->n_metrics; i++)
         put_value(w->file.stream, value[i]);
     fputc('\n', w->file.stream);
 }
 
-lt_status eval_per_sample_commit(eval_per_sample *w)
+lt_status eval_csv_commit(eval_csv *w)
 {
     return lt_atomic_commit(&w->file);
 }
 
-void eval_per_sample_abort(eval_per_sample *w)
+void eval_csv_abort(eval_csv *w)
 {
     lt_atomic_abort(&w->file);
 }
