@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The forearm: from the hand's open wrist to the edge of the picture, bare and sleeved. */
+#include "data/synth/room/paint.h"
 #include "data/synth/room/pattern.h"
 #include "data/synth/room/primitive.h"
 #include "data/synth/render/small.h"
@@ -197,7 +198,7 @@ static void color_skin(lt_mesh *m, const synth_arm_spec *spec, int rings)
     for (int r = 0; r < rings; r++)
         for (int i = 0; i <= AROUND; i++) {
             const float s = (float)r * RING, keep = spec->loop_color ? 1 - smoothly(0, 0.06f, s) : 0;
-            const float mottle = pattern_noise(seed, (float)i / AROUND, s * 2, 4, 8, 3);
+            const float mottle = paint_smooth_noise(seed, (float)i / AROUND, s * 2, 4, 8, 3);
             float at_loop[3] = { 0 }, *to = m->color[r * (AROUND + 1) + i];
 
             if (spec->loop_color)
@@ -248,10 +249,10 @@ typedef struct {
 static float stand_off(const cloth *c, float s, float turn)
 {
     const float free = smoothly(c->cuff, c->cuff + 0.05f, s);
-    const float slant = 0.25f * pattern_noise(c->seed + 1, turn, s, 2, 3, 2);
-    const float fold = pattern_noise(c->seed, turn, s * 2 + slant, 3, 22, 2);
+    const float slant = 0.25f * paint_smooth_noise(c->seed + 1, turn, s, 2, 3, 2);
+    const float fold = paint_smooth_noise(c->seed, turn, s * 2 + slant, 3, 22, 2);
     const float crease = 1 - fabsf(2 * fold - 1);
-    const float sag = pattern_noise(c->seed + 2, turn, s, 2, 4, 2);
+    const float sag = paint_smooth_noise(c->seed + 2, turn, s, 2, 4, 2);
 
     return c->loose + free * (c->folds * crease * crease + c->loose * sag);
 }

@@ -25,8 +25,4 @@ void pattern_hsv(double hue, double saturation, double value, float rgb[3]);
 void pattern_draw_color(lt_rng *r, double saturation_lo, double saturation_hi, double value_lo,
                         double value_hi, float rgb[3]);
 
-/* pattern_noise - smooth noise in 0..1 that repeats after px, py cells and is sampled at u, v in 0..1;
- * octaves double the cells and halve the weight */
-float pattern_noise(uint32_t seed, float u, float v, int px, int py, int octaves);
-
 #endif
