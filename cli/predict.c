@@ -29,7 +29,7 @@ static const struct argp_option options[] = {
     { "depth", DEPTH, "FILE|DIR", 0, "the image's depth, or a folder with NAME.png for NAME.jpg: as large as the image, "
       "16 bits in millimetres or as HO3D packs it; default none", 0 },
     { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
-      "object are lost; default unrelated images", 0 },
+      "object are lost; default unrelated images. A film says it by itself", 0 },
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
     { "hand", HAND, "FILE", 0, "hand model; default the one of the training, $PALMAR_HAND, or the embedded one", 0 },
@@ -92,7 +92,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case ARGP_KEY_ARG: add_input(a, state, arg); break;
     case ARGP_KEY_END:
         if (!a->checkpoint || !a->n_inputs)
-            argp_error(state, "want a checkpoint or a run's folder, and images");
+            argp_error(state, "want a checkpoint or a run's folder, and images or films");
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -100,8 +100,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 }
 
 static const struct argp argp = {
-    options, parse, "CHECKPOINT|RUN IMAGE|FOLDER...",
-    "Estimate hand and object in images: an overlay, JSON and meshes for each.\v"
+    options, parse, "CHECKPOINT|RUN IMAGE|FILM|FOLDER...",
+    "Estimate hand and object in images and films: an overlay, JSON and meshes for each.\v"
     "The networks have no detector: they look where the boxes say. What is not given is assumed, and said.\n\n"
     "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object 010_potted_meat_can",
     NULL, NULL, NULL,

@@ -2,6 +2,7 @@
 /* Image after image: open, solve, write; what cannot be read is named, skipped and counted. */
 #include "eval/predict_internal.h"
 
+#include "libtensor/io/film.h"
 #include "libtensor/io/file.h"
 
 #include <stdarg.h>
@@ -44,49 +45,125 @@ static bool only_this_image(lt_status st)
     return st == LT_EFORMAT || st == LT_EINVAL;
 }
 
-/* *unread: the image is to blame, not what is written or the machine. */
-static lt_status predict_one(predict_solver *solver, predict_smoother *film, const predict_options *o,
-                             const predict_object *object, const predict_input *in, bool *unread)
+/* What all images have in common. */
+typedef struct {
+    const predict_options *o;
+    const predict_object *object;
+    predict_solver *solver;
+    predict_summary *sum;
+} predict_job;
+
+/* smoother: NULL: the image has nothing to do with the last one. *unread: the image is to blame, not what is written
+ * or the machine. */
+static lt_status predict_one(const predict_job *j, lt_arena *arena, predict_smoother *smoother, const predict_input *in,
+                             const lt_image *frame, bool *unread)
+{
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+    predict_view v;
+    const predict_case c = { j->o, &v, j->object, r };
+    lt_status st;
+
+    if (!r)
+        return lt_error(LT_ENOMEM, "%s: no memory", in->path);
+    st = predict_view_open(arena, j->o, in, frame, &v);
+    *unread = only_this_image(st) || st == LT_EIO;
+    st = st ? st : predict_solve(j->solver, arena, j->o, &v, j->object, r);
+    if (st)
+        return st;
+    if (smoother)
+        predict_smooth(smoother, &v, r);
+    say_found(&c);
+    return predict_write_files(arena, &c);
+}
+
+/* Counts what was written and what was skipped; an error where nothing after it would do better. */
+static lt_status count(const predict_job *j, lt_status st, bool unread)
+{
+    if (st && !unread)
+        return st;
+    j->sum->written += !st;
+    j->sum->skipped += st != LT_OK;
+    if (st)
+        predict_say(j->o, "skipped: %s", lt_last_error());
+    return LT_OK;
+}
+
+static lt_status predict_image(const predict_job *j, predict_smoother *smoother, const predict_input *in)
 {
     lt_arena *arena = lt_arena_new();
-    predict_result *r = arena ? lt_arena_alloc(arena, sizeof(*r)) : NULL;
-    predict_view v;
-    lt_status st = r ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", in->path);
+    bool unread = false;
+    lt_status st = arena ? predict_one(j, arena, smoother, in, NULL, &unread)
+                         : lt_error(LT_ENOMEM, "%s: no memory", in->path);
 
-    if (!st) {
-        st = predict_view_open(arena, o, in, &v);
-        *unread = only_this_image(st) || st == LT_EIO;
-    }
-    st = st ? st : predict_solve(solver, arena, o, &v, object, r);
-    if (!st) {
-        const predict_case c = { o, &v, object, r };
+    st = count(j, st, unread);
+    lt_arena_free(arena);
+    return st;
+}
 
-        if (film)
-            predict_smooth(film, &v, r);
-        say_found(&c);
-        st = predict_write_files(arena, &c);
+/* ---- films ----------------------------------------------------------------------------------------------- */
+
+/* Frame k as an input of its own: film.mp4#12, whose results are film-000012.json and so on. */
+static lt_status name_frame(lt_arena *arena, const predict_input *film, int k, predict_input *out)
+{
+    *out = (predict_input){
+        .path = lt_arena_printf(arena, "%s#%d", film->path, k), .frame = k,
+        .name = lt_arena_printf(arena, "%s-%06d", film->name, k),
+    };
+    if (out->name && film->depth)
+        out->depth = lt_path_join(arena, film->depth, lt_arena_printf(arena, "%s.png", out->name));
+    return out->path && out->name && !film->depth == !out->depth ? LT_OK
+                                                                 : lt_error(LT_ENOMEM, "%s: no memory", film->path);
+}
+
+static lt_status predict_frame(const predict_job *j, lt_film *film, predict_smoother *smoother, const predict_input *in,
+                               int k, bool *more)
+{
+    lt_arena *arena = lt_arena_new();
+    bool unread = false;
+    predict_input frame;
+    lt_image img;
+    lt_status st = arena ? lt_film_next(film, arena, &img, more) : lt_error(LT_ENOMEM, "%s: no memory", in->path);
+
+    if (!st && *more) {
+        st = name_frame(arena, in, k, &frame);
+        st = st ? st : predict_one(j, arena, smoother, &frame, &img, &unread);
+        st = count(j, st, unread);
     }
     lt_arena_free(arena);
     return st;
 }
 
-static lt_status predict_all(predict_solver *solver, const predict_options *o, const predict_object *object,
-                             const predict_list *list, predict_summary *sum)
+static lt_status predict_film(const predict_job *j, const predict_input *in)
 {
-    predict_smoother film = { .dt = o->fps > 0 ? 1 / o->fps : 0 };
+    predict_smoother smoother = { 0 };
+    bool more = true;
+    lt_film *film;
+    lt_status st = lt_film_open(in->path, &film);
+    int k = 0;
 
-    for (int i = 0; i < list->n; i++) {
-        bool unread = false;
-        const lt_status st = predict_one(solver, o->fps > 0 ? &film : NULL, o, object, &list->input[i], &unread);
+    if (st)
+        return count(j, st, only_this_image(st) || st == LT_EIO);
+    if (j->o->fps > 0 || lt_film_fps(film) > 0)
+        smoother.dt = 1 / (j->o->fps > 0 ? j->o->fps : lt_film_fps(film));
+    else
+        predict_say(j->o, "%s: does not say its frames per second, so they are not smoothed; --fps does", in->path);
+    while (!st && more)
+        st = predict_frame(j, film, smoother.dt > 0 ? &smoother : NULL, in, ++k, &more);
+    lt_film_close(film);
+    if (k == 1 && (!st || only_this_image(st)))
+        return count(j, lt_error(LT_EFORMAT, "%s: a film without frames", in->path), true);
+    return st;
+}
 
-        if (st && !unread)
-            return st;
-        sum->written += !st;
-        sum->skipped += st != LT_OK;
-        if (st)
-            predict_say(o, "skipped: %s", lt_last_error());
-    }
-    return LT_OK;
+static lt_status predict_all(const predict_job *j, const predict_list *list)
+{
+    predict_smoother film = { .dt = j->o->fps > 0 ? 1 / j->o->fps : 0 };
+    lt_status st = LT_OK;
+
+    for (int i = 0; !st && i < list->n; i++)
+        st = list->input[i].film ? predict_film(j, &list->input[i])
+                                 : predict_image(j, film.dt > 0 ? &film : NULL, &list->input[i]);
+    return st;
 }
 
 static lt_status run(lt_arena *arena, const predict_options *o, predict_summary *sum)
@@ -104,8 +181,10 @@ static lt_status run(lt_arena *arena, const predict_options *o, predict_summary 
     st = st ? st : lt_make_dirs(o->out);
     st = st ? st : predict_solver_new(o, &solver);
     if (!st) {
+        const predict_job job = { o, o->object ? &object : NULL, solver, sum };
+
         sum->skipped = list.skipped;
-        st = predict_all(solver, o, o->object ? &object : NULL, &list, sum);
+        st = predict_all(&job, &list);
     }
     predict_solver_free(solver);
     return st;

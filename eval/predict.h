@@ -20,18 +20,20 @@ typedef struct {
     const char *checkpoint;         /* its path, for the JSON */
     const char *trained_on;         /* "HO3D v2 train", "synthetic, HO3D layout"; NULL: not known */
 
-    const char *const *inputs;      /* n_inputs images and folders of images */
+    const char *const *inputs;      /* n_inputs images, films, and folders of images */
     int n_inputs;
     const char *out;                /* folder, made when it is missing */
 
     const crop_box *hand_box;       /* pixels of the upright image, for every image; NULL: default */
     const crop_box *object_box;
-    const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg; NULL: not known */
+    const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg, NAME-000001.png for a
+                                     * film's first frame; NULL: not known */
     const lt_camera *camera;        /* NULL: from EXIF, or a default */
     const char *object;             /* "003_cracker_box"; NULL: the hand alone */
     const char *models;             /* a dataset's models/ folder; NULL: the embedded stand-ins */
     predict_format format;          /* of the meshes */
-    double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated */
+    double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated, and a film
+                                     * says by itself */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back */
     bool alone;                     /* nothing else uses the model's weights, now or later: less memory */
     FILE *messages;                 /* what was assumed, skipped or not found; NULL: nobody is told */
@@ -61,8 +63,9 @@ typedef struct {
  * Depth lies pixel on pixel beside the image as it is stored, in millimetres or as HO3D packs it; a model that
  * does not take it refuses it, and to one that does, no depth is depth known nowhere.
  *
- * With fps the images are frames in the order given: joints and object pose go through the filters of
- * libtensor/geometry/kalman.h, which bridge up to 15 frames in which the hand or the object is lost.
+ * A film (.mp4, .avi, .mov, .mkv, .webm) leaves results for each frame, NAME-000001 and so on; OpenCV reads it. With
+ * fps images are frames in the order given. Of frames that follow each other joints and object pose go through the
+ * filters of libtensor/geometry/kalman.h, which bridge up to 15 frames in which the hand or the object is lost.
  *
  * The hand's position solves weighted least squares (libtensor/geometry/translation.h) with the 2D
  * joints of the heat maps; without a solution between 0.05 and 10 m the hand is put 0.6 m away in its box.

@@ -15,6 +15,18 @@ static const char *const extensions[] = {
     "png", "jpg", "jpeg", "bmp", "tif", "tiff", "webp", "ppm", "pgm", "jp2",
 };
 
+static const char *const film_extensions[] = { "mp4", "avi", "mov", "mkv", "webm", "m4v" };
+
+static bool is_film_name(const char *name)
+{
+    const char *dot = strrchr(name, '.');
+
+    for (size_t i = 0; dot && i < LT_COUNT(film_extensions); i++)
+        if (!strcasecmp(dot + 1, film_extensions[i]))
+            return true;
+    return false;
+}
+
 /* Of an image that is worth a look: not hidden, and not an overlay of an earlier run. */
 static bool is_image_name(const char *name)
 {
@@ -150,7 +162,7 @@ static lt_status give_names(lt_arena *arena, const paths *all, predict_list *out
 
         if (!name)
             return lt_error(LT_ENOMEM, "no memory for the names of %zu images", all->n);
-        out->input[i] = (predict_input){ .path = all->path[i], .name = name };
+        out->input[i] = (predict_input){ .path = all->path[i], .name = name, .film = is_film_name(all->path[i]) };
     }
     out->n = (int)all->n;
     return LT_OK;
@@ -159,6 +171,17 @@ static lt_status give_names(lt_arena *arena, const paths *all, predict_list *out
 /* ---- depth ---------------------------------------------------------------------------------------------- */
 
 /* The one depth image, or in a folder the one that is called as the image is. */
+static const char *depth_of(lt_arena *arena, const char *depth, bool folder, const predict_input *in)
+{
+    const char *stem, *file;
+
+    if (!folder || in->film)
+        return depth;
+    stem = stem_of(arena, in->path);
+    file = stem ? lt_arena_printf(arena, "%s.png", stem) : NULL;
+    return file ? lt_path_join(arena, depth, file) : NULL;
+}
+
 static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_list *list)
 {
     struct stat s;
@@ -171,14 +194,12 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
     if (!S_ISDIR(s.st_mode) && list->n > 1)
         return lt_error(LT_EINVAL, "%s: one depth image for %d images; want a folder with a NAME.png for each", o->depth,
                         list->n);
+    if (!S_ISDIR(s.st_mode) && list->n && list->input[0].film)
+        return lt_error(LT_EINVAL, "%s: one depth image for a film; want a folder with NAME-000001.png and so on", o->depth);
     for (int i = 0; i < list->n; i++) {
-        const char *stem = stem_of(arena, list->input[i].path);
-        const char *file = stem ? lt_arena_printf(arena, "%s.png", stem) : NULL;
-        const char *path = !S_ISDIR(s.st_mode) ? o->depth : file ? lt_path_join(arena, o->depth, file) : NULL;
-
-        if (!path)
+        list->input[i].depth = depth_of(arena, o->depth, S_ISDIR(s.st_mode), &list->input[i]);
+        if (!list->input[i].depth)
             return lt_error(LT_ENOMEM, "no memory for the names of %d images", list->n);
-        list->input[i].depth = path;
     }
     return LT_OK;
 }

@@ -9,6 +9,7 @@
 #include "eval/predict.h"
 #include "libtensor/geometry/kalman.h"
 #include "libtensor/geometry/mesh.h"
+#include "libtensor/io/image.h"
 
 /* predict_say - one line to o->messages, bytes that would bend the line replaced by '?' */
 void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3);
@@ -17,7 +18,9 @@ void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3)
 
 typedef struct {
     const char *path, *name;        /* name: of the results, without extension; unique in a list */
-    const char *depth;              /* the depth image, or NULL */
+    const char *depth;              /* the depth image, of a film the folder of them, or NULL */
+    bool film;
+    int frame;                      /* of a film, from 1; 0: an image */
 } predict_input;
 
 typedef struct {
@@ -42,7 +45,8 @@ typedef struct {
 } predict_view;
 
 const char *predict_source_name(predict_source s);
-lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in,
+/* predict_view_open - frame: the picture of a film; NULL: it is read */
+lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
                             predict_view *out);
 
 /* predict_view_mirror - the same seen in a mirror, x -> width - 1 - x */

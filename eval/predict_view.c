@@ -152,13 +152,17 @@ static void say_assumed(const predict_options *o, const predict_view *v)
                     "distances are rough", v->path, v->camera.fx);
 }
 
-lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in,
+lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
                             predict_view *out)
 {
-    predict_view v = { .path = in->path, .name = in->name };
-    lt_exif exif;
-    lt_status st = read_upright(arena, in->path, &exif, &v);
+    predict_view v = { .path = in->path, .name = in->name, .orientation = 1 };
+    lt_exif exif = { .orientation = 1 };
+    lt_status st = LT_OK;
 
+    if (frame)
+        v.width = frame->width, v.height = frame->height, v.rgb = frame->data;
+    else
+        st = read_upright(arena, in->path, &exif, &v);
     if (!st && in->depth)
         st = read_depth(arena, in->depth, &v);
     if (st)
@@ -169,7 +173,8 @@ lt_status predict_view_open(lt_arena *arena, const predict_options *o, const pre
     st = st ? st : check_inside(&v, "object", v.object_box);
     if (st)
         return st;
-    say_assumed(o, &v);
+    if (in->frame <= 1)                         /* of all frames the same is assumed */
+        say_assumed(o, &v);
     *out = v;
     return LT_OK;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The one door to OpenCV: still formats that we do not read ourselves, by a module that is loaded when it is
- * needed.
+ * The one door to OpenCV: films, and still formats that we do not read ourselves, by a module that is loaded when
+ * it is needed.
  */
 #ifndef LT_IO_OPENCV_H
 #define LT_IO_OPENCV_H

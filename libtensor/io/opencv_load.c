@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Finds and loads the module, and keeps it. */
+/* Finds and loads the module, keeps it, and asks it. */
 #include "libtensor/io/opencv.h"
 
 #include "libtensor/io/codec.h"
+#include "libtensor/io/film.h"
 #include "libtensor/io/opencv_module.h"
 
 #include <dlfcn.h>
+#include <errno.h>
 #include <libgen.h>
 #include <limits.h>
 #include <pthread.h>
@@ -15,19 +17,17 @@
 #include <unistd.h>
 
 static pthread_once_t once = PTHREAD_ONCE_INIT;
-static lt_opencv_fn decode;                     /* NULL: there is none */
+static const lt_opencv *opencv;                 /* NULL: there is none */
 
 static bool load(const char *folder, const char *within)
 {
     char path[2 * PATH_MAX];
-    void *module, *symbol;
+    void *module;
 
     snprintf(path, sizeof(path), "%s%s/%s", folder, within, LT_OPENCV_MODULE);
     module = access(path, R_OK) == 0 ? dlopen(path, RTLD_NOW | RTLD_LOCAL) : NULL;
-    symbol = module ? dlsym(module, LT_OPENCV_SYMBOL) : NULL;
-    if (symbol)
-        memcpy(&decode, &symbol, sizeof(decode));
-    return symbol != NULL;
+    opencv = module ? dlsym(module, LT_OPENCV_SYMBOL) : NULL;
+    return opencv;
 }
 
 /* Where the environment says; beside the program in a build folder; where it was installed. */
@@ -68,10 +68,70 @@ lt_status lt_opencv_decode(lt_arena *arena, const char *name, const uint8_t *byt
     char error[256];
 
     pthread_once(&once, find_module);
-    if (!decode)
+    if (!opencv)
         return lt_error(LT_EFORMAT, "%s: neither PNG nor JPEG; other formats need a build with OpenCV", name);
-    if (decode(bytes, n, make_room, &r, error))
+    if (opencv->decode(bytes, n, make_room, &r, error))
         return r.status ? r.status : lt_error(LT_EFORMAT, "%s: %s", name, error);
     *out = r.img;
     return LT_OK;
+}
+
+/* ---- films ----------------------------------------------------------------------------------------------- */
+
+struct lt_film {
+    void *film;
+    char *path;
+    double fps;
+};
+
+lt_status lt_film_open(const char *path, lt_film **out)
+{
+    lt_film *f;
+    char error[256];
+    lt_status st = LT_OK;
+
+    if (access(path, R_OK) != 0)
+        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    pthread_once(&once, find_module);
+    if (!opencv)
+        return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV; or make images of it first", path);
+    f = lt_alloc(sizeof(*f));
+    if (!f)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    *f = (lt_film){ .path = strdup(path) };
+    if (!f->path)
+        st = lt_error(LT_ENOMEM, "%s: no memory", path);
+    else if (!(f->film = opencv->film_open(path, &f->fps, error)))
+        st = lt_error(LT_EFORMAT, "%s: %s", path, error);
+    if (st)
+        lt_film_close(f);
+    else
+        *out = f;
+    return st;
+}
+
+void lt_film_close(lt_film *film)
+{
+    if (!film)
+        return;
+    if (film->film)
+        opencv->film_close(film->film);
+    free(film->path);
+    lt_release(film);
+}
+
+double lt_film_fps(const lt_film *film)
+{
+    return film->fps > 0 && film->fps < 1e4 ? film->fps : 0;
+}
+
+lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more)
+{
+    request r = { .arena = arena, .name = film->path };
+    char error[256];
+
+    *more = opencv->film_next(film->film, make_room, &r, error) == 0;
+    if (*more)
+        *out = r.img;
+    return r.status ? r.status : error[0] ? lt_error(LT_EFORMAT, "%s: %s", film->path, error) : LT_OK;
 }

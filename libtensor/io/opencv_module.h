@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What the library and its module for OpenCV say to each other. The module stands alone: it knows no other
+ * What the library and its module for OpenCV say to each other: images and films. The module stands alone: it knows no other
  * name of the library's, and the library links no name of OpenCV's.
  */
 #ifndef LT_IO_OPENCV_MODULE_H
@@ -14,14 +14,26 @@ extern "C" {
 #endif
 
 #define LT_OPENCV_MODULE "images-opencv.so"
-#define LT_OPENCV_SYMBOL "images_opencv_decode"
+#define LT_OPENCV_SYMBOL "images_opencv"        /* an lt_opencv */
 
 /* Room for a picture of 8 or 16 bits a sample; NULL when it is not wanted. */
 typedef uint8_t *(*lt_opencv_room)(void *ctx, int width, int height, int channels, int bits);
 
-/* n bytes as an image into the room that it asks for, RGB or RGBA. Returns 0; or not 0 and why in error,
- * which stays empty when no room was given. No exception leaves it. */
-typedef int (*lt_opencv_fn)(const uint8_t *bytes, size_t n, lt_opencv_room room, void *ctx, char error[256]);
+/*
+ * decode      n bytes as an image into the room that it asks for, RGB or RGBA. Returns 0; or not 0 and why in
+ *             error, which stays empty when no room was given
+ * film_open   a film and its frames per second, 0 where it does not say; NULL, and why in error
+ * film_next   its next frame, RGB. Returns 0; or not 0, and error stays empty at the end too
+ * film_close
+ *
+ * No exception leaves them.
+ */
+typedef struct {
+    int (*decode)(const uint8_t *bytes, size_t n, lt_opencv_room room, void *ctx, char error[256]);
+    void *(*film_open)(const char *path, double *fps, char error[256]);
+    int (*film_next)(void *film, lt_opencv_room room, void *ctx, char error[256]);
+    void (*film_close)(void *film);
+} lt_opencv;
 
 #ifdef __cplusplus
 }

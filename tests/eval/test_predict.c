@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From photographs to files: names, defaults, JSON, meshes, mirrored hands, and inputs that are none. */
 #define _GNU_SOURCE                     /* nftw */
+#include <config.h>
 #include "eval/predict_internal.h"
 
 #include "data/synth/draw.h"
@@ -11,6 +12,7 @@
 #include "libtensor/io/mesh_io.h"
 #include "libtensor/io/ply.h"
 #include "tests/eval/tiny_model.h"
+#include "tests/io/avi.h"
 
 #include <ftw.h>
 #include <math.h>
@@ -495,6 +497,7 @@ static int remove_one(const char *path, const struct stat *s, int kind, struct F
 
 static void start(void)
 {
+    setenv("PALMAR_MODULES", MODULES, 1);
     arena = lt_arena_new();
     ck_assert(mkdtemp(folder));
     tiny_model_init(&tiny);
@@ -588,6 +591,42 @@ START_TEST(film_of_stills)
 }
 END_TEST
 
+#ifdef HAVE_OPENCV
+
+/* Each frame has results of its own; what is assumed is said once. */
+START_TEST(film_file)
+{
+    const char *const input[] = { in("clip.avi") };
+    const lt_image img = picture(false);
+    predict_summary sum;
+    cJSON *root;
+
+    avi_write(arena, input[0], &img, 25, 3);
+    ck_assert_int_eq(predict((predict_options){ .object = "mug" }, 1, input, &sum), LT_OK);
+    ck_assert_msg(sum.written == 3 && sum.skipped == 0, "%d written, %d skipped: %s", sum.written, sum.skipped, said);
+    ck_assert(strstr(said, "clip.avi#1: no --hand-box") && !strstr(said, "clip.avi#2: no --hand-box"));
+    root = numbers("out/clip-000003.json");
+    ck_assert_str_eq(text(root, "image") + strlen(input[0]), "#3");
+    check_files("clip-000003", root);
+    cJSON_Delete(root);
+    ck_assert(!exists("out/clip-000004.json"));
+}
+END_TEST
+
+#endif
+
+START_TEST(film_that_is_none)
+{
+    const char *const input[] = { in("clip.mp4"), in("none.mp4") };
+    predict_summary sum;
+
+    write_bytes("clip.mp4", "this is no film", 15);
+    ck_assert_int_eq(predict((predict_options){ 0 }, 2, input, &sum), LT_EFORMAT);
+    ck_assert(sum.written == 0 && sum.skipped == 2);
+    ck_assert_msg(strstr(said, "clip.mp4: ") && strstr(said, "none.mp4: "), "%s", said);
+}
+END_TEST
+
 int main(void)
 {
     TCase *t = tcase_create("predict");
@@ -610,6 +649,10 @@ int main(void)
     tcase_add_test(t, depth_is_wrong);
     tcase_add_test(t, film);
     tcase_add_test(t, film_of_stills);
+#ifdef HAVE_OPENCV
+    tcase_add_test(t, film_file);
+#endif
+    tcase_add_test(t, film_that_is_none);
     suite_add_tcase(s, t);
     r = srunner_create(s);
     srunner_run_all(r, CK_NORMAL);
