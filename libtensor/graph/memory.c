@@ -357,21 +357,34 @@ static void bind_step(lt_plan *p, plan_step *s)
 
 /* ---- what lasts as long as the plan ---------------------------------------------------------------- */
 
-/* Results of the prologue stay between runs. */
-static bool allocate_constants(lt_plan *p)
+/* Places the results of the prologue one after the other from `at` on, or with NULL only measures: bytes. */
+static size_t place_constants(lt_plan *p, char *at)
 {
+    size_t bytes = 0;
+
     for (int i = 0; i < p->n_prologue; i++)
         for (int k = 0; k < p->prologue[i].node->n_out; k++) {
             lt_tensor *t = p->prologue[i].node->outs[k];
 
             if (p->tensor[t->id].root != t->id)
                 continue;
-            t->data = lt_arena_alloc(p->arena, lt_nbytes(t));
-            if (!t->data)
-                return false;
-            p->fixed_bytes += lt_nbytes(t);
+            if (at)
+                t->data = at + bytes;
+            bytes += (lt_nbytes(t) + LT_ALIGN - 1) & ~(size_t)(LT_ALIGN - 1);
         }
-    return true;
+    return bytes;
+}
+
+/* They stay between runs, and stand in one block: most of it is weights, which are then in huge pages. */
+static bool allocate_constants(lt_plan *p)
+{
+    char *all;
+
+    p->fixed_bytes = place_constants(p, NULL);
+    all = lt_arena_alloc(p->arena, p->fixed_bytes);
+    if (all)
+        place_constants(p, all);
+    return all;
 }
 
 /* One scratch area serves all steps: they run one after another. */
