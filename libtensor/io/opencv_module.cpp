@@ -7,6 +7,7 @@
 
 #include <climits>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <memory>
@@ -86,11 +87,16 @@ static int decode(const uint8_t *bytes, size_t n, lt_opencv_room room, void *ctx
 
 static const char NO_FILM[] = "not a film that can be read";
 
+/* Of OpenCV's readers those for files: the others look for cameras. FFmpeg would tell its troubles on stderr. */
 static void *film_open(const char *path, double *fps, char error[256])
 {
     std::unique_ptr<cv::VideoCapture> film;
     const int failed = guarded(error, NO_FILM, [&] {
-        film.reset(new cv::VideoCapture(path));
+        setenv("OPENCV_FFMPEG_DEBUG", "1", 0);
+        setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+        film.reset(new cv::VideoCapture(path, cv::CAP_FFMPEG));
+        if (!film->isOpened())
+            film->open(path, cv::CAP_OPENCV_MJPEG);
         *fps = film->isOpened() ? film->get(cv::CAP_PROP_FPS) : 0;
         return film->isOpened() ? 0 : refuse(error, NO_FILM);
     });
