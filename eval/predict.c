@@ -150,9 +150,9 @@ static lt_status predict_film(const predict_job *j, const predict_input *in)
     while (!st && more)
         st = predict_frame(j, film, smoother.dt > 0 ? &smoother : NULL, in, ++k, &more);
     lt_film_close(film);
-    if (k == 1 && (!st || only_this_image(st)))
-        return count(j, lt_error(LT_EFORMAT, "%s: a film without frames", in->path), true);
-    return st;
+    if (!st && k == 1)
+        st = lt_error(LT_EFORMAT, "%s: a film without frames", in->path);
+    return only_this_image(st) ? count(j, st, true) : st;       /* a frame of another size, say, ends this film alone */
 }
 
 static lt_status predict_all(const predict_job *j, const predict_list *list)
