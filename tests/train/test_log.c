@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What a run writes down: lines that can be read, torn ones cut off, spikes noticed; and progress off a terminal. */
+#define _GNU_SOURCE                     /* memmem */
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "train/log.h"
