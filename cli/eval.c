@@ -34,8 +34,8 @@ static const struct argp_option options[] = {
     { "filter", FILTER, "NAME", 0, "DexYCB: valid, every, hfl-net or hoisdf; default the run's", 0 },
     { "models", MODELS, "DIR", 0, "the objects' models; default in the dataset's folder, or beside it", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the embedded one", 0 },
-    { "out", 'o', "DIR", 0, "where the tables, scores, errors by sample, joint, object and sequence, and pictures go; default eval "
-      "in the run's folder", 0 },
+    { "out", 'o', "DIR", 0, "where the tables, scores, errors by sample, joint, object and sequence, and pictures go; "
+      "default eval in the run's folder", 0 },
     { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
       "pred.zip; DexYCB: .txt hand joints, .csv object poses, .json detections", 0 },
     { "pred", PRED, "FILE", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: .txt", 0 },

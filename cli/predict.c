@@ -26,8 +26,8 @@ static const struct argp_option options[] = {
     { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle; default none: no object pose", 0 },
     { "models", MODELS, "DIR", 0, "a dataset's models/ folder; default the embedded stand-ins", 0 },
     { "K", CAMERA, "FX,FY,CX,CY", 0, "the camera, pixels; default from EXIF, else a guess", 0 },
-    { "depth", DEPTH, "FILE|DIR", 0, "the image's depth, or a folder with NAME.png for NAME.jpg: as large as the image, "
-      "16 bits in millimetres or as HO3D packs it; default none", 0 },
+    { "depth", DEPTH, "FILE|DIR", 0, "the image's depth, or a folder with NAME.png for NAME.jpg and NAME-000001.png "
+      "for a film's first frame: as large as the image, 16 bits in millimetres or as HO3D packs it; default none", 0 },
     { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
       "object are lost; default unrelated images. A film says it by itself", 0 },
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },

@@ -2,8 +2,8 @@
 /* Image after image: open, solve, write; what cannot be read is named, skipped and counted. */
 #include "eval/predict_internal.h"
 
-#include "libtensor/io/film.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/film.h"
 
 #include <stdarg.h>
 #include <string.h>
@@ -109,12 +109,13 @@ static lt_status name_frame(lt_arena *arena, const predict_input *film, int k, p
         .path = lt_arena_printf(arena, "%s#%d", film->path, k), .frame = k,
         .name = lt_arena_printf(arena, "%s-%06d", film->name, k),
     };
-    if (out->name && film->depth)
-        out->depth = lt_path_join(arena, film->depth, lt_arena_printf(arena, "%s.png", out->name));
+    if (film->depth)
+        out->depth = lt_arena_printf(arena, "%s/%s-%06d.png", film->depth, film->name, k);
     return out->path && out->name && !film->depth == !out->depth ? LT_OK
                                                                  : lt_error(LT_ENOMEM, "%s: no memory", film->path);
 }
 
+/* *more: there was one, and there may be another. A film that cannot be read on ends alone. */
 static lt_status predict_frame(const predict_job *j, lt_film *film, predict_smoother *smoother, const predict_input *in,
                                int k, bool *more)
 {
@@ -124,7 +125,10 @@ static lt_status predict_frame(const predict_job *j, lt_film *film, predict_smoo
     lt_image img;
     lt_status st = arena ? lt_film_next(film, arena, &img, more) : lt_error(LT_ENOMEM, "%s: no memory", in->path);
 
-    if (!st && *more) {
+    *more = !st && *more;
+    if (st) {
+        st = count(j, st, only_this_image(st));
+    } else if (*more) {
         st = name_frame(arena, in, k, &frame);
         st = st ? st : predict_one(j, arena, smoother, &frame, &img, &unread);
         st = count(j, st, unread);
@@ -135,11 +139,11 @@ static lt_status predict_frame(const predict_job *j, lt_film *film, predict_smoo
 
 static lt_status predict_film(const predict_job *j, const predict_input *in)
 {
+    const int before = j->sum->written + j->sum->skipped;
     predict_smoother smoother = { 0 };
     bool more = true;
     lt_film *film;
     lt_status st = lt_film_open(in->path, &film);
-    int k = 0;
 
     if (st)
         return count(j, st, only_this_image(st) || st == LT_EIO);
@@ -147,12 +151,12 @@ static lt_status predict_film(const predict_job *j, const predict_input *in)
         smoother.dt = 1 / (j->o->fps > 0 ? j->o->fps : lt_film_fps(film));
     else
         predict_say(j->o, "%s: does not say its frames per second, so they are not smoothed; --fps does", in->path);
-    while (!st && more)
-        st = predict_frame(j, film, smoother.dt > 0 ? &smoother : NULL, in, ++k, &more);
+    for (int k = 1; !st && more; k++)
+        st = predict_frame(j, film, smoother.dt > 0 ? &smoother : NULL, in, k, &more);
     lt_film_close(film);
-    if (!st && k == 1)
-        st = lt_error(LT_EFORMAT, "%s: a film without frames", in->path);
-    return only_this_image(st) ? count(j, st, true) : st;       /* a frame of another size, say, ends this film alone */
+    if (st || j->sum->written + j->sum->skipped > before)
+        return st;
+    return count(j, lt_error(LT_EFORMAT, "%s: a film without frames", in->path), true);
 }
 
 static lt_status predict_all(const predict_job *j, const predict_list *list)

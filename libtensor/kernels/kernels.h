@@ -154,7 +154,6 @@ typedef struct lt_kernels {
     void (*axpy_in)(lt_real *y, lt_real s, const lt_real *x, int64_t step, size_t n);
     void (*axpy_out)(lt_real *y, int64_t step, lt_real s, const lt_real *x, size_t n);
 
-
     /* Activations. exp and erf are within 2 ulp of the exact value, sigmoid, silu and tanh 3 ulp
      * (where sigmoid and silu are below 1e-36 in size they may be anything as small), gelu
      * 3e-7 * max(|x|, 1e-3) absolute. */
