@@ -2,6 +2,7 @@
 /* The algorithm of a convolution, its packed weights, and its forward pass: of whole maps, or a part of one. */
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_turned.h"
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/winograd.h"
 
@@ -45,12 +46,21 @@ lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
 {
     if (conv_group_c(p) == 1)
         return LT_CONV_DEPTHWISE;
+    if (lt_turned_suits(p))
+        return LT_CONV_TURNED;
     return lt_winograd_suits(p) ? LT_CONV_WINOGRAD : LT_CONV_DIRECT;
 }
 
 int64_t lt_conv2d_packed(const lt_conv2d_params *p)
 {
-    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_packed(p->o, p->c) : conv_weight_count(p);
+    switch (lt_conv2d_algorithm(p)) {
+    case LT_CONV_TURNED:
+        return lt_turned_packed(p);
+    case LT_CONV_WINOGRAD:
+        return lt_winograd_packed(p->o, p->c);
+    default:
+        return conv_weight_count(p);
+    }
 }
 
 static void pack_groups(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
@@ -75,6 +85,9 @@ void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *
     case LT_CONV_DEPTHWISE:
         memcpy(packed, weights, (size_t)conv_weight_count(p) * sizeof(lt_real));
         break;
+    case LT_CONV_TURNED:
+        lt_turned_pack(p, weights, packed);
+        break;
     case LT_CONV_WINOGRAD:
         lt_winograd_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
         break;
@@ -91,6 +104,8 @@ size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
 
     if (conv_nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
         return 0;
+    if (lt_conv2d_algorithm(p) == LT_CONV_TURNED)
+        return lt_turned_work(p);
     if (lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD)
         return lt_winograd_work(p, p->o, p->c);
     conv_window_taps(&t, p);
@@ -129,7 +144,7 @@ static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt
 
 bool lt_conv2d_takes_gate(const lt_conv2d_params *p)
 {
-    return conv_pointwise(p) && p->groups == 1 && lt_conv2d_algorithm(p) == LT_CONV_DIRECT;
+    return conv_pointwise(p) && p->groups == 1 && lt_conv2d_algorithm(p) != LT_CONV_DEPTHWISE;
 }
 
 bool lt_conv2d_makes_mean(const lt_conv2d_params *p)
@@ -149,6 +164,9 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
         lt_depthwise_forward(p, x, packed, &e, y, around->mean);
+        break;
+    case LT_CONV_TURNED:
+        lt_turned_forward(p, x, packed, around, y, work);
         break;
     case LT_CONV_WINOGRAD:
         lt_winograd_run(p, p->o, p->c, x, packed, &e, y, work);
@@ -238,7 +256,7 @@ static void forward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x,
 bool lt_conv2d_takes_rect(const lt_conv2d_params *p)
 {
     return p->groups == 1 && p->stride_h == 1 && p->stride_w == 1
-           && lt_conv2d_algorithm(p) != LT_CONV_DEPTHWISE;
+           && lt_conv2d_algorithm(p) != LT_CONV_DEPTHWISE && lt_conv2d_algorithm(p) != LT_CONV_TURNED;
 }
 
 size_t lt_conv2d_rect_work(const lt_conv2d_params *p)

@@ -38,6 +38,7 @@ LT_API lt_rect lt_conv2d_all(const lt_conv2d_params *p);
 /* How a convolution is computed: a function of its shape alone. */
 typedef enum {
     LT_CONV_DIRECT,         /* a product, packed straight from the map */
+    LT_CONV_TURNED,         /* that product with channels in the lanes: libtensor/kernels/conv_turned.h */
     LT_CONV_WINOGRAD,       /* F(4x4, 3x3): libtensor/kernels/winograd.h */
     LT_CONV_DEPTHWISE,      /* one input channel for each group */
 } lt_conv_algorithm;
@@ -69,7 +70,7 @@ LT_API bool lt_conv2d_makes_mean(const lt_conv2d_params *p);
 /**
  * lt_conv2d_forward - y = act(conv(x gate) + bias + residual)
  *
- * work is lt_conv2d_forward_work(p) bytes, aligned to LT_ALIGN, contents indifferent. Direct: each y is one
+ * work is lt_conv2d_forward_work(p) bytes, aligned to LT_ALIGN, contents indifferent. Direct, turned: each y is one
  * chain of fused multiply-adds over (channel, ky, kx), zeros of the padding included, then bias, then
  * residual, then act. Depthwise: over (kx, ky). Winograd: within 4e-6 of the sum of the terms' sizes from that.
  */

@@ -213,6 +213,7 @@ void lt_conv2d_data_pack(const lt_conv2d_params *p, const lt_real *weights, lt_r
         lt_winograd_pack(weights, 9, p->c * 9, true, p->c, p->o, packed);
         break;
     case LT_CONV_DIRECT:
+    case LT_CONV_TURNED:
         each_class(p, pack_class, &(data_pass){ .weights = weights, .packed = packed });
         break;
     }
@@ -246,6 +247,7 @@ void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const
         data_winograd(p, dy, packed, add, dx, work);
         break;
     case LT_CONV_DIRECT:
+    case LT_CONV_TURNED:
         data_direct(p, &(data_pass){ .dy = dy, .packed = (lt_real *)packed, .dx = dx, .maps = work, .add = add });
         break;
     }

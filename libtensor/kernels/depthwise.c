@@ -51,7 +51,7 @@ static int64_t strip_height(const lt_depthwise *s)
 /* False for shapes that do not fit. */
 static bool plan_strips(lt_depthwise *s, const lt_conv2d_params *p)
 {
-    const bool close = p->kh == p->kw && p->stride_h == 1 && p->dil_h == 1 && p->dil_w == 1;
+    const bool close = p->kh == p->kw && p->dil_h == 1 && p->dil_w == 1;
 
     *s = (lt_depthwise){
         .h = p->h, .w = p->w, .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p), .step = p->stride_h,

@@ -83,15 +83,16 @@ typedef struct {
     const lt_tap *tap;
 } lt_conv_image;
 
-/* How a depthwise convolution goes over one map: by strips of `high` rows of the result. What such a strip
- * sees of the padded map, `reach` rows for each of its own, is dealt to step x step phases, where rows lie
- * `pitch` apart and tap t, in the order (kx, ky), is offset[t] from each element; its weight is weight[t]. */
+/* How a depthwise convolution goes over one map: by strips of `high` rows of the result. Unless `window` says that
+ * the kernel may read the map itself, what a strip sees of the padded map, `reach` rows for each of its own, is
+ * dealt to step x step phases, where rows lie `pitch` apart and tap t, in the order (kx, ky), is offset[t] from each
+ * element; its weight is weight[t]. */
 enum { LT_DEPTHWISE_TAPS = 121, LT_DEPTHWISE_STRIP = 6144, LT_DEPTHWISE_LANES = 16 };
 
 typedef struct {
     int64_t h, w, out_h, out_w;
     int step, pad_h, pad_w;     /* step 1 or 2 */
-    int window;                 /* 3 or 5: a square window that size, step and dilation 1; or 0 */
+    int window;                 /* 3 or 5: a square window that size, dilation 1; or 0 */
     int64_t reach, high, pitch, phase;
     int taps;
     int weight[LT_DEPTHWISE_TAPS];
@@ -287,6 +288,11 @@ typedef struct lt_kernels {
     void (*gemm_block)(lt_real *c, int64_t ldc, const lt_real *a, const lt_real *b, int64_t panel,
                        int64_t m, int64_t n, int64_t k, bool add, const lt_epilogue *e);
     void (*epilogue)(lt_real *c, int64_t ldc, int64_t m, int64_t n, const lt_epilogue *e);
+
+    /* gemm_rows: the same with one panel of B, n <= nr, and an A that is not packed: element (i, l) is
+     * a[l * lda + i]. What e says may be a col_bias and an activation. */
+    void (*gemm_rows)(lt_real *c, int64_t ldc, const lt_real *a, int64_t lda, const lt_real *b, int64_t m,
+                      int64_t n, int64_t k, bool add, const lt_epilogue *e);
 
     /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix
      * whose row is (channel, tap) and whose column is a position;

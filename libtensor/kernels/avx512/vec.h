@@ -19,6 +19,13 @@ INLINE vec v_load(const float *p) { return _mm512_loadu_ps(p); }
 INLINE void v_store(float *p, vec v) { _mm512_storeu_ps(p, v); }
 INLINE vec v_fma(vec a, vec b, vec c) { return _mm512_fmadd_ps(a, b, c); }
 
+/* v in a register: the compiler would load it again for each of its uses */
+INLINE vec v_keep(vec v)
+{
+    __asm__("" : "+v"(v));
+    return v;
+}
+
 INLINE vec v_relu(vec x) { return _mm512_max_ps(_mm512_setzero_ps(), x); }
 INLINE vec v_leaky_relu(vec x, float slope)
 {

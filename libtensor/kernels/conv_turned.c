@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/conv_turned.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv_internal.h"
+
+#include <string.h>
+
+enum {
+    MOST_ROWS = 98,             /* positions of a tile: seven panels of 14 */
+    MAPS = 64,                  /* that one task multiplies with their gates */
+    MOST_LANES = 64,            /* of any instruction set's panel */
+};
+
+static int64_t lanes(int64_t n, int64_t vector)
+{
+    return lt_ceil_div(n, vector) * vector;
+}
+
+/* By the vectors of AVX-512, whatever is in use: the choice shows in a profile. An eighth more lanes pay for the
+ * way back. */
+bool lt_turned_suits(const lt_conv2d_params *p)
+{
+    const int64_t n = p->h * p->w;
+
+    return conv_pointwise(p) && p->groups == 1 && n * lanes(p->o, 16) * 8 <= p->o * lanes(n, 32) * 7;
+}
+
+/* ---- weights: panels of channels, each [c][nr] ---- */
+
+int64_t lt_turned_packed(const lt_conv2d_params *p)
+{
+    return lt_product_packed_b(p->o, p->c);
+}
+
+typedef struct { const lt_conv2d_params *p; const lt_real *weights; lt_real *packed; } pack_job;
+
+static void pack_panel(void *ctx, int64_t panel)
+{
+    const pack_job *j = ctx;
+    const int64_t c = j->p->c, from = panel * lt_k->nr;
+
+    lt_k->pack_b(j->packed + from * c, j->weights + from * c, 1, c, c, lt_min_i64(lt_k->nr, j->p->o - from));
+}
+
+void lt_turned_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+{
+    lt_parallel_for(lt_ceil_div(p->o, lt_k->nr), pack_panel, &(pack_job){ p, weights, packed });
+}
+
+/* ---- forward ---- */
+
+typedef struct {
+    const lt_conv2d_params *p;
+    const lt_real *x, *packed;
+    const lt_conv2d_around *around;
+    lt_real *y, *gated;
+    int64_t positions;
+    int64_t rows, tiles;                /* positions of a tile; tiles of all images */
+} turned_job;
+
+size_t lt_turned_work(const lt_conv2d_params *p)
+{
+    return (size_t)(p->n * p->c * p->h * p->w) * sizeof(lt_real);
+}
+
+static void gate_maps(void *ctx, int64_t part)
+{
+    const turned_job *j = ctx;
+    const int64_t maps = j->p->n * j->p->c, n = j->positions;
+
+    for (int64_t i = part * MAPS; i < lt_min_i64(maps, (part + 1) * MAPS); i++)
+        lt_k->scale(j->gated + i * n, j->x + i * n, j->around->gate[i], (size_t)n);
+}
+
+/* One panel of channels at `rows` positions, [rows][nr]: the sums with their bias, and the activation unless a
+ * residual comes before it. */
+static void multiply(const turned_job *j, const lt_real *x, const lt_real *b, int64_t rows, int64_t n,
+                     const lt_epilogue *e, lt_real *tile)
+{
+    const int64_t c = j->p->c, blocks = lt_product_blocks(c);
+
+    for (int64_t i = 0; i < blocks; i++) {
+        const int64_t k0 = i * c / blocks, end = (i + 1) * c / blocks;
+
+        lt_k->gemm_rows(tile, lt_k->nr, x + k0 * j->positions, j->positions, b + k0 * lt_k->nr, rows, n, end - k0,
+                        i > 0, end == c ? e : NULL);
+    }
+}
+
+/* n channels of `rows` positions to their places in y, in rows again. */
+static void place(const turned_job *j, const lt_real *tile, int64_t rows, int64_t n, int64_t at)
+{
+    lt_epilogue e = { .ld_residual = j->positions, .act = j->around->act };
+    _Alignas(LT_ALIGN) lt_real turned[MOST_LANES * MOST_ROWS];
+
+    if (!j->around->residual) {
+        lt_k->turn(j->y + at, j->positions, tile, lt_k->nr, rows, n, false);
+        return;
+    }
+    e.residual = j->around->residual + at;
+    lt_k->turn(turned, rows, tile, lt_k->nr, rows, n, false);
+    lt_k->epilogue(turned, rows, n, rows, &e);
+    for (int64_t i = 0; i < n; i++)
+        memcpy(j->y + at + i * j->positions, turned + i * rows, (size_t)rows * sizeof(lt_real));
+}
+
+/* The tiles of one panel follow each other. */
+static void run_tile(void *ctx, int64_t task)
+{
+    const turned_job *j = ctx;
+    const lt_conv2d_params *p = j->p;
+    const lt_conv2d_around *around = j->around;
+    const int64_t tile = task % j->tiles, per_image = j->tiles / p->n, image = tile / per_image;
+    const int64_t from = tile % per_image * j->rows, rows = lt_min_i64(j->rows, j->positions - from);
+    const int64_t o = task / j->tiles * lt_k->nr, n = lt_min_i64(lt_k->nr, p->o - o);
+    const lt_epilogue e = { .col_bias = around->bias ? around->bias + o : NULL,
+                            .act = around->residual ? (lt_act){ LT_ACT_NONE, 0 } : around->act };
+    _Alignas(LT_ALIGN) lt_real sums[MOST_ROWS * MOST_LANES];
+
+    multiply(j, j->x + image * p->c * j->positions + from, j->packed + o * p->c, rows, n, &e, sums);
+    place(j, sums, rows, n, (image * p->o + o) * j->positions + from);
+}
+
+void lt_turned_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                       const lt_conv2d_around *around, lt_real *y, lt_real *work)
+{
+    enum { TASKS = 8 };
+    const int64_t positions = p->h * p->w, panels = lt_ceil_div(p->o, lt_k->nr);
+    const int64_t parts = lt_ceil_div(TASKS, panels * p->n);
+    turned_job j = { p, x, packed, around, y, work, positions, 0, 0 };
+
+    j.rows = lt_tile_size(positions, lt_max_i64(1, lt_min_i64(MOST_ROWS, lt_ceil_div(positions, parts))), 1);
+    j.tiles = lt_ceil_div(positions, j.rows) * p->n;
+    if (around->gate) {
+        lt_parallel_for(lt_ceil_div(p->n * p->c, MAPS), gate_maps, &j);
+        j.x = work;
+    }
+    lt_parallel_for(panels * j.tiles, run_tile, &j);
+}
