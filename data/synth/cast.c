@@ -13,15 +13,15 @@ typedef struct {
     const char *name;
     int train_subjects, new_subjects;
     int train_takes, evaluation_takes;
-    int cameras, frames;
+    int cameras, frames, rounds;
     int train_object[9], evaluation_object[4];      /* ends with 0 */
 } preset;
 
 static const preset presets[] = {
-    [SYNTH_TINY] = { "tiny", 2, 0, 4, 2, 1, 16, { 5, 9, 12 }, { 5, 9, 12 } },
-    [SYNTH_SMALL] = { "small", 3, 1, 38, 10, 1, 48, { 2, 5, 9, 12, 14 }, { 5, 9, 12, 11 } },
-    [SYNTH_DEMO] = { "demo", 3, 0, 1600, 60, 1, 2, { 5, 9, 12, 14 }, { 5, 9, 12 } },
-    [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
+    [SYNTH_TINY] = { "tiny", 2, 0, 4, 2, 1, 16, 1, { 5, 9, 12 }, { 5, 9, 12 } },
+    [SYNTH_SMALL] = { "small", 3, 1, 38, 10, 1, 48, 24, { 2, 5, 9, 12, 14 }, { 5, 9, 12, 11 } },
+    [SYNTH_DEMO] = { "demo", 3, 0, 1600, 60, 1, 2, 1, { 5, 9, 12, 14 }, { 5, 9, 12 } },
+    [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, 1, { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
 };
 
 static const struct { int id; const char *letters; } initials[] = {
@@ -93,8 +93,10 @@ static lt_status deal_frames(const preset *p, int frames, synth_cast *c)
     if (each < 1 || each + 1 > MAX_FRAMES)
         return lt_error(LT_EINVAL, "%d frames: preset %s has %d sequences, and each needs 1 to %d frames",
                         all, p->name, sequences, MAX_FRAMES - 1);
-    for (int i = 0; i < c->n_takes; i++)
+    for (int i = 0; i < c->n_takes; i++) {
         c->take[i].frames = each + (i < more);
+        c->take[i].rounds = lt_min_i64(p->rounds, c->take[i].frames);
+    }
     return LT_OK;
 }
 

@@ -17,6 +17,7 @@ typedef struct {
     int subject;
     int object;                     /* 1..21 */
     int frames;                     /* that each camera keeps */
+    int rounds;                     /* how often the object is taken, with a grasp of its own each time */
     bool evaluation;
     bool left;                      /* DexYCB: a left hand */
     int other[SYNTH_MAX_OTHERS], n_others;      /* DexYCB: 1..21, what else is on the table */

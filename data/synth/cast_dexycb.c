@@ -53,7 +53,7 @@ static void add_subject(const preset *p, int subject, int frames, uint64_t seed,
     for (int i = 0; i < n * TRIALS; i++) {
         const int slot = i / TRIALS, trial = i % TRIALS;
         synth_take *t = &c->take[c->n_takes];
-        *t = (synth_take){ .subject = subject, .object = p->object[slot], .frames = frames,
+        *t = (synth_take){ .subject = subject, .object = p->object[slot], .frames = frames, .rounds = 1,
                            .evaluation = trial == TRIALS - 1, .left = (slot + trial + subject) % 2 };
         snprintf(t->base, sizeof(t->base), "202601%02d-subject-%02d/202601%02d_%06d", subject + 1, subject + 1,
                  subject + 1, 100000 + i);

@@ -237,31 +237,40 @@ static lt_status film_all(filming *f)
 }
 
 /* A grasp that can be taken from the table, where one of a few can; else the first. */
-static lt_status choose_grasp(lt_arena *arena, const run *r, const synth_subject *who, const synth_prop *what,
-                              uint64_t stream, synth_grasp *out)
+static lt_status choose_grasp(const synth_grasp_ctx *ctx, const synth_subject *who, const synth_prop *what,
+                              uint64_t seed, synth_grasp *out)
 {
-    const uint64_t seed = lt_rng_mix(lt_rng_mix(r->session.opt->seed, GRASP), stream);
-    synth_sequence_spec spec = { .object = &what->mesh };
-    synth_grasp_ctx *ctx;
     synth_grasp grasp;
-    lt_status st = synth_grasp_ctx_new(arena, what->id, &what->mesh, &what->sdf, r->session.hand, who->beta, &ctx);
+    synth_sequence_spec spec = { .grasp = &grasp, .object = &what->mesh };
 
-    if (!st && what->mirrored)
-        synth_grasp_ctx_mirror(ctx);
     memcpy(spec.rest_wrist, who->rest_wrist, sizeof(spec.rest_wrist));
-    spec.grasp = &grasp;
-    for (int i = 0; !st && i < GRASPS; i++) {
-        st = synth_grasp_sample(ctx, lt_rng_mix(seed, (uint64_t)i), NULL, &grasp);
+    for (int i = 0; i < GRASPS; i++) {
+        const lt_status st = synth_grasp_sample(ctx, lt_rng_mix(seed, (uint64_t)i), NULL, &grasp);
         if (st)
-            break;
+            return lt_error_prefix(st, "%s", what->name);
         if (i == 0)
             *out = grasp;
         if (synth_fits_table(&spec)) {
             *out = grasp;
-            break;
+            return LT_OK;
         }
     }
-    return st ? lt_error_prefix(st, "%s", what->name) : LT_OK;
+    return LT_OK;
+}
+
+/* One grasp for each round of a take. */
+static lt_status choose_grasps(lt_arena *arena, const run *r, const synth_subject *who, const synth_prop *what,
+                               uint64_t stream, int n, synth_grasp *out)
+{
+    const uint64_t seed = lt_rng_mix(r->session.opt->seed, GRASP);
+    synth_grasp_ctx *ctx;
+    lt_status st = synth_grasp_ctx_new(arena, what->id, &what->mesh, &what->sdf, r->session.hand, who->beta, &ctx);
+
+    if (!st && what->mirrored)
+        synth_grasp_ctx_mirror(ctx);
+    for (int i = 0; !st && i < n; i++)
+        st = choose_grasp(ctx, who, what, lt_rng_mix(seed, synth_round_stream(stream, i)), &out[i]);
+    return st;
 }
 
 static const synth_prop *find_prop(const run *r, const synth_take *take, int object)
@@ -299,12 +308,12 @@ static lt_status prepare(filming *f)
     lt_status st;
 
     f->arena = lt_arena_new();
-    grasp = f->arena ? lt_arena_alloc(f->arena, sizeof(*grasp)) : NULL;
-    st = grasp ? choose_grasp(f->arena, r, who, what, stream, grasp)
+    grasp = f->arena ? lt_arena_array(f->arena, (size_t)take->rounds, sizeof(*grasp)) : NULL;
+    st = grasp ? choose_grasps(f->arena, r, who, what, stream, take->rounds, grasp)
                : lt_error(LT_ENOMEM, "synth: no memory for a take");
     if (!st)
-        st = synth_stage_new(f->arena, r->session.hand, who, what, grasp, take->frames, number, r->session.cast.n_cameras,
-                             &setting, r->session.opt->seed, stream, &f->stage);
+        st = synth_stage_new(f->arena, r->session.hand, who, what, grasp, take->rounds, take->frames, number,
+                             r->session.cast.n_cameras, &setting, r->session.opt->seed, stream, &f->stage);
     return st;
 }
 

@@ -5,7 +5,6 @@
  */
 #include "data/synth/sequence.h"
 
-#include "libtensor/base/rng.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <math.h>
@@ -374,5 +373,26 @@ lt_status synth_sequence_new(lt_arena *arena, const synth_sequence_spec *spec, s
         return lt_error(LT_ENOMEM, "synth: no memory for a sequence of %d moments", p.n_moments);
     fill(&p, moment);
     *out = (synth_sequence){ .n = p.n_moments, .moment = moment, .held = held };
+    return LT_OK;
+}
+
+lt_status synth_sequence_join(lt_arena *arena, const synth_sequence *part, int n, synth_sequence *out)
+{
+    synth_sequence all = { .held = true };
+    synth_moment *moment;
+
+    for (int i = 0; i < n; i++)
+        all.n += part[i].n;
+    all.moment = moment = lt_arena_array(arena, (size_t)all.n, sizeof(*moment));
+    if (!moment)
+        return lt_error(LT_ENOMEM, "synth: no memory for a sequence of %d moments", all.n);
+    for (int i = 0; i < n; i++) {
+        all.held = all.held && part[i].held;
+        for (int t = 0; t < part[i].n; t++, moment++) {
+            *moment = part[i].moment[t];
+            moment->round = i;
+        }
+    }
+    *out = all;
     return LT_OK;
 }

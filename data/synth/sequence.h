@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A hand that reaches for an object, takes it, turns it about in the air and puts it back: poses of both at
- * 30 frames a second, smooth enough for a camera to follow.
+ * A hand that reaches for an object, takes it, turns it about in the air and puts it back, once or several
+ * times: poses of both at 30 frames a second, smooth enough for a camera to follow.
  *
  * World axes are the room's: z up, the table's top at z = 0, the action above the origin; metres.
  */
@@ -9,6 +9,7 @@
 #define DATA_SYNTH_SEQUENCE_H
 
 #include "data/synth/grasp.h"
+#include "libtensor/base/rng.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -21,6 +22,7 @@ typedef enum {
 /* One thirtieth of a second. */
 typedef struct {
     synth_phase phase;
+    int round;                              /* which time the object is taken: 0, 1 ... */
     double R_hand[9], wrist[3];             /* the root joint's rotation and place in the world */
     double fingers[45];                     /* axis-angle, joints 1 .. 15 */
     double R_obj[9], t_obj[3];              /* x_world = R x_model + t */
@@ -51,6 +53,19 @@ typedef struct {
  * The moments live in the arena. Errors: LT_ENOMEM.
  */
 lt_status synth_sequence_new(lt_arena *arena, const synth_sequence_spec *spec, synth_sequence *out);
+
+/**
+ * synth_sequence_join - n sequences one after the other, as rounds of one: the camera rests between them
+ *
+ * The moments live in the arena. Errors: LT_ENOMEM.
+ */
+lt_status synth_sequence_join(lt_arena *arena, const synth_sequence *part, int n, synth_sequence *out);
+
+/* synth_round_stream - what round i of a take draws from, where round 0 draws from `stream` */
+static inline uint64_t synth_round_stream(uint64_t stream, int i)
+{
+    return i ? lt_rng_mix(stream, (uint64_t)i) : stream;
+}
 
 /* synth_fits_table - whether the grasp can be taken while the object stands: hand and forearm stay above
  * the table */

@@ -191,20 +191,33 @@ static void place_cameras(const synth_sight *sight, const synth_setting *setting
         s->sensor[c] = synth_sensor_random(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SENSOR), (uint64_t)c));
 }
 
+/* The object taken with one grasp after the other. */
+static lt_status move(lt_arena *arena, synth_stage *s, const synth_grasp *grasp, int n)
+{
+    synth_sequence *round = lt_arena_array(arena, (size_t)n, sizeof(*round));
+    lt_status st = round ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for a take");
+
+    for (int i = 0; !st && i < n; i++) {
+        synth_sequence_spec spec = { .grasp = &grasp[i], .object = &s->prop->mesh,
+                                     .min_moments = (int)lt_ceil_div(s->n_kept, n), .seed = s->seed,
+                                     .stream = synth_round_stream(lt_rng_mix(s->stream, MOTION), i) };
+        memcpy(spec.rest_wrist, s->subject->rest_wrist, sizeof(spec.rest_wrist));
+        st = synth_sequence_new(arena, &spec, &round[i]);
+    }
+    return st ? st : synth_sequence_join(arena, round, n, &s->sequence);
+}
+
 lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
-                          const synth_prop *prop, const synth_grasp *grasp, int n_frames, int number,
+                          const synth_prop *prop, const synth_grasp *grasp, int n_grasps, int n_frames, int number,
                           int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream, synth_stage *out)
 {
-    synth_sequence_spec spec = { .grasp = grasp, .object = &prop->mesh, .min_moments = n_frames,
-                                 .seed = seed, .stream = lt_rng_mix(stream, MOTION) };
     synth_stage s = { .hand = hand, .subject = subject, .prop = prop, .n_kept = n_frames,
                       .n_cameras = n_cameras, .depth_unit = setting->depth_unit, .seed = seed, .stream = stream };
     synth_sight *sight;
     synth_room *room = NULL;
     lt_status st;
 
-    memcpy(spec.rest_wrist, subject->rest_wrist, sizeof(spec.rest_wrist));
-    st = synth_sequence_new(arena, &spec, &s.sequence);
+    st = move(arena, &s, grasp, n_grasps);
     if (st)
         return st;
     s.kept = choose_moments(arena, s.sequence.n, n_frames);
@@ -335,12 +348,18 @@ static void wrist_pixel(const synth_stage *s, int camera, const synth_moment *m,
     lt_camera_project(&cam, p, uv);
 }
 
+static bool same_round(const synth_stage *s, int a, int b)
+{
+    return b >= 0 && b < s->sequence.n && s->sequence.moment[a].round == s->sequence.moment[b].round;
+}
+
 /* How far the wrist moves in the picture while the shutter is open. */
 static void smear(const synth_stage *s, int camera, int moment, float out[2])
 {
     lt_rng rng = lt_rng_make(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SHUTTER), (uint64_t)camera));
     const double open = lt_rng_range(&rng, 0.008, 0.016) * FRAMES_PER_SECOND;
-    const int before = moment > 0 ? moment - 1 : 0, after = moment < s->sequence.n - 1 ? moment + 1 : moment;
+    const int before = same_round(s, moment, moment - 1) ? moment - 1 : moment;
+    const int after = same_round(s, moment, moment + 1) ? moment + 1 : moment;
     double a[2], b[2];
 
     wrist_pixel(s, camera, &s->sequence.moment[before], a);

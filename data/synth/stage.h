@@ -73,7 +73,8 @@ typedef struct {
 /**
  * synth_stage_new - a take of a subject with a prop
  *
- *   grasp        in the prop's frame, for this subject's hand
+ *   grasp        n_grasps in the prop's frame, for this subject's hand: the object is taken with one after the
+ *                other
  *   n_frames     to keep, spread evenly over the motion
  *   number       of the take in its dataset
  *   setting      of its layout
@@ -82,7 +83,7 @@ typedef struct {
  * A function of its arguments. Errors: LT_ENOMEM.
  */
 lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
-                          const synth_prop *prop, const synth_grasp *grasp, int n_frames, int number,
+                          const synth_prop *prop, const synth_grasp *grasp, int n_grasps, int n_frames, int number,
                           int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream, synth_stage *out);
 
 /* synth_stage_pose - the hand at a moment, in the world */

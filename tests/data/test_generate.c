@@ -312,7 +312,7 @@ static void film(shot *s)
     ok(synth_prop_new(arena, 9, false, 3, &s->prop));
     ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     ok(synth_grasp_sample(ctx, 5, NULL, &grasp));
-    ok(synth_stage_new(arena, hand, &s->subject, &s->prop, &grasp, FRAMES, 0, 1,
+    ok(synth_stage_new(arena, hand, &s->subject, &s->prop, &grasp, 1, FRAMES, 0, 1,
                        &(synth_setting){ .depth_unit = HO3D_DEPTH_UNIT }, 3, 4, &s->stage));
     s->frame = synth_frame_new(W, H);
     s->depth = lt_arena_array(arena, (size_t)W * H, sizeof(float));

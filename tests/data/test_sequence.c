@@ -100,6 +100,24 @@ START_TEST(motion_is_as_long_as_asked)
 }
 END_TEST
 
+START_TEST(rounds_follow_each_other)
+{
+    const synth_sequence part[2] = { make(3, 48), make(4, 60) };
+    synth_sequence all;
+
+    ok(synth_sequence_join(arena, part, 2, &all));
+    ck_assert_int_eq(all.n, part[0].n + part[1].n);
+    ck_assert_int_eq(all.held, part[0].held);
+    for (int t = 0; t < all.n; t++) {
+        const int round = t >= part[0].n;
+        synth_moment want = part[round].moment[t - round * part[0].n];
+
+        want.round = round;
+        ck_assert_mem_eq(&all.moment[t], &want, sizeof(want));
+    }
+}
+END_TEST
+
 /* The wrist stays where the grasp has it, but for the slip, as long as the object is handled. */
 START_TEST(held_things_move_with_the_hand)
 {
@@ -215,6 +233,7 @@ START_TEST(casts)
         ok(synth_cast_plan((synth_preset)p, 0, &c));
         ck_assert_int_eq(c.n_takes * c.n_cameras, sequences[p]);
         for (int i = 0; i < c.n_takes; i++) {
+            ck_assert_int_eq(c.take[i].rounds, p == SYNTH_SMALL ? 24 : 1);
             all += c.take[i].frames * c.n_cameras;
             ck_assert(c.take[i].subject < c.n_subjects);
             ck_assert(c.take[i].evaluation || c.take[i].object != 11);  /* the pitcher is never trained on */
@@ -228,6 +247,8 @@ START_TEST(casts)
     ok(synth_cast_plan(SYNTH_TINY, 14, &c));
     ck_assert_int_eq(c.take[0].frames, 3);
     ck_assert_int_eq(c.take[5].frames, 2);
+    ok(synth_cast_plan(SYNTH_SMALL, 96, &c));
+    ck_assert_int_eq(c.take[0].rounds, 2);                  /* no more than frames */
     ck_assert_int_eq(synth_cast_plan(SYNTH_TINY, 5, &c), LT_EINVAL);
     ck_assert_str_eq(lt_last_error(), "5 frames: preset tiny has 6 sequences, and each needs 1 to 199 frames");
 }
@@ -256,6 +277,7 @@ int main(void)
     suite_add_tcase(s, c);
     tcase_add_loop_test(c, motion_keeps_its_limits, 0, 2);
     tcase_add_test(c, motion_is_as_long_as_asked);
+    tcase_add_test(c, rounds_follow_each_other);
     tcase_add_test(c, held_things_move_with_the_hand);
     tcase_add_test(c, objects_stand);
     tcase_add_test(c, views_see_the_hand);
