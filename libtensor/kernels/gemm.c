@@ -4,6 +4,9 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/product.h"
 
+/* Rows that lie such a multiple apart share one set of the cache, which does not hold a panel's. */
+enum { ALIASED = 1024 };
+
 /* Operand i of a batch, element (row, col): base[i * step + row * row_step + col * col_step] */
 typedef struct { const lt_real *base; int64_t row, col, step; } operand;
 
@@ -137,5 +140,9 @@ void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const lt_real 
         .m = m, .n = n, .batch = 1,
     };
 
+    if (!ta && lda % ALIASED) {
+        j.product.rows = a;
+        j.product.ld_rows = lda;
+    }
     run(&j);
 }

@@ -289,6 +289,10 @@ typedef struct lt_kernels {
                        int64_t m, int64_t n, int64_t k, bool add, const lt_epilogue *e);
     void (*epilogue)(lt_real *c, int64_t ldc, int64_t m, int64_t n, const lt_epilogue *e);
 
+    /* gemm_plain: the same with an A that is not packed: element (i, l) is a[i * lda + l] */
+    void (*gemm_plain)(lt_real *c, int64_t ldc, const lt_real *a, int64_t lda, const lt_real *b, int64_t panel,
+                       int64_t m, int64_t n, int64_t k, bool add, const lt_epilogue *e);
+
     /* gemm_rows: the same with one panel of B, n <= nr, and an A that is not packed: element (i, l) is
      * a[l * lda + i]. What e says may be a col_bias and an activation. */
     void (*gemm_rows)(lt_real *c, int64_t ldc, const lt_real *a, int64_t lda, const lt_real *b, int64_t m,

@@ -52,17 +52,21 @@ static lt_epilogue epilogue_of(const lt_product *p, const lt_tile *t, int64_t im
     return e;
 }
 
-/* The tile of one image, for k of the rows from k0 on. */
+/* The tile of one image, for k of the rows from k0 on; a: packed, unless A stays as it is. */
 static void multiply(const lt_product *p, const lt_tile *t, int64_t image, const lt_real *a,
                      const lt_real *b, int64_t k0, int64_t k)
 {
-    const bool last = k0 + k == p->k && p->e;
+    const bool last = k0 + k == p->k && p->e, add = p->add || k0 > 0;
+    lt_real *c = p->c + image * p->c_step;
     lt_epilogue e;
 
     if (last)
         e = epilogue_of(p, t, image);
-    lt_k->gemm_block(p->c + image * p->c_step, p->ldc, a, b, k * lt_k->nr, t->m, t->n, k, p->add || k0 > 0,
-                     last ? &e : NULL);
+    if (p->rows)
+        lt_k->gemm_plain(c, p->ldc, p->rows + t->m0 * p->ld_rows + k0, p->ld_rows, b, k * lt_k->nr, t->m, t->n, k, add,
+                         last ? &e : NULL);
+    else
+        lt_k->gemm_block(c, p->ldc, a, b, k * lt_k->nr, t->m, t->n, k, add, last ? &e : NULL);
 }
 
 /* One block of k, `columns` columns of B at a time. */
@@ -92,7 +96,7 @@ static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t 
     for (int64_t i = 0; i < n; i++) {
         const int64_t k0 = i * p->k / n, k = (i + 1) * p->k / n - k0;
 
-        if (!p->a)
+        if (!p->a && !p->rows)
             p->pack_a(p->ctx, a, t, k0, k);
         for (int64_t image = from; image < to; image++) {
             const lt_real *left = p->a ? p->a + t->m0 * p->k + k0 * t->m : a;

@@ -16,6 +16,8 @@ typedef struct { int64_t m0, m, n0, n; } lt_tile;
 typedef struct lt_product {
     int64_t k;
     const lt_real *a;           /* all of A as lt_product_pack_a left it; or NULL, then pack_a */
+    const lt_real *rows;        /* A as it is, with packed B only: element (i, l) is rows[i * ld_rows + l]; or NULL */
+    int64_t ld_rows;
     const lt_real *b;           /* all of B as lt_product_pack_b left it; or NULL, then pack_b */
     int64_t b_step;             /* between images in it; 0: they share one */
     const void *ctx;

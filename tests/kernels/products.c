@@ -16,6 +16,7 @@ typedef struct { int64_t m, n, k; } gemm_case;
 static const gemm_case gemms[] = {
     { 1, 1, 1 }, { 3, 5, 7 }, { 14, 32, 16 }, { 15, 33, 17 }, { 13, 31, 257 }, { 1, 100, 300 },
     { 100, 1, 300 }, { 64, 64, 0 }, { 67, 129, 513 }, { 300, 70, 40 }, { 130, 800, 30 }, { 29, 47, 1000 },
+    { 31, 45, 1024 },
 };
 
 /* One chain of multiply-adds per element, in the order of k. */
@@ -52,6 +53,27 @@ static void check_gemm(const gemm_case *g, lt_trans ta, lt_trans tb, bool add, b
     free_array(a), free_array(b), free_array(want), free_array(got);
 }
 
+/* Packed weights give what the same product without gives, with all that may follow it. */
+static void check_packed(const gemm_case *g, lt_trans ta, lt_trans tb)
+{
+    const size_t size = (size_t)(g->m * g->n);
+    const int64_t lda = ta ? g->m : g->k, ldb = tb ? g->k : g->n;
+    float *a = random_array((size_t)(g->m * g->k), 1), *b = random_array((size_t)(g->k * g->n), 2);
+    float *bias = random_array((size_t)g->n, 4), *residual = random_array(size, 5);
+    float *packed = guarded_array((size_t)lt_gemm_packed_count(g->n, g->k));
+    float *want = guarded_array(size), *got = guarded_array(size);
+    const lt_epilogue e = {
+        .col_bias = bias, .residual = residual, .ld_residual = g->n, .act = { LT_ACT_GELU, 0 },
+    };
+
+    lt_gemm_pack(tb, g->n, g->k, b, ldb, packed);
+    lt_gemm(ta, tb, g->m, g->n, g->k, a, lda, b, ldb, false, want, g->n, &e);
+    lt_gemm_packed(ta, g->m, g->n, g->k, a, lda, packed, false, got, g->n, &e);
+    expect_bits(got, want, size, "gemm_packed %dx%dx%d trans %d %d", (int)g->m, (int)g->n, (int)g->k, ta, tb);
+    free_array(a), free_array(b), free_array(bias), free_array(residual), free_array(packed);
+    free_array(want), free_array(got);
+}
+
 static void check_batch(int64_t a_step, int64_t b_step)
 {
     const gemm_case g = { 20, 37, 19 };
@@ -74,6 +96,9 @@ void check_gemms(bool plainly)
         for (int how = 0; how < 8; how++)
             check_gemm(&gemms[i], how & 1 ? LT_TRANS : LT_NO_TRANS, how & 2 ? LT_TRANS : LT_NO_TRANS,
                        how & 4, plainly);
+    for (size_t i = 0; i < LT_COUNT(gemms); i++)
+        for (int how = 0; how < 4; how++)
+            check_packed(&gemms[i], how & 1 ? LT_TRANS : LT_NO_TRANS, how & 2 ? LT_TRANS : LT_NO_TRANS);
     check_batch(20 * 19, 19 * 37);
     check_batch(0, 19 * 37);
     check_batch(20 * 19, 0);
@@ -104,6 +129,10 @@ static const lt_conv2d_params convs[] = {
     { 1, 2, 90, 100, 2, 3, 3, 2, 2, 1, 1, 1, 1, 2 },
     { 1, 2, 14, 9, 2, 5, 5, 1, 1, 4, 4, 2, 2, 2 },
     { 1, 2, 3, 2100, 2, 3, 3, 1, 1, 1, 1, 1, 1, 2 },
+    { 1, 3, 40, 64, 20, 7, 7, 2, 2, 3, 3, 1, 1, 1 },      /* from here on: rows that end with vectors */
+    { 2, 5, 9, 48, 6, 5, 5, 1, 1, 2, 2, 1, 1, 1 },
+    { 1, 3, 20, 32, 5, 3, 3, 1, 1, 2, 2, 2, 2, 1 },
+    { 1, 4, 6, 16, 9, 3, 3, 2, 1, 1, 1, 1, 1, 1 },
     { 1, 300, 6, 5, 3, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 2, 40, 33, 70, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 9, 66, 4, 4, 131, 3, 3, 1, 1, 1, 1, 1, 1, 1 },      /* several images in a band of windows */

@@ -106,8 +106,10 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
     vec a[VL], b[VL];
 
 #pragma GCC unroll 16
-    for (int i = 0; i < VL; i++)
-        a[i] = _mm512_loadu_ps(x + (i < lanes ? i : 0) * col);
+    for (int i = 0; i < VL; i++) {
+        a[i] = _mm512_loadu_ps(x);
+        x += i + 1 < lanes ? col : 0;
+    }
 #pragma GCC unroll 16
     for (int i = 0; i < VL; i += 2) {
         b[i] = _mm512_unpacklo_ps(a[i], a[i + 1]);
