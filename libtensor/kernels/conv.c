@@ -46,6 +46,8 @@ lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
 {
     if (conv_group_c(p) == 1)
         return LT_CONV_DEPTHWISE;
+    if (lt_few_suits(p))
+        return LT_CONV_FEW;
     if (lt_turned_suits(p))
         return LT_CONV_TURNED;
     return lt_winograd_suits(p) ? LT_CONV_WINOGRAD : LT_CONV_DIRECT;
@@ -83,6 +85,7 @@ void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *
         return;
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
+    case LT_CONV_FEW:
         memcpy(packed, weights, (size_t)conv_weight_count(p) * sizeof(lt_real));
         break;
     case LT_CONV_TURNED:
@@ -102,12 +105,19 @@ size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
     conv_taps t;
     conv_job j;
 
-    if (conv_nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
+    if (conv_nothing(p))
         return 0;
-    if (lt_conv2d_algorithm(p) == LT_CONV_TURNED)
+    switch (lt_conv2d_algorithm(p)) {
+    case LT_CONV_DEPTHWISE:
+    case LT_CONV_FEW:
+        return 0;
+    case LT_CONV_TURNED:
         return lt_turned_work(p);
-    if (lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD)
+    case LT_CONV_WINOGRAD:
         return lt_winograd_work(p, p->o, p->c);
+    case LT_CONV_DIRECT:
+        break;
+    }
     conv_window_taps(&t, p);
     forward_job(&j, p, &t);
     return (size_t)(conv_job_shared(&j) * p->n) * sizeof(lt_real);
@@ -163,6 +173,7 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
         return;
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_DEPTHWISE:
+    case LT_CONV_FEW:
         lt_depthwise_forward(p, x, packed, &e, y, around->mean);
         break;
     case LT_CONV_TURNED:
@@ -255,8 +266,9 @@ static void forward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x,
 
 bool lt_conv2d_takes_rect(const lt_conv2d_params *p)
 {
-    return p->groups == 1 && p->stride_h == 1 && p->stride_w == 1
-           && lt_conv2d_algorithm(p) != LT_CONV_DEPTHWISE && lt_conv2d_algorithm(p) != LT_CONV_TURNED;
+    const lt_conv_algorithm a = lt_conv2d_algorithm(p);
+
+    return p->groups == 1 && p->stride_h == 1 && p->stride_w == 1 && (a == LT_CONV_DIRECT || a == LT_CONV_WINOGRAD);
 }
 
 size_t lt_conv2d_rect_work(const lt_conv2d_params *p)

@@ -41,6 +41,7 @@ typedef enum {
     LT_CONV_TURNED,         /* that product with channels in the lanes: libtensor/kernels/conv_turned.h */
     LT_CONV_WINOGRAD,       /* F(4x4, 3x3): libtensor/kernels/winograd.h */
     LT_CONV_DEPTHWISE,      /* one input channel for each group */
+    LT_CONV_FEW,            /* hardly any outputs: maps go one by one, as in a depthwise convolution */
 } lt_conv_algorithm;
 
 LT_API lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p);
@@ -72,7 +73,7 @@ LT_API bool lt_conv2d_makes_mean(const lt_conv2d_params *p);
  *
  * work is lt_conv2d_forward_work(p) bytes, aligned to LT_ALIGN, contents indifferent. Direct, turned: each y is one
  * chain of fused multiply-adds over (channel, ky, kx), zeros of the padding included, then bias, then
- * residual, then act. Depthwise: over (kx, ky). Winograd: within 4e-6 of the sum of the terms' sizes from that.
+ * residual, then act. Depthwise, few: over (channel, kx, ky). Winograd: within 4e-6 of the sum of the terms' sizes from that.
  */
 LT_API size_t lt_conv2d_forward_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,

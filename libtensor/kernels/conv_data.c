@@ -214,6 +214,7 @@ void lt_conv2d_data_pack(const lt_conv2d_params *p, const lt_real *weights, lt_r
         break;
     case LT_CONV_DIRECT:
     case LT_CONV_TURNED:
+    case LT_CONV_FEW:
         each_class(p, pack_class, &(data_pass){ .weights = weights, .packed = packed });
         break;
     }
@@ -248,6 +249,7 @@ void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const
         break;
     case LT_CONV_DIRECT:
     case LT_CONV_TURNED:
+    case LT_CONV_FEW:
         data_direct(p, &(data_pass){ .dy = dy, .packed = (lt_real *)packed, .dx = dx, .maps = work, .add = add });
         break;
     }

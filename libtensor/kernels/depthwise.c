@@ -55,7 +55,7 @@ static bool plan_strips(lt_depthwise *s, const lt_conv2d_params *p)
 
     *s = (lt_depthwise){
         .h = p->h, .w = p->w, .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p), .step = p->stride_h,
-        .pad_h = p->pad_h, .pad_w = p->pad_w, .window = close && (p->kh == 3 || p->kh == 5) ? p->kh : 0,
+        .pad_h = p->pad_h, .pad_w = p->pad_w, .maps = 1, .window = close && (p->kh == 3 || p->kh == 5) ? p->kh : 0,
         .reach = (int64_t)p->dil_h * (p->kh - 1) + 1,
     };
     if (s->step > 2 || p->stride_w != s->step || p->kh * p->kw > LT_DEPTHWISE_TAPS)
@@ -80,12 +80,12 @@ static lt_epilogue plane_epilogue(const job *j, int64_t i)
 static void forward_strips(const job *j, int64_t i)
 {
     const lt_conv2d_params *p = j->p;
-    const int64_t o = i % p->o, c = o / (p->o / p->groups), out = j->out_h * j->out_w;
+    const int64_t o = i % p->o, c = o / (p->o / p->groups) * j->strips.maps, out = j->out_h * j->out_w;
     const lt_epilogue e = plane_epilogue(j, i);
     double sum;
 
     lt_k->depthwise(j->y + i * out, j->mean ? &sum : NULL, j->x + (i / p->o * p->c + c) * p->h * p->w,
-                    j->weights + o * p->kh * p->kw, &j->strips, &e);
+                    j->weights + o * j->strips.maps * p->kh * p->kw, &j->strips, &e);
     if (j->mean)
         j->mean[i] = (lt_real)(sum / (double)out);
 }
@@ -155,7 +155,7 @@ static void forward_rows(const job *j, int64_t i)
 
 static int64_t planes_of_task(const job *j)
 {
-    return lt_max_i64(1, TASK / (j->out_h * j->out_w * j->p->kh * j->p->kw));
+    return lt_max_i64(1, TASK / (j->out_h * j->out_w * j->p->kh * j->p->kw * (j->p->c / j->p->groups)));
 }
 
 static void forward_task(void *ctx, int64_t task)
@@ -174,8 +174,17 @@ void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
     j.in_strips = plan_strips(&j.strips, p);
+    j.strips.maps = p->c / p->groups;
     j.planes = planes_of_task(&j);
     lt_parallel_for(lt_ceil_div(p->n * p->o, j.planes), forward_task, &j);
+}
+
+bool lt_few_suits(const lt_conv2d_params *p)
+{
+    enum { FEW = 4 };
+    lt_depthwise s;
+
+    return p->groups == 1 && p->c > 1 && p->o <= FEW && plan_strips(&s, p) && s.window;
 }
 
 /* ---- gradient of x --------------------------------------------------------------------------------------- */

@@ -93,6 +93,7 @@ typedef struct {
     int64_t h, w, out_h, out_w;
     int step, pad_h, pad_w;     /* step 1 or 2 */
     int window;                 /* 3 or 5: a square window that size, dilation 1; or 0 */
+    int64_t maps;               /* that a result sums over: 1, but with a window */
     int64_t reach, high, pitch, phase;
     int taps;
     int weight[LT_DEPTHWISE_TAPS];
@@ -313,8 +314,8 @@ typedef struct lt_kernels {
      * and rounded up to whole vectors. */
     void (*window_sums)(lt_real *c, int64_t ldc, const lt_window *g, const lt_real *b, int64_t n, bool add);
 
-    /* depthwise: one map x (h, w) under one window w: y (out_h, out_w), then what e says, whose row_bias is
-     * one number. Each y is one chain of multiply-adds over (kx, ky), zeros of the padding included. *total,
+    /* depthwise: maps x (maps, h, w) under windows w (maps, taps): y (out_h, out_w), then what e says, whose row_bias
+     * is one number. Each y is one chain of multiply-adds over (map, kx, ky), zeros of the padding included. *total,
      * unless NULL, becomes the sum of y: by strips, each as sum has it. */
     void (*depthwise)(lt_real *y, double *total, const lt_real *x, const lt_real *w, const lt_depthwise *d,
                       const lt_epilogue *e);

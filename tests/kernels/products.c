@@ -150,6 +150,8 @@ static const lt_conv2d_params convs[] = {
     { 1, 2, 3, 4, 2, 5, 5, 2, 2, 4, 4, 1, 1, 2 },
     { 2, 3, 37, 50, 3, 3, 3, 2, 2, 0, 2, 1, 1, 3 },
     { 1, 2, 64, 67, 2, 3, 3, 1, 1, 3, 0, 1, 1, 2 },
+    { 2, 19, 28, 28, 1, 3, 3, 1, 1, 1, 1, 1, 1, 1 },      /* from here on: few outputs */
+    { 1, 7, 21, 37, 3, 5, 5, 2, 2, 2, 2, 1, 1, 1 },
     { 2, 32, 16, 16, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },     /* from here on: Winograd */
     { 3, 33, 12, 13, 47, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 270, 12, 14, 35, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
@@ -177,7 +179,7 @@ static void each_pair(const lt_conv2d_params *p, pair_fn fn, void *ctx)
         const int64_t col = i % ow, row = i / ow % oh, o = i / ow / oh % p->o, n = i / ow / oh / p->o;
 
         for (int64_t l = 0; l < cg * p->kh * p->kw; l++) {
-            const bool across = cg > 1;         /* depthwise goes down the window's columns */
+            const bool across = cg > 1 && lt_conv2d_algorithm(p) != LT_CONV_FEW;    /* else down the window's columns */
             const int64_t c = l / p->kw / p->kh, t = l % (p->kw * p->kh);
             const int64_t kx = across ? t % p->kw : t / p->kh, ky = across ? t / p->kw : t % p->kh;
             const int64_t y = row * p->stride_h + ky * p->dil_h - p->pad_h;
