@@ -3,6 +3,7 @@
 
 #include "data/open.h"
 #include "eval/bench.h"
+#include "eval/bop_score.h"
 #include "eval/claims.h"
 #include "eval/dexycb_files.h"
 #include "eval/evaluate.h"
@@ -38,7 +39,8 @@ static const struct argp_option options[] = {
       "default eval in the run's folder", 0 },
     { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
       "pred.zip; DexYCB: .txt hand joints, .csv object poses, .json detections", 0 },
-    { "pred", PRED, "FILE", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: .txt", 0 },
+    { "pred", PRED, "FILE", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: .txt "
+      "or .csv", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "max-pa-mpjpe", MIN_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
@@ -243,24 +245,49 @@ static lt_status score_ho3d(const eval_args *a, lt_arena *arena)
     return st || !out ? st : ho3d_write_scores(out, scores);
 }
 
-static lt_status score_dexycb(const eval_args *a)
+static lt_status score_hands(const eval_args *a, const dataset *d)
 {
     double scores[DEXYCB_SCORES];
+    const lt_status st = dexycb_score_hpe(d, a->pred, scores);
+
+    if (st)
+        return st;
+    fprintf(stderr, "Protocol: %s%s, split %s; %lld samples with a hand; pa: similarity per sample, reflections "
+            "allowed; pa_rigid: without\n", d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, (long long)d->count);
+    for (int i = 0; i < DEXYCB_SCORES; i++)
+        printf("%s: %f\n", dexycb_score_name((dexycb_score)i), scores[i]);
+    return LT_OK;
+}
+
+static lt_status score_objects(const eval_args *a, const dataset *d)
+{
+    bop_recall r;
+    const lt_status st = bop_score(d, a->pred, show_progress, NULL, &r);
+
+    if (st)
+        return st;
+    fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, grasped objects of %lld key frames, %lld of them estimated; VSD "
+            "delta 15 mm; symmetries by geometric class; diameter max_dist\n", d->synthetic ? "SYNTHETIC, " : "", d->kind,
+            d->split, (long long)r.targets, (long long)r.estimated);
+    printf("ar_vsd: %f\nar_mssd: %f\nar_mspd: %f\nar: %f\n", r.vsd, r.mssd, r.mspd, r.ar);
+    return LT_OK;
+}
+
+/* Object poses are asked for in every key frame, hand joints where a hand is annotated. */
+static lt_status score_dexycb(const eval_args *a)
+{
+    const size_t n = strlen(a->pred);
+    const bool poses = n >= 4 && !strcmp(a->pred + n - 4, ".csv");
     dataset *d = NULL;
     cli_hand hand;
     lt_status st = cli_hand_open(a->hand, NULL, &hand);
     const dataset_options o = { .root = a->data, .split = a->split, .models = a->models, .setup = a->setup,
-                                .filter = "valid", .hand = st ? NULL : hand.model };
+                                .filter = poses ? "every" : "valid", .hand = st ? NULL : hand.model };
 
     if (!st)
         st = dataset_open(&o, &d);
     if (!st)
-        st = dexycb_score_hpe(d, a->pred, scores);
-    if (!st)
-        fprintf(stderr, "Protocol: %s%s, split %s; %lld samples with a hand; pa: similarity per sample, reflections "
-                "allowed; pa_rigid: without\n", d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, (long long)d->count);
-    for (int i = 0; !st && i < DEXYCB_SCORES; i++)
-        printf("%s: %f\n", dexycb_score_name((dexycb_score)i), scores[i]);
+        st = poses ? score_objects(a, d) : score_hands(a, d);
     if (d)
         dataset_free(d);
     cli_hand_close(&hand);

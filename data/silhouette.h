@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The mask that a mesh covers in an image, hidden parts included.
+ * What a mesh covers in an image, hidden parts included, and how far away it is there.
  */
 #ifndef DATA_SILHOUETTE_H
 #define DATA_SILHOUETTE_H
@@ -25,6 +25,16 @@ extern "C" {
  */
 lt_status silhouette_draw(const lt_mesh *mesh, const float *R, const float *t, const lt_camera *cam,
                           uint8_t *mask, int width, int height, lt_arena *scratch);
+
+/**
+ * silhouette_depth - the depth of the posed mesh's nearest surface at each pixel's centre
+ *
+ *   depth          (height, width) metres along the optical axis, all written: 0 where no triangle is
+ *
+ * Otherwise as silhouette_draw.
+ */
+lt_status silhouette_depth(const lt_mesh *mesh, const float *R, const float *t, const lt_camera *cam,
+                           float *depth, int width, int height, lt_arena *scratch);
 
 #ifdef __cplusplus
 }

@@ -4,7 +4,7 @@
 
     cd tests/eval && ../../scripts/vectors/metrics.py
 
-writes ho3d_vectors.h, dexycb_vectors.h and object_vectors.h.
+writes ho3d_vectors.h, dexycb_vectors.h, object_vectors.h and vsd_vectors.h.
 
 Predictions are made by the same linear congruential generator here and in the tests, and rounded to float32.
 """
@@ -162,6 +162,29 @@ def objects(kind):
             norm(x.max(0) - x.min(0)), norm(x[:, None] - x[None]).max()]
 
 
+def vsd(kind):
+    """BOP's visible surface discrepancy for tau = 0.05 .. 0.5 of the diameter; some pixels measure nothing."""
+    draw = Lcg(300 + kind)
+    h, w, delta, diameter = 12, 16, 0.015, 0.2
+    g = 0.7 + 0.05 * draw(h * w).reshape(h, w)
+    e = g + [0.001, 0.01, 0.03, 0.08][kind] * draw(h * w).reshape(h, w)
+    measured = np.minimum(g, e) + 0.03 * draw(h * w).reshape(h, w)
+    for image in (g, e, measured):
+        image[draw(h * w).reshape(h, w) > 0.5] = 0
+    v, u = np.mgrid[:h, :w]
+    slant = np.sqrt(((u - 7.5) / 20) ** 2 + ((v - 5) / 21) ** 2 + 1)
+    g, e, measured = [slant * image.astype('f4').astype('f8') for image in (g, e, measured)]
+
+    def visible(surface):
+        return (surface > 0) & ((surface - measured <= delta) | (measured == 0))
+
+    seen_g = visible(g)
+    seen_e = visible(e) | (seen_g & (e > 0))
+    both, either = seen_g & seen_e, seen_g | seen_e
+    distance = np.abs(g - e)[both] / diameter
+    return [((distance >= t).sum() + either.sum() - both.sum()) / either.sum() for t in np.arange(1, 11) * 0.05]
+
+
 def table(path, what, name, rows):
     with open(path, 'w') as f:
         f.write('/* SPDX-License-Identifier: Apache-2.0 */\n')
@@ -179,3 +202,4 @@ table('dexycb_vectors.h', 'The scores of eval/dexycb_score.h for five sets of pr
       [dexycb(k) for k in range(5)])
 table('object_vectors.h', 'Errors of five object poses, in the order of test_object_pose.c', 'object_wanted',
       [objects(k) for k in range(5)])
+table('vsd_vectors.h', 'VSD of four pairs of depth images, tau 0.05 .. 0.5', 'vsd_wanted', [vsd(k) for k in range(4)])

@@ -267,6 +267,37 @@ START_TEST(silhouette_of_a_square)
 }
 END_TEST
 
+/* Two sheets, the nearer one tilted: its depth is that of the plane, seen through each pixel's centre. */
+START_TEST(depth_of_a_tilted_sheet)
+{
+    float vertex[8][3], depth[64 * 64];
+    int32_t face[4][3] = { { 4, 5, 6 }, { 4, 6, 7 }, { 0, 1, 2 }, { 0, 2, 3 } };
+    const lt_mesh mesh = { .n_vertices = 8, .n_faces = 4, .vertex = vertex, .face = face };
+    const float R[9] = { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, t[3] = { 0, 0, 0.5f };
+    const lt_camera cam = { 100, 100, 31.5, 31.5 };
+    lt_arena *arena = lt_arena_new();
+
+    for (int i = 0; i < 8; i++) {
+        vertex[i][0] = i % 4 == 0 || i % 4 == 3 ? -.1f : .1f;
+        vertex[i][1] = i % 4 < 2 ? -.1f : .1f;
+        vertex[i][2] = i < 4 ? 0.3f * vertex[i][0] : 0.2f;
+    }
+    ck_assert_int_eq(silhouette_depth(&mesh, R, t, &cam, depth, 64, 64, arena), LT_OK);
+    for (int y = 0; y < 64; y++)
+        for (int x = 0; x < 64; x++) {
+            const double plane = 0.5 / (1 - 0.3 * (x - cam.cx) / cam.fx), at = plane * (x - cam.cx) / cam.fx;
+            const double down = fabs(plane * (y - cam.cy) / cam.fy);
+            const double far = 0.7 * fmax(fabs(x - cam.cx), fabs(y - cam.cy)) / 100;
+            const bool near_sheet = fabs(at) < 0.0999 && down < 0.0999, beside = fabs(at) > 0.1001 || down > 0.1001;
+            if (near_sheet)
+                ck_assert_float_eq_tol(depth[y * 64 + x], (float)plane, 1e-6f);
+            else if (beside)
+                ck_assert_float_eq_tol(depth[y * 64 + x], far < 0.1 ? 0.7f : 0, 1e-6f);
+        }
+    lt_arena_free(arena);
+}
+END_TEST
+
 /* ---- colours ---- */
 
 enum { N = VECTOR_H * VECTOR_W };
@@ -352,6 +383,7 @@ int main(void)
     tcase_add_test(c, corners_and_units);
     tcase_add_test(c, mask_is_the_slow_way);
     tcase_add_test(c, silhouette_of_a_square);
+    tcase_add_test(c, depth_of_a_tilted_sheet);
     tcase_add_test(c, colours);
     tcase_add_test(c, nothing_changes_nothing);
     tcase_add_test(c, jitter_is_keyed_and_stays_in_range);

@@ -3,6 +3,7 @@
 #include "data/dexycb.h"
 #include "data/mirror.h"
 #include "data/synth/hand.h"
+#include "eval/bop_score.h"
 #include "eval/dexycb_files.h"
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
@@ -567,6 +568,64 @@ START_TEST(bop_file)
 }
 END_TEST
 
+static bop_recall recall(const dataset *d, const char *name)
+{
+    bop_recall r;
+
+    ok(bop_score(d, at(name), NULL, NULL, &r));
+    return r;
+}
+
+static void refuse(const dataset *d, const char *text, const char *why)
+{
+    bop_recall r;
+
+    text_file("bad.csv", text);
+    ck_assert_int_eq(bop_score(d, at("bad.csv"), NULL, NULL, &r), LT_EFORMAT);
+    ck_assert_msg(strstr(lt_last_error(), why) != NULL, "%s", lt_last_error());
+}
+
+/* What the labels say is right everywhere; an estimate that is missing, or no rigid pose, never is; and of two the
+ * better score counts. */
+START_TEST(bop_recalls)
+{
+    static const char first[] = "scene_id,im_id,obj_id,score,R,t,time\n";
+    char *text, *line, *worse;
+    bop_recall r;
+    dataset *d;
+    double n;
+
+    small_tree();
+    d = open_small(DEXYCB_EVERY);
+    write_results(d, at("bop.csv"));
+    r = recall(d, "bop.csv");
+    n = (double)r.targets;
+    ck_assert_int_gt(r.targets, 1);
+    ck_assert_int_eq(r.estimated, r.targets);
+    ck_assert(r.vsd == 1 && r.mssd == 1 && r.mspd == 1 && r.ar == 1);
+    text = text_of(at("bop.csv"));
+    line = strchr(text, '\n') + 1;
+    worse = lt_arena_printf(arena, "%s%d,%d,5,0.1,1 0 0 0 1 0 0 0 1,9 9 9,-1\n", text, atoi(line), atoi(strchr(line, ',') + 1));
+    text_file("worse.csv", worse);
+    ck_assert_double_eq(recall(d, "worse.csv").ar, 1);
+    text_file("one_less.csv", lt_arena_printf(arena, "%s%s", first, strchr(line, '\n') + 1));
+    r = recall(d, "one_less.csv");
+    ck_assert_int_eq(r.estimated, r.targets - 1);
+    ck_assert_double_eq_tol(r.ar, (n - 1) / n, 1e-12);
+    text_file("no_pose.csv", lt_arena_printf(arena, "%s%d,%d,5,1,0 0 0 0 0 0 0 0 0,0 0 1,-1\n%s", first, atoi(line),
+                                             atoi(strchr(line, ',') + 1), strchr(line, '\n') + 1));
+    r = recall(d, "no_pose.csv");
+    ck_assert_int_eq(r.estimated, r.targets);
+    ck_assert_double_eq_tol(r.mssd, (n - 1) / n, 1e-12);
+    refuse(d, "", "bad.csv: expected \"scene_id");
+    refuse(d, "index,x\n", "bad.csv: expected \"scene_id");
+    refuse(d, lt_arena_printf(arena, "%s0,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1\n", first), "bad.csv:2: expected ");
+    refuse(d, lt_arena_printf(arena, "%s0.5,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1\n", first), "bad.csv:2: expected ");
+    refuse(d, lt_arena_printf(arena, "%s0,0,5,nan,1 0 0 0 1 0 0 0 1,0 0 1,-1\n", first), "bad.csv:2: expected ");
+    dataset_free(d);
+}
+END_TEST
+
 START_TEST(coco_file)
 {
     const cJSON *item, *box;
@@ -787,6 +846,7 @@ int main(void)
     tcase_add_test(c, tips_of_the_toolkit);
     tcase_add_test(c, hpe_file);
     tcase_add_test(c, bop_file);
+    tcase_add_test(c, bop_recalls);
     tcase_add_test(c, coco_file);
     tcase_add_test(c, filters);
     tcase_add_test(c, hfl_test_box);

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * BOP's score of a file of object poses: average recalls by VSD, MSSD and MSPD, and their mean.
+ *
+ * Source: Hodan et al., BOP challenge 2019, as NVlabs/dex-ycb-toolkit's bop_eval.py calls it: VSD with delta 15 mm
+ * and tau 0.05 .. 0.5 of the diameter, correct below 0.05 .. 0.5; MSSD below 0.05 .. 0.5 of the diameter; MSPD below
+ * 5 .. 50 pixels of an image 640 wide.
+ */
+#ifndef EVAL_BOP_SCORE_H
+#define EVAL_BOP_SCORE_H
+
+#include "data/dexycb.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Shares of the targets. */
+typedef struct {
+    int64_t targets, estimated;     /* objects in the hand of key frames; those of them that the file has */
+    double vsd, mssd, mspd;
+    double ar;                      /* their mean */
+} bop_recall;
+
+/**
+ * bop_score - the recalls of a csv as dexycb_results_open writes it: metres, the model's own frame
+ *
+ *   d        a split, with the filter every; its models and depth images are read
+ *   progress may be NULL; false stops
+ *
+ * Targets are the objects in the hand ("grasp only"), all NaN without any. Of several estimates of a target the one
+ * with the best score counts; one that is not a rigid pose never hits. Symmetries are those of eval_symmetries, the
+ * diameter is the model's largest distance of two vertices. The same on any number of threads.
+ *
+ * Errors: another header, a line that is no estimate (with its number), a sample that cannot be read, LT_ESTOPPED.
+ */
+lt_status bop_score(const dataset *d, const char *path, bool (*progress)(void *ctx, int64_t done, int64_t total), void *ctx,
+                    bop_recall *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

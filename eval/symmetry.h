@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The turns that leave an object of BOP's list as it is, by the geometric class of data/ycb.h.
+ */
+#ifndef EVAL_SYMMETRY_H
+#define EVAL_SYMMETRY_H
+
+#include "data/ycb.h"
+#include "eval/object_pose.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Steps of a continuous symmetry, as BOP has it: ceil(pi / 0.01) */
+enum { EVAL_TURNS = 315 };
+
+/**
+ * eval_symmetries - model to model, the identity left out; their number
+ *
+ *   out      room for EVAL_TURNS
+ *
+ * 0 for what is not in EVAL_SYM_BOP. All turn about axes through the centre of the model's box.
+ */
+int eval_symmetries(const ycb_object *object, eval_pose *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
