@@ -167,7 +167,8 @@ static eval_pose true_pose(const dataset_sample *s)
     return p;
 }
 
-static lt_status draw(const dataset_object *o, const eval_pose *p, const dataset_sample *s, lt_arena *arena, float **out)
+static lt_status draw(const dataset_object *o, const eval_pose *p, const dataset_sample *s, lt_arena *arena,
+                      float **out)
 {
     float R[9], t[3];
 
@@ -285,8 +286,7 @@ static bop_recall recall_of(const totals *sum)
     return r;
 }
 
-lt_status bop_score(const dataset *d, const char *path, bool (*progress)(void *ctx, int64_t done, int64_t total), void *ctx,
-                    bop_recall *out)
+lt_status bop_score(const dataset *d, const char *path, bop_progress progress, void *ctx, bop_recall *out)
 {
     lt_arena *arena = lt_arena_new();
     target *some = arena ? lt_arena_array(arena, BLOCK, sizeof(*some)) : NULL;

@@ -22,11 +22,14 @@ typedef struct {
     double ar;                      /* their mean */
 } bop_recall;
 
+/* Called now and then; false stops. */
+typedef bool (*bop_progress)(void *ctx, int64_t done, int64_t total);
+
 /**
  * bop_score - the recalls of a csv as dexycb_results_open writes it: metres, the model's own frame
  *
  *   d        a split, with the filter every; its models and depth images are read
- *   progress may be NULL; false stops
+ *   progress may be NULL
  *
  * Targets are the objects in the hand ("grasp only"), all NaN without any. Of several estimates of a target the one
  * with the best score counts; one that is not a rigid pose never hits. Symmetries are those of eval_symmetries, the
@@ -34,8 +37,7 @@ typedef struct {
  *
  * Errors: another header, a line that is no estimate (with its number), a sample that cannot be read, LT_ESTOPPED.
  */
-lt_status bop_score(const dataset *d, const char *path, bool (*progress)(void *ctx, int64_t done, int64_t total), void *ctx,
-                    bop_recall *out);
+lt_status bop_score(const dataset *d, const char *path, bop_progress progress, void *ctx, bop_recall *out);
 
 #ifdef __cplusplus
 }

@@ -294,10 +294,10 @@ typedef struct lt_kernels {
     void (*gemm_plain)(lt_real *c, int64_t ldc, const lt_real *a, int64_t lda, const lt_real *b, int64_t panel,
                        int64_t m, int64_t n, int64_t k, bool add, const lt_epilogue *e);
 
-    /* gemm_rows: the same with one panel of B, n <= nr, and an A that is not packed: element (i, l) is
+    /* gemm_columns: the same with one panel of B, n <= nr, and an A that is not packed: element (i, l) is
      * a[l * lda + i]. What e says may be a col_bias and an activation. */
-    void (*gemm_rows)(lt_real *c, int64_t ldc, const lt_real *a, int64_t lda, const lt_real *b, int64_t m,
-                      int64_t n, int64_t k, bool add, const lt_epilogue *e);
+    void (*gemm_columns)(lt_real *c, int64_t ldc, const lt_real *a, int64_t lda, const lt_real *b, int64_t m,
+                         int64_t n, int64_t k, bool add, const lt_epilogue *e);
 
     /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix
      * whose row is (channel, tap) and whose column is a position;
