@@ -63,16 +63,14 @@ static void put_span(const canvas *out, const inverse_depth *d, int y, int x0, i
 {
     const size_t row = (size_t)y * (size_t)out->width;
 
-    for (int x = x0; x <= x1; x++) {
-        float *z = out->depth ? out->depth + row + x : NULL;
+    for (int x = x0; x <= x1 && out->mask; x++)
+        out->mask[row + (size_t)x] = 1;
+    for (int x = x0; x <= x1 && out->depth; x++) {
+        const double q = d->at + d->du * (x - d->u) + d->dv * (y - d->v);
+        const float here = (float)(1 / less(d->hi, greater(d->lo, q)));
+        float *z = &out->depth[row + (size_t)x];
 
-        if (z) {
-            const double q = d->at + d->du * (x - d->u) + d->dv * (y - d->v);
-            const float here = (float)(1 / less(d->hi, greater(d->lo, q)));
-            *z = *z == 0 || here < *z ? here : *z;
-        } else {
-            out->mask[row + (size_t)x] = 1;
-        }
+        *z = *z == 0 || here < *z ? here : *z;
     }
 }
 

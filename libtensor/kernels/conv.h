@@ -73,7 +73,8 @@ LT_API bool lt_conv2d_makes_mean(const lt_conv2d_params *p);
  *
  * work is lt_conv2d_forward_work(p) bytes, aligned to LT_ALIGN, contents indifferent. Direct, turned: each y is one
  * chain of fused multiply-adds over (channel, ky, kx), zeros of the padding included, then bias, then
- * residual, then act. Depthwise, few: over (channel, kx, ky). Winograd: within 4e-6 of the sum of the terms' sizes from that.
+ * residual, then act. Depthwise, few: over (channel, kx, ky). Winograd: within 4e-6 of the sum of the terms' sizes
+ * from that.
  */
 LT_API size_t lt_conv2d_forward_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,

@@ -83,8 +83,8 @@ static void multiply(const turned_job *j, const lt_real *x, const lt_real *b, in
     for (int64_t i = 0; i < blocks; i++) {
         const int64_t k0 = i * c / blocks, end = (i + 1) * c / blocks;
 
-        lt_k->gemm_columns(tile, lt_k->nr, x + k0 * j->positions, j->positions, b + k0 * lt_k->nr, rows, n, end - k0,
-                        i > 0, end == c ? e : NULL);
+        lt_k->gemm_columns(tile, lt_k->nr, x + k0 * j->positions, j->positions, b + k0 * lt_k->nr, rows, n,
+                           end - k0, i > 0, end == c ? e : NULL);
     }
 }
 

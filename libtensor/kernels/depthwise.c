@@ -184,7 +184,9 @@ bool lt_few_suits(const lt_conv2d_params *p)
     enum { FEW = 4 };
     lt_depthwise s;
 
-    return p->groups == 1 && p->c > 1 && p->o <= FEW && plan_strips(&s, p) && s.window;
+    if (p->groups > 1 || p->c < 2 || p->o > FEW || lt_conv2d_out_h(p) < 1 || lt_conv2d_out_w(p) < 1)
+        return false;
+    return plan_strips(&s, p) && s.window;
 }
 
 /* ---- gradient of x --------------------------------------------------------------------------------------- */
