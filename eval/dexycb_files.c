@@ -67,17 +67,18 @@ static void put(FILE *f, const char *before, double x)
 static void add_bop(FILE *f, const dexycb_result *r)
 {
     const int object = r->place.target[r->place.grasped];
+    eval_pose p = r->object;
 
     if (!r->place.keyframe || !r->has_object)
         return;
+    if (r->mirrored)
+        eval_pose_mirror(&p);
     fprintf(f, "%d,%d,%d", r->place.scene, r->place.image, object);
     put(f, ",", r->score);
-    for (int i = 0; i < 9; i++) {
-        const bool turned = r->mirrored && (i == 1 || i == 2 || i == 3 || i == 6);
-        put(f, i ? " " : ",", turned ? -r->object.R[i] : r->object.R[i]);
-    }
+    for (int i = 0; i < 9; i++)
+        put(f, i ? " " : ",", p.R[i]);
     for (int i = 0; i < 3; i++)
-        put(f, i ? " " : ",", r->mirrored && i == 0 ? -r->object.t[i] : r->object.t[i]);
+        put(f, i ? " " : ",", p.t[i]);
     put(f, ",", r->seconds);
     fputc('\n', f);
 }

@@ -144,17 +144,6 @@ static lt_status fit_mean(evaluation *e)
 
 /* ---- one batch ------------------------------------------------------------------------------------------ */
 
-static eval_pose pose_of(const float *R, const float *t)
-{
-    eval_pose p;
-
-    for (int i = 0; i < 9; i++)
-        p.R[i] = R[i];
-    for (int i = 0; i < 3; i++)
-        p.t[i] = t[i];
-    return p;
-}
-
 /* The mesh of the annotated pose, where the dataset has the pose instead of the mesh. */
 static void pose_vertices(const evaluation *e, const hand_object_batch *b, int s, float (*out)[3])
 {
@@ -184,7 +173,7 @@ static lt_status read_truth(evaluation *e, const hand_object_batch *b)
             memcpy(e->truth.vertices[s], b->vertices[s], sizeof(e->truth.vertices[s]));
         else
             pose_vertices(e, b, s, e->truth.vertices[s]);
-        e->truth.object[s] = pose_of(b->R + 9 * s, b->t + 3 * s);
+        e->truth.object[s] = eval_pose_of(b->R + 9 * s, b->t + 3 * s);
         eval_pose_of_model(&e->truth.object[s], b->flags[s] & SAMPLE_MIRRORED);
         e->flags[s] = b->flags[s];
         e->which[s] = b->object[s];

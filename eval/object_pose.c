@@ -15,6 +15,25 @@ void eval_pose_apply(const eval_pose *pose, int n, const double *x, double *out)
         lt_rigid_apply(pose->R, pose->t, x + 3 * i, out + 3 * i);
 }
 
+eval_pose eval_pose_of(const float R[9], const float t[3])
+{
+    eval_pose p;
+
+    for (int i = 0; i < 9; i++)
+        p.R[i] = R[i];
+    for (int i = 0; i < 3; i++)
+        p.t[i] = t[i];
+    return p;
+}
+
+void eval_pose_mirror(eval_pose *pose)
+{
+    for (int i = 0; i < 9; i++)
+        if ((i % 3 == 0) != (i / 3 == 0))
+            pose->R[i] = -pose->R[i];
+    pose->t[0] = -pose->t[0];
+}
+
 void eval_pose_of_model(eval_pose *pose, bool mirrored)
 {
     for (int i = 0; i < 9 && mirrored; i += 3)

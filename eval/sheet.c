@@ -49,10 +49,7 @@ static pose_drawing truth_of(const sheet_item *m, const int32_t (*faces)[3], eva
     if (faces)
         p.vertices = m->vertices ? m->vertices : s->flags & SAMPLE_VERTICES ? s->vertices : NULL;
     if (m->object && s->flags & SAMPLE_OBJECT) {
-        for (int k = 0; k < 9; k++)
-            pose->R[k] = s->R[k];
-        for (int k = 0; k < 3; k++)
-            pose->t[k] = s->t[k];
+        *pose = eval_pose_of(s->R, s->t);
         eval_pose_of_model(pose, s->flags & SAMPLE_MIRRORED);
         p.object = pose;
         p.control = m->object->control;
