@@ -44,7 +44,9 @@ static void forward_job(conv_job *j, const lt_conv2d_params *p, const conv_taps 
 
 lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
 {
-    if (conv_group_c(p) == 1)
+    enum { MANY = 8 };          /* outputs of one map: worth packing its windows */
+
+    if (conv_group_c(p) == 1 && conv_group_o(p) < MANY)
         return LT_CONV_DEPTHWISE;
     if (lt_few_suits(p))
         return LT_CONV_FEW;

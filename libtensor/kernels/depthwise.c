@@ -67,7 +67,7 @@ static bool plan_strips(lt_depthwise *s, const lt_conv2d_params *p)
     return s->high > 0;
 }
 
-/* The epilogue of output plane i. */
+/* The epilogue of output planes from i on, in one image. */
 static lt_epilogue plane_epilogue(const job *j, int64_t i)
 {
     lt_epilogue e = *j->e;
@@ -77,17 +77,21 @@ static lt_epilogue plane_epilogue(const job *j, int64_t i)
     return e;
 }
 
-static void forward_strips(const job *j, int64_t i)
+/* Output planes from i on, of one image; their number, below `end`: several where each has a map of its own */
+static int64_t forward_strips(const job *j, int64_t i, int64_t end)
 {
+    enum { TOGETHER = 64 };
     const lt_conv2d_params *p = j->p;
     const int64_t o = i % p->o, c = o / (p->o / p->groups) * j->strips.maps, out = j->out_h * j->out_w;
+    const int64_t most = p->o == p->groups ? lt_min_i64(TOGETHER, p->o - o) : 1, n = lt_min_i64(most, end - i);
     const lt_epilogue e = plane_epilogue(j, i);
-    double sum;
+    double sum[TOGETHER];
 
-    lt_k->depthwise(j->y + i * out, j->mean ? &sum : NULL, j->x + (i / p->o * p->c + c) * p->h * p->w,
-                    j->weights + o * j->strips.maps * p->kh * p->kw, &j->strips, &e);
-    if (j->mean)
-        j->mean[i] = (lt_real)(sum / (double)out);
+    lt_k->depthwise(j->y + i * out, j->mean ? sum : NULL, j->x + (i / p->o * p->c + c) * p->h * p->w,
+                    j->weights + o * j->strips.maps * p->kh * p->kw, &j->strips, &e, n);
+    for (int64_t k = 0; j->mean && k < n; k++)
+        j->mean[i + k] = (lt_real)(sum[k] / (double)out);
+    return n;
 }
 
 /* ---- row by row: any stride --------------------------------------------------------------------------- */
@@ -153,18 +157,25 @@ static void forward_rows(const job *j, int64_t i)
         j->mean[i] = (lt_real)(lt_k->sum(f.out, (size_t)out) / (double)out);
 }
 
+/* Where there are many, in whole vectors of them. */
 static int64_t planes_of_task(const job *j)
 {
-    return lt_max_i64(1, TASK / (j->out_h * j->out_w * j->p->kh * j->p->kw * (j->p->c / j->p->groups)));
+    enum { LANES = 16 };
+    const int64_t n = TASK / (j->out_h * j->out_w * j->p->kh * j->p->kw * (j->p->c / j->p->groups));
+
+    return n > LANES ? n / LANES * LANES : lt_max_i64(1, n);
 }
 
 static void forward_task(void *ctx, int64_t task)
 {
     const job *j = ctx;
     const int64_t end = lt_min_i64(j->p->n * j->p->o, (task + 1) * j->planes);
+    int64_t i = task * j->planes;
 
-    for (int64_t i = task * j->planes; i < end; i++)
-        (j->in_strips ? forward_strips : forward_rows)(j, i);
+    while (j->in_strips && i < end)
+        i += forward_strips(j, i, end);
+    for (; i < end; i++)
+        forward_rows(j, i);
 }
 
 void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
@@ -249,10 +260,10 @@ static void data_turned(void *ctx, lt_real *spaced, lt_real *result)
             dy = spaced;
         }
         if (!j->add && o == c * og) {
-            lt_k->depthwise(dx, NULL, dy, turned, &j->strips, &nothing);
+            lt_k->depthwise(dx, NULL, dy, turned, &j->strips, &nothing, 1);
             continue;
         }
-        lt_k->depthwise(result, NULL, dy, turned, &j->strips, &nothing);
+        lt_k->depthwise(result, NULL, dy, turned, &j->strips, &nothing, 1);
         lt_k->add_to(dx, result, (size_t)(p->h * p->w));
     }
 }

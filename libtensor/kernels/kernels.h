@@ -314,11 +314,12 @@ typedef struct lt_kernels {
      * and rounded up to whole vectors. */
     void (*window_sums)(lt_real *c, int64_t ldc, const lt_window *g, const lt_real *b, int64_t n, bool add);
 
-    /* depthwise: maps x (maps, h, w) under windows w (maps, taps): y (out_h, out_w), then what e says, whose row_bias
-     * is one number. Each y is one chain of multiply-adds over (map, kx, ky), zeros of the padding included. *total,
-     * unless NULL, becomes the sum of y: by strips, each as sum has it. */
+    /* depthwise: `count` results, result i of its own maps x (i, maps, h, w) under windows w (i, maps, taps):
+     * y (i, out_h, out_w), then what e says, whose row_bias has a number for each. Each y is one chain of multiply-adds
+     * over (map, kx, ky), the padding's zeros included or not. total[i], unless NULL, becomes the sum of y[i]: by
+     * strips, each as sum has it. */
     void (*depthwise)(lt_real *y, double *total, const lt_real *x, const lt_real *w, const lt_depthwise *d,
-                      const lt_epilogue *e);
+                      const lt_epilogue *e, int64_t count);
 
     /* depthwise_weights: sums[t * LT_DEPTHWISE_LANES + column % LT_DEPTHWISE_LANES] += dy times what tap t sees
      * of x, over a strip's positions by rows: one chain of multiply-adds a strip, and strips in double */

@@ -150,6 +150,14 @@ static const lt_conv2d_params convs[] = {
     { 1, 2, 3, 4, 2, 5, 5, 2, 2, 4, 4, 1, 1, 2 },
     { 2, 3, 37, 50, 3, 3, 3, 2, 2, 0, 2, 1, 1, 3 },
     { 1, 2, 64, 67, 2, 3, 3, 1, 1, 3, 0, 1, 1, 2 },
+    { 2, 35, 7, 7, 35, 5, 5, 1, 1, 2, 2, 1, 1, 35 },      /* small maps, in lanes */
+    { 1, 32, 7, 7, 32, 3, 3, 1, 1, 1, 1, 1, 1, 32 },
+    { 2, 48, 14, 14, 48, 5, 5, 2, 2, 2, 2, 1, 1, 48 },
+    { 1, 17, 9, 6, 17, 3, 3, 2, 2, 0, 1, 1, 1, 17 },
+    { 1, 16, 4, 4, 16, 3, 3, 1, 1, 1, 1, 1, 1, 16 },
+    { 1, 32, 16, 5, 32, 5, 5, 1, 1, 4, 2, 1, 1, 32 },
+    { 1, 16, 3, 3, 16, 3, 3, 1, 1, 1, 1, 1, 1, 16 },
+    { 2, 1, 20, 32, 12, 3, 3, 2, 2, 1, 1, 1, 1, 1 },      /* one map, many outputs */
     { 2, 19, 28, 28, 1, 3, 3, 1, 1, 1, 1, 1, 1, 1 },      /* from here on: few outputs */
     { 1, 7, 21, 37, 3, 5, 5, 2, 2, 2, 2, 1, 1, 1 },
     { 2, 32, 16, 16, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },     /* from here on: Winograd */
@@ -175,12 +183,13 @@ static void each_pair(const lt_conv2d_params *p, pair_fn fn, void *ctx)
 {
     const int64_t oh = lt_max_i64(0, lt_conv2d_out_h(p)), ow = lt_max_i64(0, lt_conv2d_out_w(p));
     const int64_t cg = p->c / p->groups;
+    const lt_conv_algorithm how = lt_conv2d_algorithm(p);
+    const bool across = how != LT_CONV_DEPTHWISE && how != LT_CONV_FEW;     /* else down the window's columns */
 
     for (int64_t i = 0; i < p->n * p->o * oh * ow; i++) {
         const int64_t col = i % ow, row = i / ow % oh, o = i / ow / oh % p->o, n = i / ow / oh / p->o;
 
         for (int64_t l = 0; l < cg * p->kh * p->kw; l++) {
-            const bool across = cg > 1 && lt_conv2d_algorithm(p) != LT_CONV_FEW;    /* else down the window's columns */
             const int64_t c = l / p->kw / p->kh, t = l % (p->kw * p->kh);
             const int64_t kx = across ? t % p->kw : t / p->kh, ky = across ? t / p->kw : t % p->kh;
             const int64_t y = row * p->stride_h + ky * p->dil_h - p->pad_h;
