@@ -2,6 +2,7 @@
 /* The algorithm of a convolution, its packed weights, and its forward pass: of whole maps, or a part of one. */
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_tapwise.h"
 #include "libtensor/kernels/conv_turned.h"
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/winograd.h"
@@ -52,6 +53,8 @@ lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
         return LT_CONV_FEW;
     if (lt_turned_suits(p))
         return LT_CONV_TURNED;
+    if (lt_tapwise_suits(p, LT_TAPWISE_FORWARD))
+        return LT_CONV_TAPWISE;
     return lt_winograd_suits(p) ? LT_CONV_WINOGRAD : LT_CONV_DIRECT;
 }
 
@@ -60,6 +63,8 @@ int64_t lt_conv2d_packed(const lt_conv2d_params *p)
     switch (lt_conv2d_algorithm(p)) {
     case LT_CONV_TURNED:
         return lt_turned_packed(p);
+    case LT_CONV_TAPWISE:
+        return lt_tapwise_packed(p, LT_TAPWISE_FORWARD);
     case LT_CONV_WINOGRAD:
         return lt_winograd_packed(p->o, p->c);
     default:
@@ -93,6 +98,9 @@ void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *
     case LT_CONV_TURNED:
         lt_turned_pack(p, weights, packed);
         break;
+    case LT_CONV_TAPWISE:
+        lt_tapwise_pack(p, LT_TAPWISE_FORWARD, weights, packed);
+        break;
     case LT_CONV_WINOGRAD:
         lt_winograd_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
         break;
@@ -115,6 +123,8 @@ size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
         return 0;
     case LT_CONV_TURNED:
         return lt_turned_work(p);
+    case LT_CONV_TAPWISE:
+        return lt_tapwise_work(p, LT_TAPWISE_FORWARD);
     case LT_CONV_WINOGRAD:
         return lt_winograd_work(p, p->o, p->c);
     case LT_CONV_DIRECT:
@@ -180,6 +190,9 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
         break;
     case LT_CONV_TURNED:
         lt_turned_forward(p, x, packed, around, y, work);
+        break;
+    case LT_CONV_TAPWISE:
+        lt_tapwise_run(p, LT_TAPWISE_FORWARD, x, packed, around, false, y, work);
         break;
     case LT_CONV_WINOGRAD:
         lt_winograd_run(p, p->o, p->c, x, packed, &e, y, work);

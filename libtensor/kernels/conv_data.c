@@ -2,6 +2,7 @@
 /* The gradient of a convolution's input. */
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_tapwise.h"
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/winograd.h"
 
@@ -196,25 +197,43 @@ static void data_direct(const lt_conv2d_params *p, data_pass *pass)
     each_class(p, run_class, pass);
 }
 
+/* Forward and this need not be alike: small maps of a strided convolution go tap by tap here. */
+static lt_conv_algorithm algorithm(const lt_conv2d_params *p)
+{
+    const lt_conv_algorithm forward = lt_conv2d_algorithm(p);
+
+    if (forward == LT_CONV_DEPTHWISE || forward == LT_CONV_WINOGRAD)
+        return forward;
+    return lt_tapwise_suits(p, LT_TAPWISE_DATA) ? LT_CONV_TAPWISE : LT_CONV_DIRECT;
+}
+
 int64_t lt_conv2d_data_packed(const lt_conv2d_params *p)
 {
-    return lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? lt_winograd_packed(p->c, p->o) : conv_weight_count(p);
+    switch (algorithm(p)) {
+    case LT_CONV_WINOGRAD:
+        return lt_winograd_packed(p->c, p->o);
+    case LT_CONV_TAPWISE:
+        return lt_tapwise_packed(p, LT_TAPWISE_DATA);
+    default:
+        return conv_weight_count(p);
+    }
 }
 
 void lt_conv2d_data_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
 {
     if (conv_nothing(p))
         return;
-    switch (lt_conv2d_algorithm(p)) {
+    switch (algorithm(p)) {
     case LT_CONV_DEPTHWISE:
         memcpy(packed, weights, (size_t)conv_weight_count(p) * sizeof(lt_real));
         break;
     case LT_CONV_WINOGRAD:
         lt_winograd_pack(weights, 9, p->c * 9, true, p->c, p->o, packed);
         break;
-    case LT_CONV_DIRECT:
-    case LT_CONV_TURNED:
-    case LT_CONV_FEW:
+    case LT_CONV_TAPWISE:
+        lt_tapwise_pack(p, LT_TAPWISE_DATA, weights, packed);
+        break;
+    default:
         each_class(p, pack_class, &(data_pass){ .weights = weights, .packed = packed });
         break;
     }
@@ -224,12 +243,19 @@ size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
 {
     data_pass pass = { .shared = 0 };
 
-    if (conv_nothing(p) || lt_conv2d_algorithm(p) == LT_CONV_DEPTHWISE)
+    if (conv_nothing(p))
         return 0;
-    if (lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD)
+    switch (algorithm(p)) {
+    case LT_CONV_DEPTHWISE:
+        return 0;
+    case LT_CONV_WINOGRAD:
         return lt_winograd_work(p, p->c, p->o);
-    each_class(p, measure_class, &pass);
-    return (size_t)pass.shared * sizeof(lt_real);
+    case LT_CONV_TAPWISE:
+        return lt_tapwise_work(p, LT_TAPWISE_DATA);
+    default:
+        each_class(p, measure_class, &pass);
+        return (size_t)pass.shared * sizeof(lt_real);
+    }
 }
 
 void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, bool add,
@@ -240,16 +266,17 @@ void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const
             memset(dx, 0, (size_t)(p->n * p->c * p->h * p->w) * sizeof(lt_real));
         return;
     }
-    switch (lt_conv2d_algorithm(p)) {
+    switch (algorithm(p)) {
     case LT_CONV_DEPTHWISE:
         lt_depthwise_backward_data(p, dy, packed, add, dx);
         break;
     case LT_CONV_WINOGRAD:
         data_winograd(p, dy, packed, add, dx, work);
         break;
-    case LT_CONV_DIRECT:
-    case LT_CONV_TURNED:
-    case LT_CONV_FEW:
+    case LT_CONV_TAPWISE:
+        lt_tapwise_run(p, LT_TAPWISE_DATA, dy, packed, &(lt_conv2d_around){ 0 }, add, dx, work);
+        break;
+    default:
         data_direct(p, &(data_pass){ .dy = dy, .packed = (lt_real *)packed, .dx = dx, .maps = work, .add = add });
         break;
     }

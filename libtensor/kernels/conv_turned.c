@@ -9,7 +9,6 @@
 enum {
     MOST_ROWS = 98,             /* positions of a tile: seven panels of 14 */
     MAPS = 64,                  /* that one task multiplies with their gates */
-    MOST_LANES = 64,            /* of any instruction set's panel */
 };
 
 static int64_t lanes(int64_t n, int64_t vector)
@@ -19,11 +18,14 @@ static int64_t lanes(int64_t n, int64_t vector)
 
 /* By the vectors of AVX-512, whatever is in use: the choice shows in a profile. An eighth more lanes pay for the
  * way back. */
+bool lt_turned_saves(int64_t n, int64_t m)
+{
+    return n * lanes(m, 16) * 8 <= m * lanes(n, 32) * 7;
+}
+
 bool lt_turned_suits(const lt_conv2d_params *p)
 {
-    const int64_t n = p->h * p->w;
-
-    return conv_pointwise(p) && p->groups == 1 && n * lanes(p->o, 16) * 8 <= p->o * lanes(n, 32) * 7;
+    return conv_pointwise(p) && p->groups == 1 && lt_turned_saves(p->h * p->w, p->o);
 }
 
 /* ---- weights: panels of channels, each [c][nr] ---- */
@@ -73,36 +75,39 @@ static void gate_maps(void *ctx, int64_t part)
         lt_k->scale(j->gated + i * n, j->x + i * n, j->around->gate[i], (size_t)n);
 }
 
-/* One panel of channels at `rows` positions, [rows][nr]: the sums with their bias, and the activation unless a
- * residual comes before it. */
-static void multiply(const turned_job *j, const lt_real *x, const lt_real *b, int64_t rows, int64_t n,
-                     const lt_epilogue *e, lt_real *tile)
+int64_t lt_turned_rows(int64_t n, int64_t parts)
 {
-    const int64_t c = j->p->c, blocks = lt_product_blocks(c);
+    enum { TASKS = 8 };
+
+    return lt_tile_size(n, lt_max_i64(1, lt_min_i64(MOST_ROWS, lt_ceil_div(n, lt_ceil_div(TASKS, parts)))), 1);
+}
+
+void lt_turned_product(lt_real *c, int64_t ldc, const lt_real *x, int64_t ldx, const lt_real *b, int64_t rows,
+                       int64_t n, int64_t k, const lt_epilogue *e)
+{
+    const int64_t blocks = lt_product_blocks(k);
 
     for (int64_t i = 0; i < blocks; i++) {
-        const int64_t k0 = i * c / blocks, end = (i + 1) * c / blocks;
+        const int64_t k0 = i * k / blocks, end = (i + 1) * k / blocks;
 
-        lt_k->gemm_columns(tile, lt_k->nr, x + k0 * j->positions, j->positions, b + k0 * lt_k->nr, rows, n,
-                           end - k0, i > 0, end == c ? e : NULL);
+        lt_k->gemm_columns(c, ldc, x + k0 * ldx, ldx, b + k0 * lt_k->nr, rows, n, end - k0, i > 0, end == k ? e : NULL);
     }
 }
 
-/* n channels of `rows` positions to their places in y, in rows again. */
-static void place(const turned_job *j, const lt_real *tile, int64_t rows, int64_t n, int64_t at)
+void lt_turned_place(lt_real *y, int64_t ld, const lt_real *residual, lt_act act, const lt_real *tile, int64_t ld_tile,
+                     int64_t rows, int64_t n)
 {
-    lt_epilogue e = { .ld_residual = j->positions, .act = j->around->act };
-    _Alignas(LT_ALIGN) lt_real turned[MOST_LANES * MOST_ROWS];
+    const lt_epilogue e = { .residual = residual, .ld_residual = ld, .act = act };
+    _Alignas(LT_ALIGN) lt_real turned[LT_TURNED_MOST];
 
-    if (!j->around->residual) {
-        lt_k->turn(j->y + at, j->positions, tile, lt_k->nr, rows, n, false);
+    if (!residual) {
+        lt_k->turn(y, ld, tile, ld_tile, rows, n, false);
         return;
     }
-    e.residual = j->around->residual + at;
-    lt_k->turn(turned, rows, tile, lt_k->nr, rows, n, false);
+    lt_k->turn(turned, rows, tile, ld_tile, rows, n, false);
     lt_k->epilogue(turned, rows, n, rows, &e);
     for (int64_t i = 0; i < n; i++)
-        memcpy(j->y + at + i * j->positions, turned + i * rows, (size_t)rows * sizeof(lt_real));
+        memcpy(y + i * ld, turned + i * rows, (size_t)rows * sizeof(lt_real));
 }
 
 /* The tiles of one panel follow each other. */
@@ -116,21 +121,21 @@ static void run_tile(void *ctx, int64_t task)
     const int64_t o = task / j->tiles * lt_k->nr, n = lt_min_i64(lt_k->nr, p->o - o);
     const lt_epilogue e = { .col_bias = around->bias ? around->bias + o : NULL,
                             .act = around->residual ? (lt_act){ LT_ACT_NONE, 0 } : around->act };
-    _Alignas(LT_ALIGN) lt_real sums[MOST_ROWS * MOST_LANES];
+    const int64_t at = (image * p->o + o) * j->positions + from;
+    _Alignas(LT_ALIGN) lt_real sums[MOST_ROWS * LT_TURNED_LANES];
 
-    multiply(j, j->x + image * p->c * j->positions + from, j->packed + o * p->c, rows, n, &e, sums);
-    place(j, sums, rows, n, (image * p->o + o) * j->positions + from);
+    lt_turned_product(sums, lt_k->nr, j->x + image * p->c * j->positions + from, j->positions, j->packed + o * p->c,
+                      rows, n, p->c, &e);
+    lt_turned_place(j->y + at, j->positions, around->residual ? around->residual + at : NULL, around->act, sums,
+                    lt_k->nr, rows, n);
 }
 
 void lt_turned_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
                        const lt_conv2d_around *around, lt_real *y, lt_real *work)
 {
-    enum { TASKS = 8 };
     const int64_t positions = p->h * p->w, panels = lt_ceil_div(p->o, lt_k->nr);
-    const int64_t parts = lt_ceil_div(TASKS, panels * p->n);
-    turned_job j = { p, x, packed, around, y, work, positions, 0, 0 };
+    turned_job j = { p, x, packed, around, y, work, positions, lt_turned_rows(positions, panels * p->n), 0 };
 
-    j.rows = lt_tile_size(positions, lt_max_i64(1, lt_min_i64(MOST_ROWS, lt_ceil_div(positions, parts))), 1);
     j.tiles = lt_ceil_div(positions, j.rows) * p->n;
     if (around->gate) {
         lt_parallel_for(lt_ceil_div(p->n * p->c, MAPS), gate_maps, &j);

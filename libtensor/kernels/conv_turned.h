@@ -9,7 +9,9 @@
 
 #include "libtensor/kernels/conv.h"
 
-/* lt_turned_suits - whether fewer lanes stay empty this way */
+/* lt_turned_saves - whether enough fewer lanes stay empty with m channels in them than with n positions
+ * lt_turned_suits - whether that pays for this convolution */
+bool lt_turned_saves(int64_t n, int64_t m);
 bool lt_turned_suits(const lt_conv2d_params *p);
 
 /* As lt_conv2d_packed, lt_conv2d_pack, lt_conv2d_forward_work (bytes) and lt_conv2d_forward. */
@@ -18,5 +20,23 @@ void lt_turned_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *
 size_t lt_turned_work(const lt_conv2d_params *p);
 void lt_turned_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
                        const lt_conv2d_around *around, lt_real *y, lt_real *work);
+
+/* The parts, for other convolutions whose channels are in the lanes. */
+enum {
+    LT_TURNED_LANES = 64,       /* the most of any instruction set's panel */
+    LT_TURNED_MOST = 8192,      /* elements of a tile of lt_turned_place */
+};
+
+/* lt_turned_rows - positions of a tile, of n in each of `parts` */
+int64_t lt_turned_rows(int64_t n, int64_t parts);
+
+/* lt_turned_product - c[row * ldc + lane] = sum over l < k of x[l * ldx + row] times a panel b, [k][nr], of n lanes */
+void lt_turned_product(lt_real *c, int64_t ldc, const lt_real *x, int64_t ldx, const lt_real *b, int64_t rows,
+                       int64_t n, int64_t k, const lt_epilogue *e);
+
+/* lt_turned_place - y[lane * ld + row] = tile[row * ld_tile + lane]; a residual, laid out as y, comes with the activation
+ * behind it, and without one the tile is complete */
+void lt_turned_place(lt_real *y, int64_t ld, const lt_real *residual, lt_act act, const lt_real *tile, int64_t ld_tile,
+                     int64_t rows, int64_t n);
 
 #endif

@@ -148,6 +148,8 @@ typedef struct lt_kernels {
     void (*mul)(lt_real *y, const lt_real *a, const lt_real *b, size_t n);
     void (*scale)(lt_real *y, const lt_real *x, lt_real s, size_t n);           /* y = s x */
     void (*add_to)(lt_real *y, const lt_real *x, size_t n);                     /* y += x */
+    /* add_lines: y[r * ld_y + i] += x[r * ld_x + i] for r < rows, i < n */
+    void (*add_lines)(lt_real *y, int64_t ld_y, const lt_real *x, int64_t ld_x, int64_t rows, int64_t n);
     void (*axpy)(lt_real *y, lt_real s, const lt_real *x, size_t n);            /* y = fma(s, x, y) */
     void (*mul_to)(lt_real *y, const lt_real *a, const lt_real *b, size_t n);   /* y = fma(a, b, y) */
 

@@ -146,6 +146,13 @@ static const lt_conv2d_params convs[] = {
     { 1, 20, 14, 14, 17, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
     { 1, 3, 9, 13, 63, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
     { 3, 33, 1, 1, 290, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 2, 20, 7, 7, 70, 3, 3, 1, 1, 1, 1, 1, 1, 1 },       /* from here on: tap by tap, forward or back */
+    { 1, 600, 4, 5, 21, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 2, 17, 6, 7, 130, 5, 3, 1, 1, 4, 0, 2, 1, 1 },
+    { 2, 130, 14, 14, 16, 4, 4, 2, 2, 1, 1, 1, 1, 1 },
+    { 1, 21, 32, 32, 128, 6, 6, 2, 2, 0, 0, 1, 1, 1 },
+    { 2, 40, 9, 16, 33, 3, 2, 3, 2, 2, 1, 2, 1, 1 },
+    { 1, 16, 15, 128, 20, 2, 3, 2, 8, 0, 0, 1, 1, 1 },
     { 1, 2, 29, 41, 4, 5, 5, 2, 2, 2, 2, 1, 1, 2 },       /* from here on: depthwise, windows straight from the map */
     { 1, 2, 3, 4, 2, 5, 5, 2, 2, 4, 4, 1, 1, 2 },
     { 2, 3, 37, 50, 3, 3, 3, 2, 2, 0, 2, 1, 1, 3 },
@@ -203,13 +210,34 @@ static void each_pair(const lt_conv2d_params *p, pair_fn fn, void *ctx)
     }
 }
 
-typedef struct { const conv_data *d; float *chain; double *sum, *size; } plain;
+typedef struct { const conv_data *d; float *chain; double *sum, *size; int64_t tap; } plain;    /* tap: or -1 */
 
 static void pair_forward(void *ctx, int64_t iy, int64_t ix, int64_t iw)
 {
     plain *s = ctx;
 
-    s->chain[iy] = fmaf(s->d->w[iw], s->d->x[ix], s->chain[iy]);
+    if (s->tap < 0 || iw % (s->d->p->kh * s->d->p->kw) == s->tap)
+        s->chain[iy] = fmaf(s->d->w[iw], s->d->x[ix], s->chain[iy]);
+}
+
+/* One chain for each result, or one for each tap, and their sum */
+static void plain_forward(const conv_data *d, float *y)
+{
+    float *chain = zero_array(d->n_y);
+    plain s = { d, chain, NULL, NULL, 0 };
+
+    if (lt_conv2d_algorithm(d->p) != LT_CONV_TAPWISE) {
+        s.chain = y, s.tap = -1;
+        each_pair(d->p, pair_forward, &s);
+    } else {
+        for (; s.tap < d->p->kh * d->p->kw; s.tap++) {
+            memset(chain, 0, d->n_y * sizeof(float));
+            each_pair(d->p, pair_forward, &s);
+            for (size_t i = 0; i < d->n_y; i++)
+                y[i] += chain[i];
+        }
+    }
+    free_array(chain);
 }
 
 static void add_pair(plain *s, int64_t i, double a, double b)
@@ -245,7 +273,7 @@ static const double winograd_bound = 4e-6;
 static void check_near(const conv_data *d, const float *got, const char *name)
 {
     double *sum = calloc(d->n_y, sizeof(double)), *size = calloc(d->n_y, sizeof(double));
-    plain s = { d, NULL, sum, size };
+    plain s = { d, NULL, sum, size, -1 };
 
     each_pair(d->p, pair_sum, &s);
     for (size_t i = 0; i < d->n_y; i++)
@@ -263,7 +291,6 @@ static void check_forward(const conv_data *d, const char *name, bool plainly)
     const size_t n_packed = (size_t)lt_conv2d_packed(p);
     float *want = zero_array(d->n_y), *got = guarded_array(d->n_y), *packed = guarded_array(n_packed);
     void *work = lt_alloc(lt_conv2d_forward_work(p));
-    plain s = { d, want, NULL, NULL };
 
     lt_conv2d_pack(p, d->w, packed);
     lt_conv2d_forward(p, d->x, packed, &(lt_conv2d_around){ 0 }, got, work);
@@ -272,7 +299,7 @@ static void check_forward(const conv_data *d, const char *name, bool plainly)
         check_near(d, got, name);
         memcpy(want, got, d->n_y * sizeof(float));
     } else if (plainly) {
-        each_pair(p, pair_forward, &s);
+        plain_forward(d, want);
         expect_bits(got, want, d->n_y, "conv forward %s", name);
     } else {
         memcpy(want, got, d->n_y * sizeof(float));
@@ -375,7 +402,7 @@ static void check_gradient(const conv_data *d, const char *what, const char *nam
 {
     double *sum = calloc(n + 1, sizeof(double)), *size = calloc(n + 1, sizeof(double));
     float *start = random_array(n, 9), *got = guarded_array(n);
-    plain s = { d, NULL, sum, size };
+    plain s = { d, NULL, sum, size, -1 };
     const bool data = fn == pair_data;
     const double bound = data && lt_conv2d_algorithm(d->p) == LT_CONV_WINOGRAD ? winograd_bound : 1e-6;
     float *packed = guarded_array(data ? (size_t)lt_conv2d_data_packed(d->p) : 0);

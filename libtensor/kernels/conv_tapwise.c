@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/conv_tapwise.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_turned.h"
+
+#include <string.h>
+
+enum {
+    MOST_POSITIONS = 256,       /* of a map that is read */
+    CHANNELS = 64,              /* whose taps one task adds ... */
+    SUMS = LT_TURNED_MOST,      /* ... and their sums */
+};
+
+/* From k maps of h x w to m maps of to_h x to_w. Place y, x of these meets tap t at row (y + dy) / stride_h, column
+ * (x + dx) / stride_w, where that is a place of the others. Element (k, tap, m) of the weights is
+ * w[k * row + tap + m * col]. */
+typedef struct {
+    int64_t k, m, h, w, to_h, to_w;
+    int stride_h, stride_w;
+    int64_t row, col;
+    conv_taps taps;
+} shape;
+
+static void find_places(shape *s, const lt_conv2d_params *p, lt_tapwise_way way)
+{
+    const int sign = way == LT_TAPWISE_FORWARD ? 1 : -1;
+
+    conv_window_taps(&s->taps, p);
+    for (int i = 0; i < s->taps.n; i++) {
+        s->taps.at[i].dy *= sign;
+        s->taps.at[i].dx *= sign;
+    }
+}
+
+static void shape_of(shape *s, const lt_conv2d_params *p, lt_tapwise_way way)
+{
+    const int64_t taps = (int64_t)p->kh * p->kw, out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
+
+    if (way == LT_TAPWISE_FORWARD)
+        *s = (shape){ .k = p->c, .m = p->o, .h = p->h, .w = p->w, .to_h = out_h, .to_w = out_w, .stride_h = 1,
+                      .stride_w = 1, .row = taps, .col = p->c * taps };
+    else
+        *s = (shape){ .k = p->o, .m = p->c, .h = out_h, .w = out_w, .to_h = p->h, .to_w = p->w,
+                      .stride_h = p->stride_h, .stride_w = p->stride_w, .row = p->c * taps, .col = taps };
+    find_places(s, p, way);
+}
+
+static bool strided(const lt_conv2d_params *p)
+{
+    return p->stride_h > 1 || p->stride_w > 1;
+}
+
+bool lt_tapwise_suits(const lt_conv2d_params *p, lt_tapwise_way way)
+{
+    enum { FEW = 16 };
+    const int64_t n = way == LT_TAPWISE_FORWARD ? p->h * p->w : lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    const int64_t to_w = way == LT_TAPWISE_FORWARD ? lt_conv2d_out_w(p) : p->w;
+    const bool any_stride = way == LT_TAPWISE_DATA;
+
+    if (p->groups > 1 || p->kh * p->kw == 1 || p->c < FEW || p->o < FEW || n > MOST_POSITIONS || n < 1
+        || to_w > SUMS / CHANNELS || lt_conv2d_out_h(p) < 1 || lt_conv2d_out_w(p) < 1)
+        return false;
+    return strided(p) ? any_stride : lt_turned_saves(n, way == LT_TAPWISE_FORWARD ? p->o : p->c);
+}
+
+/* ---- weights: panels of (tap, m), each [k][nr] ---- */
+
+int64_t lt_tapwise_packed(const lt_conv2d_params *p, lt_tapwise_way way)
+{
+    const int64_t taps = (int64_t)p->kh * p->kw;
+
+    return way == LT_TAPWISE_FORWARD ? lt_product_packed_b(taps * p->o, p->c) : lt_product_packed_b(taps * p->c, p->o);
+}
+
+typedef struct { const shape *s; const lt_real *weights; lt_real *packed; } pack_job;
+
+static void pack_panel(void *ctx, int64_t panel)
+{
+    const pack_job *j = ctx;
+    const shape *s = j->s;
+    const int64_t nr = lt_k->nr, from = panel * nr, n = lt_min_i64(nr, s->taps.n * s->m - from);
+    lt_real *out = j->packed + from * s->k;
+    int64_t at[LT_TURNED_LANES];
+
+    for (int64_t i = 0; i < n; i++)
+        at[i] = (from + i) / s->m + (from + i) % s->m * s->col;
+    for (int64_t l = 0; l < s->k; l++, out += nr)
+        for (int64_t i = 0; i < nr; i++)
+            out[i] = i < n ? j->weights[l * s->row + at[i]] : 0;
+}
+
+void lt_tapwise_pack(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real *weights, lt_real *packed)
+{
+    shape s;
+
+    shape_of(&s, p, way);
+    lt_parallel_for(lt_ceil_div(s.taps.n * s.m, lt_k->nr), pack_panel, &(pack_job){ &s, weights, packed });
+}
+
+/* ---- what the taps make of each position ---- */
+
+typedef struct {
+    const shape *s;
+    const lt_real *x, *packed;
+    const lt_conv2d_around *around;
+    bool add;
+    lt_real *y, *q;
+    int64_t columns, ld;                /* (tap, m); between positions of q */
+    int64_t rows, tiles, images;        /* positions of a tile; tiles of an image */
+    int64_t channels, blocks;           /* whose taps one task adds; of all m */
+    int64_t high, bands;                /* rows of such sums; of a map */
+} tapwise_job;
+
+/* Rows of q lie in different lines of the cache. */
+static int64_t leading(const shape *s)
+{
+    enum { LANES = 16, ALIASED = 512 };
+    const int64_t n = lt_ceil_div(s->taps.n * s->m, LANES) * LANES;
+
+    return n % ALIASED ? n : n + LANES;
+}
+
+size_t lt_tapwise_work(const lt_conv2d_params *p, lt_tapwise_way way)
+{
+    shape s;
+
+    shape_of(&s, p, way);
+    return (size_t)(p->n * s.h * s.w * leading(&s)) * sizeof(lt_real);
+}
+
+/* The tiles of one panel follow each other. */
+static void run_tile(void *ctx, int64_t task)
+{
+    const tapwise_job *j = ctx;
+    const shape *s = j->s;
+    const int64_t positions = s->h * s->w, image = task / j->tiles % j->images, from = task % j->tiles * j->rows;
+    const int64_t at = task / j->tiles / j->images * lt_k->nr;
+
+    lt_turned_product(j->q + (image * positions + from) * j->ld + at, j->ld, j->x + image * s->k * positions + from,
+                      positions, j->packed + at * s->k, lt_min_i64(j->rows, positions - from),
+                      lt_min_i64(lt_k->nr, j->columns - at), s->k, NULL);
+}
+
+/* ---- and their sums ---- */
+
+/* Tap t at row `row` of the result: n channels from m0 on of every column that meets it */
+static void add_tap(const tapwise_job *j, lt_real *sums, int64_t image, int64_t row, int t, int64_t m0, int64_t n)
+{
+    const shape *s = j->s;
+    const int64_t y = row + s->taps.at[t].dy, dx = s->taps.at[t].dx, step = s->stride_w;
+    const int64_t from = dx > 0 ? lt_ceil_div(dx, step) : 0;
+    const int64_t to = s->to_w + dx > 0 ? lt_min_i64(s->w, lt_ceil_div(s->to_w + dx, step)) : 0;
+    const int64_t at = (image * s->h + y / s->stride_h) * s->w + from;
+
+    if (y >= 0 && y % s->stride_h == 0 && y / s->stride_h < s->h && from < to)
+        lt_k->add_lines(sums + (from * step - dx) * n, step * n, j->q + at * j->ld + t * s->m + m0, j->ld, to - from, n);
+}
+
+static void run_sums(void *ctx, int64_t task)
+{
+    const tapwise_job *j = ctx;
+    const shape *s = j->s;
+    const lt_conv2d_around *around = j->around;
+    const int64_t m0 = task % j->blocks * j->channels, n = lt_min_i64(j->channels, s->m - m0);
+    const int64_t row = task / j->blocks % j->bands * j->high, high = lt_min_i64(j->high, s->to_h - row);
+    const int64_t image = task / j->blocks / j->bands, out = s->to_h * s->to_w, places = high * s->to_w;
+    const int64_t at = (image * s->m + m0) * out + row * s->to_w;
+    const lt_epilogue e = { .col_bias = around->bias ? around->bias + m0 : NULL,
+                            .act = around->residual ? (lt_act){ LT_ACT_NONE, 0 } : around->act };
+    _Alignas(LT_ALIGN) lt_real sums[SUMS];
+
+    memset(sums, 0, (size_t)(places * n) * sizeof(lt_real));
+    for (int64_t r = 0; r < high; r++)
+        for (int t = 0; t < s->taps.n; t++)
+            add_tap(j, sums + r * s->to_w * n, image, row + r, t, m0, n);
+    if (j->add) {
+        lt_k->turn(j->y + at, out, sums, n, places, n, true);
+        return;
+    }
+    lt_k->epilogue(sums, n, places, n, &e);
+    lt_turned_place(j->y + at, out, around->residual ? around->residual + at : NULL, around->act, sums, n, places, n);
+}
+
+void lt_tapwise_run(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real *x, const lt_real *packed,
+                    const lt_conv2d_around *around, bool add, lt_real *y, lt_real *work)
+{
+    shape s;
+    tapwise_job j = { .s = &s, .x = x, .packed = packed, .around = around, .add = add, .y = y, .q = work };
+    int64_t panels;
+
+    shape_of(&s, p, way);
+    j.columns = s.taps.n * s.m;
+    j.ld = leading(&s);
+    j.images = p->n;
+    panels = lt_ceil_div(j.columns, lt_k->nr);
+    j.rows = lt_turned_rows(s.h * s.w, panels * p->n);
+    j.tiles = lt_ceil_div(s.h * s.w, j.rows);
+    lt_parallel_for(panels * j.tiles * p->n, run_tile, &j);
+    j.channels = lt_tile_size(s.m, CHANNELS, 16);
+    j.blocks = lt_ceil_div(s.m, j.channels);
+    j.high = lt_tile_size(s.to_h, lt_max_i64(1, SUMS / (s.to_w * lt_min_i64(s.m, j.channels))), 1);
+    j.bands = lt_ceil_div(s.to_h, j.high);
+    lt_parallel_for(j.blocks * j.bands * p->n, run_sums, &j);
+}
