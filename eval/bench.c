@@ -302,7 +302,7 @@ void bench_print_ratio(const bench *a, const bench *b, const bench_result r[2], 
 
 /* ---- the profile -------------------------------------------------------------------------------------- */
 
-enum { MAX_GROUPS = 256, SLOWEST = 20 };
+enum { MAX_GROUPS = 256, SLOWEST = 20, PROFILED = 5 };   /* runs that a profile averages */
 
 typedef struct {
     lt_step_info first;             /* op and phase */
@@ -384,9 +384,11 @@ void bench_profile(bench *b, FILE *f)
     if (!step)
         return;
     lt_plan_profile(b->plan, true);
-    run_once(b);
+    for (int i = 0; i < PROFILED; i++)
+        run_once(b);
     for (int i = 0; i < n; i++) {
         step[i] = lt_plan_step(b->plan, i);
+        step[i].seconds /= PROFILED;
         total += step[i].seconds;
     }
     lt_plan_profile(b->plan, false);
