@@ -6,6 +6,7 @@
 #include "libtensor/kernels/conv_turned.h"
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/winograd.h"
+#include "libtensor/kernels/winograd2.h"
 
 #include <assert.h>
 #include <string.h>
@@ -53,6 +54,8 @@ lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
         return LT_CONV_FEW;
     if (lt_turned_suits(p))
         return LT_CONV_TURNED;
+    if (lt_winograd2_suits(p))
+        return LT_CONV_WINOGRAD2;
     if (lt_tapwise_suits(p, LT_TAPWISE_FORWARD))
         return LT_CONV_TAPWISE;
     return lt_winograd_suits(p) ? LT_CONV_WINOGRAD : LT_CONV_DIRECT;
@@ -67,6 +70,8 @@ int64_t lt_conv2d_packed(const lt_conv2d_params *p)
         return lt_tapwise_packed(p, LT_TAPWISE_FORWARD);
     case LT_CONV_WINOGRAD:
         return lt_winograd_packed(p->o, p->c);
+    case LT_CONV_WINOGRAD2:
+        return lt_winograd2_packed(p->o, p->c);
     default:
         return conv_weight_count(p);
     }
@@ -104,6 +109,9 @@ void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *
     case LT_CONV_WINOGRAD:
         lt_winograd_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
         break;
+    case LT_CONV_WINOGRAD2:
+        lt_winograd2_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
+        break;
     case LT_CONV_DIRECT:
         pack_groups(p, weights, packed);
         break;
@@ -127,6 +135,8 @@ size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
         return lt_tapwise_work(p, LT_TAPWISE_FORWARD);
     case LT_CONV_WINOGRAD:
         return lt_winograd_work(p, p->o, p->c);
+    case LT_CONV_WINOGRAD2:
+        return lt_winograd2_work(p, p->o, p->c);
     case LT_CONV_DIRECT:
         break;
     }
@@ -196,6 +206,9 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
         break;
     case LT_CONV_WINOGRAD:
         lt_winograd_run(p, p->o, p->c, x, packed, &e, y, work);
+        break;
+    case LT_CONV_WINOGRAD2:
+        lt_winograd2_run(p, p->o, p->c, x, packed, around, y, work);
         break;
     case LT_CONV_DIRECT:
         forward_groups(p, x, packed, &e, around->gate, y, work);

@@ -41,6 +41,7 @@ typedef enum {
     LT_CONV_TURNED,         /* that product with channels in the lanes: libtensor/kernels/conv_turned.h */
     LT_CONV_TAPWISE,        /* a product for each tap, and their sums: libtensor/kernels/conv_tapwise.h */
     LT_CONV_WINOGRAD,       /* F(4x4, 3x3): libtensor/kernels/winograd.h */
+    LT_CONV_WINOGRAD2,      /* F(2x2, 3x3), small maps: libtensor/kernels/winograd2.h */
     LT_CONV_DEPTHWISE,      /* one input channel for each group, and few outputs */
     LT_CONV_FEW,            /* hardly any outputs: maps go one by one, as in a depthwise convolution */
 } lt_conv_algorithm;

@@ -5,6 +5,7 @@
 #include "libtensor/kernels/conv_tapwise.h"
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/winograd.h"
+#include "libtensor/kernels/winograd2.h"
 
 #include <string.h>
 
@@ -202,7 +203,7 @@ static lt_conv_algorithm algorithm(const lt_conv2d_params *p)
 {
     const lt_conv_algorithm forward = lt_conv2d_algorithm(p);
 
-    if (forward == LT_CONV_DEPTHWISE || forward == LT_CONV_WINOGRAD)
+    if (forward == LT_CONV_DEPTHWISE || forward == LT_CONV_WINOGRAD || forward == LT_CONV_WINOGRAD2)
         return forward;
     return lt_tapwise_suits(p, LT_TAPWISE_DATA) ? LT_CONV_TAPWISE : LT_CONV_DIRECT;
 }
@@ -212,6 +213,8 @@ int64_t lt_conv2d_data_packed(const lt_conv2d_params *p)
     switch (algorithm(p)) {
     case LT_CONV_WINOGRAD:
         return lt_winograd_packed(p->c, p->o);
+    case LT_CONV_WINOGRAD2:
+        return lt_winograd2_packed(p->c, p->o);
     case LT_CONV_TAPWISE:
         return lt_tapwise_packed(p, LT_TAPWISE_DATA);
     default:
@@ -229,6 +232,9 @@ void lt_conv2d_data_pack(const lt_conv2d_params *p, const lt_real *weights, lt_r
         break;
     case LT_CONV_WINOGRAD:
         lt_winograd_pack(weights, 9, p->c * 9, true, p->c, p->o, packed);
+        break;
+    case LT_CONV_WINOGRAD2:
+        lt_winograd2_pack(weights, 9, p->c * 9, true, p->c, p->o, packed);
         break;
     case LT_CONV_TAPWISE:
         lt_tapwise_pack(p, LT_TAPWISE_DATA, weights, packed);
@@ -250,6 +256,8 @@ size_t lt_conv2d_backward_data_work(const lt_conv2d_params *p)
         return 0;
     case LT_CONV_WINOGRAD:
         return lt_winograd_work(p, p->c, p->o);
+    case LT_CONV_WINOGRAD2:
+        return lt_winograd2_work(p, p->c, p->o);
     case LT_CONV_TAPWISE:
         return lt_tapwise_work(p, LT_TAPWISE_DATA);
     default:
@@ -272,6 +280,9 @@ void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy, const
         break;
     case LT_CONV_WINOGRAD:
         data_winograd(p, dy, packed, add, dx, work);
+        break;
+    case LT_CONV_WINOGRAD2:
+        lt_winograd2_run(p, p->c, p->o, dy, packed, &(lt_conv2d_around){ .residual = add ? dx : NULL }, dx, work);
         break;
     case LT_CONV_TAPWISE:
         lt_tapwise_run(p, LT_TAPWISE_DATA, dy, packed, &(lt_conv2d_around){ 0 }, add, dx, work);

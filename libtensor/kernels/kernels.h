@@ -83,6 +83,8 @@ typedef struct {
     const lt_tap *tap;
 } lt_conv_image;
 
+enum { LT_WINO2_LANES = 16 };
+
 /* How a depthwise convolution goes over one map: by strips of `high` rows of the result. Unless `window` says that
  * the kernel may read the map itself, what a strip sees of the padded map, `reach` rows for each of its own, is
  * dealt to step x step phases, where rows lie `pitch` apart and tap t, in the order (kx, ky), is offset[t] from each
@@ -326,6 +328,12 @@ typedef struct lt_kernels {
     /* depthwise_weights: sums[t * LT_DEPTHWISE_LANES + column % LT_DEPTHWISE_LANES] += dy times what tap t sees
      * of x, over a strip's positions by rows: one chain of multiply-adds a strip, and strips in double */
     void (*depthwise_weights)(double *sums, const lt_real *x, const lt_real *dy, const lt_depthwise *d);
+
+    /* ---- Winograd F(2x2, 3x3), for libtensor/kernels/winograd2.c: LT_WINO2_LANES channels in lanes ------- */
+    /* wino2_input: place p of B^T d B to out[p * place], where d[4 y + x] is row y, column x of the tile;
+     * wino2_output: A^T m A, n channels of m[p * place], to y[2 row + column], which may be the same */
+    void (*wino2_input)(lt_real *out, int64_t place, const lt_real *const d[16]);
+    void (*wino2_output)(lt_real *const y[4], const lt_real *m, int64_t place, int64_t n);
 
     /* ---- Winograd F(4x4, 3x3), for libtensor/kernels/winograd.c ----------------------------------- */
     /* Lines of tiles are read and written by whole vectors: 64 elements more than n tiles have.

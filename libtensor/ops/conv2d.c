@@ -206,7 +206,8 @@ static const char *algorithm(const lt_call *c)
 {
     static const char *const names[] = {
         [LT_CONV_DIRECT] = "direct", [LT_CONV_TURNED] = "turned", [LT_CONV_TAPWISE] = "tapwise",
-        [LT_CONV_WINOGRAD] = "winograd", [LT_CONV_DEPTHWISE] = "depthwise", [LT_CONV_FEW] = "few",
+        [LT_CONV_WINOGRAD] = "winograd", [LT_CONV_WINOGRAD2] = "winograd2",
+        [LT_CONV_DEPTHWISE] = "depthwise", [LT_CONV_FEW] = "few",
     };
     const lt_conv2d_params p = params_of(c);
 

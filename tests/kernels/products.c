@@ -171,6 +171,10 @@ static const lt_conv2d_params convs[] = {
     { 3, 33, 12, 13, 47, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 270, 12, 14, 35, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 32, 13, 70, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 2, 40, 7, 7, 33, 3, 3, 1, 1, 1, 1, 1, 1, 1 },       /* from here on: F(2x2, 3x3) */
+    { 1, 32, 8, 8, 100, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 3, 300, 6, 11, 48, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 1, 33, 11, 8, 65, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 2, 3, 2, 2, 4, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 2, 3, 3, 2, 5, 5, 1, 1, 0, 0, 1, 1, 1 },     /* no window fits: nothing happens */
     { 1, 2, 0, 0, 2, 3, 3, 1, 1, 0, 0, 1, 1, 1 },
@@ -270,6 +274,13 @@ static void pair_sum(void *ctx, int64_t iy, int64_t ix, int64_t iw)
 /* What Winograd promises, as conv.h has it, of the sum of the terms' sizes. */
 static const double winograd_bound = 4e-6;
 
+static bool by_winograd(const lt_conv2d_params *p)
+{
+    const lt_conv_algorithm how = lt_conv2d_algorithm(p);
+
+    return how == LT_CONV_WINOGRAD || how == LT_CONV_WINOGRAD2;
+}
+
 static void check_near(const conv_data *d, const float *got, const char *name)
 {
     double *sum = calloc(d->n_y, sizeof(double)), *size = calloc(d->n_y, sizeof(double));
@@ -295,7 +306,7 @@ static void check_forward(const conv_data *d, const char *name, bool plainly)
     lt_conv2d_pack(p, d->w, packed);
     lt_conv2d_forward(p, d->x, packed, &(lt_conv2d_around){ 0 }, got, work);
     same_as_before(got, d->n_y, "conv forward %s", name);
-    if (plainly && lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD) {
+    if (plainly && by_winograd(p)) {
         check_near(d, got, name);
         memcpy(want, got, d->n_y * sizeof(float));
     } else if (plainly) {
@@ -324,7 +335,7 @@ static void check_rect(const conv_data *d, const char *name, lt_rect r, const fl
 {
     const lt_conv2d_params *p = d->p;
     const int64_t h = lt_conv2d_out_h(p), w = lt_conv2d_out_w(p), n = p->o * h * w;
-    const double bound = lt_conv2d_algorithm(p) == LT_CONV_WINOGRAD ? 2 * winograd_bound : 0;
+    const double bound = by_winograd(p) ? 2 * winograd_bound : 0;
     float *got = guarded_array((size_t)n);
 
     memcpy(got, d->residual, (size_t)n * sizeof(float));
@@ -404,7 +415,7 @@ static void check_gradient(const conv_data *d, const char *what, const char *nam
     float *start = random_array(n, 9), *got = guarded_array(n);
     plain s = { d, NULL, sum, size, -1 };
     const bool data = fn == pair_data;
-    const double bound = data && lt_conv2d_algorithm(d->p) == LT_CONV_WINOGRAD ? winograd_bound : 1e-6;
+    const double bound = data && by_winograd(d->p) ? winograd_bound : 1e-6;
     float *packed = guarded_array(data ? (size_t)lt_conv2d_data_packed(d->p) : 0);
     void *work = lt_alloc(data ? lt_conv2d_backward_data_work(d->p) : lt_conv2d_weights_work(d->p));
 

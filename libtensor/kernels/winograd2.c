@@ -1,0 +1,214 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/winograd2.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv_turned.h"
+#include "libtensor/kernels/product.h"
+
+#include <string.h>
+
+enum {
+    PLACES = 16,
+    SIDE = 11, MOST_TILES = 36, /* of the largest map */
+    LANES = LT_WINO2_LANES,     /* channels that are transformed at once ... */
+    CHANNELS = 64,              /* ... and brought back */
+    APART = 16,                 /* elements, so that places do not share lines of the cache */
+};
+
+static int64_t tiles_of(const lt_conv2d_params *p)
+{
+    return lt_ceil_div(p->h, 2) * lt_ceil_div(p->w, 2);
+}
+
+bool lt_winograd2_suits(const lt_conv2d_params *p)
+{
+    enum { FEW = 32, SMALL = 36 };
+    const bool form = p->kh == 3 && p->kw == 3 && p->stride_h == 1 && p->stride_w == 1 && p->pad_h == 1
+                      && p->pad_w == 1 && p->dil_h == 1 && p->dil_w == 1 && p->groups == 1;
+
+    return form && p->c >= FEW && p->o >= FEW && p->h <= SIDE && p->w <= SIDE && p->h * p->w >= SMALL
+           && 3 * tiles_of(p) <= p->h * p->w;
+}
+
+/* ---- windows: [place][panel of nr][k][nr] ---- */
+
+typedef struct {
+    const lt_real *w;
+    int64_t row, col, m, k;
+    bool flip;
+    lt_real *packed;
+} window_job;
+
+int64_t lt_winograd2_packed(int64_t m, int64_t k)
+{
+    return PLACES * lt_product_packed_b(m, k);
+}
+
+static void spread_window(double out[4], double a, double b, double c)
+{
+    out[0] = a;
+    out[1] = (a + b + c) / 2;
+    out[2] = (a - b + c) / 2;
+    out[3] = c;
+}
+
+/* G g G^T to its places, `place` elements apart */
+static void pack_window(lt_real *out, int64_t place, const lt_real *g, bool flip)
+{
+    double down[3][4], across[4];
+
+    for (int x = 0; x < 3; x++)
+        spread_window(down[x], g[flip ? 8 - x : x], g[flip ? 5 - x : 3 + x], g[flip ? 2 - x : 6 + x]);
+    for (int y = 0; y < 4; y++) {
+        spread_window(across, down[0][y], down[1][y], down[2][y]);
+        for (int x = 0; x < 4; x++)
+            out[(4 * y + x) * place] = (lt_real)across[x];
+    }
+}
+
+static void pack_panel(void *ctx, int64_t panel)
+{
+    static const lt_real none[9];
+    const window_job *j = ctx;
+    const int64_t nr = lt_k->nr, place = lt_product_packed_b(j->m, j->k);
+
+    for (int64_t l = 0; l < j->k; l++)
+        for (int64_t i = 0; i < nr; i++) {
+            const int64_t m = panel * nr + i;
+
+            pack_window(j->packed + (panel * j->k + l) * nr + i, place, m < j->m ? j->w + m * j->row + l * j->col : none,
+                        j->flip);
+        }
+}
+
+void lt_winograd2_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k, lt_real *packed)
+{
+    window_job j = { w, row, col, m, k, flip, packed };
+
+    lt_parallel_for(lt_ceil_div(m, lt_k->nr), pack_panel, &j);
+}
+
+/* ---- maps ---- */
+
+typedef struct {
+    const lt_conv2d_params *p;
+    int64_t m, k;
+    const lt_real *x, *packed;
+    const lt_conv2d_around *around;
+    lt_real *y, *in, *out;              /* in: [place][k][tile], out: [place][tile][m], tiles of all images */
+    int64_t across, each, tiles;        /* tiles of a row, of an image, of all */
+    int64_t in_place, out_place, ld;    /* from place to place; from tile to tile of out */
+    int64_t rows, parts;                /* tiles that a task multiplies; so many parts of all */
+} wino2_job;
+
+static void plan(wino2_job *j, const lt_conv2d_params *p, int64_t m, int64_t k)
+{
+    const int64_t panels = lt_ceil_div(m, lt_k->nr);
+
+    *j = (wino2_job){ .p = p, .m = m, .k = k, .across = lt_ceil_div(p->w, 2), .each = tiles_of(p),
+                      .ld = lt_ceil_div(m, LANES) * LANES + APART };
+    j->tiles = p->n * j->each;
+    j->in_place = k * j->tiles + APART;
+    j->out_place = j->tiles * j->ld + APART;
+    j->rows = lt_turned_rows(j->tiles, PLACES * panels);
+    j->parts = lt_ceil_div(j->tiles, j->rows);
+}
+
+size_t lt_winograd2_work(const lt_conv2d_params *p, int64_t m, int64_t k)
+{
+    wino2_job j;
+
+    plan(&j, p, m, k);
+    return (size_t)(PLACES * (j.in_place + j.out_place)) * sizeof(lt_real);
+}
+
+/* What the 4 x 4 places of tile t are in a map turned to [position][LANES]; `none` around it */
+static void look(const lt_real *d[PLACES], const wino2_job *j, const lt_real *map, const lt_real *none, int64_t t)
+{
+    const int64_t h = j->p->h, w = j->p->w, y0 = t / j->across * 2 - 1, x0 = t % j->across * 2 - 1;
+
+    for (int i = 0; i < PLACES; i++) {
+        const int64_t y = y0 + i / 4, x = x0 + i % 4;
+
+        d[i] = y < 0 || y >= h || x < 0 || x >= w ? none : map + (y * w + x) * LANES;
+    }
+}
+
+/* LANES channels of an image */
+static void transform_input(void *ctx, int64_t task)
+{
+    const wino2_job *j = ctx;
+    const int64_t blocks = lt_ceil_div(j->k, LANES), image = task / blocks, c = task % blocks * LANES;
+    const int64_t n = lt_min_i64(LANES, j->k - c), positions = j->p->h * j->p->w;
+    static const lt_real none[LANES];
+    _Alignas(LT_ALIGN) lt_real map[SIDE * SIDE * LANES] = { 0 }, out[PLACES * MOST_TILES * LANES];
+
+    lt_k->turn(map, LANES, j->x + (image * j->k + c) * positions, positions, n, positions, false);
+    for (int64_t t = 0; t < j->each; t++) {
+        const lt_real *d[PLACES];
+
+        look(d, j, map, none, t);
+        lt_k->wino2_input(out + t * LANES, MOST_TILES * LANES, d);
+    }
+    for (int i = 0; i < PLACES; i++)
+        lt_k->turn(j->in + i * j->in_place + c * j->tiles + image * j->each, j->tiles, out + i * MOST_TILES * LANES, LANES,
+                   j->each, n, false);
+}
+
+/* The tiles of one panel follow each other. */
+static void multiply(void *ctx, int64_t task)
+{
+    const wino2_job *j = ctx;
+    const int64_t panels = lt_ceil_div(j->m, lt_k->nr), from = task % j->parts * j->rows;
+    const int64_t at = task / j->parts % panels * lt_k->nr, place = task / j->parts / panels;
+
+    lt_turned_product(j->out + place * j->out_place + from * j->ld + at, j->ld, j->in + place * j->in_place + from, j->tiles,
+                      j->packed + place * lt_product_packed_b(j->m, j->k) + at * j->k,
+                      lt_min_i64(j->rows, j->tiles - from), lt_min_i64(lt_k->nr, j->m - at), j->k, NULL);
+}
+
+/* Some channels of an image; `sums` is [position][CHANNELS] */
+static void gather_tiles(const wino2_job *j, int64_t image, int64_t m0, int64_t n, lt_real *sums)
+{
+    const int64_t h = j->p->h, w = j->p->w;
+    lt_real beside[CHANNELS];
+
+    for (int64_t t = 0; t < j->each; t++) {
+        const int64_t y = t / j->across * 2, x = t % j->across * 2;
+        lt_real *to[4];
+
+        for (int i = 0; i < 4; i++)
+            to[i] = y + i / 2 < h && x + i % 2 < w ? sums + ((y + i / 2) * w + x + i % 2) * CHANNELS : beside;
+        lt_k->wino2_output(to, j->out + (image * j->each + t) * j->ld + m0, j->out_place, n);
+    }
+}
+
+static void transform_output(void *ctx, int64_t task)
+{
+    const wino2_job *j = ctx;
+    const lt_conv2d_around *around = j->around;
+    const int64_t blocks = lt_ceil_div(j->m, CHANNELS), image = task / blocks, m0 = task % blocks * CHANNELS;
+    const int64_t n = lt_min_i64(CHANNELS, j->m - m0), positions = j->p->h * j->p->w;
+    const int64_t at = (image * j->m + m0) * positions;
+    const lt_epilogue e = { .col_bias = around->bias ? around->bias + m0 : NULL,
+                            .act = around->residual ? (lt_act){ LT_ACT_NONE, 0 } : around->act };
+    _Alignas(LT_ALIGN) lt_real sums[SIDE * SIDE * CHANNELS];
+
+    gather_tiles(j, image, m0, n, sums);
+    lt_k->epilogue(sums, CHANNELS, positions, n, &e);
+    lt_turned_place(j->y + at, positions, around->residual ? around->residual + at : NULL, around->act, sums, CHANNELS,
+                    positions, n);
+}
+
+void lt_winograd2_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x, const lt_real *packed,
+                      const lt_conv2d_around *around, lt_real *y, lt_real *work)
+{
+    wino2_job j;
+
+    plan(&j, p, m, k);
+    j.x = x, j.packed = packed, j.around = around, j.y = y;
+    j.in = work, j.out = work + PLACES * j.in_place;
+    lt_parallel_for(p->n * lt_ceil_div(k, LANES), transform_input, &j);
+    lt_parallel_for(PLACES * lt_ceil_div(m, lt_k->nr) * j.parts, multiply, &j);
+    lt_parallel_for(p->n * lt_ceil_div(m, CHANNELS), transform_output, &j);
+}
