@@ -145,6 +145,17 @@ void lt_rot_nearest(const double M[9], double R[9])
             R[i] = NAN;
 }
 
+bool lt_rot_is_near(const double M[9], double tolerance)
+{
+    double R[9];
+
+    lt_rot_nearest(M, R);
+    for (int i = 0; i < 9; i++)
+        if (!(fabs(M[i] - R[i]) <= tolerance))
+            return false;
+    return true;
+}
+
 double lt_rot_angle(const double A[9], const double B[9])
 {
     double At[9], M[9], twice_sine[3];

@@ -51,6 +51,9 @@ LT_API void lt_rot_to_6d(const double R[9], double d[6]);
 /* lt_rot_nearest - the rotation (determinant +1) closest to M in the Frobenius norm; M may be singular */
 LT_API void lt_rot_nearest(const double M[9], double R[9]);
 
+/* lt_rot_is_near - no element of M is further than tolerance from that rotation; false for a mirror, and for NaN */
+LT_API bool lt_rot_is_near(const double M[9], double tolerance);
+
 /* lt_rot_angle - the angle of A^T B in [0, pi]: how far one rotation is from the other, radians. Accurate
  * to 1e-15 near 0 as well, where the arc cosine of the trace would know only half the digits. */
 LT_API double lt_rot_angle(const double A[9], const double B[9]);

@@ -150,6 +150,7 @@ START_TEST(nearest_and_angle)
             M[i] = 2.5 * R[i];
         lt_rot_nearest(M, S);
         expect_near(S, R, 9, 3e-15);
+        ck_assert(lt_rot_is_near(R, 1e-14) && !lt_rot_is_near(M, 0.1));
         aa[trial % 3] = 1e-9;
         lt_rot_from_axis_angle(aa, turn);
         lt_mat3_mul(R, turn, S);
@@ -162,6 +163,7 @@ START_TEST(nearest_and_angle)
     ck_assert_double_eq_tol(lt_mat3_det(R), 1, 1e-15);
     lt_rot_nearest(bad, R);
     ck_assert(isnan(R[0]));
+    ck_assert(!lt_rot_is_near(zero, 0.1) && !lt_rot_is_near(mirror, 0.1) && !lt_rot_is_near(bad, 0.1));
 }
 END_TEST
 
