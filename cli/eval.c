@@ -259,17 +259,24 @@ static lt_status score_hands(const eval_args *a, const dataset *d)
     return LT_OK;
 }
 
+static void print_recall(const char *name, const bop_recall *r)
+{
+    printf("%-10s %9lld %9lld %9.6f %9.6f %9.6f %9.6f\n", name, (long long)r->targets, (long long)r->estimated, r->vsd,
+           r->mssd, r->mspd, r->ar);
+}
+
 static lt_status score_objects(const eval_args *a, const dataset *d)
 {
-    bop_recall r;
+    bop_recalls r;
     const lt_status st = bop_score(d, a->pred, show_progress, NULL, &r);
 
     if (st)
         return st;
-    fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, grasped objects of %lld key frames, %lld of them estimated; VSD "
-            "delta 15 mm; symmetries by geometric class; diameter max_dist\n", d->synthetic ? "SYNTHETIC, " : "", d->kind,
-            d->split, (long long)r.targets, (long long)r.estimated);
-    printf("ar_vsd: %f\nar_mssd: %f\nar_mspd: %f\nar: %f\n", r.vsd, r.mssd, r.mspd, r.ar);
+    fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, key frames; VSD delta 15 mm; symmetries by geometric class; "
+            "diameter max_dist\n", d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split);
+    printf("%-10s %9s %9s %9s %9s %9s %9s\n", "", "targets", "estimated", "vsd", "mssd", "mspd", "mean");
+    print_recall("all", &r.all);
+    print_recall("grasp only", &r.grasped);
     return LT_OK;
 }
 

@@ -53,25 +53,28 @@ dexycb_place dexycb_place_of(const dataset *base, int64_t index)
 
 /* ---- reading ---- */
 
-static int find_ycb(const dexycb *d, int id)
+/* The model of an annotated object into *out, an index into the dataset's objects. */
+static lt_status find_model(const dexycb *d, int id, const char *sample, int *out)
 {
     for (int i = 0; i < d->base.n_objects; i++)
-        if (d->base.objects[i].ycb_id == id)
-            return i;
-    return -1;
+        if (d->base.objects[i].ycb_id == id) {
+            *out = i;
+            return LT_OK;
+        }
+    return lt_error(LT_EIO, "%s: the object is %s, which is not in %s", sample, ycb_find(id)->name, d->models);
 }
 
 static lt_status fill_object(const dexycb *d, dexycb_spot spot, const dexycb_label *l, dataset_sample *s)
 {
-    const int id = spot.sequence->object[spot.sequence->grasped];
+    lt_status st;
 
-    if (!l->object || !d->base.n_objects)
+    if (!l->object.known || !d->base.n_objects)
         return LT_OK;
-    s->object = find_ycb(d, id);
-    if (s->object < 0)
-        return lt_error(LT_EIO, "%s: the object is %s, which is not in %s", s->name, ycb_find(id)->name, d->models);
-    memcpy(s->R, l->R, sizeof(s->R));
-    memcpy(s->t, l->t, sizeof(s->t));
+    st = find_model(d, spot.sequence->object[spot.sequence->grasped], s->name, &s->object);
+    if (st)
+        return st;
+    memcpy(s->R, l->object.R, sizeof(s->R));
+    memcpy(s->t, l->object.t, sizeof(s->t));
     s->flags |= SAMPLE_OBJECT;
     return LT_OK;
 }
@@ -163,6 +166,29 @@ static lt_status read_annotation(const dataset *base, int64_t index, lt_arena *a
     st = read_label(d, spot, out);
     if (!st && spot.sequence->left)
         mirror_sample(out, NULL, NULL, NULL);
+    return st;
+}
+
+lt_status dexycb_read_scene(const dataset *base, int64_t index, lt_arena *arena, dexycb_scene *out)
+{
+    const dexycb *d = (const dexycb *)base;
+    const dexycb_spot spot = dexycb_find(d, number_of(d, index));
+    float *depth = NULL;
+    lt_status st;
+
+    *out = (dexycb_scene){ .camera = d->intrinsics[spot.camera] };
+    st = dexycb_read_poses(d, spot, out->pose);
+    for (int i = 0; !st && i < spot.sequence->n_objects; i++) {
+        int model = -1;
+        if (!out->pose[i].known)
+            continue;
+        st = find_model(d, spot.sequence->object[i], d->name[index], &model);
+        if (!st)
+            out->model[i] = &base->objects[model];
+    }
+    if (!st)
+        st = read_depth(d, spot, arena, &depth);
+    out->depth = depth;
     return st;
 }
 

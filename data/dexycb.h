@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-enum { DEXYCB_WIDTH = 640, DEXYCB_HEIGHT = 480 };
+enum { DEXYCB_WIDTH = 640, DEXYCB_HEIGHT = 480, DEXYCB_MAX_OBJECTS = 8 };
 
 /* Which samples of a split papers use. */
 typedef enum {
@@ -58,12 +58,35 @@ typedef struct {
     int64_t index;                  /* in the toolkit's list of the split, before any filter: HPE files count so */
     int scene, image;               /* BOP's ids: sequence and camera within the split; frame */
     bool keyframe;                  /* a BOP target: every fourth frame */
-    int n_targets, target[8];       /* YCB ids on the table; target[grasped] is in the hand */
+    int n_targets, target[DEXYCB_MAX_OBJECTS];      /* YCB ids on the table; target[grasped] is in the hand */
     int grasped;
 } dexycb_place;
 
 /* dexycb_place_of - of sample index of d, which dexycb_open opened */
 dexycb_place dexycb_place_of(const dataset *d, int64_t index);
+
+/* x_cam = R x_model + t */
+typedef struct {
+    bool known;                     /* false: not annotated */
+    float R[9], t[3];
+} dexycb_pose;
+
+/* A frame's depth and the objects on its table, for whom left and right are as they were: nothing is mirrored. */
+typedef struct {
+    lt_camera camera;
+    const float *depth;             /* (DEXYCB_HEIGHT, DEXYCB_WIDTH) metres, 0 where unknown */
+    dexycb_pose pose[DEXYCB_MAX_OBJECTS];       /* in the order of dexycb_place's targets */
+    const dataset_object *model[DEXYCB_MAX_OBJECTS];        /* of what is annotated */
+} dexycb_scene;
+
+/**
+ * dexycb_read_scene - of sample index of d, which dexycb_open opened with its objects
+ *
+ *   arena   owns the depth
+ *
+ * Errors: a broken depth image or label, an annotated object whose model is not there. Thread-safe.
+ */
+lt_status dexycb_read_scene(const dataset *d, int64_t index, lt_arena *arena, dexycb_scene *out);
 
 #ifdef __cplusplus
 }

@@ -85,13 +85,14 @@ static void extent(const float (*v)[3], int n, float lo[3], float hi[3])
 static bool touches(const dexycb *d, const lt_hand_model *hand, dexycb_spot spot, const dexycb_label *l)
 {
     const dataset_object *o = NULL;
+    const float *R = l->object.R;
     dataset_sample s = { 0 };
     float v[LT_HAND_VERTICES][3], lo[3], hi[3];
 
     for (int i = 0; i < d->base.n_objects; i++)
         if (d->base.objects[i].ycb_id == spot.sequence->object[spot.sequence->grasped])
             o = &d->base.objects[i];
-    if (!o || !l->object)
+    if (!o || !l->object.known)
         return false;
     dexycb_fill_hand(d, spot, l, &s);
     pose_hand(hand, &s, v);
@@ -101,7 +102,7 @@ static bool touches(const dexycb *d, const lt_hand_model *hand, dexycb_spot spot
         bool inside = true;
         float p[3];
         for (int k = 0; k < 3; k++) {
-            p[k] = l->R[3 * k] * x[0] + l->R[3 * k + 1] * x[1] + l->R[3 * k + 2] * x[2] + l->t[k];
+            p[k] = R[3 * k] * x[0] + R[3 * k + 1] * x[1] + R[3 * k + 2] * x[2] + l->object.t[k];
             inside = inside && p[k] >= lo[k] && p[k] <= hi[k];
         }
         if (inside && near_any(p, (const float (*)[3])v, LT_HAND_VERTICES))

@@ -7,7 +7,7 @@
 
 #include "data/dexycb.h"
 
-enum { DEXYCB_MAX_OBJECTS = 8, DEXYCB_MAX_FRAMES = 10000 };
+enum { DEXYCB_MAX_FRAMES = 10000 };
 
 /* A sequence of the split. */
 typedef struct {
@@ -54,14 +54,17 @@ dexycb_spot dexycb_find(const dexycb *d, int64_t at);
 
 /* What a label file says of the hand and the object in it. */
 typedef struct {
-    bool hand, object;              /* false: not annotated */
+    bool hand;                      /* false: not annotated */
     float pose[51];                 /* root axis-angle, 45 coefficients, translation */
     float joints[LT_HAND_KEYPOINTS][3], joints2d[LT_HAND_KEYPOINTS][2];
-    float R[9], t[3];
+    dexycb_pose object;
 } dexycb_label;
 
 /* dexycb_read_label - without the segmentation. Errors name file and array. */
 lt_status dexycb_read_label(const dexycb *d, dexycb_spot spot, dexycb_label *out);
+
+/* dexycb_read_poses - of all objects on the table, in the order of the sequence's ids */
+lt_status dexycb_read_poses(const dexycb *d, dexycb_spot spot, dexycb_pose out[DEXYCB_MAX_OBJECTS]);
 
 /* dexycb_fill_hand - rotations, beta, joints and root of a label with a hand; left hands as they are */
 void dexycb_fill_hand(const dexycb *d, dexycb_spot spot, const dexycb_label *label, dataset_sample *s);

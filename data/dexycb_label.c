@@ -52,55 +52,71 @@ static lt_status read_hand(const lt_npz *npz, dexycb_label *out)
     return st;
 }
 
-/* Columns of unit length, at right angles, right-handed: what float and a labeller's rounding leave of it. */
-static bool is_rotation(const float *R)
-{
-    double A[9], B[9], angle = 0;
-
-    for (int i = 0; i < 9; i++)
-        A[i] = R[i];
-    lt_rot_nearest(A, B);
-    for (int i = 0; i < 9; i++)
-        angle = fmax(angle, fabs(A[i] - B[i]));
-    return angle < 1e-2;
-}
-
-/* The pose of the object in the hand; the others' are read by nobody. */
-static lt_status read_object(const lt_npz *npz, const dexycb_sequence *q, dexycb_label *out)
+static lt_status read_objects(const lt_npz *npz, const dexycb_sequence *q, float out[DEXYCB_MAX_OBJECTS][12])
 {
     const int64_t shape[3] = { q->n_objects, 3, 4 };
-    float pose[DEXYCB_MAX_OBJECTS][12];
-    const float *p = pose[q->grasped];
-    const lt_status st = numbers(npz, "pose_y", 3, shape, pose[0], (size_t)q->n_objects * 12);
 
-    if (st)
-        return st;
-    out->object = !all(p, 12, 0);
-    for (int i = 0; i < 3; i++) {
-        memcpy(out->R + 3 * i, p + 4 * i, 3 * sizeof(float));
-        out->t[i] = p[4 * i + 3];
-    }
-    if (out->object && !is_rotation(out->R))
+    return numbers(npz, "pose_y", 3, shape, out[0], (size_t)q->n_objects * 12);
+}
+
+/* [R|t] of an object; R is a rotation but for what float and a labeller's rounding leave of it. */
+static lt_status pose_of(const lt_npz *npz, int object, const float Rt[12], dexycb_pose *out)
+{
+    double R[9];
+
+    out->known = !all(Rt, 12, 0);
+    for (int i = 0; i < 9; i++)
+        R[i] = out->R[i] = Rt[4 * (i / 3) + i % 3];
+    for (int i = 0; i < 3; i++)
+        out->t[i] = Rt[4 * i + 3];
+    if (out->known && !lt_rot_is_near(R, 1e-2))
         return lt_error(LT_EFORMAT, "%s: pose_y: object %d: expected a rotation matrix beside the translation",
-                        npz->path, q->grasped);
+                        npz->path, object);
     return LT_OK;
+}
+
+static lt_status open_label(lt_arena *arena, const dexycb *d, dexycb_spot spot, const char *const *key, size_t n,
+                            lt_npz *out)
+{
+    const char *path = arena ? lt_arena_printf(arena, "%s/%s/%s/labels_%06d.npz", d->base.root, spot.sequence->folder,
+                                               d->serial[spot.camera], spot.frame) : NULL;
+
+    return path ? lt_npz_read_only(arena, path, key, n, out)
+                : lt_error(LT_ENOMEM, "%s: no memory", spot.sequence->folder);
 }
 
 lt_status dexycb_read_label(const dexycb *d, dexycb_spot spot, dexycb_label *out)
 {
     static const char *const key[] = { "pose_m", "joint_3d", "joint_2d", "pose_y" };
+    const int grasped = spot.sequence->grasped;
+    float object[DEXYCB_MAX_OBJECTS][12];
     lt_arena *arena = lt_arena_new();
-    const char *path = arena ? lt_arena_printf(arena, "%s/%s/%s/labels_%06d.npz", d->base.root, spot.sequence->folder,
-                                               d->serial[spot.camera], spot.frame) : NULL;
     lt_npz npz;
-    lt_status st = path ? lt_npz_read_only(arena, path, key, LT_COUNT(key), &npz)
-                        : lt_error(LT_ENOMEM, "%s: no memory", spot.sequence->folder);
+    lt_status st = open_label(arena, d, spot, key, LT_COUNT(key), &npz);
 
     *out = (dexycb_label){ 0 };
     if (!st)
         st = read_hand(&npz, out);
     if (!st)
-        st = read_object(&npz, spot.sequence, out);
+        st = read_objects(&npz, spot.sequence, object);
+    if (!st)
+        st = pose_of(&npz, grasped, object[grasped], &out->object);
+    lt_arena_free(arena);
+    return st;
+}
+
+lt_status dexycb_read_poses(const dexycb *d, dexycb_spot spot, dexycb_pose out[DEXYCB_MAX_OBJECTS])
+{
+    static const char *const key[] = { "pose_y" };
+    float object[DEXYCB_MAX_OBJECTS][12];
+    lt_arena *arena = lt_arena_new();
+    lt_npz npz;
+    lt_status st = open_label(arena, d, spot, key, LT_COUNT(key), &npz);
+
+    if (!st)
+        st = read_objects(&npz, spot.sequence, object);
+    for (int i = 0; !st && i < spot.sequence->n_objects; i++)
+        st = pose_of(&npz, i, object[i], &out[i]);
     lt_arena_free(arena);
     return st;
 }

@@ -15,12 +15,15 @@
 extern "C" {
 #endif
 
-/* Shares of the targets. */
+/* Shares of the targets; NaN without any. */
 typedef struct {
-    int64_t targets, estimated;     /* objects in the hand of key frames; those of them that the file has */
+    int64_t targets, estimated;     /* annotated objects of key frames; those of them that the file has */
     double vsd, mssd, mspd;
     double ar;                      /* their mean */
 } bop_recall;
+
+/* Of all that is on the table, and of what is in the hand: the toolkit's "all" and "grasp only" */
+typedef struct { bop_recall all, grasped; } bop_recalls;
 
 /* Called now and then; false stops. */
 typedef bool (*bop_progress)(void *ctx, int64_t done, int64_t total);
@@ -31,13 +34,13 @@ typedef bool (*bop_progress)(void *ctx, int64_t done, int64_t total);
  *   d        a split, with the filter every; its models and depth images are read
  *   progress may be NULL
  *
- * Targets are the objects in the hand ("grasp only"), all NaN without any. Of several estimates of a target the one
- * with the best score counts; one that is not a rigid pose never hits. Symmetries are those of eval_symmetries, the
- * diameter is the model's largest distance of two vertices. The same on any number of threads.
+ * Every annotated object is a target, however little of it is seen. Of several estimates of a target the one with the
+ * best score counts; one that is not a rigid pose never hits. Symmetries are those of eval_symmetries, the diameter is
+ * the model's largest distance of two vertices. The same on any number of threads.
  *
- * Errors: another header, a line that is no estimate (with its number), a sample that cannot be read, LT_ESTOPPED.
+ * Errors: another header, a line that is no estimate (with its number), a frame that cannot be read, LT_ESTOPPED.
  */
-lt_status bop_score(const dataset *d, const char *path, bop_progress progress, void *ctx, bop_recall *out);
+lt_status bop_score(const dataset *d, const char *path, bop_progress progress, void *ctx, bop_recalls *out);
 
 #ifdef __cplusplus
 }

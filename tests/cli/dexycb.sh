@@ -26,6 +26,12 @@ grep -q 'left hands on the hand model' "$here/info.txt"
 [ "$(wc -l <"$here/hpe.txt")" = 4 ]
 ./palmar eval --pred "$here/hpe.txt" --data "$here/data" 2>/dev/null | grep -q '^relative_mpjpe_mm: '
 
+# Its file of object poses has what is in the hand alone.
+./palmar eval "$here/run" --data "$here/data" --submit "$here/poses.csv" 2>/dev/null
+./palmar eval --pred "$here/poses.csv" --data "$here/data" >"$here/bop.txt" 2>/dev/null
+grep -q '^all ' "$here/bop.txt"
+grep -q '^grasp only  *4  *4 ' "$here/bop.txt"
+
 # A picture cut short: named once, the rest as before.
 picture=$(echo "$here"/data/*subject-01/*_100000/836212060125/color_000000.jpg)
 head -c 100 "$picture" >"$here/cut" && mv "$here/cut" "$picture"

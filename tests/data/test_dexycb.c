@@ -297,30 +297,37 @@ static void model(const char *name)
     ok(lt_xyz_write(at(lt_arena_printf(arena, "%s/points.xyz", folder)), (const float (*)[3])vertex, 4));
 }
 
+static bool is_left_sequence(int q)
+{
+    return q == 1 || q >= 3;
+}
+
+static label label_of(int q, int f)
+{
+    label l;
+
+    pose_label(is_left_sequence(q), &l);
+    pose_object(&l, q == 0 && f == 5 ? 0.02f : 0.004f);
+    return q == 2 ? no_hand(l) : l;
+}
+
 /* One subject with five sequences of six frames: right, left, right without hands, left, left. The hand of
  * sequence 0 touches the object in frames 0 to 4 and is 2 cm away in frame 5. */
 static void small_tree(void)
 {
     lt_rng rng = lt_rng_make(3, 1);
-    label l[2];
 
     for (int i = 0; i < 45; i++)
         coefficient[i] = (float)lt_rng_range(&rng, -0.4, 0.4);
     text_file("synthetic.json", "{\"subjects\": 1, \"sequences\": 5}\n");
     calibration(1, 1);
     model("006_mustard_bottle");
-    pose_label(false, &l[0]);
-    pose_label(true, &l[1]);
     for (int q = 0; q < 5; q++) {
-        const bool is_left = q == 1 || q >= 3;
-        meta(0, q, 1, 6, is_left);
+        meta(0, q, 1, 6, is_left_sequence(q));
         ok(lt_make_dirs(at(lt_arena_printf(arena, "%s/%s", sequence_folder(0, q), serial[0]))));
         for (int f = 0; f < 6; f++) {
-            label one = l[is_left];
-            pose_object(&one, q == 0 && f == 5 ? 0.02f : 0.004f);
-            if (q == 2)
-                one = no_hand(one);
-            write_label(frame(q, "labels", f, "npz"), &one);
+            const label l = label_of(q, f);
+            write_label(frame(q, "labels", f, "npz"), &l);
             write_pictures(q, f);
         }
     }
@@ -568,17 +575,27 @@ START_TEST(bop_file)
 }
 END_TEST
 
-static bop_recall recall(const dataset *d, const char *name)
+static bop_recalls recalls(const dataset *d, const char *name)
 {
-    bop_recall r;
+    bop_recalls r;
 
     ok(bop_score(d, at(name), NULL, NULL, &r));
     return r;
 }
 
+/* Nothing but the object in the hand is annotated: both scores are of the same targets. */
+static bop_recall recall(const dataset *d, const char *name)
+{
+    const bop_recalls r = recalls(d, name);
+
+    ck_assert_int_eq(r.all.targets, r.grasped.targets);
+    ck_assert_double_eq(r.all.ar, r.grasped.ar);
+    return r.grasped;
+}
+
 static void refuse(const dataset *d, const char *text, const char *why)
 {
-    bop_recall r;
+    bop_recalls r;
 
     text_file("bad.csv", text);
     ck_assert_int_eq(bop_score(d, at("bad.csv"), NULL, NULL, &r), LT_EFORMAT);
@@ -587,7 +604,7 @@ static void refuse(const dataset *d, const char *text, const char *why)
 
 /* What the labels say is right everywhere; an estimate that is missing, or no rigid pose, never is; and of two the
  * better score counts. */
-START_TEST(bop_recalls)
+START_TEST(bop_grasped)
 {
     static const char first[] = "scene_id,im_id,obj_id,score,R,t,time\n";
     char *text, *line, *worse;
@@ -622,6 +639,98 @@ START_TEST(bop_recalls)
     refuse(d, lt_arena_printf(arena, "%s0,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1\n", first), "bad.csv:2: expected ");
     refuse(d, lt_arena_printf(arena, "%s0.5,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1\n", first), "bad.csv:2: expected ");
     refuse(d, lt_arena_printf(arena, "%s0,0,5,nan,1 0 0 0 1 0 0 0 1,0 0 1,-1\n", first), "bad.csv:2: expected ");
+    dataset_free(d);
+}
+END_TEST
+
+/* The cracker box stands beside the hand. */
+static label with_box(int q, int f)
+{
+    label l = label_of(q, f);
+
+    for (int i = 0; i < 3; i++) {
+        l.object[0][i][(i + 1) % 3] = 1;
+        l.object[0][i][3] = l.object[1][i][3];
+    }
+    l.object[0][0][3] += 0.15f;
+    return l;
+}
+
+static char *csv_line(char *text, int scene, int image, int object, const float pose[3][4], float shift)
+{
+    text = lt_arena_printf(arena, "%s%d,%d,%d,1,", text, scene, image, object);
+    for (int i = 0; i < 9; i++)
+        text = lt_arena_printf(arena, "%s%.9g%s", text, (double)pose[i / 3][i % 3], i < 8 ? " " : ",");
+    return lt_arena_printf(arena, "%s%.9g %.9g %.9g,-1\n", text, (double)(pose[0][3] + shift), (double)pose[1][3],
+                           (double)pose[2][3]);
+}
+
+/* A box in the key frames of all sequences of the split but the last; its estimates are off by shift along x. */
+static int64_t put_boxes(const char *csv, float shift)
+{
+    char *text = lt_arena_strdup(arena, "scene_id,im_id,obj_id,score,R,t,time\n");
+    int64_t boxes = 0;
+
+    for (int q = 0; q < 4; q++)
+        for (int f = 0; f < 6; f += 4) {
+            const label l = q < 3 ? with_box(q, f) : label_of(q, f);
+            write_label(frame(q, "labels", f, "npz"), &l);
+            text = csv_line(text, q, f, 5, (const float (*)[4])l.object[1], 0);
+            if (q == 3)
+                continue;
+            text = csv_line(text, q, f, 2, (const float (*)[4])l.object[0], shift);
+            boxes++;
+        }
+    text_file(csv, text);
+    return boxes;
+}
+
+/* What is on the table counts in "all" alone; what is not annotated, in neither. */
+START_TEST(bop_all)
+{
+    bop_recalls r;
+    int64_t boxes;
+    dataset *d;
+
+    small_tree();
+    model("003_cracker_box");
+    boxes = put_boxes("all.csv", 0);
+    put_boxes("off.csv", 0.05f);
+    d = open_small(DEXYCB_EVERY);
+    r = recalls(d, "all.csv");
+    ck_assert_int_eq(r.all.targets, r.grasped.targets + boxes);
+    ck_assert_int_eq(r.all.estimated, r.all.targets);
+    ck_assert(r.grasped.ar == 1 && r.all.vsd == 1 && r.all.mssd == 1 && r.all.mspd == 1);
+    write_results(d, at("grasped.csv"));
+    r = recalls(d, "grasped.csv");
+    ck_assert_double_eq(r.grasped.ar, 1);
+    ck_assert_int_eq(r.all.estimated, r.grasped.targets);
+    ck_assert_double_eq_tol(r.all.ar, (double)r.grasped.targets / (double)r.all.targets, 1e-12);
+    r = recalls(d, "off.csv");
+    ck_assert_double_eq(r.grasped.ar, 1);
+    ck_assert_double_lt(r.all.mssd, 1);
+    ck_assert_double_lt(r.all.vsd, 1);
+    ck_assert_double_gt(r.all.mssd, (double)r.grasped.targets / (double)r.all.targets);
+    dataset_free(d);
+}
+END_TEST
+
+/* A box on the table has to have its model, and a pose that is one. */
+START_TEST(bop_bad_table)
+{
+    label l = with_box(0, 0);
+    bop_recalls r;
+    dataset *d;
+
+    small_tree();
+    put_boxes("all.csv", 0);
+    d = open_small(DEXYCB_EVERY);
+    ck_assert_int_eq(bop_score(d, at("all.csv"), NULL, NULL, &r), LT_EIO);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "the object is 003_cracker_box, which is not in "));
+    l.object[0][0][0] = 7;
+    write_label(frame(0, "labels", 0, "npz"), &l);
+    ck_assert_int_eq(bop_score(d, at("all.csv"), NULL, NULL, &r), LT_EFORMAT);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "labels_000000.npz: pose_y: object 0: expected a rotation"));
     dataset_free(d);
 }
 END_TEST
@@ -846,7 +955,9 @@ int main(void)
     tcase_add_test(c, tips_of_the_toolkit);
     tcase_add_test(c, hpe_file);
     tcase_add_test(c, bop_file);
-    tcase_add_test(c, bop_recalls);
+    tcase_add_test(c, bop_grasped);
+    tcase_add_test(c, bop_all);
+    tcase_add_test(c, bop_bad_table);
     tcase_add_test(c, coco_file);
     tcase_add_test(c, filters);
     tcase_add_test(c, hfl_test_box);
