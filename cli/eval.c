@@ -265,15 +265,19 @@ static void print_recall(const char *name, const bop_recall *r)
            r->mssd, r->mspd, r->ar);
 }
 
-static lt_status score_objects(const eval_args *a, const dataset *d)
+static lt_status score_objects(const eval_args *a, const dataset *d, lt_arena *arena)
 {
+    const char *models_info;
     bop_recalls r;
-    const lt_status st = bop_score(d, a->pred, show_progress, NULL, &r);
+    lt_status st = dexycb_models_info(d, arena, &models_info);
 
+    if (!st)
+        st = bop_score(d, a->pred, models_info, show_progress, NULL, &r);
     if (st)
         return st;
-    fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, key frames; VSD delta 15 mm; symmetries by geometric class; "
-            "diameter max_dist\n", d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split);
+    fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, key frames; VSD delta 15 mm; %s%s\n",
+            d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, models_info ? "symmetries and diameters of " :
+            "symmetries by geometric class; diameter max_dist", models_info ? models_info : "");
     printf("%-10s %9s %9s %9s %9s %9s %9s\n", "", "targets", "estimated", "vsd", "mssd", "mspd", "mean");
     print_recall("all", &r.all);
     print_recall("grasp only", &r.grasped);
@@ -281,7 +285,7 @@ static lt_status score_objects(const eval_args *a, const dataset *d)
 }
 
 /* Object poses are asked for in every key frame, hand joints where a hand is annotated. */
-static lt_status score_dexycb(const eval_args *a)
+static lt_status score_dexycb(const eval_args *a, lt_arena *arena)
 {
     const size_t n = strlen(a->pred);
     const bool poses = n >= 4 && !strcmp(a->pred + n - 4, ".csv");
@@ -294,7 +298,7 @@ static lt_status score_dexycb(const eval_args *a)
     if (!st)
         st = dataset_open(&o, &d);
     if (!st)
-        st = poses ? score_objects(a, d) : score_hands(a, d);
+        st = poses ? score_objects(a, d, arena) : score_hands(a, d);
     if (d)
         dataset_free(d);
     cli_hand_close(&hand);
@@ -308,7 +312,7 @@ static lt_status score_file(const eval_args *a)
     lt_status st = arena ? dataset_find_layout(a->data, &layout) : lt_error(LT_ENOMEM, "%s: no memory", a->pred);
 
     if (!st)
-        st = layout == DATASET_HO3D ? score_ho3d(a, arena) : score_dexycb(a);
+        st = layout == DATASET_HO3D ? score_ho3d(a, arena) : score_dexycb(a, arena);
     lt_arena_free(arena);
     return st;
 }

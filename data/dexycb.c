@@ -192,6 +192,24 @@ lt_status dexycb_read_scene(const dataset *base, int64_t index, lt_arena *arena,
     return st;
 }
 
+lt_status dexycb_models_info(const dataset *base, lt_arena *arena, const char **out)
+{
+    const dexycb *d = (const dexycb *)base;
+    const char *path[2] = {
+        lt_arena_printf(arena, "%s/bop/s%d/models_eval/models_info.json", base->root, d->split.setup),
+        lt_arena_printf(arena, "%s/bop/models_info.json", d->models),
+    };
+
+    *out = NULL;
+    for (int i = 0; i < 2 && !*out; i++) {
+        if (!path[i])
+            return lt_error(LT_ENOMEM, "%s: no memory", base->root);
+        if (!access(path[i], F_OK))
+            *out = path[i];
+    }
+    return LT_OK;
+}
+
 static const char *missing_file(const dataset *base, int64_t index, lt_arena *arena)
 {
     static const char *const what[] = { "color", "aligned_depth_to_color", "labels" }, *const ending[] = { "jpg", "png", "npz" };

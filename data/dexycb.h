@@ -88,6 +88,14 @@ typedef struct {
  */
 lt_status dexycb_read_scene(const dataset *d, int64_t index, lt_arena *arena, dexycb_scene *out);
 
+/**
+ * dexycb_models_info - the path, in arena, of what BOP says of the models; *out is NULL where it is not there
+ *
+ * bop/s0/models_eval/models_info.json in the dataset's folder, as the toolkit has it for each setup, else
+ * bop/models_info.json in the models' folder. d was opened with its objects.
+ */
+lt_status dexycb_models_info(const dataset *d, lt_arena *arena, const char **out);
+
 #ifdef __cplusplus
 }
 #endif

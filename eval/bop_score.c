@@ -4,6 +4,7 @@
 
 #include "data/silhouette.h"
 #include "eval/bop_file.h"
+#include "eval/models_info.h"
 #include "eval/symmetry.h"
 #include "eval/vsd.h"
 #include "libtensor/base/parallel.h"
@@ -29,38 +30,59 @@ static void add(totals *sum, const totals *some)
         sum->hits[k] += some->hits[k];
 }
 
+/* ---- the models ---- */
+
+/* What the dataset's own models show, by YCB id */
+static lt_status measure_models(const dataset *d, lt_arena *arena, bop_model out[YCB_COUNT + 1])
+{
+    for (int i = 0; i < d->n_objects; i++) {
+        const ycb_object *ycb = ycb_find(d->objects[i].ycb_id);
+        eval_pose *symmetry = lt_arena_array(arena, EVAL_TURNS, sizeof(*symmetry));
+        if (!symmetry)
+            return lt_error(LT_ENOMEM, "%s: no memory", d->objects[i].name);
+        out[ycb->id] = (bop_model){ (double)d->objects[i].diameter, eval_symmetries(ycb, symmetry), symmetry };
+    }
+    return LT_OK;
+}
+
 /* ---- one target ---- */
+
+typedef struct {
+    const dataset_object *o;
+    const bop_model *model;
+    const dexycb_scene *scene;
+    eval_pose e, g;                 /* estimated, true */
+} target;
 
 static bool is_rigid(const eval_pose *p)
 {
     return lt_rot_is_near(p->R, 1e-2) && eval_pose_finite(p);
 }
 
-static lt_status draw(const dataset_object *o, const eval_pose *p, const dexycb_scene *s, lt_arena *arena,
-                      float **out)
+static lt_status draw(const target *t, const eval_pose *p, lt_arena *arena, float **out)
 {
-    float R[9], t[3];
+    float R[9], at[3];
 
     for (int i = 0; i < 9; i++)
         R[i] = (float)p->R[i];
     for (int i = 0; i < 3; i++)
-        t[i] = (float)p->t[i];
+        at[i] = (float)p->t[i];
     *out = lt_arena_array(arena, DEXYCB_WIDTH * DEXYCB_HEIGHT, sizeof(**out));
     if (!*out)
-        return lt_error(LT_ENOMEM, "%s: no memory to draw the object", o->name);
-    return silhouette_depth(&o->mesh, R, t, &s->camera, *out, DEXYCB_WIDTH, DEXYCB_HEIGHT, arena);
+        return lt_error(LT_ENOMEM, "%s: no memory to draw the object", t->o->name);
+    return silhouette_depth(&t->o->mesh, R, at, &t->scene->camera, *out, DEXYCB_WIDTH, DEXYCB_HEIGHT, arena);
 }
 
-static lt_status count_vsd(const dataset_object *o, const dexycb_scene *s, const eval_pose *e, const eval_pose *g,
-                           lt_arena *arena, int64_t *hits)
+static lt_status count_vsd(const target *t, lt_arena *arena, int64_t *hits)
 {
-    const eval_vsd_view view = { DEXYCB_WIDTH, DEXYCB_HEIGHT, s->camera, s->depth, DELTA, o->diameter };
+    const eval_vsd_view view = { DEXYCB_WIDTH, DEXYCB_HEIGHT, t->scene->camera, t->scene->depth, DELTA,
+                                 t->model->diameter };
     double tau[STEPS], errors[STEPS];
     float *at_e, *at_g;
-    lt_status st = draw(o, e, s, arena, &at_e);
+    lt_status st = draw(t, &t->e, arena, &at_e);
 
     if (!st)
-        st = draw(o, g, s, arena, &at_g);
+        st = draw(t, &t->g, arena, &at_g);
     if (st)
         return st;
     for (int k = 0; k < STEPS; k++)
@@ -72,39 +94,35 @@ static lt_status count_vsd(const dataset_object *o, const dexycb_scene *s, const
     return LT_OK;
 }
 
-static lt_status count_surface(const dataset_object *o, const dexycb_scene *s, const eval_pose *e, const eval_pose *g,
-                               lt_arena *arena, int64_t hits[2])
+static lt_status count_surface(const target *t, lt_arena *arena, int64_t hits[2])
 {
-    const int n = o->mesh.n_vertices;
+    const int n = t->o->mesh.n_vertices;
+    const bop_model *m = t->model;
     double *x = lt_arena_array(arena, 3 * (size_t)n, sizeof(*x)), mssd, mspd;
-    eval_pose *symmetry = lt_arena_array(arena, EVAL_TURNS, sizeof(*symmetry));
-    int n_symmetries;
 
-    if (!x || !symmetry)
-        return lt_error(LT_ENOMEM, "%s: no memory for %d vertices", o->name, n);
+    if (!x)
+        return lt_error(LT_ENOMEM, "%s: no memory for %d vertices", t->o->name, n);
     for (int i = 0; i < 3 * n; i++)
-        x[i] = o->mesh.vertex[i / 3][i % 3];
-    n_symmetries = eval_symmetries(ycb_find(o->ycb_id), symmetry);
-    mssd = eval_mssd(n, x, e, g, n_symmetries, symmetry);
-    mspd = eval_mspd(n, x, e, g, n_symmetries, symmetry, &s->camera);
+        x[i] = t->o->mesh.vertex[i / 3][i % 3];
+    mssd = eval_mssd(n, x, &t->e, &t->g, m->n_symmetries, m->symmetry);
+    mspd = eval_mspd(n, x, &t->e, &t->g, m->n_symmetries, m->symmetry, &t->scene->camera);
     for (int step = 0; step < STEPS; step++) {
-        hits[0] += mssd < share(step) * (double)o->diameter;
+        hits[0] += mssd < share(step) * m->diameter;
         hits[1] += mspd < 5 * (step + 1) * DEXYCB_WIDTH / WIDTH;
     }
     return LT_OK;
 }
 
-static lt_status measure(const dexycb_scene *s, int i, const bop_estimate *estimate, lt_arena *arena, totals *out)
+static lt_status measure(target *t, const bop_estimate *estimate, lt_arena *arena, totals *out)
 {
-    const dataset_object *o = s->model[i];
-    const eval_pose g = eval_pose_of(s->pose[i].R, s->pose[i].t);
     lt_status st;
 
     *out = (totals){ .targets = 1, .estimated = estimate != NULL };
     if (!estimate || !is_rigid(&estimate->pose))
         return LT_OK;
-    st = count_vsd(o, s, &estimate->pose, &g, arena, &out->hits[0]);
-    return st ? st : count_surface(o, s, &estimate->pose, &g, arena, &out->hits[1]);
+    t->e = estimate->pose;
+    st = count_vsd(t, arena, &out->hits[0]);
+    return st ? st : count_surface(t, arena, &out->hits[1]);
 }
 
 /* ---- one frame ---- */
@@ -118,7 +136,9 @@ typedef struct {
 
 typedef struct {
     const dataset *d;
-    const bop_file *file;
+    const char *models_info;        /* NULL: what the dataset's models show */
+    bop_model model[YCB_COUNT + 1];
+    bop_file file;
     frame *frame;
 } job;
 
@@ -129,10 +149,15 @@ static lt_status measure_frame(const job *j, frame *f, lt_arena *arena)
     lt_status st = dexycb_read_scene(j->d, f->index, arena, &s);
 
     for (int i = 0; !st && i < place.n_targets; i++) {
+        const int id = place.target[i];
+        target t = { .o = s.model[i], .model = &j->model[id], .scene = &s };
         totals one;
         if (!s.pose[i].known)
             continue;
-        st = measure(&s, i, bop_file_find(j->file, place.scene, place.image, place.target[i]), arena, &one);
+        if (j->models_info && !(t.model->diameter > 0))
+            return lt_error(LT_EFORMAT, "%s: has no object %d, %s", j->models_info, id, t.o->name);
+        t.g = eval_pose_of(s.pose[i].R, s.pose[i].t);
+        st = measure(&t, bop_file_find(&j->file, place.scene, place.image, id), arena, &one);
         add(&f->all, &one);
         if (i == place.grasped)
             add(&f->grasped, &one);
@@ -178,14 +203,27 @@ static bop_recall recall_of(const totals *sum)
     return r;
 }
 
-lt_status bop_score(const dataset *d, const char *path, bop_progress progress, void *ctx, bop_recalls *out)
+static lt_status prepare(job *j, lt_arena *arena, const char *path)
+{
+    lt_status st;
+
+    j->frame = arena ? lt_arena_array(arena, BLOCK, sizeof(*j->frame)) : NULL;
+    if (!j->frame)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    st = bop_file_read(arena, path, &j->file);
+    if (st)
+        return st;
+    return j->models_info ? models_info_read(arena, j->models_info, j->model) : measure_models(j->d, arena, j->model);
+}
+
+lt_status bop_score(const dataset *d, const char *path, const char *models_info, bop_progress progress, void *ctx,
+                    bop_recalls *out)
 {
     lt_arena *arena = lt_arena_new();
-    bop_file file;
-    job j = { d, &file, arena ? lt_arena_array(arena, BLOCK, sizeof(*j.frame)) : NULL };
+    job j = { .d = d, .models_info = models_info };
     totals all = { 0 }, grasped = { 0 };
     int64_t count = 0;
-    lt_status st = j.frame ? bop_file_read(arena, path, &file) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    lt_status st = prepare(&j, arena, path);
 
     for (int64_t i = 0; !st && i < d->count; i++) {
         if (dexycb_place_of(d, i).keyframe)

@@ -31,16 +31,19 @@ typedef bool (*bop_progress)(void *ctx, int64_t done, int64_t total);
 /**
  * bop_score - the recalls of a csv as dexycb_results_open writes it: metres, the model's own frame
  *
- *   d        a split, with the filter every; its models and depth images are read
- *   progress may be NULL
+ *   d            a split, with the filter every; its models and depth images are read
+ *   models_info  BOP's file of the models' diameters and symmetries, or NULL: the diameter is the largest distance
+ *                of two vertices, symmetries are those of eval_symmetries
+ *   progress     may be NULL
  *
  * Every annotated object is a target, however little of it is seen. Of several estimates of a target the one with the
- * best score counts; one that is not a rigid pose never hits. Symmetries are those of eval_symmetries, the diameter is
- * the model's largest distance of two vertices. The same on any number of threads.
+ * best score counts; one that is not a rigid pose never hits. The same on any number of threads.
  *
- * Errors: another header, a line that is no estimate (with its number), a frame that cannot be read, LT_ESTOPPED.
+ * Errors: another header, a line that is no estimate (with its number), a frame that cannot be read, models_info_read's
+ * and a target that models_info lacks, LT_ESTOPPED.
  */
-lt_status bop_score(const dataset *d, const char *path, bop_progress progress, void *ctx, bop_recalls *out);
+lt_status bop_score(const dataset *d, const char *path, const char *models_info, bop_progress progress, void *ctx,
+                    bop_recalls *out);
 
 #ifdef __cplusplus
 }

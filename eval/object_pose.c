@@ -45,8 +45,7 @@ bool eval_pose_finite(const eval_pose *pose)
     return eval_all_finite(9, pose->R) && eval_all_finite(3, pose->t);
 }
 
-/* a after b */
-static eval_pose compose(const eval_pose *a, const eval_pose *b)
+eval_pose eval_pose_compose(const eval_pose *a, const eval_pose *b)
 {
     eval_pose c;
 
@@ -195,7 +194,7 @@ static double best_over_symmetries(int n, const double *x, const eval_pose *e, c
     double best = largest_error(n, x, e, g, camera);
 
     for (int s = 0; s < n_sym; s++) {
-        const eval_pose other = compose(g, &sym[s]);
+        const eval_pose other = eval_pose_compose(g, &sym[s]);
 
         best = fmin(best, largest_error(n, x, e, &other, camera));
     }

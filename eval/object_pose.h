@@ -34,6 +34,9 @@ void eval_pose_mirror(eval_pose *pose);
  * itself, R diag(-1, 1, 1), in place. Distances between points of two such poses are those outside of the mirror. */
 void eval_pose_of_model(eval_pose *pose, bool mirrored);
 
+/* eval_pose_compose - x -> a(b(x)) */
+eval_pose eval_pose_compose(const eval_pose *a, const eval_pose *b);
+
 bool eval_pose_finite(const eval_pose *pose);
 
 /* ---- how large, how symmetric ------------------------------------------------------------ */

@@ -6,18 +6,15 @@
 
 #include <math.h>
 
-/* x -> R (x - centre) + centre, where R turns about a unit axis */
-static eval_pose turn(const ycb_object *o, const double axis[3], double angle)
+eval_pose eval_turn(const double point[3], const double axis[3], double angle)
 {
     const double aa[3] = { axis[0] * angle, axis[1] * angle, axis[2] * angle };
-    const double none[3] = { 0 };
     eval_pose s;
     double moved[3];
 
     lt_rot_from_axis_angle(aa, s.R);
-    lt_rigid_apply(s.R, none, o->centre, moved);
-    for (int k = 0; k < 3; k++)
-        s.t[k] = o->centre[k] - moved[k];
+    lt_mat3_mulvec(s.R, point, moved);
+    lt_vec3_sub(point, moved, s.t);
     return s;
 }
 
@@ -25,7 +22,7 @@ static eval_pose turn(const ycb_object *o, const double axis[3], double angle)
 static int turns(const ycb_object *o, const double axis[3], int n, eval_pose *out)
 {
     for (int i = 1; i < n; i++)
-        out[i - 1] = turn(o, axis, 2 * M_PI * i / n);
+        out[i - 1] = eval_turn(o->centre, axis, 2 * M_PI * i / n);
     return n - 1;
 }
 
@@ -37,7 +34,7 @@ static int quarter_turns_and_flips(const ycb_object *o, eval_pose *out)
 
     for (int i = 0; i < 4; i++) {
         const double at = o->yaw + i * M_PI / 4, axis[3] = { cos(at), sin(at), 0 };
-        out[n++] = turn(o, axis, M_PI);
+        out[n++] = eval_turn(o->centre, axis, M_PI);
     }
     return n;
 }

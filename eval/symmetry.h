@@ -15,6 +15,9 @@ extern "C" {
 /* Steps of a continuous symmetry, as BOP has it: ceil(pi / 0.01) */
 enum { EVAL_TURNS = 315 };
 
+/* eval_turn - x -> R (x - point) + point, where R turns about a unit axis */
+eval_pose eval_turn(const double point[3], const double axis[3], double angle);
+
 /**
  * eval_symmetries - model to model, the identity left out; their number
  *
