@@ -8,7 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FIELDS = 17 };
+/* SHORTEST: bytes of a line whose numbers have a digit each */
+enum { FIELDS = 17, SHORTEST = 2 * FIELDS - 1 };
 
 static const char header[] = "scene_id,im_id,obj_id,score,R,t,time";
 
@@ -60,26 +61,29 @@ static lt_status parse_line(const char *path, int64_t number, const char *text, 
     return LT_OK;
 }
 
-static lt_status parse(lt_arena *arena, const char *path, char *text, bop_estimate **out, int64_t *n)
+static lt_status parse(lt_arena *arena, const char *path, char *text, size_t size, bop_file *out)
 {
-    int64_t lines = 1, number = 1;
-    char *rest = NULL, *line = strtok_r(text, "\n", &rest);
+    const size_t lines = size / SHORTEST + 1;
+    int64_t number = 1;
+    char *line = strsep(&text, "\n");
 
-    if (!line || strncmp(line, header, strlen(header)))
+    if (strncmp(line, header, strlen(header)))
         return lt_error(LT_EFORMAT, "%s: expected \"%s\" first", path, header);
-    for (const char *p = rest; *p; p++)
-        lines += *p == '\n';
-    *out = lt_arena_array(arena, (size_t)lines, sizeof(**out));
-    if (!*out)
-        return lt_error(LT_ENOMEM, "%s: no memory for %lld lines", path, (long long)lines);
-    *n = 0;
-    while ((line = strtok_r(NULL, "\n", &rest))) {
-        const lt_status st = parse_line(path, ++number, line, &(*out)[*n]);
+    out->estimate = lt_arena_array(arena, lines, sizeof(*out->estimate));
+    if (!out->estimate)
+        return lt_error(LT_ENOMEM, "%s: no memory for %zu lines", path, lines);
+    out->n = 0;
+    while ((line = strsep(&text, "\n"))) {
+        lt_status st;
+        number++;
+        if (!*line)
+            continue;
+        st = parse_line(path, number, line, &out->estimate[out->n]);
         if (st)
             return st;
-        (*n)++;
+        out->n++;
     }
-    qsort(*out, (size_t)*n, sizeof(**out), by_target);
+    qsort(out->estimate, (size_t)out->n, sizeof(*out->estimate), by_target);
     return LT_OK;
 }
 
@@ -89,7 +93,7 @@ lt_status bop_file_read(lt_arena *arena, const char *path, bop_file *out)
     size_t size;
     const lt_status st = lt_read_file(arena, path, (size_t)2 << 30, &text, &size);
 
-    return st ? st : parse(arena, path, (char *)text, &out->estimate, &out->n);
+    return st ? st : parse(arena, path, (char *)text, size, out);
 }
 
 const bop_estimate *bop_file_find(const bop_file *file, int scene, int image, int object)

@@ -2,8 +2,8 @@
 #include "eval/dexycb_files.h"
 
 #include "data/mirror.h"
+#include "eval/hpe_file.h"
 #include "libtensor/io/atomic_file.h"
-#include "libtensor/io/file.h"
 #include "libtensor/io/number.h"
 
 #include <math.h>
@@ -158,71 +158,18 @@ void dexycb_results_abort(dexycb_results *f)
 
 /* ---- scoring an HPE file ---- */
 
-typedef struct { int64_t index; float joints[J][3]; } hpe_line;
-
-static int by_index(const void *a, const void *b)
-{
-    const int64_t x = ((const hpe_line *)a)->index, y = ((const hpe_line *)b)->index;
-
-    return x < y ? -1 : x > y;
-}
-
-/* An index and 63 numbers, in mm. */
-static lt_status parse_line(const char *path, int64_t number, const char *text, hpe_line *out)
-{
-    const char *end;
-    double x = lt_strtod(text, &end);
-    int n = 0;
-
-    if (end == text || x != floor(x) || !(x >= 0 && x < 1e15))
-        return lt_error(LT_EFORMAT, "%s:%lld: expected the index of a sample first", path, (long long)number);
-    out->index = (int64_t)x;
-    for (; *end == ',' && n < 3 * J; n++) {
-        const char *from = end + 1;
-        x = lt_strtod(from, &end);
-        if (end == from)
-            break;
-        out->joints[n / 3][n % 3] = (float)(x / 1000);
-    }
-    end += strspn(end, " \r");
-    if (n != 3 * J || *end)
-        return lt_error(LT_EFORMAT, "%s:%lld: %d numbers after the index, expected %d", path, (long long)number, n, 3 * J);
-    return LT_OK;
-}
-
-static lt_status parse(lt_arena *arena, const char *path, char *text, hpe_line **out, int64_t *n)
-{
-    int64_t lines = 1, number = 0;
-    char *rest = NULL;
-
-    for (const char *p = text; *p; p++)
-        lines += *p == '\n';
-    *out = lt_arena_array(arena, (size_t)lines, sizeof(**out));
-    if (!*out)
-        return lt_error(LT_ENOMEM, "%s: no memory for %lld lines", path, (long long)lines);
-    *n = 0;
-    for (char *line = strtok_r(text, "\n", &rest); line; line = strtok_r(NULL, "\n", &rest)) {
-        const lt_status st = parse_line(path, ++number, line, &(*out)[*n]);
-        if (st)
-            return st;
-        (*n)++;
-    }
-    qsort(*out, (size_t)*n, sizeof(**out), by_index);
-    return LT_OK;
-}
-
-static lt_status score_lines(const dataset *d, const char *path, const hpe_line *line, int64_t n, dexycb_scorer *scorer)
+static lt_status score_lines(const dataset *d, const char *path, const hpe_file *file, dexycb_scorer *scorer)
 {
     for (int64_t i = 0; i < d->count; i++) {
-        const hpe_line key = { .index = dexycb_place_of(d, i).index };
-        const hpe_line *found = bsearch(&key, line, (size_t)n, sizeof(*line), by_index);
+        const int64_t index = dexycb_place_of(d, i).index;
+        const hpe_line *found = hpe_file_find(file, index);
         lt_arena *arena = lt_arena_new();
         dataset_sample s;
         lt_status st = arena ? dataset_annotation(d, i, arena, &s) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
         lt_arena_free(arena);
         if (!st && !found)
-            st = lt_error(LT_EFORMAT, "%s: has no line for sample %lld, %s", path, (long long)key.index, dataset_name(d, i));
+            st = lt_error(LT_EFORMAT, "%s: has no line for sample %lld, %s", path, (long long)index, dataset_name(d, i));
         if (st)
             return st;
         if (s.flags & SAMPLE_MIRRORED)
@@ -237,17 +184,11 @@ lt_status dexycb_score_hpe(const dataset *d, const char *path, double scores[DEX
 {
     lt_arena *arena = lt_arena_new();
     dexycb_scorer *scorer = dexycb_scorer_new();
-    hpe_line *line = NULL;
-    int64_t n = 0;
-    uint8_t *text;
-    size_t size;
-    lt_status st = arena && scorer ? lt_read_file(arena, path, (size_t)2 << 30, &text, &size)
-                                   : lt_error(LT_ENOMEM, "%s: no memory", path);
+    hpe_file file;
+    lt_status st = arena && scorer ? hpe_file_read(arena, path, &file) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
     if (!st)
-        st = parse(arena, path, (char *)text, &line, &n);
-    if (!st)
-        st = score_lines(d, path, line, n, scorer);
+        st = score_lines(d, path, &file, scorer);
     if (!st)
         dexycb_scorer_scores(scorer, scores);
     dexycb_scorer_free(scorer);

@@ -639,6 +639,7 @@ START_TEST(bop_grasped)
     refuse(d, "index,x\n", "bad.csv: expected \"scene_id");
     refuse(d, lt_arena_printf(arena, "%s0,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1\n", first), "bad.csv:2: expected ");
     refuse(d, lt_arena_printf(arena, "%s0.5,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1\n", first), "bad.csv:2: expected ");
+    refuse(d, lt_arena_printf(arena, "%s\n\n0,0,5\n", first), "bad.csv:4: expected ");
     refuse(d, lt_arena_printf(arena, "%s0,0,5,nan,1 0 0 0 1 0 0 0 1,0 0 1,-1\n", first), "bad.csv:2: expected ");
     dataset_free(d);
 }

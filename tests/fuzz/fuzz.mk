@@ -10,9 +10,13 @@ CFLAGS = -std=gnu11 -g -O2 -fno-omit-frame-pointer -DPALMAR_LIBDIR='""' $(SAN) -
 # Not what records a graph of an ONNX file: that stands on the whole library.
 RECORDING = $(shell grep -l 'include "libtensor/io/onnx_import.h"' $(ROOT)/libtensor/io/*.c)
 LIBTENSOR = $(filter-out $(RECORDING),$(wildcard $(ROOT)/libtensor/base/*.c $(ROOT)/libtensor/io/*.c))
+GEOMETRY = $(addprefix $(ROOT)/libtensor/geometry/,procrustes.c rotation.c svd3.c)
+EVAL = $(addprefix $(ROOT)/eval/,bop_file.c hpe_file.c metrics.c models_info.c object_pose.c symmetry.c) \
+	$(ROOT)/data/ycb.c
+READERS = $(LIBTENSOR) $(GEOMETRY) $(EVAL)
 TARGETS = $(addprefix $(ROOT)/tests/fuzz/,mutate_pickle.c mutate_png.c mutate_zip.c seeds.c targets.c)
 objects = $(patsubst $(ROOT)/%.c,%.o,$(1))
-COMMON = $(call objects,$(LIBTENSOR) $(TARGETS))
+COMMON = $(call objects,$(READERS) $(TARGETS))
 
 all: fuzz replay
 
@@ -23,7 +27,7 @@ replay: tests/fuzz/replay.o $(COMMON)
 	$(CC) $(SAN) -o $@ $^ $(shell pkg-config --libs $(LIBS)) -ldl -lm
 
 # Comparisons are not traced: the mutators know the words, and it makes pickles three times slower.
-$(call objects,$(LIBTENSOR)): COVERAGE = -fsanitize-coverage=inline-8bit-counters,pc-table
+$(call objects,$(READERS)): COVERAGE = -fsanitize-coverage=inline-8bit-counters,pc-table
 
 # What configure would find out is of no matter here.
 config.h:

@@ -3,6 +3,9 @@
 #define _GNU_SOURCE                     /* memfd_create */
 #include "tests/fuzz/fuzz.h"
 
+#include "eval/bop_file.h"
+#include "eval/hpe_file.h"
+#include "eval/models_info.h"
 #include "libtensor/io/coco_rle.h"
 #include "libtensor/io/exif.h"
 #include "libtensor/io/hand_file.h"
@@ -276,6 +279,49 @@ static void run_hand_file(lt_arena *arena, const uint8_t *bytes, size_t n)
     close(f.fd);
 }
 
+/* ---- what is scored ------------------------------------------------------------------------------- */
+
+static void run_bop(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    bop_file file;
+
+    if (bop_file_read(arena, f.path, &file) == LT_OK)
+        for (int64_t i = 0; i < file.n; i++) {
+            const bop_estimate *e = &file.estimate[i];
+            if (!bop_file_find(&file, e->scene, e->image, e->object))
+                abort();                            /* what is in the file is found */
+            sink = e->pose.t[2];
+        }
+    close(f.fd);
+}
+
+static void run_hpe(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    hpe_file file;
+
+    if (hpe_file_read(arena, f.path, &file) == LT_OK)
+        for (int64_t i = 0; i < file.n; i++) {
+            if (!hpe_file_find(&file, file.line[i].index))
+                abort();
+            sink = file.line[i].joints[20][2];
+        }
+    close(f.fd);
+}
+
+static void run_models_info(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    bop_model model[YCB_COUNT + 1];
+
+    if (models_info_read(arena, f.path, model) == LT_OK)
+        for (int id = 1; id <= YCB_COUNT; id++)
+            for (int i = 0; i < model[id].n_symmetries; i++)
+                sink = model[id].symmetry[i].t[2];
+    close(f.fd);
+}
+
 const fuzz_target fuzz_targets[] = {
     { "pickle", run_pickle, fuzz_pickle, 4096 },
     { "torch", run_torch, fuzz_torch, 8192 },
@@ -294,6 +340,9 @@ const fuzz_target fuzz_targets[] = {
     { "rle", run_rle, NULL, 1024 },
     { "xyz", run_xyz, NULL, 4096 },
     { "hand_file", run_hand_file, fuzz_torch, 32768 },
+    { "bop", run_bop, NULL, 4096 },
+    { "hpe", run_hpe, NULL, 4096 },
+    { "models_info", run_models_info, NULL, 4096 },
     { 0 },
 };
 

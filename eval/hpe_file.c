@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "eval/hpe_file.h"
+
+#include "libtensor/io/file.h"
+#include "libtensor/io/number.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* SHORTEST: bytes of a line whose numbers have a digit each */
+enum { J = LT_HAND_KEYPOINTS, SHORTEST = 1 + 2 * 3 * J };
+
+static int by_index(const void *a, const void *b)
+{
+    const int64_t x = ((const hpe_line *)a)->index, y = ((const hpe_line *)b)->index;
+
+    return x < y ? -1 : x > y;
+}
+
+/* An index and 63 numbers, in mm. */
+static lt_status parse_line(const char *path, int64_t number, const char *text, hpe_line *out)
+{
+    const char *end;
+    double x = lt_strtod(text, &end);
+    int n = 0;
+
+    if (end == text || x != floor(x) || !(x >= 0 && x < 1e15))
+        return lt_error(LT_EFORMAT, "%s:%lld: expected the index of a sample first", path, (long long)number);
+    out->index = (int64_t)x;
+    for (; *end == ',' && n < 3 * J; n++) {
+        const char *from = end + 1;
+        x = lt_strtod(from, &end);
+        if (end == from)
+            break;
+        out->joints[n / 3][n % 3] = (float)(x / 1000);
+    }
+    end += strspn(end, " \r");
+    if (n != 3 * J || *end)
+        return lt_error(LT_EFORMAT, "%s:%lld: %d numbers after the index, expected %d", path, (long long)number, n, 3 * J);
+    return LT_OK;
+}
+
+static lt_status parse(lt_arena *arena, const char *path, char *text, size_t size, hpe_file *out)
+{
+    const size_t lines = size / SHORTEST + 1;
+    int64_t number = 0;
+    char *line;
+
+    out->line = lt_arena_array(arena, lines, sizeof(*out->line));
+    if (!out->line)
+        return lt_error(LT_ENOMEM, "%s: no memory for %zu lines", path, lines);
+    out->n = 0;
+    while ((line = strsep(&text, "\n"))) {
+        lt_status st;
+        number++;
+        if (!*line)
+            continue;
+        st = parse_line(path, number, line, &out->line[out->n]);
+        if (st)
+            return st;
+        out->n++;
+    }
+    qsort(out->line, (size_t)out->n, sizeof(*out->line), by_index);
+    return LT_OK;
+}
+
+lt_status hpe_file_read(lt_arena *arena, const char *path, hpe_file *out)
+{
+    uint8_t *text;
+    size_t size;
+    const lt_status st = lt_read_file(arena, path, (size_t)2 << 30, &text, &size);
+
+    return st ? st : parse(arena, path, (char *)text, size, out);
+}
+
+const hpe_line *hpe_file_find(const hpe_file *file, int64_t index)
+{
+    const hpe_line key = { .index = index };
+
+    return bsearch(&key, file->line, (size_t)file->n, sizeof(key), by_index);
+}
