@@ -70,6 +70,40 @@ START_TEST(each_type_and_stride)
 }
 END_TEST
 
+/* torch_zip with another name for its "archive/" */
+static lt_status read_renamed(lt_arena *arena, const char *name, lt_torch_file *out)
+{
+    static const char old[] = "archive/";
+    const size_t n = sizeof(old) - 1;
+    uint8_t *bytes = lt_arena_alloc(arena, sizeof(torch_zip));
+
+    ck_assert_uint_eq(strlen(name), n);
+    memcpy(bytes, torch_zip, sizeof(torch_zip));
+    for (size_t i = 0; i + n <= sizeof(torch_zip); i++)
+        if (!memcmp(bytes + i, old, n))
+            memcpy(bytes + i, name, n);
+    return lt_torch_parse(arena, "x.pth", bytes, sizeof(torch_zip), out);
+}
+
+/* PyTorch calls the folder in the archive as the file was called: "my  net.pth" */
+START_TEST(blanks_in_the_name)
+{
+    static const char *const no[] = { " rchive/", "archiv /", "a/ hive/", "a /hive/", "arc\tive/", "arc\177ive/",
+                                      "a(chive/" };
+    static const char *const outside[] = { "../hive/", "a/../ve/", "/rchive/", "C:chive/", "arc\\ive/" };
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+
+    check_ok(read_renamed(arena, "my  net/", &f));
+    check_array(&f, "turned", LT_ELEM_F4, SHAPE(3, 2), VALUES(0, 3, 1, 4, 2, 5));
+    for (size_t i = 0; i < LT_COUNT(no); i++)
+        check_error(read_renamed(arena, no[i], &f), LT_EFORMAT, "entry whose name is not made of ");
+    for (size_t i = 0; i < LT_COUNT(outside); i++)
+        check_error(read_renamed(arena, outside[i], &f), LT_EFORMAT, "entry whose name is no path inside");
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(before_0_1_10)
 {
     lt_arena *arena = lt_arena_new();
@@ -350,6 +384,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_add_loop_test(tc, each_type_and_stride, 0, LT_COUNT(everything));
+    tcase_add_test(tc, blanks_in_the_name);
     tcase_add_test(tc, before_0_1_10);
     tcase_add_test(tc, state_dict_within);
     tcase_add_loop_test(tc, whole_module, 0, 2);
