@@ -13,20 +13,14 @@
 
 enum { DEFLATE_RATIO = 1032, DEFLATE_SLACK = 64, MAX_ENTRIES = 1 << 20 };
 
-/* A blank is inside a part of the name, as PyTorch takes it over from "my model.pth": not at either end. */
-static bool blanks_are_inside(const char *name)
+/* PyTorch calls the folder in its archive as the file was called: "epoch=3 (best).pth". */
+static bool name_is_printable(const char *name)
 {
-    for (const char *p = strchr(name, ' '); p; p = strchr(p + 1, ' '))
-        if (p == name || p[-1] == '/' || p[1] == '/' || p[1] == '\0')
-            return false;
-    return true;
-}
+    const char *p = name;
 
-static bool name_is_plain(const char *name)
-{
-    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.-/ ";
-
-    return name[strspn(name, plain)] == '\0' && blanks_are_inside(name);
+    while (*p >= ' ' && *p <= '~')
+        p++;
+    return *p == '\0';
 }
 
 /* NULL, or why the entry cannot be. */
@@ -39,8 +33,8 @@ static const char *check_stat(const zip_stat_t *s, size_t archive_bytes)
         return "entry without a name or size";
     if (!lt_path_is_inside(s->name))
         return "entry whose name is no path inside the archive";
-    if (!name_is_plain(s->name))
-        return "entry whose name is not made of letters, digits, \"_.-/\" and blanks between them";
+    if (!name_is_printable(s->name))
+        return "entry whose name is not made of printable ASCII";
     if (s->encryption_method != ZIP_EM_NONE)
         return "encrypted entry";
     if (s->comp_size > archive_bytes)

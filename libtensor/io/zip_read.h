@@ -9,7 +9,7 @@
 #include "libtensor/base/status.h"
 
 typedef struct {
-    const char *name;               /* letters, digits, "_.-/", blanks between them; lt_path_is_inside */
+    const char *name;               /* printable ASCII; lt_path_is_inside */
     size_t bytes;                   /* unpacked; checked against what its packed bytes can hold */
 } lt_zip_entry;
 

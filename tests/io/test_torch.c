@@ -85,19 +85,18 @@ static lt_status read_renamed(lt_arena *arena, const char *name, lt_torch_file *
     return lt_torch_parse(arena, "x.pth", bytes, sizeof(torch_zip), out);
 }
 
-/* PyTorch calls the folder in the archive as the file was called: "my  net.pth" */
-START_TEST(blanks_in_the_name)
+/* PyTorch calls the folder in the archive as the file was called: "e=3 (1).pth" */
+START_TEST(names_of_folders)
 {
-    static const char *const no[] = { " rchive/", "archiv /", "a/ hive/", "a /hive/", "arc\tive/", "arc\177ive/",
-                                      "a(chive/" };
+    static const char *const no[] = { "arc\tive/", "arc\177ive/", "arc\nive/", "arch\303\244e/" };
     static const char *const outside[] = { "../hive/", "a/../ve/", "/rchive/", "C:chive/", "arc\\ive/" };
     lt_arena *arena = lt_arena_new();
     lt_torch_file f;
 
-    check_ok(read_renamed(arena, "my  net/", &f));
+    check_ok(read_renamed(arena, "e=3 (1)/", &f));
     check_array(&f, "turned", LT_ELEM_F4, SHAPE(3, 2), VALUES(0, 3, 1, 4, 2, 5));
     for (size_t i = 0; i < LT_COUNT(no); i++)
-        check_error(read_renamed(arena, no[i], &f), LT_EFORMAT, "entry whose name is not made of ");
+        check_error(read_renamed(arena, no[i], &f), LT_EFORMAT, "entry whose name is not made of printable");
     for (size_t i = 0; i < LT_COUNT(outside); i++)
         check_error(read_renamed(arena, outside[i], &f), LT_EFORMAT, "entry whose name is no path inside");
     lt_arena_free(arena);
@@ -384,7 +383,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_add_loop_test(tc, each_type_and_stride, 0, LT_COUNT(everything));
-    tcase_add_test(tc, blanks_in_the_name);
+    tcase_add_test(tc, names_of_folders);
     tcase_add_test(tc, before_0_1_10);
     tcase_add_test(tc, state_dict_within);
     tcase_add_loop_test(tc, whole_module, 0, 2);
