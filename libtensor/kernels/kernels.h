@@ -212,11 +212,11 @@ typedef struct lt_kernels {
     void (*softmax)(lt_real *y, const lt_real *x, size_t n);
     void (*softmax_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
 
-    /* layer_norm: y = (x - mean) * rstd * gamma + beta, with the biased variance; mean and rstd are
-     * written to stats[2] when it is not NULL. gamma, beta may be NULL (1, 0).
+    /* layer_norm: of each of `rows` rows of n, y = (x - mean) * rstd * gamma + beta, with the biased variance; mean and
+     * rstd are written to stats[2 * row] when it is not NULL. gamma, beta may be NULL (1, 0).
      * layer_norm_grad: adds to dx, and the row's share to dgamma[n] and dbeta[n]; each may be NULL. */
-    void (*layer_norm)(lt_real *y, lt_real *stats, const lt_real *x, const lt_real *gamma,
-                       const lt_real *beta, double eps, size_t n);
+    void (*layer_norm)(lt_real *y, lt_real *stats, const lt_real *x, const lt_real *gamma, const lt_real *beta,
+                       double eps, size_t rows, size_t n);
     void (*layer_norm_grad)(lt_real *dx, lt_real *dgamma, lt_real *dbeta, const lt_real *dy,
                             const lt_real *x, const lt_real *gamma, const lt_real *stats, size_t n);
 

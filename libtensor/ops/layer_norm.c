@@ -47,19 +47,21 @@ static void plan(lt_call *c)
     c->work_bytes = (size_t)(chunks_of(c) * 2 * lt_dim(c->in[X], -1)) * sizeof(lt_real);
 }
 
-static void forward_row(const lt_call *c, int64_t row)
+enum { ROWS = 16 };             /* of a task's part */
+
+static void forward_rows(const lt_call *c, int64_t part)
 {
     const layer_norm_attr *a = c->attr;
-    const int64_t n = lt_dim(c->out, -1);
+    const int64_t n = lt_dim(c->out, -1), row = part * ROWS;
 
     lt_k->layer_norm((lt_real *)c->out->data + row * n, c->train ? (lt_real *)c->saved[0] + 2 * row : NULL,
                      (const lt_real *)c->in[X]->data + row * n, c->in[WEIGHT]->data, c->in[BIAS]->data,
-                     a->eps, (size_t)n);
+                     a->eps, (size_t)lt_min_i64(ROWS, rows_of(c) - row), (size_t)n);
 }
 
 static void forward(const lt_call *c)
 {
-    op_by_row(c, rows_of(c), 4 * lt_dim(c->out, -1), forward_row);
+    op_by_row(c, lt_ceil_div(rows_of(c), ROWS), ROWS * 4 * lt_dim(c->out, -1), forward_rows);
 }
 
 static void backward_chunk(void *ctx, int64_t chunk)

@@ -67,8 +67,9 @@ CALL(max, s->out[0] = (double)k->max(A, s->n))
 CALL(all_finite, s->out[0] = k->all_finite(A, s->n))
 CALL(softmax, k->softmax(Y, A, s->n))
 CALL(softmax_grad, k->softmax_grad(Y, A, B, s->n))
-CALL(layer_norm, k->layer_norm(Y, NULL, A, B, C, 1e-5, s->n))
-CALL(layer_norm_bare, k->layer_norm(Y, NULL, A, NULL, NULL, 1e-5, s->n))
+CALL(layer_norm, k->layer_norm(Y, NULL, A, B, C, 1e-5, 1, s->n))
+CALL(layer_norm_bare, k->layer_norm(Y, NULL, A, NULL, NULL, 1e-5, 1, s->n))
+CALL(layer_norm_rows, k->layer_norm(Y, NULL, A, B, C, 1e-5, s->n / 7, 7))
 CALL(layer_norm_grad, k->layer_norm_grad(Y, s->y[1], s->y[2], A, B, C, (float[]){ 0.1f, 2 }, s->n))
 CALL(layer_norm_grad_bare, k->layer_norm_grad(Y, NULL, NULL, A, B, NULL, (float[]){ 0.1f, 2 }, s->n))
 
@@ -134,7 +135,7 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu), ENTRY(affine_silu), ENTRY(affine_cols),
     ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step), ENTRY(moments),
     ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite), ENTRY(softmax), ENTRY(softmax_grad),
-    ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
+    ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
     ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add), ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn),
     ENTRY(turn_add), ENTRY(turn_wide), ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
     ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),
