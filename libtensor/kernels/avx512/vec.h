@@ -19,6 +19,15 @@ INLINE vec v_load(const float *p) { return _mm512_loadu_ps(p); }
 INLINE void v_store(float *p, vec v) { _mm512_storeu_ps(p, v); }
 INLINE vec v_fma(vec a, vec b, vec c) { return _mm512_fmadd_ps(a, b, c); }
 
+/* DL doubles, of as many elements */
+typedef __m512d dvec;
+enum { DL = 8 };
+
+INLINE dvec d_set(double x) { return _mm512_set1_pd(x); }
+INLINE dvec d_load(const double *p) { return _mm512_loadu_pd(p); }
+INLINE dvec d_widen(const float *p) { return _mm512_cvtps_pd(_mm256_loadu_ps(p)); }
+INLINE void d_store(double *p, dvec v) { _mm512_storeu_pd(p, v); }
+
 /* v in a register: the compiler would load it again for each of its uses */
 INLINE vec v_keep(vec v)
 {

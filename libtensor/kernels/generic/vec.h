@@ -17,6 +17,15 @@ INLINE vec v_load(const lt_real *p) { return *p; }
 INLINE void v_store(lt_real *p, vec v) { *p = v; }
 INLINE vec v_fma(vec a, vec b, vec c) { return FMA(a, b, c); }
 
+/* DL doubles, of as many elements */
+typedef double dvec;
+enum { DL = 1 };
+
+INLINE dvec d_set(double x) { return x; }
+INLINE dvec d_load(const double *p) { return *p; }
+INLINE dvec d_widen(const lt_real *p) { return (double)*p; }
+INLINE void d_store(double *p, dvec v) { *p = v; }
+
 INLINE vec v_keep(vec v) { return v; }
 INLINE vec v_relu(vec x) { return x < 0 ? 0 : x; }
 INLINE vec v_leaky_relu(vec x, lt_real slope) { return x < 0 ? slope * x : x; }
