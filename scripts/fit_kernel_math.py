@@ -35,9 +35,9 @@ def expm1_rest(r):              # (exp(r) - 1 - r) / r^2, by its series: r is sm
 def main():
     h = 0.5 * np.log(2) * 1.01
     show("exp_c", *fit(expm1_rest, -h, h, 4, lambda r: r * r))
-    # 2^r = 1 + r P(r), |r| <= 1/2: for attention, and for sigmoid and silu
-    for name, degree in (("exp2_c", 4), ("decay_c", 5)):
-        show(name, *fit(lambda r: np.expm1(r * np.log(2)) / r, -0.501, 0.501, degree, lambda r: r))
+    # 2^r = 1 + r P(r): for attention |r| <= 1/2, for sigmoid and silu 1/16
+    for name, most, degree in (("exp2_c", 0.501, 4), ("decay_c", 0.0626, 2)):
+        show(name, *fit(lambda r: np.expm1(r * np.log(2)) / r, -most, most, degree, lambda r: r))
     # tanh(x) = x + x s P(s), s = x^2 <= 0.6^2
     tanh_rest = lambda s: (np.tanh(np.sqrt(s)) / np.sqrt(s) - 1) / s
     show("tanh_c", *fit(tanh_rest, 1e-6, 0.36, 4, lambda s: s))

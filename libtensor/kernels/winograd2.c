@@ -39,46 +39,58 @@ typedef struct {
     lt_real *packed;
 } window_job;
 
+static int64_t packed_place(int64_t m, int64_t k)
+{
+    return lt_product_packed_b(m, k) + APART;
+}
+
 int64_t lt_winograd2_packed(int64_t m, int64_t k)
 {
-    return PLACES * lt_product_packed_b(m, k);
+    return PLACES * packed_place(m, k);
 }
 
-static void spread_window(double out[4], double a, double b, double c)
+/* G g along one side, for n lanes */
+static void spread(lt_real *const out[4], const lt_real *a, const lt_real *b, const lt_real *c, int64_t n)
 {
-    out[0] = a;
-    out[1] = (a + b + c) / 2;
-    out[2] = (a - b + c) / 2;
-    out[3] = c;
+    for (int64_t i = 0; i < n; i++) {
+        const lt_real even = (a[i] + c[i]) / 2, odd = b[i] / 2;
+
+        out[0][i] = a[i];
+        out[1][i] = even + odd;
+        out[2][i] = even - odd;
+        out[3][i] = c[i];
+    }
 }
 
-/* G g G^T to its places, `place` elements apart */
-static void pack_window(lt_real *out, int64_t place, const lt_real *g, bool flip)
+/* G g G^T of a panel's windows g[3 y + x][lane] to their places */
+static void pack_windows(lt_real *out, int64_t place, lt_real g[9][LT_TURNED_LANES], int64_t n)
 {
-    double down[3][4], across[4];
+    lt_real down[3][4][LT_TURNED_LANES], across[4][LT_TURNED_LANES];
 
     for (int x = 0; x < 3; x++)
-        spread_window(down[x], g[flip ? 8 - x : x], g[flip ? 5 - x : 3 + x], g[flip ? 2 - x : 6 + x]);
+        spread((lt_real *[]){ down[x][0], down[x][1], down[x][2], down[x][3] }, g[x], g[3 + x], g[6 + x], n);
     for (int y = 0; y < 4; y++) {
-        spread_window(across, down[0][y], down[1][y], down[2][y]);
+        spread((lt_real *[]){ across[0], across[1], across[2], across[3] }, down[0][y], down[1][y], down[2][y], n);
         for (int x = 0; x < 4; x++)
-            out[(4 * y + x) * place] = (lt_real)across[x];
+            memcpy(out + (4 * y + x) * place, across[x], (size_t)n * sizeof(lt_real));
     }
 }
 
 static void pack_panel(void *ctx, int64_t panel)
 {
-    static const lt_real none[9];
     const window_job *j = ctx;
-    const int64_t nr = lt_k->nr, place = lt_product_packed_b(j->m, j->k);
+    const int64_t nr = lt_k->nr, m0 = panel * nr, n = lt_min_i64(nr, j->m - m0), place = packed_place(j->m, j->k);
+    lt_real g[9][LT_TURNED_LANES] = { 0 };
 
-    for (int64_t l = 0; l < j->k; l++)
-        for (int64_t i = 0; i < nr; i++) {
-            const int64_t m = panel * nr + i;
+    for (int64_t l = 0; l < j->k; l++) {
+        for (int64_t i = 0; i < n; i++) {
+            const lt_real *w = j->w + (m0 + i) * j->row + l * j->col;
 
-            pack_window(j->packed + (panel * j->k + l) * nr + i, place, m < j->m ? j->w + m * j->row + l * j->col : none,
-                        j->flip);
+            for (int t = 0; t < 9; t++)
+                g[t][i] = w[j->flip ? 8 - t : t];
         }
+        pack_windows(j->packed + (panel * j->k + l) * nr, place, g, nr);
+    }
 }
 
 void lt_winograd2_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k, lt_real *packed)
@@ -163,7 +175,7 @@ static void multiply(void *ctx, int64_t task)
     const int64_t at = task / j->parts % panels * lt_k->nr, place = task / j->parts / panels;
 
     lt_turned_product(j->out + place * j->out_place + from * j->ld + at, j->ld, j->in + place * j->in_place + from, j->tiles,
-                      j->packed + place * lt_product_packed_b(j->m, j->k) + at * j->k,
+                      j->packed + place * packed_place(j->m, j->k) + at * j->k,
                       lt_min_i64(j->rows, j->tiles - from), lt_min_i64(lt_k->nr, j->m - at), j->k, NULL);
 }
 

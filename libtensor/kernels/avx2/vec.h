@@ -157,6 +157,15 @@ INLINE vec pow2_of(ivec n)
 
 INLINE vec v_pow2(vec shifted) { return pow2_of(_mm256_castps_si256(shifted)); }
 
+/* 2^(n / 8), where shifted = n / 8 + 1.5 * 2^20 */
+INLINE vec v_pow2_eighths(vec shifted)
+{
+    const ivec n = _mm256_castps_si256(shifted);
+    const ivec part = _mm256_permutevar8x32_epi32(_mm256_loadu_si256((const void *)eighths), n);
+
+    return _mm256_castsi256_ps(_mm256_add_epi32(_mm256_slli_epi32(n, 20), part));
+}
+
 INLINE vec v_times_pow2(vec x, vec shifted)         /* in two steps: 2^n itself may be subnormal */
 {
     const ivec n = _mm256_sub_epi32(_mm256_castps_si256(shifted), _mm256_set1_epi32(0x4b400000));

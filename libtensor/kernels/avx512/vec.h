@@ -168,6 +168,14 @@ INLINE vec v_pow2(vec shifted)
     return _mm512_castsi512_ps(_mm512_add_epi32(n, _mm512_set1_epi32(0x3f800000)));
 }
 
+/* 2^(n / 8), where shifted = n / 8 + 1.5 * 2^20 */
+INLINE vec v_pow2_eighths(vec shifted)
+{
+    const ivec n = _mm512_castps_si512(shifted), part = _mm512_permutexvar_epi32(n, _mm512_loadu_si512(eighths));
+
+    return _mm512_castsi512_ps(_mm512_add_epi32(_mm512_slli_epi32(n, 20), part));
+}
+
 INLINE vec v_times_pow2(vec x, vec shifted) { return _mm512_scalef_ps(x, shifted - v_set(12582912.0f)); }
 
 /* The sum of 32 numbers in double: i and i + 16, and so on by halves */

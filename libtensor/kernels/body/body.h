@@ -52,4 +52,12 @@ INLINE float of_bits(uint32_t u)
     return x;
 }
 
+#ifndef LT_DOUBLE
+/* 2^(j / 8) for j < 8, twice, less j in the place where n / 8 has it, 2^20: adding n there leaves the whole power. */
+static const uint32_t eighths[16] = {
+    0x3f800000, 0x3f7b95c2, 0x3f7837f0, 0x3f75fed7, 0x3f7504f3, 0x3f75672a, 0x3f7744fd, 0x3f7ac0c7,
+    0x3f800000, 0x3f7b95c2, 0x3f7837f0, 0x3f75fed7, 0x3f7504f3, 0x3f75672a, 0x3f7744fd, 0x3f7ac0c7,
+};
+#endif
+
 #endif

@@ -73,6 +73,12 @@ INLINE vec v_where_less(vec a, vec b, vec yes, vec no) { return a < b ? yes : no
 /* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
 INLINE vec v_pow2(vec shifted) { return of_bits((bits_of(shifted) << 23) + 0x3f800000u); }
 
+/* 2^(n / 8), where shifted = n / 8 + 1.5 * 2^20 */
+INLINE vec v_pow2_eighths(vec shifted)
+{
+    return of_bits((bits_of(shifted) << 20) + eighths[bits_of(shifted) % 8]);
+}
+
 INLINE vec v_times_pow2(vec x, vec shifted)         /* in two steps: 2^n itself may be subnormal */
 {
     const int32_t n = (int32_t)(bits_of(shifted) - 0x4b400000u), half = n >> 1;
