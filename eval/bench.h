@@ -59,7 +59,7 @@ void bench_print_ratio(const bench *a, const bench *b, const bench_result r[2], 
 void bench_print(const bench *b, const bench_result *r, FILE *f, bool heading);
 void bench_print_json(const bench *b, const bench_result *r, FILE *f);
 
-/* bench_profile - one more run, step by step: time, GFLOP/s and share by op, then the slowest layers */
+/* bench_profile - the mean of five more runs, step by step: time, GFLOP/s and share by op, then the slowest layers */
 void bench_profile(bench *b, FILE *f);
 
 #endif

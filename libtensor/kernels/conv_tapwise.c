@@ -55,14 +55,15 @@ static bool strided(const lt_conv2d_params *p)
 bool lt_tapwise_suits(const lt_conv2d_params *p, lt_tapwise_way way)
 {
     enum { FEW = 16 };
-    const int64_t n = way == LT_TAPWISE_FORWARD ? p->h * p->w : lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
-    const int64_t to_w = way == LT_TAPWISE_FORWARD ? lt_conv2d_out_w(p) : p->w;
-    const bool any_stride = way == LT_TAPWISE_DATA;
+    const bool forward = way == LT_TAPWISE_FORWARD;
+    const int64_t out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
+    const int64_t n = forward ? p->h * p->w : out_h * out_w, to_w = forward ? out_w : p->w;
 
-    if (p->groups > 1 || p->kh * p->kw == 1 || p->c < FEW || p->o < FEW || n > MOST_POSITIONS || n < 1
-        || to_w > SUMS / CHANNELS || lt_conv2d_out_h(p) < 1 || lt_conv2d_out_w(p) < 1)
+    if (p->groups > 1 || p->kh * p->kw == 1 || p->c < FEW || p->o < FEW || out_h < 1 || out_w < 1)
         return false;
-    return strided(p) ? any_stride : lt_turned_saves(n, way == LT_TAPWISE_FORWARD ? p->o : p->c);
+    if (n > MOST_POSITIONS || to_w > SUMS / CHANNELS)
+        return false;
+    return strided(p) ? !forward : lt_turned_saves(n, forward ? p->o : p->c);
 }
 
 /* ---- weights: panels of (tap, m), each [k][nr] ---- */
