@@ -15,7 +15,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MUTATIONS = 300, ALLOCATIONS = 40 };      /* of each seed: how often changed, how many are refused */
+/* Of each seed: how often changed, in up to so many ways at once; how many are refused */
+enum { MUTATIONS = 3000, WAYS = 4, ALLOCATIONS = 40 };
 
 static lt_rng rng;
 static long n_run;
@@ -63,12 +64,12 @@ static void run_mutations(const fuzz_target *t, const uint8_t *seed, size_t n)
     uint8_t *bytes = malloc(t->max_bytes);
 
     for (int i = 0; n <= t->max_bytes && i < MUTATIONS; i++) {
-        const unsigned random = lt_rng_below(&rng, UINT32_MAX);
-        size_t m;
+        size_t m = n;
 
         memcpy(bytes, seed, n);
-        m = t->mutate ? t->mutate(bytes, n, t->max_bytes, random, mutate_bytes)
-                      : mutate_bytes(bytes, n, t->max_bytes);
+        for (int k = 0; k <= i % WAYS; k++)
+            m = t->mutate ? t->mutate(bytes, m, t->max_bytes, lt_rng_below(&rng, UINT32_MAX), mutate_bytes)
+                          : mutate_bytes(bytes, m, t->max_bytes);
         run(t, bytes, m, 0);
     }
     free(bytes);

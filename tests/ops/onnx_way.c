@@ -54,26 +54,66 @@ static recorded record(const op_case *c)
     return r;
 }
 
-/* There and back, through the bytes of a file */
-static lt_status go(lt_arena *arena, const lt_graph *from, lt_graph *to, lt_onnx_model *m, lt_onnx_ports *ports)
+/* The bytes of its file */
+static lt_status write_file(lt_arena *arena, const lt_graph *g, uint8_t **out, size_t *n)
 {
+    lt_onnx_model m;
     char *bytes;
-    uint8_t *copy;
-    size_t n;
     FILE *f;
-    lt_status st = lt_onnx_describe(arena, from, NULL, m);
+    lt_status st = lt_onnx_describe(arena, g, NULL, &m);
 
     if (st)
         return st;
-    f = open_memstream(&bytes, &n);
-    st = lt_onnx_write(f, "op", m);
+    f = open_memstream(&bytes, n);
+    st = lt_onnx_write(f, "op", &m);
     fclose(f);
-    copy = lt_arena_alloc(arena, n);
-    memcpy(copy, bytes, n);
+    *out = lt_arena_alloc(arena, *n);
+    memcpy(*out, bytes, *n);
     free(bytes);
-    if (st == LT_OK)
-        st = lt_onnx_parse(arena, "op", copy, n, m);
+    return st;
+}
+
+static lt_status read_file(lt_arena *arena, const uint8_t *bytes, size_t n, lt_graph *to, lt_onnx_model *m,
+                           lt_onnx_ports *ports)
+{
+    const lt_status st = lt_onnx_parse(arena, "op", bytes, n, m);
+
     return st ? st : lt_onnx_import(arena, to, m, 1, ports);
+}
+
+/* There and back */
+static lt_status go(lt_arena *arena, const lt_graph *from, lt_graph *to, lt_onnx_model *m, lt_onnx_ports *ports)
+{
+    uint8_t *bytes;
+    size_t n;
+    const lt_status st = write_file(arena, from, &bytes, &n);
+
+    return st ? st : read_file(arena, bytes, n, to, m, ports);
+}
+
+/* Whatever a few wrong bytes make of the file: an error, or another graph, but never the program's end */
+static void damage(const lt_graph *g)
+{
+    enum { TIMES = 300, BYTES = 2 };
+    lt_arena *arena = lt_arena_new();
+    lt_rng rng = lt_rng_make(3, 0);
+    uint8_t *bytes;
+    size_t n;
+
+    for (int k = 0; k < TIMES && write_file(arena, g, &bytes, &n) == LT_OK; k++) {
+        lt_arena *one = lt_arena_new();
+        lt_graph *to = lt_graph_new();
+        lt_onnx_model m;
+        lt_onnx_ports ports;
+
+        for (int i = 0; i < BYTES; i++)
+            bytes[lt_rng_u32(&rng) % n] ^= (uint8_t)(1u << lt_rng_u32(&rng) % 8);
+        if (read_file(one, bytes, n, to, &m, &ports))
+            ck_assert(*lt_last_error());
+        lt_graph_free(to);
+        lt_arena_free(one);
+    }
+    lt_arena_free(arena);
 }
 
 static lt_tensor *port(const lt_onnx_port *list, int n, lt_tensor **t, const char *name)
@@ -128,6 +168,8 @@ void check_onnx_way(const op_suite *s, const op_case *c)
     const lt_status st = r.empty ? LT_OK : go(arena, r.g, g, &m, &ports);
 
     ck_assert_msg(st == LT_OK || may_be_without(s), "%s %s: %s", s->name, c->name, lt_last_error());
+    if (!r.empty)
+        damage(r.g);
     if (st == LT_OK && !r.empty) {
         lt_plan *ours = lt_compile(r.g, NULL), *theirs = lt_compile(g, NULL);
 
