@@ -156,7 +156,8 @@ static void add_tap(const tapwise_job *j, lt_real *sums, int64_t image, int64_t 
     const int64_t at = (image * s->h + y / s->stride_h) * s->w + from;
 
     if (y >= 0 && y % s->stride_h == 0 && y / s->stride_h < s->h && from < to)
-        lt_k->add_lines(sums + (from * step - dx) * n, step * n, j->q + at * j->ld + t * s->m + m0, j->ld, to - from, n);
+        lt_k->add_lines(sums + (from * step - dx) * n, step * n, j->q + at * j->ld + t * s->m + m0, j->ld, to - from,
+                        n);
 }
 
 static void run_sums(void *ctx, int64_t task)

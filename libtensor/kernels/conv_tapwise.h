@@ -2,7 +2,8 @@
 /*
  * A convolution between small maps tap by tap: one product gives what every tap makes of every position, channels in
  * the lanes, and each place of the result sums its taps:
- *   q[position][tap, m] = sum over k of x[k][position] w[k][tap, m],    y[m][place] = sum over taps of q[position of tap]
+ *   q[position][tap, m] = sum over k of x[k][position] w[k][tap, m]
+ *   y[m][place] = sum over taps of q[position of tap][tap, m]
  * No window is copied, and no lane stays empty. The gradient of x, strided as well, is the same with other places.
  * Each q is one chain of multiply-adds over k, in blocks as in every product; taps are added by rows of the window.
  * For files of kernels/ only.

@@ -34,8 +34,8 @@ int64_t lt_turned_rows(int64_t n, int64_t parts);
 void lt_turned_product(lt_real *c, int64_t ldc, const lt_real *x, int64_t ldx, const lt_real *b, int64_t rows,
                        int64_t n, int64_t k, const lt_epilogue *e);
 
-/* lt_turned_place - y[lane * ld + row] = tile[row * ld_tile + lane]; a residual, laid out as y, comes with the activation
- * behind it, and without one the tile is complete */
+/* lt_turned_place - y[lane * ld + row] = tile[row * ld_tile + lane]; a residual, laid out as y, comes with the
+ * activation behind it, and without one the tile is complete */
 void lt_turned_place(lt_real *y, int64_t ld, const lt_real *residual, lt_act act, const lt_real *tile, int64_t ld_tile,
                      int64_t rows, int64_t n);
 

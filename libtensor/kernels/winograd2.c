@@ -163,8 +163,8 @@ static void transform_input(void *ctx, int64_t task)
         lt_k->wino2_input(out + t * LANES, MOST_TILES * LANES, d);
     }
     for (int i = 0; i < PLACES; i++)
-        lt_k->turn(j->in + i * j->in_place + c * j->tiles + image * j->each, j->tiles, out + i * MOST_TILES * LANES, LANES,
-                   j->each, n, false);
+        lt_k->turn(j->in + i * j->in_place + c * j->tiles + image * j->each, j->tiles, out + i * MOST_TILES * LANES,
+                   LANES, j->each, n, false);
 }
 
 /* The tiles of one panel follow each other. */
@@ -174,8 +174,8 @@ static void multiply(void *ctx, int64_t task)
     const int64_t panels = lt_ceil_div(j->m, lt_k->nr), from = task % j->parts * j->rows;
     const int64_t at = task / j->parts % panels * lt_k->nr, place = task / j->parts / panels;
 
-    lt_turned_product(j->out + place * j->out_place + from * j->ld + at, j->ld, j->in + place * j->in_place + from, j->tiles,
-                      j->packed + place * packed_place(j->m, j->k) + at * j->k,
+    lt_turned_product(j->out + place * j->out_place + from * j->ld + at, j->ld, j->in + place * j->in_place + from,
+                      j->tiles, j->packed + place * packed_place(j->m, j->k) + at * j->k,
                       lt_min_i64(j->rows, j->tiles - from), lt_min_i64(lt_k->nr, j->m - at), j->k, NULL);
 }
 
