@@ -56,9 +56,9 @@ lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
         return LT_CONV_TURNED;
     if (lt_winograd2_suits(p))
         return LT_CONV_WINOGRAD2;
-    if (lt_tapwise_suits(p, LT_TAPWISE_FORWARD))
-        return LT_CONV_TAPWISE;
-    return lt_winograd_suits(p) ? LT_CONV_WINOGRAD : LT_CONV_DIRECT;
+    if (lt_winograd_suits(p))
+        return LT_CONV_WINOGRAD;
+    return lt_tapwise_suits(p, LT_TAPWISE_FORWARD) ? LT_CONV_TAPWISE : LT_CONV_DIRECT;
 }
 
 int64_t lt_conv2d_packed(const lt_conv2d_params *p)
