@@ -62,15 +62,27 @@ static int64_t images_at_once(const conv_job *j)
     return lt_max_i64(1, lt_min_i64(j->p->n, lt_max_i64(256 / j->n, tiles * j->p->n / 32)));
 }
 
-/* At least some eight tasks. Large maps are cut first, as their tiles share no packed map; then rows, in
- * pairs of panels at least. */
+enum { TASKS = 8 };             /* at least some eight of them */
+
+/* Where a product is little more than writing many large maps, tiles are so wide that each row of one is a run of
+ * lines that the machine fetches ahead by itself. */
+static int64_t most_columns(const conv_job *j)
+{
+    enum { SHALLOW = 64, WIDE = 1024, MIDDLE = 256, NARROW = 128 };
+    const int64_t all = j->n * j->p->n;
+
+    if (j->product.k <= SHALLOW && all >= 2 * TASKS * WIDE)
+        return WIDE;
+    return all >= TASKS * MIDDLE || j->n < 4 * j->m ? MIDDLE : NARROW;
+}
+
+/* Large maps are cut first, as their tiles share no packed map; then rows, in pairs of panels at least. */
 void conv_job_cut(conv_job *j)
 {
-    enum { TASKS = 8, ROWS = 28 };
-    const int64_t many = j->n * j->p->n >= TASKS * 256, large = j->n >= 4 * j->m;
+    enum { ROWS = 28 };
     int64_t wanted;
 
-    j->tile_n = lt_tile_size(j->n, many || !large ? 256 : 128, 64);
+    j->tile_n = lt_tile_size(j->n, most_columns(j), 64);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     wanted = lt_ceil_div(TASKS, j->tiles_n * j->p->n);
     j->tile_m = lt_tile_size(j->m, lt_min_i64(LT_TILE_M, lt_max_i64(ROWS, lt_ceil_div(j->m, wanted))), 1);

@@ -118,12 +118,20 @@ static __attribute__((noinline)) void small_blocks(const lt_product *p, const lt
     blocks(p, t, from, to, s.a, s.b, LT_SCRATCH_B / LT_PACK_K);
 }
 
+/* How many columns of B its scratch holds: more than LT_TILE_N where k is small */
+static int64_t columns_at_once(int64_t k)
+{
+    const int64_t n = LT_TILE_N * LT_PACK_K / lt_max_i64(1, lt_min_i64(k, LT_PACK_K));
+
+    return n / lt_k->nr * lt_k->nr;
+}
+
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to)
 {
     scratch *s = thread_scratch();
 
     if (s)
-        blocks(p, t, from, to, s->a, s->b, LT_TILE_N);
+        blocks(p, t, from, to, s->a, s->b, columns_at_once(p->k));
     else
         small_blocks(p, t, from, to);
 }

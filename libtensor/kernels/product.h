@@ -8,7 +8,7 @@
 
 #include "libtensor/kernels/kernels.h"
 
-/* The largest tile. They bound the scratch of a thread, and change no bit. */
+/* The largest tile; a wider one is cut into strips that fit. They bound the scratch of a thread, and change no bit. */
 enum { LT_TILE_M = 256, LT_TILE_N = 384 };
 
 typedef struct { int64_t m0, m, n0, n; } lt_tile;
@@ -33,7 +33,7 @@ typedef struct lt_product {
 /**
  * lt_product_tile - images [from, to) of one tile: C (+)= A B[image]
  *
- * t->m <= LT_TILE_M and t->n <= LT_TILE_N.
+ * t->m <= LT_TILE_M.
  */
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to);
 
