@@ -106,21 +106,28 @@ static int64_t out_place(int64_t bands, const tiling *t, int64_t m)
 
 /* ---- input ------------------------------------------------------------------------------------------ */
 
-/* Rows 4 ty + i of the part and what borders on it, i < 4, dealt to q[i][j][ty][tx]: column 4 tx + j, j < 6. */
+/* Rows 4 ty + i of the part and what borders on it, i < 4, dealt to q[i][j][ty][tx]: column 4 tx + j, j < 6. The same
+ * rows of the next plane, which comes next, are fetched meanwhile. */
 static void deal_band(const tiling *t, const lt_real *plane, int64_t ty0, int64_t rows, lt_real *q,
                       int64_t phase)
 {
+    enum { LINE = LT_ALIGN / (int)sizeof(lt_real) };
     const int64_t left = lt_max_i64(0, t->x0 - 1), right = lt_min_i64(t->map_w, t->x0 + t->w + 1);
     const size_t bytes = (size_t)(right - left) * sizeof(lt_real);
-    lt_real line[4 * MOST_TILES + 2 * SLACK] = { 0 }, *inner = line + left - (t->x0 - 1);
+    lt_real line[4 * MOST_TILES + 2 * SLACK], *inner = line + left - (t->x0 - 1);
 
+    memset(line, 0, (size_t)(4 * t->wide + 2 * SLACK) * sizeof(lt_real));
     for (int64_t r = 0; r < 4 * rows + 2; r++) {
         const int64_t y = t->y0 + 4 * ty0 + r - 1;
+        const lt_real *row = plane + y * t->map_w + left;
 
-        if (y >= 0 && y < t->map_h)
-            memcpy(inner, plane + y * t->map_w + left, bytes);
-        else
+        if (y >= 0 && y < t->map_h) {
+            for (int64_t i = 0; i < right - left; i += LINE)
+                __builtin_prefetch(row + t->map_h * t->map_w + i);
+            memcpy(inner, row, bytes);
+        } else {
             memset(inner, 0, bytes);
+        }
         lt_k->wino_deal(q + r % 4 * 6 * phase + r / 4 * t->wide, phase, line, t->wide);
     }
 }
@@ -174,15 +181,12 @@ static void multiply(void *ctx, int64_t task)
 
 /* ---- output ------------------------------------------------------------------------------------------ */
 
-/* Rows [4 ty, 4 ty + rows) of a plane from the phases of its band's tiles. */
+/* Rows [4 ty, 4 ty + rows) of a plane from the phases of its band's tiles, each overwriting what the last one wrote too
+ * much: up to SLACK elements. */
 static void gather_band(const tiling *t, const lt_real *r, int64_t phase, int64_t rows, lt_real *out)
 {
-    lt_real line[4 * MOST_TILES + SLACK];
-
-    for (int64_t y = 0; y < rows; y++) {
-        lt_k->wino_gather(line, r + y % 4 * 4 * phase + y / 4 * t->wide, phase, t->wide);
-        memcpy(out + y * t->w, line, (size_t)t->w * sizeof(lt_real));
-    }
+    for (int64_t y = 0; y < rows; y++)
+        lt_k->wino_gather(out + y * t->w, r + y % 4 * 4 * phase + y / 4 * t->wide, phase, t->wide);
 }
 
 /* What follows the sum, and the way to the map, for n elements that lie side by side there. */
@@ -206,7 +210,7 @@ static void transform_output(void *ctx, int64_t task)
     const int64_t plane = (b.image * j->m + o) * t->map_h * t->map_w;
     const int64_t rows = lt_min_i64(4 * b.rows, t->h - 4 * b.ty);
     const int64_t n = t->w == t->map_w ? rows : 1;              /* rows at a time */
-    lt_real r[16 * (MOST_TILES + SLACK)], values[16 * MOST_TILES];
+    lt_real r[16 * (MOST_TILES + SLACK)], values[16 * MOST_TILES + SLACK];
 
     lt_k->wino_output(r, phase, j->out + o * columns + task / j->m * t->columns,
                       out_place(j->bands, t, j->m), t->columns);
