@@ -59,7 +59,8 @@ LT_API void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt
 
 /* What goes on around a convolution, each part optional (NULL): y = act(conv(x gate) + bias + residual) */
 typedef struct {
-    const lt_real *gate;        /* (n, c): what each map of x is multiplied with; pointwise, one group */
+    const lt_real *gate;        /* (n, c): what each map of x is multiplied with, or its weights where they are fewer;
+                                 * pointwise, one group */
     const lt_real *bias;        /* (o) */
     const lt_real *residual;    /* the shape of y; may be y itself */
     lt_act act;

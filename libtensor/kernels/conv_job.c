@@ -51,7 +51,7 @@ void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_
     else
         lt_k->pack_image(out, &at, k0, k, t->n0, t->n);
     if (j->gate)
-        lt_k->scale_panels(out, j->gate + image * j->p->c + k0, k, t->n);
+        lt_k->scale_panels(out, out, j->gate + image * j->p->c + k0, k, t->n);
 }
 
 /* Images share the packed weights, so several go into a task while that leaves enough of them. */

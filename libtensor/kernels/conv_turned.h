@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * A pointwise convolution turned round: output channels in the lanes, positions in the rows. For maps whose
- * positions would leave lanes empty: 49 of 64 are used for 7 x 7. The same chains of multiply-adds, so the same
- * bits, as the direct product. For files of kernels/ only.
+ * positions would leave lanes empty: 49 of 64 are used for 7 x 7. The same chains of multiply-adds, so without a gate
+ * the same bits, as the direct product. For files of kernels/ only.
  */
 #ifndef LT_KERNELS_CONV_TURNED_H
 #define LT_KERNELS_CONV_TURNED_H

@@ -284,8 +284,8 @@ typedef struct lt_kernels {
     void (*pack_a)(lt_real *out, const lt_real *a, int64_t row, int64_t col, int64_t m, int64_t k);
     void (*pack_b)(lt_real *out, const lt_real *b, int64_t row, int64_t col, int64_t k, int64_t n);
 
-    /* scale_panels: row l of packed B times s[l], for k rows of n columns */
-    void (*scale_panels)(lt_real *b, const lt_real *s, int64_t k, int64_t n);
+    /* scale_panels: out = row l of packed B times s[l], for k rows of n columns; out may be b */
+    void (*scale_panels)(lt_real *out, const lt_real *b, const lt_real *s, int64_t k, int64_t n);
 
     /* gemm_block: C[m, n] = (add ? C : 0) + A B for packed A and panels of B that stand `panel` elements
      * apart, and then what e says, where it is not NULL: the same as epilogue, but in registers. Each

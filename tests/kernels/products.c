@@ -371,6 +371,36 @@ static void check_rects(const conv_data *d, const char *name)
     free_array(whole), free_array(packed), lt_release(work), lt_release(rect_work);
 }
 
+/* The gates of turned convolutions with few channels are multiplied into the weights, of each image. */
+static void forward_gated_weights(const conv_data *d, const float *gate, const lt_conv2d_around *around, float *y)
+{
+    lt_conv2d_params p = *d->p;
+    float *w = guarded_array(d->n_w), *packed = guarded_array((size_t)lt_conv2d_packed(&p));
+
+    p.n = 1;
+    for (int64_t i = 0; i < d->p->n; i++) {
+        for (size_t j = 0; j < d->n_w; j++)
+            w[j] = d->w[j] * gate[i * p.c + (int64_t)j % p.c];
+        lt_conv2d_pack(&p, w, packed);
+        lt_conv2d_forward(&p, d->x + i * p.c * p.h * p.w, packed, around, y + i * p.o * p.h * p.w, NULL);
+    }
+    free_array(w), free_array(packed);
+}
+
+/* Elsewhere into the maps. */
+static void forward_gated_maps(const conv_data *d, const float *gate, const lt_conv2d_around *around, float *y)
+{
+    const lt_conv2d_params *p = d->p;
+    float *x = guarded_array(d->n_x), *packed = guarded_array((size_t)lt_conv2d_packed(p));
+    void *work = lt_alloc(lt_conv2d_forward_work(p));
+
+    for (size_t i = 0; i < d->n_x; i++)
+        x[i] = gate ? d->x[i] * gate[i / (size_t)(p->h * p->w)] : d->x[i];
+    lt_conv2d_pack(p, d->w, packed);
+    lt_conv2d_forward(p, x, packed, around, y, work);
+    free_array(x), free_array(packed), lt_release(work);
+}
+
 /* Maps times their gates, and the means of what comes out. */
 static void check_gate_and_mean(const conv_data *d, const char *name)
 {
@@ -378,7 +408,7 @@ static void check_gate_and_mean(const conv_data *d, const char *name)
     const size_t planes = (size_t)(p->n * p->o), out = d->n_y / (size_t)lt_max_i64(1, p->n * p->o);
     const bool gated = lt_conv2d_takes_gate(p), means = lt_conv2d_makes_mean(p);
     float *gate = random_array((size_t)(p->n * p->c), 10), *mean = guarded_array(planes);
-    float *x = guarded_array(d->n_x), *want = guarded_array(d->n_y), *got = guarded_array(d->n_y);
+    float *want = guarded_array(d->n_y), *got = guarded_array(d->n_y);
     float *packed = guarded_array((size_t)lt_conv2d_packed(p));
     const lt_conv2d_around without = { .bias = d->bias, .act = { LT_ACT_SILU, 0 } };
     const lt_conv2d_around around = {
@@ -386,10 +416,11 @@ static void check_gate_and_mean(const conv_data *d, const char *name)
     };
     void *work = lt_alloc(lt_conv2d_forward_work(p));
 
+    if (lt_conv2d_algorithm(p) == LT_CONV_TURNED && p->o < p->h * p->w)
+        forward_gated_weights(d, gate, &without, want);
+    else
+        forward_gated_maps(d, gated ? gate : NULL, &without, want);
     lt_conv2d_pack(p, d->w, packed);
-    for (size_t i = 0; i < d->n_x; i++)
-        x[i] = gated ? d->x[i] * gate[i / (size_t)(p->h * p->w)] : d->x[i];
-    lt_conv2d_forward(p, x, packed, &without, want, work);
     lt_conv2d_forward(p, d->x, packed, &around, got, work);
     expect_bits(got, want, d->n_y, "conv forward, gate and mean %s", name);
     same_as_before(got, d->n_y, "conv forward, gate and mean %s", name);
@@ -402,7 +433,7 @@ static void check_gate_and_mean(const conv_data *d, const char *name)
     }
     if (means)
         same_as_before(mean, planes, "means of maps %s", name);
-    free_array(gate), free_array(mean), free_array(x), free_array(want), free_array(got), free_array(packed);
+    free_array(gate), free_array(mean), free_array(want), free_array(got), free_array(packed);
     lt_release(work);
 }
 
