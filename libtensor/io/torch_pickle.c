@@ -404,6 +404,9 @@ static lt_status fill(lt_torch *t, const lt_torch_tensor *x)
     size_t bytes;
     lt_status st;
 
+    if (!from)
+        return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\" is not in the file", t->path, x->storage->at,
+                        x->storage->key);
     lt_array_bytes(x->array, &bytes);
     if (bytes > 0)
         from += (x->storage->view_begin + x->begin) * size;

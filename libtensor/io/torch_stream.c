@@ -137,10 +137,6 @@ static lt_status read_storages(stream *s)
 
         st = key ? read_storage(s, key) : lt_error(LT_EFORMAT, "%s: a storage's key is no text", s->t->path);
     }
-    for (size_t i = 0; !st && i < s->t->n_storages; i++)
-        if (s->sorted[i]->used && !s->sorted[i]->bytes)
-            st = lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\" is not in the file", s->t->path,
-                          s->sorted[i]->at, s->sorted[i]->key);
     return st;
 }
 

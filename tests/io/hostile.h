@@ -62,6 +62,49 @@ static inline void check_flipped(reader *read, const uint8_t *bytes, size_t n, i
     free(copy);
 }
 
+/* An arena with room for so many pieces of up to LT_ALIGN bytes before it asks the system again, which lt_alloc_fail_at
+ * then refuses. */
+static inline lt_arena *arena_with_room(int pieces)
+{
+    static int all;
+    lt_arena *arena = lt_arena_new();
+
+    if (!all) {
+        lt_arena *full = lt_arena_new();
+
+        lt_arena_alloc(full, 1);
+        for (const size_t block = lt_arena_bytes(full); lt_arena_bytes(full) == block; all++)
+            lt_arena_alloc(full, 1);
+        lt_arena_free(full);
+    }
+    for (int i = pieces; i < all; i++)
+        lt_arena_alloc(arena, 1);
+    return arena;
+}
+
+/* Whatever part of its memory is refused, a reader says so and nothing else. Returns how often it was. */
+static inline int check_without_memory(reader *read, const uint8_t *bytes, size_t n)
+{
+    enum { ROOMS = 100 };
+    int refused = 0;
+
+    for (int room = 0; room < ROOMS; room++) {
+        lt_status st = LT_ENOMEM;
+
+        for (long at = 1; st; at++) {
+            lt_arena *arena = arena_with_room(room);
+
+            lt_alloc_fail_at(at);
+            st = read(arena, bytes, n);
+            lt_alloc_fail_at(0);
+            ck_assert_msg(st == LT_OK || st == LT_ENOMEM, "room %d, block %ld: %s", room, at, lt_last_error());
+            refused += st == LT_ENOMEM;
+            lt_arena_free(arena);
+        }
+    }
+    return refused;
+}
+
 static inline void check_refused(reader *read, const void *bytes, size_t n, const char *reason)
 {
     ck_assert(attempt(read, bytes, n) != LT_OK);
