@@ -68,6 +68,12 @@ void onnx_fail(onnx_call *c, const char *fmt, ...)
     c->status = lt_error(LT_EFORMAT, "%s \"%s\": %s", c->node->op, c->node->name, why);
 }
 
+void onnx_no_memory(onnx_call *c)
+{
+    if (c->status == LT_OK)
+        c->status = lt_error(LT_ENOMEM, "%s \"%s\": no memory", c->node->op, c->node->name);
+}
+
 /* Constants are tensors from when someone wants them as such: shapes and indices never are. */
 static lt_tensor *constant_tensor(onnx_call *c, const lt_onnx_tensor *k)
 {
@@ -76,7 +82,7 @@ static lt_tensor *constant_tensor(onnx_call *c, const lt_onnx_tensor *k)
     lt_tensor *t;
 
     if (!x) {
-        onnx_fail(c, "no memory for \"%s\"", k->name);
+        onnx_no_memory(c);
         return NULL;
     }
     for (size_t i = 0; i < n; i++) {
@@ -229,6 +235,14 @@ static void find_inputs(onnx_call *c, const onnx_rule *rule, const table *values
     }
 }
 
+/* A graph that cannot be is the file's mistake. */
+static lt_status status_of(const lt_graph *g, const lt_onnx_node *n)
+{
+    const lt_status st = lt_graph_status(g);
+
+    return st ? lt_error_prefix(st == LT_ENOMEM ? st : LT_EFORMAT, "%s \"%s\"", n->op, n->name) : LT_OK;
+}
+
 static lt_status record_node(lt_arena *arena, lt_graph *g, const lt_onnx_node *n, const table *values)
 {
     const onnx_rule *rule = onnx_rule_find(n->op);
@@ -243,8 +257,8 @@ static lt_status record_node(lt_arena *arena, lt_graph *g, const lt_onnx_node *n
     lt_scope(g, n->name);
     if (c.status == LT_OK)
         rule->record(&c);
-    if (c.status == LT_OK && lt_graph_status(g))
-        c.status = lt_error_prefix(LT_EFORMAT, "%s \"%s\"", n->op, n->name);
+    if (c.status == LT_OK)
+        c.status = status_of(g, n);
     if (c.status == LT_OK && !c.out.t && !c.out.ints)
         onnx_fail(&c, "has no result");
     return c.status ? c.status : add_value(values, n->out[0], c.out);

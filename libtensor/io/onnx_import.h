@@ -49,6 +49,9 @@ const onnx_rule *onnx_rule_find(const char *op);
 /* onnx_fail - this node cannot be recorded; why, for one line */
 void onnx_fail(onnx_call *c, const char *fmt, ...) LT_PRINTF(2, 3);
 
+/* onnx_no_memory - nor can it, but the file is not to blame */
+void onnx_no_memory(onnx_call *c);
+
 /* onnx_tensor - input i as a tensor of reals, NULL when it was left out; onnx_ints - as whole numbers known
  * now, n of them; onnx_shape - the shape of either */
 lt_tensor *onnx_tensor(onnx_call *c, int i);

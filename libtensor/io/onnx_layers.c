@@ -37,7 +37,7 @@ static void matmul(onnx_call *c)
 {
     lt_tensor *a = onnx_tensor(c, 0), *b = onnx_tensor(c, 1);
 
-    if (!a || !b)
+    if (c->status)
         return;
     if (a->shape.rank < 1 || b->shape.rank < 2)
         onnx_fail(c, "an operand has too few dimensions");
@@ -54,7 +54,7 @@ static void gemm(onnx_call *c)
     onnx_attr_int(c, "transA", 0, 0, 0);
     if (onnx_attr_float(c, "alpha", 1) != 1 || onnx_attr_float(c, "beta", 1) != 1)
         onnx_fail(c, "alpha or beta is not 1");
-    if (!a || !w)
+    if (c->status)
         return;
     if (a->shape.rank != 2 || w->shape.rank != 2)
         onnx_fail(c, "an operand has not 2 dimensions");
@@ -67,8 +67,8 @@ static void check_kernel_shape(onnx_call *c, const lt_tensor *w)
 {
     const lt_onnx_attr *k = onnx_attr(c, "kernel_shape");
 
-    if (k && w && (w->shape.rank != 4 || k->kind != LT_ONNX_A_INTS || k->n_ints != 2 || k->ints[0] != lt_dim(w, 2)
-                   || k->ints[1] != lt_dim(w, 3)))
+    if (k && c->status == LT_OK && (w->shape.rank != 4 || k->kind != LT_ONNX_A_INTS || k->n_ints != 2
+                                    || k->ints[0] != lt_dim(w, 2) || k->ints[1] != lt_dim(w, 3)))
         onnx_fail(c, "attribute \"kernel_shape\" is not the weight's");
 }
 
@@ -82,7 +82,7 @@ static void conv(onnx_call *c)
     };
 
     check_kernel_shape(c, w);
-    if (x && w && c->status == LT_OK)
+    if (c->status == LT_OK)
         c->out.t = lt_conv2d(x, w, b, &o);
 }
 
@@ -94,7 +94,7 @@ static void conv_transpose(onnx_call *c)
     onnx_attr_int(c, "group", 1, 1, 1);
     onnx_attr_equal(c, "dilations", 2, 1, 1, 1);
     check_kernel_shape(c, w);
-    if (x && w && c->status == LT_OK)
+    if (c->status == LT_OK)
         c->out.t = lt_conv_transpose2d(x, w, b, stride, pad);
 }
 
@@ -108,7 +108,7 @@ static void max_pool(onnx_call *c)
     const int pad = onnx_attr_equal(c, "pads", 4, 0, 0, ONNX_MAX_SIZE);
     const bool ceil_mode = onnx_attr_int(c, "ceil_mode", 0, 0, 1);
 
-    if (x && c->status == LT_OK)
+    if (c->status == LT_OK)
         c->out.t = lt_max_pool2d(x, k, stride, pad, ceil_mode);
 }
 
@@ -116,7 +116,7 @@ static void global_average_pool(onnx_call *c)
 {
     lt_tensor *x = onnx_tensor(c, 0);
 
-    if (!x)
+    if (c->status)
         return;
     if (x->shape.rank != 4)
         onnx_fail(c, "its input has %d dimensions, want 4", x->shape.rank);
@@ -147,7 +147,7 @@ static void resize(onnx_call *c)
     const int64_t *size;
     int n;
 
-    if (!x)
+    if (c->status)
         return;
     if (onnx_attr_is(c, "mode", "nearest", "nearest")) {
         upsample(c, x);
@@ -171,7 +171,7 @@ static void grid_sample(onnx_call *c)
     if ((!onnx_attr_is(c, "mode", "bilinear", "bilinear") && !onnx_attr_is(c, "mode", "linear", "linear"))
         || !onnx_attr_is(c, "padding_mode", "zeros", "zeros"))
         onnx_fail(c, "\"bilinear\" with \"zeros\" is read");
-    if (x && grid && c->status == LT_OK)
+    if (c->status == LT_OK)
         c->out.t = lt_grid_sample(x, grid);
 }
 
@@ -188,12 +188,16 @@ static lt_tensor *image_column(onnx_call *c)
         return NULL;
     }
     if (!onnx_is_known(c, 2))
-        return c->in[2] && c->in[2]->whole ? lt_reshape(onnx_tensor(c, 2), LT_SHAPE(s.dim[0], 1)) : NULL;
+        return c->in[2]->whole ? lt_reshape(onnx_tensor(c, 2), LT_SHAPE(s.dim[0], 1)) : NULL;
     known = onnx_ints(c, 2, &n);
     column = lt_alloc((size_t)n * sizeof(*column));
-    for (int i = 0; column && i < n; i++)
+    if (!column) {
+        onnx_no_memory(c);
+        return NULL;
+    }
+    for (int i = 0; i < n; i++)
         column[i] = (lt_real)known[i];
-    t = column ? lt_constant(c->g, LT_F32, LT_SHAPE(n, 1), column) : NULL;
+    t = lt_constant(c->g, LT_F32, LT_SHAPE(n, 1), column);
     lt_release(column);
     return t;
 }
@@ -210,7 +214,7 @@ static void roi_align(onnx_call *c)
         onnx_fail(c, "\"avg\" with \"output_half_pixel\" is read");
     if (!image)
         onnx_fail(c, "images' indices are no whole numbers");
-    if (x && boxes && c->status == LT_OK)
+    if (c->status == LT_OK)
         c->out.t = lt_roi_align(x, lt_concat((lt_tensor *[]){ image, boxes }, 2, 1), out_h, out_w,
                                 onnx_attr_float(c, "spatial_scale", 1));
 }
@@ -224,7 +228,7 @@ static void softmax(onnx_call *c)
 
     if (axis != onnx_shape(c, 0).rank - 1)
         onnx_fail(c, "over axis %d; over the last one is read", axis);
-    if (x && c->status == LT_OK)
+    if (c->status == LT_OK)
         c->out.t = lt_softmax(x);
 }
 
@@ -234,7 +238,7 @@ static void layer_norm(onnx_call *c)
 
     if (onnx_axis(c, -1) != onnx_shape(c, 0).rank - 1)
         onnx_fail(c, "over other dimensions than the last one");
-    if (x && weight && bias && c->status == LT_OK)
+    if (c->status == LT_OK)
         c->out.t = lt_layer_norm(x, weight, bias, onnx_attr_float(c, "epsilon", 1e-5));
 }
 

@@ -101,7 +101,7 @@ static void transpose(onnx_call *c)
     const lt_onnx_attr *perm = onnx_attr(c, "perm");
     int order[LT_MAX_RANK];
 
-    if (!x)
+    if (c->status)
         return;
     if (perm && (perm->kind != LT_ONNX_A_INTS || perm->n_ints != x->shape.rank)) {
         onnx_fail(c, "attribute \"perm\" is no list of %d dimensions", x->shape.rank);
@@ -126,7 +126,7 @@ static void concat_known(onnx_call *c)
     }
     all = lt_arena_array(c->arena, (size_t)n, sizeof(*all));
     if (!all) {
-        onnx_fail(c, "no memory");
+        onnx_no_memory(c);
         return;
     }
     c->out.ints = all;
@@ -182,7 +182,7 @@ static void slice(onnx_call *c)
 
     if (n != n_end || (axis && n != n_axis) || n > LT_MAX_RANK || n == 0)
         onnx_fail(c, "%d starts and %d ends", n, n_end);
-    for (int i = 0; i < n && x && c->status == LT_OK; i++)
+    for (int i = 0; i < n && c->status == LT_OK; i++)
         x = slice_axis(c, x, axis ? axis[i] : i, start[i], end[i]);
     c->out.t = x;
 }
@@ -195,7 +195,9 @@ static void gather(onnx_call *c)
     const int64_t *index = onnx_ints(c, 1, &n);
     int32_t *places = lt_alloc((size_t)n * sizeof(*places));
 
-    for (int i = 0; places && x && c->status == LT_OK && i < n; i++) {
+    if (!places)
+        onnx_no_memory(c);
+    for (int i = 0; c->status == LT_OK && i < n; i++) {
         const int64_t size = lt_dim(x, axis), at = index[i] < 0 ? index[i] + size : index[i];
 
         if (at < 0 || at >= size || at > INT32_MAX)
@@ -204,7 +206,7 @@ static void gather(onnx_call *c)
     }
     if (onnx_shape(c, 1).rank != 1)
         onnx_fail(c, "the indices are no list");
-    if (places && x && c->status == LT_OK)
+    if (c->status == LT_OK)
         c->out.t = onnx_gather(x, lt_constant(c->g, LT_I32, LT_SHAPE(n), places), axis);
     lt_release(places);
 }
@@ -216,7 +218,7 @@ static void shape_of(onnx_call *c)
     int64_t *dim = lt_arena_array(c->arena, LT_MAX_RANK, sizeof(*dim));
 
     if (!dim) {
-        onnx_fail(c, "no memory");
+        onnx_no_memory(c);
         return;
     }
     start += start < 0 ? s.rank : 0;
@@ -247,10 +249,32 @@ static void range(onnx_call *c)
         return;
     }
     list = lt_arena_array(c->arena, (size_t)n, sizeof(*list));
-    for (int64_t i = 0; list && i < n; i++)
+    if (!list) {
+        onnx_no_memory(c);
+        return;
+    }
+    for (int64_t i = 0; i < n; i++)
         list[i] = i;
     c->out.ints = list;
     c->out.shape = LT_SHAPE(n);
+}
+
+static lt_tensor *reals_of(onnx_call *c)
+{
+    int n;
+    const int64_t *x = onnx_ints(c, 0, &n);
+    lt_real *y = lt_alloc((size_t)n * sizeof(*y));
+    lt_tensor *t;
+
+    if (!y) {
+        onnx_no_memory(c);
+        return NULL;
+    }
+    for (int i = 0; i < n; i++)
+        y[i] = (lt_real)x[i];
+    t = lt_constant(c->g, LT_F32, onnx_shape(c, 0), y);
+    lt_release(y);
+    return t;
 }
 
 /* Known numbers become constants; reals made whole are cut off, and remembered as such. */
@@ -258,18 +282,11 @@ static void cast(onnx_call *c)
 {
     const int to = onnx_attr_int(c, "to", 0, 1, INT32_MAX);
     const lt_shape s = onnx_shape(c, 0);
-    int n;
 
     if (to != LT_ONNX_FLOAT && to != LT_ONNX_INT64 && to != LT_ONNX_INT32)
         onnx_fail(c, "to type %d; 1 (FLOAT), 6 (INT32), 7 (INT64) are read", to);
     if (onnx_is_known(c, 0) && to == LT_ONNX_FLOAT) {
-        const int64_t *x = onnx_ints(c, 0, &n);
-        lt_real *y = lt_alloc((size_t)n * sizeof(*y));
-
-        for (int i = 0; y && i < n; i++)
-            y[i] = (lt_real)x[i];
-        c->out.t = y ? lt_constant(c->g, LT_F32, s, y) : NULL;
-        lt_release(y);
+        c->out.t = reals_of(c);
     } else if (onnx_is_known(c, 0)) {
         view(c, s);
     } else if (onnx_tensor(c, 0)) {
@@ -281,19 +298,20 @@ static void cast(onnx_call *c)
 static void reduce_sum(onnx_call *c)
 {
     lt_tensor *x = onnx_tensor(c, 0);
-    const int keep = onnx_attr_int(c, "keepdims", 1, 0, 1), rank = x ? x->shape.rank : 0;
-    int n;
-    const int64_t *axis = onnx_ints(c, 1, &n);
+    const int keep = onnx_attr_int(c, "keepdims", 1, 0, 1), rank = onnx_shape(c, 0).rank;
+    int n, axis;
+    const int64_t *given = onnx_ints(c, 1, &n);
     lt_shape shape = { 0 };
 
     onnx_attr_int(c, "noop_with_empty_axes", 0, 0, 0);
-    if (n != 1 || axis[0] < -rank || axis[0] >= rank)
+    if (n != 1 || given[0] < -rank || given[0] >= rank)
         onnx_fail(c, "want one axis of the input's");
-    if (!x || c->status)
+    if (c->status)
         return;
-    x = onnx_sum(x, (int)(axis[0] < 0 ? axis[0] + rank : axis[0]));
+    axis = (int)(given[0] < 0 ? given[0] + rank : given[0]);
+    x = onnx_sum(x, axis);
     for (int i = 0; i < x->shape.rank; i++)
-        if (keep || i != (axis[0] < 0 ? axis[0] + rank : axis[0]))
+        if (keep || i != axis)
             shape.dim[shape.rank++] = lt_dim(x, i);
     c->out.t = lt_reshape(x, shape);
 }
