@@ -192,23 +192,24 @@ cJSON *lt_config_write(const lt_config_key *keys, const void *from)
 {
     cJSON *object = cJSON_CreateObject();
 
-    for (int i = 0; object && i < key_count(keys); i++)
-        if (!cJSON_AddItemToObject(object, keys[i].name,
-                                   write_value(&keys[i], (const char *)from + keys[i].offset))) {
+    for (int i = 0; object && i < key_count(keys); i++) {
+        cJSON *v = write_value(&keys[i], (const char *)from + keys[i].offset);
+
+        if (!cJSON_AddItemToObject(object, keys[i].name, v)) {
+            cJSON_Delete(v);
             cJSON_Delete(object);
             return NULL;
         }
+    }
     return object;
 }
 
-/* The object called name inside parent, made when it is missing; NULL when something else has the name. */
+/* What is called name inside parent, an object made for it when it is missing; NULL without memory. */
 static cJSON *child(cJSON *parent, const char *name)
 {
     cJSON *c = cJSON_GetObjectItemCaseSensitive(parent, name);
 
-    if (!c)
-        c = cJSON_AddObjectToObject(parent, name);
-    return cJSON_IsObject(c) ? c : NULL;
+    return c ? c : cJSON_AddObjectToObject(parent, name);
 }
 
 static lt_status put(cJSON *object, const char *key, const char *value)
@@ -238,6 +239,8 @@ lt_status lt_config_set(cJSON *root, const char *assignment)
         *dot = '\0';
         root = child(root, key);
         if (!root)
+            return lt_error(LT_ENOMEM, "no memory for --set %s", assignment);
+        if (!cJSON_IsObject(root))
             return lt_error(LT_EINVAL, "--set %s: %s is no group of keys", assignment, key);
     }
     return put(root, key, equals + 1);
