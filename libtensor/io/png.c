@@ -87,17 +87,18 @@ static lt_status check_header(decoder *d)
     return st;
 }
 
-static void read_rows(decoder *d)
+static lt_status read_rows(decoder *d)
 {
     const size_t row = lt_image_bytes(&d->img) / (size_t)d->img.height;
     png_bytep *rows = lt_arena_array(d->arena, (size_t)d->img.height, sizeof(*rows));
 
     if (!rows)
-        png_error(d->png, "no memory");
+        return lt_error(LT_ENOMEM, "%s: no memory for %d rows", d->name, d->img.height);
     for (int y = 0; y < d->img.height; y++)
         rows[y] = d->img.data + (size_t)y * row;
     png_read_image(d->png, rows);
     png_read_end(d->png, NULL);
+    return LT_OK;
 }
 
 static lt_status run_decoder(decoder *d)
@@ -120,8 +121,7 @@ static lt_status run_decoder(decoder *d)
                               &d->img);
     if (d->status)
         return lt_error_prefix(d->status, "%s", d->name);
-    read_rows(d);
-    return LT_OK;
+    return read_rows(d);
 }
 
 lt_status lt_png_decode(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_image *out)

@@ -41,14 +41,16 @@ static const char *behind(const char *name, const char *prefix)
 
 static lt_status find_root(archive *a)
 {
-    for (size_t i = 0; i < a->zip.n && !a->root; i++) {
-        const char *name = a->zip.entry[i].name;
+    const char *found = NULL;
 
-        if (ends_with(name, "/data.pkl"))
-            a->root = lt_arena_printf(a->t->arena, "%.*s", (int)(strlen(name) - strlen("data.pkl")), name);
-    }
-    if (!a->root)
+    for (size_t i = 0; i < a->zip.n && !found; i++)
+        if (ends_with(a->zip.entry[i].name, "/data.pkl"))
+            found = a->zip.entry[i].name;
+    if (!found)
         return lt_error(LT_EFORMAT, "%s: a zip archive without data.pkl: no checkpoint of PyTorch", a->t->path);
+    a->root = lt_arena_printf(a->t->arena, "%.*s", (int)(strlen(found) - strlen("data.pkl")), found);
+    if (!a->root)
+        return lt_error(LT_ENOMEM, "%s: no memory", a->t->path);
     for (size_t i = 0; i < a->zip.n; i++) {
         const char *name = behind(a->zip.entry[i].name, a->root);
 

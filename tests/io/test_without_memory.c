@@ -1,26 +1,56 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Writers and readers of whole files while the first allocation fails, the second, and so on: one line, and no
- * file where there was none. What parses bytes in memory is tested so by tests/fuzz/replay. */
+/* Writers and readers of whole files while the first allocation fails, the second, and so on; writers without a folder
+ * and without a disk: one line, and no file where there was none. What parses bytes in memory is
+ * tested so by tests/fuzz/replay. */
+#include "libtensor/io/glb.h"
 #include "libtensor/io/image.h"
+#include "libtensor/io/json.h"
 #include "libtensor/io/mesh_io.h"
 #include "libtensor/io/npy.h"
 #include "libtensor/io/npz.h"
 #include "libtensor/io/pickle.h"
+#include "libtensor/io/pickle_dense.h"
 #include "libtensor/io/ply.h"
 #include "libtensor/io/safetensors.h"
 #include "libtensor/io/weights_file.h"
+#include "libtensor/io/yaml.h"
 #include "tests/io/hostile.h"
+#include "tests/io/io_vectors.h"
 #include "tests/io/torch_vectors.h"
+
+#include <cjson/cJSON.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+/* Enough of everything that each array is a block of its own */
+enum { VERTICES = 2100 };
 
 static float numbers[6] = { 1, 2, 3, 4, 5, 6 };
 static const char *words[2] = { "a", "\xc3\xa9" };
-static int32_t triangle[1][3] = { { 0, 1, 0 } };
-static uint8_t pixels[12];
+static float vertex[VERTICES][3], uv[VERTICES][2], color[VERTICES][3], normal[VERTICES][3];
+static int32_t triangle[VERTICES][3];
+static uint8_t pixels[64 * 64 * 3];
 static const int64_t two_by_three[2] = { 2, 3 }, two[1] = { 2 };
 
 static lt_mesh mesh(void)
 {
-    return (lt_mesh){ .n_vertices = 2, .n_faces = 1, .vertex = (float (*)[3])numbers, .face = triangle };
+    for (int i = 0; i < VERTICES; i++) {
+        triangle[i][1] = i;
+        normal[i][2] = 1;
+    }
+    return (lt_mesh){ .n_vertices = VERTICES, .n_faces = VERTICES, .vertex = vertex, .face = triangle, .uv = uv,
+                      .color = color, .normal = normal };
+}
+
+/* Noise: more bytes than a stream keeps to itself */
+static const lt_image *picture(void)
+{
+    static const lt_image img = { .width = 64, .height = 64, .channels = 3, .bits = 8, .data = pixels };
+    lt_rng rng = lt_rng_make(1, 1);
+
+    for (size_t i = 0; i < sizeof(pixels); i++)
+        pixels[i] = (uint8_t)lt_rng_u32(&rng);
+    return &img;
 }
 
 static lt_named_array sample(bool text)
@@ -82,19 +112,51 @@ static lt_status write_ply(lt_arena *arena, const char *path)
 static lt_status write_xyz(lt_arena *arena, const char *path)
 {
     (void)arena;
-    return lt_xyz_write(path, (const float (*)[3])numbers, 2);
+    return lt_xyz_write(path, (const float (*)[3])vertex, VERTICES);
+}
+
+static lt_status write_glb(lt_arena *arena, const char *path)
+{
+    const lt_mesh m = mesh();
+
+    (void)arena;
+    return lt_glb_write(path, &(lt_glb_part){ "n", &m, { 1, 1, 1, 1 } }, 1);
+}
+
+static lt_status write_json(lt_arena *arena, const char *path)
+{
+    cJSON *root = cJSON_Parse("{\"a\": [1, {\"b\": \"c\"}]}");
+    const lt_status st = root ? lt_json_write(path, root) : LT_ENOMEM;
+
+    (void)arena;
+    cJSON_Delete(root);
+    return st;
+}
+
+static lt_status write_yaml(lt_arena *arena, const char *path)
+{
+    (void)arena;
+    put_file(path, "a: [1, 2]\nb: {c: d}\n", 20);
+    return LT_OK;
+}
+
+static lt_status write_chumpy(lt_arena *arena, const char *path)
+{
+    (void)arena;
+    put_file(path, pickle_expressions, sizeof(pickle_expressions));
+    return LT_OK;
 }
 
 static lt_status write_png(lt_arena *arena, const char *path)
 {
     (void)arena;
-    return lt_png_write(path, &(lt_image){ .width = 2, .height = 2, .channels = 3, .bits = 8, .data = pixels });
+    return lt_png_write(path, picture());
 }
 
 static lt_status write_jpeg(lt_arena *arena, const char *path)
 {
     (void)arena;
-    return lt_jpeg_write(path, &(lt_image){ .width = 2, .height = 2, .channels = 3, .bits = 8, .data = pixels }, 90);
+    return lt_jpeg_write(path, picture(), 90);
 }
 
 static lt_status read_npy(lt_arena *arena, const char *path)
@@ -123,6 +185,37 @@ static lt_status read_pickle(lt_arena *arena, const char *path)
     const lt_pvalue *v;
 
     return lt_pickle_read(arena, path, &v);
+}
+
+static lt_status read_chumpy(lt_arena *arena, const char *path)
+{
+    const lt_pvalue *v;
+    lt_status st = lt_pickle_read(arena, path, &v);
+
+    for (size_t i = 0; !st && i < v->n; i++) {
+        lt_array a;
+
+        st = lt_pickle_dense(arena, v->u.item[2 * i + 1], &a);
+    }
+    return st;
+}
+
+static lt_status read_json(lt_arena *arena, const char *path)
+{
+    cJSON *root;
+    const lt_status st = lt_json_read(path, &root);
+
+    (void)arena;
+    if (st == LT_OK)
+        cJSON_Delete(root);
+    return st;
+}
+
+static lt_status read_yaml(lt_arena *arena, const char *path)
+{
+    const lt_yaml *v;
+
+    return lt_yaml_read(arena, path, &v);
 }
 
 static lt_status read_obj(lt_arena *arena, const char *path)
@@ -164,14 +257,16 @@ static const struct {
 } kinds[] = {
     { write_npy, read_npy }, { write_npz, read_npz }, { write_safetensors, read_safetensors },
     { write_pickle, read_pickle }, { write_obj, read_obj }, { write_ply, read_ply }, { write_xyz, read_xyz },
-    { write_png, read_image }, { write_jpeg, read_image },
+    { write_png, read_image }, { write_jpeg, read_image }, { write_json, read_json }, { write_glb, NULL },
+    { write_yaml, read_yaml }, { write_chumpy, read_chumpy },           /* no writers of ours */
 };
+enum { WRITERS = LT_COUNT(kinds) - 2 };
 
-/* How often it failed before it did not. */
-static int until_it_works(lt_status (*call)(lt_arena *, const char *), const char *path)
+/* How often it failed before it did not, in an arena with this much room. */
+static int until_it_works(lt_status (*call)(lt_arena *, const char *), const char *path, int room)
 {
     for (long at = 1; at < 1000; at++) {
-        lt_arena *arena = lt_arena_new();
+        lt_arena *arena = arena_with_room(room);
         lt_status st;
 
         lt_alloc_fail_at(at);
@@ -180,18 +275,59 @@ static int until_it_works(lt_status (*call)(lt_arena *, const char *), const cha
         lt_arena_free(arena);
         if (st == LT_OK)
             return (int)at - 1;
-        ck_assert_msg(st == LT_ENOMEM, "%s", lt_last_error());
+        ck_assert_msg(st == LT_ENOMEM, "room %d, block %ld: %s", room, at, lt_last_error());
     }
     ck_abort_msg("never succeeded");
+}
+
+/* Small pieces share blocks: with less and less room, each of them is the one that has none. */
+static int with_any_room(lt_status (*call)(lt_arena *, const char *), const char *path)
+{
+    enum { ROOMS = 60 };
+    int refused = 0;
+
+    for (int room = 0; room < ROOMS; room++)
+        refused += until_it_works(call, path, room);
+    return refused;
 }
 
 START_TEST(written_and_read)
 {
     const char *path = in_folder("file");
 
-    until_it_works(kinds[_i].write, path);
+    cJSON_InitHooks(&(cJSON_Hooks){ lt_alloc, lt_release });    /* its memory counts while it builds */
+    until_it_works(kinds[_i].write, path, 0);
+    cJSON_InitHooks(NULL);
     ck_assert(exists(path));
-    ck_assert_int_gt(until_it_works(kinds[_i].read, path), 0);
+    if (kinds[_i].read)
+        ck_assert_int_gt(with_any_room(kinds[_i].read, path), 0);
+}
+END_TEST
+
+START_TEST(without_a_folder)
+{
+    lt_arena *arena = lt_arena_new();
+
+    check_error(kinds[_i].write(arena, in_folder("missing/file")), LT_EIO, "cannot write: No such file or directory");
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* A limit on file sizes behaves as a full disk does. */
+START_TEST(without_a_disk)
+{
+    const struct rlimit limit = { 0, RLIM_INFINITY }, none = { RLIM_INFINITY, RLIM_INFINITY };
+    const char *path = in_folder("full");
+    lt_arena *arena = lt_arena_new();
+    lt_status st;
+
+    signal(SIGXFSZ, SIG_IGN);
+    ck_assert_int_eq(setrlimit(RLIMIT_FSIZE, &limit), 0);
+    st = kinds[_i].write(arena, path);
+    setrlimit(RLIMIT_FSIZE, &none);
+    check_error(st, LT_ENOSPC, "cannot write: File too large");
+    ck_assert(!exists(path));
+    lt_arena_free(arena);
 }
 END_TEST
 
@@ -215,7 +351,7 @@ START_TEST(checkpoints)
     lt_arena *arena = lt_arena_new();
 
     put_file(in_folder("x.pth"), files[_i].bytes, files[_i].n);
-    ck_assert_int_gt(until_it_works(read_torch, in_folder("x.pth")), 0);
+    ck_assert_int_gt(with_any_room(read_torch, in_folder("x.pth")), 0);
     lt_arena_free(arena);
 }
 END_TEST
@@ -243,6 +379,8 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_add_loop_test(tc, written_and_read, 0, LT_COUNT(kinds));
+    tcase_add_loop_test(tc, without_a_folder, 0, WRITERS);
+    tcase_add_loop_test(tc, without_a_disk, 0, WRITERS);
     tcase_add_loop_test(tc, checkpoints, 0, 7);
     tcase_add_test(tc, no_checkpoint);
 }
