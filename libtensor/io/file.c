@@ -32,7 +32,7 @@ static lt_status check_size(const char *path, const struct stat *info, size_t ma
 {
     if (!S_ISREG(info->st_mode))
         return lt_error(LT_EIO, "%s: not a regular file", path);
-    if (info->st_size < 0 || (uintmax_t)info->st_size > max_bytes)
+    if ((uintmax_t)info->st_size > max_bytes)
         return lt_error(LT_EFORMAT, "%s: %jd bytes, more than the %zu that are read", path,
                         (intmax_t)info->st_size, max_bytes);
     return LT_OK;
@@ -149,7 +149,7 @@ bool lt_path_is_inside(const char *name)
 {
     const char *p = name;
 
-    if (name[0] == '\0' || name[0] == '/' || strchr(name, '\\') || (name[0] && name[1] == ':'))
+    if (name[0] == '\0' || name[0] == '/' || strchr(name, '\\') || name[1] == ':')
         return false;
     while (*p) {
         const size_t n = strcspn(p, "/");

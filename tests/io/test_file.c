@@ -65,12 +65,63 @@ START_TEST(abort_leaves_nothing)
 }
 END_TEST
 
+/* Another process, or a run before, may have left files of the names that we choose. */
+START_TEST(names_that_are_taken_are_passed_over)
+{
+    char name[64];
+    lt_atomic_file f;
+
+    for (int i = 0; i < 150; i++) {
+        snprintf(name, sizeof(name), "taken.%ld-%d.tmp", (long)getpid(), i);
+        put_file(in_folder(name), "theirs", 6);
+    }
+    check_error(lt_atomic_open(&f, in_folder("taken")), LT_EIO, "taken: cannot write: File exists");
+    check_ok(lt_write_file(in_folder("taken"), "ours", 4));
+    check_contents(in_folder("taken"), "ours");
+    for (int i = 0; i < 150; i++) {
+        snprintf(name, sizeof(name), "taken.%ld-%d.tmp", (long)getpid(), i);
+        check_contents(in_folder(name), "theirs");
+        unlink(in_folder(name));
+    }
+    unlink(in_folder("taken"));
+    ck_assert_int_eq(files_in_folder(), 0);
+}
+END_TEST
+
+START_TEST(a_folder_in_the_way_is_left)
+{
+    const char *path = in_folder("way");
+    lt_atomic_file f;
+
+    check_ok(lt_atomic_open(&f, path));
+    fputs("text", f.stream);
+    ck_assert_int_eq(mkdir(path, 0700), 0);
+    check_error(lt_atomic_commit(&f), LT_EIO, "way: cannot rename the finished file to it");
+    ck_assert_int_eq(files_in_folder(), 1);
+    ck_assert_int_eq(rmdir(path), 0);
+}
+END_TEST
+
+START_TEST(a_name_without_a_folder_is_here)
+{
+    char back[4096];
+
+    ck_assert_ptr_nonnull(getcwd(back, sizeof(back)));
+    ck_assert_int_eq(chdir(scratch_folder), 0);
+    check_ok(lt_write_file("here", "", 0));
+    check_contents("here", "");
+    unlink("here");
+    ck_assert_int_eq(chdir(back), 0);
+}
+END_TEST
+
 START_TEST(cannot_open)
 {
     lt_atomic_file f;
 
     check_error(lt_atomic_open(&f, in_folder("missing/name")), LT_EIO, "missing/name: cannot write: No such");
     lt_atomic_abort(&f);
+    check_error(lt_write_file(in_folder("missing/name"), "text", 4), LT_EIO, "missing/name: cannot write: No such");
     check_error(lt_atomic_open(&f, scratch_folder), LT_EIO, "not a regular file");
     check_error(lt_atomic_open(&f, "/dev/null"), LT_EIO, "not a regular file");
 }
@@ -100,14 +151,42 @@ START_TEST(full_disk_keeps_old_file)
 }
 END_TEST
 
+/* What was not written once is missing, though the disk has room again when the file is finished. */
+START_TEST(a_failed_write_is_remembered)
+{
+    const char *path = in_folder("moment");
+    const struct rlimit limit = { 1 << 16, RLIM_INFINITY };
+    const struct rlimit none = { RLIM_INFINITY, RLIM_INFINITY };
+    static char block[1 << 17];
+    lt_atomic_file f;
+
+    check_ok(lt_write_file(path, "old", 3));
+    signal(SIGXFSZ, SIG_IGN);
+    check_ok(lt_atomic_open(&f, path));
+    ck_assert_int_eq(setrlimit(RLIMIT_FSIZE, &limit), 0);
+    ck_assert_uint_lt(fwrite(block, 1, sizeof(block), f.stream), sizeof(block));
+    setrlimit(RLIMIT_FSIZE, &none);
+    check_error(lt_atomic_commit(&f), LT_EIO, "moment: cannot write: Input/output error");
+    check_contents(path, "old");
+    ck_assert_int_eq(files_in_folder(), 1);
+    unlink(path);
+}
+END_TEST
+
 START_TEST(dirs)
 {
+    char longer[400];
+
     check_ok(lt_make_dirs(in_folder("a/b//c/")));
     check_ok(lt_make_dirs(in_folder("a/b/c")));
     ck_assert(exists(in_folder("a/b/c")));
     put_file(in_folder("plain"), "x", 1);
     check_error(lt_make_dirs(in_folder("plain/d")), LT_EIO, "cannot make folder");
     check_error(lt_make_dirs(in_folder("plain")), LT_EIO, "Not a directory");
+    ck_assert_int_eq(symlink("nowhere", in_folder("dangling")), 0);
+    check_error(lt_make_dirs(in_folder("dangling")), LT_EIO, "Not a directory");
+    snprintf(longer, sizeof(longer), "%s/%0300d", scratch_folder, 0);
+    check_error(lt_make_dirs(longer), LT_EIO, "File name too long");
     check_error(lt_make_dirs(""), LT_EINVAL, "folder name of 0 bytes");
 }
 END_TEST
@@ -115,7 +194,7 @@ END_TEST
 START_TEST(paths)
 {
     static const char *const outside[] = { "", "/etc/passwd", "..", "a/../b", "../a", "a/..", "C:/x", "a\\b" };
-    static const char *const inside[] = { "a", "a/b.png", "a..b", ".hidden", "..a/b" };
+    static const char *const inside[] = { "a", "a/b.png", "a..b", ".hidden", "..a/b", ".h/b", "a/.b" };
     lt_arena *arena = lt_arena_new();
 
     ck_assert_str_eq(lt_path_join(arena, "d", "n"), "d/n");
@@ -158,8 +237,12 @@ static void add(TCase *tc)
 {
     tcase_add_test(tc, old_until_commit);
     tcase_add_test(tc, abort_leaves_nothing);
+    tcase_add_test(tc, names_that_are_taken_are_passed_over);
+    tcase_add_test(tc, a_folder_in_the_way_is_left);
+    tcase_add_test(tc, a_name_without_a_folder_is_here);
     tcase_add_test(tc, cannot_open);
     tcase_add_test(tc, full_disk_keeps_old_file);
+    tcase_add_test(tc, a_failed_write_is_remembered);
     tcase_add_test(tc, dirs);
     tcase_add_test(tc, paths);
     tcase_add_test(tc, only_regular_files);
