@@ -200,8 +200,6 @@ static lt_status load(lt_arena *arena, lt_arena *scratch, const cJSON *header, c
 
     if (!list)
         return lt_error(LT_ENOMEM, "%s: no memory", out->path);
-    if (!cJSON_IsObject(header))
-        return lt_error(LT_EFORMAT, "%s: header is no JSON object", out->path);
     st = check_unique(out->path, header, scratch);
     if (st)
         return st;

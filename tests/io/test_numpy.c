@@ -266,6 +266,8 @@ START_TEST(npz_round_trip)
     ck_assert_uint_eq(npz.n, 2);
     ck_assert(lt_array_get(lt_npz_find(&npz, "x"), 5) == 6);
     ck_assert_ptr_null(lt_npz_find(&npz, "scalar"));
+    check_ok(lt_npz_read_only(arena, in_folder("r.npz"), (const char *const[]){ "word" }, 1, &npz));
+    ck_assert_uint_eq(npz.n, 0);
 
     write_sample(in_folder("again.npz"), deflate);              /* the same bytes, whatever the date */
     a = fopen(in_folder("r.npz"), "rb");
@@ -287,6 +289,7 @@ START_TEST(npz_not_written)
 
     check_error(lt_npz_write(path, NULL, 0, false), LT_EINVAL, "no arrays");
     check_error(lt_npz_write(path, &(lt_named_array){ "a b", f4 }, 1, false), LT_EINVAL, "array name");
+    check_error(lt_npz_write(path, &(lt_named_array){ "", f4 }, 1, false), LT_EINVAL, "array name \"\"");
     check_error(lt_npz_write(path, &(lt_named_array){ "b", b16 }, 1, false), LT_EINVAL, "bf16");
     check_error(lt_npz_write(path, (lt_named_array[]){ { "a", f4 }, { "a", f4 } }, 2, false), LT_EINVAL, "two arrays");
     check_error(lt_npz_write("/nonexistent/a.npz", &(lt_named_array){ "a", f4 }, 1, false), LT_EIO, "No such");

@@ -354,9 +354,18 @@ END_TEST
 #define ARRAY_OF(shape) "cnumpy.core.multiarray\n_reconstruct\n(cnumpy\nndarray\n(I0\ntS'b'\ntR(I1\n(" shape \
                         "t" DTYPE "I00\nS'\\x00\\x01\\x02\\x03'\ntb"
 #define FOUR ARRAY_OF("I4\n")
+#define ARRAY(type, shape, bytes) "cnumpy.core.multiarray\n_reconstruct\n(cnumpy\nndarray\n(I0\ntS'b'\ntR(I1\n(" shape \
+                        "tcnumpy\ndtype\n(S'" type "'\nI0\nI1\ntR(I3\nS'|'\nNNNI-1\nI-1\nI0\ntbI00\nS'" bytes "'\ntb"
+#define THREE ARRAY("i1", "I3\n", "\\x00\\x01\\x02")
+#define MINUS ARRAY("i1", "I4\n", "\\xff\\x01\\x02\\x03")
+#define DOWN ARRAY("i1", "I4\n", "\\x00\\x02\\x01\\x03")
+#define WORDS ARRAY("S1", "I4\n", "abcd")
 #define OBJECT(module, name, state) "c" module "\n" name "\n)\x81}(" state "ub"
 #define DICT(value) { "}S'v'\n" value "s.", sizeof("}S'v'\n" value "s.") - 1
 #define SELECT(state) OBJECT("chumpy.reordering", "Select", "S'a'\n" FOUR state)
+#define NEST "cchumpy.ch\nCh\n)\x81}(S'x'\ncchumpy.ch\nCh\n)\x81}(S'x'\ncchumpy.ch\nCh\n)\x81}(S'x'\n" \
+             "cchumpy.ch\nCh\n)\x81}(S'x'\n"
+#define UNNEST "ubububub"
 #define TURN(axes) OBJECT("chumpy.reordering", "transpose", "S'a'\n" ARRAY_OF("I2\nI2\n") "S'axes'\n" axes)
 #define SPARSE(kind, state) OBJECT("scipy.sparse." kind, kind "_matrix", state)
 
@@ -380,6 +389,7 @@ START_TEST(dense_by_hand)
         DICT(OBJECT("chumpy.reordering", "Reshape", "S'a'\n" FOUR)), "does not fit its elements" },
         DICT(TURN("N")), NULL }, DICT(TURN("(I1\nI0\nt")), NULL }, DICT(TURN("(I0\nI0\nt")), "no permutation" },
         DICT(TURN("(I2\nI0\nt")), "no permutation" }, DICT(TURN("(I0\nt")), "other axes than its array" },
+        DICT(TURN("I1\n")), "other axes than its array" },
         DICT(SPARSE("csc", "S'data'\n" FOUR)), "lacks _shape" },
         DICT(SPARSE("csr", "S'data'\n" FOUR "S'indices'\n" FOUR "S'indptr'\n" FOUR "S'_shape'\n(I2\nt")), "lacks" },
         DICT(SPARSE("csr", "S'data'\n" FOUR "S'indices'\n" FOUR "S'indptr'\n" ARRAY_OF("I2\nI2\n")
@@ -391,9 +401,34 @@ START_TEST(dense_by_hand)
         DICT(SPARSE("csc", "S'data'\n" FOUR "S'indices'\n" FOUR "S'indptr'\n" FOUR
                     "S'_shape'\n(I999999\nI999999\nt")), "too large when made dense" },
         DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I4\nI4\nt")), NULL },
-        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I4\nI3\nt")), "index outside" },
-        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I3\nI4\nt")), "index outside" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I4\nI3\nt")),
+        "index outside" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I3\nI4\nt")),
+        "index outside" },
         DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'_shape'\n(I3\nI4\nt")), "lacks" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I4\nI9999999\nt")),
+        "lacks _shape" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" THREE "S'col'\n" FOUR "S'_shape'\n(I4\nI4\nt")),
+        "rows, columns and data of different lengths" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" THREE "S'_shape'\n(I4\nI4\nt")),
+        "rows, columns and data of different lengths" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" MINUS "S'col'\n" FOUR "S'_shape'\n(I4\nI4\nt")),
+        "index outside" },
+        DICT(SPARSE("coo", "S'data'\n" FOUR "S'row'\n" FOUR "S'col'\n" MINUS "S'_shape'\n(I4\nI4\nt")),
+        "index outside" },
+        DICT(SPARSE("coo", "S'data'\n" WORDS "S'row'\n" FOUR "S'col'\n" FOUR "S'_shape'\n(I4\nI4\nt")), "lacks" },
+        DICT(SPARSE("csr", "S'data'\n" THREE "S'indices'\n" FOUR "S'indptr'\n" FOUR "S'_shape'\n(I3\nI4\nt")),
+        "indptr that does not fit" },
+        DICT(SPARSE("csr", "S'data'\n" THREE "S'indices'\n" THREE "S'indptr'\n" FOUR "S'_shape'\n(I3\nI4\nt")), NULL },
+        DICT(SPARSE("csr", "S'data'\n" THREE "S'indices'\n" THREE "S'indptr'\n" DOWN "S'_shape'\n(I3\nI4\nt")),
+        "indptr that is not ascending" },
+        DICT(SELECT("S'idxs'\n" MINUS)), "chumpy Select: index -1 of 4 elements" },
+        DICT(SELECT("S'idxs'\n" WORDS)), "without an array idxs" },
+        DICT(SELECT("S'idxs'\n" FOUR "S'preferred_shape'\n" WORDS)), "does not fit its elements" },
+        DICT(SELECT("S'idxs'\n" FOUR "S'preferred_shape'\n(I1\nI1\nI1\nI1\nI1\nI1\nI1\nI1\nI4\nt")), "does not fit" },
+        DICT(OBJECT("chumpy.ch", "Ch", "S'x'\n" WORDS)), "no array of numbers" },
+        DICT(NEST NEST NEST NEST FOUR UNNEST UNNEST UNNEST UNNEST), NULL },
+        DICT(NEST NEST NEST NEST NEST FOUR UNNEST UNNEST UNNEST UNNEST UNNEST), "nested deeper than 16" },
     };
 
     for (size_t i = 0; i < LT_COUNT(cases); i++) {
@@ -601,6 +636,26 @@ START_TEST(written)
 }
 END_TEST
 
+START_TEST(not_written)
+{
+    lt_pwrite nest[LT_PICKLE_DEPTH] = { { 0 } };
+    const lt_pwrite large[] = {
+        { .key = "a", .kind = LT_PW_ARRAY,
+          .array = lt_array_make(LT_ELEM_F4, 2, (int64_t[]){ 1 << 20, 1 << 20 }, nest) },
+        { .key = "a", .kind = LT_PW_ARRAY, .array = lt_array_make(LT_ELEM_F4, 1, (int64_t[]){ -1 }, nest) },
+    };
+    const char *path = in_folder("not.pkl");
+
+    for (int i = 0; i < LT_PICKLE_DEPTH; i++)
+        nest[i] = (lt_pwrite){ .key = "l", .kind = LT_PW_LIST, .item = nest + i + 1, .n_items = 1 };
+    nest[LT_PICKLE_DEPTH - 1].n_items = 0;
+    check_error(lt_pickle_write_dict(path, nest, 1), LT_EINVAL, "not.pkl: \"l\": lists nested too deep");
+    for (size_t i = 0; i < LT_COUNT(large); i++)
+        check_error(lt_pickle_write_dict(path, &large[i], 1), LT_EINVAL, "not.pkl: \"a\": array of over 4 GiB");
+    ck_assert(!exists(path));
+}
+END_TEST
+
 /* The n-th block of memory is refused, for n = 1, 2, ... until reading succeeds. */
 START_TEST(without_memory)
 {
@@ -638,6 +693,7 @@ static void add(TCase *tc)
     tcase_add_test(tc, amplified);
     tcase_add_test(tc, numbers_of_any_shape);
     tcase_add_test(tc, written);
+    tcase_add_test(tc, not_written);
     tcase_add_test(tc, without_memory);
 }
 

@@ -98,6 +98,17 @@ START_TEST(lies)
     } cases[] = {
         { T("[4,8]"), NULL, 8 }, { T("[4,8]"), "cover 8", 9 }, { T("[4,8]"), "outside the data", 7 },
         { T("[3,7]"), "no gaps", 8 }, { T("[5,9]"), "no gaps", 9 }, { T("[8,4]"), "outside", 8 },
+        { T("[4,\"8\"]"), "no two numbers", 8 }, { T("{}"), "no two numbers", 8 },
+        { "{\"a\":{\"dtype\":\"U8\",\"shape\":[\"1\"],\"data_offsets\":[0,1]}}", "no number below 2^31", 1 },
+        { "{\"a\":{\"dtype\":\"U8\",\"shape\":[2147483648],\"data_offsets\":[0,1]}}", "no number below 2^31", 1 },
+        { "{\"b\":{\"dtype\":\"U8\",\"shape\":[1],\"data_offsets\":[1,2]},"
+          "\"a\":{\"dtype\":\"U8\",\"shape\":[1],\"data_offsets\":[0,1]}}", NULL, 2 },
+        { "{\"b\":{\"dtype\":\"U8\",\"shape\":[1],\"data_offsets\":[0,1]},"
+          "\"a\":{\"dtype\":\"U8\",\"shape\":[0],\"data_offsets\":[0,0]}}", NULL, 1 },
+        { "{\"b\":{\"dtype\":\"U8\",\"shape\":[0],\"data_offsets\":[0,0]},"
+          "\"a\":{\"dtype\":\"U8\",\"shape\":[1],\"data_offsets\":[0,1]}}", NULL, 1 },
+        { "{\"b\":{\"dtype\":\"U8\",\"shape\":[0],\"data_offsets\":[0,0]},"
+          "\"a\":{\"dtype\":\"U8\",\"shape\":[0],\"data_offsets\":[0,0]}}", NULL, 0 },
         { T("[4,9]"), "disagree", 9 }, { T("[4]"), "no two numbers", 8 }, { T("[4.5,8.5]"), "no two", 9 },
         { T("[-4,0]"), "no two numbers", 8 }, { T("[1e300,1e300]"), "no two numbers", 8 },
         { "{\"a\":{\"dtype\":\"U8\",\"shape\":[0],\"data_offsets\":[0,0]},"
@@ -126,6 +137,16 @@ START_TEST(lies)
 }
 END_TEST
 
+START_TEST(no_file)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_safetensors s;
+
+    check_error(lt_safetensors_read(arena, in_folder("none"), &s), LT_EIO, "none: No such file");
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(not_written)
 {
     const lt_array a = lt_array_make(LT_ELEM_U1, 0, NULL, "x"), text = lt_array_make(LT_ELEM_TEXT, 0, NULL, NULL);
@@ -144,6 +165,7 @@ static void add(TCase *tc)
     tcase_add_test(tc, spec_vector);
     tcase_add_test(tc, round_trip);
     tcase_add_test(tc, lies);
+    tcase_add_test(tc, no_file);
     tcase_add_test(tc, not_written);
 }
 
