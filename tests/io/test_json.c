@@ -122,7 +122,8 @@ END_TEST
 
 START_TEST(round_trip)
 {
-    static const char text[] = "{\"a\": \"q\\\"\\\\\\n\\u0001\\u00e9\", \"b\": [1, 2.5, [true, null]], \"c\": {}, \"d\": []}";
+    static const char text[] = "{\"a\": \"q\\\"\\\\\\n\\u0001\\u00e9\", "
+                               "\"b\": [1, 2.5, [true, false, null]], \"c\": {}, \"d\": []}";
     cJSON *value, *back;
 
     check_ok(lt_json_parse("t", text, sizeof(text) - 1, &value));
@@ -150,6 +151,7 @@ END_TEST
 START_TEST(did_you_mean)
 {
     static const char *const list[] = { "lr", "steps", "batch_size", "weight_decay" };
+    char longer[500] = "";
 
     ck_assert_str_eq(lt_nearest_name("lrr", list, 4), "lr");
     ck_assert_str_eq(lt_nearest_name("step", list, 4), "steps");
@@ -158,6 +160,9 @@ START_TEST(did_you_mean)
     ck_assert_ptr_null(lt_nearest_name("colour", list, 4));
     ck_assert_ptr_null(lt_nearest_name("x", list, 4));
     ck_assert_ptr_null(lt_nearest_name("lr", list, 0));
+    memset(longer, 'l', sizeof(longer) - 1);
+    ck_assert_ptr_null(lt_nearest_name(longer, list, 4));
+    ck_assert_ptr_null(lt_nearest_name("lr", (const char *const[]){ longer }, 1));
 }
 END_TEST
 

@@ -38,9 +38,60 @@ START_TEST(obj)
     put_file(in_folder("box.mtl"), "newmtl skin\nmap_Kd ../../etc/passwd\n", 36);
     check_ok(lt_obj_read(arena, in_folder("box.obj"), &m, &texture));
     ck_assert_ptr_null(texture);
+    put_file(in_folder("box.mtl"), "newmtl skin\nmap_Kd a\0b.png\n", 27);
+    check_ok(lt_obj_read(arena, in_folder("box.obj"), &m, &texture));
+    ck_assert_ptr_null(texture);
+    put_file(in_folder("box.mtl"), "newmtl skin\nnewmtl other\nmap_Kd other.png\n", 42);
+    check_ok(lt_obj_read(arena, in_folder("box.obj"), &m, &texture));
+    ck_assert_ptr_null(texture);
     unlink(in_folder("box.mtl"));
     check_ok(lt_obj_read(arena, in_folder("box.obj"), &m, &texture));
     ck_assert_ptr_null(texture);
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* Of several libraries and materials the first ones; a library's first map where no material is used. */
+START_TEST(the_first_texture)
+{
+    static const struct {
+        const char *obj, *want;
+    } cases[] = {
+        { "mtllib a.mtl\nusemtl two\nmtllib b.mtl\nusemtl one\n", "2.png" }, { "mtllib a.mtl\n", "1.png" },
+        { "mtllib /a.mtl\n", NULL }, { "usemtl one\n", NULL }, { "mtllib a.mtl\nusemtl none\n", NULL },
+        { "mtllib a.mtl \nusemtl -three\n", "3.png" },
+    };
+    static const char library[] = "newmtl one\nmap_Kd 1.png\nnewmtl two\nmap_Kd 2.png\n"
+                                  "newmtl -three\nmap_Kd -blendu on 3.png";
+    lt_arena *arena = lt_arena_new();
+    const char *texture;
+    lt_mesh m;
+
+    put_file(in_folder("a.mtl"), library, sizeof(library) - 1);
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        put_file(in_folder("a.obj"), cases[i].obj, strlen(cases[i].obj));
+        check_ok(lt_obj_read(arena, in_folder("a.obj"), &m, &texture));
+        ck_assert_msg(!texture == !cases[i].want, "%s", cases[i].obj);
+        if (texture)
+            ck_assert_str_eq(texture, in_folder(cases[i].want));
+    }
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* Corners of one position that differ in texture or normal alone are vertices apart; no length is no direction. */
+START_TEST(corners_apart)
+{
+    static const char text[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 1\nvn 0 0 0\nvn 0 3 4\n"
+                               "f 1/1/1 2/1/1 3/1/1\nf 1/1/2 2/1/1 3/1/1\nf 1/2/2 2/1/1 3/1/1\nf 1/2/2 2/1/1 3/1/1\n";
+    lt_arena *arena = lt_arena_new();
+    lt_mesh m;
+
+    put_file(in_folder("c.obj"), text, sizeof(text) - 1);
+    check_ok(lt_obj_read(arena, in_folder("c.obj"), &m, NULL));
+    ck_assert_int_eq(m.n_vertices, 5);
+    ck_assert(m.face[0][0] == 0 && m.face[1][0] == 3 && m.face[2][0] == 4 && m.face[3][0] == 4);
+    ck_assert(m.normal[0][1] == 0 && m.normal[3][1] == 0.6f && m.normal[3][2] == 0.8f && m.uv[4][0] == 1);
     lt_arena_free(arena);
 }
 END_TEST
@@ -100,6 +151,30 @@ START_TEST(obj_round_trip)
     if (back.color)
         ck_assert_mem_eq(back.color, color, sizeof(color));
     check_error(lt_obj_write(in_folder("r.obj"), &mesh, "../x.png"), LT_EINVAL, "no file name in its folder");
+    check_error(lt_obj_write(in_folder("r.obj"), &mesh, "x\n.png"), LT_EINVAL, "no file name in its folder");
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* "box.obj" -> "box.mtl", whatever else has a dot */
+START_TEST(library_beside_its_mesh)
+{
+    static const struct {
+        const char *obj, *library;
+    } cases[] = { { "a.b/box", "a.b/box.mtl" }, { "a.b/.box", "a.b/.box.mtl" }, { "a.b/b.c.obj", "a.b/b.c.mtl" } };
+    float vertex[1][3] = { { 0 } };
+    const lt_mesh mesh = { .n_vertices = 1, .vertex = vertex };
+    lt_arena *arena = lt_arena_new();
+    const char *texture;
+    lt_mesh back;
+
+    ck_assert_int_eq(mkdir(in_folder("a.b"), 0700), 0);
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        check_ok(lt_obj_write(in_folder(cases[i].obj), &mesh, "skin.png"));
+        ck_assert_msg(exists(in_folder(cases[i].library)), "%s", cases[i].library);
+        check_ok(lt_obj_read(arena, in_folder(cases[i].obj), &back, &texture));
+        ck_assert_str_eq(texture, in_folder("a.b/skin.png"));
+    }
     lt_arena_free(arena);
 }
 END_TEST
@@ -120,6 +195,9 @@ START_TEST(xyz)
     put_file(in_folder("q.xyz"), "# c\n\n1 2 3 255 0 0\r\n4 5 6", 25);
     check_ok(lt_xyz_read(arena, in_folder("q.xyz"), &back, &n));
     ck_assert(n == 2 && back[1][2] == 6);
+    put_file(in_folder("q.xyz"), "1 2 3\0", 6);
+    check_error(lt_xyz_read(arena, in_folder("q.xyz"), &back, &n), LT_EFORMAT, "q.xyz: a zero byte: no text file");
+    check_error(lt_xyz_read(arena, in_folder("none.xyz"), &back, &n), LT_EIO, "No such file");
     lt_arena_free(arena);
 }
 END_TEST
@@ -127,6 +205,9 @@ END_TEST
 static void add(TCase *tc)
 {
     tcase_add_test(tc, obj);
+    tcase_add_test(tc, the_first_texture);
+    tcase_add_test(tc, corners_apart);
+    tcase_add_test(tc, library_beside_its_mesh);
     tcase_add_test(tc, bad_obj);
     tcase_add_loop_test(tc, obj_round_trip, 0, 8);
     tcase_add_test(tc, xyz);
