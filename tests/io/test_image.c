@@ -1,9 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Images: Pillow's files, round trips, damage, and sizes that cannot be. */
+#define _GNU_SOURCE                     /* dladdr */
 #include <config.h>
+#include "libtensor/io/film.h"
 #include "libtensor/io/image.h"
 #include "tests/io/hostile.h"
+#include "tests/io/avi.h"
 #include "tests/io/io_vectors.h"
+
+#include <dlfcn.h>
 
 static lt_status read_image(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
@@ -84,6 +89,108 @@ START_TEST(other_formats)
     ck_assert(img.data[3] == 7 && img.data[4] == 248);
 #endif
     lt_arena_free(arena);
+}
+END_TEST
+
+/* Netpbm's formats, by hand: gray, with alpha, of 16 bits, and of kinds that are not read */
+START_TEST(kinds_of_samples)
+{
+#ifdef HAVE_OPENCV
+    static const struct {
+        const char *bytes;
+        size_t n;
+        int channels, bits;
+        unsigned second;                /* sample */
+    } cases[] = {
+        { "P5 2 1 255\n\x07\x09", 13, 1, 8, 9 }, { "P6 1 1 255\n\x07\x08\x09", 14, 3, 8, 8 },
+        { "P5 2 1 65535\n\0\x07\1\0", 17, 1, 16, 256 },
+        { "P7\nWIDTH 1\nHEIGHT 1\nDEPTH 4\nMAXVAL 255\nTUPLTYPE RGB_ALPHA\nENDHDR\n\x07\x08\x09\x0a", 69, 4, 8, 8 },
+    };
+    lt_arena *arena = lt_arena_new(), *none = lt_arena_new();
+    lt_image img;
+
+    setenv("PALMAR_MODULES", MODULES, 1);
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        check_ok(lt_image_decode(arena, "n", (const uint8_t *)cases[i].bytes, cases[i].n, &img));
+        ck_assert_msg(img.channels == cases[i].channels && img.bits == cases[i].bits, "%zu: %d channels of %d bits", i,
+                      img.channels, img.bits);
+        ck_assert_uint_eq(img.bits == 8 ? img.data[1] : ((uint16_t *)(void *)img.data)[1], cases[i].second);
+    }
+    check_refused(read_image, "Pf\n1 1\n-1.0\n\0\0\x80\x3f", 16, "x.img: samples of a kind that is not read");
+    lt_alloc_fail_at(1);
+    check_error(lt_image_decode(none, "n", bmp_rgb, sizeof(bmp_rgb), &img), LT_ENOMEM, "no memory");
+    lt_alloc_fail_at(0);
+    lt_arena_free(none);
+    lt_arena_free(arena);
+#endif
+}
+END_TEST
+
+/* A folder in which the module is missing, is none, or is another library */
+static const char *without_module(int kind)
+{
+    const char *name = in_folder("images-opencv.so");
+    Dl_info other;
+
+    unlink(name);
+    if (kind == 1)
+        put_file(name, "no library", 10);
+    if (kind == 2) {
+        ck_assert_int_ne(dladdr((void *)(uintptr_t)&dlopen, &other), 0);
+        ck_assert_int_eq(symlink(other.dli_fname, name), 0);
+    }
+    return scratch_folder;
+}
+
+START_TEST(without_the_module)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_film *film;
+
+    setenv("PALMAR_MODULES", without_module(_i), 1);
+    check_refused(read_image, bmp_rgb, sizeof(bmp_rgb), "x.img: neither PNG nor JPEG; other formats need a build with");
+    put_file(in_folder("f.avi"), "RIFF", 4);
+    check_error(lt_film_open(in_folder("f.avi"), &film), LT_EFORMAT, "f.avi: films need a build with OpenCV");
+    check_ok(lt_image_decode(arena, "p", png_gray, sizeof(png_gray), &(lt_image){ 0 }));
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* ---- films ------------------------------------------------------------------------------------------------------- */
+
+START_TEST(film)
+{
+#ifdef HAVE_OPENCV
+    static uint8_t pixels[16 * 8 * 3];
+    lt_arena *arena = lt_arena_new(), *none = lt_arena_new();
+    lt_image img;
+    lt_film *f;
+    bool more;
+
+    setenv("PALMAR_MODULES", MODULES, 1);
+    memset(pixels, 200, sizeof(pixels));
+    avi_write(arena, in_folder("f.avi"),
+              &(lt_image){ .width = 16, .height = 8, .channels = 3, .bits = 8, .data = pixels }, 25, 2);
+    check_ok(lt_film_open(in_folder("f.avi"), &f));
+    ck_assert_double_eq(lt_film_fps(f), 25);
+    check_ok(lt_film_next(f, arena, &img, &more));
+    ck_assert(more && img.width == 16 && img.height == 8 && img.channels == 3 && abs(img.data[0] - 200) < 3);
+    lt_alloc_fail_at(1);
+    check_error(lt_film_next(f, none, &img, &more), LT_ENOMEM, "no memory");
+    lt_alloc_fail_at(0);
+    check_ok(lt_film_next(f, arena, &img, &more));
+    ck_assert(!more);
+    lt_film_close(f);
+    lt_film_close(NULL);
+    lt_alloc_fail_at(1);
+    check_error(lt_film_open(in_folder("f.avi"), &f), LT_ENOMEM, "f.avi: no memory");
+    lt_alloc_fail_at(0);
+    put_file(in_folder("g.avi"), "RIFF", 4);
+    check_error(lt_film_open(in_folder("g.avi"), &f), LT_EFORMAT, "g.avi: not a film that can be read");
+    check_error(lt_film_open(in_folder("none.avi"), &f), LT_EIO, "none.avi: No such file");
+    lt_arena_free(none);
+    lt_arena_free(arena);
+#endif
 }
 END_TEST
 
@@ -172,6 +279,9 @@ static void add(TCase *tc)
     tcase_add_loop_test(tc, foreign_png, 0, LT_COUNT(pngs));
     tcase_add_test(tc, foreign_jpeg);
     tcase_add_test(tc, other_formats);
+    tcase_add_test(tc, kinds_of_samples);
+    tcase_add_loop_test(tc, without_the_module, 0, 3);
+    tcase_add_test(tc, film);
     tcase_add_test(tc, huge_claims);
     tcase_add_loop_test(tc, png_round_trip, 0, 6);
     tcase_add_loop_test(tc, jpeg_round_trip, 0, 2);
