@@ -38,10 +38,11 @@ static void pack_b(const void *ctx, lt_real *out, const lt_tile *t, int64_t imag
     lt_k->pack_b(out, at, b->row, b->col, k, t->n);
 }
 
+/* Tiles of the same rows follow each other, so a thread has rows of its own, which it often wrote itself. */
 static void run_tile(void *ctx, int64_t task)
 {
     const job *j = ctx;
-    const int64_t tm = task % j->tiles_m, tn = task / j->tiles_m % j->tiles_n;
+    const int64_t tn = task % j->tiles_n, tm = task / j->tiles_n % j->tiles_m;
     const int64_t from = task / j->tiles_m / j->tiles_n * j->images;
     const int64_t to = lt_min_i64(j->batch, from + j->images);
     const lt_tile t = {
