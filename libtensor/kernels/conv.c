@@ -28,8 +28,7 @@ lt_rect lt_conv2d_all(const lt_conv2d_params *p)
 
 /* ---- forward -------------------------------------------------------------------------------------- */
 
-/* The product of one group, without its data. */
-static void forward_job(conv_job *j, const lt_conv2d_params *p, const conv_taps *t)
+void conv_forward_job(conv_job *j, const lt_conv2d_params *p, const conv_taps *t)
 {
     const int64_t cg = conv_group_c(p), out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
 
@@ -84,7 +83,7 @@ static void pack_groups(const lt_conv2d_params *p, const lt_real *weights, lt_re
     conv_job j;
 
     conv_window_taps(&t, p);
-    forward_job(&j, p, &t);
+    conv_forward_job(&j, p, &t);
     for (int64_t g = 0; g < p->groups; g++) {
         j.a.w = weights + g * each;
         lt_product_pack_a(&j.product, j.m, j.tile_m, packed + g * each);
@@ -141,7 +140,7 @@ size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
         break;
     }
     conv_window_taps(&t, p);
-    forward_job(&j, p, &t);
+    conv_forward_job(&j, p, &t);
     return (size_t)(conv_job_shared(&j) * p->n) * sizeof(lt_real);
 }
 
@@ -153,7 +152,7 @@ static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt
     conv_job j;
 
     conv_window_taps(&t, p);
-    forward_job(&j, p, &t);
+    conv_forward_job(&j, p, &t);
     j.gate = gate;
     for (int64_t g = 0; g < p->groups; g++) {
         lt_epilogue tail = *e;
@@ -279,7 +278,7 @@ static void forward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x,
     conv_taps t;
 
     conv_window_taps(&t, p);
-    forward_job(&d.j, p, &t);                   /* cuts the rows as the packed weights are */
+    conv_forward_job(&d.j, p, &t);                   /* cuts the rows as the packed weights are */
     shift_taps(&t, r);
     d.j.image = conv_window_image(p, x, &t);
     d.j.image.grid_w = cols;

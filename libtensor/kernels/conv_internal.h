@@ -77,6 +77,9 @@ typedef struct {
     int64_t images;                     /* that one task does */
 } conv_job;
 
+/* conv_forward_job - the forward pass of one group, without its data, cut; in conv.c */
+void conv_forward_job(conv_job *j, const lt_conv2d_params *p, const conv_taps *t);
+
 /* lt_product's pack_a and pack_b */
 void conv_pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
 void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k);

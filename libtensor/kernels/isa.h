@@ -9,4 +9,7 @@ void lt_kernels_add_generic(lt_kernels *k);
 void lt_kernels_add_avx2(lt_kernels *k);
 void lt_kernels_add_avx512(lt_kernels *k);
 
+/* lt_kernels_add_avx512_exact - its products of bytes without VNNI */
+void lt_kernels_add_avx512_exact(lt_kernels *k);
+
 #endif

@@ -139,6 +139,21 @@ typedef struct {
     int step, size;
 } lt_window;
 
+/* How a tensor is read as 8-bit integers: x is about scale * q, where q is x / scale rounded to the nearest, even where
+ * it stands between two, and cut off at -127 and 127, or at 0 and 255 where x is never negative. A NaN is cut
+ * off below. */
+typedef struct {
+    lt_real scale;              /* finite, > 0 */
+    bool has_negative;
+} lt_int8_range;
+
+/* What makes numbers of a product of bytes: row i of gemm_bytes, column j of gemm_bytes_plain, starts from the 32-bit
+ * integer in start, 0 for NULL, and its sum times scale is the result. */
+typedef struct {
+    const lt_real *start, *scale;
+    bool flip;                  /* gemm_bytes: the bytes of B have a sign. They are read as 128 more, and start makes up */
+} lt_bytes;
+
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
 
 typedef struct lt_kernels {
@@ -303,6 +318,24 @@ typedef struct lt_kernels {
     void (*gemm_columns)(lt_real *c, int64_t ldc, const lt_real *a, int64_t lda, const lt_real *b, int64_t m,
                          int64_t n, int64_t k, bool add, const lt_epilogue *e);
 
+    /* ---- products of 8-bit integers; not in the double build, where these are NULL --------------------------- */
+    /* Four bytes that follow each other in k make a word, which is packed and moved about as if it were an element.
+     * gemm_bytes: A has signed bytes, B unsigned ones, or signed ones with q->flip. k counts words. Sums are
+     * exact modulo 2^32; until the last k they are left in C as integers, from where add goes on. With e the
+     * sum is complete: C = sum * scale, and then what e says. gemm_bytes_plain: an A as in gemm_plain with unsigned
+     * bytes, a B with signed ones. */
+    void (*gemm_bytes)(lt_real *c, int64_t ldc, const lt_real *a, const lt_real *b, int64_t panel, int64_t m, int64_t n,
+                       int64_t k, bool add, const lt_bytes *q, const lt_epilogue *e);
+    void (*gemm_bytes_plain)(lt_real *c, int64_t ldc, const lt_real *a, int64_t lda, const lt_real *b, int64_t panel,
+                             int64_t m, int64_t n, int64_t k, bool add, const lt_bytes *q, const lt_epilogue *e);
+
+    /* bytes_of_planes: words[i] for i < n from element i of up to four planes, `plane` apart, the others 0, each
+     * multiplied with its gate first unless that is NULL;
+     * bytes_of_row: n bytes of a row in their order, 128 more where r has a sign, and zeros up to whole words. */
+    void (*bytes_of_planes)(lt_real *words, const lt_real *x, int64_t plane, int planes, const lt_real *gate,
+                            const lt_int8_range *r, size_t n);
+    void (*bytes_of_row)(lt_real *words, const lt_real *x, const lt_int8_range *r, size_t n);
+
     /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix
      * whose row is (channel, tap) and whose column is a position;
      * pack_image_t: the same for its transpose: k positions from k0, n (channel, tap) from n0;
@@ -374,6 +407,9 @@ LT_API lt_status lt_kernels_init(void);
  * Errors: this CPU or this build has not that instruction set.
  */
 LT_API lt_status lt_kernels_get(lt_isa isa, lt_kernels *k);
+
+/* lt_kernels_without_vnni - the products of bytes as a CPU without VNNI has them; for tests */
+LT_API void lt_kernels_without_vnni(lt_kernels *k);
 
 /**
  * lt_kernels_use - make *k the table in use until the next call; NULL: back to lt_kernels_init's

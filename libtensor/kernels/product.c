@@ -52,6 +52,19 @@ static lt_epilogue epilogue_of(const lt_product *p, const lt_tile *t, int64_t im
     return e;
 }
 
+static void multiply_bytes(const lt_product *p, const lt_tile *t, lt_real *c, const lt_real *a, const lt_real *b,
+                           int64_t k0, int64_t k, const lt_epilogue *e)
+{
+    const int64_t at = p->rows ? t->n0 : t->m0;
+    const lt_bytes q = { p->bytes->start ? p->bytes->start + at : NULL, p->bytes->scale + at, p->bytes->flip };
+
+    if (p->rows)
+        lt_k->gemm_bytes_plain(c, p->ldc, p->rows + t->m0 * p->ld_rows + k0, p->ld_rows, b, k * lt_k->nr, t->m, t->n, k,
+                               k0 > 0, &q, e);
+    else
+        lt_k->gemm_bytes(c, p->ldc, a, b, k * lt_k->nr, t->m, t->n, k, k0 > 0, &q, e);
+}
+
 /* The tile of one image, for k of the rows from k0 on; a: packed, unless A stays as it is. */
 static void multiply(const lt_product *p, const lt_tile *t, int64_t image, const lt_real *a,
                      const lt_real *b, int64_t k0, int64_t k)
@@ -62,7 +75,9 @@ static void multiply(const lt_product *p, const lt_tile *t, int64_t image, const
 
     if (last)
         e = epilogue_of(p, t, image);
-    if (p->rows)
+    if (p->bytes)
+        multiply_bytes(p, t, c, a, b, k0, k, last ? &e : NULL);
+    else if (p->rows)
         lt_k->gemm_plain(c, p->ldc, p->rows + t->m0 * p->ld_rows + k0, p->ld_rows, b, k * lt_k->nr, t->m, t->n, k, add,
                          last ? &e : NULL);
     else

@@ -27,6 +27,8 @@ typedef struct lt_product {
     lt_real *c;                 /* the tile's first element in image 0's result */
     int64_t ldc, c_step;        /* between rows, between images */
     bool add;
+    const lt_bytes *bytes;      /* of the whole: k counts words, A has signed bytes, or rows unsigned ones; needs e, and
+                                 * add is false. NULL: numbers */
     const lt_epilogue *e;       /* or NULL; its row_bias, col_bias and residual are the whole's */
 } lt_product;
 

@@ -44,6 +44,16 @@ lt_status lt_kernels_get(lt_isa isa, lt_kernels *k)
     return LT_OK;
 }
 
+void lt_kernels_without_vnni(lt_kernels *k)
+{
+#if defined(HAVE_AVX512) && !defined(LT_DOUBLE)
+    if (k->isa == LT_ISA_AVX512)
+        lt_kernels_add_avx512_exact(k);
+#else
+    (void)k;
+#endif
+}
+
 /* The double build has generic kernels alone, so there PALMAR_ISA asks for nothing. */
 static lt_status choose(void)
 {

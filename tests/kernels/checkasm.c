@@ -154,10 +154,35 @@ void same_as_before(const float *got, size_t n, const char *fmt, ...)
 
 /* ---- all instruction sets --------------------------------------------------------------------------------- */
 
+static void check_threads(const char *isa)
+{
+    char name[64];
+
+    for (int threads = 1; threads <= 4; threads++) {
+        snprintf(name, sizeof(name), "%s, %d threads", isa, threads);
+        stage = name;
+        lt_set_threads(threads);
+        check_gemms(threads == 1);
+        check_convs(threads == 1);
+        check_int8(threads == 1);
+    }
+    stage = "";
+}
+
+/* The same products of bytes where the CPU could do them faster. */
+static void check_without_vnni(lt_kernels *k)
+{
+    if (!lt_cpu_has_vnni() || k->isa != LT_ISA_AVX512)
+        return;
+    lt_kernels_without_vnni(k);
+    stage = "without VNNI";
+    check_int8(true);
+    printf("%-8s checked without VNNI\n", lt_isa_name(k->isa));
+}
+
 static void check_isa(lt_isa isa, const lt_kernels *generic)
 {
     static lt_kernels k;
-    char name[64];
 
     if (lt_kernels_get(isa, &k)) {
         printf("%-8s not run: %s\n", lt_isa_name(isa), lt_last_error());
@@ -169,14 +194,9 @@ static void check_isa(lt_isa isa, const lt_kernels *generic)
     check_attention(&k, generic);
     check_samples(&k, generic);
     check_accuracy(&k);
-    for (int threads = 1; threads <= 4; threads++) {
-        snprintf(name, sizeof(name), "%s, %d threads", lt_isa_name(isa), threads);
-        stage = name;
-        lt_set_threads(threads);
-        check_gemms(threads == 1);
-        check_convs(threads == 1);
-    }
+    check_threads(lt_isa_name(isa));
     printf("%-8s checked\n", lt_isa_name(isa));
+    check_without_vnni(&k);
     lt_kernels_use(NULL);
 }
 

@@ -126,6 +126,22 @@ CALL(maxpool_2_values, pool(k, s, 70, 2, 2, 0, false))
 CALL(maxpool_3_each, pool(k, s, 21, 3, 1, 1, true))
 CALL(maxpool_5, pool(k, s, 9, 5, 3, 2, true))
 
+/* Planes as long as n allows, and what follows the words is left as it was. */
+static void planes(const lt_kernels *k, args *s, int count, bool gated, bool has_negative)
+{
+    const lt_int8_range r = { 0.01f, has_negative };
+    const size_t n = s->n / (size_t)count;
+
+    k->bytes_of_planes(Y, A, (int64_t)n, count, gated && s->n >= 4 ? B : NULL, &r, n);
+}
+
+CALL(bytes_of_planes, planes(k, s, 4, false, true))
+CALL(bytes_of_planes_gated, planes(k, s, 4, true, true))
+CALL(bytes_of_planes_3, planes(k, s, 3, true, false))
+CALL(bytes_of_plane, planes(k, s, 1, false, false))
+CALL(bytes_of_row, k->bytes_of_row(Y, A, &((lt_int8_range){ 0.01f, false }), s->n))
+CALL(bytes_of_row_signed, k->bytes_of_row(Y, A, &((lt_int8_range){ 0.01f, true }), s->n))
+
 #define ENTRY(name) { #name, call_##name }
 static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(add), ENTRY(sub), ENTRY(mul), ENTRY(scale), ENTRY(add_to), ENTRY(axpy), ENTRY(mul_to),
@@ -138,7 +154,8 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
     ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add), ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn),
     ENTRY(turn_add), ENTRY(turn_wide), ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
-    ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),
+    ENTRY(bytes_of_planes), ENTRY(bytes_of_planes_gated), ENTRY(bytes_of_planes_3), ENTRY(bytes_of_plane),
+    ENTRY(bytes_of_row), ENTRY(bytes_of_row_signed), ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),
 };
 
 /* ---- running one entry twice -------------------------------------------------------------------------- */

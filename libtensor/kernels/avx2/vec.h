@@ -19,6 +19,35 @@ INLINE vec v_load(const float *p) { return _mm256_loadu_ps(p); }
 INLINE void v_store(float *p, vec v) { _mm256_storeu_ps(p, v); }
 INLINE vec v_fma(vec a, vec b, vec c) { return _mm256_fmadd_ps(a, b, c); }
 
+/* Integers in the lanes: of the same bits, of the nearest, even where it stands between two, and back to floats */
+INLINE ivec i_bits(vec v) { return _mm256_castps_si256(v); }
+INLINE vec v_bits(ivec i) { return _mm256_castsi256_ps(i); }
+INLINE ivec i_near(vec x) { return _mm256_cvtps_epi32(x); }
+INLINE vec v_of_int(ivec i) { return _mm256_cvtepi32_ps(i); }
+INLINE ivec i_set(int32_t x) { return _mm256_set1_epi32(x); }
+INLINE ivec i_xor(ivec a, ivec b) { return _mm256_xor_si256(a, b); }
+
+/* The lowest bytes of four, the first one lowest */
+INLINE ivec i_bytes(const ivec x[4])
+{
+    const ivec byte = _mm256_set1_epi32(255);
+    const ivec lo = _mm256_or_si256(_mm256_and_si256(x[0], byte), _mm256_slli_epi32(_mm256_and_si256(x[1], byte), 8));
+
+    return _mm256_or_si256(lo, _mm256_or_si256(_mm256_slli_epi32(_mm256_and_si256(x[2], byte), 16),
+                                               _mm256_slli_epi32(x[3], 24)));
+}
+
+/* sum + the four products of an unsigned and a signed byte. By 16 bits, for products of bytes that are added in 16
+ * bits (vpmaddubsw) are cut off. */
+INLINE ivec i_dot(ivec sum, ivec u, ivec s)
+{
+    const ivec even = _mm256_madd_epi16(_mm256_and_si256(u, _mm256_set1_epi16(255)),
+                                        _mm256_srai_epi16(_mm256_slli_epi16(s, 8), 8));
+    const ivec odd = _mm256_madd_epi16(_mm256_srli_epi16(u, 8), _mm256_srai_epi16(s, 8));
+
+    return _mm256_add_epi32(_mm256_add_epi32(sum, even), odd);
+}
+
 /* DL doubles, of as many elements */
 typedef __m256d dvec;
 enum { DL = 4 };

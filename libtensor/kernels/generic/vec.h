@@ -70,6 +70,28 @@ INLINE vec v_copysign(vec size, vec sign) { return COPYSIGN(size, sign); }
 INLINE vec v_where_less(vec a, vec b, vec yes, vec no) { return a < b ? yes : no; }
 
 #ifndef LT_DOUBLE
+/* Integers in the lanes: of the same bits, of the nearest, even where it stands between two, and back to floats */
+INLINE ivec i_bits(vec v) { return (ivec)bits_of(v); }
+INLINE vec v_bits(ivec i) { return of_bits((uint32_t)i); }
+INLINE ivec i_near(vec x) { return (ivec)(bits_of(x + 12582912.0f) - 0x4b400000u); }   /* |x| < 2^22 */
+INLINE vec v_of_int(ivec i) { return (float)i; }
+INLINE ivec i_set(int32_t x) { return x; }
+INLINE ivec i_xor(ivec a, ivec b) { return a ^ b; }
+
+/* The lowest bytes of four, the first one lowest */
+INLINE ivec i_bytes(const ivec x[4])
+{
+    return (ivec)(((uint32_t)x[0] & 255) | ((uint32_t)x[1] & 255) << 8 | ((uint32_t)x[2] & 255) << 16 | (uint32_t)x[3] << 24);
+}
+
+/* sum + the four products of an unsigned and a signed byte */
+INLINE ivec i_dot(ivec sum, ivec u, ivec s)
+{
+    for (int i = 0; i < 32; i += 8)
+        sum = (ivec)((uint32_t)sum + (uint32_t)((int32_t)((uint32_t)u >> i & 255) * (int8_t)((uint32_t)s >> i & 255)));
+    return sum;
+}
+
 /* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
 INLINE vec v_pow2(vec shifted) { return of_bits((bits_of(shifted) << 23) + 0x3f800000u); }
 
