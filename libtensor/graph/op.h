@@ -104,7 +104,8 @@ typedef struct lt_op {
      * absorb: take a tail over, changing attr and inputs of the node, or refuse. absorb_mean: make the mean
      * of each map as a second result from now on, or refuse. as_gate: is the result in[0] (B, C, H, W) times
      * in[1] (B, C, 1, 1)? absorb_gate: read x times gate as in[0] from now on, or refuse. prepare: the graph
-     * is final; inputs that are constant may be replaced by a form computed from them. All optional. */
+     * is final; inputs that are constant may be replaced by a form computed from them. takes_int8: could the node, not
+     * prepared, read in[0] as 8-bit integers? prepare_int8: in place of prepare, do so. All optional. */
     lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
     bool (*as_tail)(const lt_node *node, int i, lt_tail *tail);
     bool (*absorb)(lt_node *node, const lt_tail *tail);
@@ -112,6 +113,8 @@ typedef struct lt_op {
     bool (*as_gate)(const lt_node *node);
     bool (*absorb_gate)(lt_node *node, lt_tensor *x, lt_tensor *gate);
     void (*prepare)(lt_node *node);
+    bool (*takes_int8)(const lt_node *node);
+    void (*prepare_int8)(lt_node *node, const lt_int8_range *range);
 
     /* Say what the node is in ONNX, with the words of libtensor/graph/onnx.h. Optional: no ONNX form. */
     void (*onnx)(lt_onnx *w, const lt_node *node);

@@ -59,7 +59,7 @@ static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile
     if (st == LT_OK && simplify)
         st = pass_fuse(p->g);
     if (st == LT_OK && simplify)
-        st = pass_prepare(p->g);
+        st = pass_prepare(p->g, o->int8);
     return st;
 }
 
@@ -189,7 +189,7 @@ static void zero_task(void *ctx, int64_t i)
     memset((char *)s->zero_data + at, 0, left < ZERO_BYTES ? left : ZERO_BYTES);
 }
 
-static void run_step(lt_plan *p, plan_step *s)
+void plan_run_step(lt_plan *p, plan_step *s)
 {
     const lt_op *op = s->node ? s->node->op : NULL;
 
@@ -223,7 +223,7 @@ static void run_timed(lt_plan *p, plan_step *s)
 {
     const double start = now();
 
-    run_step(p, s);
+    plan_run_step(p, s);
     s->seconds += now() - start;
 }
 
@@ -240,14 +240,14 @@ void lt_run(lt_plan *p)
         if (p->profile)
             run_timed(p, &p->step[i]);
         else
-            run_step(p, &p->step[i]);
+            plan_run_step(p, &p->step[i]);
     }
 }
 
 void lt_plan_refresh(lt_plan *p)
 {
     for (int i = 0; i < p->n_prologue; i++)
-        run_step(p, &p->prologue[i]);
+        plan_run_step(p, &p->prologue[i]);
 }
 
 static bool all_finite(const lt_real *x, int64_t n)
@@ -281,7 +281,7 @@ void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
         const plan_step *s = &p->step[i];
 
         start_backward(p, i);
-        run_step(p, &p->step[i]);
+        plan_run_step(p, &p->step[i]);
         if (step_is_finite(s))
             continue;
         snprintf(where, bytes, "%s \"%s\"%s", s->node->op->name, s->node->name,

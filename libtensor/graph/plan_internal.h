@@ -69,6 +69,9 @@ struct lt_plan {
     bool train, profile;
 };
 
+/* plan.c: one step of a run */
+void plan_run_step(lt_plan *p, plan_step *s);
+
 /* autodiff.c: append the backward pass to the steps; decides what is kept and what is made again */
 lt_status plan_autodiff(lt_plan *p, bool recompute);
 

@@ -5,9 +5,11 @@
  *
  * act, addend, gate (B, C) and a second result, the mean of each map of y (B, O), are there only where an
  * inference plan fused them. A batch norm behind it folds into w and b: its scale (O) stands beside w until w
- * is packed with it, once per lt_plan_refresh. The rectangles (B, 4) are there only in lt_conv2d_within.
+ * is packed with it, once per lt_plan_refresh. The rectangles (B, 4) are there only in lt_conv2d_within. With a table
+ * of ranges x is read as 8-bit integers.
  */
 #include "libtensor/kernels/conv.h"
+#include "libtensor/kernels/int8.h"
 #include "libtensor/ops/common.h"
 
 enum { X, W, B, ADDEND, SCALE, REGION, GATE, INPUTS };
@@ -17,6 +19,7 @@ typedef struct {
     lt_act act;
     bool packed;                /* in[W] is the result of conv2d_pack ... */
     lt_shape window;            /* ... and this was its shape */
+    lt_int8_range range;        /* how x is read as integers; scale 0: as it is */
 } conv2d_attr;
 
 static lt_shape window_of(const lt_call *c)
@@ -115,10 +118,19 @@ static bool in_rects(const lt_call *c, const lt_conv2d_params *p)
     return c->in[REGION] && lt_conv2d_takes_rect(p);
 }
 
+static bool is_int8(const lt_call *c)
+{
+    return ((const conv2d_attr *)c->attr)->range.scale > 0;
+}
+
 static void plan(lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
 
+    if (is_int8(c)) {
+        c->work_bytes = lt_conv2d_int8_work(&p);
+        return;
+    }
     c->work_bytes = packing_bytes(c, &p) + (in_rects(c, &p) ? lt_conv2d_rect_work(&p) : lt_conv2d_forward_work(&p));
     if (c->train)
         c->work_bytes = larger(c->work_bytes, larger(lt_conv2d_weights_work(&p), data_bytes(&p)));
@@ -168,7 +180,9 @@ static void forward(const lt_call *c)
 
     if (!a->packed)
         lt_conv2d_pack(&p, c->in[W]->data, c->work);
-    if (in_rects(c, &p))
+    if (is_int8(c))
+        lt_conv2d_int8_forward(&p, &a->range, data_of(c, X), packed, &around, c->out->data, c->work);
+    else if (in_rects(c, &p))
         forward_rects(c, &p, packed, work);
     else
         lt_conv2d_forward(&p, data_of(c, X), packed, &around, c->out->data, work);
@@ -211,7 +225,7 @@ static const char *algorithm(const lt_call *c)
     };
     const lt_conv2d_params p = params_of(c);
 
-    return names[lt_conv2d_algorithm(&p)];
+    return is_int8(c) ? "int8" : names[lt_conv2d_algorithm(&p)];
 }
 
 /* conv(x, w) s + t = conv(x, w s) + b s + t, channel by channel of the output. */
@@ -265,17 +279,30 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
-/* conv2d_pack: w (O, ...), times scale (O) if that is there, in the order in which forward reads it; attr is
- * the convolution's own lt_conv2d_params. */
+/* conv2d_pack: w (O, ...), times scale (O) if that is there, in the order in which forward reads it. */
+typedef struct {
+    lt_conv2d_params p;
+    lt_int8_range range;        /* as the convolution's */
+} pack_attr;
+
 static lt_status pack_infer(lt_call *c)
 {
-    c->out->shape = LT_SHAPE(lt_conv2d_packed(c->attr));
+    const pack_attr *a = c->attr;
+
+    c->out->shape = LT_SHAPE(a->range.scale > 0 ? lt_conv2d_int8_packed(&a->p) : lt_conv2d_packed(&a->p));
     return LT_OK;
+}
+
+static size_t scaled_bytes(const lt_call *c)
+{
+    return c->in[1] ? bytes_of(lt_numel(c->in[0])) : 0;
 }
 
 static void pack_plan(lt_call *c)
 {
-    c->work_bytes = c->in[1] ? (size_t)lt_numel(c->in[0]) * sizeof(lt_real) : 0;
+    const pack_attr *a = c->attr;
+
+    c->work_bytes = scaled_bytes(c) + (a->range.scale > 0 ? lt_conv2d_int8_pack_work(&a->p) : 0);
 }
 
 static void scale_channel(void *ctx, int64_t o)
@@ -289,9 +316,15 @@ static void scale_channel(void *ctx, int64_t o)
 
 static void pack_forward(const lt_call *c)
 {
+    const pack_attr *a = c->attr;
+    const lt_real *w = c->in[1] ? c->work : c->in[0]->data;
+
     if (c->in[1])
         lt_parallel_for(lt_dim(c->in[0], 0), scale_channel, (void *)c);
-    lt_conv2d_pack(c->attr, c->in[1] ? c->work : c->in[0]->data, c->out->data);
+    if (a->range.scale > 0)
+        lt_conv2d_int8_pack(&a->p, &a->range, w, c->out->data, (char *)c->work + scaled_bytes(c));
+    else
+        lt_conv2d_pack(&a->p, w, c->out->data);
 }
 
 static const lt_op conv2d_pack_op = {
@@ -302,14 +335,30 @@ static const lt_op conv2d_pack_op = {
 static void prepare(lt_node *node)
 {
     conv2d_attr *a = node->attr;
-    const lt_conv2d_params p = params_of_node(node);
+    const pack_attr pack = { params_of_node(node), a->range };
 
     if (!lt_is_constant(node->in[W]))
         return;
     a->window = node->in[W]->shape;
     a->packed = true;
-    node->in[W] = lt_apply(&conv2d_pack_op, &p, sizeof(p), (lt_tensor *[]){ node->in[W], node->in[SCALE] }, 2);
+    node->in[W] = lt_apply(&conv2d_pack_op, &pack, sizeof(pack), (lt_tensor *[]){ node->in[W], node->in[SCALE] }, 2);
     node->in[SCALE] = NULL;
+}
+
+/* Hardly any outputs, or groups, go faster as they are. */
+static bool takes_int8(const lt_node *node)
+{
+    const lt_conv2d_params p = params_of_node(node);
+    const lt_conv_algorithm as_it_is = lt_conv2d_algorithm(&p);
+
+    return lt_is_constant(node->in[W]) && as_it_is != LT_CONV_DEPTHWISE && as_it_is != LT_CONV_FEW
+           && lt_conv2d_int8_suits(&p);
+}
+
+static void prepare_int8(lt_node *node, const lt_int8_range *range)
+{
+    ((conv2d_attr *)node->attr)->range = *range;
+    prepare(node);
 }
 
 static void onnx(lt_onnx *w, const lt_node *n)
@@ -329,7 +378,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 static const lt_op conv2d_op = {
     .name = "conv2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL, .infer = infer, .plan = plan,
     .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
-    .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .prepare = prepare, .onnx = onnx,
+    .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .prepare = prepare, .takes_int8 = takes_int8,
+    .prepare_int8 = prepare_int8, .onnx = onnx,
 };
 
 static const lt_op conv2d_within_op = {

@@ -3,9 +3,11 @@
  *   x (..., K)   w (N, K)   b (N)   ->   y (..., N)
  *   dx += dy w       dw += dy^T x       db += sum of dy's rows
  *
- * act and addend are there only where an inference plan fused them.
+ * act and addend are there only where an inference plan fused them. With a table of ranges x is read as 8-bit
+ * integers.
  */
 #include "libtensor/kernels/gemm.h"
+#include "libtensor/kernels/int8.h"
 #include "libtensor/ops/common.h"
 
 enum { X, W, B, ADDEND };
@@ -14,6 +16,7 @@ typedef struct {
     lt_act act;
     bool packed;                /* in[W] is the result of linear_pack ... */
     lt_shape weight;            /* ... and this was its shape */
+    lt_int8_range range;        /* how x is read as integers; scale 0: as it is */
 } linear_attr;
 
 static lt_shape weight_of(const lt_call *c)
@@ -53,6 +56,8 @@ static void plan(lt_call *c)
                                      lt_gemm_packed_count(w.dim[1], w.dim[0]));
 
     c->work_bytes = a->packed ? 0 : (size_t)count * sizeof(lt_real);
+    if (a->range.scale > 0)
+        c->work_bytes = lt_gemm_int8_work(rows_of(c), w.dim[1]);
 }
 
 static void forward(const lt_call *c)
@@ -65,6 +70,10 @@ static void forward(const lt_call *c)
         .residual = c->in[ADDEND] ? c->in[ADDEND]->data : NULL, .ld_residual = n, .act = a->act,
     };
 
+    if (a->range.scale > 0) {
+        lt_gemm_int8(rows_of(c), n, k, &a->range, c->in[X]->data, c->in[W]->data, &tail, c->out->data, c->work);
+        return;
+    }
     if (!a->packed)
         lt_gemm_pack(LT_TRANS, n, k, c->in[W]->data, k, c->work);
     lt_gemm_packed(LT_NO_TRANS, rows_of(c), n, k, c->in[X]->data, k, a->packed ? c->in[W]->data : c->work,
@@ -118,21 +127,42 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
-/* linear_pack: w in the order in which forward reads it */
+static const char *algorithm(const lt_call *c)
+{
+    return ((const linear_attr *)c->attr)->range.scale > 0 ? "int8" : "";
+}
+
+/* linear_pack: w in the order in which forward reads it; attr is the lt_int8_range of linear */
 static lt_status pack_infer(lt_call *c)
 {
-    c->out->shape = LT_SHAPE(lt_gemm_packed_count(lt_dim(c->in[0], 0), lt_dim(c->in[0], 1)));
+    const int64_t n = lt_dim(c->in[0], 0), k = lt_dim(c->in[0], 1);
+    const lt_int8_range *r = c->attr;
+
+    c->out->shape = LT_SHAPE(r->scale > 0 ? lt_gemm_int8_packed(n, k) : lt_gemm_packed_count(n, k));
     return LT_OK;
+}
+
+static void pack_plan(lt_call *c)
+{
+    const lt_int8_range *r = c->attr;
+
+    c->work_bytes = r->scale > 0 ? lt_gemm_int8_pack_work(lt_dim(c->in[0], 0), lt_dim(c->in[0], 1)) : 0;
 }
 
 static void pack_forward(const lt_call *c)
 {
     const int64_t n = lt_dim(c->in[0], 0), k = lt_dim(c->in[0], 1);
+    const lt_int8_range *r = c->attr;
 
-    lt_gemm_pack(LT_TRANS, n, k, c->in[0]->data, k, c->out->data);
+    if (r->scale > 0)
+        lt_gemm_int8_pack(n, k, r, c->in[0]->data, c->out->data, c->work);
+    else
+        lt_gemm_pack(LT_TRANS, n, k, c->in[0]->data, k, c->out->data);
 }
 
-static const lt_op linear_pack_op = { .name = "linear_pack", .infer = pack_infer, .forward = pack_forward };
+static const lt_op linear_pack_op = {
+    .name = "linear_pack", .infer = pack_infer, .plan = pack_plan, .forward = pack_forward,
+};
 
 static void prepare(lt_node *node)
 {
@@ -142,7 +172,20 @@ static void prepare(lt_node *node)
         return;
     a->weight = node->in[W]->shape;
     a->packed = true;
-    node->in[W] = lt_apply(&linear_pack_op, NULL, 0, &node->in[W], 1);
+    node->in[W] = lt_apply(&linear_pack_op, &a->range, sizeof(a->range), &node->in[W], 1);
+}
+
+static bool takes_int8(const lt_node *node)
+{
+    const lt_tensor *w = node->in[W];
+
+    return lt_is_constant(w) && lt_gemm_int8_suits(lt_dim(w, 0), lt_dim(w, 1));
+}
+
+static void prepare_int8(lt_node *node, const lt_int8_range *range)
+{
+    ((linear_attr *)node->attr)->range = *range;
+    prepare(node);
 }
 
 static void onnx(lt_onnx *w, const lt_node *n)
@@ -161,8 +204,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 static const lt_op linear_op = {
     .name = "linear", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
     .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer,
-    .plan = plan, .forward = forward, .backward = backward, .macs = macs, .absorb = absorb, .prepare = prepare,
-    .onnx = onnx,
+    .plan = plan, .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
+    .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8, .onnx = onnx,
 };
 
 lt_tensor *(lt_linear)(lt_tensor *x, lt_tensor *w, lt_tensor *b)

@@ -5,6 +5,7 @@
 #ifndef LT_GRAPH_PASSES_H
 #define LT_GRAPH_PASSES_H
 
+#include "libtensor/graph/int8.h"
 #include "libtensor/graph/internal.h"
 
 /**
@@ -21,8 +22,9 @@ lt_status pass_dead_code(lt_graph *g);
 /* pass_fuse - let producers take over their element-wise tails: batch norm folds into the weights */
 lt_status pass_fuse(lt_graph *g);
 
-/* pass_prepare - let ops replace their constant inputs by what they read faster; after pass_fuse */
-lt_status pass_prepare(lt_graph *g);
+/* pass_prepare - let ops replace their constant inputs by what they read faster, and those that int8 names read 8-bit
+ * integers; after pass_fuse */
+lt_status pass_prepare(lt_graph *g, const lt_int8_table *int8);
 
 /* pass_fold_constants - constant[id of node] says which nodes run once, before everything else */
 void pass_fold_constants(const lt_graph *g, bool *constant);
