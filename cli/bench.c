@@ -10,7 +10,7 @@
 #include <string.h>
 
 enum { MAX_SET = 64 };
-enum { RUN_ONLY = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE };
+enum { RUN_ONLY = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE, INT8 };
 
 typedef struct {
     const char *model, *layer, *config, *mode;
@@ -18,7 +18,7 @@ typedef struct {
     const char *set[MAX_SET];
     int n_set, batch, runs;
     double seconds;
-    bool json, profile;
+    bool json, profile, int8;
     char variant[64];
 } bench_args;
 
@@ -34,6 +34,7 @@ static const struct argp_option options[] = {
     { "runs", RUN_ONLY, "N", 0, "timed runs; default 20", 0 },
     { "seconds", SECONDS, "S", 0, "stop after S seconds with at least three runs; default 20", 0 },
     { "compare", COMPARE, "ISA", 0, "in turn with another instruction set: generic, avx2, avx512", 0 },
+    { "int8", INT8, NULL, 0, "inference of a model with 8-bit integers, with ranges of the input it is measured with", 0 },
     { "profile", PROFILE, NULL, 0, "time by op and by layer as well", 0 },
     { "json", JSON, NULL, 0, "one JSON object a line instead of a Markdown row", 0 },
     { 0 },
@@ -61,6 +62,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case COMPARE: a->compare = arg; break;
     case JSON: a->json = true; break;
     case PROFILE: a->profile = true; break;
+    case INT8: a->int8 = true; break;
     case SET: add_set(a, state, arg); break;
     case MODE:
         if (strcmp(arg, "infer") && strcmp(arg, "train") && strcmp(arg, "both"))
@@ -72,6 +74,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         add_set(a, state, a->variant);
         break;
     case ARGP_KEY_END:
+        if (a->int8 && (a->layer || strcmp(a->mode, "infer")))
+            argp_error(state, "--int8: for the inference of a model, without --layer and --mode");
         if (a->layer && (a->model || a->config || a->n_set))
             argp_error(state, "--layer: --model, --variant, --config and --set are for models");
         break;
@@ -127,7 +131,7 @@ static bench_options options_of(const bench_args *a, const subject *s, bool trai
 {
     return (bench_options){
         .m = &s->m, .copies = s->copies, .batch = a->batch, .train = train, .runs = a->runs,
-        .seconds = a->seconds, .alone = !a->compare && strcmp(a->mode, "infer") == 0,
+        .seconds = a->seconds, .int8 = a->int8, .alone = !a->compare && strcmp(a->mode, "infer") == 0,
     };
 }
 
@@ -151,6 +155,7 @@ static lt_status measure(const bench_args *a, const subject *s, bool train, bool
         return st;
     r = bench_run(b);
     print(a, b, &r, heading);
+    bench_print_layers(b, a->json ? stderr : stdout);
     if (a->profile)
         bench_profile(b, a->json ? stderr : stdout);
     bench_free(b);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/bench.h"
 
+#include "eval/calibrate.h"
+#include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/graph/plan.h"
@@ -23,15 +25,17 @@ struct bench {
     lt_plan *plan;
     lt_optim *optim;                /* of a training step */
     double *ms;                     /* one a run */
+    lt_arena *arena;                /* with int8: of */
+    calibration layers;
 };
 
 /* ---- setting up --------------------------------------------------------------------------------------- */
 
 /* Boxes inside the crop; everything else between 0 and 1. */
-static void fill_input(const bench *b, const model_port *port)
+static void fill_input(const model *m, const lt_plan *p, const model_port *port)
 {
-    const double S = b->o.m->image_size;
-    lt_real *x = lt_plan_data(b->plan, port->tensor);
+    const double S = m->image_size;
+    lt_real *x = lt_plan_data(p, port->tensor);
     lt_rng r = lt_rng_make(1, 0);
 
     if (!x)
@@ -48,6 +52,36 @@ static void fill_input(const bench *b, const model_port *port)
     }
 }
 
+static void fill_inputs(const model *m, const lt_plan *p, const model_record *r)
+{
+    for (int i = 0; i < r->inputs.n; i++)
+        fill_input(m, p, &r->inputs.port[i]);
+}
+
+static lt_status walk_inputs(void *ctx, const lt_plan *p, const model_record *r, void (*run)(void *), void *run_ctx)
+{
+    const bench *b = ctx;
+
+    fill_inputs(b->o.m, p, r);
+    run(run_ctx);
+    return LT_OK;
+}
+
+/* Which layers of an inference read integers: what the model has from a file, or what --int8 finds. */
+static lt_status find_table(bench *b, const lt_int8_table **out)
+{
+    const calibrate_options o = { .m = b->o.m, .batch = b->o.batch, .walk = walk_inputs, .ctx = b };
+    lt_status st;
+
+    *out = b->o.m->int8;
+    if (!b->o.int8 || b->o.train)
+        return LT_OK;
+    b->arena = lt_arena_new();
+    st = b->arena ? calibrate(b->arena, &o, &b->layers) : LT_ENOMEM;
+    *out = &b->layers.table;
+    return st;
+}
+
 static bool has_step(const bench *b)
 {
     return b->o.train && !b->o.copies;
@@ -56,14 +90,19 @@ static bool has_step(const bench *b)
 static lt_status compile(bench *b)
 {
     const lt_optim_opts adam = { .kind = LT_ADAM, .weight_decay = 5e-4 };
+    const lt_int8_table *table;
+    lt_status st;
 
     b->record.g = lt_graph_new();
     if (!b->record.g)
         return LT_ENOMEM;
     b->o.m->cls->record(b->o.m, b->o.train, &b->record);
     lt_kernels_use(b->o.kernels);
+    st = find_table(b, &table);
+    if (st)
+        return st;
     b->plan = lt_compile(b->record.g, &(lt_compile_opts){ .train = b->o.train, .loss = b->record.loss,
-                                                          .consume_params = b->o.alone });
+                                                          .consume_params = b->o.alone, .int8 = table });
     if (!b->plan)
         return lt_graph_status(b->record.g) ? lt_graph_status(b->record.g) : LT_ENOMEM;
     if (has_step(b))
@@ -89,8 +128,7 @@ lt_status bench_new(const bench_options *o, bench **out)
         bench_free(b);
         return st;
     }
-    for (int i = 0; i < b->record.inputs.n; i++)
-        fill_input(b, &b->record.inputs.port[i]);
+    fill_inputs(b->o.m, b->plan, &b->record);
     *out = b;
     return LT_OK;
 }
@@ -102,6 +140,7 @@ void bench_free(bench *b)
     lt_optim_free(b->optim);
     lt_plan_free(b->plan);
     lt_graph_free(b->record.g);
+    lt_arena_free(b->arena);
     lt_release(b->ms);
     lt_release(b);
 }
@@ -298,6 +337,12 @@ void bench_print_ratio(const bench *a, const bench *b, const bench_result r[2], 
         fprintf(f, "\n%s is %.2f times as fast as %s by the lowest medians of %d alternated rounds, %.2f by the "
                 "minima\n", ours, medians, other, BENCH_ROUNDS, minima);
     }
+}
+
+void bench_print_layers(const bench *b, FILE *f)
+{
+    if (b->arena)
+        calibration_print(&b->layers, f);
 }
 
 /* ---- the profile -------------------------------------------------------------------------------------- */

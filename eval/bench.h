@@ -18,6 +18,7 @@ typedef struct {
     bool alone;                     /* nothing else uses m's weights: inference may give their memory back */
     const lt_kernels *kernels;      /* to run with; NULL: those in use */
     int batch;
+    bool int8;                      /* inference with 8-bit integers, calibrated on what is measured with */
     bool train;                     /* forward, backward and Adam instead of forward alone */
     int runs;                       /* timed runs wanted */
     double seconds;                 /* but stop after this long, with at least three */
@@ -58,6 +59,9 @@ void bench_print_ratio(const bench *a, const bench *b, const bench_result r[2], 
 /* bench_print - one Markdown row (heading first when asked for), or one line of JSON */
 void bench_print(const bench *b, const bench_result *r, FILE *f, bool heading);
 void bench_print_json(const bench *b, const bench_result *r, FILE *f);
+
+/* bench_print_layers - with int8: which layers read integers; else nothing */
+void bench_print_layers(const bench *b, FILE *f);
 
 /* bench_profile - the mean of five more runs, step by step: time, GFLOP/s and share by op, then the slowest layers */
 void bench_profile(bench *b, FILE *f);

@@ -37,8 +37,9 @@ static void find_outputs(estimator *e)
     e->point_y = output(e, "point_y");
 }
 
-static lt_status make(const model *m, int batch, const lt_compile_opts *opts, estimator **out)
+static lt_status make(const model *m, int batch, bool alone, estimator **out)
 {
+    const lt_compile_opts opts = { .consume_params = alone, .int8 = m->int8 };
     estimator *e = lt_alloc(sizeof(*e));
 
     if (!e)
@@ -47,7 +48,7 @@ static lt_status make(const model *m, int batch, const lt_compile_opts *opts, es
     e->record = (model_record){ .g = lt_graph_new(), .batch = batch, .in_boxes = true };
     if (e->record.g) {
         m->cls->record(m, false, &e->record);
-        e->plan = lt_compile(e->record.g, opts);
+        e->plan = lt_compile(e->record.g, &opts);
     }
     if (!e->plan) {
         estimator_free(e);
@@ -60,12 +61,12 @@ static lt_status make(const model *m, int batch, const lt_compile_opts *opts, es
 
 lt_status estimator_new(const model *m, int batch, estimator **out)
 {
-    return make(m, batch, NULL, out);
+    return make(m, batch, false, out);
 }
 
 lt_status estimator_new_alone(const model *m, int batch, estimator **out)
 {
-    return make(m, batch, &(lt_compile_opts){ .consume_params = true }, out);
+    return make(m, batch, true, out);
 }
 
 void estimator_free(estimator *e)

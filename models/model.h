@@ -8,6 +8,7 @@
 
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/graph/graph.h"
+#include "libtensor/graph/int8.h"
 #include "libtensor/io/config.h"
 
 enum { MODEL_PORTS = 24 };
@@ -90,6 +91,7 @@ struct model {
     int image_size, cells;          /* side of the crop; side of the pooled features and masks */
     model_crop crop;
     bool depth;                     /* it has the input "depth" */
+    const lt_int8_table *int8;      /* layers that read 8-bit integers in inference; NULL: none */
 };
 
 /* model_classes - all models, NULL-terminated; model_find - by name, with an error that lists them */
