@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "cli/export_int8.h"
 #include "eval/export.h"
 #include "libtensor/io/json.h"
 #include "train/weights.h"
@@ -11,12 +12,13 @@
 #include <string.h>
 
 enum { MAX_SET = 32 };
-enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON };
+enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON, INT8, CALIBRATION, CALIBRATION_SAMPLES };
 
 typedef struct {
     const char *checkpoint, *model, *config, *init, *hand, *format, *out, *samples;
     const char *set[MAX_SET];
     int n_set, batch;
+    cli_int8 int8;
     bool json;
     char variant[64];
 } export_args;
@@ -26,6 +28,10 @@ static const struct argp_option options[] = {
     { "format", FORMAT, "FORMAT", 0, "onnx or safetensors; default FILE's ending", 0 },
     { "batch", 'b', "N", 0, "images in a run of an ONNX file; default 0, any number", 0 },
     { "samples", SAMPLES, "FILE", 0, "npz of the inputs that an ONNX file was compared with, and the model's outputs", 0 },
+    { "int8", INT8, NULL, 0, "a checkpoint for inference with 8-bit integers; wants --calibration", 0 },
+    { "calibration", CALIBRATION, "DIR", 0, "for --int8: the dataset, HO3D or DexYCB, whose training samples give the ranges, and "
+      "whose evaluation samples are scored", 0 },
+    { "calibration-samples", CALIBRATION_SAMPLES, "N", 0, "for --int8: training samples that are looked at; default 64", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default the one it was trained with", 0 },
     { "model", 'm', "NAME", 0, "a model with weights of --init, or untrained, instead of a checkpoint", 0 },
     { "variant", VARIANT, "NAME", 0, "of --model; default the config's, else full", 0 },
@@ -59,10 +65,14 @@ static void check_usage(export_args *a, struct argp_state *state)
         argp_error(state, "--variant, --config, --set and --init go with --model; a checkpoint has them in it");
     if (!a->out)
         argp_error(state, "want -o FILE");
+    if (a->int8.wanted != (a->int8.data != NULL) || (a->int8.wanted && !a->checkpoint))
+        argp_error(state, "--int8 and --calibration DIR go together, and with a checkpoint or a run's folder");
     if (!a->format)
         a->format = ending(a->out);
     if (strcmp(a->format, "onnx") != 0 && strcmp(a->format, "safetensors") != 0)
         argp_error(state, "format \"%s\"; want onnx or safetensors, by --format or as FILE's ending", a->format);
+    if (a->int8.wanted && strcmp(a->format, "safetensors") != 0)
+        argp_error(state, "--int8 is written as safetensors, not as %s", a->format);
 }
 
 static error_t parse(int key, char *arg, struct argp_state *state)
@@ -81,6 +91,9 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case SAMPLES: a->samples = arg; break;
     case SET: add_set(a, state, arg); break;
     case JSON: a->json = true; break;
+    case INT8: a->int8.wanted = true; break;
+    case CALIBRATION: a->int8.data = arg; break;
+    case CALIBRATION_SAMPLES: a->int8.samples = cli_number(state, "calibration-samples", arg, 1, 100000); break;
     case VARIANT:
         snprintf(a->variant, sizeof(a->variant), "model.variant=%s", arg);
         add_set(a, state, a->variant);
@@ -101,9 +114,12 @@ static const struct argp argp = {
     "Write a model for other programs.\v"
     "onnx is one file of standard operators, with image size, normalisation, joint names and the hand's name in its "
     "metadata. It is read back and run with 16 inputs beside the model; when an output differs by more than 1e-4 of "
-    "its largest value, no file is left. safetensors is the weights alone.\n\n"
+    "its largest value, no file is left. safetensors is the weights alone. --int8 makes a checkpoint whose inference reads "
+    "8-bit integers in all layers that bear it, for eval and predict; its PA-MPJPE and time are printed beside the "
+    "exact model's.\n\n"
     "  palmar export runs/tiny -o tiny.onnx\n"
     "  palmar export runs/tiny/checkpoints/best.safetensors -o weights.safetensors\n"
+    "  palmar export runs/tiny --int8 --calibration data/tiny -o tiny-int8.safetensors\n"
     "  palmar export --model resnet50 --init resnet50.safetensors -o resnet50.onnx", NULL, NULL, NULL,
 };
 
@@ -165,7 +181,7 @@ static lt_status from_checkpoint(const export_args *a)
     lt_status st = cli_checkpoint_open(a->checkpoint, a->hand, &c);
 
     if (st == LT_OK)
-        st = write_file(a, &c.m, c.hand.name);
+        st = a->int8.wanted ? cli_export_int8(&a->int8, &c, a->out, a->json) : write_file(a, &c.m, c.hand.name);
     cli_checkpoint_close(&c);
     return st;
 }
@@ -196,7 +212,7 @@ static lt_status from_name(const export_args *a)
 
 int cmd_export(int argc, char **argv)
 {
-    export_args a = { .batch = 0 };
+    export_args a = { .int8 = { .samples = 64 } };
     lt_status st;
 
     cli_parse("export", &argp, argc, argv, &a);

@@ -6,6 +6,7 @@
 #include "libtensor/io/number.h"
 #include "libtensor/io/safetensors.h"
 #include "libtensor/kernels/kernels.h"
+#include "train/int8_table.h"
 
 #include <config.h>
 #include <inttypes.h>
@@ -50,7 +51,7 @@ static uint32_t crc_all(const lt_named_array *entry, size_t n, const lt_text_pai
 
 /* ---- writing ------------------------------------------------------------------------------------------ */
 
-enum { META = 14 };
+enum { META = 16 };             /* and some for the check sum and a table */
 
 typedef struct {
     lt_arena *arena;
@@ -68,9 +69,11 @@ static lt_named_array named(const char *name, const lt_shape *shape, const lt_re
     return (lt_named_array){ name, lt_array_make(type, shape->rank, shape->dim, data) };
 }
 
+/* optim: or NULL */
 static bool collect(contents *c, const model *m, const lt_optim *optim)
 {
-    size_t n = (size_t)lt_optim_state_count(optim);
+    const int states = optim ? lt_optim_state_count(optim) : 0;
+    size_t n = (size_t)states;
 
     for (const lt_param *p = lt_params_first(m->params); p; p = p->next)
         n++;
@@ -79,7 +82,7 @@ static bool collect(contents *c, const model *m, const lt_optim *optim)
         return false;
     for (const lt_param *p = lt_params_first(m->params); p; p = p->next)
         c->entry[c->n++] = named(p->name, &p->shape, p->data);
-    for (int i = 0; i < lt_optim_state_count(optim); i++) {
+    for (int i = 0; i < states; i++) {
         const lt_optim_state s = lt_optim_state_at(optim, i);
 
         c->entry[c->n++] = named(s.name, &s.shape, s.data);
@@ -133,25 +136,31 @@ static lt_status check_finite(const char *path, const contents *c)
     return LT_OK;
 }
 
+static lt_status write_contents(const char *path, contents *c)
+{
+    lt_status st = check_finite(path, c);
+    char crc[16];
+
+    if (st)
+        return st;
+    snprintf(crc, sizeof(crc), "%08" PRIx32, crc_all(c->entry, c->n, c->meta, c->n_meta));
+    put(c, "crc32", crc);
+    st = lt_safetensors_write(path, c->entry, c->n, c->meta, c->n_meta);
+    c->n_meta--;
+    return st;
+}
+
 lt_status checkpoint_save(const char *path, const model *m, const lt_optim *optim, const char *config,
                           const checkpoint_state *state)
 {
     contents c = { .arena = lt_arena_new() };
-    lt_text_pair meta[META + 1];
-    char crc[16];
     lt_status st;
 
     if (!c.arena || !collect(&c, m, optim) || !describe(&c, m, config, state)) {
         lt_arena_free(c.arena);
         return lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
     }
-    st = check_finite(path, &c);
-    if (st == LT_OK) {
-        memcpy(meta, c.meta, sizeof(c.meta));
-        snprintf(crc, sizeof(crc), "%08" PRIx32, crc_all(c.entry, c.n, meta, META));
-        meta[META] = (lt_text_pair){ "crc32", crc };
-        st = lt_safetensors_write(path, c.entry, c.n, meta, META + 1);
-    }
+    st = write_contents(path, &c);
     lt_arena_free(c.arena);
     return st;
 }
@@ -338,7 +347,15 @@ static const lt_array *best_of(lt_arena *arena, const lt_safetensors *f, const l
     return ema && fits(ema, &p->shape) ? ema : lt_safetensors_find(f, p->name);
 }
 
-lt_status checkpoint_load_model(const char *path, const model *m)
+static lt_status read_table(const lt_safetensors *f, model *m)
+{
+    const char *text = lt_safetensors_meta(f, "int8");
+
+    m->int8 = NULL;
+    return text ? int8_table_parse(lt_params_arena(m->params), f->path, text, m->params, &m->int8) : LT_OK;
+}
+
+lt_status checkpoint_load_model(const char *path, model *m)
 {
     lt_arena *arena = lt_arena_new();
     lt_safetensors f;
@@ -348,9 +365,41 @@ lt_status checkpoint_load_model(const char *path, const model *m)
         st = check_model(&f, m);
     if (st == LT_OK)
         st = check_params(&f, m);
+    if (st == LT_OK)
+        st = read_table(&f, m);
     for (lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
         copy_array(best_of(arena, &f, p), p->data);
     lt_arena_free(arena);
+    return st;
+}
+
+/* All that the file says of itself, but what is made anew. */
+static lt_status copy_meta(contents *c, const lt_safetensors *f)
+{
+    for (size_t i = 0; i < f->n_meta; i++) {
+        if (strcmp(f->meta[i].key, "crc32") == 0 || strcmp(f->meta[i].key, "int8") == 0)
+            continue;
+        if (c->n_meta == META - 2)
+            return lt_error(LT_EFORMAT, "%s: more metadata than a checkpoint has", f->path);
+        put(c, f->meta[i].key, f->meta[i].value);
+    }
+    return LT_OK;
+}
+
+lt_status checkpoint_save_int8(const char *path, const char *from, const model *m)
+{
+    contents c = { .arena = lt_arena_new() };
+    lt_safetensors f;
+    lt_status st = c.arena ? read_file(c.arena, from, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = copy_meta(&c, &f);
+    if (st == LT_OK) {
+        put(&c, "int8", int8_table_text(c.arena, m->int8));
+        st = collect(&c, m, NULL) && !c.no_memory ? write_contents(path, &c)
+                                                  : lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
+    }
+    lt_arena_free(c.arena);
     return st;
 }
 

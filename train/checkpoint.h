@@ -4,7 +4,8 @@
  * and as metadata where it was. The same run gives the same bytes, whenever and wherever it is made.
  *
  * Metadata keys: "format" (palmar-checkpoint), "version", "model", "variant", "config" (JSON), "step", "epoch",
- * "next", "seed", "skipped", "optim_steps", "validated", "best", "isa", "crc32" (of everything else).
+ * "next", "seed", "skipped", "optim_steps", "validated", "best", "isa", "crc32" (of everything else); in one that is made for
+ * inference, "int8" (train/int8_table.h).
  */
 #ifndef TRAIN_CHECKPOINT_H
 #define TRAIN_CHECKPOINT_H
@@ -46,9 +47,18 @@ lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, che
 /**
  * checkpoint_load_model - weights and running statistics alone, to evaluate or predict
  *
- * Where the run kept an average of the weights, that is what is loaded. Errors as checkpoint_load.
+ * Where the run kept an average of the weights, that is what is loaded. m->int8 becomes the file's table, which lives as
+ * long as the parameters, or NULL. Errors as checkpoint_load, and those of int8_table_parse.
  */
-lt_status checkpoint_load_model(const char *path, const model *m);
+lt_status checkpoint_load_model(const char *path, model *m);
+
+/**
+ * checkpoint_save_int8 - a checkpoint for inference: m's weights and table, and what the metadata of checkpoint `from`
+ * say, nothing of the optimiser; atomically
+ *
+ * m was loaded from `from`. Errors: those of reading and writing; LT_ENUMERIC for a weight that is not finite.
+ */
+lt_status checkpoint_save_int8(const char *path, const char *from, const model *m);
 
 /**
  * checkpoint_config - the configuration that a checkpoint carries, as JSON text in the arena, and the step

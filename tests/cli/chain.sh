@@ -33,6 +33,15 @@ grep -q '(synthetic)' "$here/tables.txt"
 set -- "$here"/seen/*.overlay.png
 [ $# = 4 ]
 
+# With 8-bit integers: a checkpoint like the others. Ranges of two samples are enough to see that it runs.
+./palmar export "$here/run" --int8 --calibration "$here/data" --calibration-samples 2 -o "$here/int8.safetensors" \
+    >"$here/int8.txt" 2>/dev/null
+grep -q ' layers read 8-bit integers' "$here/int8.txt"
+grep -q '^ *int8 *[0-9.]* *[0-9.]*$' "$here/int8.txt"
+grep -q '^PA-MPJPE [+-][0-9.]* % on 4 samples; [0-9.]* times as fast' "$here/int8.txt"
+./palmar eval "$here/int8.safetensors" --data "$here/data" --no-bench --out "$here/int8" >"$here/int8-tables.txt" 2>/dev/null
+! cmp -s "$here/tables.txt" "$here/int8-tables.txt"
+
 # A run's folder is not written over, and the line says what to do.
 if ./palmar train --config hocat-tiny --data "$here/data" --out "$here/run" 2>"$here/refused.txt"; then
     echo "trained over an old run"
