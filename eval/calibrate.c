@@ -238,7 +238,7 @@ static lt_status judge(lt_arena *arena, const calibrate_options *o, job *j, cali
 
 lt_status calibrate(lt_arena *arena, const calibrate_options *o, calibration *out)
 {
-    job j = { .record = { .g = lt_graph_new(), .batch = o->batch, .in_boxes = true } };
+    job j = { .record = { .g = lt_graph_new(), .batch = o->batch } };      /* whole maps: all of them are known */
     lt_status st;
 
     j.seen = (seen_layers){ .arena = lt_arena_new() };

@@ -219,7 +219,7 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
 
 /* A direct convolution's part: its tiles come into scratch, and from there to their rows of the map. */
 typedef struct {
-    conv_job j;
+    const conv_job *j;
     lt_rect r;
     const lt_epilogue *e;
     lt_real *y;
@@ -230,7 +230,7 @@ enum { RECT_N = 128 };              /* positions of a tile, whole rows of the pa
 /* Row i of a tile, positions q of the part: bias, residual, activation, and to the map. */
 static void place_row(const rect_job *d, const lt_tile *t, int64_t i, lt_real *row)
 {
-    const lt_conv2d_params *p = d->j.p;
+    const lt_conv2d_params *p = d->j->p;
     const int64_t W = lt_conv2d_out_w(p), cols = d->r.x1 - d->r.x0, o = t->m0 + i;
 
     for (int64_t q = 0; q < t->n;) {
@@ -249,7 +249,7 @@ static void place_row(const rect_job *d, const lt_tile *t, int64_t i, lt_real *r
 static void run_rect(void *ctx, int64_t task)
 {
     const rect_job *d = ctx;
-    const conv_job *j = &d->j;
+    const conv_job *j = d->j;
     const lt_tile t = conv_job_tile(j, task % j->tiles_m, task / j->tiles_m);
     _Alignas(LT_ALIGN) lt_real tile[LT_TILE_M * RECT_N];
     lt_product product = j->product;
@@ -270,25 +270,32 @@ static void shift_taps(conv_taps *t, lt_rect r)
     }
 }
 
+/* The rows are cut as the packed weights are. */
+void conv_run_rect(conv_job *j, conv_taps *t, lt_rect r, const lt_real *x, const lt_epilogue *e, lt_real *y)
+{
+    const int64_t cols = r.x1 - r.x0;
+    rect_job d = { j, r, e, y };
+
+    shift_taps(t, r);
+    j->image = conv_window_image(j->p, x, t);
+    j->image.grid_w = cols;
+    j->plain = false;
+    j->n = (r.y1 - r.y0) * cols;
+    j->tile_n = cols < RECT_N ? RECT_N / cols * cols : RECT_N;
+    j->tiles_n = lt_ceil_div(j->n, j->tile_n);
+    lt_parallel_for(j->tiles_m * j->tiles_n, run_rect, &d);
+}
+
 static void forward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *packed,
                          const lt_epilogue *e, lt_real *y)
 {
-    const int64_t cols = r.x1 - r.x0;
-    rect_job d = { .r = r, .e = e, .y = y };
     conv_taps t;
+    conv_job j;
 
     conv_window_taps(&t, p);
-    conv_forward_job(&d.j, p, &t);                   /* cuts the rows as the packed weights are */
-    shift_taps(&t, r);
-    d.j.image = conv_window_image(p, x, &t);
-    d.j.image.grid_w = cols;
-    d.j.plain = false;
-    d.j.n = (r.y1 - r.y0) * cols;
-    d.j.tile_n = cols < RECT_N ? RECT_N / cols * cols : RECT_N;
-    d.j.tiles_n = lt_ceil_div(d.j.n, d.j.tile_n);
-    d.j.product.a = packed;
-    d.j.product.ctx = &d.j;
-    lt_parallel_for(d.j.tiles_m * d.j.tiles_n, run_rect, &d);
+    conv_forward_job(&j, p, &t);
+    j.product.a = packed;
+    conv_run_rect(&j, &t, r, x, e, y);
 }
 
 bool lt_conv2d_takes_rect(const lt_conv2d_params *p)

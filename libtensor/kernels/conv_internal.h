@@ -77,8 +77,13 @@ typedef struct {
     int64_t images;                     /* that one task does */
 } conv_job;
 
-/* conv_forward_job - the forward pass of one group, without its data, cut; in conv.c */
+/**
+ * conv_forward_job - the forward pass of one group, without its data, cut; in conv.c
+ * conv_run_rect    - of one image with weights in place, and of y only what r has: e follows the product and its own
+ *                    epilogue
+ */
 void conv_forward_job(conv_job *j, const lt_conv2d_params *p, const conv_taps *t);
+void conv_run_rect(conv_job *j, conv_taps *t, lt_rect r, const lt_real *x, const lt_epilogue *e, lt_real *y);
 
 /* lt_product's pack_a and pack_b */
 void conv_pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);

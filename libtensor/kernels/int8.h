@@ -34,6 +34,17 @@ LT_API void lt_conv2d_int8_forward(const lt_conv2d_params *p, const lt_int8_rang
                                    const lt_real *packed, const lt_conv2d_around *around, lt_real *y, void *work);
 
 /**
+ * lt_conv2d_int8_forward_rect - the same for one image, and only for the positions of y that rect has
+ *
+ * As lt_conv2d_forward_rect; strides of 1. The same bits as lt_conv2d_int8_forward.
+ */
+LT_API bool lt_conv2d_int8_takes_rect(const lt_conv2d_params *p);
+LT_API size_t lt_conv2d_int8_rect_work(const lt_conv2d_params *p);
+LT_API void lt_conv2d_int8_forward_rect(const lt_conv2d_params *p, const lt_int8_range *r, lt_rect rect,
+                                        const lt_real *x, const lt_real *packed, const lt_real *bias,
+                                        const lt_real *residual, lt_act act, lt_real *y, void *work);
+
+/**
  * lt_gemm_int8 - C (m, n) = scale[j] * the sum of integers of A (m, k) and W (n, k), and then what e says
  *
  * All are stored by rows without gaps. The rest as above, with what lt_gemm_int8_pack made of W.

@@ -8,7 +8,7 @@
 enum {
     INT8_WORD = 4,                  /* bytes */
     INT8_MOST_K = 65536,            /* products of a sum: 255 * 127 each, together below 2^31 */
-    INT8_LEAST_K = 16,              /* channels below which words are too empty to pay */
+    INT8_LEAST_K = 16,              /* products of a sum below which rounding does not pay */
 };
 
 static inline int64_t int8_words(int64_t k) { return lt_ceil_div(k, INT8_WORD); }

@@ -151,7 +151,6 @@ typedef struct {
  * integer in start, 0 for NULL, and its sum times scale is the result. */
 typedef struct {
     const lt_real *start, *scale;
-    bool flip;                  /* gemm_bytes: the bytes of B have a sign. They are read as 128 more, and start makes up */
 } lt_bytes;
 
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
@@ -320,7 +319,7 @@ typedef struct lt_kernels {
 
     /* ---- products of 8-bit integers; not in the double build, where these are NULL --------------------------- */
     /* Four bytes that follow each other in k make a word, which is packed and moved about as if it were an element.
-     * gemm_bytes: A has signed bytes, B unsigned ones, or signed ones with q->flip. k counts words. Sums are
+     * gemm_bytes: A has signed bytes, B unsigned ones. k counts words. Sums are
      * exact modulo 2^32; until the last k they are left in C as integers, from where add goes on. With e the
      * sum is complete: C = sum * scale, and then what e says. gemm_bytes_plain: an A as in gemm_plain with unsigned
      * bytes, a B with signed ones. */
@@ -331,10 +330,16 @@ typedef struct lt_kernels {
 
     /* bytes_of_planes: words[i] for i < n from element i of up to four planes, `plane` apart, the others 0, each
      * multiplied with its gate first unless that is NULL;
-     * bytes_of_row: n bytes of a row in their order, 128 more where r has a sign, and zeros up to whole words. */
+     * bytes_of_panels: the panels of pack_b for n columns, whose row i are the words of planes 4 i and on, of `planes`
+     * planes. gate has a number for each; bytes are 128 more where r has a sign, but zeros behind the last column;
+     * bytes_of_row: n bytes of a row in their order, 128 more where r has a sign, and zeros up to whole words;
+     * bytes_raise: 128 more for each byte of n words, modulo 256. */
     void (*bytes_of_planes)(lt_real *words, const lt_real *x, int64_t plane, int planes, const lt_real *gate,
                             const lt_int8_range *r, size_t n);
+    void (*bytes_of_panels)(lt_real *out, const lt_real *x, int64_t plane, int64_t planes, const lt_real *gate,
+                            const lt_int8_range *r, int64_t n);
     void (*bytes_of_row)(lt_real *words, const lt_real *x, const lt_int8_range *r, size_t n);
+    void (*bytes_raise)(lt_real *words, size_t n);
 
     /* pack_image: the panels of pack_b for rows [k0, k0 + k) and columns [n0, n0 + n) of the matrix
      * whose row is (channel, tap) and whose column is a position;

@@ -56,7 +56,7 @@ static void multiply_bytes(const lt_product *p, const lt_tile *t, lt_real *c, co
                            int64_t k0, int64_t k, const lt_epilogue *e)
 {
     const int64_t at = p->rows ? t->n0 : t->m0;
-    const lt_bytes q = { p->bytes->start ? p->bytes->start + at : NULL, p->bytes->scale + at, p->bytes->flip };
+    const lt_bytes q = { p->bytes->start ? p->bytes->start + at : NULL, p->bytes->scale + at };
 
     if (p->rows)
         lt_k->gemm_bytes_plain(c, p->ldc, p->rows + t->m0 * p->ld_rows + k0, p->ld_rows, b, k * lt_k->nr, t->m, t->n, k,

@@ -113,14 +113,14 @@ static size_t larger(size_t a, size_t b)
     return a > b ? a : b;
 }
 
-static bool in_rects(const lt_call *c, const lt_conv2d_params *p)
-{
-    return c->in[REGION] && lt_conv2d_takes_rect(p);
-}
-
 static bool is_int8(const lt_call *c)
 {
     return ((const conv2d_attr *)c->attr)->range.scale > 0;
+}
+
+static bool in_rects(const lt_call *c, const lt_conv2d_params *p)
+{
+    return c->in[REGION] && (is_int8(c) ? lt_conv2d_int8_takes_rect(p) : lt_conv2d_takes_rect(p));
 }
 
 static void plan(lt_call *c)
@@ -128,7 +128,7 @@ static void plan(lt_call *c)
     const lt_conv2d_params p = params_of(c);
 
     if (is_int8(c)) {
-        c->work_bytes = lt_conv2d_int8_work(&p);
+        c->work_bytes = in_rects(c, &p) ? lt_conv2d_int8_rect_work(&p) : lt_conv2d_int8_work(&p);
         return;
     }
     c->work_bytes = packing_bytes(c, &p) + (in_rects(c, &p) ? lt_conv2d_rect_work(&p) : lt_conv2d_forward_work(&p));
@@ -159,12 +159,19 @@ static lt_rect rect_of(const lt_call *c, const lt_conv2d_params *p, int64_t imag
 static void forward_rects(const lt_call *c, const lt_conv2d_params *p, const lt_real *packed, void *work)
 {
     const int64_t in = p->c * p->h * p->w, out = p->o * lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    const conv2d_attr *a = c->attr;
     const lt_real *addend = data_of(c, ADDEND);
 
-    for (int64_t i = 0; i < p->n; i++)
-        lt_conv2d_forward_rect(p, rect_of(c, p, i), data_of(c, X) + i * in, packed, data_of(c, B),
-                               addend ? addend + i * out : NULL, ((const conv2d_attr *)c->attr)->act,
-                               (lt_real *)c->out->data + i * out, work);
+    for (int64_t i = 0; i < p->n; i++) {
+        const lt_rect r = rect_of(c, p, i);
+        const lt_real *x = data_of(c, X) + i * in, *residual = addend ? addend + i * out : NULL;
+        lt_real *y = (lt_real *)c->out->data + i * out;
+
+        if (is_int8(c))
+            lt_conv2d_int8_forward_rect(p, &a->range, r, x, packed, data_of(c, B), residual, a->act, y, work);
+        else
+            lt_conv2d_forward_rect(p, r, x, packed, data_of(c, B), residual, a->act, y, work);
+    }
 }
 
 static void forward(const lt_call *c)
@@ -180,10 +187,10 @@ static void forward(const lt_call *c)
 
     if (!a->packed)
         lt_conv2d_pack(&p, c->in[W]->data, c->work);
-    if (is_int8(c))
-        lt_conv2d_int8_forward(&p, &a->range, data_of(c, X), packed, &around, c->out->data, c->work);
-    else if (in_rects(c, &p))
+    if (in_rects(c, &p))
         forward_rects(c, &p, packed, work);
+    else if (is_int8(c))
+        lt_conv2d_int8_forward(&p, &a->range, data_of(c, X), packed, &around, c->out->data, work);
     else
         lt_conv2d_forward(&p, data_of(c, X), packed, &around, c->out->data, work);
 }
@@ -384,7 +391,8 @@ static const lt_op conv2d_op = {
 
 static const lt_op conv2d_within_op = {
     .name = "conv2d_within", .optional = OPTIONAL, .infer = infer, .plan = plan, .forward = forward, .macs = macs,
-    .algorithm = algorithm, .absorb = absorb, .prepare = prepare,
+    .algorithm = algorithm, .absorb = absorb, .prepare = prepare, .takes_int8 = takes_int8,
+    .prepare_int8 = prepare_int8,
 };
 
 static lt_tensor *record(const lt_op *op, lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts,

@@ -48,5 +48,5 @@ refuses 1 'found "hw", want key=value' --layer conv2d:hw
 refuses 1 '--compare: ' --layer hand --compare sse
 refuses 2 'are for models' --layer hand --model hocat
 int8=$(bench --model resnet50 --set model.image_size=64 --set model.width=32 --int8 --profile)
-echo "$int8" | grep -q '^52 of 52 layers read 8-bit integers'
+echo "$int8" | grep -q '^53 of 53 layers read 8-bit integers'
 echo "$int8" | grep -q 'forward conv2d .* int8 '

@@ -135,6 +135,24 @@ static void planes(const lt_kernels *k, args *s, int count, bool gated, bool has
     k->bytes_of_planes(Y, A, (int64_t)n, count, gated && s->n >= 4 ? B : NULL, &r, n);
 }
 
+/* Panels as wide as Y allows for a word in each column; they are as wide as the table says, so only the columns that there
+ * are can be compared. */
+static void panels(const lt_kernels *k, args *s, int count, bool gated, bool has_negative)
+{
+    const lt_int8_range r = { 0.01f, has_negative };
+    const int64_t n = (int64_t)s->n / count, words = lt_ceil_div(count, 4);
+    float *out = guarded_array((size_t)(lt_ceil_div(n, k->nr) * k->nr * words));
+
+    k->bytes_of_panels(out, A, n, count, gated && (int64_t)s->n >= count ? B : NULL, &r, n);
+    for (int64_t i = 0; i < n * words; i++)
+        Y[i] = out[i % n / k->nr * k->nr * words + i / n * k->nr + i % n % k->nr];
+    free_array(out);
+}
+
+CALL(bytes_raise, k->bytes_raise(Y, s->n))
+CALL(bytes_of_panels, panels(k, s, 4, true, true))
+CALL(bytes_of_panels_7, panels(k, s, 7, false, false))
+CALL(bytes_of_panels_9, panels(k, s, 9, true, true))
 CALL(bytes_of_planes, planes(k, s, 4, false, true))
 CALL(bytes_of_planes_gated, planes(k, s, 4, true, true))
 CALL(bytes_of_planes_3, planes(k, s, 3, true, false))
@@ -154,6 +172,7 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
     ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add), ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn),
     ENTRY(turn_add), ENTRY(turn_wide), ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
+    ENTRY(bytes_raise), ENTRY(bytes_of_panels), ENTRY(bytes_of_panels_7), ENTRY(bytes_of_panels_9),
     ENTRY(bytes_of_planes), ENTRY(bytes_of_planes_gated), ENTRY(bytes_of_planes_3), ENTRY(bytes_of_plane),
     ENTRY(bytes_of_row), ENTRY(bytes_of_row_signed), ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),
 };

@@ -45,6 +45,7 @@ static const lt_conv2d_params convs[] = {
     /* n  c   h   w   o  kh kw  stride  pad   dil  groups */
     { 1, 16, 1, 1, 1, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
     { 2, 17, 5, 7, 4, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 2, 3, 23, 17, 9, 7, 7, 2, 2, 3, 3, 1, 1, 1 },
     { 1, 18, 23, 17, 9, 7, 7, 2, 2, 3, 3, 1, 1, 1 },
     { 3, 19, 9, 9, 33, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
     { 2, 16, 9, 8, 20, 1, 1, 2, 2, 0, 0, 1, 1, 1 },
@@ -54,6 +55,7 @@ static const lt_conv2d_params convs[] = {
     { 1, 24, 9, 64, 15, 3, 3, 2, 2, 1, 1, 1, 1, 1 },
     { 1, 300, 6, 5, 30, 3, 3, 1, 1, 1, 1, 1, 1, 1 },      /* several blocks of k */
     { 2, 1050, 5, 7, 16, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 2, 13, 9, 7, 300, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
     { 1, 40, 8, 8, 300, 1, 1, 1, 1, 0, 0, 1, 1, 1 },      /* maps that tiles of rows share */
     { 2, 33, 40, 33, 70, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
 };
@@ -123,6 +125,30 @@ static void check_conv(const conv_data *d, const char *name, bool plainly)
     free_array(want), free_array(got), free_array(packed), lt_release(pack_work), lt_release(work);
 }
 
+/* A part of the first image: what is computed is as in the whole, and the rest stays. */
+static void check_rect(const conv_data *d, const char *name)
+{
+    const lt_conv2d_params *p = d->p;
+    const int64_t h = lt_conv2d_out_h(p), w = lt_conv2d_out_w(p), n = p->o * h * w;
+    const lt_rect r = { h / 3, h - h / 4, w / 4, w - w / 5 };
+    lt_conv2d_params one = *p;
+    float *want = guarded_array((size_t)n), *got = zero_array((size_t)n);
+    float *packed = guarded_array((size_t)lt_conv2d_int8_packed(p));
+    void *pack_work = lt_alloc(lt_conv2d_int8_pack_work(p)), *work = lt_alloc(lt_conv2d_int8_rect_work(p));
+    void *whole_work = lt_alloc(lt_conv2d_int8_work(p));
+
+    one.n = 1;
+    lt_conv2d_int8_pack(&one, &d->r, d->w, packed, pack_work);
+    lt_conv2d_int8_forward(&one, &d->r, d->x, packed, &d->around, want, whole_work);
+    lt_conv2d_int8_forward_rect(&one, &d->r, r, d->x, packed, d->around.bias, d->around.residual, d->around.act, got, work);
+    for (int64_t i = 0; i < n; i++)
+        if (i / w % h < r.y0 || i / w % h >= r.y1 || i % w < r.x0 || i % w >= r.x1)
+            want[i] = 0;
+    expect_bits(got, want, (size_t)n, "%s, a part of it", name);
+    free_array(want), free_array(got), free_array(packed);
+    lt_release(pack_work), lt_release(work), lt_release(whole_work);
+}
+
 static void check_conv_ways(const lt_conv2d_params *p, size_t i, bool plainly)
 {
     const int64_t h = lt_conv2d_out_h(p), w = lt_conv2d_out_w(p);
@@ -143,6 +169,9 @@ static void check_conv_ways(const lt_conv2d_params *p, size_t i, bool plainly)
         };
         snprintf(name, sizeof(name), "int8 convolution %zu, sign %d, around %d", i, way >> 1, all);
         check_conv(&d, name, plainly);
+        d.around.gate = NULL;
+        if (lt_conv2d_int8_takes_rect(p))
+            check_rect(&d, name);
     }
     free_array(d.x), free_array(d.w), free_array(d.bias), free_array(d.residual), free_array(d.gate);
 }
