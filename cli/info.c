@@ -370,7 +370,7 @@ static void info_system(cJSON *root)
     cJSON_AddStringToObject(root, "cpu", lt_cpu_model());
     cJSON_AddStringToObject(root, "best instruction set", lt_isa_name(lt_cpu_best_isa()));
     cJSON_AddStringToObject(root, "in use", lt_isa_name(lt_k->isa));
-    cJSON_AddBoolToObject(root, "8-bit dot products", lt_cpu_has_vnni());
+    cJSON_AddBoolToObject(root, "8-bit dot products", lt_cpu_has_vnni(lt_cpu_best_isa()));
     cJSON_AddNumberToObject(root, "threads", lt_threads());
     cJSON_AddNumberToObject(root, "FMA peak GFLOP/s", lt_fma_peak_gflops(50));
     cJSON_AddStringToObject(root, "compiler", __VERSION__);

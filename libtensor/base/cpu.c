@@ -54,12 +54,21 @@ lt_isa lt_cpu_best_isa(void)
     return has_avx512() ? LT_ISA_AVX512 : has_avx2() ? LT_ISA_AVX2 : LT_ISA_GENERIC;
 }
 
-bool lt_cpu_has_vnni(void)
+/* AVX-VNNI: bit 4 of EAX in the second part of leaf 7 */
+static bool has_avx_vnni(void)
+{
+    unsigned a, b, c, d;
+
+    return has_avx2() && __get_cpuid_count(7, 0, &a, &b, &c, &d) && a >= 1 && __get_cpuid_count(7, 1, &a, &b, &c, &d)
+           && (a & 1u << 4);
+}
+
+bool lt_cpu_has_vnni(lt_isa isa)
 {
     unsigned ecx;
 
     leaf7_ebx(&ecx);
-    return has_avx512() && (ecx & bit_AVX512VNNI);
+    return isa == LT_ISA_AVX512 ? has_avx512() && (ecx & bit_AVX512VNNI) : isa == LT_ISA_AVX2 && has_avx_vnni();
 }
 
 const char *lt_cpu_model(void)
@@ -80,7 +89,7 @@ const char *lt_cpu_model(void)
 #else
 
 lt_isa lt_cpu_best_isa(void) { return LT_ISA_GENERIC; }
-bool lt_cpu_has_vnni(void) { return false; }
+bool lt_cpu_has_vnni(lt_isa isa) { (void)isa; return false; }
 const char *lt_cpu_model(void) { return "unknown"; }
 
 #endif

@@ -21,8 +21,8 @@ typedef enum {
 /* lt_cpu_best_isa - the widest that both CPUID and the operating system (XGETBV) allow */
 LT_API lt_isa lt_cpu_best_isa(void);
 
-/* lt_cpu_has_vnni - 8-bit dot products on top of LT_ISA_AVX512 */
-LT_API bool lt_cpu_has_vnni(void);
+/* lt_cpu_has_vnni - 8-bit dot products on top of LT_ISA_AVX512, or of LT_ISA_AVX2 (AVX-VNNI) */
+LT_API bool lt_cpu_has_vnni(lt_isa isa);
 
 /* lt_isa_name, lt_isa_parse - "generic", "avx2", "avx512" */
 LT_API const char *lt_isa_name(lt_isa isa);

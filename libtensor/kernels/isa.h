@@ -9,7 +9,8 @@ void lt_kernels_add_generic(lt_kernels *k);
 void lt_kernels_add_avx2(lt_kernels *k);
 void lt_kernels_add_avx512(lt_kernels *k);
 
-/* lt_kernels_add_avx512_exact - its products of bytes without VNNI */
+/* lt_kernels_add_avx2_exact, lt_kernels_add_avx512_exact - their products of bytes without VNNI */
+void lt_kernels_add_avx2_exact(lt_kernels *k);
 void lt_kernels_add_avx512_exact(lt_kernels *k);
 
 #endif

@@ -46,11 +46,14 @@ lt_status lt_kernels_get(lt_isa isa, lt_kernels *k)
 
 void lt_kernels_without_vnni(lt_kernels *k)
 {
+    (void)k;
+#if defined(HAVE_AVX2) && !defined(LT_DOUBLE)
+    if (k->isa == LT_ISA_AVX2)
+        lt_kernels_add_avx2_exact(k);
+#endif
 #if defined(HAVE_AVX512) && !defined(LT_DOUBLE)
     if (k->isa == LT_ISA_AVX512)
         lt_kernels_add_avx512_exact(k);
-#else
-    (void)k;
 #endif
 }
 

@@ -172,7 +172,7 @@ static void check_threads(const char *isa)
 /* The same products of bytes where the CPU could do them faster. */
 static void check_without_vnni(lt_kernels *k)
 {
-    if (!lt_cpu_has_vnni() || k->isa != LT_ISA_AVX512)
+    if (!lt_cpu_has_vnni(k->isa))
         return;
     lt_kernels_without_vnni(k);
     stage = "without VNNI";

@@ -15,7 +15,7 @@ void lt_kernels_add_avx512(lt_kernels *k)
 {
     add_all(k);
     k->isa = LT_ISA_AVX512;
-    if (lt_cpu_has_vnni())
+    if (lt_cpu_has_vnni(LT_ISA_AVX512))
         vnni_add(k);
 }
 
