@@ -11,7 +11,7 @@
 enum {
     BINS = 2048,
     LEAST_BINS = 64,                /* of the largest number's: nothing is cut off below a 32nd of it */
-    LOOKED_AT = 1 << 16,            /* numbers of an input that are counted, spread evenly; the largest is always seen */
+    LOOKED_AT = 1 << 16,            /* numbers of an input that are counted; the largest is always seen */
 };
 
 typedef struct seen_layer {

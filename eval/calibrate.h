@@ -45,10 +45,9 @@ typedef struct {
 /**
  * calibrate - run the model on what walk gives, twice
  *
- * First the ranges: the scale of a layer is that with which the numbers that came in lose least, squared and summed over a
- * histogram of their sizes, by rounding and by cutting off. Then each layer with integers beside the exact one, on the same
- * input. Results that are outputs of the model are not among the layers, they stay exact. Not in the double build, where
- * no layer is found.
+ * First the ranges: the scale of a layer is that with which the numbers that came in lose least, squared and summed
+ * over a histogram of their sizes, by rounding and by cutting off. Then each layer with integers beside the exact one,
+ * on the same input. Results that are outputs of the model are not among the layers, they stay exact.
  *
  * Errors: no memory, a graph that cannot be, those of walk.
  */

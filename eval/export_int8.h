@@ -34,9 +34,9 @@ typedef struct {
 /**
  * export_int8 - calibrate, write the checkpoint to path, read it back, and measure
  *
- * The file is a checkpoint in all but the optimiser: weights as floats, and the table in its metadata. With what is read
- * back the model is scored and timed beside the exact one. When only that fails the status is that of the failure, and
- * path is there.
+ * The file is a checkpoint in all but the optimiser: weights as floats, and the table in its metadata. With what is
+ * read back the model is scored and timed beside the exact one. When only that fails the status is that of the
+ * failure, and path is there.
  *
  * Errors: those of calibrate, checkpoint_save_int8, evaluate, and of samples that cannot be read.
  */

@@ -37,7 +37,9 @@ static lt_tensor *conv(network *n, const char *layer, lt_tensor *x, int64_t outp
 
 static lt_tensor *linear(network *n, const char *layer, lt_tensor *x, int64_t outputs)
 {
-    return lt_linear(x, weight(n, layer, "weight", LT_SHAPE(outputs, lt_dim(x, -1))), weight(n, layer, "bias", LT_SHAPE(outputs)));
+    lt_tensor *w = weight(n, layer, "weight", LT_SHAPE(outputs, lt_dim(x, -1)));
+
+    return lt_linear(x, w, weight(n, layer, "bias", LT_SHAPE(outputs)));
 }
 
 /* first, a squeeze and excitation whose gates the next layer takes over, a sum, and features. */
