@@ -61,7 +61,7 @@ void lt_gemm_int8_pack(int64_t n, int64_t k, const lt_int8_range *r, const lt_re
 
 typedef struct {
     lt_product product;
-    int64_t m, n, tile_m, tile_n, tiles_m;
+    int64_t m, n, tile_m, tile_n, tiles_n;
     int64_t k;                          /* of a row of a */
     const lt_int8_range *r;
     const lt_real *a;
@@ -82,7 +82,7 @@ static void input_task(void *ctx, int64_t task)
 static void run_tile(void *ctx, int64_t task)
 {
     const job *j = ctx;
-    const int64_t m0 = task % j->tiles_m * j->tile_m, n0 = task / j->tiles_m * j->tile_n;
+    const int64_t m0 = task / j->tiles_n * j->tile_m, n0 = task % j->tiles_n * j->tile_n;
     const lt_tile t = { m0, lt_min_i64(j->tile_m, j->m - m0), n0, lt_min_i64(j->tile_n, j->n - n0) };
     lt_product p = j->product;
 
@@ -111,7 +111,7 @@ void lt_gemm_int8(int64_t m, int64_t n, int64_t k, const lt_int8_range *r, const
 
     if (m <= 0)
         return;
-    j.tiles_m = lt_ceil_div(m, j.tile_m);
+    j.tiles_n = lt_ceil_div(n, j.tile_n);
     lt_parallel_for(lt_ceil_div(m, ROWS), input_task, &j);
-    lt_parallel_for(j.tiles_m * lt_ceil_div(n, j.tile_n), run_tile, &j);
+    lt_parallel_for(lt_ceil_div(m, j.tile_m) * j.tiles_n, run_tile, &j);
 }
