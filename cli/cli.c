@@ -113,6 +113,16 @@ void cli_progress(const char *what, int64_t done, int64_t total)
         fputc('\n', stderr);
 }
 
+lt_status cli_print_json(cJSON *root, const char *what)
+{
+    if (!root)
+        return lt_error(LT_ENOMEM, "no memory for %s", what);
+    lt_json_print(stdout, root);
+    putchar('\n');
+    cJSON_Delete(root);
+    return LT_OK;
+}
+
 /* ---- hands and models ----------------------------------------------------------------------------------- */
 
 lt_status cli_hand_open(const char *path, const int *tips, cli_hand *h)

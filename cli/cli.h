@@ -15,6 +15,8 @@
 
 #include <argp.h>
 
+struct cJSON;
+
 int cmd_synth(int argc, char **argv);
 int cmd_train(int argc, char **argv);
 int cmd_eval(int argc, char **argv);
@@ -47,6 +49,9 @@ void cli_catch_signals(void);
 
 /* cli_progress - a line "what 12/96" on stderr, redrawn on a terminal, now and then elsewhere */
 void cli_progress(const char *what, int64_t done, int64_t total);
+
+/* cli_print_json - one line of JSON on stdout; takes root. NULL: LT_ENOMEM, "no memory for WHAT" */
+lt_status cli_print_json(struct cJSON *root, const char *what);
 
 /* What a model needs to be built: the hand it poses. */
 typedef struct {

@@ -10,7 +10,6 @@
 #include "eval/ho3d_files.h"
 #include "eval/pictures.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -118,20 +117,9 @@ static double latency(const model *m)
     return 1e-3 * r.median_ms;
 }
 
-/* One line of JSON on stdout; takes root. */
-static lt_status print_json(cJSON *root)
-{
-    if (!root)
-        return lt_error(LT_ENOMEM, "no memory for the scores");
-    lt_json_print(stdout, root);
-    putchar('\n');
-    cJSON_Delete(root);
-    return LT_OK;
-}
-
 static lt_status print(const evaluation *e, bool json)
 {
-    return json ? print_json(evaluation_json(e)) : evaluation_print(e, stdout, EVAL_TEXT);
+    return json ? cli_print_json(evaluation_json(e), "the scores") : evaluation_print(e, stdout, EVAL_TEXT);
 }
 
 static lt_status ledger(const eval_args *a)
@@ -142,7 +130,7 @@ static lt_status ledger(const eval_args *a)
     if (st)
         return st;
     if (a->json)
-        st = print_json(eval_claims_json(c));
+        st = cli_print_json(eval_claims_json(c), "the scores");
     else
         eval_claims_print(c, stdout);
     eval_claims_free(c);

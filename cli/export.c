@@ -3,7 +3,6 @@
 
 #include "cli/export_int8.h"
 #include "eval/export.h"
-#include "libtensor/io/json.h"
 #include "train/weights.h"
 
 #include <cjson/cJSON.h>
@@ -154,12 +153,9 @@ static lt_status print_json(const export_args *a, const export_report *r)
     }
     if (!list) {
         cJSON_Delete(root);
-        return lt_error(LT_ENOMEM, "no memory for the report");
+        root = NULL;
     }
-    lt_json_print(stdout, root);
-    putchar('\n');
-    cJSON_Delete(root);
-    return LT_OK;
+    return cli_print_json(root, "the report");
 }
 
 static lt_status write_file(const export_args *a, const model *m, const char *hand_name)

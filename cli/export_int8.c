@@ -4,7 +4,6 @@
 #include "data/open.h"
 #include "eval/export_int8.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/io/json.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -83,12 +82,9 @@ static lt_status print_json(const char *path, const export_int8_report *r)
         add_layer(list, &r->layers.layer[i]);
     if (!list) {
         cJSON_Delete(root);
-        return lt_error(LT_ENOMEM, "no memory for the report");
+        root = NULL;
     }
-    lt_json_print(stdout, root);
-    putchar('\n');
-    cJSON_Delete(root);
-    return LT_OK;
+    return cli_print_json(root, "the report");
 }
 
 /* ---- the export -------------------------------------------------------------------------------------------- */
