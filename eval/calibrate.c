@@ -185,7 +185,8 @@ static lt_status walk(const calibrate_options *o, job *j, const lt_compile_opts 
 
 static lt_status walk_beside(const calibrate_options *o, job *j, const lt_int8_table *table)
 {
-    const lt_compile_opts exact = { .int8 = NULL };
+    static const lt_int8_table none;
+    const lt_compile_opts exact = { .int8 = &none };         /* as plain as the other */
     lt_status st;
 
     j->table = table;

@@ -49,6 +49,11 @@ typedef struct lt_call {
 #define LT_KEEP_OUT(i) (1u << (LT_MAX_IN + (i)))
 #define LT_KEEP_NOTHING (1u << 31)
 
+/* Which maps are in blocks of channels (libtensor/kernels/conv_blocks.h): (B, blocks, H, W, LT_BLOCK) in the place of
+ * (B, C, H, W) */
+#define LT_BLOCKS_IN(i) LT_KEEP_IN(i)
+#define LT_BLOCKS_OUT LT_KEEP_OUT(0)
+
 /* What may be left out; what need not be LT_F32. */
 #define LT_OPTIONAL_IN(i) (1u << (i))
 #define LT_ANY_TYPE_IN(i) (1u << (i))
@@ -103,15 +108,18 @@ typedef struct lt_op {
      * return its result, or NULL to stay. as_tail: describe this node as a tail on in[i].
      * absorb: take a tail over, changing attr and inputs of the node, or refuse. absorb_mean: make the mean
      * of each map as a second result from now on, or refuse. as_gate: is the result in[0] (B, C, H, W) times
-     * in[1] (B, C, 1, 1)? absorb_gate: read x times gate as in[0] from now on, or refuse. prepare: the graph
-     * is final; inputs that are constant may be replaced by a form computed from them. takes_int8: could the node, not
-     * prepared, read in[0] as 8-bit integers? prepare_int8: in place of prepare, do so. All optional. */
+     * in[1] (B, C, 1, 1)? absorb_gate: read x times gate as in[0] from now on, or refuse. takes_blocks: the inputs
+     * that the node could read in blocks, all of them or none, and whether its result would be in blocks then; 0: it
+     * cannot. prepare: the graph is final; inputs that are constant may be replaced by a form computed from them.
+     * takes_int8: could the node, not prepared, read in[0] as 8-bit integers? prepare_int8: in place of prepare, do so.
+     * All optional. */
     lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
     bool (*as_tail)(const lt_node *node, int i, lt_tail *tail);
     bool (*absorb)(lt_node *node, const lt_tail *tail);
     bool (*absorb_mean)(lt_node *node);
     bool (*as_gate)(const lt_node *node);
     bool (*absorb_gate)(lt_node *node, lt_tensor *x, lt_tensor *gate);
+    unsigned (*takes_blocks)(const lt_node *node);
     void (*prepare)(lt_node *node);
     bool (*takes_int8)(const lt_node *node);
     void (*prepare_int8)(lt_node *node, const lt_int8_range *range);
@@ -157,6 +165,9 @@ LT_API lt_status lt_fail(lt_call *c, const char *fmt, ...) LT_PRINTF(2, 3);
 /* lt_want_rank, lt_want_shape - fail unless in[i] is there with that rank or shape; what names it */
 LT_API lt_status lt_want_rank(lt_call *c, int i, const char *what, int rank);
 LT_API lt_status lt_want_shape(lt_call *c, int i, const char *what, lt_shape want);
+
+/* lt_in_blocks - maps in blocks of channels, as an op's takes_blocks allowed */
+static inline bool lt_in_blocks(const lt_tensor *t) { return t->shape.rank == 5; }
 
 /* lt_is_constant - known when an inference plan is compiled: no input of the graph goes into it */
 LT_API bool lt_is_constant(const lt_tensor *t);

@@ -58,6 +58,8 @@ static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile
     st = pass_dead_code(p->g);
     if (st == LT_OK && simplify)
         st = pass_fuse(p->g);
+    if (st == LT_OK && simplify && !o->int8)
+        st = pass_block(p->g);
     if (st == LT_OK && simplify)
         st = pass_prepare(p->g, o->int8);
     return st;
@@ -298,7 +300,7 @@ void *lt_plan_data(const lt_plan *p, const lt_tensor *t)
 
     if (!ours)
         return NULL;
-    if (ours->kind == LT_RESULT && !ours->is_output && !p->node[ours->node->id].constant)
+    if (ours->kind == LT_RESULT && !ours->is_output && !(ours->node && p->node[ours->node->id].constant))
         return NULL;
     return ours->data;
 }

@@ -22,7 +22,8 @@ typedef struct {
     bool consume_params;            /* infer: for a process that does nothing else with the parameters. Those that
                                      * the plan holds packed are cleared and their memory is given back;
                                      * lt_plan_refresh does nothing from then on */
-    const lt_int8_table *int8;      /* infer: layers that read their inputs as 8-bit integers; NULL: none. Not kept */
+    const lt_int8_table *int8;      /* infer: layers that read their inputs as 8-bit integers; with a table, an empty
+                                     * one too, maps stay (B, C, H, W). NULL: none. Not kept */
     bool no_recompute;              /* train: keep what could be recomputed, to compare with */
 } lt_compile_opts;
 

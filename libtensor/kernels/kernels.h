@@ -153,6 +153,31 @@ typedef struct {
     const lt_real *start, *scale;
 } lt_bytes;
 
+/* Maps in blocks of channels: (n, ceil(c / LT_BLOCK), h, w, LT_BLOCK), zeros in the lanes behind the last channel. */
+enum { LT_BLOCK = 16 };
+
+/* One panel of a product over such maps: C[lines * rows, n] = (add ? C : 0) + A B. Columns of A come in segments of
+ * LT_BLOCK, the last one of `last`: column l of segment s and row i of a line is a[segment[s] + i * LT_BLOCK + l], and
+ * lines are `line` elements apart. Row i, column j of C is c[j / LT_BLOCK * plane + i * LT_BLOCK + j % LT_BLOCK], where
+ * lines follow each other. */
+typedef struct {
+    const lt_real *a;
+    int64_t rows, lines, line;
+    const int64_t *segment;
+    int64_t segments, last;
+    const lt_real *b;           /* a panel of pack_b, n <= nr columns of it, a multiple of LT_BLOCK or of nr */
+    int64_t n;
+    lt_real *c;
+    int64_t plane;
+    bool add;
+} lt_blocks;
+
+/* A depthwise convolution over one block of a map; the window is 3 or 5 wide and high, and goes by 1 or 2. */
+typedef struct {
+    int64_t h, w, out_h, out_w;
+    int size, step, pad;
+} lt_blocks_window;
+
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
 
 typedef struct lt_kernels {
@@ -389,6 +414,23 @@ typedef struct lt_kernels {
     void (*wino_gather)(lt_real *line, const lt_real *r, int64_t phase, int64_t n);
     void (*wino_windows)(lt_real *out, int64_t place, const lt_real *w, int64_t row, int64_t col,
                          bool flip, int64_t rows, int64_t k);
+
+    /* ---- maps in blocks of channels, for libtensor/kernels/conv_blocks.c --------------------------------- */
+    /* gemm_blocks: what g says; with e the sums are complete and what it says follows: a col_bias of whole
+     * panels, a residual that lies as C does, an activation.
+     * finish_block: y = act(y + bias + residual) for n positions, bias and residual NULL or not;
+     * sum_block: adds each channel's sum over n positions to out, one after the other;
+     * depthwise_block: rows [from, to) of y, whose weights are w[(ky * size + kx) * LT_BLOCK + channel], each a chain
+     * over (ky, kx) without the padding's zeros. */
+    void (*gemm_blocks)(const lt_blocks *g, const lt_epilogue *e);
+    void (*finish_block)(lt_real *y, const lt_real *bias, const lt_real *residual, lt_act act, int64_t n);
+    void (*sum_block)(double out[LT_BLOCK], const lt_real *x, int64_t n);
+    void (*depthwise_block)(lt_real *y, const lt_real *x, const lt_real *w, const lt_blocks_window *d, int64_t from,
+                            int64_t to);
+
+    /* wino_block_input, wino_block_output: as wino2_input and wino2_output, for tiles of 6 x 6 and 4 x 4 */
+    void (*wino_block_input)(lt_real *out, int64_t place, const lt_real *const d[36]);
+    void (*wino_block_output)(lt_real *const y[16], const lt_real *m, int64_t place);
 
     /* fma_loop: rounds of independent fused multiply-adds on registers; returns how many single
      * operations (two per multiply-add and lane) were done. *sink keeps the compiler honest. */

@@ -8,7 +8,7 @@
  * is packed with it, once per lt_plan_refresh. The rectangles (B, 4) are there only in lt_conv2d_within. With a table
  * of ranges x is read as 8-bit integers.
  */
-#include "libtensor/kernels/conv.h"
+#include "libtensor/kernels/conv_blocks.h"
 #include "libtensor/kernels/int8.h"
 #include "libtensor/ops/common.h"
 
@@ -35,7 +35,7 @@ static lt_conv2d_params params_of(const lt_call *c)
     const lt_tensor *x = c->in[X];
     const lt_shape w = window_of(c);
     const lt_conv2d_params p = {
-        .n = lt_dim(x, 0), .c = lt_dim(x, 1), .h = lt_dim(x, 2), .w = lt_dim(x, 3), .o = w.dim[0],
+        .n = lt_dim(x, 0), .c = w.dim[1] * a->opts.groups, .h = lt_dim(x, 2), .w = lt_dim(x, 3), .o = w.dim[0],
         .kh = (int)w.dim[2], .kw = (int)w.dim[3],
         .stride_h = a->opts.stride, .stride_w = a->opts.stride, .pad_h = a->opts.pad, .pad_w = a->opts.pad,
         .dil_h = a->opts.dilation, .dil_w = a->opts.dilation, .groups = a->opts.groups,
@@ -118,6 +118,11 @@ static bool is_int8(const lt_call *c)
     return ((const conv2d_attr *)c->attr)->range.scale > 0;
 }
 
+static bool in_blocks(const lt_call *c)
+{
+    return lt_in_blocks(c->in[X]);
+}
+
 static bool in_rects(const lt_call *c, const lt_conv2d_params *p)
 {
     return c->in[REGION] && (is_int8(c) ? lt_conv2d_int8_takes_rect(p) : lt_conv2d_takes_rect(p));
@@ -129,6 +134,10 @@ static void plan(lt_call *c)
 
     if (is_int8(c)) {
         c->work_bytes = in_rects(c, &p) ? lt_conv2d_int8_rect_work(&p) : lt_conv2d_int8_work(&p);
+        return;
+    }
+    if (in_blocks(c)) {
+        c->work_bytes = lt_conv_blocks_work(&p);
         return;
     }
     c->work_bytes = packing_bytes(c, &p) + (in_rects(c, &p) ? lt_conv2d_rect_work(&p) : lt_conv2d_forward_work(&p));
@@ -187,7 +196,9 @@ static void forward(const lt_call *c)
 
     if (!a->packed)
         lt_conv2d_pack(&p, c->in[W]->data, c->work);
-    if (in_rects(c, &p))
+    if (in_blocks(c))
+        lt_conv_blocks_forward(&p, data_of(c, X), packed, &around, c->out->data, work);
+    else if (in_rects(c, &p))
         forward_rects(c, &p, packed, work);
     else if (is_int8(c))
         lt_conv2d_int8_forward(&p, &a->range, data_of(c, X), packed, &around, c->out->data, work);
@@ -218,9 +229,10 @@ static void backward(const lt_call *c)
 
 static int64_t macs(const lt_call *c)
 {
-    const lt_shape w = window_of(c);
+    const lt_conv2d_params p = params_of(c);
+    const lt_rect y = lt_conv2d_all(&p);
 
-    return lt_numel(c->out) * w.dim[1] * w.dim[2] * w.dim[3];
+    return p.n * p.o * y.y1 * y.x1 * (p.c / p.groups) * p.kh * p.kw;
 }
 
 static const char *algorithm(const lt_call *c)
@@ -232,6 +244,8 @@ static const char *algorithm(const lt_call *c)
     };
     const lt_conv2d_params p = params_of(c);
 
+    if (in_blocks(c))
+        return lt_conv_blocks_name(&p);
     return is_int8(c) ? "int8" : names[lt_conv2d_algorithm(&p)];
 }
 
@@ -290,13 +304,15 @@ static bool absorb(lt_node *node, const lt_tail *tail)
 typedef struct {
     lt_conv2d_params p;
     lt_int8_range range;        /* as the convolution's */
+    bool blocks;                /* for maps in blocks of channels */
 } pack_attr;
 
 static lt_status pack_infer(lt_call *c)
 {
     const pack_attr *a = c->attr;
 
-    c->out->shape = LT_SHAPE(a->range.scale > 0 ? lt_conv2d_int8_packed(&a->p) : lt_conv2d_packed(&a->p));
+    c->out->shape = LT_SHAPE(a->blocks ? lt_conv_blocks_packed(&a->p)
+                             : a->range.scale > 0 ? lt_conv2d_int8_packed(&a->p) : lt_conv2d_packed(&a->p));
     return LT_OK;
 }
 
@@ -328,7 +344,9 @@ static void pack_forward(const lt_call *c)
 
     if (c->in[1])
         lt_parallel_for(lt_dim(c->in[0], 0), scale_channel, (void *)c);
-    if (a->range.scale > 0)
+    if (a->blocks)
+        lt_conv_blocks_pack(&a->p, w, c->out->data);
+    else if (a->range.scale > 0)
         lt_conv2d_int8_pack(&a->p, &a->range, w, c->out->data, (char *)c->work + scaled_bytes(c));
     else
         lt_conv2d_pack(&a->p, w, c->out->data);
@@ -342,7 +360,7 @@ static const lt_op conv2d_pack_op = {
 static void prepare(lt_node *node)
 {
     conv2d_attr *a = node->attr;
-    const pack_attr pack = { params_of_node(node), a->range };
+    const pack_attr pack = { params_of_node(node), a->range, lt_in_blocks(node->in[X]) };
 
     if (!lt_is_constant(node->in[W]))
         return;
@@ -350,6 +368,15 @@ static void prepare(lt_node *node)
     a->packed = true;
     node->in[W] = lt_apply(&conv2d_pack_op, &pack, sizeof(pack), (lt_tensor *[]){ node->in[W], node->in[SCALE] }, 2);
     node->in[SCALE] = NULL;
+}
+
+/* With constant weights, as only prepare packs them. */
+static unsigned takes_blocks(const lt_node *node)
+{
+    const lt_conv2d_params p = params_of_node(node);
+
+    return lt_is_constant(node->in[W]) && lt_conv_blocks_takes(&p)
+           ? LT_BLOCKS_IN(X) | LT_BLOCKS_IN(ADDEND) | LT_BLOCKS_OUT : 0;
 }
 
 /* Hardly any outputs, or groups, go faster as they are. */
@@ -383,9 +410,10 @@ static void onnx(lt_onnx *w, const lt_node *n)
     (LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE) | LT_OPTIONAL_IN(REGION) | LT_OPTIONAL_IN(GATE))
 
 static const lt_op conv2d_op = {
-    .name = "conv2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL, .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
-    .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .prepare = prepare, .takes_int8 = takes_int8,
+    .name = "conv2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL,
+    .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
+    .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .takes_blocks = takes_blocks,
+    .prepare = prepare, .takes_int8 = takes_int8,
     .prepare_int8 = prepare_int8, .onnx = onnx,
 };
 

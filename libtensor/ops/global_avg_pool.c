@@ -3,6 +3,7 @@
  *   x (B, C, H, W)   ->   y (B, C)
  *   dx += dy / (H W)
  */
+#include "libtensor/kernels/conv_blocks.h"
 #include "libtensor/ops/common.h"
 
 static lt_status infer(lt_call *c)
@@ -29,7 +30,10 @@ static void forward_plane(const lt_call *c, int64_t i)
 
 static void forward(const lt_call *c)
 {
-    op_by_row(c, lt_numel(c->out), plane(c), forward_plane);
+    if (lt_in_blocks(c->in[0]))
+        lt_blocks_mean(c->out->data, c->in[0]->data, lt_dim(c->out, 0), lt_dim(c->out, 1), plane(c));
+    else
+        op_by_row(c, lt_numel(c->out), plane(c), forward_plane);
 }
 
 static void backward_plane(const lt_call *c, int64_t i)
@@ -47,6 +51,12 @@ static void backward(const lt_call *c)
         op_by_row(c, lt_numel(c->out), plane(c), backward_plane);
 }
 
+static unsigned takes_blocks(const lt_node *node)
+{
+    (void)node;
+    return LT_BLOCKS_IN(0);
+}
+
 static void onnx(lt_onnx *w, const lt_node *n)
 {
     const char *mean = LT_ONNX(w, "GlobalAveragePool", lt_onnx_of(w, n->in[0]));
@@ -56,7 +66,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op global_avg_pool_op = {
     .name = "global_avg_pool", .flags = LT_OP_ASSIGNS | LT_OP_CHANNEL_MEAN, .keeps = LT_KEEP_NOTHING, .infer = infer,
-    .forward = forward, .backward = backward, .onnx = onnx,
+    .forward = forward, .backward = backward, .takes_blocks = takes_blocks, .onnx = onnx,
 };
 
 lt_tensor *(lt_global_avg_pool)(lt_tensor *x)

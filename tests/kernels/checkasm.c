@@ -164,6 +164,7 @@ static void check_threads(const char *isa)
         lt_set_threads(threads);
         check_gemms(threads == 1);
         check_convs(threads == 1);
+        check_blocks(threads == 1);
         check_int8(threads == 1);
     }
     stage = "";

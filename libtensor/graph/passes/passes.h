@@ -22,8 +22,11 @@ lt_status pass_dead_code(lt_graph *g);
 /* pass_fuse - let producers take over their element-wise tails: batch norm folds into the weights */
 lt_status pass_fuse(lt_graph *g);
 
+/* pass_block - let chains of nodes keep their maps in blocks of channels; after pass_fuse. Changes the order's ids. */
+lt_status pass_block(lt_graph *g);
+
 /* pass_prepare - let ops replace their constant inputs by what they read faster, and those that int8 names read 8-bit
- * integers; after pass_fuse */
+ * integers; after pass_block */
 lt_status pass_prepare(lt_graph *g, const lt_int8_table *int8);
 
 /* pass_fold_constants - constant[id of node] says which nodes run once, before everything else */

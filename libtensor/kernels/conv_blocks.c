@@ -1,0 +1,469 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/conv_blocks.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_turned.h"
+#include "libtensor/kernels/winograd_blocks.h"
+
+#include <assert.h>
+#include <string.h>
+
+enum {
+    POSITIONS = 112,            /* of a band of the result, about: eight tiles of 14 */
+    PER_PRODUCT = LT_PACK_K / LT_BLOCK,     /* segments of A at a time: the panel of B stays in L1 */
+    LINES = 8,                  /* bands of a map that is copied or summed */
+};
+
+/* ---- maps to blocks and back ------------------------------------------------------------------------- */
+
+typedef struct { lt_real *y; const lt_real *x; int64_t c, positions, bands, band; } turn_job;
+
+typedef struct { int64_t image, block, lanes, from, n; } turn_part;
+
+static turn_part part_of(const turn_job *j, int64_t task)
+{
+    const int64_t blocks = lt_blocks_of(j->c), from = task / blocks % j->bands * j->band;
+
+    return (turn_part){
+        .image = task / blocks / j->bands, .block = task % blocks, .from = from,
+        .lanes = lt_min_i64(LT_BLOCK, j->c - task % blocks * LT_BLOCK), .n = lt_min_i64(j->band, j->positions - from),
+    };
+}
+
+static void from_maps(void *ctx, int64_t task)
+{
+    const turn_job *j = ctx;
+    const turn_part t = part_of(j, task);
+    lt_real *y = j->y + ((t.image * lt_blocks_of(j->c) + t.block) * j->positions + t.from) * LT_BLOCK;
+
+    if (t.lanes < LT_BLOCK)
+        memset(y, 0, (size_t)(t.n * LT_BLOCK) * sizeof(lt_real));
+    lt_k->turn(y, LT_BLOCK, j->x + (t.image * j->c + t.block * LT_BLOCK) * j->positions + t.from, j->positions, t.lanes,
+               t.n, false);
+}
+
+static void to_maps(void *ctx, int64_t task)
+{
+    const turn_job *j = ctx;
+    const turn_part t = part_of(j, task);
+
+    lt_k->turn(j->y + (t.image * j->c + t.block * LT_BLOCK) * j->positions + t.from, j->positions,
+               j->x + ((t.image * lt_blocks_of(j->c) + t.block) * j->positions + t.from) * LT_BLOCK, LT_BLOCK, t.n,
+               t.lanes, false);
+}
+
+static void turn_all(lt_real *y, const lt_real *x, int64_t n, int64_t c, int64_t positions, lt_task_fn run)
+{
+    const int64_t most = lt_max_i64(256, lt_ceil_div(positions, LINES));
+    turn_job j = { y, x, c, positions, 1, lt_tile_size(positions, most, LT_BLOCK) };
+
+    j.bands = lt_ceil_div(positions, j.band);
+    lt_parallel_for(n * j.bands * lt_blocks_of(c), run, &j);
+}
+
+void lt_blocks_from_maps(lt_real *y, const lt_real *x, int64_t n, int64_t c, int64_t positions)
+{
+    turn_all(y, x, n, c, positions, from_maps);
+}
+
+void lt_blocks_to_maps(lt_real *y, const lt_real *x, int64_t n, int64_t c, int64_t positions)
+{
+    turn_all(y, x, n, c, positions, to_maps);
+}
+
+typedef struct { lt_real *mean; const lt_real *x; int64_t c, positions; } mean_job;
+
+static void mean_of_block(void *ctx, int64_t task)
+{
+    const mean_job *j = ctx;
+    const int64_t blocks = lt_blocks_of(j->c), image = task / blocks, c = task % blocks * LT_BLOCK;
+    double sum[LT_BLOCK] = { 0 };
+
+    lt_k->sum_block(sum, j->x + task * j->positions * LT_BLOCK, j->positions);
+    for (int64_t i = 0; i < lt_min_i64(LT_BLOCK, j->c - c); i++)
+        j->mean[image * j->c + c + i] = (lt_real)(sum[i] / (double)j->positions);
+}
+
+void lt_blocks_mean(lt_real *mean, const lt_real *x, int64_t n, int64_t c, int64_t positions)
+{
+    mean_job j = { mean, x, c, positions };
+
+    lt_parallel_for(n * lt_blocks_of(c), mean_of_block, &j);
+}
+
+/* ---- a product: whatever is neither depthwise nor Winograd's ------------------------------------------ */
+
+/* How the windows see the map, or a copy of it with its padding, where columns are dealt to as many phases as the
+ * step has: then positions beside each other in a row of y read positions beside each other. A 1 x 1 window's copy has
+ * only what is read; then, and without a copy, all of y is one row. */
+typedef struct {
+    bool copied, one_row;
+    int64_t row, block, image;          /* elements from row to row, block to block, image to image */
+    int64_t high, wide;                 /* rows and columns of each phase */
+    int phases;
+    int64_t rows, cols, line;           /* of y, as the product goes over it; from one row's view to the next */
+    int64_t segments;
+} view;
+
+static view view_of(const lt_conv2d_params *p)
+{
+    const bool point = p->kh == 1 && p->kw == 1 && !p->pad_h && !p->pad_w;
+    const int64_t out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
+    view v = { .copied = !conv_pointwise(p), .one_row = point, .phases = point ? 1 : p->stride_w };
+
+    v.high = point ? out_h : p->h + 2 * p->pad_h;
+    v.wide = point ? out_w : lt_ceil_div(p->w + 2 * p->pad_w, p->stride_w);
+    v.row = v.phases * v.wide * LT_BLOCK;
+    v.block = v.high * v.row;
+    v.image = lt_blocks_of(p->c) * v.block;
+    v.line = p->stride_h * v.row;
+    v.rows = point ? 1 : out_h;
+    v.cols = point ? out_h * out_w : out_w;
+    v.segments = (int64_t)p->kh * p->kw * lt_blocks_of(p->c);
+    return v;
+}
+
+typedef struct {
+    const lt_conv2d_params *p;
+    view v;
+    const lt_real *x, *packed;
+    const lt_conv2d_around *around;
+    lt_real *y, *copy;
+    int64_t *segment;
+    int64_t panels, columns;            /* panels of B; columns, those of the last block included */
+    int64_t bands, band;                /* parts of y's rows, or where there is but one, of its columns */
+    bool panels_first;
+} product_job;
+
+/* A row of one phase: columns from, from + step ... of a row of the map, which may be outside of it */
+static void copy_phase(lt_real *to, const lt_real *row, int64_t w, int64_t from, int64_t step, int64_t n)
+{
+    for (int64_t i = 0; i < n; i++, from += step)
+        if (row && from >= 0 && from < w)
+            memcpy(to + i * LT_BLOCK, row + from * LT_BLOCK, LT_BLOCK * sizeof(lt_real));
+        else
+            memset(to + i * LT_BLOCK, 0, LT_BLOCK * sizeof(lt_real));
+}
+
+static void copy_row(const product_job *j, lt_real *to, const lt_real *map, int64_t row)
+{
+    const lt_conv2d_params *p = j->p;
+    const int64_t y = j->v.one_row ? row * p->stride_h : row - p->pad_h;
+    const lt_real *from = y >= 0 && y < p->h ? map + y * p->w * LT_BLOCK : NULL;
+
+    for (int i = 0; i < j->v.phases; i++)
+        copy_phase(to + i * j->v.wide * LT_BLOCK, from, p->w, i - p->pad_w, p->stride_w, j->v.wide);
+}
+
+static void copy_band(void *ctx, int64_t task)
+{
+    const product_job *j = ctx;
+    const int64_t blocks = lt_blocks_of(j->p->c), band = task / blocks % LINES, image = task / blocks / LINES;
+    const int64_t block = image * blocks + task % blocks;
+    const lt_real *map = j->x + block * j->p->h * j->p->w * LT_BLOCK;
+
+    for (int64_t y = band * j->v.high / LINES; y < (band + 1) * j->v.high / LINES; y++)
+        copy_row(j, j->copy + block * j->v.block + y * j->v.row, map, y);
+}
+
+static void find_segments(const lt_conv2d_params *p, const view *v, int64_t *segment)
+{
+    for (int ky = 0; ky < p->kh; ky++)
+        for (int kx = 0; kx < p->kw; kx++) {
+            const int64_t x = kx * p->dil_w;
+            const int64_t at = ky * p->dil_h * v->row + (x % v->phases * v->wide + x / v->phases) * LT_BLOCK;
+
+            for (int64_t b = 0; b < lt_blocks_of(p->c); b++)
+                *segment++ = at + b * v->block;
+        }
+}
+
+/* Channels of a segment that are not there have no part in a chain; behind a window's taps follow more. */
+static int64_t last_columns(const lt_conv2d_params *p)
+{
+    return p->kh * p->kw == 1 && p->c % LT_BLOCK ? p->c % LT_BLOCK : LT_BLOCK;
+}
+
+typedef struct { int64_t image, band, panel; } product_task;
+
+/* A thread's tasks follow each other: they share the maps, or with many weights a panel of these. */
+static product_task task_of(const product_job *j, int64_t task)
+{
+    const int64_t bands = j->bands * j->p->n;
+    const int64_t at = j->panels_first ? task % bands : task / j->panels;
+
+    return (product_task){ at / j->bands, at % j->bands, j->panels_first ? task / bands : task % j->panels };
+}
+
+static void run_product(void *ctx, int64_t task)
+{
+    const product_job *j = ctx;
+    const lt_conv2d_around *around = j->around;
+    const product_task t = task_of(j, task);
+    const int64_t nr = lt_k->nr, o = t.panel * nr, plane = j->v.rows * j->v.cols * LT_BLOCK, all = j->v.segments;
+    const int64_t row = j->v.one_row ? 0 : t.band * j->band, col = j->v.one_row ? t.band * j->band : 0;
+    const int64_t at = (t.image * lt_blocks_of(j->p->o) + o / LT_BLOCK) * plane + o % LT_BLOCK
+                       + (row * j->v.cols + col) * LT_BLOCK;
+    const int64_t blocks = lt_ceil_div(all, PER_PRODUCT);
+    _Alignas(LT_ALIGN) lt_real gated[LT_PACK_K * LT_TURNED_LANES], bias[LT_TURNED_LANES] = { 0 };
+    lt_blocks g = {
+        .a = (j->v.copied ? j->copy : j->x) + t.image * j->v.image + row * j->v.line + col * LT_BLOCK,
+        .rows = j->v.one_row ? lt_min_i64(j->band, j->v.cols - col) : j->v.cols,
+        .lines = j->v.one_row ? 1 : lt_min_i64(j->band, j->v.rows - row), .line = j->v.line,
+        .n = lt_min_i64(nr, j->columns - o), .c = j->y + at, .plane = plane,
+    };
+    const lt_epilogue e = { .col_bias = around->bias ? bias : NULL, .act = around->act,
+                            .residual = around->residual ? around->residual + at : NULL };
+
+    for (int64_t i = 0; around->bias && i < lt_min_i64(nr, j->p->o - o); i++)
+        bias[i] = around->bias[o + i];
+    for (int64_t i = 0; i < blocks; i++) {
+        const int64_t from = i * all / blocks, end = (i + 1) * all / blocks;
+
+        g.segment = j->segment + from, g.segments = end - from;
+        g.last = end == all ? last_columns(j->p) : LT_BLOCK;
+        g.b = j->packed + (o * all + from * nr) * LT_BLOCK;
+        g.add = i > 0;
+        if (around->gate) {
+            lt_k->scale_panels(gated, g.b, around->gate + t.image * j->p->c + from * LT_BLOCK,
+                               (g.segments - 1) * LT_BLOCK + g.last, nr);
+            g.b = gated;
+        }
+        lt_k->gemm_blocks(&g, end == all ? &e : NULL);
+    }
+}
+
+static int64_t copy_elements(const lt_conv2d_params *p, const view *v)
+{
+    return v->copied ? p->n * v->image : 0;
+}
+
+static size_t product_work(const lt_conv2d_params *p)
+{
+    const view v = view_of(p);
+
+    return (size_t)copy_elements(p, &v) * sizeof(lt_real) + (size_t)v.segments * sizeof(int64_t);
+}
+
+static void run_products(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                         const lt_conv2d_around *around, lt_real *y, lt_real *work)
+{
+    product_job j = { .p = p, .v = view_of(p), .x = x, .packed = packed, .around = around, .y = y, .copy = work };
+    const int64_t n = j.v.one_row ? j.v.cols : j.v.rows, per = j.v.one_row ? 1 : j.v.cols;
+
+    j.columns = lt_blocks_of(p->o) * LT_BLOCK;
+    j.panels = lt_ceil_div(j.columns, lt_k->nr);
+    j.band = lt_tile_size(n, lt_max_i64(1, POSITIONS / per), 1);
+    j.bands = lt_ceil_div(n, j.band);
+    j.panels_first = p->o * p->kh * p->kw > p->h * p->w;
+    j.segment = (int64_t *)(void *)(work + copy_elements(p, &j.v));
+    find_segments(p, &j.v, j.segment);
+    if (j.v.copied)
+        lt_parallel_for(p->n * LINES * lt_blocks_of(p->c), copy_band, &j);
+    lt_parallel_for(p->n * j.bands * j.panels, run_product, &j);
+}
+
+/* Panels of nr outputs: [segment][LT_BLOCK][nr], zeros for channels and outputs that are not there */
+typedef struct { const lt_conv2d_params *p; const lt_real *weights; lt_real *packed; } pack_job;
+
+static void pack_panel(void *ctx, int64_t panel)
+{
+    const pack_job *j = ctx;
+    const int64_t nr = lt_k->nr, taps = (int64_t)j->p->kh * j->p->kw, c = j->p->c, o = panel * nr;
+    const int64_t n = lt_max_i64(0, lt_min_i64(nr, j->p->o - o));
+    lt_real *out = j->packed + o * taps * lt_blocks_of(c) * LT_BLOCK;
+
+    for (int64_t t = 0; t < taps; t++)
+        for (int64_t l = 0; l < c; l += LT_BLOCK, out += LT_BLOCK * nr) {
+            memset(out, 0, (size_t)(LT_BLOCK * nr) * sizeof(lt_real));
+            if (n)
+                lt_k->pack_b(out, j->weights + (o * c + l) * taps + t, taps, c * taps, lt_min_i64(LT_BLOCK, c - l), n);
+        }
+}
+
+static int64_t product_packed(const lt_conv2d_params *p)
+{
+    const int64_t k = (int64_t)p->kh * p->kw * lt_blocks_of(p->c) * LT_BLOCK;
+
+    return lt_product_packed_b(lt_blocks_of(p->o) * LT_BLOCK, k);
+}
+
+static void pack_product(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+{
+    pack_job j = { p, weights, packed };
+
+    lt_parallel_for(lt_ceil_div(lt_blocks_of(p->o) * LT_BLOCK, lt_k->nr), pack_panel, &j);
+}
+
+/* ---- depthwise ------------------------------------------------------------------------------------------ */
+
+typedef struct {
+    const lt_conv2d_params *p;
+    lt_blocks_window window;
+    const lt_real *x, *packed;
+    const lt_conv2d_around *around;
+    lt_real *y;
+    double *sums;                       /* [image][band][channel] */
+    int64_t blocks, bands, band;        /* rows of a band */
+} depthwise_job;
+
+static int64_t depthwise_band(const lt_conv2d_params *p)
+{
+    const int64_t rows = lt_max_i64(1, lt_ceil_div(POSITIONS, lt_conv2d_out_w(p)));
+
+    return lt_tile_size(lt_conv2d_out_h(p), lt_max_i64(rows, lt_ceil_div(lt_conv2d_out_h(p), LINES)), 1);
+}
+
+static depthwise_job depthwise_plan(const lt_conv2d_params *p)
+{
+    depthwise_job j = {
+        .p = p, .blocks = lt_blocks_of(p->c), .band = depthwise_band(p),
+        .window = { p->h, p->w, lt_conv2d_out_h(p), lt_conv2d_out_w(p), p->kh, p->stride_h, p->pad_h },
+    };
+
+    j.bands = lt_ceil_div(j.window.out_h, j.band);
+    return j;
+}
+
+static void depthwise_part(void *ctx, int64_t task)
+{
+    const depthwise_job *j = ctx;
+    const lt_blocks_window *w = &j->window;
+    const int64_t block = task % j->blocks, band = task / j->blocks % j->bands, image = task / j->blocks / j->bands;
+    const int64_t from = band * j->band, to = lt_min_i64(from + j->band, w->out_h), map = image * j->blocks + block;
+    const int64_t lanes = lt_min_i64(LT_BLOCK, j->p->c - block * LT_BLOCK), n = (to - from) * w->out_w;
+    lt_real *y = j->y + map * w->out_h * w->out_w * LT_BLOCK, *part = y + from * w->out_w * LT_BLOCK;
+    const lt_real *residual = j->around->residual ? j->around->residual + (part - j->y) : NULL;
+    lt_real bias[LT_BLOCK] = { 0 };
+
+    for (int64_t i = 0; j->around->bias && i < lanes; i++)
+        bias[i] = j->around->bias[block * LT_BLOCK + i];
+    lt_k->depthwise_block(y, j->x + map * w->h * w->w * LT_BLOCK, j->packed + block * w->size * w->size * LT_BLOCK, w,
+                          from, to);
+    lt_k->finish_block(part, j->around->bias ? bias : NULL, residual, j->around->act, n);
+    if (j->around->mean) {
+        double *sum = j->sums + ((image * j->bands + band) * j->blocks + block) * LT_BLOCK;
+
+        memset(sum, 0, LT_BLOCK * sizeof(*sum));
+        lt_k->sum_block(sum, part, n);
+    }
+}
+
+static void add_bands(const depthwise_job *j)
+{
+    const int64_t c = j->p->c, apart = j->blocks * LT_BLOCK;
+
+    for (int64_t i = 0; i < j->p->n * c; i++) {
+        const double *part = j->sums + i / c * j->bands * apart + i % c;
+        double sum = 0;
+
+        for (int64_t b = 0; b < j->bands; b++)
+            sum += part[b * apart];
+        j->around->mean[i] = (lt_real)(sum / (double)(j->window.out_h * j->window.out_w));
+    }
+}
+
+static void run_depthwise(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                          const lt_conv2d_around *around, lt_real *y, void *work)
+{
+    depthwise_job j = depthwise_plan(p);
+
+    j.x = x, j.packed = packed, j.around = around, j.y = y, j.sums = work;
+    lt_parallel_for(p->n * j.bands * j.blocks, depthwise_part, &j);
+    if (around->mean)
+        add_bands(&j);
+}
+
+static size_t depthwise_work(const lt_conv2d_params *p)
+{
+    const depthwise_job j = depthwise_plan(p);
+
+    return (size_t)(p->n * j.bands * j.blocks * LT_BLOCK) * sizeof(double);
+}
+
+/* [block][tap][LT_BLOCK] */
+static void pack_depthwise(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+{
+    const int64_t taps = (int64_t)p->kh * p->kw;
+
+    memset(packed, 0, (size_t)(lt_blocks_of(p->c) * taps * LT_BLOCK) * sizeof(lt_real));
+    for (int64_t c = 0; c < p->c; c++)
+        for (int64_t t = 0; t < taps; t++)
+            packed[(c / LT_BLOCK * taps + t) * LT_BLOCK + c % LT_BLOCK] = weights[c * taps + t];
+}
+
+/* ---- which of them ---------------------------------------------------------------------------------------- */
+
+typedef enum { NONE, PRODUCT, WINOGRAD, WINDOWS } blocks_algorithm;
+
+static blocks_algorithm algorithm_of(const lt_conv2d_params *p)
+{
+    const bool square = p->kh == p->kw && p->stride_h == p->stride_w && p->pad_h == p->pad_w;
+
+    if (p->c < LT_BLOCK || p->o < LT_BLOCK || conv_nothing(p))
+        return NONE;
+    if (p->groups > 1)
+        return p->groups == p->c && p->o == p->c && square && (p->kh == 3 || p->kh == 5) && p->stride_h <= 2
+               && p->pad_h < p->kh && p->dil_h == 1 && p->dil_w == 1 ? WINDOWS : NONE;
+    return lt_winograd_blocks_side(p) ? WINOGRAD : PRODUCT;
+}
+
+bool lt_conv_blocks_takes(const lt_conv2d_params *p)
+{
+    return algorithm_of(p) != NONE;
+}
+
+const char *lt_conv_blocks_name(const lt_conv2d_params *p)
+{
+    static const char *const names[] = {
+        [PRODUCT] = "blocks", [WINOGRAD] = "winograd blocks", [WINDOWS] = "depthwise blocks",
+    };
+    const blocks_algorithm a = algorithm_of(p);
+
+    assert(a != NONE);
+    return names[a];
+}
+
+int64_t lt_conv_blocks_packed(const lt_conv2d_params *p)
+{
+    switch (algorithm_of(p)) {
+    case PRODUCT: return product_packed(p);
+    case WINOGRAD: return lt_winograd_blocks_packed(p);
+    case WINDOWS: return lt_blocks_of(p->c) * p->kh * p->kw * LT_BLOCK;
+    case NONE: break;
+    }
+    return 0;
+}
+
+void lt_conv_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+{
+    switch (algorithm_of(p)) {
+    case PRODUCT: pack_product(p, weights, packed); break;
+    case WINOGRAD: lt_winograd_blocks_pack(p, weights, packed); break;
+    case WINDOWS: pack_depthwise(p, weights, packed); break;
+    case NONE: break;
+    }
+}
+
+size_t lt_conv_blocks_work(const lt_conv2d_params *p)
+{
+    switch (algorithm_of(p)) {
+    case PRODUCT: return product_work(p);
+    case WINOGRAD: return lt_winograd_blocks_work(p);
+    case WINDOWS: return depthwise_work(p);
+    case NONE: break;
+    }
+    return 0;
+}
+
+void lt_conv_blocks_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                            const lt_conv2d_around *around, lt_real *y, void *work)
+{
+    switch (algorithm_of(p)) {
+    case PRODUCT: run_products(p, x, packed, around, y, work); break;
+    case WINOGRAD: lt_winograd_blocks_forward(p, x, packed, around, y, work); break;
+    case WINDOWS: run_depthwise(p, x, packed, around, y, work); break;
+    case NONE: break;
+    }
+}

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Convolutions between maps in blocks of channels (kernels.h: LT_BLOCK). A product reads such maps where they are, and
+ * writes its results in whole lines: in chains of convolutions neither is packed, nor turned, nor scattered over planes
+ * whose rows share sets of the caches. Which bits come out depends on the shapes alone.
+ */
+#ifndef LT_KERNELS_CONV_BLOCKS_H
+#define LT_KERNELS_CONV_BLOCKS_H
+
+#include "libtensor/kernels/conv.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* lt_blocks_of - how many blocks c channels make */
+static inline int64_t lt_blocks_of(int64_t c) { return lt_ceil_div(c, LT_BLOCK); }
+
+/**
+ * lt_blocks_from_maps - (n, c, positions) to (n, blocks, positions, LT_BLOCK)
+ * lt_blocks_to_maps   - and back
+ * lt_blocks_mean      - mean (n, c) of each channel over the positions
+ */
+LT_API void lt_blocks_from_maps(lt_real *y, const lt_real *x, int64_t n, int64_t c, int64_t positions);
+LT_API void lt_blocks_to_maps(lt_real *y, const lt_real *x, int64_t n, int64_t c, int64_t positions);
+LT_API void lt_blocks_mean(lt_real *mean, const lt_real *x, int64_t n, int64_t c, int64_t positions);
+
+/* lt_conv_blocks_takes - whether there is such a form of a convolution; lt_conv_blocks_name: of its algorithm */
+LT_API bool lt_conv_blocks_takes(const lt_conv2d_params *p);
+LT_API const char *lt_conv_blocks_name(const lt_conv2d_params *p);
+
+/* As lt_conv2d_packed, lt_conv2d_pack, lt_conv2d_forward_work and lt_conv2d_forward; x, y and a residual, which is not y
+ * itself, are in blocks.
+ * Products: each y is one chain over (ky, kx, channel), zeros of the padding included; depthwise: over (ky, kx);
+ * Winograd: within 4e-6 of the sum of the terms' sizes from that. A mean is summed in double, position by position. */
+LT_API int64_t lt_conv_blocks_packed(const lt_conv2d_params *p);
+LT_API void lt_conv_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
+LT_API size_t lt_conv_blocks_work(const lt_conv2d_params *p);
+LT_API void lt_conv_blocks_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                                   const lt_conv2d_around *around, lt_real *y, void *work);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/winograd_blocks.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv_blocks.h"
+#include "libtensor/kernels/conv_turned.h"
+#include "libtensor/kernels/product.h"
+#include "libtensor/kernels/winograd.h"
+#include "libtensor/kernels/winograd2.h"
+
+enum {
+    MOST_PLACES = 36,
+    MOST_BLOCKS = 256,          /* of input channels */
+    ROUND_BYTES = 3 << 20,      /* of transformed maps at a time: they should stay in the cache */
+    APART = 16,                 /* between places, or all of them would fall into one set of each cache */
+};
+
+typedef struct {
+    const lt_conv2d_params *p;
+    const lt_real *x, *packed;
+    const lt_conv2d_around *around;
+    lt_real *y, *in, *out;              /* [place][block][tile][LT_BLOCK], tiles of one round */
+    int side, places;
+    int64_t k, m;                       /* blocks of x, of y */
+    int64_t wide, high;                 /* tiles of a row; rows of tiles of all images */
+    int64_t first, rows, most;          /* rows of tiles of this round, and of the largest */
+    int64_t tiles;                      /* of this round */
+    int64_t in_place, out_place, window;    /* from place to place */
+} blocks_job;
+
+int lt_winograd_blocks_side(const lt_conv2d_params *p)
+{
+    if (p->c % LT_BLOCK || p->o % LT_BLOCK || p->c > MOST_BLOCKS * LT_BLOCK)
+        return 0;
+    return lt_winograd2_suits(p) ? 2 : lt_winograd_suits(p) ? 4 : 0;
+}
+
+static int64_t window_place(const lt_conv2d_params *p)
+{
+    return lt_product_packed_b(p->o, p->c) + APART;
+}
+
+static blocks_job plan(const lt_conv2d_params *p)
+{
+    blocks_job j = { .p = p, .side = lt_winograd_blocks_side(p), .k = lt_blocks_of(p->c), .m = lt_blocks_of(p->o) };
+    const int64_t across = j.side + 2;
+    int64_t bytes;
+
+    j.places = (int)(across * across);
+    j.wide = lt_ceil_div(p->w, j.side);
+    j.high = lt_ceil_div(p->h, j.side) * p->n;
+    bytes = j.places * (j.k + j.m) * j.wide * LT_BLOCK * (int64_t)sizeof(float);
+    j.most = lt_tile_size(j.high, lt_max_i64(1, lt_min_i64(j.high, ROUND_BYTES / bytes)), 1);
+    j.in_place = j.k * j.most * j.wide * LT_BLOCK + APART;
+    j.out_place = j.m * j.most * j.wide * LT_BLOCK + APART;
+    j.window = window_place(p);
+    return j;
+}
+
+/* ---- windows: [place][panel of nr][channel][nr] ---- */
+
+typedef struct { const lt_conv2d_params *p; const lt_real *weights; lt_real *packed; } window_job;
+
+/* G g along one side */
+static void spread(lt_real out[6], lt_real a, lt_real b, lt_real c)
+{
+    const lt_real even = (a + c) * (lt_real)(-1.0 / 6), odd = b * (lt_real)(-1.0 / 6);
+    const lt_real far_even = a * (lt_real)(1.0 / 24) + c * (lt_real)(1.0 / 6), far_odd = b * (lt_real)(1.0 / 12);
+
+    out[0] = a * (lt_real)0.25;
+    out[1] = even + odd;
+    out[2] = even - odd;
+    out[3] = far_even + far_odd;
+    out[4] = far_even - far_odd;
+    out[5] = c;
+}
+
+static void pack_window(lt_real *out, int64_t place, const lt_real g[9])
+{
+    lt_real down[3][6], across[6];
+
+    for (int x = 0; x < 3; x++)
+        spread(down[x], g[x], g[3 + x], g[6 + x]);
+    for (int y = 0; y < 6; y++) {
+        spread(across, down[0][y], down[1][y], down[2][y]);
+        for (int x = 0; x < 6; x++)
+            out[(6 * y + x) * place] = across[x];
+    }
+}
+
+static void pack_panel(void *ctx, int64_t panel)
+{
+    const window_job *j = ctx;
+    const int64_t nr = lt_k->nr, c = j->p->c, place = window_place(j->p), n = lt_min_i64(nr, j->p->o - panel * nr);
+
+    for (int64_t l = 0; l < c; l++)
+        for (int64_t i = 0; i < n; i++)
+            pack_window(j->packed + (panel * c + l) * nr + i, place, j->weights + ((panel * nr + i) * c + l) * 9);
+}
+
+int64_t lt_winograd_blocks_packed(const lt_conv2d_params *p)
+{
+    const blocks_job j = plan(p);
+
+    return j.places * j.window;
+}
+
+void lt_winograd_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+{
+    window_job j = { p, weights, packed };
+
+    if (lt_winograd_blocks_side(p) == 2)
+        lt_winograd2_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
+    else
+        lt_parallel_for(lt_ceil_div(p->o, lt_k->nr), pack_panel, &j);
+}
+
+/* ---- maps ---- */
+
+/* Where the places of a tile are in a block's map; `none` around it */
+static void look(const lt_real *d[MOST_PLACES], const blocks_job *j, const lt_real *map, int64_t row, int64_t tile)
+{
+    static const lt_real none[LT_BLOCK];
+    const int64_t h = j->p->h, w = j->p->w, y0 = row * j->side - 1, x0 = tile * j->side - 1;
+    const int across = j->side + 2;
+
+    for (int i = 0; i < j->places; i++) {
+        const int64_t y = y0 + i / across, x = x0 + i % across;
+
+        d[i] = y < 0 || y >= h || x < 0 || x >= w ? none : map + (y * w + x) * LT_BLOCK;
+    }
+}
+
+/* A row of tiles of one block */
+static void transform_input(void *ctx, int64_t task)
+{
+    const blocks_job *j = ctx;
+    const int64_t row = task / j->k, block = task % j->k, of_image = j->high / j->p->n;
+    const int64_t image = (j->first + row) / of_image, ty = (j->first + row) % of_image;
+    const lt_real *map = j->x + (image * j->k + block) * j->p->h * j->p->w * LT_BLOCK;
+    lt_real *out = j->in + (block * j->tiles + row * j->wide) * LT_BLOCK;
+
+    for (int64_t t = 0; t < j->wide; t++, out += LT_BLOCK) {
+        const lt_real *d[MOST_PLACES];
+
+        look(d, j, map, ty, t);
+        (j->side == 4 ? lt_k->wino_block_input : lt_k->wino2_input)(out, j->in_place, d);
+    }
+}
+
+/* Some columns of one place: a panel of windows */
+static void multiply(void *ctx, int64_t task)
+{
+    const blocks_job *j = ctx;
+    const int64_t nr = lt_k->nr, panels = lt_ceil_div(j->p->o, nr), blocks = lt_product_blocks(j->p->c);
+    const int64_t place = task / panels, o = task % panels * nr;
+    int64_t segment[MOST_BLOCKS];
+    lt_blocks g = { .a = j->in + place * j->in_place, .rows = j->tiles, .lines = 1,
+                    .last = LT_BLOCK, .n = lt_min_i64(nr, j->p->o - o),
+                    .plane = j->tiles * LT_BLOCK };
+
+    for (int64_t s = 0; s < j->k; s++)
+        segment[s] = s * g.plane;
+    g.c = j->out + place * j->out_place + o / LT_BLOCK * g.plane + o % LT_BLOCK;
+    for (int64_t i = 0; i < blocks; i++) {
+        const int64_t from = i * j->k / blocks;
+
+        g.segment = segment + from;
+        g.segments = (i + 1) * j->k / blocks - from;
+        g.b = j->packed + place * j->window + (o * j->k + from * nr) * LT_BLOCK;
+        g.add = i > 0;
+        lt_k->gemm_blocks(&g, NULL);
+    }
+}
+
+static void transform_output(void *ctx, int64_t task)
+{
+    const blocks_job *j = ctx;
+    const lt_conv2d_around *around = j->around;
+    const int64_t row = task / j->m, block = task % j->m, of_image = j->high / j->p->n, h = j->p->h, w = j->p->w;
+    const int64_t image = (j->first + row) / of_image, y0 = (j->first + row) % of_image * j->side;
+    const int64_t at = ((image * j->m + block) * h + y0) * w * LT_BLOCK;
+    const lt_real *sums = j->out + (block * j->tiles + row * j->wide) * LT_BLOCK;
+    lt_real beside[LT_BLOCK];
+
+    for (int64_t t = 0; t < j->wide; t++) {
+        lt_real *to[16];
+
+        for (int i = 0; i < j->side * j->side; i++) {
+            const int64_t y = i / j->side, x = t * j->side + i % j->side;
+
+            to[i] = y0 + y < h && x < w ? j->y + at + (y * w + x) * LT_BLOCK : beside;
+        }
+        if (j->side == 4)
+            lt_k->wino_block_output(to, sums + t * LT_BLOCK, j->out_place);
+        else
+            lt_k->wino2_output(to, sums + t * LT_BLOCK, j->out_place, LT_BLOCK);
+    }
+    lt_k->finish_block(j->y + at, around->bias ? around->bias + block * LT_BLOCK : NULL,
+                       around->residual ? around->residual + at : NULL, around->act, lt_min_i64(j->side, h - y0) * w);
+}
+
+size_t lt_winograd_blocks_work(const lt_conv2d_params *p)
+{
+    const blocks_job j = plan(p);
+
+    return (size_t)(j.places * (j.in_place + j.out_place)) * sizeof(lt_real);
+}
+
+void lt_winograd_blocks_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
+                                const lt_conv2d_around *around, lt_real *y, void *work)
+{
+    blocks_job j = plan(p);
+
+    j.x = x, j.packed = packed, j.around = around, j.y = y;
+    j.in = work, j.out = j.in + j.places * j.in_place;
+    for (j.first = 0; j.first < j.high; j.first += j.most) {
+        j.rows = lt_min_i64(j.most, j.high - j.first);
+        j.tiles = j.rows * j.wide;
+        lt_parallel_for(j.rows * j.k, transform_input, &j);
+        lt_parallel_for(j.places * lt_ceil_div(p->o, lt_k->nr), multiply, &j);
+        lt_parallel_for(j.rows * j.m, transform_output, &j);
+    }
+}
