@@ -2,11 +2,14 @@
 /*
  * Chains of convolutions keep their maps in blocks of channels (libtensor/kernels/conv_blocks.h): nodes that can, and
  * hand maps to each other, do so together where that spares more than it costs to bring maps into blocks and
- * back at the ends of the chain. Both are counted in elements that go through memory. Maps in blocks are tensors of
- * their own, (B, blocks, H, W, LT_BLOCK); those of the recorded graph stay plain, and vanish where nobody reads them.
+ * back at the ends of the chain: by what was measured an element brought there costs as much as reading or writing
+ * three in blocks spares. Maps in blocks are tensors of their own, (B, blocks, H, W, LT_BLOCK); those of the recorded
+ * graph stay plain, and vanish where nobody reads them.
  */
 #include "libtensor/graph/passes/passes.h"
 #include "libtensor/kernels/conv_blocks.h"
+
+enum { WAY = 3 };                   /* what it costs, by element */
 
 typedef struct {
     lt_graph *g;
@@ -102,7 +105,7 @@ static void link_chains(block_pass *b)
 static void count_way(block_pass *b, const lt_tensor *t, int node)
 {
     if (!b->met[t->id])
-        b->gain[chain_of(b, node)] -= 2 * lt_numel(t);
+        b->gain[chain_of(b, node)] -= WAY * lt_numel(t);
     b->met[t->id] = true;
 }
 
