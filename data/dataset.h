@@ -39,6 +39,7 @@ typedef enum {
     SAMPLE_VERTICES = 32,           /* vertices */
     SAMPLE_DEPTH = 64,              /* depth */
     SAMPLE_MIRRORED = 128,          /* a left hand: everything here was mirrored in x when it was read */
+    SAMPLE_FOREGROUND = 256,        /* foreground */
 } sample_flag;
 
 /*
@@ -70,6 +71,10 @@ typedef struct {
     float R[9], t[3];                           /* x_cam = R x_model + t; dataset_model_to_camera */
     float control2d[21][2];                     /* the object's control points projected, pixels */
     const uint8_t *silhouette;                  /* (height, width) 0/1, parts behind the hand included */
+
+    const uint8_t *foreground;                  /* (foreground_height, foreground_width) over the whole image: 255
+                                                 * where hand or object is seen, else 0; NULL where not asked for */
+    int foreground_width, foreground_height;    /* the image's, or a whole fraction of it */
 } dataset_sample;
 
 typedef struct dataset dataset;
@@ -103,8 +108,8 @@ struct dataset {
  * dataset_read - sample index of d
  *
  *   want    bits of sample_flag that cost time and may be left out: SAMPLE_OBJECT (the silhouette; the
- *           pose is always read) and SAMPLE_DEPTH
- *   arena   owns rgb, depth, silhouette; the name belongs to the dataset
+ *           pose is always read), SAMPLE_DEPTH and SAMPLE_FOREGROUND, which a sample without the file does without
+ *   arena   owns rgb, depth, silhouette, foreground; the name belongs to the dataset
  *
  * Errors: one line naming the file, the field, what was expected and what was found. Thread-safe.
  */

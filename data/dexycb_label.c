@@ -8,6 +8,8 @@
 #include <math.h>
 #include <string.h>
 
+enum { HAND = 255 };                /* in seg; objects have their YCB ids, all else is 0 */
+
 /* n numbers of an array of that shape; a NaN is an error too. */
 static lt_status numbers(const lt_npz *npz, const char *key, int rank, const int64_t *shape, float *out, size_t n)
 {
@@ -119,6 +121,34 @@ lt_status dexycb_read_poses(const dexycb *d, dexycb_spot spot, dexycb_pose out[D
         st = pose_of(&npz, i, object[i], &out[i]);
     lt_arena_free(arena);
     return st;
+}
+
+lt_status dexycb_read_foreground(const dexycb *d, dexycb_spot spot, lt_arena *arena, uint8_t **out)
+{
+    static const char *const key[] = { "seg" };
+    static const int64_t shape[2] = { DEXYCB_HEIGHT, DEXYCB_WIDTH };
+    const size_t n = (size_t)DEXYCB_HEIGHT * DEXYCB_WIDTH;
+    const uint8_t object = (uint8_t)spot.sequence->object[spot.sequence->grasped], *seg;
+    const lt_array *a;
+    char found[64];
+    uint8_t *mask;
+    lt_npz npz;
+    lt_status st = open_label(arena, d, spot, key, LT_COUNT(key), &npz);
+
+    if (!st)
+        st = lt_npz_get(&npz, "seg", &a);
+    if (!st && (a->type != LT_ELEM_U1 || !lt_array_has_shape(a, 2, shape)))
+        st = lt_error(LT_EFORMAT, "%s: seg is %s, expected bytes of shape (%d, %d)", npz.path,
+                      lt_array_shape_text(a, found, sizeof(found)), DEXYCB_HEIGHT, DEXYCB_WIDTH);
+    if (!st)
+        st = lt_arena_try(arena, n, (void **)&mask);
+    if (st)
+        return st;
+    seg = a->data;
+    for (size_t i = 0; i < n; i++)
+        mask[i] = seg[i] == HAND || seg[i] == object ? 255 : 0;
+    *out = mask;
+    return LT_OK;
 }
 
 /* ---- to a sample ---- */

@@ -84,6 +84,27 @@ static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, datas
     return LT_OK;
 }
 
+/* Not every copy of the data has the masks: without one, the sample has no foreground. */
+static lt_status read_foreground(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
+{
+    const char *png = frame_path(h, index, arena, "seg", "png"), *jpg = frame_path(h, index, arena, "seg", "jpg");
+    lt_image mask;
+    lt_status st;
+
+    if (!png || !jpg)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
+    if (access(png, F_OK) && access(jpg, F_OK))
+        return LT_OK;
+    st = picture_read_mask(arena, access(png, F_OK) ? jpg : png, WIDTH, HEIGHT, &mask);
+    if (st)
+        return st;
+    s->foreground = mask.data;
+    s->foreground_width = mask.width;
+    s->foreground_height = mask.height;
+    s->flags |= SAMPLE_FOREGROUND;
+    return LT_OK;
+}
+
 /* ---- the annotation ---- */
 
 /* n numbers under key, or an error line with file and key. */
@@ -251,6 +272,8 @@ static lt_status read_sample(const dataset *d, int64_t index, unsigned want, lt_
         st = read_rgb(h, index, arena, &s);
     if (!st && (want & SAMPLE_DEPTH))
         st = read_depth(h, index, arena, &s);
+    if (!st && (want & SAMPLE_FOREGROUND))
+        st = read_foreground(h, index, arena, &s);
     if (!st && (want & SAMPLE_OBJECT) && s.object >= 0)
         st = dataset_draw_silhouette(d, arena, &s);
     if (!st)

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/picture.h"
 
+enum { MASK_LEVEL = 200 };
+
 static lt_status check_size(const char *path, const lt_image *img, int width, int height)
 {
     if (img->width == width && img->height == height)
@@ -17,6 +19,33 @@ lt_status picture_read_rgb(lt_arena *arena, const char *path, int width, int hei
     if (!st)
         st = check_size(path, &img, width, height);
     return st ? st : lt_image_to_rgb8(arena, &img, out);
+}
+
+/* Whether a mask of this size lies evenly over the image. */
+static bool divides(const lt_image *mask, int width, int height)
+{
+    return width % mask->width == 0 && height % mask->height == 0 &&
+           width / mask->width == height / mask->height;
+}
+
+lt_status picture_read_mask(lt_arena *arena, const char *path, int width, int height, lt_image *out)
+{
+    lt_image img, mask;
+    lt_status st = lt_image_read(arena, path, &img);
+
+    if (!st && !divides(&img, width, height))
+        st = lt_error(LT_EFORMAT, "%s: mask of %d x %d, expected %d x %d or a whole fraction of it", path, img.width,
+                      img.height, width, height);
+    if (!st)
+        st = lt_image_to_rgb8(arena, &img, &img);
+    if (!st)
+        st = lt_image_init(arena, img.width, img.height, 1, 8, &mask);
+    if (st)
+        return st;
+    for (size_t i = 0; i < lt_image_bytes(&mask); i++)
+        mask.data[i] = img.data[3 * i] > MASK_LEVEL || img.data[3 * i + 2] > MASK_LEVEL ? 255 : 0;
+    *out = mask;
+    return LT_OK;
 }
 
 static float metres(const lt_image *img, size_t i)

@@ -24,6 +24,16 @@ lt_status picture_read_rgb(lt_arena *arena, const char *path, int width, int hei
  */
 lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int height, float **out);
 
+/**
+ * picture_read_mask - HO3D's rendered segmentation, red the hand and blue the object
+ *
+ *   width, height   of the image that it belongs to; the mask has a whole fraction of that
+ *   out             8 bits, one channel: 255 where hand or object is, else 0
+ *
+ * Source: HOISDF data/ho3d.py: above 200, since a JPEG's edges ring.
+ */
+lt_status picture_read_mask(lt_arena *arena, const char *path, int width, int height, lt_image *out);
+
 #ifdef __cplusplus
 }
 #endif

@@ -242,10 +242,21 @@ static void pose_object(label *l, float distance)
     l->object[1][0][3] += distance;
 }
 
+/* The hand in the first column, the object in it in the second, the other one in the third, background after. */
+static uint8_t *segmentation(void)
+{
+    static const uint8_t column[4] = { 255, 5, 2, 0 };
+    uint8_t *s = lt_arena_alloc(arena, W * H);
+
+    for (int i = 0; i < W * H; i++)
+        s[i] = column[i % W < 3 ? i % W : 3];
+    return s;
+}
+
 static void write_label(const char *path, const label *l)
 {
     const int64_t pose[2] = { 1, 51 }, j3[3] = { 1, 21, 3 }, j2[3] = { 1, 21, 2 }, y[3] = { 2, 3, 4 }, seg[2] = { H, W };
-    uint8_t *s = lt_arena_alloc(arena, W * H);
+    uint8_t *s = segmentation();
     const lt_named_array a[] = {
         { "seg", lt_array_make(LT_ELEM_U1, 2, seg, s) }, { "pose_y", lt_array_make(LT_ELEM_F4, 3, y, l->object) },
         { "pose_m", lt_array_make(LT_ELEM_F4, 2, pose, l->pose) }, { "joint_3d", lt_array_make(LT_ELEM_F4, 3, j3, l->joints) },
@@ -429,6 +440,53 @@ START_TEST(left_hand)
         p[c] = .01 * A[3 * c] + .015 * A[3 * c + 1] + .025 * A[3 * c + 2] + s.t[c];
     lt_camera_project(&s.camera, p, uv);
     ck_assert_int_eq(s.silhouette[lrint(uv[1]) * W + lrint(uv[0])], 1);
+    dataset_free(d);
+}
+END_TEST
+
+/* Hand and the object in it, as the picture is turned; not the other things on the table. */
+START_TEST(foreground)
+{
+    const bool is_left = _i;
+    dataset *d;
+    dataset_sample s;
+
+    small_tree();
+    d = open_small(DEXYCB_VALID);
+    ok(dataset_read(d, is_left ? 6 : 0, 0, arena, &s));
+    ck_assert_ptr_null(s.foreground);
+    ok(dataset_read(d, is_left ? 6 : 0, SAMPLE_FOREGROUND, arena, &s));
+    ck_assert(s.flags & SAMPLE_FOREGROUND);
+    ck_assert_int_eq(!!(s.flags & SAMPLE_MIRRORED), is_left);
+    ck_assert_int_eq(s.foreground_width, W);
+    ck_assert_int_eq(s.foreground_height, H);
+    for (int i = 0; i < W * H; i++)
+        ck_assert_int_eq(s.foreground[i], (is_left ? W - 1 - i % W : i % W) < 2 ? 255 : 0);
+    dataset_free(d);
+}
+END_TEST
+
+START_TEST(foreground_is_broken)
+{
+    const int64_t shape[2] = { H / 4, W / 4 };
+    const char *path = at(frame(0, "labels", 0, "npz"));
+    dataset *d;
+    dataset_sample s;
+    lt_npz npz;
+    lt_named_array a[5];
+
+    small_tree();
+    ok(lt_npz_read(arena, path, &npz));
+    for (int i = 0; i < 5; i++)
+        a[i] = npz.entry[i];
+    ck_assert_str_eq(a[0].name, "seg");
+    a[0].array = lt_array_make(LT_ELEM_U1, 2, shape, segmentation());
+    ok(lt_npz_write(path, a, 5, true));
+    d = open_small(DEXYCB_VALID);
+    ok(dataset_read(d, 0, 0, arena, &s));
+    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
+    ck_assert_str_eq(lt_last_error(),
+                     lt_arena_printf(arena, "%s: seg is (120, 160), expected bytes of shape (480, 640)", path));
     dataset_free(d);
 }
 END_TEST
@@ -1014,6 +1072,8 @@ int main(void)
     tcase_add_test(c, order_of_the_list);
     tcase_add_test(c, right_hand);
     tcase_add_test(c, left_hand);
+    tcase_add_loop_test(c, foreground, 0, 2);
+    tcase_add_test(c, foreground_is_broken);
     tcase_add_test(c, left_model);
     tcase_add_test(c, tips_of_the_toolkit);
     tcase_add_test(c, hpe_file);

@@ -434,6 +434,65 @@ START_TEST(depth_missing)
 }
 END_TEST
 
+/* Hand in the upper left corner, object beside it, an arm below in neither's colour. */
+static void mask(const char *path, bool jpg, int width, int height)
+{
+    lt_image img;
+
+    ok(lt_make_dirs(at("train/ABF10/seg")));
+    ok(lt_image_init(arena, width, height, 3, 8, &img));
+    for (int y = 0; y < height / 2; y++)
+        for (int x = 0; x < width / 2; x++)
+            img.data[3 * (y * width + x) + (y >= height / 4 ? 1 : x < width / 4 ? 0 : 2)] = 255;
+    ok(jpg ? lt_jpeg_write(at(path), &img, 95) : lt_png_write(at(path), &img));
+}
+
+START_TEST(foreground)
+{
+    static const struct { const char *path; bool jpg; int width, height; } file[] = {
+        { "train/ABF10/seg/0123.png", false, 160, 120 }, { "train/ABF10/seg/0123.jpg", true, 160, 120 },
+        { "train/ABF10/seg/0123.png", false, 640, 480 },
+    };
+    const int w = file[_i].width, h = file[_i].height;
+    dataset *d = open_split("train");
+    dataset_sample s;
+
+    mask(file[_i].path, file[_i].jpg, w, h);
+    ok(dataset_read(d, 0, 0, arena, &s));
+    ck_assert_ptr_null(s.foreground);
+    ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
+    ck_assert(s.flags & SAMPLE_FOREGROUND);
+    ck_assert_int_eq(s.foreground_width, w);
+    ck_assert_int_eq(s.foreground_height, h);
+    for (int y = 0; y < h; y++)
+        for (int x = 0; x < w; x++)
+            if (!file[_i].jpg || (x % (w / 4) > 1 && x % (w / 4) < w / 4 - 2 && y != h / 4))
+                ck_assert_int_eq(s.foreground[y * w + x], x < w / 2 && y < h / 4 ? 255 : 0);
+    dataset_free(d);
+}
+END_TEST
+
+START_TEST(foreground_missing_or_broken)
+{
+    const char *path = at("train/ABF10/seg/0123.png");
+    dataset *d = open_split("train");
+    dataset_sample s;
+
+    ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
+    ck_assert(!(s.flags & SAMPLE_FOREGROUND));
+    ck_assert_ptr_null(s.foreground);
+    mask("train/ABF10/seg/0123.png", false, 160, 100);
+    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
+    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: mask of 160 x 100, expected 640 x 480 or a whole "
+                                                      "fraction of it", path));
+    ck_assert_int_eq(truncate(path, 60), 0);
+    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), path));
+    ok(dataset_read(d, 0, 0, arena, &s));
+    dataset_free(d);
+}
+END_TEST
+
 /* An item of the annotation in place of the right one, and what is said of it. */
 static const float zeros[64], not_a_number[3] = { 0, NAN, 0 }, near_camera[3] = { 0, 0, 0.3f };
 static const float skewed[9] = { 600, 2, 320, 0, 600, 240, 0, 0, 1 };
@@ -550,6 +609,7 @@ START_TEST(without_memory)
     long n = 0;
     lt_status st;
 
+    mask("train/ABF10/seg/0123.png", false, 160, 120);
     do {
         lt_arena *scratch = lt_arena_new();
         dataset *d = NULL;
@@ -557,7 +617,7 @@ START_TEST(without_memory)
         lt_alloc_fail_at(++n);
         st = ho3d_open(&o, &d);
         if (!st)
-            st = dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, scratch, &s);
+            st = dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH | SAMPLE_FOREGROUND, scratch, &s);
         lt_alloc_fail_at(0);
         ck_assert(st == LT_OK || st == LT_ENOMEM);
         dataset_free(d);
@@ -591,6 +651,8 @@ int main(void)
     tcase_add_test(c, truth_cut_anywhere);
     tcase_add_test(c, images_missing_or_broken);
     tcase_add_test(c, depth_missing);
+    tcase_add_loop_test(c, foreground, 0, 3);
+    tcase_add_test(c, foreground_missing_or_broken);
     tcase_add_loop_test(c, annotation_wrong, 0, LT_COUNT(wrong));
     tcase_add_test(c, annotation_of_other_shapes);
     tcase_add_test(c, annotation_missing_key);
