@@ -2,6 +2,7 @@
 /* From a sample to a slot of a batch: crop, augment, normalise. */
 #include "data/hand_object.h"
 
+#include "data/background.h"
 #include "data/crop.h"
 #include "data/depth.h"
 
@@ -15,7 +16,7 @@ static const double HAND_CROP = 1.5, OBJECT_CROP = 1.5, HAND_POOL = 1.1, OBJECT_
 static const double MARGIN_LOW = 10, MARGIN_HIGH = 20, MARGIN = 15;
 static const float MEAN_COLOUR[3] = { 0.485f, 0.456f, 0.406f };
 
-enum { STREAM = 0x484f4341 };               /* tells these draws apart from other uses of the seed */
+enum { STREAM = 0x484f4341, BACKGROUND = 0x42414b47 };      /* tell these draws apart from other uses of the seed */
 
 hand_object_options hand_object_defaults(bool augment, uint64_t seed)
 {
@@ -267,14 +268,27 @@ static void store_object(const dataset_sample *s, const hand_object_options *o, 
         crop_mask(A, s->silhouette, s->width, s->height, b->size, box, b->mask + cells * i, b->cells);
 }
 
+/* By draws of its own, so that all others are what they are without. */
+static void replace_background(const dataset_sample *s, const hand_object_options *o, const double A[6],
+                               uint64_t epoch, int64_t index, float *image, float *scratch)
+{
+    lt_rng rng = lt_rng_make(o->seed, lt_rng_mix(lt_rng_mix(BACKGROUND, epoch), (uint64_t)index));
+
+    if (!o->augment || !(s->flags & SAMPLE_FOREGROUND) || lt_rng_uniform(&rng) >= o->background)
+        return;
+    background_keep(s, A, scratch, o->size);
+    background_draw(scratch, o->size, &rng, image);
+}
+
 static void store_picture(const dataset_sample *s, const hand_object_options *o, const double A[6], lt_rng *rng,
-                          hand_object_batch *b, size_t i)
+                          uint64_t epoch, int64_t index, hand_object_batch *b, size_t i)
 {
     const size_t pixels = (size_t)b->size * (size_t)b->size;
     const bool all = o->crop == HAND_OBJECT_UNION;
     float *image = b->image + 3 * pixels * i, *scratch = b->scratch + pixels * i;
 
     crop_warp(A, s->rgb, s->width, s->height, all ? MEAN_COLOUR : NULL, image, b->size, all || o->bilinear);
+    replace_background(s, o, A, epoch, index, image, scratch);
     if (o->augment)
         augment_colour(image, b->size, b->size, &o->colour, rng, scratch);
     if (o->depth)
@@ -296,7 +310,7 @@ lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options
                         s->name);
     clear_slot(b, slot, index);
     crop_affine(w, b->size, A);
-    store_picture(s, o, A, &rng, b, i);
+    store_picture(s, o, A, &rng, epoch, index, b, i);
     for (int k = 0; k < 6; k++)
         b->affine[6 * i + (size_t)k] = (float)A[k];
     crop_intrinsics(A, &s->camera, b->K + 9 * i);
@@ -312,7 +326,9 @@ lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options
 
 unsigned hand_object_want(const hand_object_options *o)
 {
-    return SAMPLE_OBJECT | (o->depth ? SAMPLE_DEPTH : 0);
+    const bool foreground = o->augment && o->background > 0;
+
+    return SAMPLE_OBJECT | (o->depth ? SAMPLE_DEPTH : 0) | (foreground ? SAMPLE_FOREGROUND : 0);
 }
 
 static int64_t sample_of(const hand_object_feed *f, int64_t i)

@@ -60,6 +60,8 @@ static const lt_config_key data_keys[] = {
     { DATA(saturation), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
     { DATA(hue), .type = LT_CONFIG_NUMBER, .fallback = "0.15", .lo = 0, .hi = 0.5,
       .doc = "hue turns by up to this, in turns" },
+    { DATA(background), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1,
+      .doc = "chance of another background behind hand and object; needs their masks (HO3D: seg/, DexYCB: seg)" },
     { .name = NULL },
 };
 

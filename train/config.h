@@ -23,6 +23,7 @@ typedef struct {
     double contact_mm;              /* train where the hand comes this close to the object; 0: everywhere */
     double centre_jitter, scale_jitter, rotation_deg, rotation_chance;
     double blur, brightness, contrast, saturation, hue;
+    double background;              /* chance of another background */
 } train_data_config;
 
 /* Group "optim". */

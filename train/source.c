@@ -58,6 +58,7 @@ static hand_object_options train_options_of(const train_config *c)
     o.rotation = d->rotation_deg * 3.14159265358979323846 / 180;
     o.rotation_chance = d->rotation_chance;
     o.colour = (augment_limits){ d->blur, d->brightness, d->contrast, d->saturation, d->hue };
+    o.background = d->background;
     o.bilinear = d->bilinear;
     return o;
 }
@@ -96,6 +97,21 @@ static lt_status keep_contact(lt_arena *arena, const train_config *c, train_sour
     return st;
 }
 
+/* That there are masks is seen on the first sample, rather than never: a run would just learn the rooms. A sample
+ * that cannot be read is the loader's affair. */
+static lt_status check_foreground(lt_arena *arena, const train_config *c, const train_source *s)
+{
+    dataset_sample first;
+
+    if (!c->data.augment || c->data.background <= 0)
+        return LT_OK;
+    if (dataset_read(s->train, 0, SAMPLE_FOREGROUND, arena, &first) || (first.flags & SAMPLE_FOREGROUND))
+        return LT_OK;
+    return lt_error(LT_EINVAL, "%s: data.background: %s has no mask of hand and object, which HO3D keeps in %s/%s/"
+                    "SEQUENCE/seg; unpack them there, or leave backgrounds as they are with 0", c->path, first.name,
+                    s->train->root, s->train->split);
+}
+
 lt_status train_source_open(lt_arena *arena, const train_config *c, train_source *out)
 {
     lt_hand_layer *layer = NULL;
@@ -112,6 +128,8 @@ lt_status train_source_open(lt_arena *arena, const train_config *c, train_source
         st = lt_hand_layer_new(arena, out->hand, out->train->tips, &layer);
     if (st == LT_OK)
         st = deal(c, out);
+    if (st == LT_OK)
+        st = check_foreground(arena, c, out);
     if (st)
         return st;
     out->layer = layer;

@@ -201,6 +201,91 @@ START_TEST(draws_are_keyed)
 }
 END_TEST
 
+/* A foreground: the left half of the image. */
+static uint8_t left_half[16 * 12];
+
+static void add_foreground(void)
+{
+    for (int i = 0; i < 16 * 12; i++)
+        left_half[i] = i % 16 < 8 ? 255 : 0;
+    sample.foreground = left_half;
+    sample.foreground_width = 16;
+    sample.foreground_height = 12;
+    sample.flags |= SAMPLE_FOREGROUND;
+}
+
+/* Without a mask, in a test crop, and without the option, nothing changes, and no mask is asked for in vain. */
+START_TEST(background_only_where_asked_for)
+{
+    hand_object_options with = options(_i != 1), without = with;
+    hand_object_batch *a, *b;
+
+    with.background = _i == 2 ? 0 : 1;
+    if (_i != 0)
+        add_foreground();
+    a = prepare(&with, 1, 5, 0);
+    b = prepare(&without, 1, 5, 0);
+    ck_assert_mem_eq(a->image, b->image, 3 * S * S * sizeof(float));
+    ck_assert_int_eq(!!(hand_object_want(&with) & SAMPLE_FOREGROUND), _i == 0);
+    hand_object_batch_free(a);
+    hand_object_batch_free(b);
+}
+END_TEST
+
+/* All other draws stay what they were, and so do the pixels of the foreground. */
+START_TEST(background_changes_nothing_else)
+{
+    hand_object_options with = options(true), without;
+    hand_object_batch *a, *b;
+    int same = 0, other = 0;
+    double A[6], back[6];
+
+    with.colour = (augment_limits){ 0 };
+    without = with;
+    with.background = 1;
+    add_foreground();
+    sample.flags &= ~(unsigned)SAMPLE_HAND_POSE;                /* no forearm */
+    a = prepare(&with, 1, 5, 0);
+    b = prepare(&without, 1, 5, 0);
+    ck_assert_mem_eq(a->affine, b->affine, 6 * sizeof(float));
+    ck_assert_mem_eq(a->joints2d, b->joints2d, 42 * sizeof(float));
+    ck_assert_mem_eq(a->mask, b->mask, CELLS * CELLS * sizeof(float));
+    map_of(a, 0, A);
+    ck_assert(lt_affine_inverse(A, back) == LT_OK);
+    for (int i = 0; i < S * S; i++) {
+        double p[2] = { i % S + 0.5, i / S + 0.5 };
+        lt_affine_apply(back, p, p);
+        if (p[0] > 60 && p[0] < W / 2 - 60 && p[1] > 60 && p[1] < H - 60)
+            ck_assert_float_eq(a->image[i], b->image[i]);
+        same += a->image[i] == b->image[i];
+        other += p[0] > W / 2 + 60 && a->image[i] != b->image[i];
+    }
+    ck_assert_int_gt(same, S * S / 8);
+    ck_assert_int_gt(other, S * S / 8);
+    hand_object_batch_free(a);
+    hand_object_batch_free(b);
+}
+END_TEST
+
+START_TEST(background_by_chance)
+{
+    hand_object_options with = options(true), without = with;
+    int replaced = 0;
+
+    with.background = 0.3;
+    add_foreground();
+    for (int i = 0; i < 200; i++) {
+        hand_object_batch *a = prepare(&with, 1, i, 0), *b = prepare(&without, 1, i, 0), *c = prepare(&with, 1, i, 1);
+        replaced += memcmp(a->image, b->image, 3 * S * S * sizeof(float)) != 0;
+        ck_assert_mem_eq(a->image, c->image + 3 * S * S, 3 * S * S * sizeof(float));
+        hand_object_batch_free(a);
+        hand_object_batch_free(b);
+        hand_object_batch_free(c);
+    }
+    ck_assert(replaced > 200 * 0.2 && replaced < 200 * 0.4);
+}
+END_TEST
+
 START_TEST(jitter_keeps_its_limits)
 {
     hand_object_options o = options(true);
@@ -304,6 +389,9 @@ int main(void)
     tcase_add_test(c, annotated_box_is_taken);
     tcase_add_test(c, hand_alone);
     tcase_add_test(c, draws_are_keyed);
+    tcase_add_loop_test(c, background_only_where_asked_for, 0, 3);
+    tcase_add_test(c, background_changes_nothing_else);
+    tcase_add_test(c, background_by_chance);
     tcase_add_test(c, jitter_keeps_its_limits);
     tcase_add_loop_test(c, union_of_both, 0, 20);
     tcase_add_test(c, outside_is_grey_and_far);

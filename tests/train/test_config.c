@@ -35,6 +35,7 @@ START_TEST(defaults_are_the_papers)
     ck_assert_double_eq(c.optim.lr, 1e-4);
     ck_assert_double_eq(c.optim.gamma, 0.7);
     ck_assert_double_eq(c.optim.weight_decay, 5e-4);
+    ck_assert_double_eq(c.data.background, 0);
     ck_assert_int_eq(c.loop.max_bad_steps, 5);
     train_config_fini(&c);
 }
@@ -69,6 +70,7 @@ START_TEST(slips)
     refuse("{" MODEL "}", "optim.shards=5", "run.json: optim.shards: 5 do not divide a batch of 32");
     refuse("{" MODEL "}", "optim.kind=adan", "run.json: optim.kind: no such choice \"adan\"; did you mean \"adam\"?");
     refuse("{" MODEL "}", "train.seed=-1", "run.json: train.seed: -1 is not between 0 and 2.14748e+09");
+    refuse("{" MODEL "}", "data.background=1.5", "run.json: data.background: 1.5 is not between 0 and 1");
     refuse("[]", NULL, "run.json: want an object with the groups model, data, optim, train");
 }
 END_TEST

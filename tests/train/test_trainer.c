@@ -97,6 +97,8 @@ static int lines_of(const char *path)
 START_TEST(threads_do_not_matter)
 {
     with("optim.steps=50");
+    with("data.background=0.5");
+    with("data.threads=3");
     for (int threads = 1; threads <= 4; threads++) {
         const char *out = lt_arena_printf(tree_arena, "threads%d", threads);
         const train_options o = options(out);
@@ -126,7 +128,8 @@ static void raise_signal(void *ctx, int64_t step, lt_params *params)
 
 static const char *const configs[] = { "tiny.json", "unified.json" };
 
-/* With shards, an average, dropout, validation at epochs and a partial last batch, stopped at each step. */
+/* With shards, an average, new backgrounds, dropout, validation at epochs and a partial last batch, stopped at each
+ * step. */
 START_TEST(resume_is_exact)
 {
     train_options o;
@@ -134,6 +137,7 @@ START_TEST(resume_is_exact)
     const char *whole = lt_arena_printf(tree_arena, "whole%d", _i), *config = tree_at(configs[_i]);
 
     with("optim.shards=2");
+    with("data.background=0.5");
     with("optim.ema_decay=0.9");
     with("train.validate_every=1");
     with("optim.steps=9");
@@ -431,6 +435,23 @@ START_TEST(validation_without_truth)
 }
 END_TEST
 
+START_TEST(background_without_masks)
+{
+    train_options o = options("masks");
+
+    rename(tree_at("train/SYN1MB10/seg"), tree_at("train/SYN1MB10/hidden"));
+    with("data.background=0.5");
+    with("optim.steps=1");
+    o.n_set = n_set;
+    expect(&o, LT_EINVAL, lt_arena_printf(tree_arena, "data.background: SYN1MB10/0000 has no mask of hand and object, "
+                                          "which HO3D keeps in %s/train/SEQUENCE/seg", tree_root));
+    with("data.augment=false");
+    o.n_set = n_set;
+    run_ok(&o);
+    rename(tree_at("train/SYN1MB10/hidden"), tree_at("train/SYN1MB10/seg"));
+}
+END_TEST
+
 /* Threads that wait must not burn the cores of those that work: there may be more of them than cores. */
 static void wait_passively(char **argv)
 {
@@ -462,6 +483,7 @@ int main(int argc, char **argv)
     tcase_add_test(c, of_another_model);
     tcase_add_test(c, initial_weights);
     tcase_add_test(c, validation_without_truth);
+    tcase_add_test(c, background_without_masks);
     tcase_add_test(c, threads_do_not_matter);
     suite_add_tcase(s, c);
     r = srunner_create(s);
