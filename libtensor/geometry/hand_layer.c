@@ -20,7 +20,8 @@
 enum {
     V = LT_HAND_VERTICES, PAD = LT_HAND_PADDED, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, BLENDS = LT_HAND_BLENDS,
     SAMPLE = sizeof(lt_hand_scratch) / sizeof(lt_real),     /* from one sample's numbers to the next one's */
-    FEW = 4,                                                /* samples that are no product's worth */
+    FEW = 4,                                                /* samples that are no product's worth ... */
+    PIECES = 6, PIECE = 3 * PAD / PIECES,                   /* ... but go piece by piece */
 };
 
 struct lt_hand_layer {
@@ -169,15 +170,27 @@ static void pose_sample(void *ctx, int64_t i)
     memcpy(s->posed, j->layer->template, sizeof(s->posed));
 }
 
+typedef struct { const lt_hand_layer *layer; lt_hand_scratch *scratch; } blend_job;
+
+static void blend_piece(void *ctx, int64_t task)
+{
+    const blend_job *j = ctx;
+    lt_hand_scratch *s = j->scratch + task / PIECES;
+    const int64_t at = task % PIECES * PIECE;
+
+    lt_k->combine(s->posed[0] + at, j->layer->blend[0][0] + at, 3 * PAD, s->coef, BLENDS, PIECE, true);
+}
+
 /* posed += coefficients times blends: the same chain of multiply-adds either way */
 static void blend_offsets(const lt_hand_layer *layer, int64_t n, lt_hand_scratch *s)
 {
+    blend_job j = { layer, s };
+
     if (n >= FEW)
         lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->blend[0][0], 3 * PAD, true,
                 s->posed[0], SAMPLE, NULL);
     else
-        for (int64_t i = 0; i < n; i++)
-            lt_k->combine(s[i].posed[0], layer->blend[0][0], 3 * PAD, s[i].coef, BLENDS, 3 * PAD, true);
+        lt_parallel_for(PIECES * n, blend_piece, &j);
 }
 
 static void skin_sample(void *ctx, int64_t i)

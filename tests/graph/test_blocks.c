@@ -198,6 +198,31 @@ START_TEST(too_short)
 }
 END_TEST
 
+/* New weights are packed anew. */
+START_TEST(refresh)
+{
+    static lt_real before[MOST], after[MOST], fresh[MOST];
+    network n = start();
+    lt_tensor *y = lt_output(bottleneck(&n, conv(&n, "stem", n.x, O, 3, 1)), "y");
+    lt_plan *p = compile(&n, NULL);
+    const size_t bytes = (size_t)lt_numel(y) * sizeof(lt_real);
+
+    ck_assert_str_eq(steps_of(p), "to_blocks stem expand depthwise project from_blocks ");
+    lt_run(p);
+    memcpy(before, lt_plan_data(p, y), bytes);
+    lt_params_find(n.set, "depthwise.weight")->data[3] += 1;
+    lt_params_find(n.set, "stem.weight")->data[5] += 1;
+    lt_plan_refresh(p);
+    lt_run(p);
+    memcpy(after, lt_plan_data(p, y), bytes);
+    lt_plan_free(p);
+    result(&n, y, NULL, fresh);
+    ck_assert(memcmp(before, after, bytes) != 0);
+    ck_assert(memcmp(fresh, after, bytes) == 0);
+    destroy(&n);
+}
+END_TEST
+
 /* What such a layer computes is looked at as that of any other. */
 START_TEST(nonfinite)
 {
@@ -226,6 +251,7 @@ int main(void)
     tcase_add_test(t, a_chain);
     tcase_add_test(t, seen_from_outside);
     tcase_add_test(t, too_short);
+    tcase_add_test(t, refresh);
     tcase_add_test(t, nonfinite);
     suite_add_tcase(s, t);
     r = srunner_create(s);
