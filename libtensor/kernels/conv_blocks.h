@@ -29,8 +29,8 @@ LT_API void lt_blocks_mean(lt_real *mean, const lt_real *x, int64_t n, int64_t c
 LT_API bool lt_conv_blocks_takes(const lt_conv2d_params *p);
 LT_API const char *lt_conv_blocks_name(const lt_conv2d_params *p);
 
-/* As lt_conv2d_packed, lt_conv2d_pack, lt_conv2d_forward_work and lt_conv2d_forward; x, y and a residual, which is not y
- * itself, are in blocks.
+/* As lt_conv2d_packed, lt_conv2d_pack, lt_conv2d_forward_work and lt_conv2d_forward; x, y and a residual,
+ * which is not y itself, are in blocks.
  * Products: each y is one chain over (ky, kx, channel), zeros of the padding included; depthwise: over (ky, kx);
  * Winograd: within 4e-6 of the sum of the terms' sizes from that. A mean is summed in double, position by position. */
 LT_API int64_t lt_conv_blocks_packed(const lt_conv2d_params *p);

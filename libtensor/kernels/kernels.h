@@ -153,7 +153,8 @@ typedef struct {
     const lt_real *start, *scale;
 } lt_bytes;
 
-/* Maps in blocks of channels: (n, ceil(c / LT_BLOCK), h, w, LT_BLOCK), zeros in the lanes behind the last channel. */
+/* Maps in blocks of channels: (n, ceil(c / LT_BLOCK), h, w, LT_BLOCK). In the lanes behind the last channel stands what an
+ * activation makes of 0; weights there are 0. */
 enum { LT_BLOCK = 16 };
 
 /* One panel of a product over such maps: C[lines * rows, n] = (add ? C : 0) + A B. Columns of A come in segments of

@@ -148,7 +148,7 @@ static void transform_input(void *ctx, int64_t task)
     }
 }
 
-/* Some columns of one place: a panel of windows */
+/* One panel of windows in one place */
 static void multiply(void *ctx, int64_t task)
 {
     const blocks_job *j = ctx;

@@ -411,10 +411,9 @@ static void onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op conv2d_op = {
     .name = "conv2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL,
-    .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
-    .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .takes_blocks = takes_blocks,
-    .prepare = prepare, .takes_int8 = takes_int8,
-    .prepare_int8 = prepare_int8, .onnx = onnx,
+    .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm,
+    .absorb = absorb, .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .takes_blocks = takes_blocks,
+    .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8, .onnx = onnx,
 };
 
 static const lt_op conv2d_within_op = {
