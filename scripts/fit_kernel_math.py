@@ -41,12 +41,12 @@ def main():
     # tanh(x) = x + x s P(s), s = x^2 <= 0.6^2
     tanh_rest = lambda s: (np.tanh(np.sqrt(s)) / np.sqrt(s) - 1) / s
     show("tanh_c", *fit(tanh_rest, 1e-6, 0.36, 4, lambda s: s))
-    # erf(x) = x + x P(s), s = x^2 <= 0.93^2
-    erf_rest = lambda s: special.erf(np.sqrt(s)) / np.sqrt(s) - 1
-    show("erf_c", *fit(erf_rest, 1e-6, 0.93 ** 2, 5, lambda s: np.ones_like(s)))
-    # erf(t) = 1 - exp(-t Q(t)), 0.93 <= t <= 4
-    tail = lambda t: -np.log(special.erfc(t)) / t
-    show("erf_tail_c", *fit(tail, 0.92, 4.02, 6, lambda t: t * special.erfc(t)))
+    # Phi(t) - 1/2 = t P(t - m), m the middle of one of eight pieces of 0 <= t <= 5.65
+    step, half = np.float32(5.65 / 7.49), lambda t: 0.5 * special.erf(t / np.sqrt(2)) / t
+    pieces = [fit(lambda r: half(m + r), -0.501 * step if m else 1e-6, 0.501 * step, 6, lambda r: 1 / half(m + r))
+              for m in np.arange(8) * np.float64(step)]
+    for power, of_pieces in enumerate(zip(*(c for c, _ in pieces))):
+        show("half_normal[%d]" % power, np.array(of_pieces), max(err for _, err in pieces))
 
 
 if __name__ == "__main__":

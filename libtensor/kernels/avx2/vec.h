@@ -186,6 +186,12 @@ INLINE vec pow2_of(ivec n)
 
 INLINE vec v_pow2(vec shifted) { return pow2_of(_mm256_castps_si256(shifted)); }
 
+/* table[n], where shifted = n + 1.5 * 2^23 and 0 <= n < 8 */
+INLINE vec v_of_eight(const float *table, vec shifted)
+{
+    return _mm256_permutevar8x32_ps(_mm256_loadu_ps(table), _mm256_castps_si256(shifted));
+}
+
 /* 2^(n / 8), where shifted = n / 8 + 1.5 * 2^20 */
 INLINE vec v_pow2_eighths(vec shifted)
 {

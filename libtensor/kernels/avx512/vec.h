@@ -197,6 +197,12 @@ INLINE vec v_pow2(vec shifted)
     return _mm512_castsi512_ps(_mm512_add_epi32(n, _mm512_set1_epi32(0x3f800000)));
 }
 
+/* table[n], where shifted = n + 1.5 * 2^23 and 0 <= n < 8 */
+INLINE vec v_of_eight(const float *table, vec shifted)
+{
+    return _mm512_permutexvar_ps(_mm512_castps_si512(shifted), _mm512_castps256_ps512(_mm256_loadu_ps(table)));
+}
+
 /* 2^(n / 8), where shifted = n / 8 + 1.5 * 2^20 */
 INLINE vec v_pow2_eighths(vec shifted)
 {

@@ -95,6 +95,9 @@ INLINE ivec i_dot(ivec sum, ivec u, ivec s)
 /* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
 INLINE vec v_pow2(vec shifted) { return of_bits((bits_of(shifted) << 23) + 0x3f800000u); }
 
+/* table[n], where shifted = n + 1.5 * 2^23 and 0 <= n < 8 */
+INLINE vec v_of_eight(const float *table, vec shifted) { return table[bits_of(shifted) % 8]; }
+
 /* 2^(n / 8), where shifted = n / 8 + 1.5 * 2^20 */
 INLINE vec v_pow2_eighths(vec shifted)
 {
