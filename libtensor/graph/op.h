@@ -108,7 +108,8 @@ typedef struct lt_op {
      * return its result, or NULL to stay. as_tail: describe this node as a tail on in[i].
      * absorb: take a tail over, changing attr and inputs of the node, or refuse. absorb_mean: make the mean
      * of each map as a second result from now on, or refuse. as_gate: is the result in[0] (B, C, H, W) times
-     * in[1] (B, C, 1, 1)? absorb_gate: read x times gate as in[0] from now on, or refuse. takes_blocks: the inputs
+     * in[1] (B, C, 1, 1)? absorb_gate: read x times gate as in[0] from now on, or refuse. absorb_before:
+     * do the work of the node that makes in[0] as well, or refuse. takes_blocks: the inputs
      * that the node could read in blocks, all of them or none, and whether its result would be in blocks then; 0: it
      * cannot. prepare: the graph is final; inputs that are constant may be replaced by a form computed from them.
      * takes_int8: could the node, not prepared, read in[0] as 8-bit integers? prepare_int8: in place of prepare, do so.
@@ -119,6 +120,7 @@ typedef struct lt_op {
     bool (*absorb_mean)(lt_node *node);
     bool (*as_gate)(const lt_node *node);
     bool (*absorb_gate)(lt_node *node, lt_tensor *x, lt_tensor *gate);
+    bool (*absorb_before)(lt_node *node, const lt_node *before);
     unsigned (*takes_blocks)(const lt_node *node);
     void (*prepare)(lt_node *node);
     bool (*takes_int8)(const lt_node *node);

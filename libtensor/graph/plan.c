@@ -57,7 +57,7 @@ static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile
     }
     st = pass_dead_code(p->g);
     if (st == LT_OK && simplify)
-        st = pass_fuse(p->g);
+        st = pass_fuse(p->g, !o->int8);
     if (st == LT_OK && simplify && !o->int8)
         st = pass_block(p->g);
     if (st == LT_OK && simplify)

@@ -147,3 +147,70 @@ void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const lt_real 
     }
     run(&j);
 }
+
+/* ---- a product of a product ---- */
+
+enum {
+    PAIR_ROWS = 56,             /* four tiles of 14: the weights' way into the cache is worth it */
+    LINE = LT_ALIGN / (int)sizeof(lt_real),     /* between rows of the middle, or all of them would fall into one set */
+};
+
+typedef struct {
+    const lt_real *a;
+    lt_real *c;
+    int64_t m, rows;                    /* of all, of a task */
+    int64_t k, hidden, n;
+    const lt_real *packed1, *packed2;
+    const lt_epilogue *e1, *e2;
+} pair_job;
+
+typedef struct { const pair_job *j; int64_t task; } pair_task;
+
+static void all_columns(lt_product *p, int64_t m, int64_t n)
+{
+    lt_real *c = p->c;
+    lt_tile t = { .m = m };
+
+    for (; t.n0 < n; t.n0 += t.n) {
+        t.n = lt_min_i64(tile_columns(n), n - t.n0);
+        p->c = c + t.n0;
+        lt_product_tile(p, &t, 0, 1);
+    }
+}
+
+static void run_pair(void *ctx, lt_real *middle, lt_real *unused)
+{
+    const pair_task *t = ctx;
+    const pair_job *j = t->j;
+    const int64_t from = t->task * j->rows, m = lt_min_i64(j->rows, j->m - from), row = j->hidden + LINE;
+    lt_epilogue e2 = *j->e2;
+    lt_product first = { .k = j->k, .rows = j->a + from * j->k, .ld_rows = j->k, .b = j->packed1, .c = middle,
+                         .ldc = row, .e = j->e1 };
+    lt_product second = { .k = j->hidden, .rows = middle, .ld_rows = row, .b = j->packed2, .c = j->c + from * j->n,
+                          .ldc = j->n, .e = &e2 };
+
+    (void)unused;
+    e2.residual = e2.residual ? e2.residual + from * e2.ld_residual : NULL;
+    all_columns(&first, m, j->hidden);
+    all_columns(&second, m, j->n);
+}
+
+static void some_rows(void *ctx, int64_t task)
+{
+    pair_task t = { ctx, task };
+
+    lt_with_scratch(run_pair, &t);
+}
+
+bool lt_gemm_pair_suits(int64_t m, int64_t hidden, int64_t k)
+{
+    return m >= 4 * PAIR_ROWS && (hidden + LINE) * PAIR_ROWS <= LT_SCRATCH_A && k % ALIASED;
+}
+
+void lt_gemm_pair(int64_t m, int64_t k, const lt_real *a, int64_t hidden, const lt_real *packed1,
+                  const lt_epilogue *e1, int64_t n, const lt_real *packed2, const lt_epilogue *e2, lt_real *c)
+{
+    pair_job j = { a, c, m, lt_tile_size(m, PAIR_ROWS, 1), k, hidden, n, packed1, packed2, e1, e2 };
+
+    lt_parallel_for(lt_ceil_div(m, j.rows), some_rows, &j);
+}

@@ -43,6 +43,18 @@ LT_API void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const l
                            const lt_real *packed, bool add, lt_real *c, int64_t ldc, const lt_epilogue *e);
 
 /**
+ * lt_gemm_pair - C = op2(op1(A)), op(X) = epilogue(X B): the same bits as two products of dense rows
+ *
+ *   A (m, k)   packed1 of (hidden, k)   packed2 of (n, hidden)   C (m, n), may not overlap A
+ *
+ * What lies between is only there some rows at a time, in the cache of the thread that makes and reads it. e1 has no
+ * residual. lt_gemm_pair_suits: with enough rows for all threads, and a middle that fits into a thread's scratch.
+ */
+LT_API bool lt_gemm_pair_suits(int64_t m, int64_t hidden, int64_t k);
+LT_API void lt_gemm_pair(int64_t m, int64_t k, const lt_real *a, int64_t hidden, const lt_real *packed1,
+                         const lt_epilogue *e1, int64_t n, const lt_real *packed2, const lt_epilogue *e2, lt_real *c);
+
+/**
  * lt_gemm_batch - count products of one shape; operand i starts at a + i * a_step and so on
  *
  * A step of 0 shares that input. C's must not overlap. Biases are the same for all of them; the

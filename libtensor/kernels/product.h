@@ -35,14 +35,14 @@ typedef struct lt_product {
 /**
  * lt_product_tile - images [from, to) of one tile: C (+)= A B[image]
  *
- * t->m <= LT_TILE_M.
+ * t->m <= LT_TILE_M. Uses the thread's scratch, unless p->rows and p->b are there.
  */
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to);
 
 /**
  * lt_with_scratch - run fn with the calling thread's scratch: LT_SCRATCH_A and LT_SCRATCH_B elements
  *
- * The same that lt_product_tile uses, so fn cannot call that.
+ * The same that lt_product_tile uses.
  */
 enum { LT_SCRATCH_A = LT_TILE_M * LT_PACK_K, LT_SCRATCH_B = 128 * LT_PACK_K };
 

@@ -3,19 +3,20 @@
  *   x (..., K)   w (N, K)   b (N)   ->   y (..., N)
  *   dx += dy w       dw += dy^T x       db += sum of dy's rows
  *
- * act and addend are there only where an inference plan fused them. With a table of ranges x is read as 8-bit
+ * act and addend are there only where an inference plan fused them. Then x may also be what is before another linear,
+ * whose work is done here: y = act(act0(x w0^T + b0) w^T + b + addend). With a table of ranges x is read as 8-bit
  * integers.
  */
 #include "libtensor/kernels/gemm.h"
 #include "libtensor/kernels/int8.h"
 #include "libtensor/ops/common.h"
 
-enum { X, W, B, ADDEND };
+enum { X, W, B, ADDEND, W0, B0, INPUTS };
 
 typedef struct {
-    lt_act act;
-    bool packed;                /* in[W] is the result of linear_pack ... */
-    lt_shape weight;            /* ... and this was its shape */
+    lt_act act, act0;
+    bool packed;                /* in[W], and in[W0] if there, are results of linear_pack ... */
+    lt_shape weight, weight0;   /* ... and these were their shapes */
     lt_int8_range range;        /* how x is read as integers; scale 0: as it is */
 } linear_attr;
 
@@ -60,16 +61,27 @@ static void plan(lt_call *c)
         c->work_bytes = lt_gemm_int8_work(rows_of(c), w.dim[1]);
 }
 
+static const lt_real *data_of(const lt_tensor *t)
+{
+    return t ? t->data : NULL;
+}
+
 static void forward(const lt_call *c)
 {
     const linear_attr *a = c->attr;
     const lt_shape w = weight_of(c);
     const int64_t n = w.dim[0], k = w.dim[1];
     const lt_epilogue tail = {
-        .col_bias = c->in[B] ? c->in[B]->data : NULL,
-        .residual = c->in[ADDEND] ? c->in[ADDEND]->data : NULL, .ld_residual = n, .act = a->act,
+        .col_bias = data_of(c->in[B]), .residual = data_of(c->in[ADDEND]), .ld_residual = n, .act = a->act,
     };
 
+    if (c->in[W0]) {
+        const lt_epilogue tail0 = { .col_bias = data_of(c->in[B0]), .act = a->act0 };
+
+        lt_gemm_pair(rows_of(c), a->weight0.dim[1], c->in[X]->data, k, c->in[W0]->data, &tail0, n, c->in[W]->data, &tail,
+                     c->out->data);
+        return;
+    }
     if (a->range.scale > 0) {
         lt_gemm_int8(rows_of(c), n, k, &a->range, c->in[X]->data, c->in[W]->data, &tail, c->out->data, c->work);
         return;
@@ -110,9 +122,10 @@ static void backward(const lt_call *c)
 
 static int64_t macs(const lt_call *c)
 {
+    const linear_attr *a = c->attr;
     const lt_shape w = weight_of(c);
 
-    return rows_of(c) * w.dim[0] * w.dim[1];
+    return rows_of(c) * (w.dim[0] * w.dim[1] + (c->in[W0] ? a->weight0.dim[0] * a->weight0.dim[1] : 0));
 }
 
 static bool absorb(lt_node *node, const lt_tail *tail)
@@ -127,9 +140,26 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     return true;
 }
 
+static bool absorb_before(lt_node *node, const lt_node *before)
+{
+    linear_attr *a = node->attr;
+    const linear_attr *first = before->attr;
+    const lt_tensor *x = before->in[X];
+
+    if (before->op != node->op || before->in[ADDEND] || before->in[W0] || !lt_is_constant(before->in[W])
+        || !lt_is_constant(node->in[W])
+        || !lt_gemm_pair_suits(op_outer(x, x->shape.rank - 1), lt_dim(before->in[W], 0), lt_dim(x, -1)))
+        return false;
+    node->in[X] = before->in[X];
+    node->in[W0] = before->in[W];
+    node->in[B0] = before->in[B];
+    a->act0 = first->act;
+    return true;
+}
+
 static const char *algorithm(const lt_call *c)
 {
-    return ((const linear_attr *)c->attr)->range.scale > 0 ? "int8" : "";
+    return ((const linear_attr *)c->attr)->range.scale > 0 ? "int8" : c->in[W0] ? "after linear" : "";
 }
 
 /* linear_pack: w in the order in which forward reads it; attr is the lt_int8_range of linear */
@@ -164,15 +194,25 @@ static const lt_op linear_pack_op = {
     .name = "linear_pack", .infer = pack_infer, .plan = pack_plan, .forward = pack_forward,
 };
 
+static lt_shape pack(lt_node *node, int i)
+{
+    const linear_attr *a = node->attr;
+    const lt_shape shape = node->in[i]->shape;
+
+    node->in[i] = lt_apply(&linear_pack_op, &a->range, sizeof(a->range), &node->in[i], 1);
+    return shape;
+}
+
 static void prepare(lt_node *node)
 {
     linear_attr *a = node->attr;
 
     if (!lt_is_constant(node->in[W]))
         return;
-    a->weight = node->in[W]->shape;
+    a->weight = pack(node, W);
+    if (node->in[W0])
+        a->weight0 = pack(node, W0);
     a->packed = true;
-    node->in[W] = lt_apply(&linear_pack_op, &a->range, sizeof(a->range), &node->in[W], 1);
 }
 
 static bool takes_int8(const lt_node *node)
@@ -203,14 +243,14 @@ static void onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op linear_op = {
     .name = "linear", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
-    .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND), .infer = infer,
+    .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(W0) | LT_OPTIONAL_IN(B0), .infer = infer,
     .plan = plan, .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
-    .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8, .onnx = onnx,
+    .absorb_before = absorb_before, .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8, .onnx = onnx,
 };
 
 lt_tensor *(lt_linear)(lt_tensor *x, lt_tensor *w, lt_tensor *b)
 {
     const linear_attr a = { .act = { .kind = LT_ACT_NONE } };
 
-    return lt_apply(&linear_op, &a, sizeof(a), (lt_tensor *[]){ x, w, b, NULL }, 4);
+    return lt_apply(&linear_op, &a, sizeof(a), (lt_tensor *[INPUTS]){ x, w, b }, INPUTS);
 }

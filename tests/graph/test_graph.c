@@ -264,6 +264,57 @@ START_TEST(means_and_gates_stay_where_they_are_wanted)
 }
 END_TEST
 
+static int linear_steps(const lt_compile_opts *opts)
+{
+    lt_plan *p = lt_compile(g, opts);
+    const int n = steps_of(p, "linear", "forward");
+
+    lt_plan_free(p);
+    return n;
+}
+
+/* Two products after each other with many rows: one step, and the same bits. */
+START_TEST(products_fuse_in_pairs)
+{
+    const lt_linear_layer fc1 = lt_linear_layer_new(set, "fc1", 7, 30, true);
+    const lt_linear_layer fc2 = lt_linear_layer_new(set, "fc2", 30, 7, false);
+    lt_tensor *x = input("x", LT_SHAPE(3, 90, 7)), *y;
+    lt_plan *fused, *plain;
+
+    lt_init_default(set, 3);
+    y = lt_linear_layer_forward(&fc2, lt_gelu(lt_linear_layer_forward(&fc1, x)));
+    y = lt_output(lt_add(y, x), "y");
+    fused = lt_compile(g, NULL);
+    plain = lt_compile(g, &(lt_compile_opts){ .no_fusion = true });
+    ck_assert_int_eq(lt_plan_steps(fused), 1);
+    ck_assert_int_eq(lt_plan_macs(fused), lt_plan_macs(plain));
+    fill(fused, x, 1);
+    fill(plain, x, 1);
+    lt_run(fused);
+    lt_run(plain);
+    for (int64_t i = 0; i < lt_numel(y); i++)
+        ck_assert(at(fused, y, i) == at(plain, y, i));
+    lt_plan_free(fused);
+    lt_plan_free(plain);
+}
+END_TEST
+
+/* With few rows the threads share the weights, and integers are read from what lies between. */
+START_TEST(products_stay_apart_where_they_must)
+{
+    const lt_linear_layer fc1 = lt_linear_layer_new(set, "fc1", 7, 30, true);
+    const lt_linear_layer fc2 = lt_linear_layer_new(set, "fc2", 30, 7, true);
+    const lt_int8_table nothing = { 0 };
+
+    lt_init_default(set, 3);
+    lt_output(lt_linear_layer_forward(&fc2, lt_linear_layer_forward(&fc1, input("x", LT_SHAPE(300, 7)))), "y");
+    ck_assert_int_eq(linear_steps(NULL), 1);
+    ck_assert_int_eq(linear_steps(&(lt_compile_opts){ .int8 = &nothing }), 2);
+    lt_output(lt_linear_layer_forward(&fc2, lt_linear_layer_forward(&fc1, input("few", LT_SHAPE(9, 7)))), "z");
+    ck_assert_int_eq(linear_steps(NULL), 3);
+}
+END_TEST
+
 /* A product that someone else reads, or that is an output, keeps its own step. */
 START_TEST(what_is_read_twice_does_not_fuse)
 {
@@ -570,6 +621,8 @@ int main(void)
     tcase_add_test(tc, constants_are_folded_and_refreshed);
     tcase_add_test(tc, diamonds_take_no_longer_than_chains);
     tcase_add_test(tc, tails_fuse);
+    tcase_add_test(tc, products_fuse_in_pairs);
+    tcase_add_test(tc, products_stay_apart_where_they_must);
     tcase_add_test(tc, means_and_gates_fuse);
     tcase_add_test(tc, means_and_gates_stay_where_they_are_wanted);
     tcase_add_test(tc, what_is_read_twice_does_not_fuse);

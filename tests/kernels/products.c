@@ -74,6 +74,28 @@ static void check_packed(const gemm_case *g, lt_trans ta, lt_trans tb)
     free_array(want), free_array(got);
 }
 
+/* A pair gives what its two products give, for rows that end in the middle of a task, and of a tile. */
+static void check_pair(int64_t m, int64_t k, int64_t hidden, int64_t n)
+{
+    const size_t size = (size_t)(m * n), between = (size_t)(m * hidden);
+    float *a = random_array((size_t)(m * k), 1), *b1 = random_array((size_t)(k * hidden), 2);
+    float *b2 = random_array((size_t)(hidden * n), 3), *bias = random_array((size_t)hidden, 4);
+    float *residual = random_array(size, 5), *middle = guarded_array(between);
+    float *packed1 = guarded_array((size_t)lt_gemm_packed_count(hidden, k));
+    float *packed2 = guarded_array((size_t)lt_gemm_packed_count(n, hidden));
+    float *want = guarded_array(size), *got = guarded_array(size);
+    const lt_epilogue e1 = { .col_bias = bias, .act = { LT_ACT_GELU, 0 } };
+    const lt_epilogue e2 = { .residual = residual, .ld_residual = n, .act = { LT_ACT_RELU, 0 } };
+
+    lt_gemm_pack(LT_TRANS, n, hidden, b2, hidden, packed2);
+    lt_gemm_packed(LT_NO_TRANS, m, hidden, k, a, k, packed1, false, middle, hidden, &e1);
+    lt_gemm_packed(LT_NO_TRANS, m, n, hidden, middle, hidden, packed2, false, want, n, &e2);
+    lt_gemm_pair(m, k, a, hidden, packed1, &e1, n, packed2, &e2, got);
+    expect_bits(got, want, size, "gemm_pair %dx%dx%dx%d", (int)m, (int)k, (int)hidden, (int)n);
+    free_array(a), free_array(b1), free_array(b2), free_array(bias), free_array(residual), free_array(middle);
+    free_array(packed1), free_array(packed2), free_array(want), free_array(got);
+}
+
 static void check_batch(int64_t a_step, int64_t b_step)
 {
     const gemm_case g = { 20, 37, 19 };
@@ -99,6 +121,9 @@ void check_gemms(bool plainly)
     for (size_t i = 0; i < LT_COUNT(gemms); i++)
         for (int how = 0; how < 4; how++)
             check_packed(&gemms[i], how & 1 ? LT_TRANS : LT_NO_TRANS, how & 2 ? LT_TRANS : LT_NO_TRANS);
+    check_pair(224, 33, 47, 5);
+    check_pair(301, 300, 1154, 420);
+    check_pair(784, 128, 512, 128);
     check_batch(20 * 19, 19 * 37);
     check_batch(0, 19 * 37);
     check_batch(20 * 19, 0);

@@ -2,8 +2,8 @@
 /*
  * conv2d, batch norm, add, leaky relu -> one conv2d: a producer whose only reader describes itself as an
  * element-wise tail may take that tail over. So may one the mean of each of its maps, and a reader of maps the
- * gates that they are multiplied with: of a squeeze and excitation the small products are left. Which ops can
- * is the ops' own affair.
+ * gates that they are multiplied with: of a squeeze and excitation the small products are left. And a product may
+ * take over the one before it, so that nobody stores what lies between. Which ops can is the ops' own affair.
  */
 #include "libtensor/graph/passes/passes.h"
 
@@ -76,8 +76,18 @@ static void fuse_gate(lt_graph *g, lt_node *reader, reader_count readers)
         g->node[gated->id] = NULL;
 }
 
-static void fuse_node(lt_graph *g, lt_node *n, reader_count readers)
+static void fuse_before(lt_graph *g, lt_node *reader, reader_count readers)
 {
+    const lt_node *before = sole_producer(reader, 0, readers);
+
+    if (before && reader->op->absorb_before(reader, before))
+        g->node[before->id] = NULL;
+}
+
+static void fuse_node(lt_graph *g, lt_node *n, reader_count readers, bool pairs)
+{
+    if (pairs && n->op->absorb_before)
+        fuse_before(g, n, readers);
     if (n->op->flags & LT_OP_CHANNEL_MEAN)
         fuse_mean(g, n);
     if (n->op->absorb_gate)
@@ -86,7 +96,7 @@ static void fuse_node(lt_graph *g, lt_node *n, reader_count readers)
         fuse_one(g, n, readers);
 }
 
-lt_status pass_fuse(lt_graph *g)
+lt_status pass_fuse(lt_graph *g, bool pairs)
 {
     const int n_nodes = g->n_nodes;             /* absorbing records more, all of them constant */
     const reader_count readers = {
@@ -98,6 +108,6 @@ lt_status pass_fuse(lt_graph *g)
     count_readers(g, readers.of);
     for (int k = 0; k < n_nodes; k++)
         if (g->node[k])
-            fuse_node(g, g->node[k], readers);
+            fuse_node(g, g->node[k], readers, pairs);
     return lt_graph_status(g);
 }

@@ -19,8 +19,9 @@ lt_graph *pass_copy(const lt_graph *source, bool lower, lt_tensor **of);
 /* pass_dead_code - remove every node that no output needs */
 lt_status pass_dead_code(lt_graph *g);
 
-/* pass_fuse - let producers take over their element-wise tails: batch norm folds into the weights */
-lt_status pass_fuse(lt_graph *g);
+/* pass_fuse - let producers take over their element-wise tails: batch norm folds into the weights. With pairs a product
+ * may take over the one before it. */
+lt_status pass_fuse(lt_graph *g, bool pairs);
 
 /* pass_block - let chains of nodes keep their maps in blocks of channels; after pass_fuse. Changes the order's ids. */
 lt_status pass_block(lt_graph *g);
