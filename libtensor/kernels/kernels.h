@@ -103,8 +103,9 @@ typedef struct {
 } lt_depthwise;
 
 /* Attention goes by panels: so many queries or keys, stored [channel][query] or [channel][key], zeros where
- * the last panel is not full. Gradients take at most LT_ATTEND_GRAD_KEYS keys at once. */
-enum { LT_ATTEND_QUERIES = 12, LT_ATTEND_KEYS = 32, LT_ATTEND_GRAD_KEYS = 96 };
+ * the last panel is not full. Results are made of at most LT_ATTEND_PANELS panels of queries at once, gradients of one
+ * and at most LT_ATTEND_GRAD_KEYS keys. */
+enum { LT_ATTEND_QUERIES = 12, LT_ATTEND_PANELS = 4, LT_ATTEND_KEYS = 32, LT_ATTEND_GRAD_KEYS = 96 };
 
 /* What one panel of queries and some keys of a head give to its gradients; see attend_grad. */
 typedef struct {
@@ -263,7 +264,7 @@ typedef struct lt_kernels {
     /* attend_pack: s times n rows of x, d long and ld apart, as panels `width` rows wide. */
     void (*attend_pack)(lt_real *out, const lt_real *x, int64_t ld, int64_t n, int64_t d, int width, lt_real s);
 
-    /* attend: one panel's results, `rows` of it, ld apart. q is its panel times log2(e), as scores are
+    /* attend: the results of `rows` queries, ld apart. q is their panels times log2(e), as scores are
      * powers of two in here; k the panels of all keys (at least 1), v their rows, d apart. stats[2 * rows],
      * not for NULL: the largest score and 1 / the sum of 2^(score - largest). As with softmax a NaN or +inf
      * among a row's scores, or nothing but -inf, makes its result NaN. The exponentials are within 3 ulp.

@@ -13,7 +13,7 @@
 #include "libtensor/ops/common.h"
 
 enum { Q, K, V };
-enum { PANELS = 4 };                /* of queries in a forward task */
+enum { AT_ONCE = LT_ATTEND_PANELS * LT_ATTEND_QUERIES };    /* queries of a forward task */
 
 typedef struct {
     int heads;
@@ -21,7 +21,6 @@ typedef struct {
 
 typedef struct {
     int64_t B, T, S, C, d;
-    int64_t panels;                 /* of queries */
     int heads;
     double scale;
 } sizes;
@@ -35,7 +34,6 @@ static sizes sizes_of(const lt_call *c)
     };
 
     s.d = s.C / s.heads;
-    s.panels = lt_ceil_div(s.T, LT_ATTEND_QUERIES);
     s.scale = 1 / sqrt((double)s.d);
     return s;
 }
@@ -88,25 +86,31 @@ static lt_real *stats_of(const lt_call *c, const head *h)
     return c->train ? (lt_real *)c->saved[0] + 2 * h->number * h->s.T : NULL;
 }
 
-/* Scores are powers of two: q is scaled by log2(e) too. */
-static void pack_queries(const lt_call *c, const head *h, lt_real *out)
+/* Queries from `from` on, at most n of them. Scores are powers of two: q is scaled by log2(e) too. */
+static void pack_queries(const lt_call *c, const head *h, int64_t from, int64_t n, lt_real *out)
 {
     const double log2e = 1.4426950408889634;
 
-    lt_k->attend_pack(out, at(c, Q, h->q_at), h->s.C, h->s.T, h->s.d, LT_ATTEND_QUERIES,
-                      (lt_real)(h->s.scale * log2e));
+    lt_k->attend_pack(out, at(c, Q, h->q_at + from * h->s.C), h->s.C, lt_min_i64(n, h->s.T - from), h->s.d,
+                      LT_ATTEND_QUERIES, (lt_real)(h->s.scale * log2e));
 }
 
 /* ---- forward ------------------------------------------------------------------------------------------ */
 
-/* A head as attend wants it: panels of queries, panels of keys, rows of values. */
+static int64_t tasks_of(const sizes *s)
+{
+    return lt_ceil_div(s->T, AT_ONCE);
+}
+
+/* A head as attend wants it: panels of queries, panels of keys, rows of values. These are copied where there are several
+ * heads: of one they already lie without gaps. */
 typedef struct {
     lt_real *q, *k, *v;
 } packed_head;
 
 static int64_t forward_elements(const sizes *s)
 {
-    return packed(s, s->T, LT_ATTEND_QUERIES) + packed(s, s->S, LT_ATTEND_KEYS) + s->S * s->d;
+    return packed(s, s->T, LT_ATTEND_QUERIES) + packed(s, s->S, LT_ATTEND_KEYS) + (s->heads > 1 ? s->S * s->d : 0);
 }
 
 static packed_head packed_of(const lt_call *c, const head *h)
@@ -118,37 +122,40 @@ static packed_head packed_of(const lt_call *c, const head *h)
     return p;
 }
 
+/* Rows of q, k and v that a task packs: whole panels of both */
+enum { PACK_ROWS = LT_ATTEND_QUERIES * LT_ATTEND_KEYS / 4 };
+
+static int64_t parts_of(const sizes *s)
+{
+    return lt_ceil_div(lt_max_i64(s->T, s->S), PACK_ROWS);
+}
+
 static void pack_task(void *ctx, int64_t task)
 {
     const lt_call *c = ctx;
-    const head h = head_of(c, task);
+    const sizes s = sizes_of(c);
+    const head h = head_of(c, task / parts_of(&s));
+    const int64_t from = task % parts_of(&s) * PACK_ROWS, row = from * s.C;
     const packed_head p = packed_of(c, &h);
 
-    pack_queries(c, &h, p.q);
-    lt_k->attend_pack(p.k, at(c, K, h.k_at), h.s.C, h.s.S, h.s.d, LT_ATTEND_KEYS, 1);
-    for (int64_t j = 0; j < h.s.S; j++)
-        memcpy(p.v + j * h.s.d, at(c, V, h.k_at + j * h.s.C), (size_t)h.s.d * sizeof(*p.v));
-}
-
-static void forward_panel(const lt_call *c, const head *h, int64_t panel)
-{
-    const sizes *s = &h->s;
-    const packed_head p = packed_of(c, h);
-    const int64_t t = panel * LT_ATTEND_QUERIES;
-    lt_real *stats = stats_of(c, h);
-
-    lt_k->attend((lt_real *)c->out->data + h->q_at + t * s->C, s->C, stats ? stats + 2 * t : NULL,
-                 p.q + t * s->d, p.k, p.v, lt_min_i64(LT_ATTEND_QUERIES, s->T - t), s->S, s->d);
+    pack_queries(c, &h, from, PACK_ROWS, p.q + from * s.d);
+    lt_k->attend_pack(p.k + from * s.d, at(c, K, h.k_at + row), s.C, lt_min_i64(PACK_ROWS, s.S - from), s.d,
+                      LT_ATTEND_KEYS, 1);
+    for (int64_t j = from; s.heads > 1 && j < lt_min_i64(from + PACK_ROWS, s.S); j++)
+        memcpy(p.v + j * s.d, at(c, V, h.k_at + j * s.C), (size_t)s.d * sizeof(*p.v));
 }
 
 static void forward_task(void *ctx, int64_t task)
 {
     const lt_call *c = ctx;
-    const int64_t tasks = lt_ceil_div(sizes_of(c).panels, PANELS), first = task % tasks * PANELS;
-    const head h = head_of(c, task / tasks);
+    const sizes s = sizes_of(c);
+    const head h = head_of(c, task / tasks_of(&s));
+    const packed_head p = packed_of(c, &h);
+    const int64_t t = task % tasks_of(&s) * AT_ONCE;
+    lt_real *stats = stats_of(c, &h);
 
-    for (int64_t i = first; i < lt_min_i64(h.s.panels, first + PANELS); i++)
-        forward_panel(c, &h, i);
+    lt_k->attend((lt_real *)c->out->data + h.q_at + t * s.C, s.C, stats ? stats + 2 * t : NULL, p.q + t * s.d, p.k,
+                 s.heads > 1 ? p.v : at(c, V, h.k_at), lt_min_i64(AT_ONCE, s.T - t), s.S, s.d);
 }
 
 static void forward(const lt_call *c)
@@ -157,8 +164,8 @@ static void forward(const lt_call *c)
 
     if (s.T == 0)
         return;
-    lt_parallel_for(s.B * s.heads, pack_task, (void *)c);
-    lt_parallel_for(s.B * s.heads * lt_ceil_div(s.panels, PANELS), forward_task, (void *)c);
+    lt_parallel_for(s.B * s.heads * parts_of(&s), pack_task, (void *)c);
+    lt_parallel_for(s.B * s.heads * tasks_of(&s), forward_task, (void *)c);
 }
 
 /* ---- backward ----------------------------------------------------------------------------------------- */
@@ -219,7 +226,7 @@ static void backward_task(void *ctx, int64_t task)
     lt_real *dy = q + packed(s, s->T, LT_ATTEND_QUERIES), *mean = dy + packed(s, s->T, LT_ATTEND_QUERIES);
     lt_real *k = mean + s->T, *v = k + LT_ATTEND_GRAD_KEYS * s->d;
 
-    pack_queries(c, &h, q);
+    pack_queries(c, &h, 0, s->T, q);
     pack_gradients(c, &h, dy, mean);
     start(c, Q, s, h.q_at, s->T);
     start(c, K, s, h.k_at, s->S);
@@ -286,8 +293,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op attention_op = {
     .name = "attention", .flags = LT_OP_ASSIGNS,
-    .keeps = LT_KEEP_IN(Q) | LT_KEEP_IN(K) | LT_KEEP_IN(V) | LT_KEEP_OUT(0), .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs,
-    .onnx = onnx,
+    .keeps = LT_KEEP_IN(Q) | LT_KEEP_IN(K) | LT_KEEP_IN(V) | LT_KEEP_OUT(0), .infer = infer, .plan = plan,
+    .forward = forward, .backward = backward, .macs = macs, .onnx = onnx,
 };
 
 lt_tensor *(lt_attention)(lt_tensor *q, lt_tensor *k, lt_tensor *v, int heads)

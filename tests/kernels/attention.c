@@ -12,7 +12,7 @@
 
 enum { QUERIES = LT_ATTEND_QUERIES, KEYS = LT_ATTEND_KEYS };
 
-/* One panel of a head. Rows of q, k, v, y and of all gradients are ld apart; the packed ones have no gaps. */
+/* Queries of a head. Rows of q, k, v, y and of all gradients are ld apart; the packed ones have no gaps. */
 typedef struct {
     int64_t rows, keys, d, ld;
     float *q, *k, *v, *dy;                              /* read */
@@ -37,14 +37,20 @@ static float *numbers(size_t n, uint64_t stream, float trip)
     return a;
 }
 
+/* Of rows in panels */
+static size_t query_elements(int64_t rows, int64_t d)
+{
+    return (size_t)(lt_ceil_div(rows, QUERIES) * QUERIES * d);
+}
+
 static head new_head(int64_t rows, int64_t keys, int64_t d, float trip)
 {
-    const size_t panels = (size_t)(lt_ceil_div(keys, KEYS) * KEYS * d);
+    const size_t panels = (size_t)(lt_ceil_div(keys, KEYS) * KEYS * d), queries = query_elements(rows, d);
     head h = { .rows = rows, .keys = keys, .d = d, .ld = d + 3 };
 
     h.q = numbers(rows_of(&h, rows), 1, trip), h.dy = numbers(rows_of(&h, rows), 2, 0);
     h.k = numbers(rows_of(&h, keys), 3, 0), h.v = numbers(rows_of(&h, keys), 4, 0);
-    h.q_panel = guarded_array((size_t)(QUERIES * d)), h.dy_panel = guarded_array((size_t)(QUERIES * d));
+    h.q_panel = guarded_array(queries), h.dy_panel = guarded_array(queries);
     h.k_panels = guarded_array(panels), h.v_panels = guarded_array(panels);
     h.v_rows = guarded_array((size_t)(keys * d));
     h.y = numbers(rows_of(&h, rows), 5, 0), h.stats = guarded_array((size_t)(2 * rows));
@@ -62,6 +68,23 @@ static void free_head(head *h)
         free_array(all[i]);
 }
 
+/* The panel of queries from row t on, and some keys at a time */
+static void run_gradients(const lt_kernels *k, head *h, int64_t t, float scale)
+{
+    for (int64_t j = 0; j < h->keys; j += LT_ATTEND_GRAD_KEYS) {
+        const lt_attend_grad g = {
+            .d = h->d, .ld = h->ld, .rows = lt_min_i64(QUERIES, h->rows - t),
+            .keys = lt_min_i64(LT_ATTEND_GRAD_KEYS, h->keys - j),
+            .q_panel = h->q_panel + t * h->d, .dy_panel = h->dy_panel + t * h->d, .k_panels = h->k_panels + j * h->d,
+            .v_panels = h->v_panels + j * h->d, .q = h->q + t * h->ld, .k = h->k + j * h->ld, .dy = h->dy + t * h->ld,
+            .stats = h->stats + 2 * t, .mean = h->mean + t, .scale = scale, .dq = h->dq + t * h->ld,
+            .dk = h->dk + j * h->ld, .dv = h->dv + j * h->ld,
+        };
+
+        k->attend_grad(&g);
+    }
+}
+
 static void run(const lt_kernels *k, head *h)
 {
     const float scale = 1 / sqrtf((float)h->d);
@@ -73,17 +96,8 @@ static void run(const lt_kernels *k, head *h)
     for (int64_t j = 0; j < h->keys; j++)
         memcpy(h->v_rows + j * h->d, h->v + j * h->ld, (size_t)h->d * sizeof(float));
     k->attend(h->y, h->ld, h->stats, h->q_panel, h->k_panels, h->v_rows, h->rows, h->keys, h->d);
-    for (int64_t j = 0; j < h->keys; j += LT_ATTEND_GRAD_KEYS) {
-        const lt_attend_grad g = {
-            .d = h->d, .ld = h->ld, .rows = h->rows, .keys = lt_min_i64(LT_ATTEND_GRAD_KEYS, h->keys - j),
-            .q_panel = h->q_panel, .dy_panel = h->dy_panel, .k_panels = h->k_panels + j * h->d,
-            .v_panels = h->v_panels + j * h->d, .q = h->q, .k = h->k + j * h->ld, .dy = h->dy,
-            .stats = h->stats, .mean = h->mean, .scale = scale, .dq = h->dq, .dk = h->dk + j * h->ld,
-            .dv = h->dv + j * h->ld,
-        };
-
-        k->attend_grad(&g);
-    }
+    for (int64_t t = 0; t < h->rows; t += QUERIES)
+        run_gradients(k, h, t, scale);
 }
 
 /* The weights of row i in double, and what they make of v. */
@@ -120,7 +134,7 @@ static void check_head(const lt_kernels *k, const lt_kernels *generic, int64_t r
     run(k, &got);
 #define SAME(what, n) expect_bits(got.what, want.what, n, "attention " #what ", %d rows, %d keys, d %d, %g", \
                                   (int)rows, (int)keys, (int)d, (double)trip)
-    SAME(q_panel, (size_t)(QUERIES * d)), SAME(dy_panel, (size_t)(QUERIES * d));
+    SAME(q_panel, query_elements(rows, d)), SAME(dy_panel, query_elements(rows, d));
     SAME(k_panels, panels), SAME(v_panels, panels);
     SAME(y, rows_of(&want, rows)), SAME(stats, (size_t)(2 * rows));
     SAME(dq, rows_of(&want, rows)), SAME(dk, rows_of(&want, keys)), SAME(dv, rows_of(&want, keys));
@@ -154,7 +168,7 @@ static void check_infinities(const lt_kernels *k)
 
 void check_attention(const lt_kernels *k, const lt_kernels *generic)
 {
-    static const int64_t rows[] = { 1, 5, 11, 12 }, keys[] = { 1, 31, 32, 33, 96, 97, 256, 257, 300, 520 };
+    static const int64_t rows[] = { 1, 5, 11, 12, 13, LT_ATTEND_PANELS * QUERIES }, keys[] = { 1, 31, 32, 33, 96, 97, 256, 257, 300, 520 };
     static const int64_t d[] = { 1, 6, 16, 17, 32, 40, 64 };
     static const float trip[] = { NAN, INFINITY, -INFINITY, 1e30f, 1e-40f };
 
