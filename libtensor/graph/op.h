@@ -104,7 +104,8 @@ typedef struct lt_op {
     /* How forward computes this call, for profiles: "winograd". Optional. */
     const char *(*algorithm)(const lt_call *c);
 
-    /* For plans without backward. lower: record something simpler instead, on in[0]'s graph, and
+    /* absorb_for_training: absorb, in a plan with backward, which honours the tail from now on. Optional. The others are
+     * for plans without backward. lower: record something simpler instead, on in[0]'s graph, and
      * return its result, or NULL to stay. as_tail: describe this node as a tail on in[i].
      * absorb: take a tail over, changing attr and inputs of the node, or refuse. absorb_mean: make the mean
      * of each map as a second result from now on, or refuse. as_gate: is the result in[0] (B, C, H, W) times
@@ -117,6 +118,7 @@ typedef struct lt_op {
     lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
     bool (*as_tail)(const lt_node *node, int i, lt_tail *tail);
     bool (*absorb)(lt_node *node, const lt_tail *tail);
+    bool (*absorb_for_training)(lt_node *node, const lt_tail *tail);
     bool (*absorb_mean)(lt_node *node);
     bool (*as_gate)(const lt_node *node);
     bool (*absorb_gate)(lt_node *node, lt_tensor *x, lt_tensor *gate);

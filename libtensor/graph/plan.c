@@ -42,7 +42,7 @@ static lt_status check(const lt_graph *g, const lt_compile_opts *o)
 
 static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile_opts *o)
 {
-    const bool simplify = !o->train && !o->no_fusion;
+    const bool simplify = !o->train && !o->no_fusion;              /* for inference */
     lt_status st;
 
     p->of = lt_arena_array(p->arena, (size_t)source->n_tensors, sizeof(*p->of));
@@ -58,6 +58,8 @@ static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile
     st = pass_dead_code(p->g);
     if (st == LT_OK && simplify)
         st = pass_fuse(p->g, !o->int8);
+    if (st == LT_OK && o->train && !o->no_fusion)
+        st = pass_fuse_for_training(p->g);
     if (st == LT_OK && simplify && !o->int8)
         st = pass_block(p->g);
     if (st == LT_OK && simplify)

@@ -21,7 +21,7 @@ static void add_row(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, 
     if (sa && sb)
         lt_k->add(y, a, b, n);
     else
-        lt_k->affine(y, sa ? a : b, 1, sa ? *b : *a, plain, n);
+        lt_k->affine(y, sa ? a : b, 1, sa ? *b : *a, NULL, plain, n);
 }
 
 static void sub_row(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, int64_t sb, size_t n)
@@ -29,7 +29,7 @@ static void sub_row(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, 
     if (sa && sb)
         lt_k->sub(y, a, b, n);
     else
-        lt_k->affine(y, sa ? a : b, sa ? 1 : -1, sa ? -*b : *a, plain, n);
+        lt_k->affine(y, sa ? a : b, sa ? 1 : -1, sa ? -*b : *a, NULL, plain, n);
 }
 
 static void mul_row(lt_real *y, const lt_real *a, const lt_real *b, int64_t sa, int64_t sb, size_t n)

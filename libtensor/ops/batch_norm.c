@@ -8,13 +8,17 @@
  * With gradients the mean and biased variance are the batch's, and backward puts the mean and the unbiased
  * variance where the running statistics collect them. Without, the running statistics make it a scale
  * and a shift (lower), which a convolution before it takes into its weights.
+ *
+ * A plan with gradients lets it do what follows as well: y = act(batch_norm(x) + residual), with a leaky relu whose
+ * result tells where its gradient passes.
  */
 #include "libtensor/ops/common.h"
 
-enum { X, WEIGHT, BIAS, MEAN, VAR };
+enum { X, WEIGHT, BIAS, MEAN, VAR, RESIDUAL, INPUTS };
 
 typedef struct {
     double eps;
+    lt_act act;                         /* leaky relu, or none */
 } batch_norm_attr;
 
 static lt_status infer(lt_call *c)
@@ -90,12 +94,16 @@ static measure running(const lt_call *c, int64_t ch)
 
 static void normalise(const lt_call *c, int64_t ch, const measure *m)
 {
+    const batch_norm_attr *a = c->attr;
     const double scale = value(c, WEIGHT)[ch] * m->rstd;
     const lt_real shift = (lt_real)(value(c, BIAS)[ch] - m->mean * scale);
 
-    for (int64_t b = 0; b < lt_dim(c->out, 0); b++)
-        lt_k->affine((lt_real *)c->out->data + plane_at(c, b, ch), value(c, X) + plane_at(c, b, ch),
-                     (lt_real)scale, shift, (lt_act){ .kind = LT_ACT_NONE }, (size_t)op_inner(c->out, 1));
+    for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
+        const int64_t at = plane_at(c, b, ch);
+
+        lt_k->affine((lt_real *)c->out->data + at, value(c, X) + at, (lt_real)scale, shift,
+                     c->in[RESIDUAL] ? value(c, RESIDUAL) + at : NULL, a->act, (size_t)op_inner(c->out, 1));
+    }
 }
 
 static void forward_channel(const lt_call *c, int64_t ch)
@@ -141,25 +149,54 @@ static void collect(const lt_call *c, int64_t ch, const measure *m, double dweig
             c->din[i][ch] += (lt_real)add[i];
 }
 
+/* The leaky relu at the result's plane; NULL where there is none */
+static const lt_kink *kink_at(const lt_call *c, int64_t at, lt_kink *kink)
+{
+    const lt_act act = ((const batch_norm_attr *)c->attr)->act;
+
+    *kink = (lt_kink){ (const lt_real *)c->out->data + at, act.param };
+    return act.kind == LT_ACT_NONE ? NULL : kink;
+}
+
+static void backward_residual(const lt_call *c, int64_t at, size_t n, const lt_kink *kink)
+{
+    op_start(c, RESIDUAL, at, (int64_t)n);
+    if (kink)
+        lt_k->leaky_relu_grad(c->din[RESIDUAL] + at, c->dout + at, kink->y, kink->slope, n);
+    else
+        lt_k->add_to(c->din[RESIDUAL] + at, c->dout + at, n);
+}
+
+static void backward_plane(const lt_call *c, int64_t at, size_t n, double s, double t, double u)
+{
+    lt_kink store;
+    const lt_kink *kink = kink_at(c, at, &store);
+
+    if (c->din[X]) {
+        op_start(c, X, at, (int64_t)n);
+        lt_k->affine_grad(c->din[X] + at, c->dout + at, kink, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u, n);
+    }
+    if (c->in[RESIDUAL] && c->din[RESIDUAL])
+        backward_residual(c, at, n, kink);
+}
+
 static void backward_channel(const lt_call *c, int64_t ch)
 {
+    const int64_t first = plane_at(c, 0, ch);
     const measure *m = (const measure *)c->saved[0] + ch;
     const size_t n = (size_t)op_inner(c->out, 1);
     double sum[2], dbias, dweight, s, t, u;
+    lt_kink store;
 
-    lt_k->grad_moments(sum, c->dout + plane_at(c, 0, ch), value(c, X) + plane_at(c, 0, ch), m->mean,
-                       image_step(c), lt_dim(c->out, 0), n);
+    lt_k->grad_moments(sum, c->dout + first, kink_at(c, first, &store), value(c, X) + first, m->mean, image_step(c),
+                       lt_dim(c->out, 0), n);
     dbias = sum[0];
     dweight = sum[1] * m->rstd;
     s = value(c, WEIGHT)[ch] * m->rstd;
     t = -s * m->rstd * dweight / (double)count(c);
     u = -s * dbias / (double)count(c) - t * m->mean;
-    for (int64_t b = 0; c->din[X] && b < lt_dim(c->out, 0); b++) {
-        const int64_t at = plane_at(c, b, ch);
-
-        op_start(c, X, at, (int64_t)n);
-        lt_k->affine_grad(c->din[X] + at, c->dout + at, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u, n);
-    }
+    for (int64_t b = 0; b < lt_dim(c->out, 0); b++)
+        backward_plane(c, plane_at(c, b, ch), n, s, t, u);
     collect(c, ch, m, dweight, dbias);
 }
 
@@ -208,17 +245,38 @@ static void onnx(lt_onnx *w, const lt_node *n)
     lt_onnx_float(w, "epsilon", ((const batch_norm_attr *)n->attr)->eps);
 }
 
-static const lt_op batch_norm_op = {
-    .name = "batch_norm", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS,
-    .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT), .infer = infer, .plan = plan, .forward = forward, .backward = backward, .recompute = recompute, .lower = lower,
-    .onnx = onnx,
-};
+static bool absorb_for_training(lt_node *node, const lt_tail *tail);
+
+#define BATCH_NORM(cheap, keep_out) {                                                               \
+    .name = "batch_norm", .flags = LT_OP_ASSIGNS | (cheap), .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT) | (keep_out), \
+    .optional = LT_OPTIONAL_IN(RESIDUAL), .infer = infer, .plan = plan, .forward = forward, .backward = backward, \
+    .recompute = recompute, .lower = lower, .absorb_for_training = absorb_for_training, .onnx = onnx, \
+}
+
+/* With a leaky relu the gradient reads the result. With a residual making it again is not cheap any more. */
+static const lt_op batch_norm_op = BATCH_NORM(LT_OP_CHEAP, 0);
+static const lt_op with_relu_op = BATCH_NORM(LT_OP_CHEAP, LT_KEEP_OUT(0));
+static const lt_op with_residual_op = BATCH_NORM(0, LT_KEEP_OUT(0));
+
+static bool absorb_for_training(lt_node *node, const lt_tail *tail)
+{
+    batch_norm_attr *a = node->attr;
+
+    if (tail->scale || a->act.kind != LT_ACT_NONE || (tail->addend && node->in[RESIDUAL])
+        || (tail->act.kind != LT_ACT_NONE && tail->act.kind != LT_ACT_LEAKY_RELU))
+        return false;
+    if (tail->addend)
+        node->in[RESIDUAL] = tail->addend;
+    a->act = tail->act;
+    node->op = node->in[RESIDUAL] ? &with_residual_op : &with_relu_op;
+    return true;
+}
 
 lt_tensor *(lt_batch_norm)(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, lt_tensor *running_mean,
                            lt_tensor *running_var, double eps)
 {
     const batch_norm_attr a = { .eps = eps };
-    lt_tensor *const in[] = { x, weight, bias, running_mean, running_var };
+    lt_tensor *const in[INPUTS] = { x, weight, bias, running_mean, running_var };
 
-    return lt_apply(&batch_norm_op, &a, sizeof(a), in, 5);
+    return lt_apply(&batch_norm_op, &a, sizeof(a), in, INPUTS);
 }

@@ -29,7 +29,7 @@ static void forward_plane(const lt_call *c, int64_t i)
     const int64_t n = op_inner(c->out, 1), ch = i % lt_dim(c->out, 1);
 
     lt_k->affine((lt_real *)c->out->data + i * n, (const lt_real *)c->in[X]->data + i * n,
-                 ((const lt_real *)c->in[SCALE]->data)[ch], ((const lt_real *)c->in[SHIFT]->data)[ch], a->act,
+                 ((const lt_real *)c->in[SCALE]->data)[ch], ((const lt_real *)c->in[SHIFT]->data)[ch], NULL, a->act,
                  (size_t)n);
 }
 

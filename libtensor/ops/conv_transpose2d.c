@@ -111,7 +111,7 @@ static void act_plane(const lt_call *c, int64_t plane)
     const int64_t n = op_inner(c->out, 1);
     lt_real *y = (lt_real *)c->out->data + plane * n;
 
-    lt_k->affine(y, y, 1, 0, ((const transpose_attr *)c->attr)->act, (size_t)n);
+    lt_k->affine(y, y, 1, 0, NULL, ((const transpose_attr *)c->attr)->act, (size_t)n);
 }
 
 static void forward(const lt_call *c)

@@ -42,7 +42,7 @@ static void backward_plane(const lt_call *c, int64_t i)
     lt_real *dx = c->din[0] + i * plane(c);
 
     op_start(c, 0, i * plane(c), plane(c));
-    lt_k->affine(dx, dx, 1, g, (lt_act){ .kind = LT_ACT_NONE }, (size_t)plane(c));
+    lt_k->affine(dx, dx, 1, g, NULL, (lt_act){ .kind = LT_ACT_NONE }, (size_t)plane(c));
 }
 
 static void backward(const lt_call *c)

@@ -420,6 +420,14 @@ def batch_norm(s):
     for name, shape in (("map", (2, 3, 5, 7)), ("rows", (9, 5)), ("one_channel", (3, 1, 4))):
         n = shape[1]
         s.case(name, train, clear(*shape), clear(n), clear(n), clear(n), positive(n), const=(3, 4), infer=infer)
+    leaky = lambda x: F.leaky_relu(x, 0.1)
+    stats = lambda n: (clear(n), clear(n), clear(n), positive(n))
+    s.case("leaky", lambda *x: leaky(train(*x)), clear(2, 3, 5, 7), *stats(3), const=(3, 4),
+           infer=lambda *x: leaky(infer(*x)))
+    s.case("residual", lambda *x: leaky(x[5] + train(*x[:5])), clear(2, 3, 5, 7), *stats(3), clear(2, 3, 5, 7),
+           const=(3, 4), infer=lambda *x: leaky(x[5] + infer(*x[:5])))
+    s.case("sum", lambda *x: x[5] + train(*x[:5]), clear(3, 2, 4), *stats(2), clear(3, 2, 4), const=(3, 4),
+           infer=lambda *x: x[5] + infer(*x[:5]))
 
 
 def channel_affine(s):

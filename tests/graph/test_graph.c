@@ -264,6 +264,33 @@ START_TEST(means_and_gates_stay_where_they_are_wanted)
 }
 END_TEST
 
+/* In training too batch norm does what follows: fewer steps, and the same bits everywhere. */
+START_TEST(batch_norms_fuse_in_training)
+{
+    const lt_batch_norm_layer bn1 = lt_batch_norm_layer_new(set, "bn1", 3), bn2 = lt_batch_norm_layer_new(set, "bn2", 3);
+    lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(4, 3, 50, 31))), *y, *loss;
+    lt_plan *fused, *plain;
+
+    lt_init_default(set, 3);
+    y = lt_relu(lt_batch_norm_layer_forward(&bn1, x));
+    y = lt_leaky_relu(lt_add(lt_batch_norm_layer_forward(&bn2, lt_tanh(y)), x), 0.1);
+    loss = lt_sum(lt_mul(y, lt_tanh(y)));
+    fused = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = loss });
+    plain = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = loss, .no_fusion = true });
+    ck_assert_int_eq(steps_of(fused, "leaky_relu", "forward") + steps_of(fused, "add", "backward"), 0);
+    ck_assert_int_eq(steps_of(plain, "leaky_relu", "forward") + steps_of(plain, "add", "backward"), 3);
+    fill(fused, x, 1);
+    fill(plain, x, 1);
+    lt_run(fused);
+    lt_run(plain);
+    ck_assert(at(fused, loss, 0) == at(plain, loss, 0));
+    for (int64_t i = 0; i < lt_numel(x); i++)
+        ck_assert(lt_plan_grad(fused, x)[i] == lt_plan_grad(plain, x)[i]);
+    lt_plan_free(fused);
+    lt_plan_free(plain);
+}
+END_TEST
+
 static int linear_steps(const lt_compile_opts *opts)
 {
     lt_plan *p = lt_compile(g, opts);
@@ -622,6 +649,7 @@ int main(void)
     tcase_add_test(tc, diamonds_take_no_longer_than_chains);
     tcase_add_test(tc, tails_fuse);
     tcase_add_test(tc, products_fuse_in_pairs);
+    tcase_add_test(tc, batch_norms_fuse_in_training);
     tcase_add_test(tc, products_stay_apart_where_they_must);
     tcase_add_test(tc, means_and_gates_fuse);
     tcase_add_test(tc, means_and_gates_stay_where_they_are_wanted);

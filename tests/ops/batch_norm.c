@@ -5,6 +5,11 @@
 static lt_tensor *build(lt_tensor **in) { return lt_batch_norm(in[0], in[1], in[2], in[3], in[4], 1e-5); }
 static lt_tensor *no_eps(lt_tensor **in) { return lt_batch_norm(in[0], in[1], in[2], in[3], in[4], 0); }
 
+/* What plans with gradients do together */
+static lt_tensor *leaky(lt_tensor **in) { return lt_leaky_relu(build(in), 0.1); }
+static lt_tensor *sum(lt_tensor **in) { return lt_add(in[5], build(in)); }
+static lt_tensor *residual(lt_tensor **in) { return lt_leaky_relu(sum(in), 0.1); }
+
 static void fill(const op_case *c, int input, lt_real *v, int64_t n, lt_rng *r)
 {
     (input == 4 ? fill_positive : fill_clear_of_zero)(c, input, v, n, r);
@@ -16,6 +21,10 @@ static const op_case cases[] = {
     { "map", build, .in = { S(2, 3, 5, 7), STATS(3) }, .fill = fill },
     { "rows", build, .in = { S(9, 5), STATS(5) }, .fill = fill },
     { "one_channel", build, .in = { S(3, 1, 4), STATS(1) }, .fill = fill },
+    { "leaky", leaky, .in = { S(2, 3, 5, 7), STATS(3) }, .fill = fill },
+    { "residual", residual, .in = { S(2, 3, 5, 7), STATS(3), S(2, 3, 5, 7) }, .fill = fill },
+    { "sum", sum, .in = { S(3, 2, 4), STATS(2), S(3, 2, 4) }, .fill = fill },
+    { "long_residual", residual, .in = { S(4, 5, 31, 43), STATS(5), S(4, 5, 31, 43) }, .fill = fill, .no_vectors = true },
     { "long", build, .in = { S(4, 9, 31, 33), STATS(9) }, .fill = fill, .no_vectors = true },
     { "no_images", build, .in = { S(0, 3, 5, 7), STATS(3) }, .fill = fill, .no_vectors = true },
 };

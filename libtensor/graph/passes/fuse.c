@@ -41,14 +41,19 @@ static void merge(lt_graph *g, lt_node *producer, lt_node *reader)
     producer->constant = reader->constant;
 }
 
-static void fuse_one(lt_graph *g, lt_node *reader, reader_count readers)
+typedef bool (*absorb_fn)(lt_node *node, const lt_tail *tail);
+
+static absorb_fn for_inference(const lt_op *op) { return op->absorb; }
+static absorb_fn for_training(const lt_op *op) { return op->absorb_for_training; }
+
+static void fuse_tail(lt_graph *g, lt_node *reader, reader_count readers, absorb_fn (*of)(const lt_op *op))
 {
     for (int i = 0; i < reader->n_in; i++) {
         lt_node *producer = sole_producer(reader, i, readers);
+        absorb_fn absorb = producer ? of(producer->op) : NULL;
         lt_tail tail = { 0 };
 
-        if (producer && producer->op->absorb && reader->op->as_tail(reader, i, &tail)
-            && producer->op->absorb(producer, &tail)) {
+        if (absorb && reader->op->as_tail(reader, i, &tail) && absorb(producer, &tail)) {
             merge(g, producer, reader);
             return;
         }
@@ -93,21 +98,39 @@ static void fuse_node(lt_graph *g, lt_node *n, reader_count readers, bool pairs)
     if (n->op->absorb_gate)
         fuse_gate(g, n, readers);
     if (n->op->as_tail)
-        fuse_one(g, n, readers);
+        fuse_tail(g, n, readers, for_inference);
+}
+
+static lt_status read_counts(const lt_graph *g, reader_count *readers)
+{
+    *readers = (reader_count){ lt_arena_array(g->arena, (size_t)g->n_tensors, sizeof(int)), g->n_tensors };
+    if (!readers->of)
+        return lt_error(LT_ENOMEM, "no memory to compile the graph");
+    count_readers(g, readers->of);
+    return LT_OK;
 }
 
 lt_status pass_fuse(lt_graph *g, bool pairs)
 {
     const int n_nodes = g->n_nodes;             /* absorbing records more, all of them constant */
-    const reader_count readers = {
-        lt_arena_array(g->arena, (size_t)g->n_tensors, sizeof(int)), g->n_tensors,
-    };
+    reader_count readers;
 
-    if (!readers.of)
-        return lt_error(LT_ENOMEM, "no memory to compile the graph");
-    count_readers(g, readers.of);
+    if (read_counts(g, &readers))
+        return LT_ENOMEM;
     for (int k = 0; k < n_nodes; k++)
         if (g->node[k])
             fuse_node(g, g->node[k], readers, pairs);
     return lt_graph_status(g);
+}
+
+lt_status pass_fuse_for_training(lt_graph *g)
+{
+    reader_count readers;
+
+    if (read_counts(g, &readers))
+        return LT_ENOMEM;
+    for (int k = 0; k < g->n_nodes; k++)
+        if (g->node[k] && g->node[k]->op->as_tail)
+            fuse_tail(g, g->node[k], readers, for_training);
+    return LT_OK;
 }

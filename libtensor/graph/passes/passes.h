@@ -23,6 +23,9 @@ lt_status pass_dead_code(lt_graph *g);
  * may take over the one before it. */
 lt_status pass_fuse(lt_graph *g, bool pairs);
 
+/* pass_fuse_for_training - the same where there is a backward pass, with tails alone */
+lt_status pass_fuse_for_training(lt_graph *g);
+
 /* pass_block - let chains of nodes keep their maps in blocks of channels; after pass_fuse. Changes the order's ids. */
 lt_status pass_block(lt_graph *g);
 
