@@ -94,16 +94,17 @@ INLINE vec v_load_even(const float *p, int lo, int hi)
     return _mm256_castpd_ps(_mm256_permute4x64_pd(halves, 0xd8));
 }
 
-/* p[2 i] = fma(s, x[i], p[2 i]) for i < VL; what lies between is stored as it was, up to p[2 VL - 1] */
-INLINE void v_fma_even(float *p, vec s, vec x)
+/* p[2 i] = fma(s, x[i], p[2 i]) for i < n, at most VL; what lies between is stored as it was */
+INLINE void v_fma_even(float *p, vec s, vec x, int n)
 {
     const __m256i twice = _mm256_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3);
     const vec lo = _mm256_permutevar8x32_ps(x, twice);
     const vec hi = _mm256_permutevar8x32_ps(x, _mm256_add_epi32(twice, _mm256_set1_epi32(VL / 2)));
-    const vec p0 = v_load(p), p1 = v_load(p + VL);
+    const int end = 2 * n - 1;
+    const vec p0 = v_load_part(p, 0, end), p1 = v_load_part(p + VL, 0, end - VL);
 
-    v_store(p, _mm256_blend_ps(p0, v_fma(s, lo, p0), 0x55));
-    v_store(p + VL, _mm256_blend_ps(p1, v_fma(s, hi, p1), 0x55));
+    v_store_part(p, _mm256_blend_ps(p0, v_fma(s, lo, p0), 0x55), end);
+    v_store_part(p + VL, _mm256_blend_ps(p1, v_fma(s, hi, p1), 0x55), end - VL);
 }
 
 /* out[j]: p[j], p[4 + j], p[8 + j] ..., and back: a transpose of pairs of 128-bit parts, then of fours */

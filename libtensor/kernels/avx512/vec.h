@@ -96,15 +96,17 @@ INLINE vec v_load_even(const float *p, int lo, int hi)
                                   v_load_part(p + VL, lo - VL, hi - VL));
 }
 
-/* p[2 i] = fma(s, x[i], p[2 i]) for i < VL */
-INLINE void v_fma_even(float *p, vec s, vec x)
+/* p[2 i] = fma(s, x[i], p[2 i]) for i < n, at most VL */
+INLINE void v_fma_even(float *p, vec s, vec x, int n)
 {
     const __m512i twice = _mm512_setr_epi32(0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 6, 6, 7, 7);
     const vec lo = _mm512_permutexvar_ps(twice, x);
     const vec hi = _mm512_permutexvar_ps(_mm512_add_epi32(twice, _mm512_set1_epi32(VL / 2)), x);
 
-    _mm512_mask_storeu_ps(p, 0x5555, v_fma(s, lo, _mm512_maskz_loadu_ps(0x5555, p)));
-    _mm512_mask_storeu_ps(p + VL, 0x5555, v_fma(s, hi, _mm512_maskz_loadu_ps(0x5555, p + VL)));
+    const __mmask16 even = 0x5555 & first_lanes(2 * n), even_hi = 0x5555 & first_lanes(2 * n - VL);
+
+    _mm512_mask_storeu_ps(p, even, v_fma(s, lo, _mm512_maskz_loadu_ps(even, p)));
+    _mm512_mask_storeu_ps(p + VL, even_hi, v_fma(s, hi, _mm512_maskz_loadu_ps(even_hi, p + VL)));
 }
 
 /* out[j]: p[j], p[4 + j], p[8 + j] ..., and back */

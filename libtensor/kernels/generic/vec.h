@@ -41,7 +41,7 @@ INLINE void v_store_part(lt_real *p, vec v, int hi)
 /* p[0], p[2], p[4] ...: those of the places lo <= i < hi, zero for the others */
 INLINE vec v_load_even(const lt_real *p, int lo, int hi) { return v_load_part(p, lo, hi); }
 
-INLINE void v_fma_even(lt_real *p, vec s, vec x) { *p = v_fma(s, x, *p); }
+INLINE void v_fma_even(lt_real *p, vec s, vec x, int n) { *p = n ? v_fma(s, x, *p) : *p; }
 
 /* out[j]: p[j], p[4 + j], p[8 + j] ..., and back */
 INLINE void v_load4(vec out[4], const lt_real *p)
