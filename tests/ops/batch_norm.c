@@ -15,16 +15,27 @@ static void fill(const op_case *c, int input, lt_real *v, int64_t n, lt_rng *r)
     (input == 4 ? fill_positive : fill_clear_of_zero)(c, input, v, n, r);
 }
 
+/* Small weights: bias and residual say on which side of the kink a result is. */
+static void fill_off_kink(const op_case *c, int input, lt_real *v, int64_t n, lt_rng *r)
+{
+    const lt_real by = input == 1 ? (lt_real)0.03 : input == 5 ? 3 : 1;
+
+    fill(c, input, v, n, r);
+    for (int64_t i = 0; i < n; i++)
+        v[i] *= by * (input == 2 && c->in[5].role ? (lt_real)0.1 : 1);
+}
+
 #define STATS(n) S(n), S(n), C(n), C(n)
 
 static const op_case cases[] = {
     { "map", build, .in = { S(2, 3, 5, 7), STATS(3) }, .fill = fill },
     { "rows", build, .in = { S(9, 5), STATS(5) }, .fill = fill },
     { "one_channel", build, .in = { S(3, 1, 4), STATS(1) }, .fill = fill },
-    { "leaky", leaky, .in = { S(2, 3, 5, 7), STATS(3) }, .fill = fill },
-    { "residual", residual, .in = { S(2, 3, 5, 7), STATS(3), S(2, 3, 5, 7) }, .fill = fill },
+    { "leaky", leaky, .in = { S(2, 3, 5, 7), STATS(3) }, .fill = fill_off_kink },
+    { "residual", residual, .in = { S(2, 3, 5, 7), STATS(3), S(2, 3, 5, 7) }, .fill = fill_off_kink },
     { "sum", sum, .in = { S(3, 2, 4), STATS(2), S(3, 2, 4) }, .fill = fill },
-    { "long_residual", residual, .in = { S(4, 5, 31, 43), STATS(5), S(4, 5, 31, 43) }, .fill = fill, .no_vectors = true },
+    { "long_residual", residual, .in = { S(4, 5, 31, 43), STATS(5), S(4, 5, 31, 43) }, .fill = fill_off_kink,
+      .no_vectors = true },
     { "long", build, .in = { S(4, 9, 31, 33), STATS(9) }, .fill = fill, .no_vectors = true },
     { "no_images", build, .in = { S(0, 3, 5, 7), STATS(3) }, .fill = fill, .no_vectors = true },
 };
