@@ -45,8 +45,8 @@ LT_API void lt_plan_observe(struct lt_plan *p, lt_observer see, void *ctx);
  * lt_plan_compare - lt_run of exact, showing each layer of rounded that reads integers beside it
  *
  * Both are inference plans of one graph, rounded with this table and exact with an empty one. Such a layer is run on
- * what exact has for input,
- * so that its error is its own; of rounded nothing else is run. n numbers of each result are shown.
+ * what exact has for input, so that its error is its own; of rounded nothing else is run. n numbers of each result are
+ * shown.
  */
 typedef void (*lt_comparer)(void *ctx, const char *layer, const lt_real *exact, const lt_real *rounded, int64_t n);
 LT_API void lt_plan_compare(struct lt_plan *exact, struct lt_plan *rounded, const lt_int8_table *table,

@@ -17,7 +17,7 @@ typedef struct lt_plan lt_plan;
 
 typedef struct {
     lt_tensor *loss;                /* one number; needed for train, else optional */
-    bool train;                     /* with backward; else folded and fused for speed */
+    bool train;                     /* with backward, and less fused; else folded and fused for speed */
     bool no_fusion;                 /* without folding and fusing, to compare with */
     bool consume_params;            /* infer: for a process that does nothing else with the parameters. Those that
                                      * the plan holds packed are cleared and their memory is given back;

@@ -42,7 +42,7 @@ void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_
 /**
  * lt_with_scratch - run fn with the calling thread's scratch: LT_SCRATCH_A and LT_SCRATCH_B elements
  *
- * The same that lt_product_tile uses.
+ * The same that lt_product_tile uses, which fn may call only where that does not.
  */
 enum { LT_SCRATCH_A = LT_TILE_M * LT_PACK_K, LT_SCRATCH_B = 128 * LT_PACK_K };
 

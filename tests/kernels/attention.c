@@ -168,7 +168,8 @@ static void check_infinities(const lt_kernels *k)
 
 void check_attention(const lt_kernels *k, const lt_kernels *generic)
 {
-    static const int64_t rows[] = { 1, 5, 11, 12, 13, LT_ATTEND_PANELS * QUERIES }, keys[] = { 1, 31, 32, 33, 96, 97, 256, 257, 300, 520 };
+    static const int64_t rows[] = { 1, 5, 11, 12, 13, LT_ATTEND_PANELS * QUERIES };
+    static const int64_t keys[] = { 1, 31, 32, 33, 96, 97, 256, 257, 300, 520 };
     static const int64_t d[] = { 1, 6, 16, 17, 32, 40, 64 };
     static const float trip[] = { NAN, INFINITY, -INFINITY, 1e30f, 1e-40f };
 

@@ -87,6 +87,7 @@ static void check_pair(int64_t m, int64_t k, int64_t hidden, int64_t n)
     const lt_epilogue e1 = { .col_bias = bias, .act = { LT_ACT_GELU, 0 } };
     const lt_epilogue e2 = { .residual = residual, .ld_residual = n, .act = { LT_ACT_RELU, 0 } };
 
+    lt_gemm_pack(LT_TRANS, hidden, k, b1, k, packed1);
     lt_gemm_pack(LT_TRANS, n, hidden, b2, hidden, packed2);
     lt_gemm_packed(LT_NO_TRANS, m, hidden, k, a, k, packed1, false, middle, hidden, &e1);
     lt_gemm_packed(LT_NO_TRANS, m, n, hidden, middle, hidden, packed2, false, want, n, &e2);
