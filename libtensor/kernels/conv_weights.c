@@ -7,6 +7,7 @@
 #include "libtensor/kernels/conv_internal.h"
 #include "libtensor/kernels/depthwise.h"
 #include "libtensor/kernels/product.h"
+#include "libtensor/kernels/winograd_weights.h"
 
 #include <string.h>
 
@@ -390,6 +391,8 @@ size_t lt_conv2d_weights_work(const lt_conv2d_params *p)
         return 0;
     if (conv_group_c(p) == 1)
         return (size_t)(depthwise_chunks(p) * conv_weight_count(p)) * sizeof(lt_real);
+    if (lt_winograd_weights_suits(p))
+        return lt_winograd_weights_work(p);
     cut(&j);
     return (size_t)work_elements(&j) * sizeof(lt_real);
 }
@@ -407,6 +410,8 @@ void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real *x, con
         j.chunks = depthwise_chunks(p);
         lt_depthwise_backward_weights(p, x, dy, j.chunks, work);
         add_chunks(&j);
+    } else if (lt_winograd_weights_suits(p)) {
+        lt_winograd_weights_run(p, x, dy, dw, work);
     } else if (j.way == BY_WINDOW) {
         by_windows(&j);
     } else if (j.way == BY_SAMPLES) {

@@ -440,6 +440,10 @@ typedef struct lt_kernels {
     /* wino_block_input, wino_block_output: as wino2_input and wino2_output, for tiles of 6 x 6 and 4 x 4 */
     void (*wino_block_input)(lt_real *out, int64_t place, const lt_real *const d[36]);
     void (*wino_block_output)(lt_real *const y[16], const lt_real *m, int64_t place);
+    /* The transposes, for the weights' gradient. wino_block_grad: place p of A d A^T, of 4 x 4 places, lane l to
+     * out[p * place + l / nr * panel + l % nr]; wino_block_windows: element t of G^T m G to out[t * LT_BLOCK] */
+    void (*wino_block_grad)(lt_real *out, int64_t place, int64_t panel, const lt_real *const d[16]);
+    void (*wino_block_windows)(lt_real *out, const lt_real *m, int64_t place);
 
     /* fma_loop: rounds of independent fused multiply-adds on registers; returns how many single
      * operations (two per multiply-add and lane) were done. *sink keeps the compiler honest. */
