@@ -146,6 +146,14 @@ typedef struct {
     int step, size;
 } lt_window;
 
+/* 3 x 3 windows: that of row r, column l starts at w[r * row + l * col], where row or col is 9, and is turned by half a
+ * circle when flip. */
+typedef struct {
+    const lt_real *w;
+    int64_t row, col;
+    bool flip;
+} lt_windows;
+
 /* How a tensor is read as 8-bit integers: x is about scale * q, where q is x / scale rounded to the nearest, even where
  * it stands between two, and cut off at -127 and 127, or at 0 and 255 where x is never negative. A NaN is cut
  * off below. */
@@ -403,9 +411,11 @@ typedef struct lt_kernels {
 
     /* ---- Winograd F(2x2, 3x3), for libtensor/kernels/winograd2.c: LT_WINO2_LANES channels in lanes ------- */
     /* wino2_input: place p of B^T d B to out[p * place], where d[4 y + x] is row y, column x of the tile;
-     * wino2_output: A^T m A, n channels of m[p * place], to y[2 row + column], which may be the same */
+     * wino2_output: A^T m A, n channels of m[p * place], to y[2 row + column], which may be the same;
+     * wino2_windows: as wino_windows, for 16 places */
     void (*wino2_input)(lt_real *out, int64_t place, const lt_real *const d[16]);
     void (*wino2_output)(lt_real *const y[4], const lt_real *m, int64_t place, int64_t n);
+    void (*wino2_windows)(lt_real *out, int64_t place, int64_t ld, const lt_windows *g, int64_t rows, int64_t k);
 
     /* ---- Winograd F(4x4, 3x3), for libtensor/kernels/winograd.c ----------------------------------- */
     /* Lines of tiles are read and written by whole vectors: 64 elements more than n tiles have.
@@ -414,15 +424,14 @@ typedef struct lt_kernels {
      * wino_input: element (i, j) of tile t is q[(i % 4 * 6 + j) * phase + i / 4 * below + t]; place (i, j)
      * of B^T d B goes to out[(6 i + j) * place] in column n0 + t of panels of nr columns.
      * wino_output: place (i, j) is m[(6 i + j) * place + t]; element (i, j) goes to r[(4 i + j) * phase + t].
-     * wino_windows: one panel of pack_a in each place; the window of row r, column l starts at
-     * w[r * row + l * col], and is turned by half a circle when flip. */
+     * wino_windows: row r, column l of G g G^T to out[p * place + l * ld + r] for its 36 places p, r < rows <= ld,
+     * l < k; between columns come zeros. ld is at most nr. */
     void (*wino_deal)(lt_real *q, int64_t phase, const lt_real *line, int64_t n);
     void (*wino_input)(lt_real *out, int64_t place, int64_t panel, int64_t n0, const lt_real *q,
                        int64_t phase, int64_t below, int64_t n);
     void (*wino_output)(lt_real *r, int64_t phase, const lt_real *m, int64_t place, int64_t n);
     void (*wino_gather)(lt_real *line, const lt_real *r, int64_t phase, int64_t n);
-    void (*wino_windows)(lt_real *out, int64_t place, const lt_real *w, int64_t row, int64_t col,
-                         bool flip, int64_t rows, int64_t k);
+    void (*wino_windows)(lt_real *out, int64_t place, int64_t ld, const lt_windows *g, int64_t rows, int64_t k);
 
     /* ---- maps in blocks of channels, for libtensor/kernels/conv_blocks.c --------------------------------- */
     /* gemm_blocks: what g says; with e the sums are complete and what it says follows: a col_bias of whole

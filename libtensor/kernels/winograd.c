@@ -61,9 +61,8 @@ bool lt_winograd_suits(const lt_conv2d_params *p)
 /* ---- windows --------------------------------------------------------------------------------------- */
 
 typedef struct {
-    const lt_real *w;
-    int64_t row, col, m, k;
-    bool flip;
+    lt_windows all;
+    int64_t m, k;
     lt_real *packed;
 } window_job;
 
@@ -80,15 +79,16 @@ static void pack_panel(void *ctx, int64_t task)
     const int64_t blocks = lt_product_blocks(j->k), block = task / panels;
     const int64_t m0 = panel * j->m / panels, rows = (panel + 1) * j->m / panels - m0;
     const int64_t k0 = block * j->k / blocks, k = (block + 1) * j->k / blocks - k0;
+    lt_windows g = j->all;
 
-    lt_k->wino_windows(j->packed + k0 * j->m + m0 * k, j->m * j->k, j->w + m0 * j->row + k0 * j->col,
-                       j->row, j->col, j->flip, rows, k);
+    g.w += m0 * g.row + k0 * g.col;
+    lt_k->wino_windows(j->packed + k0 * j->m + m0 * k, j->m * j->k, rows, &g, rows, k);
 }
 
 void lt_winograd_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k,
                       lt_real *packed)
 {
-    window_job j = { w, row, col, m, k, flip, packed };
+    window_job j = { { w, row, col, flip }, m, k, packed };
 
     lt_parallel_for(lt_ceil_div(m, lt_k->mr) * lt_product_blocks(k), pack_panel, &j);
 }

@@ -33,9 +33,8 @@ bool lt_winograd2_suits(const lt_conv2d_params *p)
 /* ---- windows: [place][panel of nr][k][nr] ---- */
 
 typedef struct {
-    const lt_real *w;
-    int64_t row, col, m, k;
-    bool flip;
+    lt_windows all;
+    int64_t m, k;
     lt_real *packed;
 } window_job;
 
@@ -49,53 +48,19 @@ int64_t lt_winograd2_packed(int64_t m, int64_t k)
     return PLACES * packed_place(m, k);
 }
 
-/* G g along one side, for n lanes */
-static void spread(lt_real *const out[4], const lt_real *a, const lt_real *b, const lt_real *c, int64_t n)
-{
-    for (int64_t i = 0; i < n; i++) {
-        const lt_real even = (a[i] + c[i]) / 2, odd = b[i] / 2;
-
-        out[0][i] = a[i];
-        out[1][i] = even + odd;
-        out[2][i] = even - odd;
-        out[3][i] = c[i];
-    }
-}
-
-/* G g G^T of a panel's windows g[3 y + x][lane] to their places */
-static void pack_windows(lt_real *out, int64_t place, lt_real g[9][LT_TURNED_LANES], int64_t n)
-{
-    lt_real down[3][4][LT_TURNED_LANES], across[4][LT_TURNED_LANES];
-
-    for (int x = 0; x < 3; x++)
-        spread((lt_real *[]){ down[x][0], down[x][1], down[x][2], down[x][3] }, g[x], g[3 + x], g[6 + x], n);
-    for (int y = 0; y < 4; y++) {
-        spread((lt_real *[]){ across[0], across[1], across[2], across[3] }, down[0][y], down[1][y], down[2][y], n);
-        for (int x = 0; x < 4; x++)
-            memcpy(out + (4 * y + x) * place, across[x], (size_t)n * sizeof(lt_real));
-    }
-}
-
 static void pack_panel(void *ctx, int64_t panel)
 {
     const window_job *j = ctx;
-    const int64_t nr = lt_k->nr, m0 = panel * nr, n = lt_min_i64(nr, j->m - m0), place = packed_place(j->m, j->k);
-    lt_real g[9][LT_TURNED_LANES] = { 0 };
+    const int64_t nr = lt_k->nr, m0 = panel * nr;
+    lt_windows g = j->all;
 
-    for (int64_t l = 0; l < j->k; l++) {
-        for (int64_t i = 0; i < n; i++) {
-            const lt_real *w = j->w + (m0 + i) * j->row + l * j->col;
-
-            for (int t = 0; t < 9; t++)
-                g[t][i] = w[j->flip ? 8 - t : t];
-        }
-        pack_windows(j->packed + (panel * j->k + l) * nr, place, g, nr);
-    }
+    g.w += m0 * g.row;
+    lt_k->wino2_windows(j->packed + m0 * j->k, packed_place(j->m, j->k), nr, &g, lt_min_i64(nr, j->m - m0), j->k);
 }
 
 void lt_winograd2_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k, lt_real *packed)
 {
-    window_job j = { w, row, col, m, k, flip, packed };
+    window_job j = { { w, row, col, flip }, m, k, packed };
 
     lt_parallel_for(lt_ceil_div(m, lt_k->nr), pack_panel, &j);
 }

@@ -61,41 +61,13 @@ static blocks_job plan(const lt_conv2d_params *p)
 
 typedef struct { const lt_conv2d_params *p; const lt_real *weights; lt_real *packed; } window_job;
 
-/* G g along one side */
-static void spread(lt_real out[6], lt_real a, lt_real b, lt_real c)
-{
-    const lt_real even = (a + c) * (lt_real)(-1.0 / 6), odd = b * (lt_real)(-1.0 / 6);
-    const lt_real far_even = a * (lt_real)(1.0 / 24) + c * (lt_real)(1.0 / 6), far_odd = b * (lt_real)(1.0 / 12);
-
-    out[0] = a * (lt_real)0.25;
-    out[1] = even + odd;
-    out[2] = even - odd;
-    out[3] = far_even + far_odd;
-    out[4] = far_even - far_odd;
-    out[5] = c;
-}
-
-static void pack_window(lt_real *out, int64_t place, const lt_real g[9])
-{
-    lt_real down[3][6], across[6];
-
-    for (int x = 0; x < 3; x++)
-        spread(down[x], g[x], g[3 + x], g[6 + x]);
-    for (int y = 0; y < 6; y++) {
-        spread(across, down[0][y], down[1][y], down[2][y]);
-        for (int x = 0; x < 6; x++)
-            out[(6 * y + x) * place] = across[x];
-    }
-}
-
 static void pack_panel(void *ctx, int64_t panel)
 {
     const window_job *j = ctx;
-    const int64_t nr = lt_k->nr, c = j->p->c, place = window_place(j->p), n = lt_min_i64(nr, j->p->o - panel * nr);
+    const int64_t nr = lt_k->nr, c = j->p->c, o = panel * nr;
+    const lt_windows g = { j->weights + o * c * 9, c * 9, 9, false };
 
-    for (int64_t l = 0; l < c; l++)
-        for (int64_t i = 0; i < n; i++)
-            pack_window(j->packed + (panel * c + l) * nr + i, place, j->weights + ((panel * nr + i) * c + l) * 9);
+    lt_k->wino_windows(j->packed + o * c, window_place(j->p), nr, &g, lt_min_i64(nr, j->p->o - o), c);
 }
 
 int64_t lt_winograd_blocks_packed(const lt_conv2d_params *p)
