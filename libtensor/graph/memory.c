@@ -177,21 +177,29 @@ static plan_buffer *owner(const lt_plan *p, int buffer)
     return &p->buffer[buffer];
 }
 
-/* An in-place op whose input dies here gets its output in the same memory. */
+/* Step i makes `made` of `used`: in the same memory, if that one dies there. */
+static void share(lt_plan *p, int used, int made, int i)
+{
+    if (used < 0 || made < 0 || owner(p, used)->last != i || p->buffer[made].first != i
+        || owner(p, used)->bytes != p->buffer[made].bytes)
+        return;
+    owner(p, used)->last = p->buffer[made].last;
+    p->buffer[made].same_as = used;
+}
+
+/* An in-place op's output may stand where its input was, and a fresh gradient of the input where that of the output. */
 static void share_in_place(lt_plan *p)
 {
-    for (int i = 0; i < p->n_forward; i++) {
-        const lt_node *n = p->step[i].node;
-        int in, out;
+    for (int i = 0; i < p->n_steps; i++) {
+        const plan_step *s = &p->step[i];
+        const lt_node *n = s->node;
 
-        if (!(n->op->flags & LT_OP_INPLACE) || !n->in[0])
+        if (!n || !n->in[0])
             continue;
-        in = plan_root(p, n->in[0])->value;
-        out = plan_root(p, n->outs[0])->value;
-        if (in < 0 || out < 0 || owner(p, in)->last != i || owner(p, in)->bytes != p->buffer[out].bytes)
-            continue;
-        owner(p, in)->last = p->buffer[out].last;
-        p->buffer[out].same_as = in;
+        if (s->kind == STEP_FORWARD && (n->op->flags & LT_OP_INPLACE))
+            share(p, plan_root(p, n->in[0])->value, plan_root(p, n->outs[0])->value, i);
+        else if (s->kind == STEP_BACKWARD && (n->op->flags & LT_OP_INPLACE_GRAD) && s->fresh[0])
+            share(p, plan_root(p, n->outs[0])->grad, plan_root(p, n->in[0])->grad, i);
     }
 }
 
@@ -272,7 +280,7 @@ static void *value_of(const lt_plan *p, const lt_tensor *t)
     return at(p, plan_root(p, t)->value);
 }
 
-static lt_real *grad_of(const lt_plan *p, const lt_tensor *t)
+lt_real *plan_grad(const lt_plan *p, const lt_tensor *t)
 {
     const lt_tensor *root = plan_root_tensor(p, t);
 
@@ -331,11 +339,11 @@ static void bind_gradients(lt_plan *p, plan_step *s)
     lt_call *c = &s->call;
 
     for (int i = 0; i < c->n_in; i++) {
-        c->din[i] = c->in[i] ? grad_of(p, c->in[i]) : NULL;
+        c->din[i] = c->in[i] ? plan_grad(p, c->in[i]) : NULL;
         c->fresh[i] = s->fresh[i];
     }
     for (int i = 0; i < c->n_out; i++)
-        c->douts[i] = plan_root(p, c->outs[i])->grad < 0 ? NULL : grad_of(p, c->outs[i]);
+        c->douts[i] = plan_root(p, c->outs[i])->grad < 0 ? NULL : plan_grad(p, c->outs[i]);
     c->dout = c->douts[0];
 }
 
@@ -344,7 +352,7 @@ static void bind_step(lt_plan *p, plan_step *s)
     if (s->kind == STEP_ZERO) {
         const lt_tensor *root = p->g->tensor[s->zero];
 
-        s->zero_data = grad_of(p, root);
+        s->zero_data = plan_grad(p, root);
         s->zero_bytes = (size_t)lt_numel(root) * sizeof(lt_real);
         return;
     }
@@ -423,7 +431,7 @@ lt_status plan_memory(lt_plan *p)
     if (!allocate_work(p))
         goto no_memory;
     if (p->train)
-        p->loss_grad = grad_of(p, p->loss);
+        p->loss_grad = plan_grad(p, p->loss);
     return LT_OK;
 no_memory:
     return lt_error(LT_ENOMEM, "no memory for a plan of %zu MB", p->memory_bytes >> 20);

@@ -311,9 +311,7 @@ lt_real *lt_plan_grad(const lt_plan *p, const lt_tensor *t)
 {
     const lt_tensor *ours = t->id < 0 ? NULL : p->of[t->id];
 
-    if (!ours || !ours->wants_grad || p->tensor[ours->id].grad < 0)
-        return NULL;
-    return (lt_real *)(void *)(p->memory + p->buffer[p->tensor[ours->id].grad].offset);
+    return ours && ours->wants_grad && p->tensor[ours->id].grad >= 0 ? plan_grad(p, ours) : NULL;
 }
 
 void lt_plan_set_step(lt_plan *p, uint64_t seed, uint64_t step)

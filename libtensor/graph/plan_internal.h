@@ -78,6 +78,9 @@ lt_status plan_autodiff(lt_plan *p, bool recompute);
 /* memory.c: lifetimes of all buffers, in-place sharing, offsets; then allocate and bind every call */
 lt_status plan_memory(lt_plan *p);
 
+/* plan_grad - where t's gradient stands; NULL where it has none */
+lt_real *plan_grad(const lt_plan *p, const lt_tensor *t);
+
 /* consume.c: the prologue, giving back each parameter after its last use, for good */
 void plan_consume(lt_plan *p);
 

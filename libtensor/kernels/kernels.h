@@ -102,10 +102,11 @@ typedef struct {
     int64_t offset[LT_DEPTHWISE_TAPS];
 } lt_depthwise;
 
-/* A leaky relu behind an op, as the op's gradient meets it: where its result y is not above 0, dy counts `slope` times. */
+/* A leaky relu behind an op, as the op's gradient meets it: where its result y is not above 0, dy counts `slope` times.
+ * Without y it stood behind affine(x, a, b), whose result has the same sign. */
 typedef struct {
     const lt_real *y;
-    lt_real slope;
+    lt_real slope, a, b;
 } lt_kink;
 
 /* Attention goes by panels: so many queries or keys, stored [channel][query] or [channel][key], zeros where
@@ -240,12 +241,13 @@ typedef struct lt_kernels {
     /* affine: y = act(fma(a, x, b) + residual) with one a and b, as a channel of an NCHW map has them;
      * residual may be NULL;
      * affine_cols: y[i] = act(fma(a[i], x[i], b[i])), as a row of (T, C) has them;
-     * affine_grad: dx = dx + (s dy + t x + u), the way a batch norm's gradient reaches its input. kink may be NULL. */
+     * affine_grad: dx = or += s dy + t x + u, the way a batch norm's gradient reaches its input. kink may be NULL, and dx
+     * may be dy where it does not add. */
     void (*affine)(lt_real *y, const lt_real *x, lt_real a, lt_real b, const lt_real *residual, lt_act act, size_t n);
     void (*affine_cols)(lt_real *y, const lt_real *x, const lt_real *a, const lt_real *b, lt_act act,
                         size_t n);
     void (*affine_grad)(lt_real *dx, const lt_real *dy, const lt_kink *kink, const lt_real *x, lt_real s, lt_real t,
-                        lt_real u, size_t n);
+                        lt_real u, bool add, size_t n);
 
     /* ---- reductions: 16 running sums in double, element i in sum i % 16, then a fixed tree ----- */
     double (*sum)(const lt_real *x, size_t n);
@@ -255,7 +257,7 @@ typedef struct lt_kernels {
 
     /* Of `runs` runs of n elements that start `step` apart, as a channel's are in an NCHW map; element i of
      * each in sum i % 16. moments: the sums of x and of x^2; grad_moments: of dy and of dy * (x - mean),
-     * where kink, for the first run, may be NULL. */
+     * where kink, with y for the first run, may be NULL. */
     void (*moments)(double out[2], const lt_real *x, int64_t step, int64_t runs, size_t n);
     void (*grad_moments)(double out[2], const lt_real *dy, const lt_kink *kink, const lt_real *x, double mean,
                          int64_t step, int64_t runs, size_t n);

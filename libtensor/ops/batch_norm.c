@@ -92,16 +92,25 @@ static measure running(const lt_call *c, int64_t ch)
     return (measure){ value(c, MEAN)[ch], var, 1 / sqrt(var + a->eps) };
 }
 
+/* n weight + bias as scale x + shift */
+typedef struct { lt_real scale, shift; } line;
+
+static line line_of(const lt_call *c, int64_t ch, const measure *m)
+{
+    const double scale = value(c, WEIGHT)[ch] * m->rstd;
+
+    return (line){ (lt_real)scale, (lt_real)(value(c, BIAS)[ch] - m->mean * scale) };
+}
+
 static void normalise(const lt_call *c, int64_t ch, const measure *m)
 {
     const batch_norm_attr *a = c->attr;
-    const double scale = value(c, WEIGHT)[ch] * m->rstd;
-    const lt_real shift = (lt_real)(value(c, BIAS)[ch] - m->mean * scale);
+    const line l = line_of(c, ch, m);
 
     for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
         const int64_t at = plane_at(c, b, ch);
 
-        lt_k->affine((lt_real *)c->out->data + at, value(c, X) + at, (lt_real)scale, shift,
+        lt_k->affine((lt_real *)c->out->data + at, value(c, X) + at, l.scale, l.shift,
                      c->in[RESIDUAL] ? value(c, RESIDUAL) + at : NULL, a->act, (size_t)op_inner(c->out, 1));
     }
 }
@@ -149,12 +158,16 @@ static void collect(const lt_call *c, int64_t ch, const measure *m, double dweig
             c->din[i][ch] += (lt_real)add[i];
 }
 
-/* The leaky relu at the result's plane; NULL where there is none */
-static const lt_kink *kink_at(const lt_call *c, int64_t at, lt_kink *kink)
+/* The leaky relu at the first plane of a channel; NULL where there is none. The result is read where a residual went
+ * into it; else x says its sign, and x is read anyway. */
+static const lt_kink *kink_of(const lt_call *c, int64_t ch, lt_kink *kink)
 {
     const lt_act act = ((const batch_norm_attr *)c->attr)->act;
+    const line l = line_of(c, ch, (const measure *)c->saved[0] + ch);
 
-    *kink = (lt_kink){ (const lt_real *)c->out->data + at, act.param };
+    *kink = (lt_kink){ .slope = act.param, .a = l.scale, .b = l.shift };
+    if (c->in[RESIDUAL])
+        kink->y = (const lt_real *)c->out->data + plane_at(c, 0, ch);
     return act.kind == LT_ACT_NONE ? NULL : kink;
 }
 
@@ -167,36 +180,35 @@ static void backward_residual(const lt_call *c, int64_t at, size_t n, const lt_k
         lt_k->add_to(c->din[RESIDUAL] + at, c->dout + at, n);
 }
 
-static void backward_plane(const lt_call *c, int64_t at, size_t n, double s, double t, double u)
+/* dx may be dy: of the two, the residual's gradient comes first. */
+static void backward_plane(const lt_call *c, int64_t at, size_t n, const lt_kink *kink, double s, double t, double u)
 {
-    lt_kink store;
-    const lt_kink *kink = kink_at(c, at, &store);
-
-    if (c->din[X]) {
-        op_start(c, X, at, (int64_t)n);
-        lt_k->affine_grad(c->din[X] + at, c->dout + at, kink, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u, n);
-    }
     if (c->in[RESIDUAL] && c->din[RESIDUAL])
         backward_residual(c, at, n, kink);
+    if (c->din[X])
+        lt_k->affine_grad(c->din[X] + at, c->dout + at, kink, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u,
+                          !c->fresh[X], n);
 }
 
 static void backward_channel(const lt_call *c, int64_t ch)
 {
-    const int64_t first = plane_at(c, 0, ch);
+    const int64_t first = plane_at(c, 0, ch), step = image_step(c);
     const measure *m = (const measure *)c->saved[0] + ch;
     const size_t n = (size_t)op_inner(c->out, 1);
     double sum[2], dbias, dweight, s, t, u;
     lt_kink store;
+    const lt_kink *kink = kink_of(c, ch, &store);
 
-    lt_k->grad_moments(sum, c->dout + first, kink_at(c, first, &store), value(c, X) + first, m->mean, image_step(c),
-                       lt_dim(c->out, 0), n);
+    lt_k->grad_moments(sum, c->dout + first, kink, value(c, X) + first, m->mean, step, lt_dim(c->out, 0), n);
     dbias = sum[0];
     dweight = sum[1] * m->rstd;
     s = value(c, WEIGHT)[ch] * m->rstd;
     t = -s * m->rstd * dweight / (double)count(c);
     u = -s * dbias / (double)count(c) - t * m->mean;
-    for (int64_t b = 0; b < lt_dim(c->out, 0); b++)
-        backward_plane(c, plane_at(c, b, ch), n, s, t, u);
+    for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
+        backward_plane(c, first + b * step, n, kink, s, t, u);
+        store.y = store.y ? store.y + step : NULL;
+    }
     collect(c, ch, m, dweight, dbias);
 }
 
@@ -247,16 +259,18 @@ static void onnx(lt_onnx *w, const lt_node *n)
 
 static bool absorb_for_training(lt_node *node, const lt_tail *tail);
 
-#define BATCH_NORM(cheap, keep_out) {                                                               \
-    .name = "batch_norm", .flags = LT_OP_ASSIGNS | (cheap), .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT) | (keep_out), \
+#define BATCH_NORM(cheap, kept) {                                                                   \
+    .name = "batch_norm", .flags = LT_OP_ASSIGNS | LT_OP_INPLACE_GRAD | (cheap), \
+    .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT) | (kept), \
     .optional = LT_OPTIONAL_IN(RESIDUAL), .infer = infer, .plan = plan, .forward = forward, .backward = backward, \
     .recompute = recompute, .lower = lower, .absorb_for_training = absorb_for_training, .onnx = onnx, \
 }
 
-/* With a leaky relu the gradient reads the result. With a residual making it again is not cheap any more. */
+/* With a leaky relu the gradient reads the bias as well, or, behind a residual, the result. Then making it again is not
+ * cheap any more. */
 static const lt_op batch_norm_op = BATCH_NORM(LT_OP_CHEAP, 0);
-static const lt_op with_relu_op = BATCH_NORM(LT_OP_CHEAP, LT_KEEP_OUT(0));
-static const lt_op with_residual_op = BATCH_NORM(0, LT_KEEP_OUT(0));
+static const lt_op with_relu_op = BATCH_NORM(LT_OP_CHEAP, LT_KEEP_IN(BIAS));
+static const lt_op with_residual_op = BATCH_NORM(0, LT_KEEP_IN(BIAS) | LT_KEEP_OUT(0));
 
 static bool absorb_for_training(lt_node *node, const lt_tail *tail)
 {

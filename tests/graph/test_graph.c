@@ -522,6 +522,14 @@ END_TEST
 
 enum { LAYERS = 24 };
 
+/* With statistics that anything may have made */
+static lt_tensor *normalised(lt_tensor *x, lt_tensor *a)
+{
+    lt_tensor *row = lt_reshape(lt_slice(a, 0, 1, 1), LT_SHAPE(6));
+
+    return lt_batch_norm(x, row, lt_tanh(row), lt_scale(row, 0.3), lt_sigmoid(row), 1e-3);
+}
+
 /* A random graph of ops on (4, 6), in-place ones, cheap ones, views and many readers among them. */
 static lt_tensor *random_graph(lt_rng *r, lt_tensor *x, lt_tensor **made)
 {
@@ -530,7 +538,7 @@ static lt_tensor *random_graph(lt_rng *r, lt_tensor *x, lt_tensor **made)
     for (int i = 1; i <= LAYERS; i++) {
         lt_tensor *a = t[lt_rng_below(r, (uint32_t)i)], *b = t[i - 1 - (int)lt_rng_below(r, (uint32_t)(i < 4 ? i : 4))];
 
-        switch (lt_rng_below(r, 8)) {
+        switch (lt_rng_below(r, 10)) {
         case 0: t[i] = lt_add(a, b); break;
         case 1: t[i] = lt_mul(b, lt_sigmoid(a)); break;
         case 2: t[i] = lt_leaky_relu(b, 0.1); break;
@@ -538,6 +546,8 @@ static lt_tensor *random_graph(lt_rng *r, lt_tensor *x, lt_tensor **made)
         case 4: t[i] = lt_concat((lt_tensor *[]){ lt_slice(b, 0, 1, 3), lt_slice(a, 0, 0, 1) }, 2, 0); break;
         case 5: t[i] = lt_softmax(b); break;
         case 6: t[i] = lt_tanh(lt_sub(a, b)); break;
+        case 7: t[i] = normalised(b, a); break;
+        case 8: t[i] = lt_leaky_relu(lt_add(normalised(b, b), a), 0.2); break;
         default: t[i] = lt_dropout(b, 0.2); break;
         }
         made[i - 1] = t[i];
@@ -549,8 +559,8 @@ typedef struct {
     lt_real loss, grad[24];
 } outcome;
 
-/* everything: mark every tensor an output, so that no memory is shared. */
-static outcome run_random(int seed, bool train, bool no_recompute, bool everything)
+/* everything: mark every tensor an output, so that no memory is shared, and nothing fused. */
+static outcome run_random(int seed, lt_compile_opts o, bool everything)
 {
     lt_rng r = lt_rng_make((uint64_t)seed, 0);
     lt_tensor *x, *made[LAYERS], *loss;
@@ -562,12 +572,13 @@ static outcome run_random(int seed, bool train, bool no_recompute, bool everythi
     loss = random_graph(&r, x, made);
     for (int i = 0; everything && i < LAYERS; i++)
         lt_output(made[i], "made");
-    p = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = train, .no_recompute = no_recompute });
+    o.loss = loss;
+    p = lt_compile(g, &o);
     fill(p, x, 1);
     for (int i = 0; i < 2; i++)
         lt_run(p);
     out.loss = at(p, loss, 0);
-    if (train)
+    if (o.train)
         memcpy(out.grad, lt_plan_grad(p, x), sizeof(out.grad));
     lt_plan_free(p);
     stop();
@@ -576,13 +587,20 @@ static outcome run_random(int seed, bool train, bool no_recompute, bool everythi
 
 START_TEST(sharing_memory_changes_no_bit)
 {
-    const outcome alone = run_random(_i, true, true, true), kept = run_random(_i, true, true, false);
-    const outcome redone = run_random(_i, true, false, false);
-    const outcome infer_alone = run_random(_i, false, false, true), infer = run_random(_i, false, false, false);
+    const lt_compile_opts kept = { .train = true, .no_fusion = true, .no_recompute = true };
+    const lt_compile_opts redone = { .train = true, .no_fusion = true };
+    const lt_compile_opts fused_kept = { .train = true, .no_recompute = true }, fused_redone = { .train = true };
+    const lt_compile_opts infer = { .train = false };
+    const outcome alone = run_random(_i, kept, true), shared = run_random(_i, kept, false);
+    const outcome again = run_random(_i, redone, false);
+    const outcome fused = run_random(_i, fused_kept, false), fused_again = run_random(_i, fused_redone, false);
 
-    ck_assert(memcmp(&alone, &kept, sizeof(alone)) == 0);
-    ck_assert(memcmp(&alone, &redone, sizeof(alone)) == 0);
-    ck_assert(infer_alone.loss == infer.loss);
+    ck_assert(memcmp(&alone, &shared, sizeof(alone)) == 0);
+    ck_assert(memcmp(&alone, &again, sizeof(alone)) == 0);
+    ck_assert(memcmp(&fused, &fused_again, sizeof(fused)) == 0);
+    for (int i = 0; i < 24; i++)
+        ck_assert_double_eq_tol(fused.grad[i], alone.grad[i], 1e-4 * (1 + fabs((double)alone.grad[i])));
+    ck_assert(run_random(_i, infer, true).loss == run_random(_i, infer, false).loss);
 }
 END_TEST
 
