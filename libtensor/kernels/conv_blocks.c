@@ -3,6 +3,7 @@
 
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_stem.h"
 #include "libtensor/kernels/conv_turned.h"
 #include "libtensor/kernels/winograd_blocks.h"
 
@@ -209,7 +210,7 @@ static void run_product(void *ctx, int64_t task)
     _Alignas(LT_ALIGN) lt_real gated[LT_PACK_K * LT_TURNED_LANES], bias[LT_TURNED_LANES] = { 0 };
     lt_blocks g = {
         .a = (j->v.copied ? j->copy : j->x) + t.image * j->v.image + row * j->v.line + col * LT_BLOCK,
-        .rows = j->v.one_row ? lt_min_i64(j->band, j->v.cols - col) : j->v.cols,
+        .rows = j->v.one_row ? lt_min_i64(j->band, j->v.cols - col) : j->v.cols, .step = LT_BLOCK, .each = LT_BLOCK,
         .lines = j->v.one_row ? 1 : lt_min_i64(j->band, j->v.rows - row), .line = j->v.line,
         .n = lt_min_i64(nr, j->columns - o), .c = j->y + at, .plane = plane,
     };
@@ -395,12 +396,14 @@ static void pack_depthwise(const lt_conv2d_params *p, const lt_real *weights, lt
 
 /* ---- which of them ---------------------------------------------------------------------------------------- */
 
-typedef enum { NONE, PRODUCT, WINOGRAD, WINDOWS } blocks_algorithm;
+typedef enum { NONE, PRODUCT, WINOGRAD, WINDOWS, STEM } blocks_algorithm;
 
 static blocks_algorithm algorithm_of(const lt_conv2d_params *p)
 {
     const bool square = p->kh == p->kw && p->stride_h == p->stride_w && p->pad_h == p->pad_w;
 
+    if (lt_stem_suits(p))
+        return STEM;
     if (p->c < LT_BLOCK || p->o < LT_BLOCK || conv_nothing(p))
         return NONE;
     if (p->groups > 1)
@@ -414,10 +417,16 @@ bool lt_conv_blocks_takes(const lt_conv2d_params *p)
     return algorithm_of(p) != NONE;
 }
 
+bool lt_conv_blocks_reads_plain(const lt_conv2d_params *p)
+{
+    return algorithm_of(p) == STEM;
+}
+
 const char *lt_conv_blocks_name(const lt_conv2d_params *p)
 {
     static const char *const names[] = {
         [PRODUCT] = "blocks", [WINOGRAD] = "winograd blocks", [WINDOWS] = "depthwise blocks",
+        [STEM] = "stem to blocks",
     };
     const blocks_algorithm a = algorithm_of(p);
 
@@ -431,6 +440,7 @@ int64_t lt_conv_blocks_packed(const lt_conv2d_params *p)
     case PRODUCT: return product_packed(p);
     case WINOGRAD: return lt_winograd_blocks_packed(p);
     case WINDOWS: return lt_blocks_of(p->c) * p->kh * p->kw * LT_BLOCK;
+    case STEM: return lt_stem_packed(p);
     case NONE: break;
     }
     return 0;
@@ -442,6 +452,7 @@ void lt_conv_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_r
     case PRODUCT: pack_product(p, weights, packed); break;
     case WINOGRAD: lt_winograd_blocks_pack(p, weights, packed); break;
     case WINDOWS: pack_depthwise(p, weights, packed); break;
+    case STEM: lt_stem_pack(p, weights, packed); break;
     case NONE: break;
     }
 }
@@ -452,6 +463,7 @@ size_t lt_conv_blocks_work(const lt_conv2d_params *p)
     case PRODUCT: return product_work(p);
     case WINOGRAD: return lt_winograd_blocks_work(p);
     case WINDOWS: return depthwise_work(p);
+    case STEM:
     case NONE: break;
     }
     return 0;
@@ -464,6 +476,7 @@ void lt_conv_blocks_forward(const lt_conv2d_params *p, const lt_real *x, const l
     case PRODUCT: run_products(p, x, packed, around, y, work); break;
     case WINOGRAD: lt_winograd_blocks_forward(p, x, packed, around, y, work); break;
     case WINDOWS: run_depthwise(p, x, packed, around, y, work); break;
+    case STEM: lt_stem_forward(p, x, packed, around, y); break;
     case NONE: break;
     }
 }

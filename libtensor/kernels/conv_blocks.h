@@ -25,13 +25,16 @@ LT_API void lt_blocks_from_maps(lt_real *y, const lt_real *x, int64_t n, int64_t
 LT_API void lt_blocks_to_maps(lt_real *y, const lt_real *x, int64_t n, int64_t c, int64_t positions);
 LT_API void lt_blocks_mean(lt_real *mean, const lt_real *x, int64_t n, int64_t c, int64_t positions);
 
-/* lt_conv_blocks_takes - whether there is such a form of a convolution; lt_conv_blocks_name: of its algorithm */
+/* lt_conv_blocks_takes - whether there is such a form of a convolution; lt_conv_blocks_reads_plain: whether x stays
+ * plain there, as the few maps of an image do; lt_conv_blocks_name: of its algorithm */
 LT_API bool lt_conv_blocks_takes(const lt_conv2d_params *p);
+LT_API bool lt_conv_blocks_reads_plain(const lt_conv2d_params *p);
 LT_API const char *lt_conv_blocks_name(const lt_conv2d_params *p);
 
 /* As lt_conv2d_packed, lt_conv2d_pack, lt_conv2d_forward_work and lt_conv2d_forward; x, y and a residual,
  * which is not y itself, are in blocks.
- * Products: each y is one chain over (ky, kx, channel), zeros of the padding included; depthwise: over (ky, kx);
+ * Products: each y is one chain over (ky, kx, channel), zeros of the padding included, from plain maps over (channel,
+ * ky, kx); depthwise: over (ky, kx);
  * Winograd: within 4e-6 of the sum of the terms' sizes from that. A mean is summed in double, position by position. */
 LT_API int64_t lt_conv_blocks_packed(const lt_conv2d_params *p);
 LT_API void lt_conv_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);

@@ -174,14 +174,14 @@ typedef struct {
 enum { LT_BLOCK = 16 };
 
 /* One panel of a product over such maps: C[lines * rows, n] = (add ? C : 0) + A B. Columns of A come in segments of
- * LT_BLOCK, the last one of `last`: column l of segment s and row i of a line is a[segment[s] + i * LT_BLOCK + l], and
- * lines are `line` elements apart. Row i, column j of C is c[j / LT_BLOCK * plane + i * LT_BLOCK + j % LT_BLOCK], where
+ * `each`, the last one of `last`: column l of segment s and row i of a line is a[segment[s] + i * step + l], and
+ * lines are `line` elements apart. step and each are LT_BLOCK, or step is 2 for plain maps. Row i, column j of C is c[j / LT_BLOCK * plane + i * LT_BLOCK + j % LT_BLOCK], where
  * lines follow each other. */
 typedef struct {
     const lt_real *a;
-    int64_t rows, lines, line;
+    int64_t rows, step, lines, line;
     const int64_t *segment;
-    int64_t segments, last;
+    int64_t segments, each, last;
     const lt_real *b;           /* a panel of pack_b, n <= nr columns of it, a multiple of LT_BLOCK or of nr */
     int64_t n;
     lt_real *c;

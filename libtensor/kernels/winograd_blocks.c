@@ -127,8 +127,8 @@ static void multiply(void *ctx, int64_t task)
     const int64_t nr = lt_k->nr, panels = lt_ceil_div(j->p->o, nr), blocks = lt_product_blocks(j->p->c);
     const int64_t place = task / panels, o = task % panels * nr;
     int64_t segment[MOST_BLOCKS];
-    lt_blocks g = { .a = j->in + place * j->in_place, .rows = j->tiles, .lines = 1,
-                    .last = LT_BLOCK, .n = lt_min_i64(nr, j->p->o - o),
+    lt_blocks g = { .a = j->in + place * j->in_place, .rows = j->tiles, .step = LT_BLOCK, .lines = 1,
+                    .each = LT_BLOCK, .last = LT_BLOCK, .n = lt_min_i64(nr, j->p->o - o),
                     .plane = j->tiles * LT_BLOCK };
 
     for (int64_t s = 0; s < j->k; s++)

@@ -120,7 +120,7 @@ static bool is_int8(const lt_call *c)
 
 static bool in_blocks(const lt_call *c)
 {
-    return lt_in_blocks(c->in[X]);
+    return lt_in_blocks(c->out);
 }
 
 static bool in_rects(const lt_call *c, const lt_conv2d_params *p)
@@ -360,7 +360,7 @@ static const lt_op conv2d_pack_op = {
 static void prepare(lt_node *node)
 {
     conv2d_attr *a = node->attr;
-    const pack_attr pack = { params_of_node(node), a->range, lt_in_blocks(node->in[X]) };
+    const pack_attr pack = { params_of_node(node), a->range, lt_in_blocks(node->outs[0]) };
 
     if (!lt_is_constant(node->in[W]))
         return;
@@ -375,8 +375,9 @@ static unsigned takes_blocks(const lt_node *node)
 {
     const lt_conv2d_params p = params_of_node(node);
 
-    return lt_is_constant(node->in[W]) && lt_conv_blocks_takes(&p)
-           ? LT_BLOCKS_IN(X) | LT_BLOCKS_IN(ADDEND) | LT_BLOCKS_OUT : 0;
+    if (!lt_is_constant(node->in[W]) || !lt_conv_blocks_takes(&p))
+        return 0;
+    return LT_BLOCKS_IN(ADDEND) | LT_BLOCKS_OUT | (lt_conv_blocks_reads_plain(&p) ? 0 : LT_BLOCKS_IN(X));
 }
 
 /* Hardly any outputs, or groups, go faster as they are. */

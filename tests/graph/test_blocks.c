@@ -157,6 +157,23 @@ START_TEST(a_chain)
 }
 END_TEST
 
+/* What reads the maps of an image with a stride of 2 makes blocks of them itself. */
+START_TEST(from_an_image)
+{
+    network n = start();
+    lt_tensor *maps = lt_slice(n.x, 1, 0, 3);
+    lt_tensor *y = lt_global_avg_pool(bottleneck(&n, lt_relu(conv(&n, "stem", maps, O, 3, 2))));
+    lt_plan *p;
+
+    lt_output(y, "y");
+    p = compile(&n, NULL);
+    ck_assert_str_eq(steps_of(p), "stem expand depthwise project ");
+    lt_plan_free(p);
+    expect_same(&n, y);
+    destroy(&n);
+}
+END_TEST
+
 /* Maps that others read, or that are looked at, are there in both forms; a run of inner maps is not. */
 START_TEST(seen_from_outside)
 {
@@ -249,6 +266,7 @@ int main(void)
     int failed;
 
     tcase_add_test(t, a_chain);
+    tcase_add_test(t, from_an_image);
     tcase_add_test(t, seen_from_outside);
     tcase_add_test(t, too_short);
     tcase_add_test(t, refresh);

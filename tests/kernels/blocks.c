@@ -36,12 +36,23 @@ static const lt_conv2d_params shapes[] = {
     { 1, 272, 12, 12, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 3, 48, 8, 8, 64, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 32, 7, 11, 80, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 2, 3, 31, 40, 32, 3, 3, 2, 2, 1, 1, 1, 1, 1 },      /* from here on: stems */
+    { 1, 3, 40, 33, 70, 7, 7, 2, 2, 3, 3, 1, 1, 1 },
+    { 2, 1, 5, 6, 16, 3, 3, 2, 2, 1, 1, 1, 1, 1 },
+    { 1, 15, 9, 700, 20, 1, 1, 2, 2, 0, 0, 1, 1, 1 },
+    { 1, 4, 30, 11, 17, 5, 2, 2, 2, 0, 1, 3, 1, 1 },
+    { 1, 2, 1, 1, 33, 3, 3, 2, 2, 1, 1, 1, 1, 1 },
 };
 
-/* Those that stay as they are: groups of several channels, few channels, other depthwise windows */
+/* Those that stay as they are: groups of several channels, few channels but by strides of 2, other depthwise windows */
 static const lt_conv2d_params refused[] = {
     { 1, 32, 8, 8, 32, 3, 3, 1, 1, 1, 1, 1, 1, 2 },
     { 1, 3, 8, 8, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
+    { 1, 3, 8, 8, 32, 3, 3, 2, 1, 1, 1, 1, 1, 1 },
+    { 1, 3, 8, 8, 32, 3, 3, 2, 2, 1, 1, 1, 2, 1 },
+    { 1, 12, 8, 8, 32, 7, 7, 2, 2, 3, 3, 1, 1, 1 },
+    { 1, 4, 8, 8, 32, 2, 2, 2, 2, 0, 0, 1, 1, 2 },
+    { 1, 3, 9, 1 << 15, 32, 3, 3, 2, 2, 1, 1, 1, 1, 1 },
     { 1, 32, 8, 8, 4, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 32, 8, 8, 32, 7, 7, 1, 1, 3, 3, 1, 1, 32 },
     { 1, 32, 8, 8, 64, 3, 3, 1, 1, 1, 1, 1, 1, 32 },
@@ -61,18 +72,21 @@ static bool by_winograd(const problem *q)
     return strncmp(lt_conv_blocks_name(q->p), "winograd", 8) == 0;
 }
 
-/* The chain of output i over (ky, kx, channel); *size: the sum of its terms' sizes */
+/* The chain of output i over (ky, kx, channel), or (channel, ky, kx); *size: the sum of its terms' sizes */
 static float chain(const problem *q, int64_t i, const float *gate, double *size, double *sum)
 {
     const lt_conv2d_params *p = q->p;
     const int64_t ow = lt_conv2d_out_w(p), cg = p->c / p->groups, o = i / q->out % p->o, n = i / q->out / p->o;
+    const int64_t taps = (int64_t)p->kh * p->kw;
+    const bool channels_first = lt_conv_blocks_reads_plain(p);
     float acc = 0;
 
-    for (int64_t l = 0; l < cg * p->kh * p->kw; l++) {
-        const int64_t t = l / cg, c = l % cg, ky = t / p->kw, kx = t % p->kw;
+    for (int64_t l = 0; l < cg * taps; l++) {
+        const int64_t t = channels_first ? l % taps : l / cg, c = channels_first ? l / taps : l % cg;
+        const int64_t ky = t / p->kw, kx = t % p->kw;
         const int64_t y = i % q->out / ow * p->stride_h + ky * p->dil_h - p->pad_h;
         const int64_t x = i % ow * p->stride_w + kx * p->dil_w - p->pad_w, channel = o / (p->o / p->groups) * cg + c;
-        float w = q->w[(o * cg + c) * p->kh * p->kw + t], v;
+        float w = q->w[(o * cg + c) * taps + t], v;
 
         if (y < 0 || y >= p->h || x < 0 || x >= p->w)
             continue;
@@ -135,11 +149,25 @@ static void expect_means(const problem *q, const float *y, const float *mean)
     }
 }
 
+/* x as the convolution reads it */
+static float *input_of(const problem *q)
+{
+    const lt_conv2d_params *p = q->p;
+    const size_t n = (size_t)(p->n * p->c * q->in);
+    float *x;
+
+    if (!lt_conv_blocks_reads_plain(p))
+        return in_blocks(q->x, p->n, p->c, q->in);
+    x = guarded_array(n);
+    memcpy(x, q->x, n * sizeof(float));
+    return x;
+}
+
 static void check(const problem *q, const lt_conv2d_around *around, bool plainly)
 {
     const lt_conv2d_params *p = q->p;
     const size_t n = (size_t)(p->n * p->o * q->out);
-    float *x = in_blocks(q->x, p->n, p->c, q->in), *residual = in_blocks(q->residual, p->n, p->o, q->out);
+    float *x = input_of(q), *residual = in_blocks(q->residual, p->n, p->o, q->out);
     float *packed = guarded_array((size_t)lt_conv_blocks_packed(p)), *got = guarded_array(n);
     float *y = guarded_array((size_t)(p->n * lt_blocks_of(p->o) * q->out * LT_BLOCK));
     lt_conv2d_around here = *around;
