@@ -110,15 +110,15 @@ typedef struct {
 } lt_kink;
 
 /* Attention goes by panels: so many queries or keys, stored [channel][query] or [channel][key], zeros where
- * the last panel is not full. Results are made of at most LT_ATTEND_PANELS panels of queries at once, gradients of one
- * and at most LT_ATTEND_GRAD_KEYS keys. */
+ * the last panel is not full. Results and gradients are made of at most LT_ATTEND_PANELS panels of queries at once,
+ * gradients of at most LT_ATTEND_GRAD_KEYS keys. */
 enum { LT_ATTEND_QUERIES = 12, LT_ATTEND_PANELS = 4, LT_ATTEND_KEYS = 32, LT_ATTEND_GRAD_KEYS = 96 };
 
-/* What one panel of queries and some keys of a head give to its gradients; see attend_grad. */
+/* What some panels of queries and some keys of a head give to its gradients; see attend_grad. */
 typedef struct {
     int64_t d, ld;                      /* channels; elements between rows of q, k, dy, dq, dk, dv */
     int64_t rows, keys;
-    const lt_real *q_panel, *dy_panel;  /* of the queries; q as attend had it */
+    const lt_real *q_panel, *dy_panel;  /* of the queries, the first of each; q as attend had it */
     const lt_real *k_panels, *v_panels; /* of the keys */
     const lt_real *q, *k, *dy;          /* by row */
     const lt_real *stats;               /* of the queries, as attend left them */

@@ -13,7 +13,7 @@
 #include "libtensor/ops/common.h"
 
 enum { Q, K, V };
-enum { AT_ONCE = LT_ATTEND_PANELS * LT_ATTEND_QUERIES };    /* queries of a forward task */
+enum { AT_ONCE = LT_ATTEND_PANELS * LT_ATTEND_QUERIES };    /* queries */
 
 typedef struct {
     int heads;
@@ -206,10 +206,10 @@ static void backward_keys(const lt_call *c, const head *h, int64_t j, lt_attend_
     const int64_t k_at = h->k_at + j * s->C;
 
     g.k = at(c, K, k_at), g.dk = din(c, K, k_at), g.dv = din(c, V, k_at);
-    for (int64_t t = 0; t < s->T; t += LT_ATTEND_QUERIES) {
+    for (int64_t t = 0; t < s->T; t += AT_ONCE) {
         const int64_t q_at = h->q_at + t * s->C;
 
-        g.rows = lt_min_i64(LT_ATTEND_QUERIES, s->T - t);
+        g.rows = lt_min_i64(AT_ONCE, s->T - t);
         g.q_panel = q_panels + t * s->d, g.dy_panel = dy_panels + t * s->d;
         g.q = at(c, Q, q_at), g.dy = c->dout + q_at, g.dq = din(c, Q, q_at);
         g.stats = stats_of(c, h) + 2 * t, g.mean = mean + t;

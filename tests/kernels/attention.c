@@ -68,12 +68,12 @@ static void free_head(head *h)
         free_array(all[i]);
 }
 
-/* The panel of queries from row t on, and some keys at a time */
+/* The panels of queries from row t on, and some keys at a time */
 static void run_gradients(const lt_kernels *k, head *h, int64_t t, float scale)
 {
     for (int64_t j = 0; j < h->keys; j += LT_ATTEND_GRAD_KEYS) {
         const lt_attend_grad g = {
-            .d = h->d, .ld = h->ld, .rows = lt_min_i64(QUERIES, h->rows - t),
+            .d = h->d, .ld = h->ld, .rows = lt_min_i64(LT_ATTEND_PANELS * QUERIES, h->rows - t),
             .keys = lt_min_i64(LT_ATTEND_GRAD_KEYS, h->keys - j),
             .q_panel = h->q_panel + t * h->d, .dy_panel = h->dy_panel + t * h->d, .k_panels = h->k_panels + j * h->d,
             .v_panels = h->v_panels + j * h->d, .q = h->q + t * h->ld, .k = h->k + j * h->ld, .dy = h->dy + t * h->ld,
@@ -96,7 +96,7 @@ static void run(const lt_kernels *k, head *h)
     for (int64_t j = 0; j < h->keys; j++)
         memcpy(h->v_rows + j * h->d, h->v + j * h->ld, (size_t)h->d * sizeof(float));
     k->attend(h->y, h->ld, h->stats, h->q_panel, h->k_panels, h->v_rows, h->rows, h->keys, h->d);
-    for (int64_t t = 0; t < h->rows; t += QUERIES)
+    for (int64_t t = 0; t < h->rows; t += LT_ATTEND_PANELS * QUERIES)
         run_gradients(k, h, t, scale);
 }
 
