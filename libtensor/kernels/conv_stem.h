@@ -13,7 +13,8 @@ bool lt_stem_suits(const lt_conv2d_params *p);
 int64_t lt_stem_packed(const lt_conv2d_params *p);
 void lt_stem_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
 
-/* y and a residual are in blocks, x is not. Each y is one chain over (channel, ky, kx), zeros of the padding included. */
+/* y and a residual are in blocks, x is not. Each y is one chain over (channel, ky, kx), zeros of the padding
+ * included. */
 void lt_stem_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed, const lt_conv2d_around *around,
                      lt_real *y);
 

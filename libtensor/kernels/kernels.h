@@ -83,8 +83,6 @@ typedef struct {
     const lt_tap *tap;
 } lt_conv_image;
 
-enum { LT_WINO2_LANES = 16 };
-
 /* How a depthwise convolution goes over one map: by strips of `high` rows of the result. Unless `window` says that
  * the kernel may read the map itself, what a strip sees of the padded map, `reach` rows for each of its own, is
  * dealt to step x step phases, where rows lie `pitch` apart and tap t, in the order (kx, ky), is offset[t] from each
@@ -169,14 +167,14 @@ typedef struct {
     const lt_real *start, *scale;
 } lt_bytes;
 
-/* Maps in blocks of channels: (n, ceil(c / LT_BLOCK), h, w, LT_BLOCK). In the lanes behind the last channel stands what an
- * activation makes of 0; weights there are 0. */
+/* Maps in blocks of channels: (n, ceil(c / LT_BLOCK), h, w, LT_BLOCK). In the lanes behind the last channel stands what
+ * an activation makes of 0; weights there are 0. */
 enum { LT_BLOCK = 16 };
 
 /* One panel of a product over such maps: C[lines * rows, n] = (add ? C : 0) + A B. Columns of A come in segments of
  * `each`, the last one of `last`: column l of segment s and row i of a line is a[segment[s] + i * step + l], and
- * lines are `line` elements apart. step and each are LT_BLOCK, or step is 2 for plain maps. Row i, column j of C is c[j / LT_BLOCK * plane + i * LT_BLOCK + j % LT_BLOCK], where
- * lines follow each other. */
+ * lines are `line` elements apart. step and each are LT_BLOCK, or step is 2 for plain maps. Row i, column j of C is
+ * c[j / LT_BLOCK * plane + i * LT_BLOCK + j % LT_BLOCK], where lines follow each other. */
 typedef struct {
     const lt_real *a;
     int64_t rows, step, lines, line;
@@ -241,8 +239,8 @@ typedef struct lt_kernels {
     /* affine: y = act(fma(a, x, b) + residual) with one a and b, as a channel of an NCHW map has them;
      * residual may be NULL;
      * affine_cols: y[i] = act(fma(a[i], x[i], b[i])), as a row of (T, C) has them;
-     * affine_grad: dx = or += s dy + t x + u, the way a batch norm's gradient reaches its input. kink may be NULL, and dx
-     * may be dy where it does not add. */
+     * affine_grad: dx = or += s dy + t x + u, the way a batch norm's gradient reaches its input. kink may be NULL, and
+     * dx may be dy where it does not add. */
     void (*affine)(lt_real *y, const lt_real *x, lt_real a, lt_real b, const lt_real *residual, lt_act act, size_t n);
     void (*affine_cols)(lt_real *y, const lt_real *x, const lt_real *a, const lt_real *b, lt_act act,
                         size_t n);
@@ -321,7 +319,8 @@ typedef struct lt_kernels {
     /* ---- one plane ---------------------------------------------------------------------------- */
     /* maxpool: a k x k window every `step` positions, `pad` (< k) of nothing around the h x w plane;
      * y and where have out_h * out_w elements; where[i] is the place of the first maximum in x
-     * (a NaN wins); NULL when nobody asks. Every window must reach the plane. maxpool_grad: dx[where[i]] += dy[i], in order. */
+     * (a NaN wins); NULL when nobody asks. Every window must reach the plane. maxpool_grad: dx[where[i]] += dy[i], in
+     * order. */
     void (*maxpool)(lt_real *y, int32_t *where, const lt_real *x, int h, int w, int k, int step,
                     int pad, int out_h, int out_w);
     void (*maxpool_grad)(lt_real *dx, const lt_real *dy, const int32_t *where, size_t n_out);
@@ -411,7 +410,7 @@ typedef struct lt_kernels {
      * of x, over a strip's positions by rows: one chain of multiply-adds a strip, and strips in double */
     void (*depthwise_weights)(double *sums, const lt_real *x, const lt_real *dy, const lt_depthwise *d);
 
-    /* ---- Winograd F(2x2, 3x3), for libtensor/kernels/winograd2.c: LT_WINO2_LANES channels in lanes ------- */
+    /* ---- Winograd F(2x2, 3x3), for libtensor/kernels/winograd2.c: LT_BLOCK channels in lanes ------------- */
     /* wino2_input: place p of B^T d B to out[p * place], where d[4 y + x] is row y, column x of the tile;
      * wino2_output: A^T m A, n channels of m[p * place], to y[2 row + column], which may be the same;
      * wino2_windows: as wino_windows, for 16 places */

@@ -33,6 +33,17 @@ typedef struct {
     lt_real *y, *in, *out;              /* in: panels [place][panel][k][nr]; out: [place][m][column] */
 } job;
 
+void lt_winograd_look(const lt_real **d, const lt_real *map, int64_t h, int64_t w, int64_t y, int64_t x, int size)
+{
+    static const lt_real none[LT_BLOCK];
+
+    for (int i = 0; i < size * size; i++) {
+        const int64_t row = y + i / size, col = x + i % size;
+
+        d[i] = row < 0 || row >= h || col < 0 || col >= w ? none : map + (row * w + col) * LT_BLOCK;
+    }
+}
+
 static tiling tiles_of(const lt_conv2d_params *p, lt_rect r)
 {
     tiling t = { .map_h = p->h, .map_w = p->w, .y0 = r.y0, .x0 = r.x0, .h = r.y1 - r.y0, .w = r.x1 - r.x0 };

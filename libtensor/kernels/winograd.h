@@ -12,6 +12,9 @@
 
 #include "libtensor/kernels/conv.h"
 
+/* Where size x size positions from (y, x) on are in an h x w map of [position][LT_BLOCK]; zeros around it */
+void lt_winograd_look(const lt_real **d, const lt_real *map, int64_t h, int64_t w, int64_t y, int64_t x, int size);
+
 /* Whether the shape gains: neither few channels nor few tiles. The same for the gradient of x. */
 bool lt_winograd_suits(const lt_conv2d_params *p);
 

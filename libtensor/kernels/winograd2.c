@@ -4,13 +4,14 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_turned.h"
 #include "libtensor/kernels/product.h"
+#include "libtensor/kernels/winograd.h"
 
 #include <string.h>
 
 enum {
     PLACES = 16,
     SIDE = 11, MOST_TILES = 36, /* of the largest map */
-    LANES = LT_WINO2_LANES,     /* channels that are transformed at once ... */
+    LANES = LT_BLOCK,           /* channels that are transformed at once ... */
     CHANNELS = 64,              /* ... and brought back */
     APART = 16,                 /* elements, so that places do not share lines of the cache */
 };
@@ -99,32 +100,19 @@ size_t lt_winograd2_work(const lt_conv2d_params *p, int64_t m, int64_t k)
     return (size_t)(PLACES * (j.in_place + j.out_place)) * sizeof(lt_real);
 }
 
-/* What the 4 x 4 places of tile t are in a map turned to [position][LANES]; `none` around it */
-static void look(const lt_real *d[PLACES], const wino2_job *j, const lt_real *map, const lt_real *none, int64_t t)
-{
-    const int64_t h = j->p->h, w = j->p->w, y0 = t / j->across * 2 - 1, x0 = t % j->across * 2 - 1;
-
-    for (int i = 0; i < PLACES; i++) {
-        const int64_t y = y0 + i / 4, x = x0 + i % 4;
-
-        d[i] = y < 0 || y >= h || x < 0 || x >= w ? none : map + (y * w + x) * LANES;
-    }
-}
-
 /* LANES channels of an image */
 static void transform_input(void *ctx, int64_t task)
 {
     const wino2_job *j = ctx;
     const int64_t blocks = lt_ceil_div(j->k, LANES), image = task / blocks, c = task % blocks * LANES;
     const int64_t n = lt_min_i64(LANES, j->k - c), positions = j->p->h * j->p->w;
-    static const lt_real none[LANES];
     _Alignas(LT_ALIGN) lt_real map[SIDE * SIDE * LANES] = { 0 }, out[PLACES * MOST_TILES * LANES];
 
     lt_k->turn(map, LANES, j->x + (image * j->k + c) * positions, positions, n, positions, false);
     for (int64_t t = 0; t < j->each; t++) {
         const lt_real *d[PLACES];
 
-        look(d, j, map, none, t);
+        lt_winograd_look(d, map, j->p->h, j->p->w, t / j->across * 2 - 1, t % j->across * 2 - 1, 4);
         lt_k->wino2_input(out + t * LANES, MOST_TILES * LANES, d);
     }
     for (int i = 0; i < PLACES; i++)

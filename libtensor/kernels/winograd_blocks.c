@@ -89,20 +89,6 @@ void lt_winograd_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, 
 
 /* ---- maps ---- */
 
-/* Where the places of a tile are in a block's map; `none` around it */
-static void look(const lt_real *d[MOST_PLACES], const blocks_job *j, const lt_real *map, int64_t row, int64_t tile)
-{
-    static const lt_real none[LT_BLOCK];
-    const int64_t h = j->p->h, w = j->p->w, y0 = row * j->side - 1, x0 = tile * j->side - 1;
-    const int across = j->side + 2;
-
-    for (int i = 0; i < j->places; i++) {
-        const int64_t y = y0 + i / across, x = x0 + i % across;
-
-        d[i] = y < 0 || y >= h || x < 0 || x >= w ? none : map + (y * w + x) * LT_BLOCK;
-    }
-}
-
 /* A row of tiles of one block */
 static void transform_input(void *ctx, int64_t task)
 {
@@ -115,7 +101,7 @@ static void transform_input(void *ctx, int64_t task)
     for (int64_t t = 0; t < j->wide; t++, out += LT_BLOCK) {
         const lt_real *d[MOST_PLACES];
 
-        look(d, j, map, ty, t);
+        lt_winograd_look(d, map, j->p->h, j->p->w, ty * j->side - 1, t * j->side - 1, j->side + 2);
         (j->side == 4 ? lt_k->wino_block_input : lt_k->wino2_input)(out, j->in_place, d);
     }
 }

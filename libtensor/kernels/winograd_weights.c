@@ -3,6 +3,7 @@
 
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/product.h"
+#include "libtensor/kernels/winograd.h"
 
 #include <string.h>
 
@@ -117,18 +118,6 @@ static void turn_part(part *t, const lt_conv2d_params *p, const lt_real *map, in
     lt_k->turn(t->at, LT_BLOCK, map + t->y0 * p->w, p->h * p->w, channels, t->rows * p->w, false);
 }
 
-/* Where size x size positions from (y, x) on are, side by side; `none` around the map */
-static void look(const lt_real **d, const part *t, int64_t w, int64_t y, int64_t x, int size)
-{
-    static const lt_real none[LT_BLOCK];
-
-    for (int i = 0; i < size * size; i++) {
-        const int64_t row = y + i / size - t->y0, col = x + i % size;
-
-        d[i] = row < 0 || row >= t->rows || col < 0 || col >= w ? none : t->at + (row * w + col) * LT_BLOCK;
-    }
-}
-
 static int64_t channels_of(int64_t n, int64_t from)
 {
     return lt_min_i64(LT_BLOCK, n - from);
@@ -145,9 +134,10 @@ static void transform_input(const job *j, int64_t at, int64_t c)
     turn_part(&t, p, j->x + (b.image * p->c + c) * p->h * p->w, channels_of(p->c, c), b.row * SIDE - 1,
               (b.row + b.rows) * SIDE + 1);
     for (int64_t i = 0; i < b.rows * j->wide; i++, out += j->in_ld) {
+        const int64_t y = (b.row + i / j->wide) * SIDE - t.y0, x = i % j->wide * SIDE;
         const lt_real *d[PLACES];
 
-        look(d, &t, p->w, (b.row + i / j->wide) * SIDE - 1, i % j->wide * SIDE - 1, ACROSS);
+        lt_winograd_look(d, t.at, t.rows, p->w, y - 1, x - 1, ACROSS);
         lt_k->wino_block_input(out, j->in_place, d);
     }
 }
@@ -164,9 +154,10 @@ static void transform_grad(const job *j, int64_t at, int64_t o)
     turn_part(&t, p, j->dy + (b.image * p->o + o) * p->h * p->w, channels_of(p->o, o), b.row * SIDE,
               (b.row + b.rows) * SIDE);
     for (int64_t i = 0; i < b.rows * j->wide; i++, out += nr) {
+        const int64_t y = (b.row + i / j->wide) * SIDE - t.y0, x = i % j->wide * SIDE;
         const lt_real *d[SIDE * SIDE];
 
-        look(d, &t, p->w, (b.row + i / j->wide) * SIDE, i % j->wide * SIDE, SIDE);
+        lt_winograd_look(d, t.at, t.rows, p->w, y, x, SIDE);
         lt_k->wino_block_grad(out, j->grad_place, panel, d);
     }
 }

@@ -102,8 +102,8 @@ static int64_t tasks_of(const sizes *s)
     return lt_ceil_div(s->T, AT_ONCE);
 }
 
-/* A head as attend wants it: panels of queries, panels of keys, rows of values. These are copied where there are several
- * heads: of one they already lie without gaps. */
+/* A head as attend wants it: panels of queries, panels of keys, rows of values. These are copied where there are
+ * several heads: of one they already lie without gaps. */
 typedef struct {
     lt_real *q, *k, *v;
 } packed_head;

@@ -267,7 +267,8 @@ END_TEST
 /* In training too batch norm does what follows: fewer steps, and the same bits everywhere. */
 START_TEST(batch_norms_fuse_in_training)
 {
-    const lt_batch_norm_layer bn1 = lt_batch_norm_layer_new(set, "bn1", 3), bn2 = lt_batch_norm_layer_new(set, "bn2", 3);
+    const lt_batch_norm_layer bn1 = lt_batch_norm_layer_new(set, "bn1", 3);
+    const lt_batch_norm_layer bn2 = lt_batch_norm_layer_new(set, "bn2", 3);
     lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(4, 3, 50, 31))), *y, *loss;
     lt_plan *fused, *plain;
 

@@ -142,8 +142,8 @@ static void planes(const lt_kernels *k, args *s, int count, bool gated, bool has
     k->bytes_of_planes(Y, A, (int64_t)n, count, gated && s->n >= 4 ? B : NULL, &r, n);
 }
 
-/* Panels as wide as Y allows for a word in each column; they are as wide as the table says, so only the columns that there
- * are can be compared. */
+/* Panels as wide as Y allows for a word in each column; they are as wide as the table says, so only the columns that
+ * there are can be compared. */
 static void panels(const lt_kernels *k, args *s, int count, bool gated, bool has_negative)
 {
     const lt_int8_range r = { 0.01f, has_negative };
@@ -169,21 +169,22 @@ CALL(bytes_of_row_signed, k->bytes_of_row(Y, A, &((lt_int8_range){ 0.01f, true }
 
 #define ENTRY(name) { #name, call_##name }
 static const struct { const char *name; call_fn call; } entries[] = {
-    ENTRY(add), ENTRY(sub), ENTRY(mul), ENTRY(scale), ENTRY(add_to), ENTRY(axpy), ENTRY(mul_to),
-    ENTRY(axpy_in_2), ENTRY(axpy_in_3), ENTRY(axpy_out_2), ENTRY(relu), ENTRY(leaky_relu), ENTRY(silu),
-    ENTRY(elu), ENTRY(gelu), ENTRY(sigmoid), ENTRY(tanh), ENTRY(exp), ENTRY(relu_grad),
-    ENTRY(leaky_relu_grad), ENTRY(silu_grad), ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(sigmoid_grad),
-    ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu), ENTRY(affine_silu), ENTRY(affine_residual),
-    ENTRY(affine_cols), ENTRY(affine_grad_kink), ENTRY(grad_moments_kink), ENTRY(affine_grad_add),
-    ENTRY(affine_grad_kink_add), ENTRY(affine_grad_kink_of_x), ENTRY(affine_grad_in_place), ENTRY(grad_moments_kink_of_x),
-    ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step), ENTRY(moments),
-    ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite), ENTRY(softmax), ENTRY(softmax_grad),
-    ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows), ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare),
-    ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add), ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn),
-    ENTRY(turn_add), ENTRY(turn_wide), ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
+    ENTRY(add), ENTRY(sub), ENTRY(mul), ENTRY(scale), ENTRY(add_to), ENTRY(axpy), ENTRY(mul_to), ENTRY(axpy_in_2),
+    ENTRY(axpy_in_3), ENTRY(axpy_out_2), ENTRY(relu), ENTRY(leaky_relu), ENTRY(silu), ENTRY(elu), ENTRY(gelu),
+    ENTRY(sigmoid), ENTRY(tanh), ENTRY(exp), ENTRY(relu_grad), ENTRY(leaky_relu_grad), ENTRY(silu_grad),
+    ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(sigmoid_grad), ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu),
+    ENTRY(affine_silu), ENTRY(affine_residual), ENTRY(affine_cols), ENTRY(affine_grad_kink), ENTRY(grad_moments_kink),
+    ENTRY(affine_grad_add), ENTRY(affine_grad_kink_add), ENTRY(affine_grad_kink_of_x), ENTRY(affine_grad_in_place),
+    ENTRY(grad_moments_kink_of_x), ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step),
+    ENTRY(moments), ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite),
+    ENTRY(softmax), ENTRY(softmax_grad), ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows),
+    ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare), ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add),
+    ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn), ENTRY(turn_add), ENTRY(turn_wide),
+    ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
     ENTRY(bytes_raise), ENTRY(bytes_of_panels), ENTRY(bytes_of_panels_7), ENTRY(bytes_of_panels_9),
     ENTRY(bytes_of_planes), ENTRY(bytes_of_planes_gated), ENTRY(bytes_of_planes_3), ENTRY(bytes_of_plane),
-    ENTRY(bytes_of_row), ENTRY(bytes_of_row_signed), ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values), ENTRY(maxpool_3_each), ENTRY(maxpool_5),
+    ENTRY(bytes_of_row), ENTRY(bytes_of_row_signed), ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values),
+    ENTRY(maxpool_3_each), ENTRY(maxpool_5),
 };
 
 /* ---- running one entry twice -------------------------------------------------------------------------- */
