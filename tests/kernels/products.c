@@ -199,7 +199,7 @@ static const lt_conv2d_params convs[] = {
     { 1, 270, 12, 14, 35, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 1, 32, 13, 70, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
     { 4, 32, 33, 30, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },     /* the weights' gradient in several rounds, */
-    { 1, 600, 8, 9, 130, 3, 3, 1, 1, 1, 1, 1, 1, 1 },     /* or by some output channels at a time */
+    { 2, 600, 9, 9, 130, 3, 3, 1, 1, 1, 1, 1, 1, 1 },     /* or by some output channels at a time */
     { 1, 32, 9, 220, 32, 3, 3, 1, 1, 1, 1, 1, 1, 1 },     /* too wide for that gradient */
     { 2, 40, 7, 7, 33, 3, 3, 1, 1, 1, 1, 1, 1, 1 },       /* from here on: F(2x2, 3x3) */
     { 1, 32, 8, 8, 100, 3, 3, 1, 1, 1, 1, 1, 1, 1 },
