@@ -33,6 +33,14 @@ typedef struct {
     lt_real *y, *in, *out;              /* in: panels [place][panel][k][nr]; out: [place][m][column] */
 } job;
 
+bool lt_winograd_form(const lt_conv2d_params *p)
+{
+    enum { FEW = 32 };
+
+    return p->kh == 3 && p->kw == 3 && p->stride_h == 1 && p->stride_w == 1 && p->pad_h == 1 && p->pad_w == 1
+           && p->dil_h == 1 && p->dil_w == 1 && p->groups == 1 && p->c >= FEW && p->o >= FEW;
+}
+
 void lt_winograd_look(const lt_real **d, const lt_real *map, int64_t h, int64_t w, int64_t y, int64_t x, int size)
 {
     static const lt_real none[LT_BLOCK];
@@ -59,11 +67,9 @@ static tiling tiles_of(const lt_conv2d_params *p, lt_rect r)
 
 bool lt_winograd_suits(const lt_conv2d_params *p)
 {
-    const bool form = p->kh == 3 && p->kw == 3 && p->stride_h == 1 && p->stride_w == 1 && p->pad_h == 1
-                      && p->pad_w == 1 && p->dil_h == 1 && p->dil_w == 1 && p->groups == 1;
     tiling t;
 
-    if (!form || p->c < 32 || p->o < 32 || p->h < 12 || p->w < 12)
+    if (!lt_winograd_form(p) || p->h < 12 || p->w < 12)
         return false;
     t = tiles_of(p, lt_conv2d_all(p));
     return t.columns <= MOST_TILES && (t.band + 1) * t.wide <= MOST_DEALT;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * F(4x4, 3x3) [Lavin and Gray 2016]: a 3 x 3 convolution of stride 1 and pad 1 computed four by four
- * outputs at a time, with 36 multiplications in the place of 144. For conv.c only.
+ * outputs at a time, with 36 multiplications in the place of 144. For conv*.c only.
  *
  * A 6 x 6 tile d of the input becomes B^T d B, the window G g G^T; for each of the 36 places the products
  * over channels are one matrix product (rows: output channels, columns: tiles); A^T (.) A brings the
@@ -11,6 +11,9 @@
 #define LT_KERNELS_WINOGRAD_H
 
 #include "libtensor/kernels/conv.h"
+
+/* Whether any of Winograd's ways is for it: 3 x 3, stride 1, pad 1, at least 32 channels on both sides */
+bool lt_winograd_form(const lt_conv2d_params *p);
 
 /* Where size x size positions from (y, x) on are in an h x w map of [position][LT_BLOCK]; zeros around it */
 void lt_winograd_look(const lt_real **d, const lt_real *map, int64_t h, int64_t w, int64_t y, int64_t x, int size);

@@ -23,11 +23,9 @@ static int64_t tiles_of(const lt_conv2d_params *p)
 
 bool lt_winograd2_suits(const lt_conv2d_params *p)
 {
-    enum { FEW = 32, SMALL = 36 };
-    const bool form = p->kh == 3 && p->kw == 3 && p->stride_h == 1 && p->stride_w == 1 && p->pad_h == 1
-                      && p->pad_w == 1 && p->dil_h == 1 && p->dil_w == 1 && p->groups == 1;
+    enum { SMALL = 36 };
 
-    return form && p->c >= FEW && p->o >= FEW && p->h <= SIDE && p->w <= SIDE && p->h * p->w >= SMALL
+    return lt_winograd_form(p) && p->h <= SIDE && p->w <= SIDE && p->h * p->w >= SMALL
            && 3 * tiles_of(p) <= p->h * p->w;
 }
 

@@ -59,11 +59,9 @@ static int64_t positions(int64_t rows, int64_t w)
 
 bool lt_winograd_weights_suits(const lt_conv2d_params *p)
 {
-    enum { FEW = 32, SMALL = 8, FEW_TILES = 16 };   /* their sums' way back costs as much as a dozen tiles */
-    const bool form = p->kh == 3 && p->kw == 3 && p->stride_h == 1 && p->stride_w == 1 && p->pad_h == 1
-                      && p->pad_w == 1 && p->dil_h == 1 && p->dil_w == 1 && p->groups == 1;
+    enum { SMALL = 8, FEW_TILES = 16 };     /* the sums' way back costs as much as a dozen tiles */
 
-    return form && p->c >= FEW && p->o >= FEW && p->h >= SMALL && p->w >= SMALL
+    return lt_winograd_form(p) && p->h >= SMALL && p->w >= SMALL
            && p->n * lt_ceil_div(p->h, SIDE) * lt_ceil_div(p->w, SIDE) >= FEW_TILES
            && positions(1, p->w) <= MOST_POSITIONS;
 }

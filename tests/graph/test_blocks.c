@@ -141,17 +141,22 @@ static void expect_same(const network *n, const lt_tensor *y)
     ck_assert(memcmp(got, first, (size_t)count * sizeof(*got)) == 0);
 }
 
+static void expect_steps(const network *n, const char *want)
+{
+    lt_plan *p = compile(n, NULL);
+
+    ck_assert_str_eq(steps_of(p), want);
+    lt_plan_free(p);
+}
+
 /* Into blocks once, out of them nowhere: the mean reads them. */
 START_TEST(a_chain)
 {
     network n = start();
     lt_tensor *y = bottleneck(&n, conv(&n, "stem", n.x, O, 3, 1));
-    lt_plan *p;
 
     y = lt_output(linear(&n, "head", lt_global_avg_pool(conv(&n, "last", y, 33, 3, 2)), 5), "y");
-    p = compile(&n, NULL);
-    ck_assert_str_eq(steps_of(p), "to_blocks stem expand depthwise project last ");
-    lt_plan_free(p);
+    expect_steps(&n, "to_blocks stem expand depthwise project last ");
     expect_same(&n, y);
     destroy(&n);
 }
@@ -163,12 +168,9 @@ START_TEST(from_an_image)
     network n = start();
     lt_tensor *maps = lt_slice(n.x, 1, 0, 3);
     lt_tensor *y = lt_global_avg_pool(bottleneck(&n, lt_relu(conv(&n, "stem", maps, O, 3, 2))));
-    lt_plan *p;
 
     lt_output(y, "y");
-    p = compile(&n, NULL);
-    ck_assert_str_eq(steps_of(p), "stem expand depthwise project ");
-    lt_plan_free(p);
+    expect_steps(&n, "stem expand depthwise project ");
     expect_same(&n, y);
     destroy(&n);
 }
@@ -199,10 +201,9 @@ START_TEST(too_short)
 {
     network n = start();
     lt_tensor *y = lt_output(conv(&n, "alone", n.x, O, 3, 1), "y");
-    lt_plan *p = compile(&n, NULL);
+    lt_plan *p;
 
-    ck_assert_str_eq(steps_of(p), "");
-    lt_plan_free(p);
+    expect_steps(&n, "");
     expect_same(&n, y);
     destroy(&n);
     n = start();
