@@ -227,7 +227,8 @@ void layer_list(FILE *f)
 
 /* ---- recording ----------------------------------------------------------------------------------------- */
 
-/* consume: reads x without looking at it, so that the copies are wanted one after another.
+/* consume: reads x without looking at it, in blocks where a convolution makes it so, for that is how layers run inside a
+ * network; the copies are wanted one after another.
  *   chain ()   x (any shape)   ->   chain;   dx += 1e-3 dchain
  */
 static lt_status consume_infer(lt_call *c)
@@ -250,9 +251,14 @@ static void consume_backward(const lt_call *c)
         c->din[1][i] += g;
 }
 
+static unsigned consume_takes_blocks(const lt_node *node)
+{
+    return node->in[1]->shape.rank == 4 ? LT_BLOCKS_IN(1) : 0;
+}
+
 static const lt_op consume_op = {
     .name = "consume", .keeps = LT_KEEP_NOTHING, .infer = consume_infer, .forward = consume_forward,
-    .backward = consume_backward,
+    .backward = consume_backward, .takes_blocks = consume_takes_blocks,
 };
 
 static void record(const model *self, bool train, model_record *r)
@@ -268,7 +274,6 @@ static void record(const model *self, bool train, model_record *r)
     }
     for (int i = 0; i < m->copies; i++) {
         const layer_use u = { &m->config, &m->copy[i], m->hand, in };
-
 
         chain = lt_apply(&consume_op, NULL, 0, (lt_tensor *[]){ chain, m->kind->apply(&u) }, 2);
     }
