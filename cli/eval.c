@@ -44,7 +44,8 @@ static const struct argp_option options[] = {
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "max-pa-mpjpe", MIN_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
     { "no-bench", NO_BENCH, NULL, 0, "leave the time columns of Table 5 empty", 0 },
-    { "claims", CLAIMS, "RUNS", OPTION_ARG_OPTIONAL, "instead of scoring: what the papers' ablations claim, and whether it "
+    { "claims", CLAIMS, "RUNS", OPTION_ARG_OPTIONAL,
+      "instead of scoring: what the papers' ablations claim, and whether it "
       "held in the scored runs in folder RUNS", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "json", JSON, NULL, 0, "print scores.json instead of the tables", 0 },
@@ -182,7 +183,8 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
 static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const char *split, dataset **out)
 {
     const dataset_options o = {
-        .root = a->data, .split = split, .models = a->models, .setup = a->setup ? a->setup : train_setup_name(&c->config),
+        .root = a->data, .split = split, .models = a->models,
+        .setup = a->setup ? a->setup : train_setup_name(&c->config),
         .filter = a->filter ? a->filter : train_filter_name(&c->config), .hand = c->hand.model, .vertices = !a->submit,
     };
 
@@ -226,7 +228,8 @@ static lt_status score_ho3d(const eval_args *a, lt_arena *arena)
 
     if (st)
         return st;
-    fprintf(stderr, "Protocol: HO3D evaluation; %lld samples; *_al_*: similarity per sample, reflections allowed; means in "
+    fprintf(stderr,
+            "Protocol: HO3D evaluation; %lld samples; *_al_*: similarity per sample, reflections allowed; means in "
             "cm\n", (long long)n);
     ho3d_print_scores(stdout, scores);
     st = out ? lt_make_dirs(a->out) : LT_OK;

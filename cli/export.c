@@ -26,11 +26,14 @@ static const struct argp_option options[] = {
     { "output", 'o', "FILE", 0, "where it goes", 0 },
     { "format", FORMAT, "FORMAT", 0, "onnx or safetensors; default FILE's ending", 0 },
     { "batch", 'b', "N", 0, "images in a run of an ONNX file; default 0, any number", 0 },
-    { "samples", SAMPLES, "FILE", 0, "npz of the inputs that an ONNX file was compared with, and the model's outputs", 0 },
+    { "samples", SAMPLES, "FILE", 0,
+      "npz of the inputs that an ONNX file was compared with, and the model's outputs", 0 },
     { "int8", INT8, NULL, 0, "a checkpoint for inference with 8-bit integers; wants --calibration", 0 },
-    { "calibration", CALIBRATION, "DIR", 0, "for --int8: the dataset, HO3D or DexYCB, whose training samples give the ranges, and "
+    { "calibration", CALIBRATION, "DIR", 0,
+      "for --int8: the dataset, HO3D or DexYCB, whose training samples give the ranges, and "
       "whose evaluation samples are scored", 0 },
-    { "calibration-samples", CALIBRATION_SAMPLES, "N", 0, "for --int8: training samples that are looked at; default 64", 0 },
+    { "calibration-samples", CALIBRATION_SAMPLES, "N", 0,
+      "for --int8: training samples that are looked at; default 64", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default the one it was trained with", 0 },
     { "model", 'm', "NAME", 0, "a model with weights of --init, or untrained, instead of a checkpoint", 0 },
     { "variant", VARIANT, "NAME", 0, "of --model; default the config's, else full", 0 },
@@ -113,9 +116,9 @@ static const struct argp argp = {
     "Write a model for other programs.\v"
     "onnx is one file of standard operators, with image size, normalisation, joint names and the hand's name in its "
     "metadata. It is read back and run with 16 inputs beside the model; when an output differs by more than 1e-4 of "
-    "its largest value, no file is left. safetensors is the weights alone. --int8 makes a checkpoint whose inference reads "
-    "8-bit integers in all layers that bear it, for eval and predict; its PA-MPJPE and time are printed beside the "
-    "exact model's.\n\n"
+    "its largest value, no file is left. safetensors is the weights alone. --int8 makes a checkpoint whose inference "
+    "reads 8-bit integers in all layers that bear it, for eval and predict; its PA-MPJPE and time are printed beside "
+    "the exact model's.\n\n"
     "  palmar export runs/tiny -o tiny.onnx\n"
     "  palmar export runs/tiny/checkpoints/best.safetensors -o weights.safetensors\n"
     "  palmar export runs/tiny --int8 --calibration data/tiny -o tiny-int8.safetensors\n"
@@ -195,8 +198,8 @@ static lt_status from_name(const export_args *a)
     if (st == LT_OK && a->init)
         st = weights_init(hand.arena, a->init, &m, &r);
     if (st == LT_OK && a->init)
-        fprintf(stderr, "%s: %s, names of %s: %d arrays loaded, %d missing, %d left over\n", a->init, r.format, r.family,
-                r.n_loaded, r.n_missing, r.n_left_over);
+        fprintf(stderr, "%s: %s, names of %s: %d arrays loaded, %d missing, %d left over\n", a->init, r.format,
+                r.family, r.n_loaded, r.n_missing, r.n_left_over);
     else if (st == LT_OK)
         fprintf(stderr, "untrained: --init FILE gives weights\n");
     if (st == LT_OK)

@@ -42,7 +42,8 @@ static const struct argp_option options[] = {
     { "setup", SETUP, "NAME", 0, "with --data, DexYCB: the splits that are tested, s0 (default) to s3", 0 },
     { "hand", HAND, "FILE", 0, "with --data: hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the "
       "embedded one", 0 },
-    { "hand-left", HAND_LEFT, "FILE", 0, "with --data, DexYCB: MANO_LEFT.pkl; default the right one's mirror image", 0 },
+    { "hand-left", HAND_LEFT, "FILE", 0,
+      "with --data, DexYCB: MANO_LEFT.pkl; default the right one's mirror image", 0 },
     { "system", SYSTEM, NULL, 0, "this machine and this program", 0 },
     { "json", JSON, NULL, 0, "as JSON", 0 },
     { 0 },

@@ -36,7 +36,8 @@ static void look_for_block(void *ctx, int64_t block)
 lt_status check_files(const dataset *d, lt_arena *arena, check_missing *out)
 {
     const int64_t n = lt_ceil_div(d->count, BLOCK);
-    file_job j = { d, lt_arena_array(arena, (size_t)n, sizeof(*j.first)), lt_arena_array(arena, (size_t)n, sizeof(*j.missing)) };
+    file_job j = { d, lt_arena_array(arena, (size_t)n, sizeof(*j.first)),
+                   lt_arena_array(arena, (size_t)n, sizeof(*j.missing)) };
 
     if (!j.first || !j.missing)
         return lt_error(LT_ENOMEM, "%s: no memory", d->root);

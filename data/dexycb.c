@@ -219,7 +219,8 @@ lt_status dexycb_models_info(const dataset *base, lt_arena *arena, const char **
 
 static const char *missing_file(const dataset *base, int64_t index, lt_arena *arena)
 {
-    static const char *const what[] = { "color", "aligned_depth_to_color", "labels" }, *const ending[] = { "jpg", "png", "npz" };
+    static const char *const what[] = { "color", "aligned_depth_to_color", "labels" },
+        *const ending[] = { "jpg", "png", "npz" };
     const dexycb *d = (const dexycb *)base;
     const dexycb_spot spot = dexycb_find(d, number_of(d, index));
 

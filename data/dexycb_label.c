@@ -22,7 +22,8 @@ static lt_status numbers(const lt_npz *npz, const char *key, int rank, const int
     if (a->type == LT_ELEM_TEXT || !lt_array_has_shape(a, rank, shape)) {
         const lt_array want = lt_array_make(LT_ELEM_F4, rank, shape, NULL);
         return lt_error(LT_EFORMAT, "%s: %s is %s, expected numbers of shape %s", npz->path, key,
-                        lt_array_shape_text(a, found, sizeof(found)), lt_array_shape_text(&want, wanted, sizeof(wanted)));
+                        lt_array_shape_text(a, found, sizeof(found)),
+                        lt_array_shape_text(&want, wanted, sizeof(wanted)));
     }
     lt_array_to_float(a, out, n);
     for (size_t i = 0; i < n; i++)

@@ -293,7 +293,8 @@ static const char *missing_file(const dataset *d, int64_t index, lt_arena *arena
 {
     const ho3d *h = (const ho3d *)d;
     const char *png = frame_path(h, index, arena, "rgb", "png"), *jpg = frame_path(h, index, arena, "rgb", "jpg");
-    const char *const other[] = { frame_path(h, index, arena, "depth", "png"), frame_path(h, index, arena, "meta", "pkl") };
+    const char *const other[] = { frame_path(h, index, arena, "depth", "png"),
+                                  frame_path(h, index, arena, "meta", "pkl") };
 
     if (png && jpg && access(png, F_OK) && access(jpg, F_OK))
         return jpg;

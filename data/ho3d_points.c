@@ -219,7 +219,8 @@ static lt_status open_archive(ho3d_points *p)
     if (!p->archive)
         return lt_error(LT_EFORMAT, "%s: no zip archive, or a damaged one (libzip's error %d)", p->path, why);
     p->entry = zip_fopen(p->archive, "pred.json", 0);
-    return p->entry ? LT_OK : lt_error(LT_EFORMAT, "%s: %s; expected pred.json in it", p->path, zip_strerror(p->archive));
+    return p->entry ? LT_OK
+                    : lt_error(LT_EFORMAT, "%s: %s; expected pred.json in it", p->path, zip_strerror(p->archive));
 }
 
 static lt_status open_text(ho3d_points *p)

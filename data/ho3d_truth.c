@@ -17,7 +17,8 @@ static lt_status read_frames(ho3d_points *file, const char *path, int64_t n, int
         if (!more)
             break;
         if (frame == n)
-            return lt_error(LT_EFORMAT, "%s: frame %lld, point 0: found one more frame, expected the end: evaluation.txt "
+            return lt_error(LT_EFORMAT,
+                            "%s: frame %lld, point 0: found one more frame, expected the end: evaluation.txt "
                             "lists no more", path, (long long)frame);
     }
     if (frame != n)

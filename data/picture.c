@@ -67,7 +67,8 @@ lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int h
     if (!st)
         st = check_size(path, &img, width, height);
     if (!st && img.bits != (img.channels == 1 ? 16 : 8))
-        st = lt_error(LT_EFORMAT, "%s: %d channels of %d bits, expected one of 16, depth in millimetres, or HO3D's 3 of 8",
+        st = lt_error(LT_EFORMAT,
+                      "%s: %d channels of %d bits, expected one of 16, depth in millimetres, or HO3D's 3 of 8",
                       path, img.channels, img.bits);
     if (!st)
         st = lt_arena_try(arena, n * sizeof(*depth), (void **)&depth);

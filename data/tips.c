@@ -54,7 +54,8 @@ static void add_frame(const dataset *d, int64_t index, const lt_hand_model *hand
 {
     lt_arena *arena = lt_arena_new();
     dataset_sample s;
-    const lt_status st = arena ? dataset_annotation(d, index, arena, &s) : lt_error(LT_ENOMEM, "%s: no memory", d->root);
+    const lt_status st = arena ? dataset_annotation(d, index, arena, &s)
+                               : lt_error(LT_ENOMEM, "%s: no memory", d->root);
 
     if (st) {
         t->unreadable = st;

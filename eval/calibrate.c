@@ -258,7 +258,8 @@ lt_status calibrate(lt_arena *arena, const calibrate_options *o, calibration *ou
 
 void calibration_print(const calibration *c, FILE *f)
 {
-    fprintf(f, "%d of %d layers read 8-bit integers; outputs of the model, depthwise and grouped convolutions, those of "
+    fprintf(f,
+            "%d of %d layers read 8-bit integers; outputs of the model, depthwise and grouped convolutions, those of "
             "few channels and attention stay as they are\n", c->table.n, c->n);
     for (int i = 0; i < c->n; i++)
         if (!c->layer[i].range.scale)

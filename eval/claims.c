@@ -64,7 +64,8 @@ static bool same_samples(const cJSON *a, const cJSON *b)
 {
     static const char *const keys[] = { "model", "dataset", "split", "hand" };
     bool same = number_of(a, "samples") == number_of(b, "samples")
-                && cJSON_IsTrue(cJSON_GetObjectItem(a, "synthetic")) == cJSON_IsTrue(cJSON_GetObjectItem(b, "synthetic"));
+                && cJSON_IsTrue(cJSON_GetObjectItem(a, "synthetic"))
+                   == cJSON_IsTrue(cJSON_GetObjectItem(b, "synthetic"));
 
     for (size_t i = 0; i < LT_COUNT(keys); i++)
         same = same && strcmp(text_of(a, keys[i]), text_of(b, keys[i])) == 0;

@@ -40,7 +40,8 @@ lt_status dexycb_results_open(const char *path, dexycb_results **out)
     while (k < 3 && !ends_in(path, ending[k]))
         k++;
     if (k == 3)
-        return lt_error(LT_EINVAL, "%s: which result file of DexYCB's? .txt for hand joints (HPE), .csv for object poses "
+        return lt_error(LT_EINVAL,
+                        "%s: which result file of DexYCB's? .txt for hand joints (HPE), .csv for object poses "
                         "(BOP), .json for detections (COCO)", path);
     f = calloc(1, sizeof(*f));
     if (!f)
@@ -169,7 +170,8 @@ static lt_status score_lines(const dataset *d, const char *path, const hpe_file 
 
         lt_arena_free(arena);
         if (!st && !found)
-            st = lt_error(LT_EFORMAT, "%s: has no line for sample %lld, %s", path, (long long)index, dataset_name(d, i));
+            st = lt_error(LT_EFORMAT, "%s: has no line for sample %lld, %s", path, (long long)index,
+                          dataset_name(d, i));
         if (st)
             return st;
         if (s.flags & SAMPLE_MIRRORED)

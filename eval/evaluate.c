@@ -84,7 +84,8 @@ static lt_status prepare(evaluation *e)
     e->names = array(e, (size_t)e->samples, sizeof(*e->names));
     e->breakdown = eval_breakdown_new(e->arena);
     find_object_tables(e);
-    ok = ok && e->control && e->estimates && e->camera && e->which && e->flags && e->per_sample && e->names && e->breakdown;
+    ok = ok && e->control && e->estimates && e->camera && e->which && e->flags && e->per_sample && e->names
+        && e->breakdown;
     if (!ok || set_new(e, EVALUATE_MODEL, e->o.m->cls->name) || set_new(e, EVALUATE_ZERO, "zero predictor"))
         return lt_error(LT_ENOMEM, "no memory to score %d images at a time", B);
     return e->has_mean ? set_new(e, EVALUATE_MEAN_POSE, "mean-pose predictor") : LT_OK;

@@ -247,7 +247,8 @@ static lt_status judge(const pair *p, const char *path, export_report *report)
 
         d->relative = d->absolute / (p->largest[i] > 0 ? p->largest[i] : 1);
         if (!(d->relative <= EXPORT_TOLERANCE) && st == LT_OK)
-            st = lt_error(LT_ENUMERIC, "%s: output \"%s\" differs from the model's by %.1e of its largest value, want at "
+            st = lt_error(LT_ENUMERIC,
+                          "%s: output \"%s\" differs from the model's by %.1e of its largest value, want at "
                           "most %g; nothing was written", path, d->name, d->relative, EXPORT_TOLERANCE);
     }
     return st;

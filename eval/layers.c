@@ -110,8 +110,8 @@ static lt_tensor *roi_align_apply(const layer_use *u)
         for (int i = 0; i < 4; i++)
             box[b][1 + i] = (lt_real)(corner[i] * MAP_SCALE * u->config->hw);
     }
-    return lt_roi_align(u->in[0], lt_constant(u->in[0]->graph, LT_F32, LT_SHAPE(n, 5), box), u->config->out, u->config->out,
-                        1.0 / MAP_SCALE);
+    return lt_roi_align(u->in[0], lt_constant(u->in[0]->graph, LT_F32, LT_SHAPE(n, 5), box), u->config->out,
+                        u->config->out, 1.0 / MAP_SCALE);
 }
 
 /* ---- rows ---------------------------------------------------------------------------------------------- */
@@ -227,8 +227,8 @@ void layer_list(FILE *f)
 
 /* ---- recording ----------------------------------------------------------------------------------------- */
 
-/* consume: reads x without looking at it, in blocks where a convolution makes it so, for that is how layers run inside a
- * network; the copies are wanted one after another.
+/* consume: reads x without looking at it, in blocks where a convolution makes it so, for that is how layers run inside
+ * a network; the copies are wanted one after another.
  *   chain ()   x (any shape)   ->   chain;   dx += 1e-3 dchain
  */
 static lt_status consume_infer(lt_call *c)

@@ -29,8 +29,8 @@ static void say_found(const predict_case *c)
     const predict_result *r = c->r;
 
     if (!r->placed)
-        predict_say(c->o, "%s: the hand's position could not be solved (0.05 to 10 m are believed); it is put 0.6 m away in its box",
-                    c->v->path);
+        predict_say(c->o, "%s: the hand's position could not be solved (0.05 to 10 m are believed); it is put 0.6 m "
+                    "away in its box", c->v->path);
     else if (!predict_trusted(c->v, r))
         predict_say(c->o, "%s: low trust: the hand's 2D and 3D joints differ by %.0f px", c->v->path,
                     r->agreement_px);

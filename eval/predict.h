@@ -53,8 +53,8 @@ typedef struct {
  *                      or both in NAME.glb, whose axes are glTF's: y up, z backward
  *
  * The second image of a name becomes NAME-2, and so on. Folders give their images (by extension; not
- * hidden ones, nor overlays) in the order of their names, and are not descended. Images are turned upright as their EXIF
- * orientation says. What is not given is assumed, and said on `messages`:
+ * hidden ones, nor overlays) in the order of their names, and are not descended. Images are turned upright as
+ * their EXIF orientation says. What is not given is assumed, and said on `messages`:
  *   hand box     the central square of 60 % of the shorter side
  *   object box   the hand box grown 1.3 times about its centre
  *   camera       focal length of the EXIF tag, else 1.2 times the longer side; centre of the image

@@ -108,7 +108,8 @@ static lt_status take_line(report *r, const cJSON *line)
         return LT_OK;
     r->n_steps += !*group;
     if (cJSON_IsString(skipped) && r->n_skipped < MAX_SKIPPED)
-        r->skipped[r->n_skipped++] = lt_arena_printf(r->arena, "step %.0f: %s", step->valuedouble, skipped->valuestring);
+        r->skipped[r->n_skipped++] = lt_arena_printf(r->arena, "step %.0f: %s", step->valuedouble,
+                                                     skipped->valuestring);
     st = add_points(r, group, line, step->valuedouble);
     return st ? st : add_points(r, group, cJSON_GetObjectItemCaseSensitive(line, "parts"), step->valuedouble);
 }
@@ -262,7 +263,7 @@ static lt_status put_pictures(FILE *f, const report *r)
     return LT_OK;
 }
 
-/* ---- how it was made ------------------------------------------------------------------------------------------------ */
+/* ---- how it was made --------------------------------------------------------------------------------------------- */
 
 static double median_speed(const report *r)
 {
@@ -284,8 +285,8 @@ static void put_json(FILE *f, const cJSON *value)
 
 static void put_making(FILE *f, const report *r)
 {
-    fprintf(f, "<h2>How it was made</h2>\n<p>%d steps in the log, %.4g images a second halfway through.</p>\n", r->n_steps,
-            median_speed(r));
+    fprintf(f, "<h2>How it was made</h2>\n<p>%d steps in the log, %.4g images a second halfway through.</p>\n",
+            r->n_steps, median_speed(r));
     put_json(f, r->env);
     fputs("<h2>Configuration</h2>\n", f);
     put_json(f, r->config);

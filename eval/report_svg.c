@@ -74,8 +74,8 @@ static void draw_points(FILE *f, const report_series *s, const axis *ax, const a
 
         mean_of(s, i, i + each < s->n ? each : s->n - i, &x, &y);
         if (dots)
-            fprintf(f, "<circle cx=%.1f cy=%.1f r=4><title>%.0f: %.6g</title></circle>\n", place(ax, x), place(ay, y), x,
-                    y);
+            fprintf(f, "<circle cx=%.1f cy=%.1f r=4><title>%.0f: %.6g</title></circle>\n", place(ax, x), place(ay, y),
+                    x, y);
         else
             fprintf(f, "%s%.1f %.1f", i ? "L" : "M", place(ax, x), place(ay, y));
     }

@@ -4,8 +4,8 @@
  * and as metadata where it was. The same run gives the same bytes, whenever and wherever it is made.
  *
  * Metadata keys: "format" (palmar-checkpoint), "version", "model", "variant", "config" (JSON), "step", "epoch",
- * "next", "seed", "skipped", "optim_steps", "validated", "best", "isa", "crc32" (of everything else); in one that is made for
- * inference, "int8" (train/int8_table.h).
+ * "next", "seed", "skipped", "optim_steps", "validated", "best", "isa", "crc32" (of everything else); in one that
+ * is made for inference, "int8" (train/int8_table.h).
  */
 #ifndef TRAIN_CHECKPOINT_H
 #define TRAIN_CHECKPOINT_H
@@ -47,8 +47,8 @@ lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, che
 /**
  * checkpoint_load_model - weights and running statistics alone, to evaluate or predict
  *
- * Where the run kept an average of the weights, that is what is loaded. m->int8 becomes the file's table, which lives as
- * long as the parameters, or NULL. Errors as checkpoint_load, and those of int8_table_parse.
+ * Where the run kept an average of the weights, that is what is loaded. m->int8 becomes the file's table, which
+ * lives as long as the parameters, or NULL. Errors as checkpoint_load, and those of int8_table_parse.
  */
 lt_status checkpoint_load_model(const char *path, model *m);
 

@@ -84,7 +84,8 @@ static lt_status parse_layer(lt_arena *arena, const char *path, const cJSON *ite
     const cJSON *has_sign = cJSON_GetObjectItemCaseSensitive(item, "signed");
 
     if (!cJSON_IsString(name) || !cJSON_IsNumber(scale) || !cJSON_IsBool(has_sign))
-        return lt_error(LT_EFORMAT, "%s: int8: layer %d: want a \"name\", a number \"scale\" and \"signed\", true or false",
+        return lt_error(LT_EFORMAT,
+                        "%s: int8: layer %d: want a \"name\", a number \"scale\" and \"signed\", true or false",
                         path, before->n);
     if (!has_layer(params, name->valuestring))
         return lt_error(LT_EFORMAT, "%s: int8: the model has no layer \"%s\"", path, name->valuestring);

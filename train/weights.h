@@ -20,8 +20,9 @@ typedef struct {
  * weights_init - initial weights by name from a safetensors file or a checkpoint of PyTorch
  *
  * An array fits the parameter of its name, or of its name behind the one of the model's blocks that most of
- * the names are of: "conv1.weight" fits "trunk.conv1.weight". Names are torchvision's, or translated from those of timm, efficientnet_pytorch
- * and HFL-Net. Counters of batches and what an optimiser remembered are passed over.
+ * the names are of: "conv1.weight" fits "trunk.conv1.weight". Names are torchvision's, or translated from those
+ * of timm, efficientnet_pytorch and HFL-Net. Counters of batches and what an optimiser remembered are passed
+ * over.
  *
  * The model is as it was on any error. Errors: none fits; a shape that differs, naming both; two arrays for one
  * parameter; a number that is not finite; those of lt_weights_read.

@@ -123,7 +123,8 @@ static synth_dexycb_frame frame_of(const synth_session *s, const synth_shot *sho
 {
     const dexycb_state *d = s->state;
     const synth_camera *c = &shot->stage->camera[shot->camera];
-    synth_dexycb_frame f = { .sequence = &d->sequence, .hand = s->hand, .picture = &shot->picture, .camera = shot->camera };
+    synth_dexycb_frame f = { .sequence = &d->sequence, .hand = s->hand, .picture = &shot->picture,
+                             .camera = shot->camera };
 
     for (int o = 0; o < d->sequence.n_objects; o++) {
         for (int i = 0; i < shot->stage->n_others; i++)
@@ -193,7 +194,8 @@ static lt_status close(synth_session *s)
 {
     char text[256];
 
-    snprintf(text, sizeof(text), "{\n\t\"synthetic\": true,\n\t\"subjects\": %d,\n\t\"sequences\": %d,\n\t\"cameras\": %d\n}\n",
+    snprintf(text, sizeof(text),
+             "{\n\t\"synthetic\": true,\n\t\"subjects\": %d,\n\t\"sequences\": %d,\n\t\"cameras\": %d\n}\n",
              s->cast.n_subjects, s->cast.n_takes / s->cast.n_subjects, s->cast.n_cameras);
     return synth_manifest_text(&s->manifest, s->opt->out, "synthetic.json", text);
 }

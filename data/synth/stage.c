@@ -76,7 +76,8 @@ lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *ou
 {
     float (*points)[3] = lt_arena_array(arena, SYNTH_POINTS, sizeof(*points));
     synth_prop m = *p;
-    lt_status st = points ? mirror_mesh(arena, &p->mesh, &m.mesh) : lt_error(LT_ENOMEM, "synth: no memory for %s", p->name);
+    lt_status st = points ? mirror_mesh(arena, &p->mesh, &m.mesh)
+                          : lt_error(LT_ENOMEM, "synth: no memory for %s", p->name);
 
     for (int i = 0; !st && i < SYNTH_POINTS; i++)
         for (int k = 0; k < 3; k++)
@@ -263,7 +264,8 @@ static lt_status grow_arm(lt_arena *arena, const synth_stage *s, const synth_mom
     synth_arm_spec spec = {
         .loop = (const float (*)[3])loop, .loop_normal = (const float (*)[3])normal,
         .loop_color = (const float (*)[3])color, .elbow = { m->R_hand[0], m->R_hand[3], m->R_hand[6] },
-        .bare = s->subject->bare, .length = ARM_LENGTH, .cloth = s->cloth, .seed = s->seed, .stream = lt_rng_mix(s->stream, ARM),
+        .bare = s->subject->bare, .length = ARM_LENGTH, .cloth = s->cloth, .seed = s->seed,
+        .stream = lt_rng_mix(s->stream, ARM),
     };
 
     for (int i = 0; i < SYNTH_WRIST_LOOP; i++) {

@@ -84,7 +84,8 @@ typedef struct {
  */
 lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
                           const synth_prop *prop, const synth_grasp *grasp, int n_grasps, int n_frames, int number,
-                          int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream, synth_stage *out);
+                          int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream,
+                          synth_stage *out);
 
 /* synth_stage_pose - the hand at a moment, in the world */
 void synth_stage_pose(const synth_stage *s, const synth_moment *m, synth_posed_hand *out);

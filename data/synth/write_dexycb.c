@@ -114,7 +114,8 @@ static lt_status write_labels(const synth_dexycb_frame *f, const char *path)
     numbers n;
     const lt_named_array a[] = {
         { "seg", lt_array_make(LT_ELEM_U1, 2, seg, f->picture->label) },
-        { "pose_y", lt_array_make(LT_ELEM_F4, 3, y, n.pose_y) }, { "pose_m", lt_array_make(LT_ELEM_F4, 2, m, n.pose_m) },
+        { "pose_y", lt_array_make(LT_ELEM_F4, 3, y, n.pose_y) },
+        { "pose_m", lt_array_make(LT_ELEM_F4, 2, m, n.pose_m) },
         { "joint_3d", lt_array_make(LT_ELEM_F4, 3, j3, n.joints) },
         { "joint_2d", lt_array_make(LT_ELEM_F4, 3, j2, n.joints2d) },
     };
@@ -136,7 +137,8 @@ static lt_status write_depth(lt_arena *arena, const synth_picture *p, const char
 static lt_status write_file(lt_arena *arena, const char *root, const synth_dexycb_frame *f, int kind, int quality,
                             synth_file *out)
 {
-    static const char *const what[] = { "color", "aligned_depth_to_color", "labels" }, *const ending[] = { "jpg", "png", "npz" };
+    static const char *const what[] = { "color", "aligned_depth_to_color", "labels" },
+        *const ending[] = { "jpg", "png", "npz" };
     const char *within = lt_arena_printf(arena, "%s/%s/%s_%06d.%s", f->sequence->folder, synth_dexycb_serial[f->camera],
                                          what[kind], f->picture->frame, ending[kind]);
     const char *path = within ? lt_path_join(arena, root, within) : NULL;
@@ -255,7 +257,8 @@ lt_status synth_dexycb_write_intrinsics(const char *root, const synth_camera *ca
 }
 
 /* A list of numbers under a key, one a line. */
-static const char *list_text(lt_arena *arena, const char *before, const char *key, const char *indent, const double *x, int n)
+static const char *list_text(lt_arena *arena, const char *before, const char *key, const char *indent, const double *x,
+                             int n)
 {
     const char *text = before ? lt_arena_printf(arena, "%s%s%s:\n", before, indent, key) : NULL;
     char number[LT_NUMBER_TEXT];

@@ -161,7 +161,8 @@ static lt_status check_twin(const lt_graph *g, const lt_graph *twin)
             same = !a == !b && (!a || (a->id == b->id && a->shape.rank == b->shape.rank));
         }
     }
-    return same ? LT_OK : lt_error(LT_EINVAL, "the graph is another one for another batch; give the batch a fixed size");
+    return same ? LT_OK
+                : lt_error(LT_EINVAL, "the graph is another one for another batch; give the batch a fixed size");
 }
 
 /* What outputs need, from the last node to the first */

@@ -171,7 +171,7 @@ const char *lt_onnx_indices(lt_onnx *w, const int64_t *value, int n)
     return whole_numbers(w, LT_SHAPE(n), value);
 }
 
-/* ---- what many ops are made of ------------------------------------------------------------------------------------ */
+/* ---- what many ops are made of ----------------------------------------------------------------------------------- */
 
 const char *lt_onnx_reshape(lt_onnx *w, const char *x, lt_shape shape)
 {

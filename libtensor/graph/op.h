@@ -105,27 +105,35 @@ typedef struct lt_op {
     /* How forward computes this call, for profiles: "winograd". Optional. */
     const char *(*algorithm)(const lt_call *c);
 
-    /* absorb_for_training: absorb, in a plan with backward, which honours the tail from now on. Optional. The others are
-     * for plans without backward. lower: record something simpler instead, on in[0]'s graph, and
-     * return its result, or NULL to stay. as_tail: describe this node as a tail on in[i].
-     * absorb: take a tail over, changing attr and inputs of the node, or refuse. absorb_mean: make the mean
-     * of each map as a second result from now on, or refuse. as_gate: is the result in[0] (B, C, H, W) times
-     * in[1] (B, C, 1, 1)? absorb_gate: read x times gate as in[0] from now on, or refuse. absorb_before:
-     * do the work of the node that makes in[0] as well, or refuse. takes_blocks: the inputs
-     * that the node could read in blocks, all of them or none, and whether its result would be in blocks then; 0: it
-     * cannot. prepare: the graph is final; inputs that are constant may be replaced by a form computed from them.
-     * takes_int8: could the node, not prepared, read in[0] as 8-bit integers? prepare_int8: in place of prepare, do so.
-     * All optional. */
+    /* ---- what passes ask; all optional, and but for absorb_for_training in plans without backward only ---- */
+
+    /* Record something simpler instead, on in[0]'s graph, and return its result, or NULL to stay. */
     lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
+
+    /* Describe this node as a tail on in[i]. Take a tail over, changing attr and inputs of the node, or refuse; the
+     * same in a plan with backward, which honours the tail from now on. */
     bool (*as_tail)(const lt_node *node, int i, lt_tail *tail);
     bool (*absorb)(lt_node *node, const lt_tail *tail);
     bool (*absorb_for_training)(lt_node *node, const lt_tail *tail);
+
+    /* Make the mean of each map as a second result from now on, or refuse. */
     bool (*absorb_mean)(lt_node *node);
+
+    /* Is the result in[0] (B, C, H, W) times in[1] (B, C, 1, 1)? Read x times gate as in[0] from now on, or refuse. */
     bool (*as_gate)(const lt_node *node);
     bool (*absorb_gate)(lt_node *node, lt_tensor *x, lt_tensor *gate);
+
+    /* Do the work of the node that makes in[0] as well, or refuse. */
     bool (*absorb_before)(lt_node *node, const lt_node *before);
+
+    /* The inputs that the node could read in blocks, all of them or none, and whether its result would be in blocks
+     * then; 0: it cannot. */
     unsigned (*takes_blocks)(const lt_node *node);
+
+    /* The graph is final: inputs that are constant may be replaced by a form computed from them. */
     void (*prepare)(lt_node *node);
+
+    /* Could the node, not prepared, read in[0] as 8-bit integers? In place of prepare, do so. */
     bool (*takes_int8)(const lt_node *node);
     void (*prepare_int8)(lt_node *node, const lt_int8_range *range);
 

@@ -48,8 +48,7 @@ static bool has_nul_escape(const char *p, const char *end)
 }
 
 /* What cJSON does not look at: it recurses to 1000, cuts a string at \u0000, and takes about 80 bytes for a value,
- * be it two bytes long. words: whether there may be
- * words for numbers. */
+ * be it two bytes long. words: whether there may be words for numbers. */
 static lt_status check_limits(const char *name, const char *text, const char *end, bool *words)
 {
     const size_t n = (size_t)(end - text);

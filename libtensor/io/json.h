@@ -24,8 +24,9 @@ enum { LT_JSON_DEPTH = 64, LT_JSON_NUMBER = 32 };
  *
  *   out      the caller frees it with cJSON_Delete
  *
- * RFC 8259 and the NaN, Infinity and -Infinity that Python writes; a UTF-8 byte order mark is skipped. Errors: LT_EFORMAT with "path:line:column: reason":
- * syntax, text after the value, nesting beyond LT_JSON_DEPTH, "\u0000". LT_EIO, LT_ENOMEM.
+ * RFC 8259 and the NaN, Infinity and -Infinity that Python writes; a UTF-8 byte order mark is skipped.
+ * Errors: LT_EFORMAT with "path:line:column: reason": syntax, text after the value, nesting beyond
+ * LT_JSON_DEPTH, "\u0000". LT_EIO, LT_ENOMEM.
  */
 LT_API lt_status lt_json_read(const char *path, struct cJSON **out);
 

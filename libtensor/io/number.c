@@ -28,7 +28,8 @@ static locale_t enter_c_locale(void)
  * 1990]; false: something else, or longer. Files of coordinates have a hundred million of these. */
 static bool plain_decimal(const char *text, const char **end, double *out)
 {
-    static const double power[] = { 1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15 };
+    static const double power[] = { 1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14,
+                                    1e15 };
     const char *p = text + (*text == '-');
     int64_t digits = 0;
     int n = 0, behind = 0;

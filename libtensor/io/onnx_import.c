@@ -203,7 +203,7 @@ bool onnx_attr_is(onnx_call *c, const char *name, const char *fallback, const ch
     return strcmp(a ? a->text : fallback, value) == 0;
 }
 
-/* ---- the walk ------------------------------------------------------------------------------------------------------ */
+/* ---- the walk ---------------------------------------------------------------------------------------------------- */
 
 static void check_attrs(onnx_call *c, const onnx_rule *rule)
 {

@@ -7,7 +7,7 @@
 
 #include <string.h>
 
-/* ---- products ------------------------------------------------------------------------------------------------------------ */
+/* ---- products ---------------------------------------------------------------------------------------------------- */
 
 /* The last two dimensions of each, the others one after another */
 static lt_tensor *batched_matmul(onnx_call *c, lt_tensor *a, lt_tensor *b)
@@ -76,7 +76,8 @@ static void conv(onnx_call *c)
 {
     lt_tensor *x = onnx_tensor(c, 0), *w = onnx_tensor(c, 1), *b = onnx_tensor(c, 2);
     const lt_conv_opts o = {
-        .stride = onnx_attr_equal(c, "strides", 2, 1, 1, ONNX_MAX_SIZE), .pad = onnx_attr_equal(c, "pads", 4, 0, 0, ONNX_MAX_SIZE),
+        .stride = onnx_attr_equal(c, "strides", 2, 1, 1, ONNX_MAX_SIZE),
+        .pad = onnx_attr_equal(c, "pads", 4, 0, 0, ONNX_MAX_SIZE),
         .dilation = onnx_attr_equal(c, "dilations", 2, 1, 1, ONNX_MAX_SIZE),
         .groups = onnx_attr_int(c, "group", 1, 1, ONNX_MAX_SIZE),
     };
@@ -89,7 +90,8 @@ static void conv(onnx_call *c)
 static void conv_transpose(onnx_call *c)
 {
     lt_tensor *x = onnx_tensor(c, 0), *w = onnx_tensor(c, 1), *b = onnx_tensor(c, 2);
-    const int stride = onnx_attr_equal(c, "strides", 2, 1, 1, ONNX_MAX_SIZE), pad = onnx_attr_equal(c, "pads", 4, 0, 0, ONNX_MAX_SIZE);
+    const int stride = onnx_attr_equal(c, "strides", 2, 1, 1, ONNX_MAX_SIZE),
+        pad = onnx_attr_equal(c, "pads", 4, 0, 0, ONNX_MAX_SIZE);
 
     onnx_attr_int(c, "group", 1, 1, 1);
     onnx_attr_equal(c, "dilations", 2, 1, 1, 1);
@@ -98,7 +100,7 @@ static void conv_transpose(onnx_call *c)
         c->out.t = lt_conv_transpose2d(x, w, b, stride, pad);
 }
 
-/* ---- maps ------------------------------------------------------------------------------------------------------------------ */
+/* ---- maps -------------------------------------------------------------------------------------------------------- */
 
 static void max_pool(onnx_call *c)
 {
@@ -219,7 +221,7 @@ static void roi_align(onnx_call *c)
                                 onnx_attr_float(c, "spatial_scale", 1));
 }
 
-/* ---- normalisation ------------------------------------------------------------------------------------------------------- */
+/* ---- normalisation ----------------------------------------------------------------------------------------------- */
 
 static void softmax(onnx_call *c)
 {

@@ -12,7 +12,7 @@
 
 enum { FIRST_OPSET = 13, LAST_OPSET = 20 };
 
-/* ---- nodes ---------------------------------------------------------------------------------------------------------- */
+/* ---- nodes ------------------------------------------------------------------------------------------------------- */
 
 /* Whole numbers may be packed: as many as they have bytes at most. */
 static lt_status make_int_list(onnx_reader *r, pb_span m, lt_onnx_attr *a, size_t *room)
@@ -81,8 +81,8 @@ static lt_status take_attr(onnx_reader *r, const pb_field *field, lt_onnx_attr *
             st = attr_field(r, &f, room, a);
     }
     if (st == LT_OK && !is_read(a->kind))
-        st = onnx_bad(r, field->at, "attribute \"%s\" is of kind %d; a number, numbers or a text are read, no tensors or "
-                 "graphs", a->name, (int)a->kind);
+        st = onnx_bad(r, field->at, "attribute \"%s\" is of kind %d; a number, numbers or a text are read, no "
+                      "tensors or graphs", a->name, (int)a->kind);
     return st;
 }
 
@@ -134,7 +134,7 @@ static lt_status take_node(onnx_reader *r, const pb_field *field, lt_onnx_node *
     return st;
 }
 
-/* ---- inputs and outputs --------------------------------------------------------------------------------------------- */
+/* ---- inputs and outputs ------------------------------------------------------------------------------------------ */
 
 /* The field of a message that holds the next message; nothing when it is missing */
 static lt_status enter(const onnx_reader *r, pb_span *m, int number)
@@ -237,7 +237,7 @@ static lt_status take_port(onnx_reader *r, const pb_field *field, lt_onnx_port *
     return st ? st : take_tensor_type(r, type, p);
 }
 
-/* ---- the whole ---------------------------------------------------------------------------------------------------------- */
+/* ---- the whole --------------------------------------------------------------------------------------------------- */
 
 static lt_status make_lists(onnx_reader *r, pb_span m, lt_onnx_model *out)
 {
@@ -308,7 +308,8 @@ static lt_status take_opset(onnx_reader *r, const pb_field *field, lt_onnx_model
         return st;
     out->opset = version;
     if (version < FIRST_OPSET || version > LAST_OPSET)
-        return onnx_bad(r, field->at, "operator set %jd; %d to %d are read", (intmax_t)version, FIRST_OPSET, LAST_OPSET);
+        return onnx_bad(r, field->at, "operator set %jd; %d to %d are read", (intmax_t)version, FIRST_OPSET,
+                        LAST_OPSET);
     return LT_OK;
 }
 

@@ -31,8 +31,9 @@ static lt_status tensor_field(onnx_reader *r, const pb_field *f, tensor_parts *p
     case TENSOR_EXTERNAL:
         return onnx_bad(r, f->at, "numbers are kept in another file, which is not opened; save the model as one file");
     case TENSOR_LOCATION:
-        return f->value == 0 ? LT_OK : onnx_bad(r, f->at, "numbers are kept in another file, which is not opened; save the "
-                                                     "model as one file");
+        return f->value == 0 ? LT_OK
+                             : onnx_bad(r, f->at, "numbers are kept in another file, which is not opened; save the "
+                                        "model as one file");
     default: return LT_OK;
     }
 }
@@ -74,7 +75,8 @@ static lt_status unpack(onnx_reader *r, const tensor_parts *p, size_t numel, lt_
             memcpy(data + 4 * i, &(int32_t){ (int32_t)x }, 4);
     }
     t->data = data;
-    return list.at == list.end ? LT_OK : onnx_bad(r, p->at, "tensor \"%s\" has more data than its shape wants", t->name);
+    return list.at == list.end ? LT_OK
+                               : onnx_bad(r, p->at, "tensor \"%s\" has more data than its shape wants", t->name);
 }
 
 static lt_status take_data(onnx_reader *r, const tensor_parts *p, size_t numel, lt_onnx_tensor *t)

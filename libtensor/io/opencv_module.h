@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What the library and its module for OpenCV say to each other: images and films. The module stands alone: it knows no other
- * name of the library's, and the library links no name of OpenCV's.
+ * What the library and its module for OpenCV say to each other: images and films. The module stands alone: it
+ * knows no other name of the library's, and the library links no name of OpenCV's.
  */
 #ifndef LT_IO_OPENCV_MODULE_H
 #define LT_IO_OPENCV_MODULE_H

@@ -197,42 +197,45 @@ static product_task task_of(const product_job *j, int64_t task)
     return (product_task){ at / j->bands, at % j->bands, j->panels_first ? task / bands : task % j->panels };
 }
 
+/* The panel's sums over segments [from, end), g of which is known but for them; e: what follows the last of them */
+static void multiply(const product_job *j, const product_task *t, lt_blocks g, int64_t from, int64_t end,
+                     const lt_epilogue *e)
+{
+    const int64_t nr = lt_k->nr, all = j->v.segments;
+    _Alignas(LT_ALIGN) lt_real gated[LT_PACK_K * LT_TURNED_LANES];
+
+    g.segment = j->segment + from, g.segments = end - from;
+    g.last = end == all ? last_columns(j->p) : LT_BLOCK;
+    g.b = j->packed + (t->panel * all + from) * nr * LT_BLOCK;
+    g.add = from > 0;
+    if (j->around->gate) {
+        lt_k->scale_panels(gated, g.b, j->around->gate + t->image * j->p->c + from * LT_BLOCK,
+                           (g.segments - 1) * LT_BLOCK + g.last, nr);
+        g.b = gated;
+    }
+    lt_k->gemm_blocks(&g, end == all ? e : NULL);
+}
+
 static void run_product(void *ctx, int64_t task)
 {
     const product_job *j = ctx;
-    const lt_conv2d_around *around = j->around;
     const product_task t = task_of(j, task);
     const int64_t nr = lt_k->nr, o = t.panel * nr, plane = j->v.rows * j->v.cols * LT_BLOCK, all = j->v.segments;
     const int64_t row = j->v.one_row ? 0 : t.band * j->band, col = j->v.one_row ? t.band * j->band : 0;
     const int64_t at = (t.image * lt_blocks_of(j->p->o) + o / LT_BLOCK) * plane + o % LT_BLOCK
                        + (row * j->v.cols + col) * LT_BLOCK;
     const int64_t blocks = lt_ceil_div(all, PER_PRODUCT);
-    _Alignas(LT_ALIGN) lt_real gated[LT_PACK_K * LT_TURNED_LANES], bias[LT_TURNED_LANES] = { 0 };
-    lt_blocks g = {
+    lt_real bias[LT_TURNED_LANES];
+    const lt_blocks g = {
         .a = (j->v.copied ? j->copy : j->x) + t.image * j->v.image + row * j->v.line + col * LT_BLOCK,
         .rows = j->v.one_row ? lt_min_i64(j->band, j->v.cols - col) : j->v.cols, .step = LT_BLOCK, .each = LT_BLOCK,
         .lines = j->v.one_row ? 1 : lt_min_i64(j->band, j->v.rows - row), .line = j->v.line,
         .n = lt_min_i64(nr, j->columns - o), .c = j->y + at, .plane = plane,
     };
-    const lt_epilogue e = { .col_bias = around->bias ? bias : NULL, .act = around->act,
-                            .residual = around->residual ? around->residual + at : NULL };
+    const lt_epilogue e = conv_panel_epilogue(j->p, j->around, o, g.n, at, bias);
 
-    for (int64_t i = 0; around->bias && i < lt_min_i64(nr, j->p->o - o); i++)
-        bias[i] = around->bias[o + i];
-    for (int64_t i = 0; i < blocks; i++) {
-        const int64_t from = i * all / blocks, end = (i + 1) * all / blocks;
-
-        g.segment = j->segment + from, g.segments = end - from;
-        g.last = end == all ? last_columns(j->p) : LT_BLOCK;
-        g.b = j->packed + (o * all + from * nr) * LT_BLOCK;
-        g.add = i > 0;
-        if (around->gate) {
-            lt_k->scale_panels(gated, g.b, around->gate + t.image * j->p->c + from * LT_BLOCK,
-                               (g.segments - 1) * LT_BLOCK + g.last, nr);
-            g.b = gated;
-        }
-        lt_k->gemm_blocks(&g, end == all ? &e : NULL);
-    }
+    for (int64_t i = 0; i < blocks; i++)
+        multiply(j, &t, g, i * all / blocks, (i + 1) * all / blocks, &e);
 }
 
 static int64_t copy_elements(const lt_conv2d_params *p, const view *v)

@@ -50,6 +50,19 @@ static inline lt_conv_image conv_window_image(const lt_conv2d_params *p, const l
     return g;
 }
 
+/* What follows the sums of the panel of `columns` outputs from o on, with results in blocks, y's from y + at on.
+ * bias: room for a panel's, of outputs that are not there 0. */
+static inline lt_epilogue conv_panel_epilogue(const lt_conv2d_params *p, const lt_conv2d_around *around, int64_t o,
+                                              int64_t columns, int64_t at, lt_real *bias)
+{
+    for (int64_t i = 0; around->bias && i < columns; i++)
+        bias[i] = o + i < p->o ? around->bias[o + i] : 0;
+    return (lt_epilogue){
+        .col_bias = around->bias ? bias : NULL, .act = around->act,
+        .residual = around->residual ? around->residual + at : NULL,
+    };
+}
+
 /* ---- a convolution as a product over the maps: conv_job.c ---- */
 
 /* A matrix made of the weights: element (row, (channel, tap)) is w[row' + channel' + tap[tap]], where

@@ -88,19 +88,16 @@ static void copy_line(const stem_job *j, lt_real *to, const lt_real *map, int64_
 /* One panel of output channels of a band, g of which is known but for them */
 static void multiply(const stem_job *j, lt_blocks g, int64_t image, int64_t row, int64_t o)
 {
-    const lt_conv2d_around *around = j->around;
     const int64_t plane = j->rows * j->cols * LT_BLOCK;
     const int64_t at = (image * lt_blocks_of(j->p->o) + o / LT_BLOCK) * plane + row * j->cols * LT_BLOCK + o % LT_BLOCK;
-    lt_real bias[LT_TURNED_LANES] = { 0 };
-    const lt_epilogue e = { .col_bias = around->bias ? bias : NULL, .act = around->act,
-                            .residual = around->residual ? around->residual + at : NULL };
+    lt_real bias[LT_TURNED_LANES];
+    lt_epilogue e;
 
-    for (int64_t i = 0; around->bias && i < lt_min_i64(lt_k->nr, j->p->o - o); i++)
-        bias[i] = around->bias[o + i];
     g.b = j->packed + o * j->k;
     g.n = lt_min_i64(lt_k->nr, j->columns - o);
     g.c = j->y + at;
     g.plane = plane;
+    e = conv_panel_epilogue(j->p, j->around, o, g.n, at, bias);
     lt_k->gemm_blocks(&g, &e);
 }
 

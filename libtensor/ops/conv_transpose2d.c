@@ -246,7 +246,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op conv_transpose2d_op = {
-    .name = "conv_transpose2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = LT_OPTIONAL_IN(B),
+    .name = "conv_transpose2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
+    .optional = LT_OPTIONAL_IN(B),
     .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs, .absorb = absorb,
     .prepare = prepare, .onnx = onnx,
 };

@@ -78,8 +78,8 @@ static void forward(const lt_call *c)
     if (c->in[W0]) {
         const lt_epilogue tail0 = { .col_bias = data_of(c->in[B0]), .act = a->act0 };
 
-        lt_gemm_pair(rows_of(c), a->weight0.dim[1], c->in[X]->data, k, c->in[W0]->data, &tail0, n, c->in[W]->data, &tail,
-                     c->out->data);
+        lt_gemm_pair(rows_of(c), a->weight0.dim[1], c->in[X]->data, k, c->in[W0]->data, &tail0, n, c->in[W]->data,
+                     &tail, c->out->data);
         return;
     }
     if (a->range.scale > 0) {
@@ -245,7 +245,8 @@ static const lt_op linear_op = {
     .name = "linear", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W),
     .optional = LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(W0) | LT_OPTIONAL_IN(B0), .infer = infer,
     .plan = plan, .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm, .absorb = absorb,
-    .absorb_before = absorb_before, .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8, .onnx = onnx,
+    .absorb_before = absorb_before, .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8,
+    .onnx = onnx,
 };
 
 lt_tensor *(lt_linear)(lt_tensor *x, lt_tensor *w, lt_tensor *b)

@@ -158,8 +158,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op resize_bilinear_op = {
-    .name = "resize_bilinear", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward, .onnx = onnx,
+    .name = "resize_bilinear", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
+    .plan = plan, .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_resize_bilinear)(lt_tensor *x, int64_t h, int64_t w)

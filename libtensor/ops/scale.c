@@ -42,8 +42,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op scale_op = {
-    .name = "scale", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = op_same_shape,
-    .forward = forward, .backward = backward, .onnx = onnx,
+    .name = "scale", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING,
+    .infer = op_same_shape, .forward = forward, .backward = backward, .onnx = onnx,
 };
 
 lt_tensor *(lt_scale)(lt_tensor *x, double s)

@@ -40,8 +40,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op sigmoid_op = {
-    .name = "sigmoid", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_OUT(0), .infer = op_same_shape,
-    .forward = forward, .backward = backward, .as_tail = as_tail, .onnx = onnx,
+    .name = "sigmoid", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_OUT(0),
+    .infer = op_same_shape, .forward = forward, .backward = backward, .as_tail = as_tail, .onnx = onnx,
 };
 
 lt_tensor *(lt_sigmoid)(lt_tensor *x)

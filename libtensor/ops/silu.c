@@ -42,8 +42,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op silu_op = {
-    .name = "silu", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0), .infer = op_same_shape,
-    .forward = forward, .backward = backward, .as_tail = as_tail, .onnx = onnx,
+    .name = "silu", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(0),
+    .infer = op_same_shape, .forward = forward, .backward = backward, .as_tail = as_tail, .onnx = onnx,
 };
 
 lt_tensor *(lt_silu)(lt_tensor *x)

@@ -219,7 +219,8 @@ INLINE vec v_times_pow2(vec x, vec shifted) { return _mm512_scalef_ps(x, shifted
 INLINE double v_sum32(const vec x[2])
 {
     const __m512d lo = _mm512_cvtps_pd(_mm512_castps512_ps256(x[0])) + _mm512_cvtps_pd(_mm512_castps512_ps256(x[1]));
-    const __m512d hi = _mm512_cvtps_pd(_mm512_extractf32x8_ps(x[0], 1)) + _mm512_cvtps_pd(_mm512_extractf32x8_ps(x[1], 1));
+    const __m512d hi = _mm512_cvtps_pd(_mm512_extractf32x8_ps(x[0], 1))
+                       + _mm512_cvtps_pd(_mm512_extractf32x8_ps(x[1], 1));
     const __m512d eight = lo + hi;
     const __m256d four = _mm512_castpd512_pd256(eight) + _mm512_extractf64x4_pd(eight, 1);
     const __m128d two = _mm256_castpd256_pd128(four) + _mm256_extractf128_pd(four, 1);

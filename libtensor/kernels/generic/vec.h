@@ -81,7 +81,8 @@ INLINE ivec i_xor(ivec a, ivec b) { return a ^ b; }
 /* The lowest bytes of four, the first one lowest */
 INLINE ivec i_bytes(const ivec x[4])
 {
-    return (ivec)(((uint32_t)x[0] & 255) | ((uint32_t)x[1] & 255) << 8 | ((uint32_t)x[2] & 255) << 16 | (uint32_t)x[3] << 24);
+    return (ivec)(((uint32_t)x[0] & 255) | ((uint32_t)x[1] & 255) << 8 | ((uint32_t)x[2] & 255) << 16
+                  | (uint32_t)x[3] << 24);
 }
 
 /* sum + the four products of an unsigned and a signed byte */
