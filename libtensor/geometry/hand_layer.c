@@ -22,12 +22,14 @@ enum {
     SAMPLE = sizeof(lt_hand_scratch) / sizeof(lt_real),     /* from one sample's numbers to the next one's */
     FEW = 4,                                                /* samples that are no product's worth ... */
     PIECES = 6, PIECE = 3 * PAD / PIECES,                   /* ... but go piece by piece */
+    GROUPS = PAD / LT_SKIN_GROUP,
 };
 
 struct lt_hand_layer {
     lt_real blend[BLENDS][3][PAD];      /* shape directions, then pose directions */
     lt_real template[3][PAD];
     lt_real weight[J][PAD];
+    lt_skin group[GROUPS];              /* the same weights without most of the zeros */
     double rest[J][3], rest_beta[J][3][B];      /* rest joints, and how they follow beta */
     int tips[5];
 };
@@ -58,6 +60,20 @@ static void lay_joint(lt_hand_layer *layer, const lt_hand_model *m, int j)
         }
 }
 
+static void lay_group(lt_skin *g, const lt_real weight[J][PAD], int first)
+{
+    for (int j = 0; j < J; j++) {
+        bool any = false;
+
+        for (int i = 0; i < LT_SKIN_GROUP; i++)
+            any = any || weight[j][first + i] != 0;
+        if (!any)
+            continue;
+        g->joint[g->n] = j;
+        memcpy(g->weight[g->n++], weight[j] + first, sizeof(g->weight[0]));
+    }
+}
+
 lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const int tips[5],
                             lt_hand_layer **out)
 {
@@ -74,6 +90,8 @@ lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const i
         lay_vertex(layer, model, i);
     for (int j = 0; j < J; j++)
         lay_joint(layer, model, j);
+    for (int i = 0; i < GROUPS; i++)
+        lay_group(&layer->group[i], layer->weight, i * LT_SKIN_GROUP);
     memcpy(layer->tips, tips, sizeof(layer->tips));
     *out = layer;
     return LT_OK;
@@ -106,30 +124,16 @@ static void fill_coefficients(const lt_real *R, const lt_real *beta, lt_real coe
         coef[B + k] = R[9 + k] - (k % 9 % 4 == 0);
 }
 
-/* The twelve numbers of each vertex's transformation: joints' frames, weighted */
-static void blend_frames(const lt_hand_layer *layer, lt_hand_scratch *s)
+/* A_k, then s_k, of each joint */
+static void find_frames(const lt_hand_scratch *s, lt_real frame[J][LT_SKIN_FRAME])
 {
-    lt_real coef[12][J];
-
     for (int k = 0; k < J; k++) {
         double turned[3];
         lt_mat3_mulvec(s->world_R[k], s->rest[k], turned);
         for (int r = 0; r < 9; r++)
-            coef[r][k] = (lt_real)s->world_R[k][r];
+            frame[k][r] = (lt_real)s->world_R[k][r];
         for (int a = 0; a < 3; a++)
-            coef[9 + a][k] = (lt_real)(s->world_t[k][a] - turned[a]);
-    }
-    for (int r = 0; r < 12; r++)
-        lt_k->combine(s->skin[r], layer->weight[0], PAD, coef[r], J, PAD, false);
-}
-
-static void skin_vertices(const lt_hand_scratch *s, lt_real *vertices)
-{
-    for (int i = 0; i < V; i++) {
-        const lt_real x = s->posed[0][i], y = s->posed[1][i], z = s->posed[2][i];
-        for (int a = 0; a < 3; a++)
-            vertices[3 * i + a] = s->skin[3 * a][i] * x + s->skin[3 * a + 1][i] * y
-                                + s->skin[3 * a + 2][i] * z + s->skin[9 + a][i];
+            frame[k][9 + a] = (lt_real)(s->world_t[k][a] - turned[a]);
     }
 }
 
@@ -196,11 +200,15 @@ static void blend_offsets(const lt_hand_layer *layer, int64_t n, lt_hand_scratch
 static void skin_sample(void *ctx, int64_t i)
 {
     const forward_job *j = ctx;
-    lt_real *vertices = j->vertices + i * 3 * V;
+    lt_hand_scratch *s = j->scratch + i;
+    lt_real *vertices = j->vertices + i * 3 * V, frame[J][LT_SKIN_FRAME];
 
-    blend_frames(j->layer, j->scratch + i);
-    skin_vertices(j->scratch + i, vertices);
-    gather_keypoints(j->layer, j->scratch + i, vertices, j->keypoints + i * 3 * LT_HAND_KEYPOINTS);
+    find_frames(s, frame);
+    lt_k->skin(s->skin[0], s->posed[0], PAD, j->layer->group, GROUPS, frame);
+    for (int v = 0; v < V; v++)
+        for (int a = 0; a < 3; a++)
+            vertices[3 * v + a] = s->skin[9 + a][v];
+    gather_keypoints(j->layer, s, vertices, j->keypoints + i * 3 * LT_HAND_KEYPOINTS);
 }
 
 void lt_hand_layer_forward(const lt_hand_layer *layer, int64_t n, const lt_real *R, const lt_real *beta,
@@ -221,7 +229,7 @@ typedef struct {
 } joint_grads;
 
 /* Keypoints are joints or vertices: their gradients join those of what they are. dv goes where the
- * translations of skin were, which backward does not ask for. */
+ * vertices were, which backward does not ask for. */
 static void spread_gradients(const lt_hand_layer *layer, const lt_real *d_vertices,
                              const lt_real *d_keypoints, lt_real dv[3][PAD], joint_grads *g)
 {
@@ -261,7 +269,7 @@ static void unskin_vertices(lt_hand_scratch *s)
 /* dA_k += sum of w_ik dv_i posed_i^T, and through s_k = p_k - A_k rest_k with ds_k = sum of w_ik dv_i */
 static void unblend_frames(const lt_hand_layer *layer, const lt_hand_scratch *s, joint_grads *g)
 {
-    lt_real sum[12][J];                 /* as in blend_frames */
+    lt_real sum[12][J];                 /* of A_k, then of s_k */
 
     lt_gemm(LT_NO_TRANS, LT_TRANS, 12, J, PAD, s->skin[0], PAD, layer->weight[0], PAD, false, sum[0], J, NULL);
     for (int k = 0; k < J; k++)

@@ -107,6 +107,13 @@ typedef struct {
     lt_real slope, a, b;
 } lt_kink;
 
+/* Some vertices of a mesh beside each other: the joints that move any of them, and how much */
+enum { LT_SKIN_GROUP = 16, LT_SKIN_JOINTS = 16, LT_SKIN_FRAME = 12 };
+typedef struct {
+    int n, joint[LT_SKIN_JOINTS];
+    lt_real weight[LT_SKIN_JOINTS][LT_SKIN_GROUP];
+} lt_skin;
+
 /* Attention goes by panels: so many queries or keys, stored [channel][query] or [channel][key], zeros where
  * the last panel is not full. Results and gradients are made of at most LT_ATTEND_PANELS panels of queries at once,
  * gradients of at most LT_ATTEND_GRAD_KEYS keys. */
@@ -290,6 +297,12 @@ typedef struct lt_kernels {
     void (*attend_grad)(const lt_attend_grad *g);
 
     /* ---- rows and columns: y and x do not overlap --------------------------------------------------- */
+    /* skin: n groups of vertices under the joints' frames, each a matrix A (3, 3) and then s (3). Vertex i is x[a * ld + i].
+     * Rows 0 to 8 of t, ld apart, become its A, the sum over the group's joints of weight * frame in their order, and
+     * rows 9 to 11 become A x + s. */
+    void (*skin)(lt_real *t, const lt_real *x, int64_t ld, const lt_skin *groups, int64_t n,
+                 const lt_real (*frame)[LT_SKIN_FRAME]);
+
     /* combine: y[i] = or += the sum over k < count of w[k] * x[k * ld + i], i < n, in the order of k;
      * turn: y[j * ld_y + i] = or += x[i * ld_x + j] for i < rows, j < cols */
     void (*combine)(lt_real *y, const lt_real *x, int64_t ld, const lt_real *w, int64_t count, size_t n,

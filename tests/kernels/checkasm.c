@@ -194,6 +194,7 @@ static void check_isa(lt_isa isa, const lt_kernels *generic)
     check_entries(&k, generic);
     check_attention(&k, generic);
     check_samples(&k, generic);
+    check_skin(&k, generic);
     check_accuracy(&k);
     check_threads(lt_isa_name(isa));
     printf("%-8s checked\n", lt_isa_name(isa));
