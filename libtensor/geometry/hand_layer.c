@@ -27,6 +27,8 @@ enum {
 
 struct lt_hand_layer {
     lt_real blend[BLENDS][3][PAD];      /* shape directions, then pose directions */
+    lt_real *packed;                    /* the same as a product reads it ... */
+    lt_isa isa;                         /* ... with this instruction set */
     lt_real template[3][PAD];
     lt_real weight[J][PAD];
     lt_skin group[GROUPS];              /* the same weights without most of the zeros */
@@ -84,8 +86,10 @@ lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const i
             return lt_error(LT_EINVAL, "hand layer: finger tip %d is vertex %d, want 0 to %d", i, tips[i],
                             V - 1);
     layer = lt_arena_alloc(arena, sizeof(*layer));
-    if (!layer)
-        return lt_error(LT_ENOMEM, "hand layer: no memory for %zu bytes", sizeof(*layer));
+    if (layer)
+        layer->packed = lt_arena_array(arena, (size_t)lt_gemm_packed_count(3 * PAD, BLENDS), sizeof(lt_real));
+    if (!layer || !layer->packed)
+        return lt_error(LT_ENOMEM, "hand layer: no memory for its tables");
     for (int i = 0; i < V; i++)
         lay_vertex(layer, model, i);
     for (int j = 0; j < J; j++)
@@ -93,6 +97,8 @@ lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const i
     for (int i = 0; i < GROUPS; i++)
         lay_group(&layer->group[i], layer->weight, i * LT_SKIN_GROUP);
     memcpy(layer->tips, tips, sizeof(layer->tips));
+    lt_gemm_pack(LT_NO_TRANS, 3 * PAD, BLENDS, layer->blend[0][0], 3 * PAD, layer->packed);
+    layer->isa = lt_k->isa;
     *out = layer;
     return LT_OK;
 }
@@ -185,12 +191,14 @@ static void blend_piece(void *ctx, int64_t task)
     lt_k->combine(s->posed[0] + at, j->layer->blend[0][0] + at, 3 * PAD, s->coef, BLENDS, PIECE, true);
 }
 
-/* posed += coefficients times blends: the same chain of multiply-adds either way */
+/* posed += coefficients times blends: the same chain of multiply-adds each way */
 static void blend_offsets(const lt_hand_layer *layer, int64_t n, lt_hand_scratch *s)
 {
     blend_job j = { layer, s };
 
-    if (n >= FEW)
+    if (n >= FEW && layer->isa == lt_k->isa)
+        lt_gemm_packed(LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->packed, true, s->posed[0], SAMPLE, NULL);
+    else if (n >= FEW)
         lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->blend[0][0], 3 * PAD, true,
                 s->posed[0], SAMPLE, NULL);
     else

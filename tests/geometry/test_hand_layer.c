@@ -3,6 +3,7 @@
  * file is built for float and for double. */
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
+#include "libtensor/kernels/kernels.h"
 
 #include "tests/geometry/hand_layer_vectors.h"
 #include "tests/geometry/hashed_hand.h"
@@ -31,6 +32,7 @@ static void fill_real(uint32_t seed, lt_real *out, size_t n)
 
 static void make_hand(void)
 {
+    ck_assert_int_eq(lt_kernels_init(), LT_OK);
     arena = lt_arena_new();
     hand = lt_arena_alloc(arena, sizeof(*hand));
     hashed_hand(hand);
@@ -189,6 +191,26 @@ START_TEST(many_are_as_each_alone)
 }
 END_TEST
 
+/* A layer is laid out for the instruction set in use when it was made: another one gives the same bits. */
+START_TEST(any_instruction_set)
+{
+    enum { MANY = 5 };
+    static lt_hand_scratch scratches[MANY];
+    static lt_real R[MANY][9 * J], beta[MANY][B], v[2][MANY][3 * V], kp[2][MANY][3 * K];
+    lt_kernels generic;
+
+    for (int i = 0; i < MANY; i++)
+        sample_pose(R[i], beta[i]);
+    ck_assert_int_eq(lt_kernels_get(LT_ISA_GENERIC, &generic), LT_OK);
+    lt_hand_layer_forward(layer, MANY, R[0], beta[0], v[0][0], kp[0][0], scratches);
+    lt_kernels_use(&generic);
+    lt_hand_layer_forward(layer, MANY, R[0], beta[0], v[1][0], kp[1][0], scratches);
+    lt_kernels_use(NULL);
+    ck_assert_mem_eq(v[0], v[1], sizeof(v[0]));
+    ck_assert_mem_eq(kp[0], kp[1], sizeof(kp[0]));
+}
+END_TEST
+
 START_TEST(root_rotation_is_rigid)
 {
     const double aa[3] = { .7, -1.1, .4 };
@@ -319,6 +341,7 @@ int main(void)
     tcase_add_test(c, chain_of_three);
     tcase_add_test(c, zero_pose_is_the_template);
     tcase_add_test(c, many_are_as_each_alone);
+    tcase_add_test(c, any_instruction_set);
     tcase_add_test(c, root_rotation_is_rigid);
     tcase_add_test(c, slope);
     tcase_add_test(c, gradients_add);
