@@ -33,7 +33,7 @@ static const struct argp_option options[] = {
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "runs", RUN_ONLY, "N", 0, "timed runs; default 20", 0 },
     { "seconds", SECONDS, "S", 0, "stop after S seconds with at least three runs; default 20", 0 },
-    { "compare", COMPARE, "ISA", 0, "in turn with another instruction set: generic, avx2, avx512", 0 },
+    { "compare", COMPARE, "ISA", 0, "in turn with another instruction set: generic, avx2, avx512, amx", 0 },
     { "int8", INT8, NULL, 0,
       "inference of a model with 8-bit integers, with ranges of the input it is measured with", 0 },
     { "profile", PROFILE, NULL, 0, "time by op and by layer as well", 0 },
@@ -104,7 +104,7 @@ static const struct argp argp = {
     options, parse, NULL,
     "Measure latency and memory of a model's inference and training step, or of a single layer.\v"
     "FMA peak is what the machine's multiply-adds reach just before and after: on a shared machine a "
-    "timing without it says little. PALMAR_ISA=generic|avx2|avx512 chooses the instruction set. A layer is "
+    "timing without it says little. PALMAR_ISA=generic|avx2|avx512|amx chooses the instruction set. A layer is "
     "measured over many copies, each with weights of its own, 100 MB together where it has that many, so that "
     "weights come from memory as in a network; its training is forward and backward.\n\n"
     "  palmar bench --model hocat --variant full --batch 1 --threads 2 --json\n"

@@ -3,15 +3,20 @@
 
 #include <stdio.h>
 #include <string.h>
+#ifdef __linux__
+#include <sys/syscall.h>
+#include <unistd.h>
+#endif
 
 static const char *const names[] = {
     [LT_ISA_GENERIC] = "generic", [LT_ISA_AVX2] = "avx2", [LT_ISA_AVX512] = "avx512",
+    [LT_ISA_AMX] = "amx",
 };
 
 #if defined(__x86_64__) || defined(__i386__)
 #include <cpuid.h>
 
-/* Register sets that the operating system saves: bits 1, 2 for SSE and AVX, 5, 6, 7 for AVX-512. */
+/* Register sets that the operating system saves: bits 1, 2 for SSE and AVX, 5, 6, 7 for AVX-512, 17, 18 for AMX. */
 static bool os_saves(unsigned mask)
 {
     unsigned a, b, c, d;
@@ -49,9 +54,25 @@ static bool has_avx512(void)
     return has_avx2() && os_saves(0xe6) && (leaf7_ebx(&ecx) & want) == want;
 }
 
+#if defined(__linux__) && defined(__x86_64__)
+/* Tiles are 8 KB of state for each thread, which Linux saves for processes that asked for it. Bits 17, 18 of XCR0;
+ * bits 22, 24 of EDX in leaf 7: bfloat16 and tiles */
+static bool has_amx(void)
+{
+    enum { ARCH_REQ_XCOMP_PERM = 0x1023, XFEATURE_XTILEDATA = 18 };
+    const unsigned want = 1u << 22 | 1u << 24;
+    unsigned a, b, c, d;
+
+    return has_avx512() && os_saves(0x600e6) && __get_cpuid_count(7, 0, &a, &b, &c, &d) && (d & want) == want
+           && syscall(SYS_arch_prctl, ARCH_REQ_XCOMP_PERM, XFEATURE_XTILEDATA) == 0;
+}
+#else
+static bool has_amx(void) { return false; }
+#endif
+
 lt_isa lt_cpu_best_isa(void)
 {
-    return has_avx512() ? LT_ISA_AVX512 : has_avx2() ? LT_ISA_AVX2 : LT_ISA_GENERIC;
+    return has_amx() ? LT_ISA_AMX : has_avx512() ? LT_ISA_AVX512 : has_avx2() ? LT_ISA_AVX2 : LT_ISA_GENERIC;
 }
 
 /* AVX-VNNI: bit 4 of EAX in the second part of leaf 7 */
@@ -68,7 +89,7 @@ bool lt_cpu_has_vnni(lt_isa isa)
     unsigned ecx;
 
     leaf7_ebx(&ecx);
-    return isa == LT_ISA_AVX512 ? has_avx512() && (ecx & bit_AVX512VNNI) : isa == LT_ISA_AVX2 && has_avx_vnni();
+    return isa >= LT_ISA_AVX512 ? has_avx512() && (ecx & bit_AVX512VNNI) : isa == LT_ISA_AVX2 && has_avx_vnni();
 }
 
 const char *lt_cpu_model(void)
@@ -130,5 +151,5 @@ lt_status lt_isa_parse(const char *name, lt_isa *out)
             *out = (lt_isa)i;
             return LT_OK;
         }
-    return lt_error(LT_EINVAL, "no such instruction set \"%s\"; want generic, avx2 or avx512", name);
+    return lt_error(LT_EINVAL, "no such instruction set \"%s\"; want generic, avx2, avx512 or amx", name);
 }

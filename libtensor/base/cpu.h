@@ -16,15 +16,16 @@ typedef enum {
     LT_ISA_GENERIC,                 /* plain C */
     LT_ISA_AVX2,                    /* AVX2, FMA, F16C */
     LT_ISA_AVX512,                  /* AVX-512 F, BW, DQ, VL as well */
+    LT_ISA_AMX,                     /* AMX's tiles of bfloat16 as well */
 } lt_isa;
 
-/* lt_cpu_best_isa - the widest that both CPUID and the operating system (XGETBV) allow */
+/* lt_cpu_best_isa - the widest that both CPUID and the operating system allow (XGETBV; Linux is asked for AMX) */
 LT_API lt_isa lt_cpu_best_isa(void);
 
-/* lt_cpu_has_vnni - 8-bit dot products on top of LT_ISA_AVX512, or of LT_ISA_AVX2 (AVX-VNNI) */
+/* lt_cpu_has_vnni - 8-bit dot products on top of LT_ISA_AVX512 and more, or of LT_ISA_AVX2 (AVX-VNNI) */
 LT_API bool lt_cpu_has_vnni(lt_isa isa);
 
-/* lt_isa_name, lt_isa_parse - "generic", "avx2", "avx512" */
+/* lt_isa_name, lt_isa_parse - "generic", "avx2", "avx512", "amx" */
 LT_API const char *lt_isa_name(lt_isa isa);
 LT_API lt_status lt_isa_parse(const char *name, lt_isa *out);
 

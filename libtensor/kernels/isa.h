@@ -8,6 +8,7 @@
 void lt_kernels_add_generic(lt_kernels *k);
 void lt_kernels_add_avx2(lt_kernels *k);
 void lt_kernels_add_avx512(lt_kernels *k);
+void lt_kernels_add_amx(lt_kernels *k);
 
 /* lt_kernels_add_avx2_exact, lt_kernels_add_avx512_exact - their products of bytes without VNNI */
 void lt_kernels_add_avx2_exact(lt_kernels *k);

@@ -114,17 +114,24 @@ typedef struct {
     lt_real weight[LT_SKIN_JOINTS][LT_SKIN_GROUP];
 } lt_skin;
 
-/* Attention goes by panels: so many queries or keys, stored [channel][query] or [channel][key], zeros where
- * the last panel is not full. Results and gradients are made of at most LT_ATTEND_PANELS panels of queries at once,
- * gradients of at most LT_ATTEND_GRAD_KEYS keys. */
-enum { LT_ATTEND_QUERIES = 12, LT_ATTEND_PANELS = 4, LT_ATTEND_KEYS = 32, LT_ATTEND_GRAD_KEYS = 96 };
+/* What attention reads of a head, each packed in the order that the instruction set's kernels want: queries, keys and
+ * values, or for gradients these and the gradients of results. Rows may be packed in parts of LT_ATTEND_UNIT. */
+typedef enum { LT_ATTEND_Q, LT_ATTEND_K, LT_ATTEND_V, LT_ATTEND_DY } lt_attend_part;
+enum { LT_ATTEND_UNIT = 96 };
 
-/* What some panels of queries and some keys of a head give to its gradients; see attend_grad. */
+/* packed: elements of n packed rows, d long; pack: s times n rows of x, ld apart, d long. So many queries, and for
+ * gradients keys, are done at once. */
+typedef struct {
+    int queries, keys;
+    int64_t (*packed)(lt_attend_part part, int64_t n, int64_t d);
+    void (*pack)(lt_attend_part part, lt_real *out, const lt_real *x, int64_t ld, int64_t n, int64_t d, lt_real s);
+} lt_attend_packing;
+
+/* What some queries and some keys of a head give to its gradients; see attend_grad. */
 typedef struct {
     int64_t d, ld;                      /* channels; elements between rows of q, k, dy, dq, dk, dv */
     int64_t rows, keys;
-    const lt_real *q_panel, *dy_panel;  /* of the queries, the first of each; q as attend had it */
-    const lt_real *k_panels, *v_panels; /* of the keys */
+    const lt_real *packed_q, *packed_k, *packed_v, *packed_dy;  /* q multiplied as attend had it */
     const lt_real *q, *k, *dy;          /* by row */
     const lt_real *stats;               /* of the queries, as attend left them */
     const lt_real *mean;                /* sum over channels of dy y, for each query */
@@ -284,13 +291,13 @@ typedef struct lt_kernels {
                             const lt_real *x, const lt_real *gamma, const lt_real *stats, size_t n);
 
     /* ---- attention of one head: y_i = sum over j of softmax_j(q_i . k_j) v_j ------------------------ */
-    /* attend_pack: s times n rows of x, d long and ld apart, as panels `width` rows wide. */
-    void (*attend_pack)(lt_real *out, const lt_real *x, int64_t ld, int64_t n, int64_t d, int width, lt_real s);
+    lt_attend_packing attend_packing, attend_grad_packing;
 
-    /* attend: the results of `rows` queries, ld apart. q is their panels times log2(e), as scores are
-     * powers of two in here; k the panels of all keys (at least 1), v their rows, d apart. stats[2 * rows],
-     * not for NULL: the largest score and 1 / the sum of 2^(score - largest). As with softmax a NaN or +inf
-     * among a row's scores, or nothing but -inf, makes its result NaN. The exponentials are within 3 ulp.
+    /* attend: the results of `rows` queries, ld apart. q was packed times log2(e), as scores are powers of two in here;
+     * k and v are all keys (at least 1) and values, packed. stats[2 * rows], not for NULL: the largest score and
+     * 1 / the sum of 2^(score - largest). As with softmax a NaN or +inf among a row's scores, or nothing but -inf,
+     * makes its result NaN. The exponentials are within 3 ulp. Each sum is one chain of multiply-adds, with LT_ISA_AMX
+     * within 1e-6 of the terms' sizes from that.
      * attend_grad: adds to dq, dk and dv what g's queries and keys give, after making the scores again. */
     void (*attend)(lt_real *y, int64_t ld, lt_real *stats, const lt_real *q, const lt_real *k,
                    const lt_real *v, int64_t rows, int64_t keys, int64_t d);

@@ -18,8 +18,10 @@ static lt_isa best_isa(void)
 {
 #if defined(LT_DOUBLE)
     return LT_ISA_GENERIC;
-#elif defined(HAVE_AVX512)
+#elif defined(HAVE_AMX)
     return lt_cpu_best_isa();
+#elif defined(HAVE_AVX512)
+    return lt_cpu_best_isa() > LT_ISA_AVX512 ? LT_ISA_AVX512 : lt_cpu_best_isa();
 #elif defined(HAVE_AVX2)
     return lt_cpu_best_isa() == LT_ISA_GENERIC ? LT_ISA_GENERIC : LT_ISA_AVX2;
 #else
@@ -41,6 +43,10 @@ lt_status lt_kernels_get(lt_isa isa, lt_kernels *k)
     if (isa >= LT_ISA_AVX512)
         lt_kernels_add_avx512(k);
 #endif
+#if defined(HAVE_AMX) && !defined(LT_DOUBLE)
+    if (isa >= LT_ISA_AMX)
+        lt_kernels_add_amx(k);
+#endif
     return LT_OK;
 }
 
@@ -52,7 +58,7 @@ void lt_kernels_without_vnni(lt_kernels *k)
         lt_kernels_add_avx2_exact(k);
 #endif
 #if defined(HAVE_AVX512) && !defined(LT_DOUBLE)
-    if (k->isa == LT_ISA_AVX512)
+    if (k->isa >= LT_ISA_AVX512)
         lt_kernels_add_avx512_exact(k);
 #endif
 }

@@ -13,7 +13,6 @@
 #include "libtensor/ops/common.h"
 
 enum { Q, K, V };
-enum { AT_ONCE = LT_ATTEND_PANELS * LT_ATTEND_QUERIES };    /* queries */
 
 typedef struct {
     int heads;
@@ -55,10 +54,15 @@ static lt_status infer(lt_call *c)
     return op_same_shape(c);
 }
 
-/* Elements of n rows of a head, packed in panels */
-static int64_t packed(const sizes *s, int64_t n, int width)
+/* Elements of n packed rows of a head: for results, and for gradients */
+static int64_t packed(const sizes *s, lt_attend_part part, int64_t n)
 {
-    return lt_ceil_div(n, width) * width * s->d;
+    return lt_k->attend_packing.packed(part, n, s->d);
+}
+
+static int64_t grad_packed(const sizes *s, lt_attend_part part, int64_t n)
+{
+    return lt_k->attend_grad_packing.packed(part, n, s->d);
 }
 
 /* What one task works on: one head of one image. */
@@ -86,63 +90,64 @@ static lt_real *stats_of(const lt_call *c, const head *h)
     return c->train ? (lt_real *)c->saved[0] + 2 * h->number * h->s.T : NULL;
 }
 
-/* Queries from `from` on, at most n of them. Scores are powers of two: q is scaled by log2(e) too. */
-static void pack_queries(const lt_call *c, const head *h, int64_t from, int64_t n, lt_real *out)
+/* What queries are multiplied with: scores are powers of two. */
+static lt_real scale_of(const sizes *s)
 {
     const double log2e = 1.4426950408889634;
 
-    lt_k->attend_pack(out, at(c, Q, h->q_at + from * h->s.C), h->s.C, lt_min_i64(n, h->s.T - from), h->s.d,
-                      LT_ATTEND_QUERIES, (lt_real)(h->s.scale * log2e));
+    return (lt_real)(s->scale * log2e);
+}
+
+/* Those of n rows from x on that lie in [from, from + LT_ATTEND_UNIT), to their place in out */
+static void pack_unit(const sizes *s, lt_attend_part part, lt_real *out, const lt_real *x, int64_t from, int64_t n,
+                      lt_real factor)
+{
+    if (from < n)
+        lt_k->attend_packing.pack(part, out + packed(s, part, from), x + from * s->C, s->C,
+                                  lt_min_i64(LT_ATTEND_UNIT, n - from), s->d, factor);
 }
 
 /* ---- forward ------------------------------------------------------------------------------------------ */
 
 static int64_t tasks_of(const sizes *s)
 {
-    return lt_ceil_div(s->T, AT_ONCE);
+    return lt_ceil_div(s->T, lt_k->attend_packing.queries);
 }
 
-/* A head as attend wants it: panels of queries, panels of keys, rows of values. These are copied where there are
- * several heads: of one they already lie without gaps. */
-typedef struct {
-    lt_real *q, *k, *v;
-} packed_head;
+static int64_t units_of(const sizes *s)
+{
+    return lt_ceil_div(lt_max_i64(s->T, s->S), LT_ATTEND_UNIT);
+}
 
 static int64_t forward_elements(const sizes *s)
 {
-    return packed(s, s->T, LT_ATTEND_QUERIES) + packed(s, s->S, LT_ATTEND_KEYS) + (s->heads > 1 ? s->S * s->d : 0);
+    return packed(s, LT_ATTEND_Q, s->T) + packed(s, LT_ATTEND_K, s->S) + packed(s, LT_ATTEND_V, s->S);
 }
+
+typedef struct {
+    lt_real *q, *k, *v;
+} packed_head;
 
 static packed_head packed_of(const lt_call *c, const head *h)
 {
     packed_head p = { .q = (lt_real *)c->work + h->number * forward_elements(&h->s) };
 
-    p.k = p.q + packed(&h->s, h->s.T, LT_ATTEND_QUERIES);
-    p.v = p.k + packed(&h->s, h->s.S, LT_ATTEND_KEYS);
+    p.k = p.q + packed(&h->s, LT_ATTEND_Q, h->s.T);
+    p.v = p.k + packed(&h->s, LT_ATTEND_K, h->s.S);
     return p;
-}
-
-/* Rows of q, k and v that a task packs: whole panels of both */
-enum { PACK_ROWS = LT_ATTEND_QUERIES * LT_ATTEND_KEYS / 4 };
-
-static int64_t parts_of(const sizes *s)
-{
-    return lt_ceil_div(lt_max_i64(s->T, s->S), PACK_ROWS);
 }
 
 static void pack_task(void *ctx, int64_t task)
 {
     const lt_call *c = ctx;
     const sizes s = sizes_of(c);
-    const head h = head_of(c, task / parts_of(&s));
-    const int64_t from = task % parts_of(&s) * PACK_ROWS, row = from * s.C;
+    const head h = head_of(c, task / units_of(&s));
+    const int64_t from = task % units_of(&s) * LT_ATTEND_UNIT;
     const packed_head p = packed_of(c, &h);
 
-    pack_queries(c, &h, from, PACK_ROWS, p.q + from * s.d);
-    lt_k->attend_pack(p.k + from * s.d, at(c, K, h.k_at + row), s.C, lt_min_i64(PACK_ROWS, s.S - from), s.d,
-                      LT_ATTEND_KEYS, 1);
-    for (int64_t j = from; s.heads > 1 && j < lt_min_i64(from + PACK_ROWS, s.S); j++)
-        memcpy(p.v + j * s.d, at(c, V, h.k_at + j * s.C), (size_t)s.d * sizeof(*p.v));
+    pack_unit(&s, LT_ATTEND_Q, p.q, at(c, Q, h.q_at), from, s.T, scale_of(&s));
+    pack_unit(&s, LT_ATTEND_K, p.k, at(c, K, h.k_at), from, s.S, 1);
+    pack_unit(&s, LT_ATTEND_V, p.v, at(c, V, h.k_at), from, s.S, 1);
 }
 
 static void forward_task(void *ctx, int64_t task)
@@ -151,11 +156,11 @@ static void forward_task(void *ctx, int64_t task)
     const sizes s = sizes_of(c);
     const head h = head_of(c, task / tasks_of(&s));
     const packed_head p = packed_of(c, &h);
-    const int64_t t = task % tasks_of(&s) * AT_ONCE;
+    const int64_t at_once = lt_k->attend_packing.queries, t = task % tasks_of(&s) * at_once;
     lt_real *stats = stats_of(c, &h);
 
-    lt_k->attend((lt_real *)c->out->data + h.q_at + t * s.C, s.C, stats ? stats + 2 * t : NULL, p.q + t * s.d, p.k,
-                 s.heads > 1 ? p.v : at(c, V, h.k_at), lt_min_i64(AT_ONCE, s.T - t), s.S, s.d);
+    lt_k->attend((lt_real *)c->out->data + h.q_at + t * s.C, s.C, stats ? stats + 2 * t : NULL,
+                 p.q + packed(&s, LT_ATTEND_Q, t), p.k, p.v, lt_min_i64(at_once, s.T - t), s.S, s.d);
 }
 
 static void forward(const lt_call *c)
@@ -164,26 +169,47 @@ static void forward(const lt_call *c)
 
     if (s.T == 0)
         return;
-    lt_parallel_for(s.B * s.heads * parts_of(&s), pack_task, (void *)c);
+    lt_parallel_for(s.B * s.heads * units_of(&s), pack_task, (void *)c);
     lt_parallel_for(s.B * s.heads * tasks_of(&s), forward_task, (void *)c);
 }
 
 /* ---- backward ----------------------------------------------------------------------------------------- */
 
-/* A task's scratch: panels of q and dy, sum(dy * y) of each row, panels of some keys and their values. */
+/* A task's scratch: packed queries and gradients of results, sum(dy * y) of each row, some keys and their values. */
+typedef struct {
+    lt_real *q, *dy, *mean, *k, *v;
+} gradient_scratch;
+
+enum { VECTOR = LT_ALIGN / sizeof(lt_real) };           /* so that each task's scratch is aligned */
+
 static int64_t backward_elements(const sizes *s)
 {
-    return 2 * packed(s, s->T, LT_ATTEND_QUERIES) + s->T + 2 * LT_ATTEND_GRAD_KEYS * s->d;
+    const int keys = lt_k->attend_grad_packing.keys;
+
+    return grad_packed(s, LT_ATTEND_Q, s->T) + grad_packed(s, LT_ATTEND_DY, s->T) + lt_ceil_div(s->T, VECTOR) * VECTOR
+           + grad_packed(s, LT_ATTEND_K, keys) + grad_packed(s, LT_ATTEND_V, keys);
 }
 
-static void pack_gradients(const lt_call *c, const head *h, lt_real *dy, lt_real *mean)
+static gradient_scratch scratch_of(const lt_call *c, const head *h)
+{
+    gradient_scratch g = { .q = (lt_real *)c->work + h->number * backward_elements(&h->s) };
+
+    g.dy = g.q + grad_packed(&h->s, LT_ATTEND_Q, h->s.T);
+    g.k = g.dy + grad_packed(&h->s, LT_ATTEND_DY, h->s.T);
+    g.v = g.k + grad_packed(&h->s, LT_ATTEND_K, lt_k->attend_grad_packing.keys);
+    g.mean = g.v + grad_packed(&h->s, LT_ATTEND_V, lt_k->attend_grad_packing.keys);
+    return g;
+}
+
+static void pack_queries(const lt_call *c, const head *h, const gradient_scratch *g)
 {
     const sizes *s = &h->s;
-    const lt_real *y = (const lt_real *)c->out->data + h->q_at;
+    const lt_real *y = (const lt_real *)c->out->data + h->q_at, *dy = c->dout + h->q_at;
 
-    lt_k->attend_pack(dy, c->dout + h->q_at, s->C, s->T, s->d, LT_ATTEND_QUERIES, 1);
+    lt_k->attend_grad_packing.pack(LT_ATTEND_Q, g->q, at(c, Q, h->q_at), s->C, s->T, s->d, scale_of(s));
+    lt_k->attend_grad_packing.pack(LT_ATTEND_DY, g->dy, dy, s->C, s->T, s->d, 1);
     for (int64_t t = 0; t < s->T; t++)
-        mean[t] = (lt_real)lt_k->dot(c->dout + h->q_at + t * s->C, y + t * s->C, (size_t)s->d);
+        g->mean[t] = (lt_real)lt_k->dot(dy + t * s->C, y + t * s->C, (size_t)s->d);
 }
 
 /* A head's rows of din[i] from `offset`, before the first addition */
@@ -198,22 +224,24 @@ static lt_real *din(const lt_call *c, int i, int64_t offset)
     return c->din[i] ? c->din[i] + offset : NULL;
 }
 
-/* Keys [j, j + g->keys), whose panels g has, against all queries. */
-static void backward_keys(const lt_call *c, const head *h, int64_t j, lt_attend_grad g)
+/* n keys from j on, which g has packed, against all queries */
+static void backward_keys(const lt_call *c, const head *h, int64_t j, int64_t n, const gradient_scratch *g)
 {
     const sizes *s = &h->s;
-    const lt_real *q_panels = g.q_panel, *dy_panels = g.dy_panel, *mean = g.mean;
     const int64_t k_at = h->k_at + j * s->C;
 
-    g.k = at(c, K, k_at), g.dk = din(c, K, k_at), g.dv = din(c, V, k_at);
-    for (int64_t t = 0; t < s->T; t += AT_ONCE) {
+    for (int64_t t = 0; t < s->T; t += lt_k->attend_grad_packing.queries) {
         const int64_t q_at = h->q_at + t * s->C;
+        const lt_attend_grad a = {
+            .d = s->d, .ld = s->C, .rows = lt_min_i64(lt_k->attend_grad_packing.queries, s->T - t), .keys = n,
+            .packed_q = g->q + grad_packed(s, LT_ATTEND_Q, t), .packed_k = g->k, .packed_v = g->v,
+            .packed_dy = g->dy + grad_packed(s, LT_ATTEND_DY, t),
+            .q = at(c, Q, q_at), .k = at(c, K, k_at), .dy = c->dout + q_at,
+            .stats = stats_of(c, h) + 2 * t, .mean = g->mean + t, .scale = (lt_real)s->scale,
+            .dq = din(c, Q, q_at), .dk = din(c, K, k_at), .dv = din(c, V, k_at),
+        };
 
-        g.rows = lt_min_i64(AT_ONCE, s->T - t);
-        g.q_panel = q_panels + t * s->d, g.dy_panel = dy_panels + t * s->d;
-        g.q = at(c, Q, q_at), g.dy = c->dout + q_at, g.dq = din(c, Q, q_at);
-        g.stats = stats_of(c, h) + 2 * t, g.mean = mean + t;
-        lt_k->attend_grad(&g);
+        lt_k->attend_grad(&a);
     }
 }
 
@@ -222,23 +250,18 @@ static void backward_task(void *ctx, int64_t task)
     const lt_call *c = ctx;
     const head h = head_of(c, task);
     const sizes *s = &h.s;
-    lt_real *q = (lt_real *)c->work + task * backward_elements(s);
-    lt_real *dy = q + packed(s, s->T, LT_ATTEND_QUERIES), *mean = dy + packed(s, s->T, LT_ATTEND_QUERIES);
-    lt_real *k = mean + s->T, *v = k + LT_ATTEND_GRAD_KEYS * s->d;
+    const gradient_scratch g = scratch_of(c, &h);
 
-    pack_queries(c, &h, 0, s->T, q);
-    pack_gradients(c, &h, dy, mean);
+    pack_queries(c, &h, &g);
     start(c, Q, s, h.q_at, s->T);
     start(c, K, s, h.k_at, s->S);
     start(c, V, s, h.k_at, s->S);
-    for (int64_t j = 0; j < s->S; j += LT_ATTEND_GRAD_KEYS) {
-        const int64_t n = lt_min_i64(LT_ATTEND_GRAD_KEYS, s->S - j), k_at = h.k_at + j * s->C;
+    for (int64_t j = 0; j < s->S; j += lt_k->attend_grad_packing.keys) {
+        const int64_t n = lt_min_i64(lt_k->attend_grad_packing.keys, s->S - j), k_at = h.k_at + j * s->C;
 
-        lt_k->attend_pack(k, at(c, K, k_at), s->C, n, s->d, LT_ATTEND_KEYS, 1);
-        lt_k->attend_pack(v, at(c, V, k_at), s->C, n, s->d, LT_ATTEND_KEYS, 1);
-        backward_keys(c, &h, j, (lt_attend_grad){
-            .d = s->d, .ld = s->C, .keys = n, .q_panel = q, .dy_panel = dy, .k_panels = k, .v_panels = v,
-            .mean = mean, .scale = (lt_real)s->scale });
+        lt_k->attend_grad_packing.pack(LT_ATTEND_K, g.k, at(c, K, k_at), s->C, n, s->d, 1);
+        lt_k->attend_grad_packing.pack(LT_ATTEND_V, g.v, at(c, V, k_at), s->C, n, s->d, 1);
+        backward_keys(c, &h, j, n, &g);
     }
 }
 

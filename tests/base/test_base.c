@@ -164,7 +164,7 @@ END_TEST
 
 START_TEST(instruction_sets_have_names)
 {
-    for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AVX512; isa++) {
+    for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AMX; isa++) {
         lt_isa found;
 
         ck_assert_int_eq(lt_isa_parse(lt_isa_name(isa), &found), LT_OK);

@@ -167,7 +167,7 @@ START_TEST(values)
              v.s->name);
     if (!v.c->no_vectors) {
         ck_assert_msg(lt_npz_read(arena, path, &v.npz) == LT_OK, "%s", lt_last_error());
-        for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AVX512; isa++) {
+        for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AMX; isa++) {
             lt_kernels k;
 
             if (lt_kernels_get(isa, &k) != LT_OK)
@@ -293,7 +293,7 @@ END_TEST
 static void print_isas(void)
 {
     printf("instruction sets:");
-    for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AVX512; isa++) {
+    for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AMX; isa++) {
         lt_kernels k;
 
         printf(" %s%s", lt_isa_name(isa), lt_kernels_get(isa, &k) == LT_OK ? "" : " (not here)");
