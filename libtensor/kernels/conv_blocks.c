@@ -4,6 +4,7 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
 #include "libtensor/kernels/conv_stem.h"
+#include "libtensor/kernels/conv_tiles.h"
 #include "libtensor/kernels/conv_turned.h"
 #include "libtensor/kernels/winograd_blocks.h"
 
@@ -399,7 +400,7 @@ static void pack_depthwise(const lt_conv2d_params *p, const lt_real *weights, lt
 
 /* ---- which of them ---------------------------------------------------------------------------------------- */
 
-typedef enum { NONE, PRODUCT, WINOGRAD, WINDOWS, STEM } blocks_algorithm;
+typedef enum { NONE, PRODUCT, TILES, WINOGRAD, WINDOWS, STEM } blocks_algorithm;
 
 static blocks_algorithm algorithm_of(const lt_conv2d_params *p)
 {
@@ -412,7 +413,9 @@ static blocks_algorithm algorithm_of(const lt_conv2d_params *p)
     if (p->groups > 1)
         return p->groups == p->c && p->o == p->c && square && (p->kh == 3 || p->kh == 5) && p->stride_h <= 2
                && p->pad_h < p->kh && p->dil_h == 1 && p->dil_w == 1 ? WINDOWS : NONE;
-    return lt_winograd_blocks_side(p) ? WINOGRAD : PRODUCT;
+    if (lt_winograd_blocks_side(p))
+        return WINOGRAD;
+    return lt_conv_tiles_suits(p) ? TILES : PRODUCT;
 }
 
 bool lt_conv_blocks_takes(const lt_conv2d_params *p)
@@ -428,7 +431,7 @@ bool lt_conv_blocks_reads_plain(const lt_conv2d_params *p)
 const char *lt_conv_blocks_name(const lt_conv2d_params *p)
 {
     static const char *const names[] = {
-        [PRODUCT] = "blocks", [WINOGRAD] = "winograd blocks", [WINDOWS] = "depthwise blocks",
+        [PRODUCT] = "blocks", [TILES] = "tiles blocks", [WINOGRAD] = "winograd blocks", [WINDOWS] = "depthwise blocks",
         [STEM] = "stem to blocks",
     };
     const blocks_algorithm a = algorithm_of(p);
@@ -441,6 +444,7 @@ int64_t lt_conv_blocks_packed(const lt_conv2d_params *p)
 {
     switch (algorithm_of(p)) {
     case PRODUCT: return product_packed(p);
+    case TILES: return lt_conv_tiles_packed(p);
     case WINOGRAD: return lt_winograd_blocks_packed(p);
     case WINDOWS: return lt_blocks_of(p->c) * p->kh * p->kw * LT_BLOCK;
     case STEM: return lt_stem_packed(p);
@@ -453,6 +457,7 @@ void lt_conv_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_r
 {
     switch (algorithm_of(p)) {
     case PRODUCT: pack_product(p, weights, packed); break;
+    case TILES: lt_conv_tiles_pack(p, weights, packed); break;
     case WINOGRAD: lt_winograd_blocks_pack(p, weights, packed); break;
     case WINDOWS: pack_depthwise(p, weights, packed); break;
     case STEM: lt_stem_pack(p, weights, packed); break;
@@ -466,6 +471,7 @@ size_t lt_conv_blocks_work(const lt_conv2d_params *p)
     case PRODUCT: return product_work(p);
     case WINOGRAD: return lt_winograd_blocks_work(p);
     case WINDOWS: return depthwise_work(p);
+    case TILES:
     case STEM:
     case NONE: break;
     }
@@ -477,6 +483,7 @@ void lt_conv_blocks_forward(const lt_conv2d_params *p, const lt_real *x, const l
 {
     switch (algorithm_of(p)) {
     case PRODUCT: run_products(p, x, packed, around, y, work); break;
+    case TILES: lt_conv_tiles_forward(p, x, packed, around, y); break;
     case WINOGRAD: lt_winograd_blocks_forward(p, x, packed, around, y, work); break;
     case WINDOWS: run_depthwise(p, x, packed, around, y, work); break;
     case STEM: lt_stem_forward(p, x, packed, around, y); break;

@@ -2,7 +2,7 @@
 /*
  * Convolutions between maps in blocks of channels (kernels.h: LT_BLOCK). A product reads such maps where they are, and
  * writes its results in whole lines: in chains of convolutions neither is packed, nor turned, nor scattered over planes
- * whose rows share sets of the caches. Which bits come out depends on the shapes alone.
+ * whose rows share sets of the caches. Which bits come out depends on the shapes, and on whether the CPU has AMX.
  */
 #ifndef LT_KERNELS_CONV_BLOCKS_H
 #define LT_KERNELS_CONV_BLOCKS_H
@@ -35,7 +35,8 @@ LT_API const char *lt_conv_blocks_name(const lt_conv2d_params *p);
  * which is not y itself, are in blocks.
  * Products: each y is one chain over (ky, kx, channel), zeros of the padding included, from plain maps over (channel,
  * ky, kx); depthwise: over (ky, kx);
- * Winograd: within 4e-6 of the sum of the terms' sizes from that. A mean is summed in double, position by position. */
+ * Winograd: within 4e-6 of the sum of the terms' sizes from that, and products on AMX's tiles, where
+ * lt_conv_blocks_name says so, within 1e-6 of the exact sum. A mean is summed in double, position by position. */
 LT_API int64_t lt_conv_blocks_packed(const lt_conv2d_params *p);
 LT_API void lt_conv_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
 LT_API size_t lt_conv_blocks_work(const lt_conv2d_params *p);

@@ -25,7 +25,7 @@ typedef enum { LT_NO_TRANS, LT_TRANS } lt_trans;
  *   e               what follows once the sum is complete (bias, residual, activation), or NULL
  *
  * m, n, k may be 0 (k = 0 leaves zeros, or C). Needs lt_kernels_init only for speed. Never fails:
- * without memory for its packing scratch (per thread, 1 MiB, kept) it runs in smaller blocks.
+ * its packing scratch (per thread, 640 KiB, kept) is on the stack where there is no memory.
  */
 LT_API void lt_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k,
                     const lt_real *a, int64_t lda, const lt_real *b, int64_t ldb,

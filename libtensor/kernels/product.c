@@ -8,10 +8,9 @@
 
 /*
  * Packing scratch: one per thread, made when the thread first needs it, freed when it ends. Without
- * memory a smaller one on the stack serves: B is packed strip by strip, and the result stays the same.
+ * memory one on the stack serves.
  */
-typedef struct { lt_real a[LT_SCRATCH_A], b[LT_TILE_N * LT_PACK_K]; } scratch;
-typedef struct { lt_real a[LT_SCRATCH_A], b[LT_SCRATCH_B]; } small_scratch;
+typedef struct { lt_real a[LT_SCRATCH_A], b[LT_SCRATCH_B]; } scratch;
 
 static pthread_key_t key;
 static pthread_once_t key_once = PTHREAD_ONCE_INIT;
@@ -125,35 +124,10 @@ static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t 
     }
 }
 
-static __attribute__((noinline)) void small_blocks(const lt_product *p, const lt_tile *t, int64_t from,
-                                                   int64_t to)
+/* Where there is no memory: kept out of line, or every caller's frame would be as large */
+static __attribute__((noinline)) void with_stack_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx)
 {
-    _Alignas(LT_ALIGN) small_scratch s;
-
-    blocks(p, t, from, to, s.a, s.b, LT_SCRATCH_B / LT_PACK_K);
-}
-
-/* How many columns of B its scratch holds: more than LT_TILE_N where k is small */
-static int64_t columns_at_once(int64_t k)
-{
-    const int64_t n = LT_TILE_N * LT_PACK_K / lt_max_i64(1, lt_min_i64(k, LT_PACK_K));
-
-    return n / lt_k->nr * lt_k->nr;
-}
-
-void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to)
-{
-    scratch *s = thread_scratch();
-
-    if (s)
-        blocks(p, t, from, to, s->a, s->b, columns_at_once(p->k));
-    else
-        small_blocks(p, t, from, to);
-}
-
-static __attribute__((noinline)) void with_small_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx)
-{
-    _Alignas(LT_ALIGN) small_scratch s;
+    _Alignas(LT_ALIGN) scratch s;
 
     fn(ctx, s.a, s.b);
 }
@@ -165,7 +139,29 @@ void lt_with_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx)
     if (s)
         fn(ctx, s->a, s->b);
     else
-        with_small_scratch(fn, ctx);
+        with_stack_scratch(fn, ctx);
+}
+
+typedef struct { const lt_product *p; const lt_tile *t; int64_t from, to; } tile_call;
+
+/* How many columns of B its scratch holds: more than LT_TILE_N where k is small */
+static int64_t columns_at_once(int64_t k)
+{
+    const int64_t n = LT_SCRATCH_B / lt_max_i64(1, lt_min_i64(k, LT_PACK_K));
+
+    return n / lt_k->nr * lt_k->nr;
+}
+
+static void run_tile(void *ctx, lt_real *a, lt_real *b)
+{
+    const tile_call *c = ctx;
+
+    blocks(c->p, c->t, c->from, c->to, a, b, columns_at_once(c->p->k));
+}
+
+void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to)
+{
+    lt_with_scratch(run_tile, &(tile_call){ p, t, from, to });
 }
 
 /* One block of k of one tile; count: all rows or columns, of which a tile has `size`. */

@@ -44,7 +44,7 @@ void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_
  *
  * The same that lt_product_tile uses, which fn may call only where that does not.
  */
-enum { LT_SCRATCH_A = LT_TILE_M * LT_PACK_K, LT_SCRATCH_B = 128 * LT_PACK_K };
+enum { LT_SCRATCH_A = LT_TILE_M * LT_PACK_K, LT_SCRATCH_B = LT_TILE_N * LT_PACK_K };
 
 void lt_with_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx);
 

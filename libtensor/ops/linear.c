@@ -3,11 +3,13 @@
  *   x (..., K)   w (N, K)   b (N)   ->   y (..., N)
  *   dx += dy w       dw += dy^T x       db += sum of dy's rows
  *
+ * Where the CPU has AMX and there is enough to do, products are made on its tiles.
+ *
  * act and addend are there only where an inference plan fused them. Then x may also be what is before another linear,
  * whose work is done here: y = act(act0(x w0^T + b0) w^T + b + addend). With a table of ranges x is read as 8-bit
  * integers.
  */
-#include "libtensor/kernels/gemm.h"
+#include "libtensor/kernels/gemm_tiles.h"
 #include "libtensor/kernels/int8.h"
 #include "libtensor/ops/common.h"
 
@@ -48,17 +50,41 @@ static int64_t rows_of(const lt_call *c)
     return op_outer(c->in[X], c->in[X]->shape.rank - 1);
 }
 
+/* ---- a product of so many rows with weights, on tiles or by multiply-adds ---- */
+
+static int64_t packed_count(int64_t rows, int64_t n, int64_t k)
+{
+    return lt_gemm_tiles_suits(rows, n, k) ? lt_gemm_tiles_packed(n, k) : lt_gemm_packed_count(n, k);
+}
+
+static void pack_weights(lt_trans t, int64_t rows, int64_t n, int64_t k, const lt_real *w, int64_t ld, lt_real *packed)
+{
+    (lt_gemm_tiles_suits(rows, n, k) ? lt_gemm_tiles_pack : lt_gemm_pack)(t, n, k, w, ld, packed);
+}
+
+static void multiply(int64_t rows, int64_t n, int64_t k, const lt_real *x, const lt_real *packed, bool add, lt_real *y,
+                     const lt_epilogue *e)
+{
+    if (lt_gemm_tiles_suits(rows, n, k))
+        lt_gemm_tiles(rows, n, k, x, packed, add, y, e);
+    else
+        lt_gemm_packed(LT_NO_TRANS, rows, n, k, x, k, packed, add, y, n, e);
+}
+
 /* Weights that are not packed yet are packed into the work of the pass that reads them. */
 static void plan(lt_call *c)
 {
     const linear_attr *a = c->attr;
     const lt_shape w = weight_of(c);
-    const int64_t count = lt_max_i64(lt_gemm_packed_count(w.dim[0], w.dim[1]),
-                                     lt_gemm_packed_count(w.dim[1], w.dim[0]));
+    const int64_t rows = rows_of(c), n = w.dim[0], k = w.dim[1];
 
-    c->work_bytes = a->packed ? 0 : (size_t)count * sizeof(lt_real);
-    if (a->range.scale > 0)
-        c->work_bytes = lt_gemm_int8_work(rows_of(c), w.dim[1]);
+    if (a->range.scale > 0) {
+        c->work_bytes = lt_gemm_int8_work(rows, k);
+    } else if (!a->packed) {
+        c->work_bytes = (size_t)lt_max_i64(packed_count(rows, n, k), packed_count(rows, k, n)) * sizeof(lt_real);
+        if (lt_gemm_tiles_suits(n, k, rows) && c->work_bytes < lt_gemm_tiles_sums_work(n, k))
+            c->work_bytes = lt_gemm_tiles_sums_work(n, k);
+    }
 }
 
 static const lt_real *data_of(const lt_tensor *t)
@@ -87,9 +113,8 @@ static void forward(const lt_call *c)
         return;
     }
     if (!a->packed)
-        lt_gemm_pack(LT_TRANS, n, k, c->in[W]->data, k, c->work);
-    lt_gemm_packed(LT_NO_TRANS, rows_of(c), n, k, c->in[X]->data, k, a->packed ? c->in[W]->data : c->work,
-                   false, c->out->data, n, &tail);
+        pack_weights(LT_TRANS, rows_of(c), n, k, c->in[W]->data, k, c->work);
+    multiply(rows_of(c), n, k, c->in[X]->data, a->packed ? c->in[W]->data : c->work, false, c->out->data, &tail);
 }
 
 /* Column j of dy, summed over rows in their order; a task owns some columns. */
@@ -106,16 +131,26 @@ static void bias_grad(void *ctx, int64_t task)
         lt_k->add_to(c->din[B] + first, c->dout + r * n + first, width);
 }
 
+static void weight_grad(const lt_call *c, int64_t rows, int64_t n, int64_t k)
+{
+    const bool add = !c->fresh[W];
+
+    if (lt_gemm_tiles_suits(n, k, rows))
+        lt_gemm_tiles_sums(n, k, rows, c->dout, c->in[X]->data, add, c->din[W], c->work);
+    else
+        lt_gemm(LT_TRANS, LT_NO_TRANS, n, k, rows, c->dout, n, c->in[X]->data, k, add, c->din[W], k, NULL);
+}
+
 static void backward(const lt_call *c)
 {
-    const int64_t m = rows_of(c), n = lt_dim(c->in[W], 0), k = lt_dim(c->in[W], 1);
+    const int64_t rows = rows_of(c), n = lt_dim(c->in[W], 0), k = lt_dim(c->in[W], 1);
 
     if (c->din[X]) {
-        lt_gemm_pack(LT_NO_TRANS, k, n, c->in[W]->data, k, c->work);
-        lt_gemm_packed(LT_NO_TRANS, m, k, n, c->dout, n, c->work, !c->fresh[X], c->din[X], k, NULL);
+        pack_weights(LT_NO_TRANS, rows, k, n, c->in[W]->data, k, c->work);
+        multiply(rows, k, n, c->dout, c->work, !c->fresh[X], c->din[X], NULL);
     }
     if (c->din[W])
-        lt_gemm(LT_TRANS, LT_NO_TRANS, n, k, m, c->dout, n, c->in[X]->data, k, !c->fresh[W], c->din[W], k, NULL);
+        weight_grad(c, rows, n, k);
     if (c->din[B])
         lt_parallel_for(lt_ceil_div(n, COLUMNS), bias_grad, (void *)c);
 }
@@ -145,10 +180,14 @@ static bool absorb_before(lt_node *node, const lt_node *before)
     linear_attr *a = node->attr;
     const linear_attr *first = before->attr;
     const lt_tensor *x = before->in[X];
+    int64_t rows, k, hidden;
 
     if (before->op != node->op || before->in[ADDEND] || before->in[W0] || !lt_is_constant(before->in[W])
-        || !lt_is_constant(node->in[W])
-        || !lt_gemm_pair_suits(op_outer(x, x->shape.rank - 1), lt_dim(before->in[W], 0), lt_dim(x, -1)))
+        || !lt_is_constant(node->in[W]))
+        return false;
+    rows = op_outer(x, x->shape.rank - 1), k = lt_dim(x, -1), hidden = lt_dim(before->in[W], 0);
+    if (!lt_gemm_pair_suits(rows, hidden, k) || lt_gemm_tiles_suits(rows, hidden, k)
+        || lt_gemm_tiles_suits(rows, lt_dim(node->in[W], 0), hidden))
         return false;
     node->in[X] = before->in[X];
     node->in[W0] = before->in[W];
@@ -159,35 +198,46 @@ static bool absorb_before(lt_node *node, const lt_node *before)
 
 static const char *algorithm(const lt_call *c)
 {
-    return ((const linear_attr *)c->attr)->range.scale > 0 ? "int8" : c->in[W0] ? "after linear" : "";
+    const lt_shape w = weight_of(c);
+
+    if (((const linear_attr *)c->attr)->range.scale > 0)
+        return "int8";
+    if (c->in[W0])
+        return "after linear";
+    return lt_gemm_tiles_suits(rows_of(c), w.dim[0], w.dim[1]) ? "tiles" : "";
 }
 
-/* linear_pack: w in the order in which forward reads it; attr is the lt_int8_range of linear */
+/* linear_pack: w in the order in which forward reads it */
+typedef struct {
+    lt_int8_range range;        /* linear's */
+    int64_t rows;               /* that it will meet */
+} pack_attr;
+
 static lt_status pack_infer(lt_call *c)
 {
     const int64_t n = lt_dim(c->in[0], 0), k = lt_dim(c->in[0], 1);
-    const lt_int8_range *r = c->attr;
+    const pack_attr *a = c->attr;
 
-    c->out->shape = LT_SHAPE(r->scale > 0 ? lt_gemm_int8_packed(n, k) : lt_gemm_packed_count(n, k));
+    c->out->shape = LT_SHAPE(a->range.scale > 0 ? lt_gemm_int8_packed(n, k) : packed_count(a->rows, n, k));
     return LT_OK;
 }
 
 static void pack_plan(lt_call *c)
 {
-    const lt_int8_range *r = c->attr;
+    const pack_attr *a = c->attr;
 
-    c->work_bytes = r->scale > 0 ? lt_gemm_int8_pack_work(lt_dim(c->in[0], 0), lt_dim(c->in[0], 1)) : 0;
+    c->work_bytes = a->range.scale > 0 ? lt_gemm_int8_pack_work(lt_dim(c->in[0], 0), lt_dim(c->in[0], 1)) : 0;
 }
 
 static void pack_forward(const lt_call *c)
 {
     const int64_t n = lt_dim(c->in[0], 0), k = lt_dim(c->in[0], 1);
-    const lt_int8_range *r = c->attr;
+    const pack_attr *a = c->attr;
 
-    if (r->scale > 0)
-        lt_gemm_int8_pack(n, k, r, c->in[0]->data, c->out->data, c->work);
+    if (a->range.scale > 0)
+        lt_gemm_int8_pack(n, k, &a->range, c->in[0]->data, c->out->data, c->work);
     else
-        lt_gemm_pack(LT_TRANS, n, k, c->in[0]->data, k, c->out->data);
+        pack_weights(LT_TRANS, a->rows, n, k, c->in[0]->data, k, c->out->data);
 }
 
 static const lt_op linear_pack_op = {
@@ -196,10 +246,11 @@ static const lt_op linear_pack_op = {
 
 static lt_shape pack(lt_node *node, int i)
 {
-    const linear_attr *a = node->attr;
+    const lt_tensor *x = node->in[X];
     const lt_shape shape = node->in[i]->shape;
+    const pack_attr a = { ((const linear_attr *)node->attr)->range, op_outer(x, x->shape.rank - 1) };
 
-    node->in[i] = lt_apply(&linear_pack_op, &a->range, sizeof(a->range), &node->in[i], 1);
+    node->in[i] = lt_apply(&linear_pack_op, &a, sizeof(a), &node->in[i], 1);
     return shape;
 }
 

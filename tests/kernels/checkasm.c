@@ -154,7 +154,21 @@ void same_as_before(const float *got, size_t n, const char *fmt, ...)
 
 /* ---- all instruction sets --------------------------------------------------------------------------------- */
 
-static void check_threads(const char *isa)
+static void check_products(bool plainly)
+{
+    check_gemms(plainly);
+    check_convs(plainly);
+    check_blocks(plainly);
+    check_int8(plainly);
+}
+
+static void check_products_on_tiles(bool plainly)
+{
+    check_blocks(plainly);
+    check_tiles(plainly);
+}
+
+static void check_threads(const char *isa, void (*check)(bool plainly))
 {
     char name[64];
 
@@ -162,10 +176,7 @@ static void check_threads(const char *isa)
         snprintf(name, sizeof(name), "%s, %d threads", isa, threads);
         stage = name;
         lt_set_threads(threads);
-        check_gemms(threads == 1);
-        check_convs(threads == 1);
-        check_blocks(threads == 1);
-        check_int8(threads == 1);
+        check(threads == 1);
     }
     stage = "";
 }
@@ -187,7 +198,7 @@ static void check_all_others(lt_kernels *k, const lt_kernels *generic)
     check_samples(k, generic);
     check_skin(k, generic);
     check_accuracy(k);
-    check_threads(lt_isa_name(k->isa));
+    check_threads(lt_isa_name(k->isa), check_products);
     check_without_vnni(k);
 }
 
@@ -202,7 +213,9 @@ static void check_isa(lt_isa isa, const lt_kernels *generic)
     lt_kernels_use(&k);
     stage = lt_isa_name(isa);
     check_attention(&k, generic);
-    if (isa != LT_ISA_AMX)          /* whose other entries are those of AVX-512 */
+    if (isa == LT_ISA_AMX)          /* whose other entries are those of AVX-512 */
+        check_threads(lt_isa_name(isa), check_products_on_tiles);
+    else
         check_all_others(&k, generic);
     printf("%-8s checked\n", lt_isa_name(isa));
     lt_kernels_use(NULL);

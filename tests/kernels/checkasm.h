@@ -27,6 +27,7 @@ void same_as_before(const float *got, size_t n, const char *fmt, ...) LT_PRINTF(
 void check_gemms(bool plainly);
 void check_convs(bool plainly);
 void check_blocks(bool plainly);
+void check_tiles(bool plainly);
 void check_int8(bool plainly);
 void check_entries(const lt_kernels *k, const lt_kernels *generic);
 void check_attention(const lt_kernels *k, const lt_kernels *generic);

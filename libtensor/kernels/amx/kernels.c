@@ -6,10 +6,12 @@
 #include "libtensor/kernels/body/math.inc"
 #include "libtensor/kernels/amx/attention.inc"
 #include "libtensor/kernels/amx/attention_grad.inc"
+#include "libtensor/kernels/amx/product.inc"
 
 void lt_kernels_add_amx(lt_kernels *k)
 {
     add_attention(k);
     add_attention_grad(k);
+    add_product(k);
     k->isa = LT_ISA_AMX;
 }

@@ -56,19 +56,24 @@ INLINE vec v_bfloat(vec x)
     return v_bits(_mm512_and_si512(near, i_set(-0x10000)));
 }
 
-/* A row of 16 pairs, into each of the three parts: lo in the lower halves, hi in the upper ones */
-INLINE void split(lt_real *out, vec lo, vec hi)
+/* The upper halves of lo and of hi, which belong in the lower and the upper halves of pairs */
+INLINE vec pair(vec lo, vec hi)
 {
-    const ivec upper = i_set(-0x10000);
+    enum { SELECT = 0xca };                             /* where the first is set the second, else the third */
 
+    return v_bits(_mm512_ternarylogic_epi32(i_set(-0x10000), i_bits(hi), _mm512_srli_epi32(i_bits(lo), 16), SELECT));
+}
+
+/* A row of 16 pairs, into each of the three parts, so far apart: lo in the lower halves, hi in the upper ones */
+INLINE void split(lt_real *out, const int64_t apart, vec lo, vec hi)
+{
     for (int part = 0; part < PARTS - 1; part++) {
         const vec near_lo = v_bfloat(lo), near_hi = v_bfloat(hi);
 
-        v_store(out + part * PART, v_bits(_mm512_or_si512(_mm512_srli_epi32(i_bits(near_lo), 16), i_bits(near_hi))));
+        v_store(out + part * apart, pair(near_lo, near_hi));
         lo -= near_lo, hi -= near_hi;
     }
-    v_store(out + (PARTS - 1) * PART, v_bits(_mm512_or_si512(_mm512_srli_epi32(i_bits(lo), 16),
-                                                             _mm512_and_si512(i_bits(hi), upper))));
+    v_store(out + (PARTS - 1) * apart, pair(lo, hi));
 }
 
 /* One block of an operand whose rows are sums' rows or columns: x[i * ld + c] for i < rows, c < cols, zeros elsewhere */
@@ -78,7 +83,7 @@ INLINE void pack_rows(lt_real *block, const lt_real *x, int64_t ld, int rows, in
         const int lo = i < rows ? cols : 0;
         const lt_real *row = x + (i < rows ? i : 0) * ld;
 
-        split(block + i * HALF, s * v_load_part(row, 0, lo), s * v_load_part(row + HALF, 0, lo - HALF));
+        split(block + i * HALF, PART, s * v_load_part(row, 0, lo), s * v_load_part(row + HALF, 0, lo - HALF));
     }
 }
 
@@ -90,7 +95,7 @@ INLINE void pack_summed(lt_real *block, const lt_real *x, int64_t ld, int rows, 
             const lt_real *at = x + half * HALF;
             const int n = cols - half * HALF;
 
-            split(block + half * TILE + i * HALF, s * v_load_part(at + (i < rows ? i : 0) * ld, 0, i < rows ? n : 0),
+            split(block + half * TILE + i * HALF, PART, s * v_load_part(at + (i < rows ? i : 0) * ld, 0, i < rows ? n : 0),
                   s * v_load_part(at + (i + HALF < rows ? i + HALF : 0) * ld, 0, i + HALF < rows ? n : 0));
         }
 }
@@ -106,8 +111,8 @@ INLINE void turn_block(lt_real *out, const lt_real *block)
 
 #define TILES_LEFT(part) \
     do { \
-        _tile_loadd(4, a + (part) * PART, 64); \
-        _tile_loadd(5, a + (part) * PART + TILE, 64); \
+        _tile_loadd(4, a + (part) * a_part, a_row * 4); \
+        _tile_loadd(5, a + (part) * a_part + HALF * a_row, a_row * 4); \
     } while (0)
 #define TILES_RIGHT(part) \
     do { \
@@ -122,7 +127,8 @@ INLINE void turn_block(lt_real *out, const lt_real *block)
         _tile_dpbf16ps(3, 5, 7); \
     } while (0)
 
-INLINE void tiles_multiply(const lt_real *a, const lt_real *b)
+/* Parts of a, and its rows, are so far apart. */
+INLINE void tiles_multiply(const lt_real *a, const int64_t a_part, const int64_t a_row, const lt_real *b)
 {
     TILES_LEFT(0);
     TILES_RIGHT(2);
@@ -142,6 +148,8 @@ INLINE void tiles_multiply(const lt_real *a, const lt_real *b)
 /* The same with left and right in each other's place: the transpose, bit by bit */
 INLINE void tiles_multiply_mirrored(const lt_real *a, const lt_real *b)
 {
+    enum { a_part = PART, a_row = HALF };
+
     TILES_RIGHT(0);
     TILES_LEFT(2);
     TILES_MULTIPLY();
@@ -170,7 +178,7 @@ INLINE void tiles_product(lt_real (*c)[SIDE], const lt_real *a, int64_t a_step, 
         if (mirrored)
             tiles_multiply_mirrored(a + i * a_step, b + i * b_step);
         else
-            tiles_multiply(a + i * a_step, b + i * b_step);
+            tiles_multiply(a + i * a_step, PART, HALF, b + i * b_step);
     _tile_stored(0, c[0], sizeof(*c));
     _tile_stored(1, c[0] + HALF, sizeof(*c));
     _tile_stored(2, c[HALF], sizeof(*c));

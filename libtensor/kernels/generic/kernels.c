@@ -7,6 +7,7 @@
 
 void lt_kernels_add_generic(lt_kernels *k)
 {
+    *k = (lt_kernels){ 0 };
     add_all(k);
     k->isa = LT_ISA_GENERIC;
 }

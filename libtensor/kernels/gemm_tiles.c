@@ -1,0 +1,284 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/gemm_tiles.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/kernels/product.h"
+
+#include <string.h>
+
+enum {
+    SIDE = LT_TILES_SIDE,
+    FEW = 64,                   /* rows, columns or terms are too few */
+    ROWS = 128,                 /* of a task */
+    COLUMNS = 256,              /* at a time, and of a task where tasks would be few */
+    TASKS = 8,
+    SEGMENTS = LT_SCRATCH_A / (ROWS * LT_TILES_ROW),        /* of A at a time */
+};
+
+static int64_t sides_of(int64_t n)
+{
+    return lt_ceil_div(n, SIDE);
+}
+
+bool lt_gemm_tiles_suits(int64_t m, int64_t n, int64_t k)
+{
+    return lt_k->gemm_tiles && m >= FEW && n >= FEW && k >= FEW;
+}
+
+/* ---- B: panels of 32 columns, blocks of 32 rows ---------------------------------------------------------- */
+
+int64_t lt_gemm_tiles_packed(int64_t n, int64_t k)
+{
+    return sides_of(n) * sides_of(k) * LT_TILES_BLOCK;
+}
+
+typedef struct { lt_trans tb; int64_t n, k; const lt_real *b; int64_t ldb; lt_real *packed; } pack_job;
+
+static void pack_panel(void *ctx, int64_t panel)
+{
+    const pack_job *j = ctx;
+    const int64_t n = lt_min_i64(SIDE, j->n - panel * SIDE);
+    lt_real *out = j->packed + panel * sides_of(j->k) * LT_TILES_BLOCK;
+    _Alignas(LT_ALIGN) lt_real turned[SIDE * SIDE];
+
+    if (!j->tb) {
+        lt_k->tiles_right(out, j->b + panel * SIDE, j->ldb, j->k, n);
+        return;
+    }
+    for (int64_t l = 0; l < j->k; l += SIDE, out += LT_TILES_BLOCK) {
+        const int64_t k = lt_min_i64(SIDE, j->k - l);
+
+        lt_k->turn(turned, SIDE, j->b + panel * SIDE * j->ldb + l, j->ldb, n, k, false);
+        lt_k->tiles_right(out, turned, SIDE, k, n);
+    }
+}
+
+void lt_gemm_tiles_pack(lt_trans tb, int64_t n, int64_t k, const lt_real *b, int64_t ldb, lt_real *packed)
+{
+    pack_job j = { tb, n, k, b, ldb, packed };
+
+    lt_parallel_for(sides_of(n), pack_panel, &j);
+}
+
+/* A row of C = or += one that tiles left in blocks, ROWS of each */
+static void store_row(lt_real *c, const lt_real *made, int64_t columns, bool add)
+{
+    lt_real line[COLUMNS], *out = add ? line : c;
+    const int64_t whole = columns / LT_BLOCK;
+
+    for (int64_t b = 0; b < whole; b++)
+        memcpy(out + b * LT_BLOCK, made + b * ROWS * LT_BLOCK, LT_BLOCK * sizeof(*c));
+    memcpy(out + whole * LT_BLOCK, made + whole * ROWS * LT_BLOCK, (size_t)(columns % LT_BLOCK) * sizeof(*c));
+    if (add)
+        lt_k->add_to(c, line, (size_t)columns);
+}
+
+/* ---- C = A B --------------------------------------------------------------------------------------------- */
+
+typedef struct {
+    int64_t m, n, k;
+    const lt_real *a, *packed;
+    bool add;
+    lt_real *c;
+    const lt_epilogue *e;
+    int64_t rows, columns, bands;       /* of a task; bands of rows */
+} job;
+
+typedef struct { const job *j; int64_t row, rows, column, columns; } job_task;
+
+/* Rows of the band, `segments` segments from the first on; eight rows at a time, so that a page is met once */
+static void pack_rows(const job_task *t, lt_real *out, int64_t first, int64_t segments)
+{
+    enum { AT_ONCE = 8 };
+    const job *j = t->j;
+
+    for (int64_t row = 0; row < t->rows; row += AT_ONCE)
+        for (int64_t s = 0; s < segments; s++) {
+            const int64_t at = (first + s) * SIDE;
+
+            lt_k->tiles_left(out + (s * ROWS + row) * LT_TILES_ROW, j->a + (t->row + row) * j->k + at, LT_BLOCK, j->k,
+                             lt_min_i64(SIDE, j->k - at), lt_min_i64(AT_ONCE, t->rows - row), NULL);
+        }
+}
+
+/* Some columns of the band's sums, to C, and what follows */
+static void finish(const job_task *t, const lt_real *made, int64_t column, int64_t columns)
+{
+    const job *j = t->j;
+
+    for (int64_t row = t->row; row < t->row + t->rows; row++, made += LT_BLOCK) {
+        lt_real *c = j->c + row * j->n + column;
+
+        store_row(c, made, columns, j->add);
+        if (j->e) {
+            lt_epilogue e = *j->e;
+
+            e.col_bias = e.col_bias ? e.col_bias + column : NULL;
+            e.row_bias = e.row_bias ? e.row_bias + row : NULL;
+            e.residual = e.residual ? e.residual + row * e.ld_residual + column : NULL;
+            lt_k->epilogue(c, j->n, 1, columns, &e);
+        }
+    }
+}
+
+/* Some columns of a band: packs its rows by parts of their terms, and adds up what these give. */
+static void multiply(const job_task *t, lt_real *a, lt_real *made, int64_t column, int64_t columns)
+{
+    const job *j = t->j;
+    const int64_t sides = sides_of(j->k), parts = lt_ceil_div(sides, SEGMENTS);
+    int64_t segment[SEGMENTS];
+    lt_tiles g = {
+        .a = a, .rows = t->rows, .lines = 1, .segment = segment, .b_panel = sides * LT_TILES_BLOCK, .n = columns,
+        .c = made, .c_row = LT_BLOCK, .plane = ROWS * LT_BLOCK,
+    };
+
+    for (int64_t s = 0; s < SEGMENTS; s++)
+        segment[s] = s * ROWS * LT_TILES_ROW;
+    for (int64_t i = 0; i < parts; i++) {
+        const int64_t from = i * sides / parts;
+
+        g.segments = (i + 1) * sides / parts - from;
+        g.b = j->packed + column / SIDE * g.b_panel + from * LT_TILES_BLOCK;
+        g.add = i > 0;
+        g.fetch = i + 1 == parts ? j->c + t->row * j->n + column : NULL, g.fetch_row = j->n, g.fetch_plane = LT_BLOCK;
+        if (parts > 1 || column == t->column)
+            pack_rows(t, a, from, g.segments);
+        lt_k->gemm_tiles(&g);
+    }
+}
+
+static void run_task(void *ctx, lt_real *a, lt_real *made)
+{
+    const job_task *t = ctx;
+    const int64_t end = t->column + t->columns;
+
+    for (int64_t at = t->column; at < end; at += COLUMNS) {
+        const int64_t columns = lt_min_i64(COLUMNS, end - at);
+
+        multiply(t, a, made, at, columns);
+        finish(t, made, at, columns);
+    }
+}
+
+static void run(void *ctx, int64_t index)
+{
+    const job *j = ctx;
+    job_task t = { .j = j, .row = index % j->bands * j->rows, .column = index / j->bands * j->columns };
+
+    t.rows = lt_min_i64(j->rows, j->m - t.row);
+    t.columns = lt_min_i64(j->columns, j->n - t.column);
+    lt_with_scratch(run_task, &t);
+}
+
+void lt_gemm_tiles(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_real *packed, bool add, lt_real *c,
+                   const lt_epilogue *e)
+{
+    job j = { m, n, k, a, packed, add, c, e, .rows = lt_tile_size(m, ROWS, SIDE) };
+    int64_t groups;
+
+    j.bands = lt_ceil_div(m, j.rows);
+    groups = lt_max_i64(1, lt_min_i64(lt_ceil_div(TASKS, j.bands), n / COLUMNS));
+    j.columns = sides_of(lt_ceil_div(n, groups)) * SIDE;
+    lt_parallel_for(j.bands * lt_ceil_div(n, j.columns), run, &j);
+}
+
+/* ---- C = A^T B ------------------------------------------------------------------------------------------- */
+
+/* A is the narrower of the two; where it was B the sums are turned at the end. */
+typedef struct {
+    int64_t m, n, k;
+    const lt_real *a, *b;
+    bool add;
+    lt_real *c;
+    int64_t rows, columns, tiles;       /* of a task; tasks beside each other */
+} sums_job;
+
+typedef struct { const sums_job *j; int64_t row, rows, column, columns; } sums_task;
+
+/* Blocks of terms at a time; behind packed A the sums */
+enum { SUMS = LT_SCRATCH_A / (COLUMNS * LT_TILES_ROW), MADE = SUMS * ROWS * LT_TILES_ROW };
+_Static_assert(MADE + ROWS * COLUMNS <= LT_SCRATCH_B, "a tile's sums fit into scratch");
+
+/* A block of terms from `at` on, of both sides */
+static void pack_terms(const sums_task *t, lt_real *a, lt_real *b, int64_t at)
+{
+    const sums_job *j = t->j;
+    const int64_t k = lt_min_i64(SIDE, j->k - at);
+
+    lt_k->tiles_left_turned(a, j->a + at * j->m + t->row, j->m, k, t->rows);
+    for (int64_t c = 0; c < t->columns; c += SIDE)
+        lt_k->tiles_right(b + c / SIDE * SUMS * LT_TILES_BLOCK, j->b + at * j->n + t->column + c, j->n, k,
+                          lt_min_i64(SIDE, t->columns - c));
+}
+
+static void run_sums(void *ctx, lt_real *b, lt_real *a)
+{
+    const sums_task *t = ctx;
+    const sums_job *j = t->j;
+    lt_real *made = a + MADE;
+    int64_t segment[SUMS];
+    lt_tiles g = {
+        .a = a, .rows = t->rows, .lines = 1, .segment = segment, .b = b, .b_panel = SUMS * LT_TILES_BLOCK,
+        .n = t->columns, .c = made, .c_row = LT_BLOCK, .plane = ROWS * LT_BLOCK,
+    };
+
+    for (int64_t s = 0; s < SUMS; s++)
+        segment[s] = s * ROWS * LT_TILES_ROW;
+    for (int64_t at = 0; at < j->k; at += SUMS * SIDE) {
+        g.segments = sides_of(lt_min_i64(SUMS * SIDE, j->k - at));
+        g.add = at > 0;
+        for (int64_t s = 0; s < g.segments; s++)
+            pack_terms(t, a + segment[s], b + s * LT_TILES_BLOCK, at + s * SIDE);
+        lt_k->gemm_tiles(&g);
+    }
+    for (int64_t i = 0; i < t->rows; i++)
+        store_row(j->c + (t->row + i) * j->n + t->column, made + i * LT_BLOCK, t->columns, j->add);
+}
+
+static void sum_tile(void *ctx, int64_t index)
+{
+    const sums_job *j = ctx;
+    sums_task t = { .j = j, .row = index / j->tiles * j->rows, .column = index % j->tiles * j->columns };
+
+    t.rows = lt_min_i64(j->rows, j->m - t.row);
+    t.columns = lt_min_i64(j->columns, j->n - t.column);
+    lt_with_scratch(run_sums, &t);
+}
+
+/* A task's tile as large as leaves some eight of them */
+static void make_sums(sums_job *j)
+{
+    j->rows = ROWS, j->columns = COLUMNS;
+    while (j->columns > FEW && lt_ceil_div(j->m, j->rows) * lt_ceil_div(j->n, j->columns) < TASKS) {
+        j->columns /= 2;
+        j->rows = lt_min_i64(j->rows, j->columns);
+    }
+    j->tiles = lt_ceil_div(j->n, j->columns);
+    lt_parallel_for(lt_ceil_div(j->m, j->rows) * j->tiles, sum_tile, j);
+}
+
+typedef struct { lt_real *c; const lt_real *sums; int64_t m, n; bool add; } turn_job;
+
+static void turn_strip(void *ctx, int64_t strip)
+{
+    const turn_job *j = ctx;
+    const int64_t at = strip * SIDE;
+
+    lt_k->turn(j->c + at * j->n, j->n, j->sums + at, j->m, j->n, lt_min_i64(SIDE, j->m - at), j->add);
+}
+
+size_t lt_gemm_tiles_sums_work(int64_t m, int64_t n)
+{
+    return m > n ? (size_t)(m * n) * sizeof(lt_real) : 0;
+}
+
+void lt_gemm_tiles_sums(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_real *b, bool add, lt_real *c,
+                        void *work)
+{
+    if (m <= n) {
+        make_sums(&(sums_job){ .m = m, .n = n, .k = k, .a = a, .b = b, .add = add, .c = c });
+        return;
+    }
+    make_sums(&(sums_job){ .m = n, .n = m, .k = k, .a = b, .b = a, .c = work });
+    lt_parallel_for(sides_of(m), turn_strip, &(turn_job){ c, work, m, n, add });
+}
