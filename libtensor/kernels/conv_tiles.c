@@ -78,10 +78,14 @@ static tiles_job plan(const lt_conv2d_params *p)
 
 bool lt_conv_tiles_suits(const lt_conv2d_params *p)
 {
+    enum { FEW = 64, LITTLE = 1 << 24 };        /* channels; multiplications */
+    int64_t positions;
     tiles_job j;
 
-    if (!lt_k->gemm_tiles || p->groups > 1 || p->c < LT_TILES_SIDE || p->o < LT_TILES_SIDE || conv_nothing(p)
-        || p->n * lt_conv2d_out_h(p) * lt_conv2d_out_w(p) < POSITIONS)
+    if (!lt_k->gemm_tiles || p->groups > 1 || p->c < FEW || p->o < FEW || conv_nothing(p))
+        return false;
+    positions = p->n * lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    if (positions < POSITIONS || positions * p->c * p->o * p->kh * p->kw < LITTLE)
         return false;
     j = plan(p);
     return j.images * positions_read(&j, j.band) * LT_TILES_ROW <= ROOM

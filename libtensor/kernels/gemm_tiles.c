@@ -22,7 +22,7 @@ static int64_t sides_of(int64_t n)
 
 bool lt_gemm_tiles_suits(int64_t m, int64_t n, int64_t k)
 {
-    return lt_k->gemm_tiles && m >= FEW && n >= FEW && k >= FEW;
+    return lt_k->gemm_tiles && m >= FEW && n >= FEW && k >= FEW && n * k > FEW * FEW;
 }
 
 /* ---- B: panels of 32 columns, blocks of 32 rows ---------------------------------------------------------- */
