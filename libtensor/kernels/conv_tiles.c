@@ -144,13 +144,12 @@ static void pack_run(const tiles_task *t, lt_real *out, int64_t image, int64_t p
                      int64_t n)
 {
     const lt_conv2d_params *p = t->j->p;
-    const int64_t block = p->h * p->w * LT_BLOCK, c = pair * LT_TILES_SIDE, left = lt_blocks_of(p->c) - 2 * pair;
-    const lt_real *gate = t->j->around->gate;
+    const int64_t block = p->h * p->w * LT_BLOCK, blocks = lt_blocks_of(p->c), c = pair * LT_TILES_SIDE;
+    const lt_real *gate = t->j->around->gate, *x = t->j->x + (image * blocks + 2 * pair) * block;
+    const int64_t there = gate ? p->c - c : lt_min_i64(2, blocks - 2 * pair) * LT_BLOCK;
 
-    lt_k->tiles_left(out, t->j->x + (image * lt_blocks_of(p->c) + 2 * pair) * block + position * LT_BLOCK, block,
-                     step * LT_BLOCK, gate ? lt_min_i64(LT_TILES_SIDE, p->c - c)
-                                                  : lt_min_i64(2, left) * LT_BLOCK,
-                     n, gate ? gate + image * p->c + c : NULL);
+    lt_k->tiles_left(out, x + position * LT_BLOCK, block, step * LT_BLOCK, lt_min_i64(LT_TILES_SIDE, there), n,
+                     gate ? gate + image * p->c + c : NULL);
 }
 
 static void pack_nothing(lt_real *out, int64_t n)
@@ -223,7 +222,7 @@ static void find_segments(const tiles_task *t, int64_t *segment, int64_t n)
                 const int64_t phase = y % p->stride_h * p->stride_w + x % p->stride_w;
                 const int64_t at = (phase * rows + y / p->stride_h) * wide + x / p->stride_w;
 
-                *segment++ = (i * t->images * t->read + (t->j->point ? 0 : at)) * LT_TILES_ROW;
+                *segment++ = (i * t->images * t->read + at) * LT_TILES_ROW;
             }
 }
 

@@ -9,7 +9,7 @@
 
 #include "libtensor/kernels/conv.h"
 
-/* lt_conv_tiles_suits - whether this CPU has tiles, and the convolution, one group of whole blocks, enough to do */
+/* lt_conv_tiles_suits - whether this CPU has tiles, and the convolution, of one group, enough to do */
 bool lt_conv_tiles_suits(const lt_conv2d_params *p);
 
 int64_t lt_conv_tiles_packed(const lt_conv2d_params *p);

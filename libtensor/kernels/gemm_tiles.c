@@ -60,6 +60,8 @@ void lt_gemm_tiles_pack(lt_trans tb, int64_t n, int64_t k, const lt_real *b, int
     lt_parallel_for(sides_of(n), pack_panel, &j);
 }
 
+/* ---- C --------------------------------------------------------------------------------------------------- */
+
 /* A row of C = or += one that tiles left in blocks, ROWS of each */
 static void store_row(lt_real *c, const lt_real *made, int64_t columns, bool add)
 {
