@@ -123,19 +123,32 @@ static void finish(const job_task *t, const lt_real *made, int64_t column, int64
     }
 }
 
+/* Where segments of packed rows stand */
+static void find_segments(int64_t segment[SEGMENTS])
+{
+    for (int64_t s = 0; s < SEGMENTS; s++)
+        segment[s] = s * ROWS * LT_TILES_ROW;
+}
+
+/* A product of packed rows, without what it takes from B */
+static lt_tiles product_of(const job_task *t, const lt_real *a, const int64_t *segment, lt_real *made)
+{
+    return (lt_tiles){
+        .a = a, .rows = t->rows, .lines = 1, .segment = segment, .b_panel = sides_of(t->j->k) * LT_TILES_BLOCK,
+        .c = made, .c_row = LT_BLOCK, .plane = ROWS * LT_BLOCK,
+    };
+}
+
 /* Some columns of a band: packs its rows by parts of their terms, and adds up what these give. */
 static void multiply(const job_task *t, lt_real *a, lt_real *made, int64_t column, int64_t columns)
 {
     const job *j = t->j;
     const int64_t sides = sides_of(j->k), parts = lt_ceil_div(sides, SEGMENTS);
     int64_t segment[SEGMENTS];
-    lt_tiles g = {
-        .a = a, .rows = t->rows, .lines = 1, .segment = segment, .b_panel = sides * LT_TILES_BLOCK, .n = columns,
-        .c = made, .c_row = LT_BLOCK, .plane = ROWS * LT_BLOCK,
-    };
+    lt_tiles g = product_of(t, a, segment, made);
 
-    for (int64_t s = 0; s < SEGMENTS; s++)
-        segment[s] = s * ROWS * LT_TILES_ROW;
+    find_segments(segment);
+    g.n = columns;
     for (int64_t i = 0; i < parts; i++) {
         const int64_t from = i * sides / parts;
 
@@ -182,6 +195,79 @@ void lt_gemm_tiles(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_r
     groups = lt_max_i64(1, lt_min_i64(lt_ceil_div(TASKS, j.bands), n / COLUMNS));
     j.columns = sides_of(lt_ceil_div(n, groups)) * SIDE;
     lt_parallel_for(j.bands * lt_ceil_div(n, j.columns), run, &j);
+}
+
+/* ---- C = op2(op1(A B1) B2) ------------------------------------------------------------------------------- */
+
+enum {
+    MIDDLE = 128,               /* columns of the middle at a time: as they are, and as rows on the left */
+    MIDDLE_ROWS = ROWS * MIDDLE,
+    MIDDLE_LEFT = MIDDLE / SIDE * ROWS * LT_TILES_ROW,
+};
+
+typedef struct { job first, second; } pair_job;
+typedef struct { const pair_job *j; job_task first, second; } pair_task;
+
+bool lt_gemm_tiles_pair_suits(int64_t m, int64_t k, int64_t hidden, int64_t n)
+{
+    return lt_gemm_tiles_suits(m, hidden, k) && lt_gemm_tiles_suits(m, n, hidden) && hidden % SIDE == 0
+           && sides_of(k) * ROWS * LT_TILES_ROW + MIDDLE_ROWS <= LT_SCRATCH_A
+           && MIDDLE_LEFT + ROWS * sides_of(n) * SIDE <= LT_SCRATCH_B;
+}
+
+/* op1 of some columns of the middle, and their way to the left of the second product */
+static void turn_middle(const pair_task *t, lt_real *middle, lt_real *left, int64_t column, int64_t columns)
+{
+    const lt_epilogue *e = t->j->first.e;
+
+    for (int64_t c = 0; c < columns; c += SIDE, middle += ROWS * SIDE, left += ROWS * LT_TILES_ROW) {
+        for (int64_t b = 0; b < SIDE; b += LT_BLOCK)
+            lt_k->finish_block(middle + ROWS * b, e->col_bias ? e->col_bias + column + c + b : NULL, NULL, e->act,
+                               t->first.rows);
+        lt_k->tiles_left(left, middle, ROWS * LT_BLOCK, LT_BLOCK, SIDE, t->first.rows, NULL);
+    }
+}
+
+static void run_pair(void *ctx, lt_real *a, lt_real *left)
+{
+    const pair_task *t = ctx;
+    const job *first = &t->j->first, *second = &t->j->second;
+    lt_real *middle = a + sides_of(first->k) * ROWS * LT_TILES_ROW, *made = left + MIDDLE_LEFT;
+    int64_t segment[SEGMENTS];
+    lt_tiles in = product_of(&t->first, a, segment, middle), out = product_of(&t->second, left, segment, made);
+
+    find_segments(segment);
+    pack_rows(&t->first, a, 0, sides_of(first->k));
+    in.segments = sides_of(first->k), out.n = second->n;
+    for (int64_t at = 0; at < first->n; at += MIDDLE) {
+        in.b = first->packed + at / SIDE * in.b_panel, out.b = second->packed + at / SIDE * LT_TILES_BLOCK;
+        in.n = lt_min_i64(MIDDLE, first->n - at), out.segments = in.n / SIDE;
+        out.add = at > 0;
+        lt_k->gemm_tiles(&in);
+        turn_middle(t, middle, left, at, in.n);
+        lt_k->gemm_tiles(&out);
+    }
+    finish(&t->second, made, 0, second->n);
+}
+
+static void run_band(void *ctx, int64_t band)
+{
+    const pair_job *j = ctx;
+    const int64_t row = band * j->first.rows, rows = lt_min_i64(j->first.rows, j->first.m - row);
+    pair_task t = { j, { .j = &j->first, .row = row, .rows = rows }, { .j = &j->second, .row = row, .rows = rows } };
+
+    lt_with_scratch(run_pair, &t);
+}
+
+void lt_gemm_tiles_pair(int64_t m, int64_t k, const lt_real *a, int64_t hidden, const lt_real *packed1,
+                        const lt_epilogue *e1, int64_t n, const lt_real *packed2, const lt_epilogue *e2, lt_real *c)
+{
+    pair_job j = {
+        { .m = m, .n = hidden, .k = k, .a = a, .packed = packed1, .e = e1, .rows = lt_tile_size(m, ROWS, SIDE) },
+        { .m = m, .n = n, .k = hidden, .packed = packed2, .c = c, .e = e2 },
+    };
+
+    lt_parallel_for(lt_ceil_div(m, j.first.rows), run_band, &j);
 }
 
 /* ---- C = A^T B ------------------------------------------------------------------------------------------- */

@@ -26,6 +26,19 @@ LT_API void lt_gemm_tiles(int64_t m, int64_t n, int64_t k, const lt_real *a, con
                           const lt_epilogue *e);
 
 /**
+ * lt_gemm_tiles_pair - C (m, n) = op2(op1(A B1) B2), op(X) = epilogue(X B): the same bits as lt_gemm_tiles twice
+ *
+ *   A (m, k)   packed1 of B1 (k, hidden)   packed2 of B2 (hidden, n)
+ *
+ * What lies between is only there some rows and columns at a time, in the cache of the thread that makes and reads it.
+ * e1 has neither residual nor row_bias. lt_gemm_tiles_pair_suits: both products suit, and fit into a thread's scratch.
+ */
+LT_API bool lt_gemm_tiles_pair_suits(int64_t m, int64_t k, int64_t hidden, int64_t n);
+LT_API void lt_gemm_tiles_pair(int64_t m, int64_t k, const lt_real *a, int64_t hidden, const lt_real *packed1,
+                               const lt_epilogue *e1, int64_t n, const lt_real *packed2, const lt_epilogue *e2,
+                               lt_real *c);
+
+/**
  * lt_gemm_tiles_sums - C (m, n) = or += A^T B: sums over k rows, of A (k, m) and of B (k, n)
  *
  * work is lt_gemm_tiles_sums_work(m, n) bytes, aligned to LT_ALIGN, contents indifferent.

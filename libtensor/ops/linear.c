@@ -71,6 +71,18 @@ static void multiply(int64_t rows, int64_t n, int64_t k, const lt_real *x, const
         lt_gemm_packed(LT_NO_TRANS, rows, n, k, x, k, packed, add, y, n, e);
 }
 
+/* Two in a row, their weights (hidden, K) and (N, hidden), all of it on tiles; or all by multiply-adds */
+static bool tiles_pair(int64_t rows, lt_shape w0, lt_shape w)
+{
+    return lt_gemm_tiles_pair_suits(rows, w0.dim[1], w0.dim[0], w.dim[0]);
+}
+
+static bool plain_pair(int64_t rows, lt_shape w0, lt_shape w)
+{
+    return lt_gemm_pair_suits(rows, w0.dim[0], w0.dim[1]) && !lt_gemm_tiles_suits(rows, w0.dim[0], w0.dim[1])
+           && !lt_gemm_tiles_suits(rows, w.dim[0], w.dim[1]);
+}
+
 /* Weights that are not packed yet are packed into the work of the pass that reads them. */
 static void plan(lt_call *c)
 {
@@ -104,8 +116,9 @@ static void forward(const lt_call *c)
     if (c->in[W0]) {
         const lt_epilogue tail0 = { .col_bias = data_of(c->in[B0]), .act = a->act0 };
 
-        lt_gemm_pair(rows_of(c), a->weight0.dim[1], c->in[X]->data, k, c->in[W0]->data, &tail0, n, c->in[W]->data,
-                     &tail, c->out->data);
+        (tiles_pair(rows_of(c), a->weight0, w) ? lt_gemm_tiles_pair : lt_gemm_pair)(
+            rows_of(c), a->weight0.dim[1], c->in[X]->data, k, c->in[W0]->data, &tail0, n, c->in[W]->data, &tail,
+            c->out->data);
         return;
     }
     if (a->range.scale > 0) {
@@ -180,14 +193,14 @@ static bool absorb_before(lt_node *node, const lt_node *before)
     linear_attr *a = node->attr;
     const linear_attr *first = before->attr;
     const lt_tensor *x = before->in[X];
-    int64_t rows, k, hidden;
+    int64_t rows;
 
     if (before->op != node->op || before->in[ADDEND] || before->in[W0] || !lt_is_constant(before->in[W])
         || !lt_is_constant(node->in[W]))
         return false;
-    rows = op_outer(x, x->shape.rank - 1), k = lt_dim(x, -1), hidden = lt_dim(before->in[W], 0);
-    if (!lt_gemm_pair_suits(rows, hidden, k) || lt_gemm_tiles_suits(rows, hidden, k)
-        || lt_gemm_tiles_suits(rows, lt_dim(node->in[W], 0), hidden))
+    rows = op_outer(x, x->shape.rank - 1);
+    if (!tiles_pair(rows, before->in[W]->shape, node->in[W]->shape)
+        && !plain_pair(rows, before->in[W]->shape, node->in[W]->shape))
         return false;
     node->in[X] = before->in[X];
     node->in[W0] = before->in[W];
@@ -198,12 +211,13 @@ static bool absorb_before(lt_node *node, const lt_node *before)
 
 static const char *algorithm(const lt_call *c)
 {
+    const linear_attr *a = c->attr;
     const lt_shape w = weight_of(c);
 
-    if (((const linear_attr *)c->attr)->range.scale > 0)
+    if (a->range.scale > 0)
         return "int8";
     if (c->in[W0])
-        return "after linear";
+        return tiles_pair(rows_of(c), a->weight0, w) ? "tiles after linear" : "after linear";
     return lt_gemm_tiles_suits(rows_of(c), w.dim[0], w.dim[1]) ? "tiles" : "";
 }
 

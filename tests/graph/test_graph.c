@@ -301,12 +301,14 @@ static int linear_steps(const lt_compile_opts *opts)
     return n;
 }
 
-/* Two products after each other with many rows: one step, and the same bits. */
+/* Two products after each other with many rows: one step, and the same bits; the larger ones are made on tiles, where
+ * there are any. */
 START_TEST(products_fuse_in_pairs)
 {
-    const lt_linear_layer fc1 = lt_linear_layer_new(set, "fc1", 7, 30, true);
-    const lt_linear_layer fc2 = lt_linear_layer_new(set, "fc2", 30, 7, false);
-    lt_tensor *x = input("x", LT_SHAPE(3, 90, 7)), *y;
+    const int64_t outer = _i ? 64 : 7, hidden = _i ? 96 : 30;
+    const lt_linear_layer fc1 = lt_linear_layer_new(set, "fc1", outer, hidden, true);
+    const lt_linear_layer fc2 = lt_linear_layer_new(set, "fc2", hidden, outer, false);
+    lt_tensor *x = input("x", LT_SHAPE(3, 90, outer)), *y;
     lt_plan *fused, *plain;
 
     lt_init_default(set, 3);
@@ -667,7 +669,7 @@ int main(void)
     tcase_add_test(tc, constants_are_folded_and_refreshed);
     tcase_add_test(tc, diamonds_take_no_longer_than_chains);
     tcase_add_test(tc, tails_fuse);
-    tcase_add_test(tc, products_fuse_in_pairs);
+    tcase_add_loop_test(tc, products_fuse_in_pairs, 0, 2);
     tcase_add_test(tc, batch_norms_fuse_in_training);
     tcase_add_test(tc, products_stay_apart_where_they_must);
     tcase_add_test(tc, means_and_gates_fuse);

@@ -74,6 +74,29 @@ static void check_sums(const tiles_case *t, bool add, bool plainly)
     free_array(a), free_array(b), free_array(before), free_array(got), lt_release(work);
 }
 
+/* A pair gives what its two products give: bands, columns and terms that end within tiles, and a middle in parts. */
+static void check_pair(int64_t m, int64_t k, int64_t hidden, int64_t n)
+{
+    const size_t size = (size_t)(m * n);
+    float *a = random_array((size_t)(m * k), 1), *w1 = random_array((size_t)(hidden * k), 2);
+    float *w2 = random_array((size_t)(n * hidden), 3), *beside = random_array((size_t)(hidden + n) + size, 4);
+    float *packed1 = guarded_array((size_t)lt_gemm_tiles_packed(hidden, k)), *got = guarded_array(size);
+    float *packed2 = guarded_array((size_t)lt_gemm_tiles_packed(n, hidden)), *want = guarded_array(size);
+    float *middle = guarded_array((size_t)(m * hidden));
+    const lt_epilogue e1 = { .col_bias = beside, .act = { LT_ACT_GELU, 0 } };
+    const lt_epilogue e2 = { .col_bias = beside + hidden, .residual = beside + hidden + n, .ld_residual = n };
+
+    expect_near(lt_gemm_tiles_pair_suits(m, k, hidden, n), true, 0, "tiles", "a pair that suits", 0);
+    lt_gemm_tiles_pack(LT_TRANS, hidden, k, w1, k, packed1);
+    lt_gemm_tiles_pack(LT_TRANS, n, hidden, w2, hidden, packed2);
+    lt_gemm_tiles(m, hidden, k, a, packed1, false, middle, &e1);
+    lt_gemm_tiles(m, n, hidden, middle, packed2, false, want, &e2);
+    lt_gemm_tiles_pair(m, k, a, hidden, packed1, &e1, n, packed2, &e2, got);
+    expect_bits(got, want, size, "tiles, pair %dx%dx%dx%d", (int)m, (int)k, (int)hidden, (int)n);
+    free_array(a), free_array(w1), free_array(w2), free_array(beside), free_array(middle);
+    free_array(packed1), free_array(packed2), free_array(got), free_array(want);
+}
+
 /* What is not a number stays in its row, and an infinity becomes one. */
 static void check_not_finite(void)
 {
@@ -99,4 +122,7 @@ void check_tiles(bool plainly)
         check_sums(&cases[i], false, plainly);
         check_sums(&cases[i], true, plainly);
     }
+    check_pair(1024, 256, 1024, 256);
+    check_pair(300, 130, 160, 401);
+    check_pair(65, 65, 96, 64);
 }
