@@ -302,7 +302,7 @@ typedef struct lt_kernels {
     void (*softmax_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
 
     /* layer_norm: of each of `rows` rows of n, y = (x - mean) * rstd * gamma + beta, with the biased variance; mean and
-     * rstd are written to stats[2 * row] when it is not NULL. gamma, beta may be NULL (1, 0).
+     * rstd are written to stats[2 * row] when it is not NULL. gamma, beta may be NULL (1, 0). y may not be x.
      * layer_norm_grad: adds to dx, and the row's share to dgamma[n] and dbeta[n]; each may be NULL. */
     void (*layer_norm)(lt_real *y, lt_real *stats, const lt_real *x, const lt_real *gamma, const lt_real *beta,
                        double eps, size_t rows, size_t n);

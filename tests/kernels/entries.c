@@ -365,6 +365,34 @@ static void check_dropout(const lt_kernels *k)
         expect_near(y[i], lt_rng_u32(&r) < third.below ? 0 : 1.5, 0, "dropout", "draw", (size_t)i);
 }
 
+/* Rows about a mean of 1000 with a deviation near 1, in double as well: far from what their first and other elements say
+ * in two of five, all alike in one. */
+static void check_layer_norm(const lt_kernels *k)
+{
+    enum { ROWS = 5, N = 259 };
+    float *x = random_array(ROWS * N, 1), *y = guarded_array(ROWS * N);
+
+    for (int i = 0; i < ROWS * N; i++)
+        x[i] = 1000 + (i / N == 4 ? 0 : 1.7f * x[i]);
+    for (int q = 0; q < 4; q++)
+        x[N + N / 4 * q] = 1060, x[3 * N + N / 4 * q] = -2e6f;
+    k->layer_norm(y, NULL, x, NULL, NULL, 1e-5, ROWS, N);
+    for (int r = 0; r < ROWS; r++) {
+        double mean = 0, variance = 0;
+
+        for (int i = 0; i < N; i++)
+            mean += (double)x[r * N + i] / N;
+        for (int i = 0; i < N; i++)
+            variance += pow((double)x[r * N + i] - mean, 2) / N;
+        for (int i = 0; i < N; i++) {
+            const double want = ((double)x[r * N + i] - mean) / sqrt(variance + 1e-5);
+
+            expect_near(y[r * N + i], want, 1e-6 * (1 + fabs(want)), "layer_norm", "far means", (size_t)(r * N + i));
+        }
+    }
+    free_array(x), free_array(y);
+}
+
 void check_accuracy(const lt_kernels *k)
 {
     const double e = fmax(worst(k->exp, exact_exp, -104, 89, false),
@@ -382,4 +410,5 @@ void check_accuracy(const lt_kernels *k)
     check_bound("silu", u, 3);
     check_gelu(k);
     check_dropout(k);
+    check_layer_norm(k);
 }

@@ -210,22 +210,21 @@ INLINE vec v_times_pow2(vec x, vec shifted)         /* in two steps: 2^n itself 
     return x * pow2_of(half) * pow2_of(_mm256_sub_epi32(n, half));
 }
 
-/* The sum of 32 numbers in double: i and i + 16, and so on by halves */
 INLINE __m256d half_as_double(vec x, const int half)
 {
     return _mm256_cvtps_pd(half ? _mm256_extractf128_ps(x, 1) : _mm256_castps256_ps128(x));
 }
 
-INLINE double v_sum32(const vec x[4])
+/* out += the sums of 32 numbers, for SUMMED rows: i and i + 16, and from there on in double by halves */
+enum { SUMMED = 1 };
+
+INLINE void v_add_sums32(double out[SUMMED], const vec x[SUMMED][4])
 {
-    const __m256d a = half_as_double(x[0], 0) + half_as_double(x[2], 0);
-    const __m256d b = half_as_double(x[0], 1) + half_as_double(x[2], 1);
-    const __m256d c = half_as_double(x[1], 0) + half_as_double(x[3], 0);
-    const __m256d d = half_as_double(x[1], 1) + half_as_double(x[3], 1);
-    const __m256d four = (a + c) + (b + d);
+    const vec lo = x[0][0] + x[0][2], hi = x[0][1] + x[0][3];
+    const __m256d four = (half_as_double(lo, 0) + half_as_double(hi, 0)) + (half_as_double(lo, 1) + half_as_double(hi, 1));
     const __m128d two = _mm256_castpd256_pd128(four) + _mm256_extractf128_pd(four, 1);
 
-    return two[0] + two[1];
+    out[0] += two[0] + two[1];
 }
 
 INLINE float v_max_lanes(vec v)

@@ -215,17 +215,30 @@ INLINE vec v_pow2_eighths(vec shifted)
 
 INLINE vec v_times_pow2(vec x, vec shifted) { return _mm512_scalef_ps(x, shifted - v_set(12582912.0f)); }
 
-/* The sum of 32 numbers in double: i and i + 16, and so on by halves */
-INLINE double v_sum32(const vec x[2])
+INLINE __m512d eight_sums(const vec x[2])
 {
-    const __m512d lo = _mm512_cvtps_pd(_mm512_castps512_ps256(x[0])) + _mm512_cvtps_pd(_mm512_castps512_ps256(x[1]));
-    const __m512d hi = _mm512_cvtps_pd(_mm512_extractf32x8_ps(x[0], 1))
-                       + _mm512_cvtps_pd(_mm512_extractf32x8_ps(x[1], 1));
-    const __m512d eight = lo + hi;
-    const __m256d four = _mm512_castpd512_pd256(eight) + _mm512_extractf64x4_pd(eight, 1);
-    const __m128d two = _mm256_castpd256_pd128(four) + _mm256_extractf128_pd(four, 1);
+    const vec sum = x[0] + x[1];
 
-    return two[0] + two[1];
+    return _mm512_cvtps_pd(_mm512_castps512_ps256(sum)) + _mm512_cvtps_pd(_mm512_extractf32x8_ps(sum, 1));
+}
+
+/* Quarters of 128 bits: those of a and b by halves */
+INLINE __m512d add_halves(__m512d a, __m512d b)
+{
+    return _mm512_shuffle_f64x2(a, b, 0x44) + _mm512_shuffle_f64x2(a, b, 0xee);
+}
+
+/* out += the sums of 32 numbers, for SUMMED rows: i and i + 16, and from there on in double by halves */
+enum { SUMMED = 4 };
+
+INLINE void v_add_sums32(double out[SUMMED], const vec x[SUMMED][2])
+{
+    const __m512d a = add_halves(eight_sums(x[0]), eight_sums(x[1])), b = add_halves(eight_sums(x[2]), eight_sums(x[3]));
+    const __m512d two = _mm512_shuffle_f64x2(a, b, 0x88) + _mm512_shuffle_f64x2(a, b, 0xdd);
+    const __m512d one = two + _mm512_permute_pd(two, 0x55);
+    const __m512d sums = _mm512_permutexvar_pd(_mm512_setr_epi64(0, 2, 4, 6, 0, 2, 4, 6), one);
+
+    _mm256_storeu_pd(out, _mm256_loadu_pd(out) + _mm512_castpd512_pd256(sums));
 }
 
 INLINE float v_max_lanes(vec v) { return _mm512_reduce_max_ps(v); }

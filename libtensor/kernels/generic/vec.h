@@ -112,17 +112,19 @@ INLINE vec v_times_pow2(vec x, vec shifted)         /* in two steps: 2^n itself 
     return x * of_bits((uint32_t)(half + 127) << 23) * of_bits((uint32_t)(n - half + 127) << 23);
 }
 #endif
-/* The sum of 32 numbers in double: i and i + 16, and so on by halves */
-INLINE double v_sum32(const vec x[32])
+/* out += the sums of 32 numbers, for SUMMED rows: i and i + 16, and from there on in double by halves */
+enum { SUMMED = 1 };
+
+INLINE void v_add_sums32(double out[SUMMED], const vec x[SUMMED][32])
 {
     double sum[16];
 
     for (int i = 0; i < 16; i++)
-        sum[i] = (double)x[i] + (double)x[i + 16];
+        sum[i] = (double)(x[0][i] + x[0][i + 16]);
     for (int half = 8; half > 0; half /= 2)
         for (int i = 0; i < half; i++)
             sum[i] += sum[i + half];
-    return sum[0];
+    out[0] += sum[0];
 }
 
 INLINE lt_real v_max_lanes(vec v) { return v; }
