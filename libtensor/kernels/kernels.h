@@ -226,6 +226,16 @@ typedef struct {
     int size, step, pad;
 } lt_blocks_window;
 
+/* Columns that are weighed sums of columns: output j is the sum over k < taps, in their order, of weight[k * ld + j] times
+ * input base[j / LT_COLUMNS] + at[k * ld + j], but where at is below 0. ld: n rounded up to whole LT_COLUMNS */
+enum { LT_COLUMNS = 16 };
+typedef struct {
+    int64_t n, taps;
+    const int32_t *base, *at;
+    const lt_real *weight;
+    bool near;                  /* at is always below 2 * LT_COLUMNS */
+} lt_columns;
+
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
 
 typedef struct lt_kernels {
@@ -330,9 +340,12 @@ typedef struct lt_kernels {
                  const lt_real (*frame)[LT_SKIN_FRAME]);
 
     /* combine: y[i] = or += the sum over k < count of w[k] * x[k * ld + i], i < n, in the order of k;
+     * combine_columns: n rows of y = or += what c says of rows of x, of which 2 * LT_COLUMNS from each base on are there;
      * turn: y[j * ld_y + i] = or += x[i * ld_x + j] for i < rows, j < cols */
     void (*combine)(lt_real *y, const lt_real *x, int64_t ld, const lt_real *w, int64_t count, size_t n,
                     bool add);
+    void (*combine_columns)(lt_real *y, int64_t ld_y, const lt_real *x, int64_t ld_x, int64_t n, const lt_columns *c,
+                            bool add);
     void (*turn)(lt_real *y, int64_t ld_y, const lt_real *x, int64_t ld_x, int64_t rows, int64_t cols,
                  bool add);
 

@@ -33,70 +33,85 @@ void resample_turn(resample_axis *t, const resample_axis *a)
             resample_weigh(t, a->first[i] + k, i, a->weight[i * a->width + k]);
 }
 
-int64_t resample_scratch(int64_t h, int64_t w, int64_t out_w)
+static int64_t lanes_of(int64_t n)
 {
-    return h * (w + 2 * out_w);
+    return lt_ceil_div(n, LT_COLUMNS) * LT_COLUMNS;
 }
 
-typedef struct {
-    int64_t lo, hi;
-} span;
-
-/* The inputs that an axis reads; a few more where that makes whole vectors */
-static span read_by(const resample_axis *a, int64_t n_in)
+/* Mixed rows, with what is read behind a base; weights, places and bases of columns */
+int64_t resample_scratch(int64_t rows, int64_t w, int64_t cols, int64_t width)
 {
-    enum { WHOLE = 16 };
-    span s = { n_in, 0 };
-    int64_t length;
-
-    for (int64_t i = 0; i < a->n; i++) {
-        if (a->count[i] == 0)
-            continue;
-        s.lo = lt_min_i64(s.lo, a->first[i]);
-        s.hi = lt_max_i64(s.hi, a->first[i] + a->count[i]);
-    }
-    if (s.lo >= s.hi)
-        return (span){ 0, 0 };
-    length = lt_min_i64(n_in, lt_ceil_div(s.hi - s.lo, WHOLE) * WHOLE);
-    s.lo = lt_min_i64(s.lo, n_in - length);
-    return (span){ s.lo, s.lo + length };
+    return rows * (w + 2 * LT_COLUMNS) + (2 * width + 1) * lanes_of(cols);
 }
 
-/* The outputs that read anything */
-static span written_by(const resample_axis *a)
+/* The inputs that an axis reads, [*lo, the result) */
+static int64_t read_by(const resample_axis *a, int64_t n_in, int64_t *lo)
 {
-    span s = { 0, a->n };
+    int64_t hi = 0;
 
-    while (s.lo < s.hi && a->count[s.lo] == 0)
-        s.lo++;
-    while (s.lo < s.hi && a->count[s.hi - 1] == 0)
-        s.hi--;
-    return s;
+    *lo = n_in;
+    for (int64_t i = 0; i < a->n; i++)
+        if (a->count[i]) {
+            *lo = lt_min_i64(*lo, a->first[i]);
+            hi = lt_max_i64(hi, a->first[i] + a->count[i]);
+        }
+    *lo = lt_min_i64(*lo, hi);
+    return hi;
 }
 
-/* Output i of an axis, for n elements side by side: x holds the rows from input lo on. */
-static void mix(const resample_axis *a, int64_t i, const lt_real *x, int64_t lo, int64_t n, lt_real *y, bool add)
+/* Where outputs [from, end) start to read, counted from lo */
+static int32_t base_of(const resample_axis *a, int64_t from, int64_t end, int64_t lo)
 {
-    if (a->count[i])
-        lt_k->combine(y, x + (a->first[i] - lo) * n, n, a->weight + i * a->width, a->count[i], (size_t)n, add);
-    else if (!add)
+    int64_t base = INT32_MAX;
+
+    for (int64_t j = from; j < end; j++)
+        if (a->count[j])
+            base = lt_min_i64(base, a->first[j] - lo);
+    return base == INT32_MAX ? 0 : (int32_t)base;
+}
+
+/* An axis in lanes, whose inputs count from lo on; in memory of (2 width + 1) lanes_of(n) elements */
+static lt_columns columns_of(const resample_axis *a, int64_t lo, lt_real *memory)
+{
+    const int64_t ld = lanes_of(a->n);
+    lt_real *weight = memory;
+    int32_t *at = (int32_t *)(void *)(weight + a->width * ld), *base = at + a->width * ld;
+    lt_columns c = { .n = a->n, .base = base, .at = at, .weight = weight, .near = true };
+
+    for (int64_t j = 0; j < a->n; j++)
+        c.taps = lt_max_i64(c.taps, a->count[j]);
+    for (int64_t i = 0; i < c.taps * ld; i++)
+        at[i] = -1, weight[i] = 0;
+    for (int64_t j = 0; j < a->n; j += LT_COLUMNS)
+        base[j / LT_COLUMNS] = base_of(a, j, lt_min_i64(a->n, j + LT_COLUMNS), lo);
+    for (int64_t j = 0; j < a->n; j++)
+        for (int32_t k = 0; k < a->count[j]; k++) {
+            at[k * ld + j] = (int32_t)(a->first[j] + k - lo) - base[j / LT_COLUMNS];
+            weight[k * ld + j] = a->weight[j * a->width + k];
+            c.near = c.near && at[k * ld + j] < 2 * LT_COLUMNS;
+        }
+    return c;
+}
+
+/* Output i of rows: what it mixes of n columns of x */
+static void mix(const resample_axis *rows, int64_t i, const lt_real *x, int64_t w, lt_real *y, int64_t n)
+{
+    if (rows->count[i])
+        lt_k->combine(y, x + rows->first[i] * w, w, rows->weight + i * rows->width, rows->count[i], (size_t)n, false);
+    else
         memset(y, 0, (size_t)n * sizeof(*y));
 }
 
-/* Columns first: they are rows of the turned map, so that both ways are sums of rows. */
-void resample_plane(const resample_axis *rows, const resample_axis *cols, const lt_real *x, int64_t h, int64_t w,
-                    lt_real *y, bool add, lt_real *scratch)
+void resample_planes(const resample_axis *rows, const resample_axis *cols, const lt_real *x, int64_t h, int64_t w,
+                     lt_real *y, int64_t n, bool add, lt_real *scratch)
 {
-    const span in_rows = read_by(rows, h), in_cols = read_by(cols, w), out = written_by(cols);
-    const int64_t n_in = in_rows.hi - in_rows.lo, n_out = out.hi - out.lo;
-    lt_real *turned = scratch, *mixed = turned + n_in * w, *back = mixed + n_in * n_out;
+    int64_t lo;
+    const int64_t wide = read_by(cols, w, &lo) - lo, ld = wide + 2 * LT_COLUMNS;
+    const lt_columns c = columns_of(cols, lo, scratch + rows->n * ld);
 
-    if (!add && n_out < cols->n)
-        memset(y, 0, (size_t)(rows->n * cols->n) * sizeof(*y));
-    lt_k->turn(turned, n_in, x + in_rows.lo * w + in_cols.lo, w, n_in, in_cols.hi - in_cols.lo, false);
-    for (int64_t j = 0; j < n_out; j++)
-        mix(cols, out.lo + j, turned, in_cols.lo, n_in, mixed + j * n_in, false);
-    lt_k->turn(back, n_out, mixed, n_in, n_out, n_in, false);
-    for (int64_t i = 0; i < rows->n; i++)
-        mix(rows, i, back, in_rows.lo, n_out, y + i * cols->n + out.lo, add);
+    for (int64_t p = 0; p < n; p++, x += h * w, y += rows->n * cols->n) {
+        for (int64_t i = 0; i < rows->n; i++)
+            mix(rows, i, x + lo, w, scratch + i * ld, wide);
+        lt_k->combine_columns(y, cols->n, scratch, ld, rows->n, &c, add);
+    }
 }

@@ -28,11 +28,12 @@ void resample_weigh(resample_axis *a, int64_t i, int64_t p, double weight);
  * many outputs as a has inputs, and wide enough. */
 void resample_turn(resample_axis *t, const resample_axis *a);
 
-/* resample_scratch - elements that resample_plane needs beside its arrays */
-int64_t resample_scratch(int64_t h, int64_t w, int64_t out_w);
+/* resample_scratch - elements that resample_planes needs beside its arrays: for maps of w columns, and the longest run
+ * of an output that `cols` has room for */
+int64_t resample_scratch(int64_t rows, int64_t w, int64_t cols, int64_t width);
 
-/* resample_plane - y (rows->n, cols->n) = or += x (h, w) resampled; y and x do not overlap */
-void resample_plane(const resample_axis *rows, const resample_axis *cols, const lt_real *x, int64_t h, int64_t w,
-                    lt_real *y, bool add, lt_real *scratch);
+/* resample_planes - n planes of y (rows->n, cols->n) = or += those of x (h, w) resampled; y and x do not overlap */
+void resample_planes(const resample_axis *rows, const resample_axis *cols, const lt_real *x, int64_t h, int64_t w,
+                     lt_real *y, int64_t n, bool add, lt_real *scratch);
 
 #endif

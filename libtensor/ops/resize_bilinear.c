@@ -52,7 +52,7 @@ static int64_t scratch_of(const lt_call *c)
 {
     const int64_t h = lt_dim(c->out, 2), w = lt_dim(c->out, 3), H = lt_dim(c->in[0], 2), W = lt_dim(c->in[0], 3);
 
-    return lt_max_i64(resample_scratch(H, W, w), resample_scratch(h, w, W));
+    return lt_max_i64(resample_scratch(h, W, w, 2), resample_scratch(H, w, W, width_back(w, W)));
 }
 
 static void plan(lt_call *c)
@@ -104,11 +104,11 @@ static void forward_task(void *ctx, int64_t task)
 {
     const job *j = ctx;
     const lt_call *c = j->c;
-    const int64_t in = op_inner(c->in[0], 1), out = op_inner(c->out, 1), first = task * PLANES;
+    const int64_t first = task * PLANES, n = lt_min_i64(PLANES, op_outer(c->out, 2) - first);
 
-    for (int64_t i = first; i < lt_min_i64(op_outer(c->out, 2), first + PLANES); i++)
-        resample_plane(&j->rows, &j->cols, (const lt_real *)c->in[0]->data + i * in, lt_dim(c->in[0], 2),
-                       lt_dim(c->in[0], 3), (lt_real *)c->out->data + i * out, false, scratch_at(c, task));
+    resample_planes(&j->rows, &j->cols, (const lt_real *)c->in[0]->data + first * op_inner(c->in[0], 1),
+                    lt_dim(c->in[0], 2), lt_dim(c->in[0], 3), (lt_real *)c->out->data + first * op_inner(c->out, 1), n,
+                    false, scratch_at(c, task));
 }
 
 static void forward(const lt_call *c)
@@ -122,11 +122,10 @@ static void backward_task(void *ctx, int64_t task)
 {
     const job *j = ctx;
     const lt_call *c = j->c;
-    const int64_t in = op_inner(c->in[0], 1), out = op_inner(c->out, 1), first = task * PLANES;
+    const int64_t first = task * PLANES, n = lt_min_i64(PLANES, op_outer(c->out, 2) - first);
 
-    for (int64_t i = first; i < lt_min_i64(op_outer(c->out, 2), first + PLANES); i++)
-        resample_plane(&j->rows, &j->cols, c->dout + i * out, lt_dim(c->out, 2), lt_dim(c->out, 3),
-                       c->din[0] + i * in, !c->fresh[0], scratch_at(c, task));
+    resample_planes(&j->rows, &j->cols, c->dout + first * op_inner(c->out, 1), lt_dim(c->out, 2), lt_dim(c->out, 3),
+                    c->din[0] + first * op_inner(c->in[0], 1), n, !c->fresh[0], scratch_at(c, task));
 }
 
 static void backward(const lt_call *c)

@@ -65,7 +65,8 @@ static int64_t scratch_of(const lt_call *c)
     const roi_attr *a = c->attr;
     const int64_t H = lt_dim(c->in[X], 2), W = lt_dim(c->in[X], 3);
 
-    return lt_max_i64(resample_scratch(H, W, a->out_w), resample_scratch(a->out_h, a->out_w, W));
+    return lt_max_i64(resample_scratch(a->out_h, W, a->out_w, lt_min_i64(W, MAX_RUN)),
+                      resample_scratch(H, a->out_w, W, a->out_w));
 }
 
 /* work: the boxes, their tables, each task's scratch */
@@ -166,18 +167,15 @@ static void forward_task(void *ctx, int64_t task)
 {
     const lt_call *c = ctx;
     const int64_t C = lt_dim(c->in[X], 1), r = task / blocks_of(c), first = task % blocks_of(c) * CHANNELS;
-    const int64_t out = op_inner(c->out, 1);
+    const int64_t n = lt_min_i64(CHANNELS, C - first), out = op_inner(c->out, 1);
+    lt_real *y = (lt_real *)c->out->data + (r * C + first) * out;
     const roi *b = rois(c) + r;
 
-    for (int64_t ch = first; ch < lt_min_i64(C, first + CHANNELS); ch++) {
-        lt_real *y = (lt_real *)c->out->data + (r * C + ch) * out;
-
-        if (b->image < 0)
-            memset(y, 0, (size_t)out * sizeof(*y));
-        else
-            resample_plane(&b->rows, &b->cols, (const lt_real *)c->in[X]->data + (b->image * C + ch) * map_of(c),
-                           lt_dim(c->in[X], 2), lt_dim(c->in[X], 3), y, false, scratch_at(c, task));
-    }
+    if (b->image < 0)
+        memset(y, 0, (size_t)(n * out) * sizeof(*y));
+    else
+        resample_planes(&b->rows, &b->cols, (const lt_real *)c->in[X]->data + (b->image * C + first) * map_of(c),
+                        lt_dim(c->in[X], 2), lt_dim(c->in[X], 3), y, n, false, scratch_at(c, task));
 }
 
 static void forward(const lt_call *c)
@@ -200,9 +198,10 @@ static void backward_task(void *ctx, int64_t task)
     for (int64_t r = 0; r < lt_dim(c->in[BOXES], 0); r++) {
         const roi *b = rois(c) + r;
 
-        for (int64_t ch = first; b->image >= 0 && ch < first + n; ch++)
-            resample_plane(&b->rows_back, &b->cols_back, c->dout + (r * C + ch) * out, lt_dim(c->out, 2),
-                           lt_dim(c->out, 3), c->din[X] + (b->image * C + ch) * plane, true, scratch_at(c, task));
+        if (b->image >= 0)
+            resample_planes(&b->rows_back, &b->cols_back, c->dout + (r * C + first) * out, lt_dim(c->out, 2),
+                            lt_dim(c->out, 3), c->din[X] + (b->image * C + first) * plane, n, true,
+                            scratch_at(c, task));
     }
 }
 

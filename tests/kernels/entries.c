@@ -119,6 +119,23 @@ static void pool(const lt_kernels *k, args *s, int w, int window, int step, int 
 CALL(combine, k->combine(Y, A, 11, (float[]){ 0.3f, -2, 7 }, 3, s->n < 22 ? 0 : s->n - 22, false))
 CALL(combine_add, k->combine(Y, A, 1, B, (int64_t)s->n / 2, (s->n + 1) / 2, true))
 CALL(combine_none, k->combine(Y, A, 1, B, 0, s->n, false))
+/* Outputs in as many rows as there is room for, each of some inputs a few steps on: all of them near, or not */
+static void call_columns(const lt_kernels *k, args *s, bool near, bool add)
+{
+    enum { N = 21, LD = 32, TAPS = 3, WIDE = 200 };
+    static const int32_t base[2] = { 2, 40 };
+    const int64_t rows = (int64_t)s->n / WIDE;
+    int32_t at[TAPS * LD];
+
+    for (int i = 0; i < TAPS * LD; i++)
+        at[i] = i % 7 == 3 ? -1 : i * 5 % (near ? 32 : 150);
+    k->combine_columns(Y, N + 2, A, WIDE, rows, &(lt_columns){ N, TAPS, base, at, B, near }, add);
+}
+
+CALL(columns_near, call_columns(k, s, true, false))
+CALL(columns_near_add, call_columns(k, s, true, true))
+CALL(columns_far, call_columns(k, s, false, false))
+CALL(columns_far_add, call_columns(k, s, false, true))
 CALL(turn, k->turn(Y, (int64_t)s->n / 11, A, 11, (int64_t)s->n / 11, 11, false))
 CALL(turn_add, k->turn(Y, 11, A, (int64_t)s->n / 11, 11, (int64_t)s->n / 11, true))
 CALL(turn_wide, k->turn(Y, (int64_t)s->n / 37, A, 37, (int64_t)s->n / 37, 36, true))
@@ -179,7 +196,8 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(moments), ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite),
     ENTRY(softmax), ENTRY(softmax_grad), ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows),
     ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare), ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add),
-    ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(turn), ENTRY(turn_add), ENTRY(turn_wide),
+    ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(columns_near), ENTRY(columns_near_add),
+    ENTRY(columns_far), ENTRY(columns_far_add), ENTRY(turn), ENTRY(turn_add), ENTRY(turn_wide),
     ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
     ENTRY(bytes_raise), ENTRY(bytes_of_panels), ENTRY(bytes_of_panels_7), ENTRY(bytes_of_panels_9),
     ENTRY(bytes_of_planes), ENTRY(bytes_of_planes_gated), ENTRY(bytes_of_planes_3), ENTRY(bytes_of_plane),

@@ -19,6 +19,19 @@ INLINE vec v_load(const float *p) { return _mm256_loadu_ps(p); }
 INLINE void v_store(float *p, vec v) { _mm256_storeu_ps(p, v); }
 INLINE vec v_fma(vec a, vec b, vec c) { return _mm256_fmadd_ps(a, b, c); }
 
+/* sum + w x[at], but where at is below 0 */
+INLINE vec v_fma_at(vec w, const float *x, const int32_t *at, vec sum)
+{
+    const __m256i place = _mm256_loadu_si256((const __m256i *)(const void *)at);
+    const __m256 none = _mm256_castsi256_ps(place), there = _mm256_xor_ps(none, _mm256_set1_ps(-0.0f));
+    const __m256 picked = _mm256_mask_i32gather_ps(_mm256_setzero_ps(), x, place, there, 4);
+
+    return _mm256_blendv_ps(_mm256_fmadd_ps(w, picked, sum), sum, none);
+}
+
+/* The same where at is below 32 */
+INLINE vec v_fma_among(vec w, const float *x, const int32_t *at, vec sum) { return v_fma_at(w, x, at, sum); }
+
 /* Integers in the lanes: of the same bits, of the nearest, even where it stands between two, and back to floats */
 INLINE ivec i_bits(vec v) { return _mm256_castps_si256(v); }
 INLINE vec v_bits(ivec i) { return _mm256_castsi256_ps(i); }

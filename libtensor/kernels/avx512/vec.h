@@ -19,6 +19,25 @@ INLINE vec v_load(const float *p) { return _mm512_loadu_ps(p); }
 INLINE void v_store(float *p, vec v) { _mm512_storeu_ps(p, v); }
 INLINE vec v_fma(vec a, vec b, vec c) { return _mm512_fmadd_ps(a, b, c); }
 
+/* sum + w x[at], but where at is below 0 */
+INLINE vec v_fma_at(vec w, const float *x, const int32_t *at, vec sum)
+{
+    const __m512i place = _mm512_loadu_si512(at);
+    const __mmask16 there = _knot_mask16(_mm512_movepi32_mask(place));
+
+    return _mm512_mask3_fmadd_ps(w, _mm512_mask_i32gather_ps(_mm512_setzero_ps(), there, place, x, 4), sum, there);
+}
+
+/* The same where at is below 32 */
+INLINE vec v_fma_among(vec w, const float *x, const int32_t *at, vec sum)
+{
+    const __m512i place = _mm512_loadu_si512(at);
+    const __mmask16 there = _knot_mask16(_mm512_movepi32_mask(place));
+
+    return _mm512_mask3_fmadd_ps(w, _mm512_permutex2var_ps(v_load(x), place, v_load(x + 16)), sum, there);
+}
+
+
 /* Integers in the lanes: of the same bits, of the nearest, even where it stands between two, and back to floats */
 INLINE ivec i_bits(vec v) { return _mm512_castps_si512(v); }
 INLINE vec v_bits(ivec i) { return _mm512_castsi512_ps(i); }

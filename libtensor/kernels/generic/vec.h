@@ -17,6 +17,12 @@ INLINE vec v_load(const lt_real *p) { return *p; }
 INLINE void v_store(lt_real *p, vec v) { *p = v; }
 INLINE vec v_fma(vec a, vec b, vec c) { return FMA(a, b, c); }
 
+/* sum + w x[at], but where at is below 0 */
+INLINE vec v_fma_at(vec w, const lt_real *x, const int32_t *at, vec sum) { return *at < 0 ? sum : FMA(w, x[*at], sum); }
+
+/* The same where at is below 32 */
+INLINE vec v_fma_among(vec w, const lt_real *x, const int32_t *at, vec sum) { return v_fma_at(w, x, at, sum); }
+
 /* DL doubles, of as many elements */
 typedef double dvec;
 enum { DL = 1 };
