@@ -177,7 +177,6 @@ static void pose_sample(void *ctx, int64_t i)
     rest_joints(j->layer, beta, s->rest);
     lt_hand_chain(s->rest, R_wide, origin, s->world_R, s->world_t);
     fill_coefficients(R, beta, s->coef);
-    memcpy(s->posed, j->layer->template, sizeof(s->posed));
 }
 
 typedef struct { const lt_hand_layer *layer; lt_hand_scratch *scratch; } blend_job;
@@ -188,19 +187,22 @@ static void blend_piece(void *ctx, int64_t task)
     lt_hand_scratch *s = j->scratch + task / PIECES;
     const int64_t at = task % PIECES * PIECE;
 
-    lt_k->combine(s->posed[0] + at, j->layer->blend[0][0] + at, 3 * PAD, s->coef, BLENDS, PIECE, true);
+    lt_k->combine(s->posed[0] + at, j->layer->blend[0][0] + at, 3 * PAD, s->coef, BLENDS, PIECE, false);
+    lt_k->add_to(s->posed[0] + at, j->layer->template[0] + at, PIECE);
 }
 
-/* posed += coefficients times blends: the same chain of multiply-adds each way */
+/* posed = template + coefficients times blends: the same chain of multiply-adds each way */
 static void blend_offsets(const lt_hand_layer *layer, int64_t n, lt_hand_scratch *s)
 {
+    const lt_epilogue template = { .col_bias = layer->template[0] };
     blend_job j = { layer, s };
 
     if (n >= FEW && layer->isa == lt_k->isa)
-        lt_gemm_packed(LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->packed, true, s->posed[0], SAMPLE, NULL);
+        lt_gemm_packed(LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->packed, false, s->posed[0], SAMPLE,
+                       &template);
     else if (n >= FEW)
-        lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->blend[0][0], 3 * PAD, true,
-                s->posed[0], SAMPLE, NULL);
+        lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->blend[0][0], 3 * PAD, false,
+                s->posed[0], SAMPLE, &template);
     else
         lt_parallel_for(PIECES * n, blend_piece, &j);
 }
@@ -208,14 +210,11 @@ static void blend_offsets(const lt_hand_layer *layer, int64_t n, lt_hand_scratch
 static void skin_sample(void *ctx, int64_t i)
 {
     const forward_job *j = ctx;
-    lt_hand_scratch *s = j->scratch + i;
+    const lt_hand_scratch *s = j->scratch + i;
     lt_real *vertices = j->vertices + i * 3 * V, frame[J][LT_SKIN_FRAME];
 
     find_frames(s, frame);
-    lt_k->skin(s->skin[0], s->posed[0], PAD, j->layer->group, GROUPS, frame);
-    for (int v = 0; v < V; v++)
-        for (int a = 0; a < 3; a++)
-            vertices[3 * v + a] = s->skin[9 + a][v];
+    lt_k->skin(vertices, NULL, s->posed[0], PAD, j->layer->group, V, frame);
     gather_keypoints(j->layer, s, vertices, j->keypoints + i * 3 * LT_HAND_KEYPOINTS);
 }
 
@@ -236,8 +235,8 @@ typedef struct {
     double A[J][9], p[J][3], rest[J][3];
 } joint_grads;
 
-/* Keypoints are joints or vertices: their gradients join those of what they are. dv goes where the
- * vertices were, which backward does not ask for. */
+/* Keypoints are joints or vertices: their gradients join those of what they are. dv goes behind
+ * the vertices' matrices. */
 static void spread_gradients(const lt_hand_layer *layer, const lt_real *d_vertices,
                              const lt_real *d_keypoints, lt_real dv[3][PAD], joint_grads *g)
 {
@@ -252,6 +251,15 @@ static void spread_gradients(const lt_hand_layer *layer, const lt_real *d_vertic
         else
             dv[a][layer->tips[mano - J]] += d_keypoints[i];
     }
+}
+
+/* Each vertex's matrix, made again */
+static void blend_matrices(const lt_hand_layer *layer, lt_hand_scratch *s)
+{
+    lt_real frame[J][LT_SKIN_FRAME];
+
+    find_frames(s, frame);
+    lt_k->skin(NULL, s->skin[0], s->posed[0], PAD, layer->group, V, frame);
 }
 
 /* In one sweep, in place: skin's matrix of each vertex becomes dv posed^T, posed becomes its gradient
@@ -352,6 +360,7 @@ static void unpose_sample(void *ctx, int64_t i)
     widen(j->R + i * 9 * J, 9 * J, R_wide);
     spread_gradients(j->layer, j->d_vertices ? j->d_vertices + i * 3 * V : NULL,
                      j->d_keypoints ? j->d_keypoints + i * 3 * LT_HAND_KEYPOINTS : NULL, s->skin + 9, &g);
+    blend_matrices(j->layer, s);
     unskin_vertices(s);
     unblend_frames(j->layer, s, &g);
     unchain(R_wide, s, &g, dR);

@@ -76,7 +76,7 @@ LT_API lt_hand_tables lt_hand_layer_tables(const lt_hand_layer *layer);
 /* What forward leaves for backward, one sample's worth; the caller's memory. */
 typedef struct {
     lt_real posed[3][LT_HAND_PADDED];           /* vertices with shape and pose offsets, before skinning */
-    lt_real skin[12][LT_HAND_PADDED];           /* each vertex's blended rotation (3, 3), then the vertex */
+    lt_real skin[12][LT_HAND_PADDED];           /* backward's: each vertex's blended rotation (3, 3), and a gradient */
     lt_real coef[LT_HAND_BLENDS];               /* of shape and pose offsets */
     double rest[LT_HAND_JOINTS][3];             /* joints before posing */
     double world_R[LT_HAND_JOINTS][9];          /* of each joint's frame */

@@ -333,10 +333,10 @@ typedef struct lt_kernels {
     void (*attend_grad)(const lt_attend_grad *g);
 
     /* ---- rows and columns: y and x do not overlap --------------------------------------------------- */
-    /* skin: n groups of vertices under the joints' frames, each a matrix A (3, 3) and then s (3). Vertex i is x[a * ld + i].
-     * Rows 0 to 8 of t, ld apart, become its A, the sum over the group's joints of weight * frame in their order, and
-     * rows 9 to 11 become A x + s. */
-    void (*skin)(lt_real *t, const lt_real *x, int64_t ld, const lt_skin *groups, int64_t n,
+    /* skin: n vertices, LT_SKIN_GROUP to a group, under the joints' frames, each a matrix A (3, 3) and then s (3). Vertex
+     * i is x[a * ld + i], and y[3 * i + a] becomes A x + s, with the sums over its group's joints of weight * frame in
+     * their order. Its A goes to rows 0 to 8 of t, ld apart. y or t may be NULL; of x and t there are whole groups. */
+    void (*skin)(lt_real *y, lt_real *t, const lt_real *x, int64_t ld, const lt_skin *groups, int64_t n,
                  const lt_real (*frame)[LT_SKIN_FRAME]);
 
     /* combine: y[i] = or += the sum over k < count of w[k] * x[k * ld + i], i < n, in the order of k;

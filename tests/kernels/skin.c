@@ -22,7 +22,7 @@ static void make_groups(lt_skin *g)
     free_array(weight);
 }
 
-static void expect_plainly(const float *t, const float *x, const lt_skin *groups, frames frame)
+static void expect_plainly(const float *y, const float *t, const float *x, const lt_skin *groups, frames frame)
 {
     for (int i = 0; i < VERTICES; i++) {
         const lt_skin *g = &groups[i / LT_SKIN_GROUP];
@@ -33,22 +33,38 @@ static void expect_plainly(const float *t, const float *x, const lt_skin *groups
                 want[r] += (double)g->weight[k][i % LT_SKIN_GROUP] * (double)frame[g->joint[k]][r];
         for (int r = 0; r < 9; r++)
             want[9 + r / 3] += want[r] * (double)x[r % 3 * LD + i];
-        for (int r = 0; r < ROWS; r++)
-            expect_near((double)t[r * LD + i], want[r], 1e-5, "skin", "vertex", (size_t)i);
+        for (int r = 0; r < 9; r++)
+            expect_near((double)t[r * LD + i], want[r], 1e-5, "skin", "matrix", (size_t)i);
+        for (int a = 0; a < 3; a++)
+            expect_near((double)y[3 * i + a], want[9 + a], 1e-5, "skin", "vertex", (size_t)i);
     }
+}
+
+/* So many vertices, with matrices or without */
+static void check_vertices(const lt_kernels *k, const lt_kernels *generic, int n, bool plainly)
+{
+    const size_t all = 8 * LD + VERTICES;
+    float *x = random_array(2 * LD + VERTICES, 2), *frame = random_array(LT_SKIN_JOINTS * LT_SKIN_FRAME, 3);
+    float *want = zero_array(all), *got = zero_array(all), *y = zero_array(3 * (size_t)n), *bare = zero_array(3 * (size_t)n);
+    float *want_y = zero_array(3 * (size_t)n);
+    lt_skin groups[GROUPS];
+
+    make_groups(groups);
+    generic->skin(want_y, want, x, LD, groups, n, (frames)frame);
+    k->skin(y, got, x, LD, groups, n, (frames)frame);
+    k->skin(bare, NULL, x, LD, groups, n, (frames)frame);
+    expect_bits(got, want, all, "skin, matrices of %d", n);
+    expect_bits(y, want_y, 3 * (size_t)n, "skin, %d vertices", n);
+    expect_bits(bare, want_y, 3 * (size_t)n, "skin, %d vertices without matrices", n);
+    if (plainly)
+        expect_plainly(y, got, x, groups, (frames)frame);
+    free_array(x), free_array(frame), free_array(want), free_array(got), free_array(y), free_array(bare);
+    free_array(want_y);
 }
 
 void check_skin(const lt_kernels *k, const lt_kernels *generic)
 {
-    const size_t all = (ROWS - 1) * LD + VERTICES;
-    float *x = random_array(2 * LD + VERTICES, 2), *frame = random_array(LT_SKIN_JOINTS * LT_SKIN_FRAME, 3);
-    float *want = zero_array(all), *got = zero_array(all);
-    lt_skin groups[GROUPS];
-
-    make_groups(groups);
-    generic->skin(want, x, LD, groups, GROUPS, (frames)frame);
-    k->skin(got, x, LD, groups, GROUPS, (frames)frame);
-    expect_bits(got, want, all, "skin");
-    expect_plainly(got, x, groups, (frames)frame);
-    free_array(x), free_array(frame), free_array(want), free_array(got);
+    check_vertices(k, generic, VERTICES, true);
+    for (int n = VERTICES - LT_SKIN_GROUP; n < VERTICES; n++)
+        check_vertices(k, generic, n, false);
 }

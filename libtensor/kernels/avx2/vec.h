@@ -149,6 +149,18 @@ INLINE void v_store4(float *p, const vec x[4])
     _mm256_storeu_ps(p + 3 * VL, _mm256_permute2f128_ps(c, d, 0x31));
 }
 
+/* p[3 * i + a] = x[a][i], i < n */
+INLINE void v_store3(float *p, const vec x[3], int n)
+{
+    float row[3][VL];
+
+    for (int a = 0; a < 3; a++)
+        v_store(row[a], x[a]);
+    for (int i = 0; i < n; i++)
+        for (int a = 0; a < 3; a++)
+            p[3 * i + a] = row[a][i];
+}
+
 /* out[j * row + i] = x[i * col + j] for i < lanes, j < VL. Pairs, then fours of rows within each 128
  * bits; then the halves change places. */
 INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, int lanes)

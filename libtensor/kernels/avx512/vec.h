@@ -157,6 +157,25 @@ INLINE void v_store4(float *p, const vec x[4])
     _mm512_storeu_ps(p + 3 * VL, _mm512_permutex2var_ps(hi, second, hi2));
 }
 
+/* p[3 * i + a] = x[a][i], i < n */
+INLINE void v_store3(float *p, const vec x[3], int n)
+{
+    static const int32_t two[3][16] = {         /* x[0], x[1] at 16; x[2]'s places are filled by three */
+        { 0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5 }, { 21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0, 9, 25, 0, 10, 26 },
+        { 0, 11, 27, 0, 12, 28, 0, 13, 29, 0, 14, 30, 0, 15, 31, 0 },
+    };
+    static const int32_t three[3][16] = {       /* what two made, x[2] at 16 */
+        { 0, 1, 16, 3, 4, 17, 6, 7, 18, 9, 10, 19, 12, 13, 20, 15 }, { 0, 21, 2, 3, 22, 5, 6, 23, 8, 9, 24, 11, 12, 25, 14, 15 },
+        { 26, 1, 2, 27, 4, 5, 28, 7, 8, 29, 10, 11, 30, 13, 14, 31 },
+    };
+
+    for (int i = 0; i < 3; i++) {
+        const vec pairs = _mm512_permutex2var_ps(x[0], _mm512_loadu_si512(two[i]), x[1]);
+
+        v_store_part(p + 16 * i, _mm512_permutex2var_ps(pairs, _mm512_loadu_si512(three[i]), x[2]), 3 * n - 16 * i);
+    }
+}
+
 /* out[j * row + i] = x[i * col + j] for i < lanes, j < VL. Pairs, then fours of rows within each 128
  * bits; then the 128-bit parts change places. */
 INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, int lanes)

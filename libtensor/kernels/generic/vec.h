@@ -62,6 +62,13 @@ INLINE void v_store4(lt_real *p, const vec x[4])
         p[j] = x[j];
 }
 
+/* p[3 * i + a] = x[a][i], i < n */
+INLINE void v_store3(lt_real *p, const vec x[3], int n)
+{
+    for (int a = 0; n && a < 3; a++)
+        p[a] = x[a];
+}
+
 /* out[j * row + i] = x[i * col + j] for i < lanes, j < VL */
 INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col, int lanes)
 {
