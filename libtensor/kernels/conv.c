@@ -51,12 +51,14 @@ lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
         return LT_CONV_DEPTHWISE;
     if (lt_few_suits(p))
         return LT_CONV_FEW;
-    if (lt_turned_suits(p))
-        return LT_CONV_TURNED;
     if (lt_winograd2_suits(p))
         return LT_CONV_WINOGRAD2;
     if (lt_winograd_suits(p))
         return LT_CONV_WINOGRAD;
+    if (conv_on_tiles(p, p->o, lt_conv2d_out_h(p) * lt_conv2d_out_w(p), p->c * p->kh * p->kw))
+        return LT_CONV_TILES;
+    if (lt_turned_suits(p))
+        return LT_CONV_TURNED;
     return lt_tapwise_suits(p, LT_TAPWISE_FORWARD) ? LT_CONV_TAPWISE : LT_CONV_DIRECT;
 }
 
@@ -71,6 +73,8 @@ int64_t lt_conv2d_packed(const lt_conv2d_params *p)
         return lt_winograd_packed(p->o, p->c);
     case LT_CONV_WINOGRAD2:
         return lt_winograd2_packed(p->o, p->c);
+    case LT_CONV_TILES:
+        return lt_product_tiles_a(p->o, p->c * p->kh * p->kw);
     default:
         return conv_weight_count(p);
     }
@@ -111,6 +115,7 @@ void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *
     case LT_CONV_WINOGRAD2:
         lt_winograd2_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
         break;
+    case LT_CONV_TILES:
     case LT_CONV_DIRECT:
         pack_groups(p, weights, packed);
         break;
@@ -136,6 +141,7 @@ size_t lt_conv2d_forward_work(const lt_conv2d_params *p)
         return lt_winograd_work(p, p->o, p->c);
     case LT_CONV_WINOGRAD2:
         return lt_winograd2_work(p, p->o, p->c);
+    case LT_CONV_TILES:
     case LT_CONV_DIRECT:
         break;
     }
@@ -165,6 +171,7 @@ static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt
         j.product.c = y + g * j.m * j.n;
         j.product.e = &tail;
         j.product.b_step = conv_job_shared(&j);
+        conv_job_map(&j);
         if (j.product.b_step) {
             lt_product_pack_b(&j.product, p->n, j.n, j.tile_n, work);
             j.product.b = work;
@@ -209,6 +216,7 @@ void lt_conv2d_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
     case LT_CONV_WINOGRAD2:
         lt_winograd2_run(p, p->o, p->c, x, packed, around, y, work);
         break;
+    case LT_CONV_TILES:
     case LT_CONV_DIRECT:
         forward_groups(p, x, packed, &e, around->gate, y, work);
         break;
@@ -302,7 +310,7 @@ bool lt_conv2d_takes_rect(const lt_conv2d_params *p)
 {
     const lt_conv_algorithm a = lt_conv2d_algorithm(p);
 
-    return p->groups == 1 && p->stride_h == 1 && p->stride_w == 1 && (a == LT_CONV_DIRECT || a == LT_CONV_WINOGRAD);
+    return p->groups == 1 && p->stride_h == 1 && p->stride_w == 1 && (a == LT_CONV_DIRECT || a == LT_CONV_TILES || a == LT_CONV_WINOGRAD);
 }
 
 size_t lt_conv2d_rect_work(const lt_conv2d_params *p)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * 2-d convolution and its two gradients on plain NCHW maps, as products that are packed straight from
- * the image. Cut by the shape alone: the same bits on any number of threads and any instruction set.
+ * the image. Cut by the shape alone: the same bits on any number of threads, and on any instruction set but LT_ISA_AMX,
+ * whose tiles are within 1e-6 of the sum of the terms' sizes from the others.
  */
 #ifndef LT_KERNELS_CONV_H
 #define LT_KERNELS_CONV_H
@@ -35,9 +36,10 @@ typedef struct { int64_t y0, y1, x0, x1; } lt_rect;
 /* lt_conv2d_all - every position of y */
 LT_API lt_rect lt_conv2d_all(const lt_conv2d_params *p);
 
-/* How a convolution is computed: a function of its shape alone. */
+/* How a convolution is computed: a function of its shape, and of whether there are AMX's tiles. */
 typedef enum {
     LT_CONV_DIRECT,         /* a product, packed straight from the map */
+    LT_CONV_TILES,          /* that product on AMX's tiles: libtensor/kernels/product_tiles.c */
     LT_CONV_TURNED,         /* that product with channels in the lanes: libtensor/kernels/conv_turned.h */
     LT_CONV_TAPWISE,        /* a product for each tap, and their sums: libtensor/kernels/conv_tapwise.h */
     LT_CONV_WINOGRAD,       /* F(4x4, 3x3): libtensor/kernels/winograd.h */
@@ -51,8 +53,8 @@ LT_API lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p);
 /**
  * lt_conv2d_pack - the weights in the order in which forward reads them
  *
- * packed has lt_conv2d_packed(p) elements. It serves every instruction set's forward but only its own:
- * pack again after lt_kernels_use.
+ * packed has lt_conv2d_packed(p) elements. It serves the instruction set in use: ask and pack again after
+ * lt_kernels_use.
  */
 LT_API int64_t lt_conv2d_packed(const lt_conv2d_params *p);
 LT_API void lt_conv2d_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);

@@ -34,7 +34,7 @@ static int parity_taps(conv_taps *t, const lt_conv2d_params *p, parity c)
 
 typedef struct { conv_job j; parity c; lt_real *dx; } data_job;
 
-enum { SPREAD_M = 64, SPREAD_N = 128 };     /* a class's tile, on its way to its strided places */
+enum { SPREAD_M = LT_PRODUCT_TILES_M, SPREAD_N = LT_PRODUCT_TILES_N };     /* a class's tile, on its way to its places */
 
 static void spread(const data_job *d, const lt_tile *t, int64_t image, const lt_real *tile)
 {
@@ -72,9 +72,11 @@ static void run_spread(void *ctx, int64_t task)
 
 static void cut_spread(conv_job *j)
 {
+    const bool tiles = j->product.left;
+
     j->images = 1;
-    j->tile_m = lt_tile_size(j->m, SPREAD_M, 1);
-    j->tile_n = lt_tile_size(j->n, SPREAD_N, 64);
+    j->tile_m = lt_tile_size(j->m, tiles ? SPREAD_M : 64, tiles ? LT_TILES_SIDE : 1);
+    j->tile_n = lt_tile_size(j->n, SPREAD_N, tiles ? LT_TILES_SIDE : 64);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
 }
@@ -82,6 +84,11 @@ static void cut_spread(conv_job *j)
 static bool strided(const lt_conv2d_params *p)
 {
     return p->stride_h > 1 || p->stride_w > 1;
+}
+
+static bool as_it_is(const conv_taps *t)
+{
+    return t->n == 1 && !t->at[0].dy && !t->at[0].dx;
 }
 
 /* The product of one class of one group, without its data. */
@@ -93,7 +100,7 @@ static void class_job(data_job *d, const lt_conv2d_params *p, parity c, const co
     *d = (data_job){
         .c = c,
         .j = {
-            .p = p, .m = cg, .n = c.rows * c.cols, .plain = conv_pointwise(p),
+            .p = p, .m = cg, .n = c.rows * c.cols, .plain = as_it_is(t) && c.rows == out_h && c.cols == out_w,
             .image_step = p->o * out_h * out_w,
             .a = { NULL, k_all, cg * k_all, t->n, t->weight, k_all == 1, cg },
             .image = { NULL, out_h, out_w, c.cols, 1, 1, t->n, t->at },
@@ -103,10 +110,9 @@ static void class_job(data_job *d, const lt_conv2d_params *p, parity c, const co
             },
         },
     };
+    conv_job_cut(&d->j);
     if (strided(p))
         cut_spread(&d->j);
-    else
-        conv_job_cut(&d->j);
 }
 
 /* What goes from class to class; weights packed so far are behind packed. */
@@ -115,13 +121,14 @@ typedef struct {
     lt_real *dx, *packed, *maps;        /* maps: of dy, packed where tiles share those */
     bool add;
     int64_t plane;                      /* elements of a map of dx */
-    int64_t shared;                     /* the most elements of maps */
+    int64_t count, shared;              /* of packed weights; the most of maps */
 } data_pass;
 
 typedef void (*class_fn)(data_job *d, data_pass *pass);
 
 static void measure_class(data_job *d, data_pass *pass)
 {
+    pass->count += d->j.p->groups * conv_job_packed(&d->j);
     pass->shared = lt_max_i64(pass->shared, conv_job_shared(&d->j) * d->j.p->n);
 }
 
@@ -130,7 +137,7 @@ static void pack_class(data_job *d, data_pass *pass)
     conv_job *j = &d->j;
     const lt_conv2d_params *p = j->p;
 
-    for (int64_t g = 0; g < p->groups; g++, pass->packed += j->m * j->product.k) {
+    for (int64_t g = 0; g < p->groups; g++, pass->packed += conv_job_packed(j)) {
         j->a.w = pass->weights + g * conv_weight_count(p) / p->groups;
         lt_product_pack_a(&j->product, j->m, j->tile_m, pass->packed);
     }
@@ -141,13 +148,14 @@ static void run_class(data_job *d, data_pass *pass)
     conv_job *j = &d->j;
     const lt_conv2d_params *p = j->p;
 
-    for (int64_t g = 0; g < p->groups; g++, pass->packed += j->m * j->product.k) {
+    for (int64_t g = 0; g < p->groups; g++, pass->packed += conv_job_packed(j)) {
         d->dx = j->product.c = pass->dx + g * j->m * p->h * p->w;
         j->image.x = pass->dy + g * conv_group_o(p) * j->image.h * j->image.w;
         j->product.a = pass->packed;
         j->product.add = pass->add && !strided(p);
         j->product.b = NULL;
         j->product.b_step = conv_job_shared(j);
+        conv_job_map(j);
         if (j->product.b_step) {
             lt_product_pack_b(&j->product, p->n, j->n, j->tile_n, pass->maps);
             j->product.b = pass->maps;
@@ -205,11 +213,17 @@ static lt_conv_algorithm algorithm(const lt_conv2d_params *p)
 
     if (forward == LT_CONV_DEPTHWISE || forward == LT_CONV_WINOGRAD || forward == LT_CONV_WINOGRAD2)
         return forward;
+    if (conv_on_tiles(p, p->c, p->h * p->w, p->o * p->kh * p->kw))
+        return LT_CONV_TILES;
     return lt_tapwise_suits(p, LT_TAPWISE_DATA) ? LT_CONV_TAPWISE : LT_CONV_DIRECT;
 }
 
 int64_t lt_conv2d_data_packed(const lt_conv2d_params *p)
 {
+    data_pass pass = { .count = 0 };
+
+    if (conv_nothing(p))
+        return 0;
     switch (algorithm(p)) {
     case LT_CONV_WINOGRAD:
         return lt_winograd_packed(p->c, p->o);
@@ -217,8 +231,11 @@ int64_t lt_conv2d_data_packed(const lt_conv2d_params *p)
         return lt_winograd2_packed(p->c, p->o);
     case LT_CONV_TAPWISE:
         return lt_tapwise_packed(p, LT_TAPWISE_DATA);
-    default:
+    case LT_CONV_DEPTHWISE:
         return conv_weight_count(p);
+    default:
+        each_class(p, measure_class, &pass);
+        return pass.count;
     }
 }
 

@@ -39,6 +39,34 @@ void conv_pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t 
     }
 }
 
+/* At most LT_TILES_SIDE terms; those in which rows follow each other are turned on their way. */
+static void left_segment(const conv_matrix *a, lt_real *out, const lt_tile *t, int64_t k0, int64_t k)
+{
+    const lt_real *w = a->w + t->m0 * a->row + k0 * a->column;
+    lt_real turned[LT_TILES_SIDE * LT_TILES_SIDE];
+
+    if (a->whole && a->column == 1) {
+        lt_k->tiles_left(out, w, LT_BLOCK, a->row, k, t->m, NULL);
+    } else if (a->whole && a->row == 1) {
+        lt_k->tiles_left_turned(out, w, a->column, k, t->m);
+    } else {
+        for (int64_t i = 0; i < t->m; i += LT_TILES_SIDE) {
+            const int64_t rows = lt_min_i64(LT_TILES_SIDE, t->m - i);
+
+            pack_weight_panel(a, turned, t->m0 + i, rows, k0, k);
+            lt_k->tiles_left_turned(out + i * LT_TILES_ROW, turned, rows, k, rows);
+        }
+    }
+}
+
+void conv_left_weights(const void *ctx, lt_real *out, int64_t step, const lt_tile *t, int64_t k0, int64_t k)
+{
+    const conv_job *j = ctx;
+
+    for (int64_t l = 0; l < k; l += LT_TILES_SIDE, out += step)
+        left_segment(&j->a, out, t, k0 + l, lt_min_i64(LT_TILES_SIDE, k - l));
+}
+
 void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k)
 {
     const conv_job *j = ctx;
@@ -76,18 +104,41 @@ static int64_t most_columns(const conv_job *j)
     return all >= TASKS * MIDDLE || j->n < 4 * j->m ? MIDDLE : NARROW;
 }
 
+bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k)
+{
+    enum { FEW = 64, LITTLE = 1 << 20 };        /* channels, positions; multiplications */
+
+    return lt_k->gemm_tiles && p->groups == 1 && p->c >= FEW && p->o >= FEW && n * p->n >= FEW
+           && m * n * p->n * k >= LITTLE;
+}
+
+int64_t conv_job_packed(const conv_job *j)
+{
+    return j->product.left ? lt_product_tiles_a(j->m, j->product.k) : j->m * j->product.k;
+}
+
 /* Large maps are cut first, as their tiles share no packed map; then rows, in pairs of panels at least. */
 void conv_job_cut(conv_job *j)
 {
-    enum { ROWS = 28 };
-    int64_t wanted;
+    const bool tiles = conv_on_tiles(j->p, j->m, j->n, j->product.k);
+    const int64_t unit = tiles ? LT_TILES_SIDE : 1, few = tiles ? 2 * LT_TILES_SIDE : 28;
+    const int64_t most = tiles ? LT_PRODUCT_TILES_M : LT_TILE_M;
+    int64_t wanted, rows;
 
-    j->tile_n = lt_tile_size(j->n, most_columns(j), 64);
+    j->product.left = tiles ? conv_left_weights : NULL;
+    j->tile_n = lt_tile_size(j->n, tiles ? 2 * LT_PRODUCT_TILES_N : most_columns(j), tiles ? LT_TILES_SIDE : 64);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     wanted = lt_ceil_div(TASKS, j->tiles_n * j->p->n);
-    j->tile_m = lt_tile_size(j->m, lt_min_i64(LT_TILE_M, lt_max_i64(ROWS, lt_ceil_div(j->m, wanted))), 1);
+    rows = lt_ceil_div(lt_max_i64(few, lt_ceil_div(j->m, wanted)), unit) * unit;
+    j->tile_m = lt_tile_size(j->m, lt_min_i64(most, rows), unit);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->images = images_at_once(j);
+}
+
+void conv_job_map(conv_job *j)
+{
+    j->product.map = j->plain && !j->gate ? j->image.x : NULL;
+    j->product.ld_map = j->n, j->product.map_step = j->image_step;
 }
 
 lt_tile conv_job_tile(const conv_job *j, int64_t tm, int64_t tn)
@@ -117,7 +168,7 @@ void conv_job_run(void *ctx, int64_t task)
 
 int64_t conv_job_shared(const conv_job *j)
 {
-    const int64_t each = lt_product_packed_b(j->n, j->product.k);
+    const int64_t k = j->product.k, each = j->product.left ? lt_product_tiles_b(j->n, k) : lt_product_packed_b(j->n, k);
 
     return j->tiles_m > 1 && each * j->p->n <= MOST_SHARED ? each : 0;
 }

@@ -119,7 +119,7 @@ static void pack_panel(void *ctx, int64_t panel)
             const int64_t k = lt_min_i64(LT_TILES_SIDE, c - l);
 
             lt_k->pack_b(block, j->weights + (o * c + l) * taps + t, taps, c * taps, k, n);
-            lt_k->tiles_right(out, block, LT_TILES_SIDE, k, n);
+            lt_k->tiles_right(out, 0, block, LT_TILES_SIDE, k, n);
         }
 }
 
@@ -286,7 +286,7 @@ static void run_task(void *ctx, lt_real *a, lt_real *made)
         g.b = j->packed + t->output / LT_TILES_SIDE * g.b_panel + from * j->taps * LT_TILES_BLOCK;
         g.add = i > 0;
         if (j->point && i + 1 == chunks)
-            g.fetch = g.c, g.fetch_row = LT_BLOCK, g.fetch_line = g.c_line, g.fetch_plane = plane;
+            g.fetch = (lt_fetch){ g.c, plane, t->outputs / LT_BLOCK, t->made };
         lt_k->gemm_tiles(&g);
     }
     for (int64_t b = 0; b < t->outputs / LT_BLOCK; b++)

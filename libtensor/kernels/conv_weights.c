@@ -35,8 +35,9 @@ typedef struct {
     conv_taps taps;
     int64_t positions;                  /* of an output map */
     weights_way way;
+    bool tiles, swapped;                /* on AMX's tiles; x on the left and dy on the right */
     window_band band;
-    int64_t m, n, tile_m, tile_n, tiles_m, tiles_n, tiles, chunks;
+    int64_t m, n, tile_m, tile_n, tiles_m, tiles_n, pieces, chunks;
 } weights_job;
 
 /* ---- cutting ------------------------------------------------------------------------------------------- */
@@ -89,22 +90,42 @@ static bool strided_samples(const lt_conv2d_params *p)
     return p->kh == 1 && p->kw == 1 && !conv_pointwise(p);
 }
 
-static void cut(weights_job *j)
+static void set_tiles(weights_job *j)
 {
     const lt_conv2d_params *p = &j->p;
     const int64_t cg = conv_group_c(p), og = conv_group_o(p), unit = (int64_t)p->kh * p->kw;
 
+    j->m = cg * unit, j->n = og;
+    if (j->tiles) {
+        j->swapped = unit == 1 && cg > og;
+        j->m = j->swapped ? cg : og, j->n = j->swapped ? og : cg * unit;
+        j->tile_m = lt_tile_size(j->m, LT_PRODUCT_TILES_M, LT_TILES_SIDE);
+        j->tile_n = lt_tile_size(j->n, LT_PRODUCT_TILES_N, LT_TILES_SIDE);
+    } else if (j->way == BY_WINDOW) {
+        j->tile_m = lt_tile_size(cg, WINDOW_CHANNELS, 1) * unit;
+        j->tile_n = lt_tile_size(j->n, WINDOW_LANES, 64);
+    } else {
+        j->m = og, j->n = cg * unit;
+        j->tile_m = lt_tile_size(j->m, LT_TILE_M, 1);
+        j->tile_n = lt_tile_size(j->n, 256, 64);
+    }
+}
+
+static void cut(weights_job *j)
+{
+    enum { MANY = 128 };                /* channels of x, for which windows are worth turning */
+    const lt_conv2d_params *p = &j->p;
+
+    conv_window_taps(&j->taps, p);
     j->positions = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
-    j->band = band_of(p);
+    j->tiles = (j->taps.n == 1 || p->c >= MANY) && conv_on_tiles(p, p->o, j->positions, p->c * j->taps.n);
+    j->band = j->tiles ? (window_band){ 0 } : band_of(p);
     j->way = j->band.rows ? BY_WINDOW : strided_samples(p) ? BY_SAMPLES : BY_PRODUCT;
-    j->m = j->way == BY_WINDOW ? cg * unit : og;
-    j->n = j->way == BY_WINDOW ? og : cg * unit;
-    j->tile_m = j->way == BY_WINDOW ? lt_tile_size(cg, WINDOW_CHANNELS, 1) * unit : lt_tile_size(j->m, LT_TILE_M, 1);
-    j->tile_n = lt_tile_size(j->n, j->way == BY_WINDOW ? WINDOW_LANES : 256, 64);
+    set_tiles(j);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
-    j->tiles = j->tiles_m * j->tiles_n * p->groups;
-    j->chunks = lt_min_i64(lt_ceil_div(FEW_TASKS, j->tiles), lt_min_i64(MOST_CHUNKS, p->n));
+    j->pieces = j->tiles_m * j->tiles_n * p->groups;
+    j->chunks = lt_min_i64(lt_ceil_div(FEW_TASKS, j->pieces), lt_min_i64(MOST_CHUNKS, p->n));
 }
 
 /* A task: one tile of one group's sums, over some of the images. */
@@ -230,9 +251,9 @@ static void add_window_chunks(void *ctx, int64_t tile)
 
 static void by_windows(weights_job *j)
 {
-    lt_parallel_for(j->tiles * j->chunks, run_window, j);
+    lt_parallel_for(j->pieces * j->chunks, run_window, j);
     if (j->chunks > 1)
-        lt_parallel_for(j->tiles, add_window_chunks, j);
+        lt_parallel_for(j->pieces, add_window_chunks, j);
 }
 
 /* ---- as a product -------------------------------------------------------------------------------------- */
@@ -265,21 +286,68 @@ static void pack_dy(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0,
     }
 }
 
-static void pack_x_panel(const piece *w, lt_real *out, const stretch *s, int64_t n0, int64_t n)
+/* Rows of tiles: positions of maps, eight maps at a time, so that a page is met once */
+static void left_maps(const piece *w, lt_real *out, const lt_real *map, int64_t step, int64_t maps, int64_t k)
+{
+    enum { AT_ONCE = 8 };
+    const int64_t plane = w->j->positions;
+
+    for (int64_t i = 0; i < maps; i += AT_ONCE)
+        for (int64_t l = 0; l < k; l += LT_TILES_SIDE)
+            lt_k->tiles_left(out + i * LT_TILES_ROW + l / LT_TILES_SIDE * step, map + i * plane + l, LT_BLOCK, plane,
+                             lt_min_i64(LT_TILES_SIDE, k - l), lt_min_i64(AT_ONCE, maps - i), NULL);
+}
+
+/* A segment of positions of several images, put together */
+static void left_segment(const piece *w, lt_real *out, const lt_tile *t, int64_t k0, int64_t k)
+{
+    lt_real room[LT_PRODUCT_TILES_M * LT_TILES_SIDE];
+
+    for (int64_t done = 0; done < k;) {
+        const stretch s = stretch_at(w, k0 + done, k - done);
+        const lt_real *map = (w->j->swapped ? x_of : dy_of)(w, s.image) + t->m0 * w->j->positions + s.at;
+
+        for (int64_t i = 0; i < t->m; i++)
+            memcpy(room + i * LT_TILES_SIDE + done, map + i * w->j->positions, (size_t)s.n * sizeof(*room));
+        done += s.n;
+    }
+    lt_k->tiles_left(out, room, LT_BLOCK, LT_TILES_SIDE, k, t->m, NULL);
+}
+
+static void pack_left(const void *ctx, lt_real *out, int64_t step, const lt_tile *t, int64_t k0, int64_t k)
+{
+    const piece *w = ctx;
+
+    for (int64_t done = 0, n; done < k; done += n, out += lt_ceil_div(n, LT_TILES_SIDE) * step) {
+        const stretch s = stretch_at(w, k0 + done, k - done);
+
+        n = s.n < k - done ? s.n / LT_TILES_SIDE * LT_TILES_SIDE : s.n;
+        if (n) {
+            left_maps(w, out, (w->j->swapped ? x_of : dy_of)(w, s.image) + t->m0 * w->j->positions + s.at, step, t->m, n);
+        } else {
+            n = lt_min_i64(LT_TILES_SIDE, k - done);
+            left_segment(w, out, t, k0 + done, n);
+        }
+    }
+}
+
+/* Maps n0 to n0 + n, turned */
+static void pack_panel(const piece *w, lt_real *out, const stretch *s, int64_t n0, int64_t n)
 {
     const weights_job *j = w->j;
-    const lt_real *x = x_of(w, s->image);
 
-    if (conv_pointwise(&j->p)) {
-        lt_k->pack_b(out, x + n0 * j->positions + s->at, 1, j->positions, s->n, n);
+    if (j->swapped || conv_pointwise(&j->p)) {
+        const lt_real *map = (j->swapped ? dy_of : x_of)(w, s->image);
+
+        lt_k->pack_b(out, map + n0 * j->positions + s->at, 1, j->positions, s->n, n);
     } else {
-        const lt_conv_image g = conv_window_image(&j->p, x, &j->taps);
+        const lt_conv_image g = conv_window_image(&j->p, x_of(w, s->image), &j->taps);
 
         lt_k->pack_image_t(out, &g, s->at, s->n, n0, n);
     }
 }
 
-static void pack_x(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k)
+static void pack_right(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k)
 {
     const piece *w = ctx;
     const int nr = lt_k->nr;
@@ -289,7 +357,7 @@ static void pack_x(const void *ctx, lt_real *out, const lt_tile *t, int64_t imag
         for (int64_t done = 0; done < k;) {
             const stretch s = stretch_at(w, k0 + done, k - done);
 
-            pack_x_panel(w, out + i * k + done * nr, &s, t->n0 + i, lt_min_i64(nr, t->n - i));
+            pack_panel(w, out + i * k + done * nr, &s, t->n0 + i, lt_min_i64(nr, t->n - i));
             done += s.n;
         }
 }
@@ -299,10 +367,12 @@ static void run_product(void *ctx, int64_t task)
 {
     const weights_job *j = ctx;
     const piece w = piece_of(j, task);
-    lt_real *sums = j->chunks == 1 ? j->dw : j->part + w.chunk * conv_weight_count(&j->p);
+    const bool alone = j->chunks == 1 && !j->swapped;
+    lt_real *sums = alone ? j->dw : j->part + w.chunk * conv_weight_count(&j->p);
     const lt_product product = {
-        .k = (w.to - w.from) * j->positions, .ctx = &w, .pack_a = pack_dy, .pack_b = pack_x,
-        .c = sums + (w.group * conv_group_o(&j->p) + w.t.m0) * j->n + w.t.n0, .ldc = j->n, .add = j->chunks == 1,
+        .k = (w.to - w.from) * j->positions, .ctx = &w, .pack_a = pack_dy, .left = j->tiles ? pack_left : NULL,
+        .pack_b = pack_right, .c = sums + (w.group * conv_group_o(&j->p) + w.t.m0) * j->n + w.t.n0, .ldc = j->n,
+        .add = alone,
     };
 
     lt_product_tile(&product, &w.t, 0, 1);
@@ -324,10 +394,23 @@ static void add_chunks(weights_job *j)
     lt_parallel_for(lt_ceil_div(conv_weight_count(&j->p), RUN), add_run, j);
 }
 
+/* Rows of the sums, which are columns of dw */
+static void turn_strip(void *ctx, int64_t strip)
+{
+    const weights_job *j = ctx;
+    const int64_t at = strip * LT_TILES_SIDE;
+
+    for (int64_t i = 0; i < j->chunks; i++)
+        lt_k->turn(j->dw + at, j->m, j->part + (i * j->m + at) * j->n, j->n, lt_min_i64(LT_TILES_SIDE, j->m - at), j->n,
+                   true);
+}
+
 static void by_product(weights_job *j)
 {
-    lt_parallel_for(j->tiles * j->chunks, run_product, j);
-    if (j->chunks > 1)
+    lt_parallel_for(j->pieces * j->chunks, run_product, j);
+    if (j->swapped)
+        lt_parallel_for(lt_ceil_div(j->m, LT_TILES_SIDE), turn_strip, j);
+    else if (j->chunks > 1)
         add_chunks(j);
 }
 
@@ -379,8 +462,8 @@ static int64_t work_elements(const weights_job *j)
     const int64_t samples = j->way == BY_SAMPLES ? sample_count(&j->p) : 0;
 
     if (j->way == BY_WINDOW)
-        return j->tiles * j->chunks * j->tile_m * j->tile_n;
-    return samples + (j->chunks > 1 ? j->chunks * conv_weight_count(&j->p) : 0);
+        return j->pieces * j->chunks * j->tile_m * j->tile_n;
+    return samples + (j->chunks > 1 || j->swapped ? j->chunks * conv_weight_count(&j->p) : 0);
 }
 
 size_t lt_conv2d_weights_work(const lt_conv2d_params *p)
@@ -404,7 +487,6 @@ void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real *x, con
 
     if (conv_nothing(p))
         return;
-    conv_window_taps(&j.taps, p);
     cut(&j);
     if (conv_group_c(p) == 1) {
         j.chunks = depthwise_chunks(p);

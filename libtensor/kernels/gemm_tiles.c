@@ -42,14 +42,14 @@ static void pack_panel(void *ctx, int64_t panel)
     _Alignas(LT_ALIGN) lt_real turned[SIDE * SIDE];
 
     if (!j->tb) {
-        lt_k->tiles_right(out, j->b + panel * SIDE, j->ldb, j->k, n);
+        lt_k->tiles_right(out, 0, j->b + panel * SIDE, j->ldb, j->k, n);
         return;
     }
     for (int64_t l = 0; l < j->k; l += SIDE, out += LT_TILES_BLOCK) {
         const int64_t k = lt_min_i64(SIDE, j->k - l);
 
         lt_k->turn(turned, SIDE, j->b + panel * SIDE * j->ldb + l, j->ldb, n, k, false);
-        lt_k->tiles_right(out, turned, SIDE, k, n);
+        lt_k->tiles_right(out, 0, turned, SIDE, k, n);
     }
 }
 
@@ -155,7 +155,8 @@ static void multiply(const job_task *t, lt_real *a, lt_real *made, int64_t colum
         g.segments = (i + 1) * sides / parts - from;
         g.b = j->packed + column / SIDE * g.b_panel + from * LT_TILES_BLOCK;
         g.add = i > 0;
-        g.fetch = i + 1 == parts ? j->c + t->row * j->n + column : NULL, g.fetch_row = j->n, g.fetch_plane = LT_BLOCK;
+        if (i + 1 == parts)
+            g.fetch = (lt_fetch){ j->c + t->row * j->n + column, j->n, t->rows, lt_ceil_div(columns, LT_BLOCK) };
         if (parts > 1 || column == t->column)
             pack_rows(t, a, from, g.segments);
         lt_k->gemm_tiles(&g);
@@ -294,9 +295,7 @@ static void pack_terms(const sums_task *t, lt_real *a, lt_real *b, int64_t at)
     const int64_t k = lt_min_i64(SIDE, j->k - at);
 
     lt_k->tiles_left_turned(a, j->a + at * j->m + t->row, j->m, k, t->rows);
-    for (int64_t c = 0; c < t->columns; c += SIDE)
-        lt_k->tiles_right(b + c / SIDE * SUMS * LT_TILES_BLOCK, j->b + at * j->n + t->column + c, j->n, k,
-                          lt_min_i64(SIDE, t->columns - c));
+    lt_k->tiles_right(b, SUMS * LT_TILES_BLOCK, j->b + at * j->n + t->column, j->n, k, t->columns);
 }
 
 static void run_sums(void *ctx, lt_real *b, lt_real *a)

@@ -205,6 +205,7 @@ typedef struct {
  * number as three bfloat16s (amx/tiles.h): what row i of a line has of segment s are the LT_TILES_ROW elements at
  * a[segment[s] + i * LT_TILES_ROW], and lines are `line` elements apart. LT_TILES_SIDE rows are read at a time, also
  * behind the last one. */
+typedef struct { const lt_real *at; int64_t row, rows, lines; } lt_fetch;  /* cache lines to fetch meanwhile, in each row */
 enum { LT_TILES_SIDE = 32, LT_TILES_ROW = 3 * LT_TILES_SIDE / 2, LT_TILES_BLOCK = LT_TILES_SIDE * LT_TILES_ROW };
 typedef struct {
     const lt_real *a;
@@ -216,8 +217,7 @@ typedef struct {
     lt_real *c;                 /* row i of a line, column j: c[i * c_row + j / LT_BLOCK * plane + j % LT_BLOCK] */
     int64_t c_row, c_line, plane;
     bool add;
-    const lt_real *fetch;       /* where row 0 goes later: lines to fetch meanwhile; or NULL */
-    int64_t fetch_row, fetch_line, fetch_plane;
+    lt_fetch fetch;             /* what is written later */
 } lt_tiles;
 
 /* A depthwise convolution over one block of a map; the window is 3 or 5 wide and high, and goes by 1 or 2. */
@@ -507,19 +507,19 @@ typedef struct lt_kernels {
     void (*wino_block_grad)(lt_real *out, int64_t place, int64_t panel, const lt_real *const d[16]);
     void (*wino_block_windows)(lt_real *out, const lt_real *m, int64_t place);
 
-    /* ---- products on AMX's tiles, for gemm_tiles.c and conv_tiles.c; NULL elsewhere ---------------------- */
+    /* ---- products on AMX's tiles, for gemm_tiles.c, conv_tiles.c and product_tiles.c; NULL elsewhere ----- */
     /* gemm_tiles: what g says. Each element is within 1e-6 of the terms' sizes from the sum.
      * tiles_left: n rows of one segment, at x + i * row: cols elements, from the 17th on at x + half, times those of
      * gate, unless NULL;
      * tiles_left_turned: the same from the transpose of those, k rows of n columns, at most LT_TILES_SIDE of them; rows
      * are made up to a multiple of LT_TILES_SIDE;
-     * tiles_right: k rows of one panel, n columns of it, ld elements apart, in blocks of LT_TILES_BLOCK elements for
-     * LT_TILES_SIDE rows each, zeros for what is not there. */
+     * tiles_right: k rows of n columns, ld elements apart, in panels of LT_TILES_SIDE columns, `panel` elements apart, of
+     * blocks of LT_TILES_BLOCK elements for LT_TILES_SIDE rows each; zeros for what is not there. */
     void (*gemm_tiles)(const lt_tiles *g);
     void (*tiles_left)(lt_real *out, const lt_real *x, int64_t half, int64_t row, int64_t cols, int64_t n,
                        const lt_real *gate);
     void (*tiles_left_turned)(lt_real *out, const lt_real *x, int64_t ld, int64_t k, int64_t n);
-    void (*tiles_right)(lt_real *out, const lt_real *b, int64_t ld, int64_t k, int64_t n);
+    void (*tiles_right)(lt_real *out, int64_t panel, const lt_real *b, int64_t ld, int64_t k, int64_t n);
 
     /* fma_loop: rounds of independent fused multiply-adds on registers; returns how many single
      * operations (two per multiply-add and lane) were done. *sink keeps the compiler honest. */

@@ -39,8 +39,7 @@ static scratch *thread_scratch(void)
     return s;
 }
 
-/* What follows the sum, for this tile. */
-static lt_epilogue epilogue_of(const lt_product *p, const lt_tile *t, int64_t image)
+lt_epilogue lt_product_epilogue(const lt_product *p, const lt_tile *t, int64_t image)
 {
     lt_epilogue e = *p->e;
 
@@ -73,7 +72,7 @@ static void multiply(const lt_product *p, const lt_tile *t, int64_t image, const
     lt_epilogue e;
 
     if (last)
-        e = epilogue_of(p, t, image);
+        e = lt_product_epilogue(p, t, image);
     if (p->bytes)
         multiply_bytes(p, t, c, a, b, k0, k, last ? &e : NULL);
     else if (p->rows)
@@ -161,7 +160,10 @@ static void run_tile(void *ctx, lt_real *a, lt_real *b)
 
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to)
 {
-    lt_with_scratch(run_tile, &(tile_call){ p, t, from, to });
+    if (p->left)
+        lt_product_tiles_tile(p, t, from, to);
+    else
+        lt_with_scratch(run_tile, &(tile_call){ p, t, from, to });
 }
 
 /* One block of k of one tile; count: all rows or columns, of which a tile has `size`. */
@@ -211,10 +213,16 @@ int64_t lt_product_packed_b(int64_t n, int64_t k)
 
 void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out)
 {
-    pack_all(p, 1, m, tile_m, out, run_pack_a);
+    if (p->left)
+        lt_product_tiles_pack_a(p, m, tile_m, out);
+    else
+        pack_all(p, 1, m, tile_m, out, run_pack_a);
 }
 
 void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t tile_n, lt_real *out)
 {
-    pack_all(p, images, n, tile_n, out, run_pack_b);
+    if (p->left)
+        lt_product_tiles_pack_b(p, images, n, out);
+    else
+        pack_all(p, images, n, tile_n, out, run_pack_b);
 }

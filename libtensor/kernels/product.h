@@ -15,7 +15,7 @@ typedef struct { int64_t m0, m, n0, n; } lt_tile;
 
 typedef struct lt_product {
     int64_t k;
-    const lt_real *a;           /* all of A as lt_product_pack_a left it; or NULL, then pack_a */
+    const lt_real *a;           /* all of A as lt_product_pack_a left it; or NULL, then pack_a or left */
     const lt_real *rows;        /* A as it is, with packed B only: element (i, l) is rows[i * ld_rows + l]; or NULL */
     int64_t ld_rows;
     const lt_real *b;           /* all of B as lt_product_pack_b left it; or NULL, then pack_b */
@@ -24,6 +24,11 @@ typedef struct lt_product {
     void (*pack_a)(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
     void (*pack_b)(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
                    int64_t k);
+    /* In the place of pack_a where AMX's tiles multiply: the tile's rows as of tiles_left, every LT_TILES_SIDE terms
+     * `step` elements apart; or NULL. Then rows of tiles begin at multiples of LT_TILES_SIDE. */
+    void (*left)(const void *ctx, lt_real *out, int64_t step, const lt_tile *t, int64_t k0, int64_t k);
+    const lt_real *map;         /* for tiles, B as it is: element (l, j) is map[l * ld_map + j]; or NULL, then pack_b */
+    int64_t ld_map, map_step;
     lt_real *c;                 /* the tile's first element in image 0's result */
     int64_t ldc, c_step;        /* between rows, between images */
     bool add;
@@ -38,6 +43,9 @@ typedef struct lt_product {
  * t->m <= LT_TILE_M. Uses the thread's scratch, unless p->rows and p->b are there.
  */
 void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to);
+
+/* lt_product_epilogue - what p->e says of this tile of one image */
+lt_epilogue lt_product_epilogue(const lt_product *p, const lt_tile *t, int64_t image);
 
 /**
  * lt_with_scratch - run fn with the calling thread's scratch: LT_SCRATCH_A and LT_SCRATCH_B elements
@@ -60,10 +68,19 @@ static inline int64_t lt_product_blocks(int64_t k)
  *
  * out has m * k elements, or lt_product_packed_b(n, k) for each image: columns make whole panels. The part
  * of a tile at m0 and a block at k0 starts at m0 * k + k0 * (the tile's rows); columns likewise.
+ * With left it has lt_product_tiles_a(m, k) elements, or lt_product_tiles_b(n, k) for each image: product_tiles.c.
  */
 int64_t lt_product_packed_b(int64_t n, int64_t k);
 void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out);
 void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t tile_n, lt_real *out);
+
+/* product_tiles.c: the same for products that have left, for product.c */
+enum { LT_PRODUCT_TILES_M = 256, LT_PRODUCT_TILES_N = 128 };   /* the most rows of a tile, and columns at a time */
+int64_t lt_product_tiles_a(int64_t m, int64_t k);
+int64_t lt_product_tiles_b(int64_t n, int64_t k);
+void lt_product_tiles_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out);
+void lt_product_tiles_pack_b(const lt_product *p, int64_t images, int64_t n, lt_real *out);
+void lt_product_tiles_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to);
 
 /* lt_tile_size - cut n into equal parts of at most `most`, each a multiple of `unit`, but the last */
 static inline int64_t lt_tile_size(int64_t n, int64_t most, int64_t unit)

@@ -238,7 +238,7 @@ static int64_t macs(const lt_call *c)
 static const char *algorithm(const lt_call *c)
 {
     static const char *const names[] = {
-        [LT_CONV_DIRECT] = "direct", [LT_CONV_TURNED] = "turned", [LT_CONV_TAPWISE] = "tapwise",
+        [LT_CONV_DIRECT] = "direct", [LT_CONV_TILES] = "tiles", [LT_CONV_TURNED] = "turned", [LT_CONV_TAPWISE] = "tapwise",
         [LT_CONV_WINOGRAD] = "winograd", [LT_CONV_WINOGRAD2] = "winograd2",
         [LT_CONV_DEPTHWISE] = "depthwise", [LT_CONV_FEW] = "few",
     };

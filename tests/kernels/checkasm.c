@@ -164,6 +164,7 @@ static void check_products(bool plainly)
 
 static void check_products_on_tiles(bool plainly)
 {
+    check_convs_on_tiles(plainly);
     check_blocks(plainly);
     check_tiles(plainly);
 }

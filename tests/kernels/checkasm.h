@@ -26,6 +26,7 @@ void same_as_before(const float *got, size_t n, const char *fmt, ...) LT_PRINTF(
 /* plainly: also against plain loops, which are slow */
 void check_gemms(bool plainly);
 void check_convs(bool plainly);
+void check_convs_on_tiles(bool plainly);
 void check_blocks(bool plainly);
 void check_tiles(bool plainly);
 void check_int8(bool plainly);

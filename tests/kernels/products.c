@@ -211,6 +211,19 @@ static const lt_conv2d_params convs[] = {
     { 0, 2, 3, 3, 2, 3, 3, 1, 1, 0, 0, 1, 1, 1 },
 };
 
+/* Where there are AMX's tiles: sizes that end within blocks and strips, maps that end within segments */
+static const lt_conv2d_params convs_on_tiles[] = {
+    { 2, 64, 12, 13, 96, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 5, 70, 7, 7, 300, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 2, 288, 9, 9, 65, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 1, 64, 20, 33, 320, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 11, 128, 2, 3, 130, 1, 1, 1, 1, 0, 0, 1, 1, 1 },
+    { 5, 64, 11, 10, 128, 1, 1, 2, 2, 0, 0, 1, 1, 1 },
+    { 2, 66, 13, 16, 97, 3, 3, 2, 2, 1, 1, 1, 1, 1 },
+    { 1, 65, 16, 17, 64, 5, 5, 1, 1, 2, 2, 1, 1, 1 },
+    { 2, 129, 9, 8, 70, 3, 3, 1, 1, 2, 2, 2, 2, 1 },
+};
+
 typedef struct {
     const lt_conv2d_params *p;
     size_t n_x, n_w, n_y;
@@ -311,6 +324,11 @@ static bool by_winograd(const lt_conv2d_params *p)
     return how == LT_CONV_WINOGRAD || how == LT_CONV_WINOGRAD2;
 }
 
+static double bound_of(const lt_conv2d_params *p)
+{
+    return by_winograd(p) ? winograd_bound : lt_conv2d_algorithm(p) == LT_CONV_TILES ? 1e-6 : 0;
+}
+
 static void check_near(const conv_data *d, const float *got, const char *name)
 {
     double *sum = calloc(d->n_y, sizeof(double)), *size = calloc(d->n_y, sizeof(double));
@@ -318,7 +336,7 @@ static void check_near(const conv_data *d, const float *got, const char *name)
 
     each_pair(d->p, pair_sum, &s);
     for (size_t i = 0; i < d->n_y; i++)
-        expect_near(got[i], sum[i], winograd_bound * size[i], "Winograd", name, i);
+        expect_near(got[i], sum[i], bound_of(d->p) * size[i], "conv", name, i);
     free(sum), free(size);
 }
 
@@ -336,7 +354,7 @@ static void check_forward(const conv_data *d, const char *name, bool plainly)
     lt_conv2d_pack(p, d->w, packed);
     lt_conv2d_forward(p, d->x, packed, &(lt_conv2d_around){ 0 }, got, work);
     same_as_before(got, d->n_y, "conv forward %s", name);
-    if (plainly && by_winograd(p)) {
+    if (plainly && bound_of(p) > 0) {
         check_near(d, got, name);
         memcpy(want, got, d->n_y * sizeof(float));
     } else if (plainly) {
@@ -539,6 +557,14 @@ static void check_conv(const lt_conv2d_params *p, bool plainly)
     check_gradient(&d, "conv weight gradient", name, d.n_w, pair_weights, plainly, false);
     check_bias(&d, name);
     free_array(d.x), free_array(d.w), free_array(d.dy), free_array(d.bias), free_array(d.residual);
+}
+
+void check_convs_on_tiles(bool plainly)
+{
+    for (size_t i = 0; i < LT_COUNT(convs_on_tiles); i++) {
+        expect_near(lt_conv2d_algorithm(&convs_on_tiles[i]), LT_CONV_TILES, 0, "algorithm", "conv on tiles", i);
+        check_conv(&convs_on_tiles[i], plainly);
+    }
 }
 
 void check_convs(bool plainly)
