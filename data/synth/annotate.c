@@ -51,7 +51,7 @@ static void annotate_contact(const synth_stage *s, synth_picture *out)
 void synth_annotate(const synth_stage *s, int camera, int k, const synth_posed_hand *world,
                     synth_picture *out)
 {
-    const synth_camera *c = &s->camera[camera];
+    const synth_camera *c = &s->camera[synth_stage_view(s, camera, k)];
     const synth_moment *m = &s->sequence.moment[s->kept[k]];
 
     out->camera = (lt_camera){ c->fx, c->fy, c->cx, c->cy };

@@ -122,7 +122,7 @@ static void mirror_pose(double R[9], double t[3])
 static synth_dexycb_frame frame_of(const synth_session *s, const synth_shot *shot)
 {
     const dexycb_state *d = s->state;
-    const synth_camera *c = &shot->stage->camera[shot->camera];
+    const synth_camera *c = &shot->stage->camera[synth_stage_view(shot->stage, shot->camera, shot->k)];
     synth_dexycb_frame f = { .sequence = &d->sequence, .hand = s->hand, .picture = &shot->picture,
                              .camera = shot->camera };
 

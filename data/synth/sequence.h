@@ -55,7 +55,7 @@ typedef struct {
 lt_status synth_sequence_new(lt_arena *arena, const synth_sequence_spec *spec, synth_sequence *out);
 
 /**
- * synth_sequence_join - n sequences one after the other, as rounds of one: the camera rests between them
+ * synth_sequence_join - n sequences one after the other, as rounds of one: nothing is filmed between them
  *
  * The moments live in the arena. Errors: LT_ENOMEM.
  */

@@ -181,15 +181,52 @@ static lt_status furnish(lt_arena *arena, const synth_sight *sight, const synth_
     return LT_OK;
 }
 
-static void place_cameras(const synth_sight *sight, const synth_setting *setting, int number, synth_stage *s)
+int synth_stage_view(const synth_stage *s, int camera, int k)
 {
+    return camera * s->n_views + (s->n_views == 1 ? 0 : s->sequence.moment[s->kept[k]].round);
+}
+
+static void set_lens(const synth_camera *lens, synth_camera *c)
+{
+    c->fx = lens->fx;
+    c->fy = lens->fy;
+    c->cx = lens->cx;
+    c->cy = lens->cy;
+}
+
+/* One camera that walks: for each round it is chosen anew, but for its lens. */
+static void walk(const synth_stage *s, const synth_sight *sight, int number, synth_camera *camera)
+{
+    const uint64_t stream = lt_rng_mix(s->stream, VIEW);
+
+    for (int v = 0, k = 0, n; v < s->n_views; v++, k += n) {
+        for (n = 0; k + n < s->n_kept && synth_stage_view(s, 0, k + n) == v; n++)
+            ;
+        synth_view_choose(sight + k, n, s->seed, synth_round_stream(stream, v), number * s->n_views + v, 1, &camera[v]);
+        set_lens(&camera[0], &camera[v]);
+    }
+}
+
+static lt_status place_cameras(lt_arena *arena, const synth_sight *sight, const synth_setting *setting, int number,
+                               synth_stage *s)
+{
+    const int n = s->n_cameras * s->n_views;
+    synth_camera *camera = lt_arena_array(arena, (size_t)n, sizeof(*camera));
+    synth_sensor *sensor = lt_arena_array(arena, (size_t)n, sizeof(*sensor));
+
+    if (!camera || !sensor)
+        return lt_error(LT_ENOMEM, "synth: no memory for %d cameras", n);
     if (setting->camera)
-        memcpy(s->camera, setting->camera, (size_t)s->n_cameras * sizeof(s->camera[0]));
+        memcpy(camera, setting->camera, (size_t)n * sizeof(*camera));
+    else if (s->n_views > 1)
+        walk(s, sight, number, camera);
     else
-        synth_view_choose(sight, s->n_kept, s->seed, lt_rng_mix(s->stream, VIEW), number * s->n_cameras,
-                          s->n_cameras, s->camera);
-    for (int c = 0; c < s->n_cameras; c++)
-        s->sensor[c] = synth_sensor_random(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SENSOR), (uint64_t)c));
+        synth_view_choose(sight, s->n_kept, s->seed, lt_rng_mix(s->stream, VIEW), number * n, n, camera);
+    for (int i = 0; i < n; i++)
+        sensor[i] = synth_sensor_random(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SENSOR), (uint64_t)i));
+    s->camera = camera;
+    s->sensor = sensor;
+    return LT_OK;
 }
 
 /* The object taken with one grasp after the other. */
@@ -213,7 +250,8 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
                           int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream, synth_stage *out)
 {
     synth_stage s = { .hand = hand, .subject = subject, .prop = prop, .n_kept = n_frames,
-                      .n_cameras = n_cameras, .depth_unit = setting->depth_unit, .seed = seed, .stream = stream };
+                      .n_cameras = n_cameras, .n_views = n_cameras == 1 && !setting->camera ? n_grasps : 1,
+                      .depth_unit = setting->depth_unit, .seed = seed, .stream = stream };
     synth_sight *sight;
     synth_room *room = NULL;
     lt_status st;
@@ -230,8 +268,10 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
     st = furnish(arena, sight, setting, &s, &room);
     if (st)
         return st;
-    place_cameras(sight, setting, number, &s);
-    if (!synth_room_paint(room, s.camera, n_cameras) || !synth_texture_paint(s.cloth))
+    st = place_cameras(arena, sight, setting, number, &s);
+    if (st)
+        return st;
+    if (!synth_room_paint(room, s.camera, n_cameras * s.n_views) || !synth_texture_paint(s.cloth))
         return lt_error(LT_ENOMEM, "synth: no memory for a room");
     *out = s;
     return LT_OK;
@@ -327,11 +367,11 @@ static lt_status gather(lt_arena *arena, const synth_stage *s, const synth_momen
     return LT_OK;
 }
 
-static synth_scene scene_of(const synth_stage *s, const cast *c, int camera)
+static synth_scene scene_of(const synth_stage *s, const cast *c, int view)
 {
     synth_scene scene = { .instance = c->instance, .n_instances = c->n, .light = s->room->light,
                           .n_lights = s->room->n_lights, .focus_radius = s->room->focus_radius,
-                          .camera = s->camera[camera], .target = (uint8_t)s->prop->id };
+                          .camera = s->camera[view], .target = (uint8_t)s->prop->id };
 
     memcpy(scene.sky, s->room->sky, sizeof(scene.sky));
     memcpy(scene.ground, s->room->ground, sizeof(scene.ground));
@@ -340,9 +380,9 @@ static synth_scene scene_of(const synth_stage *s, const cast *c, int camera)
     return scene;
 }
 
-static void wrist_pixel(const synth_stage *s, int camera, const synth_moment *m, double uv[2])
+static void wrist_pixel(const synth_stage *s, int view, const synth_moment *m, double uv[2])
 {
-    const synth_camera *c = &s->camera[camera];
+    const synth_camera *c = &s->camera[view];
     const lt_camera cam = { c->fx, c->fy, c->cx, c->cy };
     double p[3];
 
@@ -356,16 +396,16 @@ static bool same_round(const synth_stage *s, int a, int b)
 }
 
 /* How far the wrist moves in the picture while the shutter is open. */
-static void smear(const synth_stage *s, int camera, int moment, float out[2])
+static void smear(const synth_stage *s, int view, int moment, float out[2])
 {
-    lt_rng rng = lt_rng_make(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SHUTTER), (uint64_t)camera));
+    lt_rng rng = lt_rng_make(s->seed, lt_rng_mix(lt_rng_mix(s->stream, SHUTTER), (uint64_t)view));
     const double open = lt_rng_range(&rng, 0.008, 0.016) * FRAMES_PER_SECOND;
     const int before = same_round(s, moment, moment - 1) ? moment - 1 : moment;
     const int after = same_round(s, moment, moment + 1) ? moment + 1 : moment;
     double a[2], b[2];
 
-    wrist_pixel(s, camera, &s->sequence.moment[before], a);
-    wrist_pixel(s, camera, &s->sequence.moment[after], b);
+    wrist_pixel(s, view, &s->sequence.moment[before], a);
+    wrist_pixel(s, view, &s->sequence.moment[after], b);
     for (int k = 0; k < 2; k++)
         out[k] = (float)(open * (b[k] - a[k]) / (after - before));
 }
@@ -375,21 +415,22 @@ lt_status synth_stage_film(const synth_stage *s, int camera, int k, const synth_
 {
     const synth_moment *m = &s->sequence.moment[s->kept[k]];
     const uint64_t frame = lt_rng_mix((uint64_t)camera, (uint64_t)k);
-    synth_sensor sensor = s->sensor[camera];
+    const int view = synth_stage_view(s, camera, k);
+    synth_sensor sensor = s->sensor[view];
     lt_arena *arena = lt_arena_new();
     cast *c = arena ? lt_arena_alloc(arena, sizeof(*c)) : NULL;
     lt_status st = c ? gather(arena, s, m, hand, c) : lt_error(LT_ENOMEM, "synth: no memory for a frame");
 
     if (!st) {
-        const synth_scene scene = scene_of(s, c, camera);
+        const synth_scene scene = scene_of(s, c, view);
         st = synth_render(&scene, out);
     }
     if (!st) {
         sensor.stream = lt_rng_mix(lt_rng_mix(s->stream, NOISE), frame);
         sensor.seed = s->seed;
-        smear(s, camera, s->kept[k], sensor.motion);
+        smear(s, view, s->kept[k], sensor.motion);
         synth_sensor_image(&sensor, out);
-        synth_sensor_depth(out, s->camera[camera].fx, s->depth_unit, s->seed,
+        synth_sensor_depth(out, s->camera[view].fx, s->depth_unit, s->seed,
                            lt_rng_mix(lt_rng_mix(s->stream, DEPTH_NOISE), frame), depth);
     }
     lt_arena_free(arena);

@@ -64,9 +64,9 @@ typedef struct {
     synth_sequence sequence;
     const int *kept;                            /* n_kept moments that become frames */
     int n_kept;
-    synth_camera camera[SYNTH_MAX_CAMERAS];
-    synth_sensor sensor[SYNTH_MAX_CAMERAS];
-    int n_cameras;
+    const synth_camera *camera;                 /* (n_cameras, n_views); a frame's: synth_stage_view */
+    const synth_sensor *sensor;
+    int n_cameras, n_views;                     /* views: where each camera stands, one after the other */
     uint64_t seed, stream;
 } synth_stage;
 
@@ -76,6 +76,7 @@ typedef struct {
  *   grasp        n_grasps in the prop's frame, for this subject's hand: the object is taken with one after the
  *                other
  *   n_frames     to keep, spread evenly over the motion
+ *   n_cameras    several stand still; one alone is in somebody's hand, who walks on from grasp to grasp
  *   number       of the take in its dataset
  *   setting      of its layout
  *   out          lives in the arena; subject, prop and hand must outlive it
@@ -86,6 +87,9 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
                           const synth_prop *prop, const synth_grasp *grasp, int n_grasps, int n_frames, int number,
                           int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream,
                           synth_stage *out);
+
+/* synth_stage_view - the index in camera and sensor of frame k of a camera */
+int synth_stage_view(const synth_stage *s, int camera, int k);
 
 /* synth_stage_pose - the hand at a moment, in the world */
 void synth_stage_pose(const synth_stage *s, const synth_moment *m, synth_posed_hand *out);
