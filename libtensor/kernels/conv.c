@@ -171,7 +171,6 @@ static void forward_groups(const lt_conv2d_params *p, const lt_real *x, const lt
         j.product.c = y + g * j.m * j.n;
         j.product.e = &tail;
         j.product.b_step = conv_job_shared(&j);
-        conv_job_map(&j);
         if (j.product.b_step) {
             lt_product_pack_b(&j.product, p->n, j.n, j.tile_n, work);
             j.product.b = work;

@@ -155,7 +155,6 @@ static void run_class(data_job *d, data_pass *pass)
         j->product.add = pass->add && !strided(p);
         j->product.b = NULL;
         j->product.b_step = conv_job_shared(j);
-        conv_job_map(j);
         if (j->product.b_step) {
             lt_product_pack_b(&j->product, p->n, j->n, j->tile_n, pass->maps);
             j->product.b = pass->maps;

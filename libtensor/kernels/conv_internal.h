@@ -101,15 +101,16 @@ void conv_run_rect(conv_job *j, conv_taps *t, lt_rect r, const lt_real *x, const
 /* conv_on_tiles - whether this CPU has AMX's tiles, and a product of a group enough to do for them */
 bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k);
 
-/* lt_product's pack_a, left and pack_b */
+/* lt_product's pack_a, left, pack_b and right */
 void conv_pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
 void conv_left_weights(const void *ctx, lt_real *out, int64_t step, const lt_tile *t, int64_t k0, int64_t k);
 void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k);
+const lt_real *conv_right_positions(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image, int64_t k0,
+                                    int64_t k);
 
 /**
  * conv_job_cut    - choose how to multiply, cut m x n into tiles, and images into tasks
  * conv_job_packed - elements of the packed matrix
- * conv_job_map    - let tiles read the map as it is, where the matrix is the map; image is there
  * conv_job_tile   - tile (tm, tn)
  * conv_job_tasks  - of the product
  * conv_job_run    - one of them; for lt_parallel_for
@@ -118,7 +119,6 @@ void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_
  */
 void conv_job_cut(conv_job *j);
 int64_t conv_job_packed(const conv_job *j);
-void conv_job_map(conv_job *j);
 lt_tile conv_job_tile(const conv_job *j, int64_t tm, int64_t tn);
 int64_t conv_job_tasks(const conv_job *j);
 void conv_job_run(void *ctx, int64_t task);

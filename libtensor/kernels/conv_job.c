@@ -82,6 +82,23 @@ void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_
         lt_k->scale_panels(out, out, j->gate + image * j->p->c + k0, k, t->n);
 }
 
+const lt_real *conv_right_positions(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image, int64_t k0,
+                                    int64_t k)
+{
+    const conv_job *j = ctx;
+    lt_conv_image at = j->image;
+
+    at.x += image * j->image_step;
+    if (j->plain && !j->gate) {
+        *ld = at.h * at.w;
+        return at.x + k0 * *ld + t->n0;
+    }
+    lt_k->image_rows(room, *ld, &at, t->n0, t->n, k0, k);
+    for (int64_t l = 0; j->gate && l < k; l++)
+        lt_k->scale(room + l * *ld, room + l * *ld, j->gate[image * j->p->c + k0 + l], (size_t)t->n);
+    return room;
+}
+
 /* Images share the packed weights, so several go into a task while that leaves enough of them. */
 static int64_t images_at_once(const conv_job *j)
 {
@@ -106,7 +123,7 @@ static int64_t most_columns(const conv_job *j)
 
 bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k)
 {
-    enum { FEW = 64, LITTLE = 1 << 20 };        /* channels, positions; multiplications */
+    enum { FEW = 64, LITTLE = 1 << 24 };        /* channels, positions; multiplications */
 
     return lt_k->gemm_tiles && p->groups == 1 && p->c >= FEW && p->o >= FEW && n * p->n >= FEW
            && m * n * p->n * k >= LITTLE;
@@ -126,6 +143,7 @@ void conv_job_cut(conv_job *j)
     int64_t wanted, rows;
 
     j->product.left = tiles ? conv_left_weights : NULL;
+    j->product.right = tiles ? conv_right_positions : NULL;
     j->tile_n = lt_tile_size(j->n, tiles ? 2 * LT_PRODUCT_TILES_N : most_columns(j), tiles ? LT_TILES_SIDE : 64);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     wanted = lt_ceil_div(TASKS, j->tiles_n * j->p->n);
@@ -133,12 +151,6 @@ void conv_job_cut(conv_job *j)
     j->tile_m = lt_tile_size(j->m, lt_min_i64(most, rows), unit);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->images = images_at_once(j);
-}
-
-void conv_job_map(conv_job *j)
-{
-    j->product.map = j->plain && !j->gate ? j->image.x : NULL;
-    j->product.ld_map = j->n, j->product.map_step = j->image_step;
 }
 
 lt_tile conv_job_tile(const conv_job *j, int64_t tm, int64_t tn)

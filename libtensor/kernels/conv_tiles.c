@@ -76,13 +76,21 @@ static tiles_job plan(const lt_conv2d_params *p)
     return j;
 }
 
+/* Channels are made up to whole blocks of tiles: up to an eighth more of them. */
+static bool fills_tiles(const lt_conv2d_params *p)
+{
+    const int64_t made = lt_ceil_div(p->c, LT_TILES_SIDE) * lt_ceil_div(p->o, LT_TILES_SIDE) * LT_TILES_SIDE * LT_TILES_SIDE;
+
+    return 7 * made <= 8 * p->c * p->o;
+}
+
 bool lt_conv_tiles_suits(const lt_conv2d_params *p)
 {
     enum { FEW = 64, LITTLE = 1 << 24 };        /* channels; multiplications */
     int64_t positions;
     tiles_job j;
 
-    if (!lt_k->gemm_tiles || p->groups > 1 || p->c < FEW || p->o < FEW || conv_nothing(p))
+    if (!lt_k->gemm_tiles || p->groups > 1 || p->c < FEW || p->o < FEW || conv_nothing(p) || !fills_tiles(p))
         return false;
     positions = p->n * lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
     if (positions < POSITIONS || positions * p->c * p->o * p->kh * p->kw < LITTLE)

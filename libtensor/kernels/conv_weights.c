@@ -331,23 +331,21 @@ static void pack_left(const void *ctx, lt_real *out, int64_t step, const lt_tile
     }
 }
 
-/* Maps n0 to n0 + n, turned */
-static void pack_panel(const piece *w, lt_real *out, const stretch *s, int64_t n0, int64_t n)
+static void pack_x_panel(const piece *w, lt_real *out, const stretch *s, int64_t n0, int64_t n)
 {
     const weights_job *j = w->j;
+    const lt_real *x = x_of(w, s->image);
 
-    if (j->swapped || conv_pointwise(&j->p)) {
-        const lt_real *map = (j->swapped ? dy_of : x_of)(w, s->image);
-
-        lt_k->pack_b(out, map + n0 * j->positions + s->at, 1, j->positions, s->n, n);
+    if (conv_pointwise(&j->p)) {
+        lt_k->pack_b(out, x + n0 * j->positions + s->at, 1, j->positions, s->n, n);
     } else {
-        const lt_conv_image g = conv_window_image(&j->p, x_of(w, s->image), &j->taps);
+        const lt_conv_image g = conv_window_image(&j->p, x, &j->taps);
 
         lt_k->pack_image_t(out, &g, s->at, s->n, n0, n);
     }
 }
 
-static void pack_right(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k)
+static void pack_x(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k)
 {
     const piece *w = ctx;
     const int nr = lt_k->nr;
@@ -357,9 +355,44 @@ static void pack_right(const void *ctx, lt_real *out, const lt_tile *t, int64_t 
         for (int64_t done = 0; done < k;) {
             const stretch s = stretch_at(w, k0 + done, k - done);
 
-            pack_panel(w, out + i * k + done * nr, &s, t->n0 + i, lt_min_i64(nr, t->n - i));
+            pack_x_panel(w, out + i * k + done * nr, &s, t->n0 + i, lt_min_i64(nr, t->n - i));
             done += s.n;
         }
+}
+
+/* Columns n0 to n0 + n of x, turned: positions are rows. */
+static void turn_windows(const piece *w, lt_real *out, int64_t ld, const stretch *s, int64_t n0, int64_t n)
+{
+    enum { AT_ONCE = 32, LD = LT_PACK_K + WINDOW_SLACK };
+    const lt_conv_image g = conv_window_image(&w->j->p, x_of(w, s->image), &w->j->taps);
+    lt_real lines[AT_ONCE * LD];
+
+    for (int64_t i = 0; i < n; i += AT_ONCE) {
+        const int64_t count = lt_min_i64(AT_ONCE, n - i);
+
+        lt_k->image_rows(lines, LD, &g, s->at, s->n, n0 + i, count);
+        lt_k->turn(out + i, ld, lines, LD, count, s->n, false);
+    }
+}
+
+static const lt_real *pack_right(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image, int64_t k0,
+                                 int64_t k)
+{
+    const piece *w = ctx;
+    const int64_t plane = w->j->positions;
+
+    (void)image;
+    for (int64_t done = 0; done < k;) {
+        const stretch s = stretch_at(w, k0 + done, k - done);
+        const lt_real *maps = (w->j->swapped ? dy_of : x_of)(w, s.image);
+
+        if (w->j->swapped || conv_pointwise(&w->j->p))
+            lt_k->turn(room + done * *ld, *ld, maps + t->n0 * plane + s.at, plane, t->n, s.n, false);
+        else
+            turn_windows(w, room + done * *ld, *ld, &s, t->n0, t->n);
+        done += s.n;
+    }
+    return room;
 }
 
 /* One chunk adds to dw, as its chains' beginning; several have a place each. */
@@ -370,9 +403,9 @@ static void run_product(void *ctx, int64_t task)
     const bool alone = j->chunks == 1 && !j->swapped;
     lt_real *sums = alone ? j->dw : j->part + w.chunk * conv_weight_count(&j->p);
     const lt_product product = {
-        .k = (w.to - w.from) * j->positions, .ctx = &w, .pack_a = pack_dy, .left = j->tiles ? pack_left : NULL,
-        .pack_b = pack_right, .c = sums + (w.group * conv_group_o(&j->p) + w.t.m0) * j->n + w.t.n0, .ldc = j->n,
-        .add = alone,
+        .k = (w.to - w.from) * j->positions, .ctx = &w, .pack_a = pack_dy, .pack_b = pack_x,
+        .left = j->tiles ? pack_left : NULL, .right = pack_right,
+        .c = sums + (w.group * conv_group_o(&j->p) + w.t.m0) * j->n + w.t.n0, .ldc = j->n, .add = alone,
     };
 
     lt_product_tile(&product, &w.t, 0, 1);

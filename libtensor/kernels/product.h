@@ -24,11 +24,12 @@ typedef struct lt_product {
     void (*pack_a)(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
     void (*pack_b)(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
                    int64_t k);
-    /* In the place of pack_a where AMX's tiles multiply: the tile's rows as of tiles_left, every LT_TILES_SIDE terms
-     * `step` elements apart; or NULL. Then rows of tiles begin at multiples of LT_TILES_SIDE. */
+    /* Where AMX's tiles multiply, in the place of the two above; else NULL. Rows of tiles begin at multiples of
+     * LT_TILES_SIDE then. left: the tile's rows as of tiles_left, every LT_TILES_SIDE terms `step` elements apart. right:
+     * rows of B for the tile's columns, *ld elements apart, wherever they are, or in room, LT_PRODUCT_ROOM apart. */
     void (*left)(const void *ctx, lt_real *out, int64_t step, const lt_tile *t, int64_t k0, int64_t k);
-    const lt_real *map;         /* for tiles, B as it is: element (l, j) is map[l * ld_map + j]; or NULL, then pack_b */
-    int64_t ld_map, map_step;
+    const lt_real *(*right)(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image, int64_t k0,
+                            int64_t k);
     lt_real *c;                 /* the tile's first element in image 0's result */
     int64_t ldc, c_step;        /* between rows, between images */
     bool add;
@@ -75,7 +76,11 @@ void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *
 void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t tile_n, lt_real *out);
 
 /* product_tiles.c: the same for products that have left, for product.c */
-enum { LT_PRODUCT_TILES_M = 256, LT_PRODUCT_TILES_N = 128 };   /* the most rows of a tile, and columns at a time */
+enum {
+    LT_PRODUCT_TILES_M = 256,           /* the most rows of a tile, */
+    LT_PRODUCT_TILES_N = 128,           /* and columns at a time */
+    LT_PRODUCT_ROOM = LT_PRODUCT_TILES_N + LT_BLOCK,    /* for a row of them, and what is written too much */
+};
 int64_t lt_product_tiles_a(int64_t m, int64_t k);
 int64_t lt_product_tiles_b(int64_t n, int64_t k);
 void lt_product_tiles_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out);

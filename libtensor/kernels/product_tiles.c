@@ -19,8 +19,9 @@ enum {
     APART = LT_BLOCK,                                           /* or all sums would fall into a few sets of the cache */
     MADE = MOST_M * (COLUMNS + APART),
     RIGHT = COLUMNS / SIDE * SEGMENTS * LT_TILES_BLOCK,
+    ROOM = SEGMENTS * SIDE * LT_PRODUCT_ROOM,                   /* for rows of B on their way */
 };
-_Static_assert(MADE + RIGHT + SEGMENTS * SIDE * SIDE <= LT_SCRATCH_B, "a strip fits into scratch");
+_Static_assert(MADE + RIGHT + ROOM <= LT_SCRATCH_B, "a strip fits into scratch");
 
 static int64_t sides_of(int64_t n)
 {
@@ -59,20 +60,14 @@ void lt_product_tiles_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_
     lt_parallel_for(lt_ceil_div(m, tile_m) * sides_of(p->k), pack_rows, &j);
 }
 
-/* Terms k0 to k0 + k of the columns of t; room for SIDE columns of them */
+/* Terms k0 to k0 + k of the columns of t */
 static void pack_columns(const lt_product *p, lt_real *out, int64_t panel, lt_real *room, int64_t image, const lt_tile *t,
                          int64_t k0, int64_t k)
 {
-    if (p->map) {
-        lt_k->tiles_right(out, panel, p->map + image * p->map_step + k0 * p->ld_map + t->n0, p->ld_map, k, t->n);
-        return;
-    }
-    for (int64_t j = 0; j < t->n; j += SIDE) {
-        const lt_tile some = { .n0 = t->n0 + j, .n = lt_min_i64(SIDE, t->n - j) };
+    int64_t ld = LT_PRODUCT_ROOM;
+    const lt_real *rows = p->right(p->ctx, room, &ld, t, image, k0, k);
 
-        p->pack_b(p->ctx, room, &some, image, k0, k);
-        lt_k->tiles_right(out + j / SIDE * panel, 0, room, lt_k->nr, k, some.n);
-    }
+    lt_k->tiles_right(out, panel, rows, ld, k, t->n);
 }
 
 /* All terms of a strip of one image */
@@ -82,7 +77,7 @@ static void pack_strip(void *ctx, int64_t task)
     const int64_t strips = lt_ceil_div(j->count, j->size), image = task / strips, n0 = task % strips * j->size;
     const int64_t k = j->p->k, panel = sides_of(k) * LT_TILES_BLOCK;
     const lt_tile t = { .n0 = n0, .n = lt_min_i64(j->size, j->count - n0) };
-    _Alignas(LT_ALIGN) lt_real room[SEGMENTS * SIDE * SIDE];
+    _Alignas(LT_ALIGN) lt_real room[ROOM];
     lt_real *out = j->out + (image * sides_of(j->count) + n0 / SIDE) * panel;
 
     for (int64_t k0 = 0; k0 < k; k0 += SEGMENTS * SIDE)
@@ -185,7 +180,7 @@ static void run_tile(void *ctx, lt_real *a, lt_real *b)
         for (int64_t j = 0; j < t->n; j += most) {
             strip s = { .p = c->p, .t = { t->m0, t->m, t->n0 + j, lt_min_i64(most, t->n - j) }, .image = image,
                         .images = lt_min_i64(together, c->to - image), .made_row = most + APART, .left = a, .right = b,
-                        .room = b + RIGHT, .made = packed ? b : b + RIGHT + SEGMENTS * SIDE * SIDE };
+                        .room = b + RIGHT, .made = packed ? b : b + RIGHT + ROOM };
 
             s.panels = sides_of(s.t.n);
             run_strip(&s, c->p->c + j);
