@@ -98,7 +98,11 @@ typedef struct {
 void conv_forward_job(conv_job *j, const lt_conv2d_params *p, const conv_taps *t);
 void conv_run_rect(conv_job *j, conv_taps *t, lt_rect r, const lt_real *x, const lt_epilogue *e, lt_real *y);
 
-/* conv_on_tiles - whether this CPU has AMX's tiles, and a product of a group enough to do for them */
+/**
+ * conv_suits_tiles - whether this CPU has AMX's tiles, and a convolution with so many positions enough to do for them
+ * conv_on_tiles    - whether its product over the maps is best made by them: not where it is little more than writing
+ */
+bool conv_suits_tiles(const lt_conv2d_params *p, int64_t positions);
 bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k);
 
 /* lt_product's pack_a, left, pack_b and right */

@@ -107,13 +107,13 @@ static int64_t images_at_once(const conv_job *j)
     return lt_max_i64(1, lt_min_i64(j->p->n, lt_max_i64(256 / j->n, tiles * j->p->n / 32)));
 }
 
-enum { TASKS = 8 };             /* at least some eight of them */
+enum { TASKS = 8, SHALLOW = 64 };       /* at least some eight of them; terms of a sum, which are soon read */
 
 /* Where a product is little more than writing many large maps, tiles are so wide that each row of one is a run of
  * lines that the machine fetches ahead by itself. */
 static int64_t most_columns(const conv_job *j)
 {
-    enum { SHALLOW = 64, WIDE = 1024, MIDDLE = 256, NARROW = 128 };
+    enum { WIDE = 1024, MIDDLE = 256, NARROW = 128 };
     const int64_t all = j->n * j->p->n;
 
     if (j->product.k <= SHALLOW && all >= 2 * TASKS * WIDE)
@@ -121,12 +121,18 @@ static int64_t most_columns(const conv_job *j)
     return all >= TASKS * MIDDLE || j->n < 4 * j->m ? MIDDLE : NARROW;
 }
 
-bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k)
+bool conv_suits_tiles(const lt_conv2d_params *p, int64_t positions)
 {
     enum { FEW = 64, LITTLE = 1 << 24 };        /* channels, positions; multiplications */
+    const int64_t all = p->n * positions;
 
-    return lt_k->gemm_tiles && p->groups == 1 && p->c >= FEW && p->o >= FEW && n * p->n >= FEW
-           && m * n * p->n * k >= LITTLE;
+    return lt_k->gemm_tiles && p->groups == 1 && p->c >= FEW && p->o >= FEW && all >= FEW
+           && all * p->c * p->o * p->kh * p->kw >= LITTLE;
+}
+
+bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k)
+{
+    return conv_suits_tiles(p, n) && (k > SHALLOW || m <= 2 * SHALLOW);
 }
 
 int64_t conv_job_packed(const conv_job *j)

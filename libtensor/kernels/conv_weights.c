@@ -118,7 +118,7 @@ static void cut(weights_job *j)
 
     conv_window_taps(&j->taps, p);
     j->positions = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
-    j->tiles = (j->taps.n == 1 || p->c >= MANY) && conv_on_tiles(p, p->o, j->positions, p->c * j->taps.n);
+    j->tiles = (j->taps.n == 1 || p->c >= MANY) && conv_suits_tiles(p, j->positions);
     j->band = j->tiles ? (window_band){ 0 } : band_of(p);
     j->way = j->band.rows ? BY_WINDOW : strided_samples(p) ? BY_SAMPLES : BY_PRODUCT;
     set_tiles(j);
