@@ -100,12 +100,13 @@ typedef struct {
     int64_t offset[LT_DEPTHWISE_TAPS];
 } lt_depthwise;
 
-/* A leaky relu behind an op, as the op's gradient meets it: where its result y is not above 0, dy counts `slope` times.
- * Without y it stood behind affine(x, a, b), whose result has the same sign. */
+/* An activation behind an op, as the op's gradient meets it. Leaky relu: where its result y is not above 0, dy counts
+ * `slope` times; without y it stood behind affine(x, a, b), whose result has the same sign. Silu stood there, too. */
 typedef struct {
     const lt_real *y;
     lt_real slope, a, b;
-} lt_kink;
+    bool silu;
+} lt_behind;
 
 /* Some vertices of a mesh beside each other: the joints that move any of them, and how much */
 enum { LT_SKIN_GROUP = 16, LT_SKIN_JOINTS = 16, LT_SKIN_FRAME = 12 };
@@ -201,11 +202,13 @@ typedef struct {
     bool add;
 } lt_blocks;
 
-/* A product on AMX's tiles: C[lines * rows, n] = (add ? C : 0) + A B. Columns of A come in segments of LT_TILES_SIDE, each
- * number as three bfloat16s (amx/tiles.h): what row i of a line has of segment s are the LT_TILES_ROW elements at
+/* Cache lines to fetch meanwhile, so many in each row */
+typedef struct { const lt_real *at; int64_t row, rows, lines; } lt_fetch;
+
+/* A product on AMX's tiles: C[lines * rows, n] = (add ? C : 0) + A B. Columns of A come in segments of LT_TILES_SIDE,
+ * each number as three bfloat16s (amx/tiles.h): what row i of a line has of segment s are the LT_TILES_ROW elements at
  * a[segment[s] + i * LT_TILES_ROW], and lines are `line` elements apart. LT_TILES_SIDE rows are read at a time, also
  * behind the last one. */
-typedef struct { const lt_real *at; int64_t row, rows, lines; } lt_fetch;  /* cache lines to fetch meanwhile, in each row */
 enum { LT_TILES_SIDE = 32, LT_TILES_ROW = 3 * LT_TILES_SIDE / 2, LT_TILES_BLOCK = LT_TILES_SIDE * LT_TILES_ROW };
 typedef struct {
     const lt_real *a;
@@ -282,12 +285,12 @@ typedef struct lt_kernels {
     /* affine: y = act(fma(a, x, b) + residual) with one a and b, as a channel of an NCHW map has them;
      * residual may be NULL;
      * affine_cols: y[i] = act(fma(a[i], x[i], b[i])), as a row of (T, C) has them;
-     * affine_grad: dx = or += s dy + t x + u, the way a batch norm's gradient reaches its input. kink may be NULL, and
-     * dx may be dy where it does not add. */
+     * affine_grad: dx = or += s dy + t x + u, the way a batch norm's gradient reaches its input. behind may be NULL,
+     * and dx may be dy where it does not add. */
     void (*affine)(lt_real *y, const lt_real *x, lt_real a, lt_real b, const lt_real *residual, lt_act act, size_t n);
     void (*affine_cols)(lt_real *y, const lt_real *x, const lt_real *a, const lt_real *b, lt_act act,
                         size_t n);
-    void (*affine_grad)(lt_real *dx, const lt_real *dy, const lt_kink *kink, const lt_real *x, lt_real s, lt_real t,
+    void (*affine_grad)(lt_real *dx, const lt_real *dy, const lt_behind *behind, const lt_real *x, lt_real s, lt_real t,
                         lt_real u, bool add, size_t n);
 
     /* ---- reductions: 16 running sums in double, element i in sum i % 16, then a fixed tree ----- */
@@ -298,9 +301,9 @@ typedef struct lt_kernels {
 
     /* Of `runs` runs of n elements that start `step` apart, as a channel's are in an NCHW map; element i of
      * each in sum i % 16. moments: the sums of x and of x^2; grad_moments: of dy and of dy * (x - mean),
-     * where kink, with y for the first run, may be NULL. */
+     * where behind, with y for the first run, may be NULL. */
     void (*moments)(double out[2], const lt_real *x, int64_t step, int64_t runs, size_t n);
-    void (*grad_moments)(double out[2], const lt_real *dy, const lt_kink *kink, const lt_real *x, double mean,
+    void (*grad_moments)(double out[2], const lt_real *dy, const lt_behind *behind, const lt_real *x, double mean,
                          int64_t step, int64_t runs, size_t n);
     lt_real (*max)(const lt_real *x, size_t n);     /* -inf for n = 0; NaN when any is NaN */
     bool (*all_finite)(const lt_real *x, size_t n);
@@ -513,8 +516,8 @@ typedef struct lt_kernels {
      * gate, unless NULL;
      * tiles_left_turned: the same from the transpose of those, k rows of n columns, at most LT_TILES_SIDE of them; rows
      * are made up to a multiple of LT_TILES_SIDE;
-     * tiles_right: k rows of n columns, ld elements apart, in panels of LT_TILES_SIDE columns, `panel` elements apart, of
-     * blocks of LT_TILES_BLOCK elements for LT_TILES_SIDE rows each; zeros for what is not there. */
+     * tiles_right: k rows of n columns, ld elements apart, in panels of LT_TILES_SIDE columns, `panel` elements apart,
+     * of blocks of LT_TILES_BLOCK elements for LT_TILES_SIDE rows each; zeros for what is not there. */
     void (*gemm_tiles)(const lt_tiles *g);
     void (*tiles_left)(lt_real *out, const lt_real *x, int64_t half, int64_t row, int64_t cols, int64_t n,
                        const lt_real *gate);

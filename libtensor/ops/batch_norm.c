@@ -10,7 +10,7 @@
  * and a shift (lower), which a convolution before it takes into its weights.
  *
  * A plan with gradients lets it do what follows as well: y = act(batch_norm(x) + residual), with a leaky relu whose
- * result tells where its gradient passes.
+ * result tells where its gradient passes, or, without a residual, silu.
  */
 #include "libtensor/ops/common.h"
 
@@ -18,7 +18,7 @@ enum { X, WEIGHT, BIAS, MEAN, VAR, RESIDUAL, INPUTS };
 
 typedef struct {
     double eps;
-    lt_act act;                         /* leaky relu, or none */
+    lt_act act;                         /* leaky relu, silu, or none */
 } batch_norm_attr;
 
 static lt_status infer(lt_call *c)
@@ -158,35 +158,36 @@ static void collect(const lt_call *c, int64_t ch, const measure *m, double dweig
             c->din[i][ch] += (lt_real)add[i];
 }
 
-/* The leaky relu at the first plane of a channel; NULL where there is none. The result is read where a residual went
- * into it; else x says its sign, and x is read anyway. */
-static const lt_kink *kink_of(const lt_call *c, int64_t ch, lt_kink *kink)
+/* The activation at the first plane of a channel; NULL where there is none. The result is read where a residual went
+ * into it; else x says what went in, and x is read anyway. */
+static const lt_behind *behind_of(const lt_call *c, int64_t ch, lt_behind *behind)
 {
     const lt_act act = ((const batch_norm_attr *)c->attr)->act;
     const line l = line_of(c, ch, (const measure *)c->saved[0] + ch);
 
-    *kink = (lt_kink){ .slope = act.param, .a = l.scale, .b = l.shift };
+    *behind = (lt_behind){ .slope = act.param, .a = l.scale, .b = l.shift, .silu = act.kind == LT_ACT_SILU };
     if (c->in[RESIDUAL])
-        kink->y = (const lt_real *)c->out->data + plane_at(c, 0, ch);
-    return act.kind == LT_ACT_NONE ? NULL : kink;
+        behind->y = (const lt_real *)c->out->data + plane_at(c, 0, ch);
+    return act.kind == LT_ACT_NONE ? NULL : behind;
 }
 
-static void backward_residual(const lt_call *c, int64_t at, size_t n, const lt_kink *kink)
+static void backward_residual(const lt_call *c, int64_t at, size_t n, const lt_behind *behind)
 {
     op_start(c, RESIDUAL, at, (int64_t)n);
-    if (kink)
-        lt_k->leaky_relu_grad(c->din[RESIDUAL] + at, c->dout + at, kink->y, kink->slope, n);
+    if (behind)
+        lt_k->leaky_relu_grad(c->din[RESIDUAL] + at, c->dout + at, behind->y, behind->slope, n);
     else
         lt_k->add_to(c->din[RESIDUAL] + at, c->dout + at, n);
 }
 
 /* dx may be dy: of the two, the residual's gradient comes first. */
-static void backward_plane(const lt_call *c, int64_t at, size_t n, const lt_kink *kink, double s, double t, double u)
+static void backward_plane(const lt_call *c, int64_t at, size_t n, const lt_behind *behind, double s, double t,
+                           double u)
 {
     if (c->in[RESIDUAL] && c->din[RESIDUAL])
-        backward_residual(c, at, n, kink);
+        backward_residual(c, at, n, behind);
     if (c->din[X])
-        lt_k->affine_grad(c->din[X] + at, c->dout + at, kink, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u,
+        lt_k->affine_grad(c->din[X] + at, c->dout + at, behind, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u,
                           !c->fresh[X], n);
 }
 
@@ -196,17 +197,17 @@ static void backward_channel(const lt_call *c, int64_t ch)
     const measure *m = (const measure *)c->saved[0] + ch;
     const size_t n = (size_t)op_inner(c->out, 1);
     double sum[2], dbias, dweight, s, t, u;
-    lt_kink store;
-    const lt_kink *kink = kink_of(c, ch, &store);
+    lt_behind store;
+    const lt_behind *behind = behind_of(c, ch, &store);
 
-    lt_k->grad_moments(sum, c->dout + first, kink, value(c, X) + first, m->mean, step, lt_dim(c->out, 0), n);
+    lt_k->grad_moments(sum, c->dout + first, behind, value(c, X) + first, m->mean, step, lt_dim(c->out, 0), n);
     dbias = sum[0];
     dweight = sum[1] * m->rstd;
     s = value(c, WEIGHT)[ch] * m->rstd;
     t = -s * m->rstd * dweight / (double)count(c);
     u = -s * dbias / (double)count(c) - t * m->mean;
     for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
-        backward_plane(c, first + b * step, n, kink, s, t, u);
+        backward_plane(c, first + b * step, n, behind, s, t, u);
         store.y = store.y ? store.y + step : NULL;
     }
     collect(c, ch, m, dweight, dbias);
@@ -266,23 +267,31 @@ static bool absorb_for_training(lt_node *node, const lt_tail *tail);
     .recompute = recompute, .lower = lower, .absorb_for_training = absorb_for_training, .onnx = onnx, \
 }
 
-/* With a leaky relu the gradient reads the bias as well, or, behind a residual, the result. Then making it again is not
- * cheap any more. */
+/* With an activation the gradient reads the bias as well, or, behind a residual, the result. Then making it again is
+ * not cheap any more. */
 static const lt_op batch_norm_op = BATCH_NORM(LT_OP_CHEAP, 0);
-static const lt_op with_relu_op = BATCH_NORM(LT_OP_CHEAP, LT_KEEP_IN(BIAS));
+static const lt_op with_act_op = BATCH_NORM(LT_OP_CHEAP, LT_KEEP_IN(BIAS));
 static const lt_op with_residual_op = BATCH_NORM(0, LT_KEEP_IN(BIAS) | LT_KEEP_OUT(0));
+
+/* Silu's wants what went into it, which a residual hides. */
+static bool has_gradient(const lt_node *node, const lt_tail *tail)
+{
+    const lt_act_kind kind = tail->act.kind;
+
+    return kind == LT_ACT_NONE || kind == LT_ACT_LEAKY_RELU
+           || (kind == LT_ACT_SILU && !tail->addend && !node->in[RESIDUAL]);
+}
 
 static bool absorb_for_training(lt_node *node, const lt_tail *tail)
 {
     batch_norm_attr *a = node->attr;
 
-    if (tail->scale || a->act.kind != LT_ACT_NONE || (tail->addend && node->in[RESIDUAL])
-        || (tail->act.kind != LT_ACT_NONE && tail->act.kind != LT_ACT_LEAKY_RELU))
+    if (tail->scale || a->act.kind != LT_ACT_NONE || (tail->addend && node->in[RESIDUAL]) || !has_gradient(node, tail))
         return false;
     if (tail->addend)
         node->in[RESIDUAL] = tail->addend;
     a->act = tail->act;
-    node->op = node->in[RESIDUAL] ? &with_residual_op : &with_relu_op;
+    node->op = node->in[RESIDUAL] ? &with_residual_op : &with_act_op;
     return true;
 }
 

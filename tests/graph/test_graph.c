@@ -269,16 +269,20 @@ START_TEST(batch_norms_fuse_in_training)
 {
     const lt_batch_norm_layer bn1 = lt_batch_norm_layer_new(set, "bn1", 3);
     const lt_batch_norm_layer bn2 = lt_batch_norm_layer_new(set, "bn2", 3);
+    const lt_batch_norm_layer bn3 = lt_batch_norm_layer_new(set, "bn3", 3);
     lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(4, 3, 50, 31))), *y, *loss;
     lt_plan *fused, *plain;
 
     lt_init_default(set, 3);
     y = lt_relu(lt_batch_norm_layer_forward(&bn1, x));
     y = lt_leaky_relu(lt_add(lt_batch_norm_layer_forward(&bn2, lt_tanh(y)), x), 0.1);
+    y = lt_silu(lt_batch_norm_layer_forward(&bn3, y));
     loss = lt_sum(lt_mul(y, lt_tanh(y)));
     fused = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = loss });
     plain = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = loss, .no_fusion = true });
     ck_assert_int_eq(steps_of(fused, "leaky_relu", "forward") + steps_of(fused, "add", "backward"), 0);
+    ck_assert_int_eq(steps_of(fused, "silu", "forward") + steps_of(fused, "silu", "backward"), 0);
+    ck_assert_int_eq(steps_of(plain, "silu", "forward") + steps_of(plain, "silu", "backward"), 2);
     ck_assert_int_eq(steps_of(plain, "leaky_relu", "forward") + steps_of(plain, "add", "backward"), 3);
     fill(fused, x, 1);
     fill(plain, x, 1);
@@ -541,7 +545,7 @@ static lt_tensor *random_graph(lt_rng *r, lt_tensor *x, lt_tensor **made)
     for (int i = 1; i <= LAYERS; i++) {
         lt_tensor *a = t[lt_rng_below(r, (uint32_t)i)], *b = t[i - 1 - (int)lt_rng_below(r, (uint32_t)(i < 4 ? i : 4))];
 
-        switch (lt_rng_below(r, 10)) {
+        switch (lt_rng_below(r, 11)) {
         case 0: t[i] = lt_add(a, b); break;
         case 1: t[i] = lt_mul(b, lt_sigmoid(a)); break;
         case 2: t[i] = lt_leaky_relu(b, 0.1); break;
@@ -551,6 +555,7 @@ static lt_tensor *random_graph(lt_rng *r, lt_tensor *x, lt_tensor **made)
         case 6: t[i] = lt_tanh(lt_sub(a, b)); break;
         case 7: t[i] = normalised(b, a); break;
         case 8: t[i] = lt_leaky_relu(lt_add(normalised(b, b), a), 0.2); break;
+        case 9: t[i] = lt_silu(normalised(b, a)); break;
         default: t[i] = lt_dropout(b, 0.2); break;
         }
         made[i - 1] = t[i];

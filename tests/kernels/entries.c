@@ -54,12 +54,16 @@ CALL(affine_relu, k->affine(Y, A, 1.5f, -0.2f, NULL, (lt_act){ LT_ACT_RELU, 0 },
 CALL(affine_silu, k->affine(Y, A, 1.5f, -0.2f, NULL, (lt_act){ LT_ACT_SILU, 0 }, s->n))
 CALL(affine_residual, k->affine(Y, A, 1.5f, -0.2f, B, (lt_act){ LT_ACT_LEAKY_RELU, 0.2f }, s->n))
 CALL(affine_cols, k->affine_cols(Y, A, B, C, (lt_act){ LT_ACT_LEAKY_RELU, 0.2f }, s->n))
+#define RELU (&(lt_behind){ .y = C, .slope = 0.2f })
+#define RELU_OF_X (&(lt_behind){ .slope = 0.2f, .a = -1, .b = 0.3f })
+#define SILU_OF_X (&(lt_behind){ .a = -1, .b = 0.3f, .silu = true })
 CALL(affine_grad, k->affine_grad(Y, A, NULL, B, 0.5f, -2, 0.1f, false, s->n))
 CALL(affine_grad_add, k->affine_grad(Y, A, NULL, B, 0.5f, -2, 0.1f, true, s->n))
-CALL(affine_grad_kink, k->affine_grad(Y, A, &(lt_kink){ C, 0.2f, 0, 0 }, B, 0.5f, -2, 0.1f, false, s->n))
-CALL(affine_grad_kink_add, k->affine_grad(Y, A, &(lt_kink){ C, 0.2f, 0, 0 }, B, 0.5f, -2, 0.1f, true, s->n))
-CALL(affine_grad_kink_of_x, k->affine_grad(Y, A, &(lt_kink){ NULL, 0.2f, -1, 0.3f }, B, 0.5f, -2, 0.1f, false, s->n))
-CALL(affine_grad_in_place, k->affine_grad(Y, Y, &(lt_kink){ NULL, 0.2f, -1, 0.3f }, B, 0.5f, -2, 0.1f, false, s->n))
+CALL(affine_grad_relu, k->affine_grad(Y, A, RELU, B, 0.5f, -2, 0.1f, false, s->n))
+CALL(affine_grad_relu_add, k->affine_grad(Y, A, RELU, B, 0.5f, -2, 0.1f, true, s->n))
+CALL(affine_grad_relu_of_x, k->affine_grad(Y, A, RELU_OF_X, B, 0.5f, -2, 0.1f, false, s->n))
+CALL(affine_grad_silu, k->affine_grad(Y, A, SILU_OF_X, B, 0.5f, -2, 0.1f, false, s->n))
+CALL(affine_grad_in_place, k->affine_grad(Y, Y, RELU_OF_X, B, 0.5f, -2, 0.1f, false, s->n))
 CALL(sum, s->out[0] = k->sum(A, s->n))
 CALL(sumsq, s->out[0] = k->sumsq(A, s->n))
 CALL(dot, s->out[0] = k->dot(A, B, s->n))
@@ -68,8 +72,9 @@ CALL(moments, k->moments(s->out, A, 0, 1, s->n))
 CALL(moments_of_3, k->moments(s->out, A, (int64_t)s->n / 3, 3, s->n / 3))
 CALL(grad_moments, k->grad_moments(s->out, A, NULL, B, 0.3, 0, 1, s->n))
 CALL(grad_moments_of_2, k->grad_moments(s->out, A, NULL, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
-CALL(grad_moments_kink, k->grad_moments(s->out, A, &(lt_kink){ C, 0.2f, 0, 0 }, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
-CALL(grad_moments_kink_of_x, k->grad_moments(s->out, A, &(lt_kink){ NULL, 0.2f, -1, 0.3f }, B, 0.3, 0, 1, s->n))
+CALL(grad_moments_relu, k->grad_moments(s->out, A, RELU, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
+CALL(grad_moments_silu, k->grad_moments(s->out, A, SILU_OF_X, B, 0.3, 0, 1, s->n))
+CALL(grad_moments_relu_of_x, k->grad_moments(s->out, A, RELU_OF_X, B, 0.3, 0, 1, s->n))
 CALL(max, s->out[0] = (double)k->max(A, s->n))
 CALL(all_finite, s->out[0] = k->all_finite(A, s->n))
 CALL(softmax, k->softmax(Y, A, s->n))
@@ -190,9 +195,10 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(axpy_in_3), ENTRY(axpy_out_2), ENTRY(relu), ENTRY(leaky_relu), ENTRY(silu), ENTRY(elu), ENTRY(gelu),
     ENTRY(sigmoid), ENTRY(tanh), ENTRY(exp), ENTRY(relu_grad), ENTRY(leaky_relu_grad), ENTRY(silu_grad),
     ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(sigmoid_grad), ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu),
-    ENTRY(affine_silu), ENTRY(affine_residual), ENTRY(affine_cols), ENTRY(affine_grad_kink), ENTRY(grad_moments_kink),
-    ENTRY(affine_grad_add), ENTRY(affine_grad_kink_add), ENTRY(affine_grad_kink_of_x), ENTRY(affine_grad_in_place),
-    ENTRY(grad_moments_kink_of_x), ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step),
+    ENTRY(affine_silu), ENTRY(affine_residual), ENTRY(affine_cols), ENTRY(affine_grad_relu), ENTRY(grad_moments_relu),
+    ENTRY(affine_grad_add), ENTRY(affine_grad_relu_add), ENTRY(affine_grad_relu_of_x), ENTRY(affine_grad_in_place),
+    ENTRY(affine_grad_silu), ENTRY(grad_moments_silu),
+    ENTRY(grad_moments_relu_of_x), ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step),
     ENTRY(moments), ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite),
     ENTRY(softmax), ENTRY(softmax_grad), ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows),
     ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare), ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add),
