@@ -15,13 +15,15 @@ enum {
     SIDE = LT_TILES_SIDE,
     MOST_M = LT_PRODUCT_TILES_M,
     COLUMNS = LT_PRODUCT_TILES_N,
-    SEGMENTS = LT_SCRATCH_A / (MOST_M * LT_TILES_ROW),          /* at a time, of which a panel is packed */
+    FEW_SEGMENTS = LT_SCRATCH_A / (MOST_M * LT_TILES_ROW),      /* at a time, where both sides are packed for them; */
+    SEGMENTS = 8,                                               /* where one of the two is, */
     APART = LT_BLOCK,                                           /* or all sums would fall into a few sets of the cache */
     MADE = MOST_M * (COLUMNS + APART),
-    RIGHT = COLUMNS / SIDE * SEGMENTS * LT_TILES_BLOCK,
-    ROOM = SEGMENTS * SIDE * LT_PRODUCT_ROOM,                   /* for rows of B on their way */
+    RIGHT = COLUMNS / SIDE * LT_TILES_BLOCK,                    /* for each segment */
+    ROOM = SIDE * LT_PRODUCT_ROOM,                              /* likewise, for rows of B on their way */
 };
-_Static_assert(MADE + RIGHT + ROOM <= LT_SCRATCH_B, "a strip fits into scratch");
+_Static_assert(MADE + FEW_SEGMENTS * (RIGHT + ROOM) <= LT_SCRATCH_B, "sums and the right side fit into scratch");
+_Static_assert(MADE + SEGMENTS * ROOM <= LT_SCRATCH_B && SEGMENTS * RIGHT <= LT_SCRATCH_A, "alone it finds more");
 
 static int64_t sides_of(int64_t n)
 {
@@ -77,7 +79,7 @@ static void pack_strip(void *ctx, int64_t task)
     const int64_t strips = lt_ceil_div(j->count, j->size), image = task / strips, n0 = task % strips * j->size;
     const int64_t k = j->p->k, panel = sides_of(k) * LT_TILES_BLOCK;
     const lt_tile t = { .n0 = n0, .n = lt_min_i64(j->size, j->count - n0) };
-    _Alignas(LT_ALIGN) lt_real room[ROOM];
+    _Alignas(LT_ALIGN) lt_real room[SEGMENTS * ROOM];
     lt_real *out = j->out + (image * sides_of(j->count) + n0 / SIDE) * panel;
 
     for (int64_t k0 = 0; k0 < k; k0 += SEGMENTS * SIDE)
@@ -153,7 +155,7 @@ static void finish(const strip *s, int64_t image, lt_real *made, lt_real *c)
 
 static void run_strip(const strip *s, lt_real *c)
 {
-    const int64_t sides = sides_of(s->p->k), blocks = lt_ceil_div(sides, SEGMENTS);
+    const int64_t sides = sides_of(s->p->k), blocks = lt_ceil_div(sides, s->p->a ? SEGMENTS : FEW_SEGMENTS);
 
     for (int64_t i = 0; i < blocks; i++)
         multiply(s, i * sides / blocks, (i + 1) * sides / blocks - i * sides / blocks);
@@ -173,14 +175,14 @@ static void run_tile(void *ctx, lt_real *a, lt_real *b)
 {
     const tile_call *c = ctx;
     const lt_tile *t = c->t;
-    const bool packed = c->p->a && c->p->b;
+    const bool packed = c->p->a;
     const int64_t most = most_columns(c), together = lt_max_i64(1, most / (sides_of(t->n) * SIDE));
 
     for (int64_t image = c->from; image < c->to; image += together)
         for (int64_t j = 0; j < t->n; j += most) {
             strip s = { .p = c->p, .t = { t->m0, t->m, t->n0 + j, lt_min_i64(most, t->n - j) }, .image = image,
-                        .images = lt_min_i64(together, c->to - image), .made_row = most + APART, .left = a, .right = b,
-                        .room = b + RIGHT, .made = packed ? b : b + RIGHT + ROOM };
+                        .images = lt_min_i64(together, c->to - image), .made_row = most + APART, .made = b, .left = a,
+                        .room = b + MADE, .right = packed ? a : b + MADE + FEW_SEGMENTS * ROOM };
 
             s.panels = sides_of(s.t.n);
             run_strip(&s, c->p->c + j);
