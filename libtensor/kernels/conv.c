@@ -308,8 +308,9 @@ static void forward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x,
 bool lt_conv2d_takes_rect(const lt_conv2d_params *p)
 {
     const lt_conv_algorithm a = lt_conv2d_algorithm(p);
+    const bool known = a == LT_CONV_DIRECT || a == LT_CONV_TILES || a == LT_CONV_WINOGRAD;
 
-    return p->groups == 1 && p->stride_h == 1 && p->stride_w == 1 && (a == LT_CONV_DIRECT || a == LT_CONV_TILES || a == LT_CONV_WINOGRAD);
+    return p->groups == 1 && p->stride_h == 1 && p->stride_w == 1 && known;
 }
 
 size_t lt_conv2d_rect_work(const lt_conv2d_params *p)

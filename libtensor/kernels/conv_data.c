@@ -34,7 +34,8 @@ static int parity_taps(conv_taps *t, const lt_conv2d_params *p, parity c)
 
 typedef struct { conv_job j; parity c; lt_real *dx; } data_job;
 
-enum { SPREAD_M = LT_PRODUCT_TILES_M, SPREAD_N = LT_PRODUCT_TILES_N };     /* a class's tile, on its way to its places */
+/* A class's tile, on its way to its strided places */
+enum { SPREAD_M = LT_PRODUCT_TILES_M, SPREAD_N = LT_PRODUCT_TILES_N };
 
 static void spread(const data_job *d, const lt_tile *t, int64_t image, const lt_real *tile)
 {

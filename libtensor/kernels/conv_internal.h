@@ -109,8 +109,8 @@ bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k);
 void conv_pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
 void conv_left_weights(const void *ctx, lt_real *out, int64_t step, const lt_tile *t, int64_t k0, int64_t k);
 void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0, int64_t k);
-const lt_real *conv_right_positions(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image, int64_t k0,
-                                    int64_t k);
+const lt_real *conv_right_positions(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image,
+                                    int64_t k0, int64_t k);
 
 /**
  * conv_job_cut    - choose how to multiply, cut m x n into tiles, and images into tasks

@@ -82,8 +82,8 @@ void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_
         lt_k->scale_panels(out, out, j->gate + image * j->p->c + k0, k, t->n);
 }
 
-const lt_real *conv_right_positions(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image, int64_t k0,
-                                    int64_t k)
+const lt_real *conv_right_positions(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image,
+                                    int64_t k0, int64_t k)
 {
     const conv_job *j = ctx;
     lt_conv_image at = j->image;

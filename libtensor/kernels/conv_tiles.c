@@ -79,9 +79,10 @@ static tiles_job plan(const lt_conv2d_params *p)
 /* Channels are made up to whole blocks of tiles: up to an eighth more of them. */
 static bool fills_tiles(const lt_conv2d_params *p)
 {
-    const int64_t made = lt_ceil_div(p->c, LT_TILES_SIDE) * lt_ceil_div(p->o, LT_TILES_SIDE) * LT_TILES_SIDE * LT_TILES_SIDE;
+    const int64_t c = lt_ceil_div(p->c, LT_TILES_SIDE) * LT_TILES_SIDE;
+    const int64_t o = lt_ceil_div(p->o, LT_TILES_SIDE) * LT_TILES_SIDE;
 
-    return 7 * made <= 8 * p->c * p->o;
+    return 7 * c * o <= 8 * p->c * p->o;
 }
 
 bool lt_conv_tiles_suits(const lt_conv2d_params *p)

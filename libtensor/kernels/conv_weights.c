@@ -286,6 +286,17 @@ static void pack_dy(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0,
     }
 }
 
+/* The maps whose rows a product has on the left, or on the right, of one image, from map `first` on */
+static const lt_real *left_of(const piece *w, int64_t image, int64_t first)
+{
+    return (w->j->swapped ? x_of : dy_of)(w, image) + first * w->j->positions;
+}
+
+static const lt_real *right_of(const piece *w, int64_t image, int64_t first)
+{
+    return (w->j->swapped ? dy_of : x_of)(w, image) + first * w->j->positions;
+}
+
 /* Rows of tiles: positions of maps, eight maps at a time, so that a page is met once */
 static void left_maps(const piece *w, lt_real *out, const lt_real *map, int64_t step, int64_t maps, int64_t k)
 {
@@ -305,7 +316,7 @@ static void left_segment(const piece *w, lt_real *out, const lt_tile *t, int64_t
 
     for (int64_t done = 0; done < k;) {
         const stretch s = stretch_at(w, k0 + done, k - done);
-        const lt_real *map = (w->j->swapped ? x_of : dy_of)(w, s.image) + t->m0 * w->j->positions + s.at;
+        const lt_real *map = left_of(w, s.image, t->m0) + s.at;
 
         for (int64_t i = 0; i < t->m; i++)
             memcpy(room + i * LT_TILES_SIDE + done, map + i * w->j->positions, (size_t)s.n * sizeof(*room));
@@ -323,7 +334,7 @@ static void pack_left(const void *ctx, lt_real *out, int64_t step, const lt_tile
 
         n = s.n < k - done ? s.n / LT_TILES_SIDE * LT_TILES_SIDE : s.n;
         if (n) {
-            left_maps(w, out, (w->j->swapped ? x_of : dy_of)(w, s.image) + t->m0 * w->j->positions + s.at, step, t->m, n);
+            left_maps(w, out, left_of(w, s.image, t->m0) + s.at, step, t->m, n);
         } else {
             n = lt_min_i64(LT_TILES_SIDE, k - done);
             left_segment(w, out, t, k0 + done, n);
@@ -375,19 +386,17 @@ static void turn_windows(const piece *w, lt_real *out, int64_t ld, const stretch
     }
 }
 
-static const lt_real *pack_right(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image, int64_t k0,
-                                 int64_t k)
+static const lt_real *pack_right(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image,
+                                 int64_t k0, int64_t k)
 {
     const piece *w = ctx;
-    const int64_t plane = w->j->positions;
 
     (void)image;
     for (int64_t done = 0; done < k;) {
         const stretch s = stretch_at(w, k0 + done, k - done);
-        const lt_real *maps = (w->j->swapped ? dy_of : x_of)(w, s.image);
 
         if (w->j->swapped || conv_pointwise(&w->j->p))
-            lt_k->turn(room + done * *ld, *ld, maps + t->n0 * plane + s.at, plane, t->n, s.n, false);
+            lt_k->turn(room + done * *ld, *ld, right_of(w, s.image, t->n0) + s.at, w->j->positions, t->n, s.n, false);
         else
             turn_windows(w, room + done * *ld, *ld, &s, t->n0, t->n);
         done += s.n;

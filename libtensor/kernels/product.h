@@ -25,8 +25,8 @@ typedef struct lt_product {
     void (*pack_b)(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
                    int64_t k);
     /* Where AMX's tiles multiply, in the place of the two above; else NULL. Rows of tiles begin at multiples of
-     * LT_TILES_SIDE then. left: the tile's rows as of tiles_left, every LT_TILES_SIDE terms `step` elements apart. right:
-     * rows of B for the tile's columns, *ld elements apart, wherever they are, or in room, LT_PRODUCT_ROOM apart. */
+     * LT_TILES_SIDE then. left: the tile's rows as of tiles_left, every LT_TILES_SIDE terms `step` elements apart.
+     * right: rows of B for the tile's columns, *ld elements apart, wherever they are, or in room as *ld comes. */
     void (*left)(const void *ctx, lt_real *out, int64_t step, const lt_tile *t, int64_t k0, int64_t k);
     const lt_real *(*right)(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image, int64_t k0,
                             int64_t k);

@@ -17,7 +17,7 @@ enum {
     COLUMNS = LT_PRODUCT_TILES_N,
     FEW_SEGMENTS = LT_SCRATCH_A / (MOST_M * LT_TILES_ROW),      /* at a time, where both sides are packed for them; */
     SEGMENTS = 8,                                               /* where one of the two is, */
-    APART = LT_BLOCK,                                           /* or all sums would fall into a few sets of the cache */
+    APART = LT_BLOCK,                                           /* or all sums would fall into few sets of the cache */
     MADE = MOST_M * (COLUMNS + APART),
     RIGHT = COLUMNS / SIDE * LT_TILES_BLOCK,                    /* for each segment */
     ROOM = SIDE * LT_PRODUCT_ROOM,                              /* likewise, for rows of B on their way */
@@ -63,8 +63,8 @@ void lt_product_tiles_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_
 }
 
 /* Terms k0 to k0 + k of the columns of t */
-static void pack_columns(const lt_product *p, lt_real *out, int64_t panel, lt_real *room, int64_t image, const lt_tile *t,
-                         int64_t k0, int64_t k)
+static void pack_columns(const lt_product *p, lt_real *out, int64_t panel, lt_real *room, int64_t image,
+                         const lt_tile *t, int64_t k0, int64_t k)
 {
     int64_t ld = LT_PRODUCT_ROOM;
     const lt_real *rows = p->right(p->ctx, room, &ld, t, image, k0, k);
