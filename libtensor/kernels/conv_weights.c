@@ -90,7 +90,7 @@ static bool strided_samples(const lt_conv2d_params *p)
     return p->kh == 1 && p->kw == 1 && !conv_pointwise(p);
 }
 
-static void set_tiles(weights_job *j)
+static void set_sizes(weights_job *j)
 {
     const lt_conv2d_params *p = &j->p;
     const int64_t cg = conv_group_c(p), og = conv_group_o(p), unit = (int64_t)p->kh * p->kw;
@@ -121,7 +121,7 @@ static void cut(weights_job *j)
     j->tiles = (j->taps.n == 1 || p->c >= MANY) && conv_suits_tiles(p, j->positions);
     j->band = j->tiles ? (window_band){ 0 } : band_of(p);
     j->way = j->band.rows ? BY_WINDOW : strided_samples(p) ? BY_SAMPLES : BY_PRODUCT;
-    set_tiles(j);
+    set_sizes(j);
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     j->pieces = j->tiles_m * j->tiles_n * p->groups;

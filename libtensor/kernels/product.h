@@ -18,7 +18,7 @@ typedef struct lt_product {
     const lt_real *a;           /* all of A as lt_product_pack_a left it; or NULL, then pack_a or left */
     const lt_real *rows;        /* A as it is, with packed B only: element (i, l) is rows[i * ld_rows + l]; or NULL */
     int64_t ld_rows;
-    const lt_real *b;           /* all of B as lt_product_pack_b left it; or NULL, then pack_b */
+    const lt_real *b;           /* all of B as lt_product_pack_b left it; or NULL, then pack_b or right */
     int64_t b_step;             /* between images in it; 0: they share one */
     const void *ctx;
     void (*pack_a)(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
