@@ -8,10 +8,10 @@
 #include <string.h>
 
 /*
- * A task makes some columns of y of a band of positions, or of the bands of some small images: it packs its part of x by
- * chunks of channels, whose sums it adds up. A window of one tap reads positions as they come. Otherwise rows and columns
- * of x with its padding are dealt to as many phases as steps, so that taps move by whole positions, and rows of a phase
- * follow each other: where one ends, a few positions are computed that y has not.
+ * A task makes some columns of y of a band of positions, or of the bands of some small images: it packs its part of x
+ * by chunks of channels, whose sums it adds up. A window of one tap reads positions as they come. Otherwise rows and
+ * columns of x with its padding are dealt to as many phases as steps, so that taps move by whole positions, and rows of
+ * a phase follow each other: where one ends, a few positions are computed that y has not.
  */
 enum {
     POSITIONS = 128,            /* of a task, about; and the fewest for which tiles' larger weights are worth reading */

@@ -2,7 +2,8 @@
 /*
  * Convolutions between maps in blocks of channels as products on AMX's tiles (kernels.h: lt_tiles), faster than
  * multiply-adds where many positions meet the weights. For libtensor/kernels/conv_blocks.c, whose functions say what
- * these do. Each y is within 1e-6 of the sum of its terms' sizes from the exact one, and NaN where a factor is infinite.
+ * these do. Each y is within 1e-6 of the sum of its terms' sizes from the exact one, and NaN where a factor is
+ * infinite.
  */
 #ifndef LT_KERNELS_CONV_TILES_H
 #define LT_KERNELS_CONV_TILES_H

@@ -389,8 +389,8 @@ static void check_dropout(const lt_kernels *k)
         expect_near(y[i], lt_rng_u32(&r) < third.below ? 0 : 1.5, 0, "dropout", "draw", (size_t)i);
 }
 
-/* Rows about a mean of 1000 with a deviation near 1, in double as well: far from what their first and other elements say
- * in two of five, all alike in one. */
+/* Rows about a mean of 1000 with a deviation near 1, in double as well: far from what their first and other elements
+ * say in two of five, all alike in one. */
 static void check_layer_norm(const lt_kernels *k)
 {
     enum { ROWS = 5, N = 259 };

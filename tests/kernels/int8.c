@@ -140,7 +140,8 @@ static void check_rect(const conv_data *d, const char *name)
     one.n = 1;
     lt_conv2d_int8_pack(&one, &d->r, d->w, packed, pack_work);
     lt_conv2d_int8_forward(&one, &d->r, d->x, packed, &d->around, want, whole_work);
-    lt_conv2d_int8_forward_rect(&one, &d->r, r, d->x, packed, d->around.bias, d->around.residual, d->around.act, got, work);
+    lt_conv2d_int8_forward_rect(&one, &d->r, r, d->x, packed, d->around.bias, d->around.residual, d->around.act, got,
+                                work);
     for (int64_t i = 0; i < n; i++)
         if (i / w % h < r.y0 || i / w % h >= r.y1 || i % w < r.x0 || i % w >= r.x1)
             want[i] = 0;
@@ -155,7 +156,8 @@ static void check_conv_ways(const lt_conv2d_params *p, size_t i, bool plainly)
     conv_data d = { .p = p, .n_y = (size_t)(p->n * p->o * h * w) };
     char name[80];
 
-    d.x = random_array((size_t)(p->n * p->c * p->h * p->w), 1), d.w = random_array((size_t)(p->o * p->c * p->kh * p->kw), 2);
+    d.x = random_array((size_t)(p->n * p->c * p->h * p->w), 1);
+    d.w = random_array((size_t)(p->o * p->c * p->kh * p->kw), 2);
     d.bias = random_array((size_t)p->o, 3), d.residual = random_array(d.n_y, 4);
     d.gate = random_array((size_t)(p->n * p->c), 5);
     for (int way = 0; way < 4; way++) {
