@@ -2,13 +2,13 @@
 /*
  * The hand layer that networks learn through. The wrist stands at the origin:
  *
- *   posed_i = template_i + sum of c_k blend_k,i         c = beta (10), then R_k - I (135)
+ *   posed_i = sum of c_k blend_k,i                      c = 1 for the template, beta (10), then R_k - I (135)
  *   A_k, p_k                                            frames of the joints, p_0 = 0
  *   v_i = sum of w_ik (A_k posed_i + s_k)               s_k = p_k - A_k rest_k
  *
- * Everything over vertices is one row per coordinate, so that the loops run along contiguous memory; what
- * is over joints is small, and in double. The sum over blends is one product for all samples, as their table
- * is more than a megabyte.
+ * Vertices go by groups, each coordinate a whole vector; what is over joints is small, and in double. The sum over
+ * blends is a product for all samples, as their table is more than a megabyte. A task makes some groups of many samples
+ * and skins them at once: they stay with its thread.
  */
 #include "libtensor/geometry/hand_layer.h"
 
@@ -16,23 +16,26 @@
 #include "libtensor/geometry/hand_chain.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/kernels/gemm.h"
+#include "libtensor/kernels/gemm_tiles.h"
 
 enum {
-    V = LT_HAND_VERTICES, PAD = LT_HAND_PADDED, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, BLENDS = LT_HAND_BLENDS,
+    V = LT_HAND_VERTICES, PAD = LT_HAND_PADDED, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, POSE = LT_HAND_POSE_FEATURES,
+    BLENDS = LT_HAND_BLENDS,
     SAMPLE = sizeof(lt_hand_scratch) / sizeof(lt_real),     /* from one sample's numbers to the next one's */
-    FEW = 4,                                                /* samples that are no product's worth ... */
-    PIECES = 6, PIECE = 3 * PAD / PIECES,                   /* ... but go piece by piece */
-    GROUPS = PAD / LT_SKIN_GROUP,
+    GROUPS = LT_HAND_GROUPS, GROUP = LT_HAND_GROUP, COLUMNS = 3 * GROUP,
+    PIECE = 8, PIECES = (GROUPS + PIECE - 1) / PIECE,       /* groups of a task, */
+    BAND = 64,                                              /* and samples */
+    FEW = 4, FEW_FOR_TILES = 16,                            /* samples that are no product's worth */
 };
+_Static_assert((int)GROUP == (int)LT_SKIN_GROUP, "groups are the kernels'");
 
 struct lt_hand_layer {
-    lt_real blend[BLENDS][3][PAD];      /* shape directions, then pose directions */
-    lt_real *packed;                    /* the same as a product reads it ... */
+    lt_hand_vertices blend[BLENDS];     /* the template, shape directions, pose directions */
+    lt_real *packed[PIECES];            /* the same as products read it ... */
     lt_isa isa;                         /* ... with this instruction set */
-    lt_real template[3][PAD];
     lt_real weight[J][PAD];
-    lt_skin group[GROUPS];              /* the same weights without most of the zeros */
-    double rest[J][3], rest_beta[J][3][B];      /* rest joints, and how they follow beta */
+    lt_skin skin[GROUPS];               /* the same weights without most of the zeros */
+    double rest[J][3], rest_beta[B][J][3];      /* rest joints, and how they follow beta */
     int tips[5];
 };
 
@@ -40,12 +43,14 @@ struct lt_hand_layer {
 
 static void lay_vertex(lt_hand_layer *layer, const lt_hand_model *m, int i)
 {
+    const int g = i / GROUP, lane = i % GROUP;
+
     for (int a = 0; a < 3; a++) {
-        layer->template[a][i] = m->v_template[i][a];
+        layer->blend[0].group[g][a][lane] = m->v_template[i][a];
         for (int k = 0; k < B; k++)
-            layer->blend[k][a][i] = m->shapedirs[i][a][k];
-        for (int k = B; k < BLENDS; k++)
-            layer->blend[k][a][i] = m->posedirs[i][a][k - B];
+            layer->blend[1 + k].group[g][a][lane] = m->shapedirs[i][a][k];
+        for (int k = 0; k < POSE; k++)
+            layer->blend[1 + B + k].group[g][a][lane] = m->posedirs[i][a][k];
     }
     for (int j = 0; j < J; j++)
         layer->weight[j][i] = m->weights[i][j];
@@ -58,7 +63,7 @@ static void lay_joint(lt_hand_layer *layer, const lt_hand_model *m, int j)
             const double w = m->J_regressor[j][i];
             layer->rest[j][a] += w * m->v_template[i][a];
             for (int k = 0; k < B; k++)
-                layer->rest_beta[j][a][k] += w * m->shapedirs[i][a][k];
+                layer->rest_beta[k][j][a] += w * m->shapedirs[i][a][k];
         }
 }
 
@@ -76,28 +81,56 @@ static void lay_group(lt_skin *g, const lt_real weight[J][PAD], int first)
     }
 }
 
+/* A piece of the vertices: its first group, and how many */
+typedef struct { int first, groups; } piece;
+
+static piece piece_at(int64_t i)
+{
+    const int first = (int)i * PIECE;
+
+    return (piece){ first, GROUPS - first < PIECE ? GROUPS - first : PIECE };
+}
+
+static int64_t packed_count(int64_t columns)
+{
+    return lt_k->gemm_tiles ? lt_gemm_tiles_packed(columns, BLENDS) : lt_gemm_packed_count(columns, BLENDS);
+}
+
+static bool pack_piece(lt_hand_layer *layer, lt_arena *arena, int i)
+{
+    const piece p = piece_at(i);
+    const int64_t columns = p.groups * COLUMNS;
+
+    layer->packed[i] = lt_arena_array(arena, (size_t)packed_count(columns), sizeof(lt_real));
+    if (layer->packed[i])
+        (lt_k->gemm_tiles ? lt_gemm_tiles_pack : lt_gemm_pack)(
+            LT_NO_TRANS, columns, BLENDS, layer->blend[0].group[p.first][0], GROUPS * COLUMNS, layer->packed[i]);
+    return layer->packed[i];
+}
+
 lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const int tips[5],
                             lt_hand_layer **out)
 {
     lt_hand_layer *layer;
+    bool whole;
 
     for (int i = 0; i < 5; i++)
         if (tips[i] < 0 || tips[i] >= V)
             return lt_error(LT_EINVAL, "hand layer: finger tip %d is vertex %d, want 0 to %d", i, tips[i],
                             V - 1);
     layer = lt_arena_alloc(arena, sizeof(*layer));
-    if (layer)
-        layer->packed = lt_arena_array(arena, (size_t)lt_gemm_packed_count(3 * PAD, BLENDS), sizeof(lt_real));
-    if (!layer || !layer->packed)
-        return lt_error(LT_ENOMEM, "hand layer: no memory for its tables");
-    for (int i = 0; i < V; i++)
+    whole = layer;
+    for (int i = 0; whole && i < V; i++)
         lay_vertex(layer, model, i);
+    for (int i = 0; whole && i < PIECES; i++)
+        whole = pack_piece(layer, arena, i);
+    if (!whole)
+        return lt_error(LT_ENOMEM, "hand layer: no memory for its tables");
     for (int j = 0; j < J; j++)
         lay_joint(layer, model, j);
     for (int i = 0; i < GROUPS; i++)
-        lay_group(&layer->group[i], layer->weight, i * LT_SKIN_GROUP);
+        lay_group(&layer->skin[i], layer->weight, i * GROUP);
     memcpy(layer->tips, tips, sizeof(layer->tips));
-    lt_gemm_pack(LT_NO_TRANS, 3 * PAD, BLENDS, layer->blend[0][0], 3 * PAD, layer->packed);
     layer->isa = lt_k->isa;
     *out = layer;
     return LT_OK;
@@ -106,7 +139,7 @@ lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const i
 lt_hand_tables lt_hand_layer_tables(const lt_hand_layer *layer)
 {
     return (lt_hand_tables){
-        .blend = layer->blend, .mean = layer->template, .weight = layer->weight, .rest = layer->rest,
+        .blend = layer->blend, .weight = layer->weight, .rest = layer->rest,
         .rest_beta = layer->rest_beta, .tips = layer->tips,
     };
 }
@@ -115,117 +148,127 @@ lt_hand_tables lt_hand_layer_tables(const lt_hand_layer *layer)
 
 static void rest_joints(const lt_hand_layer *layer, const lt_real *beta, double rest[J][3])
 {
-    for (int j = 0; j < J; j++)
-        for (int a = 0; a < 3; a++) {
-            rest[j][a] = layer->rest[j][a];
-            for (int k = 0; k < B; k++)
-                rest[j][a] += layer->rest_beta[j][a][k] * beta[k];
-        }
+    double sum[3 * J];
+
+    memcpy(sum, layer->rest, sizeof(sum));
+    for (int k = 0; k < B; k++) {
+        const double *direction = layer->rest_beta[k][0], coef = beta[k];
+
+        for (int i = 0; i < 3 * J; i++)
+            sum[i] += direction[i] * coef;
+    }
+    memcpy(rest, sum, sizeof(sum));
 }
 
 static void fill_coefficients(const lt_real *R, const lt_real *beta, lt_real coef[BLENDS])
 {
-    memcpy(coef, beta, B * sizeof(*coef));
-    for (int k = 0; k < LT_HAND_POSE_FEATURES; k++)
-        coef[B + k] = R[9 + k] - (k % 9 % 4 == 0);
+    coef[0] = 1;
+    memcpy(coef + 1, beta, B * sizeof(*coef));
+    memcpy(coef + 1 + B, R + 9, POSE * sizeof(*coef));
+    for (lt_real *c = coef + 1 + B; c < coef + BLENDS; c += 9)
+        c[0] -= 1, c[4] -= 1, c[8] -= 1;
 }
 
 /* A_k, then s_k, of each joint */
-static void find_frames(const lt_hand_scratch *s, lt_real frame[J][LT_SKIN_FRAME])
+static void find_frames(lt_hand_scratch *s)
 {
     for (int k = 0; k < J; k++) {
         double turned[3];
         lt_mat3_mulvec(s->world_R[k], s->rest[k], turned);
         for (int r = 0; r < 9; r++)
-            frame[k][r] = (lt_real)s->world_R[k][r];
+            s->frame[k][r] = (lt_real)s->world_R[k][r];
         for (int a = 0; a < 3; a++)
-            frame[k][9 + a] = (lt_real)(s->world_t[k][a] - turned[a]);
+            s->frame[k][9 + a] = (lt_real)(s->world_t[k][a] - turned[a]);
     }
 }
 
-static void gather_keypoints(const lt_hand_layer *layer, const lt_hand_scratch *s,
-                             const lt_real *vertices, lt_real *keypoints)
+static void widen(const lt_real *R, double out[9 * J])
 {
-    for (int i = 0; i < 3 * LT_HAND_KEYPOINTS; i++) {
-        const int mano = lt_mano_to_simple[i / 3], a = i % 3;
-        keypoints[i] = mano < J ? (lt_real)s->world_t[mano][a] : vertices[3 * layer->tips[mano - J] + a];
-    }
-}
-
-static void widen(const lt_real *x, int n, double *out)
-{
-    for (int i = 0; i < n; i++)
-        out[i] = x[i];
+    for (int i = 0; i < 9 * J; i++)
+        out[i] = R[i];
 }
 
 typedef struct {
     const lt_hand_layer *layer;
+    int64_t n;
     const lt_real *R, *beta;
     lt_real *vertices, *keypoints;
     lt_hand_scratch *scratch;
 } forward_job;
 
+/* All that is over joints */
 static void pose_sample(void *ctx, int64_t i)
 {
     const forward_job *j = ctx;
     const lt_real *R = j->R + i * 9 * J, *beta = j->beta + i * B;
     const double origin[3] = { 0 };
+    lt_real *keypoints = j->keypoints + i * 3 * LT_HAND_KEYPOINTS;
     lt_hand_scratch *s = j->scratch + i;
     double R_wide[9 * J];
 
-    widen(R, 9 * J, R_wide);
+    widen(R, R_wide);
     rest_joints(j->layer, beta, s->rest);
     lt_hand_chain(s->rest, R_wide, origin, s->world_R, s->world_t);
+    find_frames(s);
     fill_coefficients(R, beta, s->coef);
+    for (int k = 0; k < J; k++)
+        for (int a = 0; a < 3; a++)
+            keypoints[3 * lt_simple_to_mano[k] + a] = (lt_real)s->world_t[k][a];
 }
 
-typedef struct { const lt_hand_layer *layer; lt_hand_scratch *scratch; } blend_job;
-
-static void blend_piece(void *ctx, int64_t task)
+/* posed = coefficients times blends, of n samples: the same chain of multiply-adds each way, but by tiles */
+static void blend_piece(const lt_hand_layer *layer, int64_t index, int64_t n, lt_hand_scratch *s)
 {
-    const blend_job *j = ctx;
-    lt_hand_scratch *s = j->scratch + task / PIECES;
-    const int64_t at = task % PIECES * PIECE;
+    const piece p = piece_at(index);
+    const int64_t columns = p.groups * COLUMNS, row = GROUPS * COLUMNS;
+    const lt_real *blend = layer->blend[0].group[p.first][0], *packed = layer->packed[index];
+    lt_real *posed = s->posed.group[p.first][0];
 
-    lt_k->combine(s->posed[0] + at, j->layer->blend[0][0] + at, 3 * PAD, s->coef, BLENDS, PIECE, false);
-    lt_k->add_to(s->posed[0] + at, j->layer->template[0] + at, PIECE);
-}
-
-/* posed = template + coefficients times blends: the same chain of multiply-adds each way */
-static void blend_offsets(const lt_hand_layer *layer, int64_t n, lt_hand_scratch *s)
-{
-    const lt_epilogue template = { .col_bias = layer->template[0] };
-    blend_job j = { layer, s };
-
-    if (n >= FEW && layer->isa == lt_k->isa)
-        lt_gemm_packed(LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->packed, false, s->posed[0], SAMPLE,
-                       &template);
-    else if (n >= FEW)
-        lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, 3 * PAD, BLENDS, s->coef, SAMPLE, layer->blend[0][0], 3 * PAD, false,
-                s->posed[0], SAMPLE, &template);
+    if (n < (lt_k->gemm_tiles ? FEW_FOR_TILES : FEW))
+        for (int64_t i = 0; i < n; i++)
+            lt_k->combine(posed + i * SAMPLE, blend, row, s[i].coef, BLENDS, (size_t)columns, false);
+    else if (layer->isa != lt_k->isa)
+        lt_gemm(LT_NO_TRANS, LT_NO_TRANS, n, columns, BLENDS, s->coef, SAMPLE, blend, row, false, posed, SAMPLE, NULL);
+    else if (lt_k->gemm_tiles)
+        lt_gemm_tiles(n, columns, BLENDS, s->coef, SAMPLE, packed, false, posed, SAMPLE, NULL);
     else
-        lt_parallel_for(PIECES * n, blend_piece, &j);
+        lt_gemm_packed(LT_NO_TRANS, n, columns, BLENDS, s->coef, SAMPLE, packed, false, posed, SAMPLE, NULL);
 }
 
-static void skin_sample(void *ctx, int64_t i)
+static void skin_piece(const forward_job *j, int64_t index, int64_t sample)
+{
+    const lt_hand_layer *layer = j->layer;
+    const piece p = piece_at(index);
+    const int first = p.first * GROUP, n = (int)lt_min_i64(p.groups * GROUP, V - first);
+    const lt_hand_scratch *s = j->scratch + sample;
+    lt_real *vertices = j->vertices + 3 * (sample * V + first);
+    lt_real *keypoints = j->keypoints + sample * 3 * LT_HAND_KEYPOINTS;
+
+    lt_k->skin(vertices, NULL, 0, s->posed.group[p.first][0], layer->skin + p.first, n, s->frame);
+    for (int i = 0; i < 5; i++)
+        if (layer->tips[i] >= first && layer->tips[i] < first + n)
+            memcpy(keypoints + 3 * lt_simple_to_mano[J + i], vertices + 3 * (layer->tips[i] - first),
+                   3 * sizeof(lt_real));
+}
+
+/* A piece of some samples */
+static void run_piece(void *ctx, int64_t task)
 {
     const forward_job *j = ctx;
-    const lt_hand_scratch *s = j->scratch + i;
-    lt_real *vertices = j->vertices + i * 3 * V, frame[J][LT_SKIN_FRAME];
+    const int64_t index = task % PIECES, from = task / PIECES * BAND, to = lt_min_i64(j->n, from + BAND);
 
-    find_frames(s, frame);
-    lt_k->skin(vertices, NULL, s->posed[0], PAD, j->layer->group, V, frame);
-    gather_keypoints(j->layer, s, vertices, j->keypoints + i * 3 * LT_HAND_KEYPOINTS);
+    blend_piece(j->layer, index, to - from, j->scratch + from);
+    for (int64_t i = from; i < to; i++)
+        skin_piece(j, index, i);
 }
 
 void lt_hand_layer_forward(const lt_hand_layer *layer, int64_t n, const lt_real *R, const lt_real *beta,
                            lt_real *vertices, lt_real *keypoints, lt_hand_scratch *scratch)
 {
-    forward_job j = { layer, R, beta, vertices, keypoints, scratch };
+    forward_job j = { layer, n, R, beta, vertices, keypoints, scratch };
 
     lt_parallel_for(n, pose_sample, &j);
-    blend_offsets(layer, n, scratch);
-    lt_parallel_for(n, skin_sample, &j);
+    lt_parallel_for(PIECES * lt_ceil_div(n, BAND), run_piece, &j);
 }
 
 /* ---- backward ------------------------------------------------------------------------------------- */
@@ -253,32 +296,23 @@ static void spread_gradients(const lt_hand_layer *layer, const lt_real *d_vertic
     }
 }
 
-/* Each vertex's matrix, made again */
-static void blend_matrices(const lt_hand_layer *layer, lt_hand_scratch *s)
-{
-    lt_real frame[J][LT_SKIN_FRAME];
-
-    find_frames(s, frame);
-    lt_k->skin(NULL, s->skin[0], s->posed[0], PAD, layer->group, V, frame);
-}
-
 /* In one sweep, in place: skin's matrix of each vertex becomes dv posed^T, posed becomes its gradient
  * skin^T dv. */
-static void unskin_vertices(lt_hand_scratch *s)
+static void unskin_group(lt_hand_scratch *s, int g)
 {
-    lt_real (*dv)[PAD] = s->skin + 9;
+    lt_real (*posed)[GROUP] = s->posed.group[g], (*dv)[PAD] = s->skin + 9;
 
-    for (int i = 0; i < PAD; i++) {
+    for (int lane = 0, i = g * GROUP; lane < GROUP; lane++, i++) {
         lt_real x[3], dx[3] = { 0 };
         for (int b = 0; b < 3; b++)
-            x[b] = s->posed[b][i];
+            x[b] = posed[b][lane];
         for (int a = 0; a < 3; a++)
             for (int b = 0; b < 3; b++) {
                 dx[b] += s->skin[3 * a + b][i] * dv[a][i];
                 s->skin[3 * a + b][i] = dv[a][i] * x[b];
             }
         for (int b = 0; b < 3; b++)
-            s->posed[b][i] = dx[b];
+            posed[b][lane] = dx[b];
     }
 }
 
@@ -322,13 +356,12 @@ static void unchain(const double *R, lt_hand_scratch *s, joint_grads *g, double 
     memcpy(dR, g->A[0], sizeof(g->A[0]));
 }
 
-/* Coefficients below 10 are beta, the others R_k - I. */
 static void give_coefficients(const lt_real *d_coef, lt_real *d_R, lt_real *d_beta)
 {
     for (int k = 0; d_beta && k < B; k++)
-        d_beta[k] += d_coef[k];
-    for (int k = B; d_R && k < BLENDS; k++)
-        d_R[9 + k - B] += d_coef[k];
+        d_beta[k] += d_coef[1 + k];
+    for (int k = 0; d_R && k < POSE; k++)
+        d_R[9 + k] += d_coef[1 + B + k];
 }
 
 static void unrest(const lt_hand_layer *layer, double d_rest[J][3], lt_real *d_beta)
@@ -337,7 +370,7 @@ static void unrest(const lt_hand_layer *layer, double d_rest[J][3], lt_real *d_b
         double sum = 0;
         for (int j = 0; j < J; j++)
             for (int a = 0; a < 3; a++)
-                sum += layer->rest_beta[j][a][k] * d_rest[j][a];
+                sum += layer->rest_beta[k][j][a] * d_rest[j][a];
         d_beta[k] += (lt_real)sum;
     }
 }
@@ -357,11 +390,12 @@ static void unpose_sample(void *ctx, int64_t i)
     joint_grads g = { .p = { { 0 } } };
     double R_wide[9 * J], dR[9 * J];
 
-    widen(j->R + i * 9 * J, 9 * J, R_wide);
+    widen(j->R + i * 9 * J, R_wide);
     spread_gradients(j->layer, j->d_vertices ? j->d_vertices + i * 3 * V : NULL,
                      j->d_keypoints ? j->d_keypoints + i * 3 * LT_HAND_KEYPOINTS : NULL, s->skin + 9, &g);
-    blend_matrices(j->layer, s);
-    unskin_vertices(s);
+    lt_k->skin(NULL, s->skin[0], PAD, s->posed.group[0][0], j->layer->skin, V, s->frame);
+    for (int group = 0; group < GROUPS; group++)
+        unskin_group(s, group);
     unblend_frames(j->layer, s, &g);
     unchain(R_wide, s, &g, dR);
     for (int r = 0; j->d_R && r < 9 * J; r++)
@@ -379,8 +413,8 @@ void lt_hand_layer_backward(const lt_hand_layer *layer, int64_t n, const lt_real
     if (n == 0)
         return;                         /* there may be no scratch */
     lt_parallel_for(n, unpose_sample, &j);
-    lt_gemm(LT_NO_TRANS, LT_TRANS, n, BLENDS, 3 * PAD, scratch->posed[0], SAMPLE, layer->blend[0][0], 3 * PAD,
-            false, scratch->coef, SAMPLE, NULL);
+    lt_gemm(LT_NO_TRANS, LT_TRANS, n, BLENDS, 3 * PAD, scratch->posed.group[0][0], SAMPLE,
+            layer->blend[0].group[0][0], 3 * PAD, false, scratch->coef, SAMPLE, NULL);
     for (int64_t i = 0; i < n; i++)
         give_coefficients(scratch[i].coef, d_R ? d_R + i * 9 * J : NULL, d_beta ? d_beta + i * B : NULL);
 }

@@ -56,17 +56,21 @@ LT_API lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, 
                                    lt_hand_layer **out);
 
 enum {
-    LT_HAND_PADDED = 784,                       /* vertices, rounded up to whole vectors */
-    LT_HAND_BLENDS = LT_HAND_BETAS + LT_HAND_POSE_FEATURES,
+    LT_HAND_GROUP = 16,                         /* vertices beside each other, */
+    LT_HAND_GROUPS = 49,                        /* and how many such groups have them all */
+    LT_HAND_PADDED = LT_HAND_GROUPS * LT_HAND_GROUP,
+    LT_HAND_BLENDS = 1 + LT_HAND_BETAS + LT_HAND_POSE_FEATURES,     /* the template, shape and pose directions */
 };
 
-/* The arrays of a layer, for those who write it down elsewhere. Vertices are the last dimension. */
+/* Coordinates of vertices: those of vertex i are group[i / LT_HAND_GROUP][0 to 2][i % LT_HAND_GROUP]. */
+typedef struct { lt_real group[LT_HAND_GROUPS][3][LT_HAND_GROUP]; } lt_hand_vertices;
+
+/* The arrays of a layer, for those who write it down elsewhere. */
 typedef struct {
-    const lt_real (*blend)[3][LT_HAND_PADDED];             /* (145, 3, V): shape directions, then pose directions */
-    const lt_real (*mean)[LT_HAND_PADDED];                 /* (3, V): vertices before both */
-    const lt_real (*weight)[LT_HAND_PADDED];               /* (16, V) */
-    const double (*rest)[3];                    /* (16, 3): joints of the mean shape, and how they follow beta */
-    const double (*rest_beta)[3][LT_HAND_BETAS];
+    const lt_hand_vertices *blend;              /* (146) template, shape directions, pose directions */
+    const lt_real (*weight)[LT_HAND_PADDED];    /* (16, V) */
+    const double (*rest)[3];                    /* (16, 3) joints of the mean shape, */
+    const double (*rest_beta)[LT_HAND_JOINTS][3];           /* (10, 16, 3) and how they follow beta */
     const int *tips;                            /* (5) */
 } lt_hand_tables;
 
@@ -75,9 +79,10 @@ LT_API lt_hand_tables lt_hand_layer_tables(const lt_hand_layer *layer);
 
 /* What forward leaves for backward, one sample's worth; the caller's memory. */
 typedef struct {
-    lt_real posed[3][LT_HAND_PADDED];           /* vertices with shape and pose offsets, before skinning */
+    lt_hand_vertices posed;                     /* with shape and pose offsets, before skinning */
     lt_real skin[12][LT_HAND_PADDED];           /* backward's: each vertex's blended rotation (3, 3), and a gradient */
-    lt_real coef[LT_HAND_BLENDS];               /* of shape and pose offsets */
+    lt_real coef[LT_HAND_BLENDS];               /* of the blends: 1, of shape and of pose offsets */
+    lt_real frame[LT_HAND_JOINTS][12];          /* each joint's rotation (3, 3), and where the origin goes (3) */
     double rest[LT_HAND_JOINTS][3];             /* joints before posing */
     double world_R[LT_HAND_JOINTS][9];          /* of each joint's frame */
     double world_t[LT_HAND_JOINTS][3];

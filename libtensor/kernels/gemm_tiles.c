@@ -80,10 +80,11 @@ static void store_row(lt_real *c, const lt_real *made, int64_t columns, bool add
 typedef struct {
     int64_t m, n, k;
     const lt_real *a, *packed;
-    bool add;
     lt_real *c;
+    int64_t lda, ldc;
+    bool add;
     const lt_epilogue *e;
-    int64_t rows, columns, bands;       /* of a task; bands of rows */
+    int64_t rows, bands, groups;        /* of a task; bands of rows, groups of columns */
 } job;
 
 typedef struct { const job *j; int64_t row, rows, column, columns; } job_task;
@@ -97,9 +98,10 @@ static void pack_rows(const job_task *t, lt_real *out, int64_t first, int64_t se
     for (int64_t row = 0; row < t->rows; row += AT_ONCE)
         for (int64_t s = 0; s < segments; s++) {
             const int64_t at = (first + s) * SIDE;
+            const lt_real *a = j->a + (t->row + row) * j->lda + at;
 
-            lt_k->tiles_left(out + (s * ROWS + row) * LT_TILES_ROW, j->a + (t->row + row) * j->k + at, LT_BLOCK, j->k,
-                             lt_min_i64(SIDE, j->k - at), lt_min_i64(AT_ONCE, t->rows - row), NULL);
+            lt_k->tiles_left(out + (s * ROWS + row) * LT_TILES_ROW, a, LT_BLOCK, j->lda, lt_min_i64(SIDE, j->k - at),
+                             lt_min_i64(AT_ONCE, t->rows - row), NULL);
         }
 }
 
@@ -109,7 +111,7 @@ static void finish(const job_task *t, const lt_real *made, int64_t column, int64
     const job *j = t->j;
 
     for (int64_t row = t->row; row < t->row + t->rows; row++, made += LT_BLOCK) {
-        lt_real *c = j->c + row * j->n + column;
+        lt_real *c = j->c + row * j->ldc + column;
 
         store_row(c, made, columns, j->add);
         if (j->e) {
@@ -118,9 +120,15 @@ static void finish(const job_task *t, const lt_real *made, int64_t column, int64
             e.col_bias = e.col_bias ? e.col_bias + column : NULL;
             e.row_bias = e.row_bias ? e.row_bias + row : NULL;
             e.residual = e.residual ? e.residual + row * e.ld_residual + column : NULL;
-            lt_k->epilogue(c, j->n, 1, columns, &e);
+            lt_k->epilogue(c, j->ldc, 1, columns, &e);
         }
     }
+}
+
+/* Whether sums may grow in C itself */
+static bool in_place(const job *j)
+{
+    return !j->add && !j->e;
 }
 
 /* Where segments of packed rows stand */
@@ -149,14 +157,16 @@ static void multiply(const job_task *t, lt_real *a, lt_real *made, int64_t colum
 
     find_segments(segment);
     g.n = columns;
+    if (in_place(j))
+        g.c = j->c + t->row * j->ldc + column, g.c_row = j->ldc, g.plane = LT_BLOCK;
     for (int64_t i = 0; i < parts; i++) {
         const int64_t from = i * sides / parts;
 
         g.segments = (i + 1) * sides / parts - from;
         g.b = j->packed + column / SIDE * g.b_panel + from * LT_TILES_BLOCK;
         g.add = i > 0;
-        if (i + 1 == parts)
-            g.fetch = (lt_fetch){ j->c + t->row * j->n + column, j->n, t->rows, lt_ceil_div(columns, LT_BLOCK) };
+        if (i + 1 == parts && !in_place(j))
+            g.fetch = (lt_fetch){ j->c + t->row * j->ldc + column, j->ldc, t->rows, lt_ceil_div(columns, LT_BLOCK) };
         if (parts > 1 || column == t->column)
             pack_rows(t, a, from, g.segments);
         lt_k->gemm_tiles(&g);
@@ -166,36 +176,37 @@ static void multiply(const job_task *t, lt_real *a, lt_real *made, int64_t colum
 static void run_task(void *ctx, lt_real *a, lt_real *made)
 {
     const job_task *t = ctx;
+    const job *j = t->j;
     const int64_t end = t->column + t->columns;
 
     for (int64_t at = t->column; at < end; at += COLUMNS) {
         const int64_t columns = lt_min_i64(COLUMNS, end - at);
 
         multiply(t, a, made, at, columns);
-        finish(t, made, at, columns);
+        if (!in_place(j))
+            finish(t, made, at, columns);
     }
 }
 
 static void run(void *ctx, int64_t index)
 {
     const job *j = ctx;
-    job_task t = { .j = j, .row = index % j->bands * j->rows, .column = index / j->bands * j->columns };
+    const int64_t sides = sides_of(j->n), group = index / j->bands;
+    job_task t = { .j = j, .row = index % j->bands * j->rows, .column = group * sides / j->groups * SIDE };
 
     t.rows = lt_min_i64(j->rows, j->m - t.row);
-    t.columns = lt_min_i64(j->columns, j->n - t.column);
+    t.columns = lt_min_i64((group + 1) * sides / j->groups * SIDE, j->n) - t.column;
     lt_with_scratch(run_task, &t);
 }
 
-void lt_gemm_tiles(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_real *packed, bool add, lt_real *c,
-                   const lt_epilogue *e)
+void lt_gemm_tiles(int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda, const lt_real *packed, bool add,
+                   lt_real *c, int64_t ldc, const lt_epilogue *e)
 {
-    job j = { m, n, k, a, packed, add, c, e, .rows = lt_tile_size(m, ROWS, SIDE) };
-    int64_t groups;
+    job j = { m, n, k, a, packed, c, lda, ldc, add, e, .rows = lt_tile_size(m, ROWS, SIDE) };
 
     j.bands = lt_ceil_div(m, j.rows);
-    groups = lt_max_i64(1, lt_min_i64(lt_ceil_div(TASKS, j.bands), n / COLUMNS));
-    j.columns = sides_of(lt_ceil_div(n, groups)) * SIDE;
-    lt_parallel_for(j.bands * lt_ceil_div(n, j.columns), run, &j);
+    j.groups = lt_max_i64(1, lt_min_i64(lt_ceil_div(TASKS, j.bands), n / COLUMNS));
+    lt_parallel_for(j.bands * j.groups, run, &j);
 }
 
 /* ---- C = op2(op1(A B1) B2) ------------------------------------------------------------------------------- */
@@ -264,8 +275,9 @@ void lt_gemm_tiles_pair(int64_t m, int64_t k, const lt_real *a, int64_t hidden, 
                         const lt_epilogue *e1, int64_t n, const lt_real *packed2, const lt_epilogue *e2, lt_real *c)
 {
     pair_job j = {
-        { .m = m, .n = hidden, .k = k, .a = a, .packed = packed1, .e = e1, .rows = lt_tile_size(m, ROWS, SIDE) },
-        { .m = m, .n = n, .k = hidden, .packed = packed2, .c = c, .e = e2 },
+        { .m = m, .n = hidden, .k = k, .a = a, .lda = k, .packed = packed1, .e = e1,
+          .rows = lt_tile_size(m, ROWS, SIDE) },
+        { .m = m, .n = n, .k = hidden, .packed = packed2, .c = c, .ldc = n, .e = e2 },
     };
 
     lt_parallel_for(lt_ceil_div(m, j.first.rows), run_band, &j);

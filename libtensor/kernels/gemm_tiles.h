@@ -18,12 +18,12 @@ LT_API bool lt_gemm_tiles_suits(int64_t m, int64_t n, int64_t k);
 
 /**
  * lt_gemm_tiles_pack - op(B) (k, n) in the order in which lt_gemm_tiles reads it: lt_gemm_tiles_packed(n, k) elements
- * lt_gemm_tiles      - C (m, n) = or += A (m, k) B, and then what e says, or NULL
+ * lt_gemm_tiles      - C (m, n) = or += A (m, k) B, and then what e says, or NULL; lda, ldc: as of lt_gemm
  */
 LT_API int64_t lt_gemm_tiles_packed(int64_t n, int64_t k);
 LT_API void lt_gemm_tiles_pack(lt_trans tb, int64_t n, int64_t k, const lt_real *b, int64_t ldb, lt_real *packed);
-LT_API void lt_gemm_tiles(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_real *packed, bool add, lt_real *c,
-                          const lt_epilogue *e);
+LT_API void lt_gemm_tiles(int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda, const lt_real *packed,
+                          bool add, lt_real *c, int64_t ldc, const lt_epilogue *e);
 
 /**
  * lt_gemm_tiles_pair - C (m, n) = op2(op1(A B1) B2), op(X) = epilogue(X B): the same bits as lt_gemm_tiles twice
@@ -44,8 +44,8 @@ LT_API void lt_gemm_tiles_pair(int64_t m, int64_t k, const lt_real *a, int64_t h
  * work is lt_gemm_tiles_sums_work(m, n) bytes, aligned to LT_ALIGN, contents indifferent.
  */
 LT_API size_t lt_gemm_tiles_sums_work(int64_t m, int64_t n);
-LT_API void lt_gemm_tiles_sums(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_real *b, bool add, lt_real *c,
-                               void *work);
+LT_API void lt_gemm_tiles_sums(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_real *b, bool add,
+                               lt_real *c, void *work);
 
 #ifdef __cplusplus
 }

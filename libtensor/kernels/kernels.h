@@ -229,8 +229,8 @@ typedef struct {
     int size, step, pad;
 } lt_blocks_window;
 
-/* Columns that are weighed sums of columns: output j is the sum over k < taps, in their order, of weight[k * ld + j] times
- * input base[j / LT_COLUMNS] + at[k * ld + j], but where at is below 0. ld: n rounded up to whole LT_COLUMNS */
+/* Columns that are weighed sums of columns: output j is the sum over k < taps, in their order, of weight[k * ld + j]
+ * times input base[j / LT_COLUMNS] + at[k * ld + j], but where at is below 0. ld: n rounded up to whole LT_COLUMNS */
 enum { LT_COLUMNS = 16 };
 typedef struct {
     int64_t n, taps;
@@ -336,14 +336,16 @@ typedef struct lt_kernels {
     void (*attend_grad)(const lt_attend_grad *g);
 
     /* ---- rows and columns: y and x do not overlap --------------------------------------------------- */
-    /* skin: n vertices, LT_SKIN_GROUP to a group, under the joints' frames, each a matrix A (3, 3) and then s (3). Vertex
-     * i is x[a * ld + i], and y[3 * i + a] becomes A x + s, with the sums over its group's joints of weight * frame in
-     * their order. Its A goes to rows 0 to 8 of t, ld apart. y or t may be NULL; of x and t there are whole groups. */
-    void (*skin)(lt_real *y, lt_real *t, const lt_real *x, int64_t ld, const lt_skin *groups, int64_t n,
+    /* skin: n vertices, LT_SKIN_GROUP to a group, under the joints' frames, each a matrix A (3, 3) and then s (3). x
+     * has groups of [3][LT_SKIN_GROUP], and y[3 * i + a] becomes A x + s, with the sums over its group's joints of
+     * weight * frame in their order. Its A goes to t[r * ld + i], r < 9. y or t may be NULL; of x and t there are whole
+     * groups. */
+    void (*skin)(lt_real *y, lt_real *t, int64_t ld, const lt_real *x, const lt_skin *groups, int64_t n,
                  const lt_real (*frame)[LT_SKIN_FRAME]);
 
     /* combine: y[i] = or += the sum over k < count of w[k] * x[k * ld + i], i < n, in the order of k;
-     * combine_columns: n rows of y = or += what c says of rows of x, of which 2 * LT_COLUMNS from each base on are there;
+     * combine_columns: n rows of y = or += what c says of rows of x, of which 2 * LT_COLUMNS from each base on are
+     * there;
      * turn: y[j * ld_y + i] = or += x[i * ld_x + j] for i < rows, j < cols */
     void (*combine)(lt_real *y, const lt_real *x, int64_t ld, const lt_real *w, int64_t count, size_t n,
                     bool add);

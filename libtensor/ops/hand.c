@@ -61,7 +61,10 @@ static void backward(const lt_call *c)
 
 /* ---- in ONNX: the formula again, in the words of hand_layer.c ---------------------------------------------- */
 
-enum { V = LT_HAND_VERTICES, J = LT_HAND_JOINTS, LEVELS = 4 };
+enum {
+    V = LT_HAND_VERTICES, J = LT_HAND_JOINTS, DIRECTIONS = LT_HAND_BETAS + LT_HAND_POSE_FEATURES,
+    LEVELS = 4,
+};
 
 /* Joints by their distance from the wrist: those of a level have their parents in the one before. */
 typedef struct {
@@ -109,17 +112,22 @@ static const char *table(lt_onnx *w, const lt_hand_layer *layer, lt_shape shape,
     return value;
 }
 
+static void fill_directions(const lt_hand_vertices *blend, int n, lt_real *y)
+{
+    for (int k = 0; k < n; k++)
+        for (int a = 0; a < 3; a++)
+            for (int i = 0; i < V; i++)
+                *y++ = blend[k].group[i / LT_HAND_GROUP][a][i % LT_HAND_GROUP];
+}
+
 static void fill_blend(const lt_hand_tables *t, lt_real *y)         /* (145, 3 V) */
 {
-    for (int k = 0; k < LT_HAND_BLENDS; k++)
-        for (int a = 0; a < 3; a++)
-            memcpy(y + (3 * k + a) * V, t->blend[k][a], V * sizeof(*y));
+    fill_directions(t->blend + 1, DIRECTIONS, y);
 }
 
 static void fill_mean(const lt_hand_tables *t, lt_real *y)          /* (3 V) */
 {
-    for (int a = 0; a < 3; a++)
-        memcpy(y + a * V, t->mean[a], V * sizeof(*y));
+    fill_directions(t->blend, 1, y);
 }
 
 static void fill_weight(const lt_hand_tables *t, lt_real *y)        /* (16, V), joints by level */
@@ -140,7 +148,7 @@ static void fill_rest_beta(const lt_hand_tables *t, lt_real *y)     /* (10, 48) 
 {
     for (int k = 0; k < LT_HAND_BETAS; k++)
         for (int i = 0; i < 3 * J; i++)
-            y[3 * J * k + i] = (lt_real)t->rest_beta[i / 3][i % 3][k];
+            y[3 * J * k + i] = (lt_real)t->rest_beta[k][i / 3][i % 3];
 }
 
 /* posed_i = mean_i + sum of c_k blend_k,i, c = beta, then R_k - I: (B, 1, 3, V) */
@@ -155,7 +163,7 @@ static const char *posed_vertices(lt_onnx *w, const lt_hand_layer *layer, const 
     c = LT_ONNX(w, "Sub", c, lt_onnx_numbers(w, LT_SHAPE(LT_HAND_POSE_FEATURES), eye));
     c = LT_ONNX(w, "Concat", beta, c);
     lt_onnx_int(w, "axis", 1);
-    y = LT_ONNX(w, "MatMul", c, table(w, layer, LT_SHAPE(LT_HAND_BLENDS, 3 * V), fill_blend));
+    y = LT_ONNX(w, "MatMul", c, table(w, layer, LT_SHAPE(DIRECTIONS, 3 * V), fill_blend));
     y = LT_ONNX(w, "Add", y, table(w, layer, LT_SHAPE(3 * V), fill_mean));
     return lt_onnx_reshape(w, y, LT_SHAPE(-1, 1, 3, V));
 }

@@ -66,7 +66,7 @@ static void multiply(int64_t rows, int64_t n, int64_t k, const lt_real *x, const
                      const lt_epilogue *e)
 {
     if (lt_gemm_tiles_suits(rows, n, k))
-        lt_gemm_tiles(rows, n, k, x, packed, add, y, e);
+        lt_gemm_tiles(rows, n, k, x, k, packed, add, y, n, e);
     else
         lt_gemm_packed(LT_NO_TRANS, rows, n, k, x, k, packed, add, y, n, e);
 }

@@ -191,6 +191,30 @@ START_TEST(many_are_as_each_alone)
 }
 END_TEST
 
+/* So many that they are cut, and that AMX's tiles make the blends where there are any: the same hands, if not the same
+ * bits. */
+START_TEST(a_crowd_is_as_each_alone)
+{
+    enum { CROWD = 70 };
+    static lt_hand_scratch scratches[CROWD];
+    static lt_real R[CROWD][9 * J], beta[CROWD][B], v[CROWD][3 * V], kp[CROWD][3 * K], v1[3 * V], kp1[3 * K];
+    static double want[3 * V], want_kp[3 * K];
+
+    for (int i = 0; i < CROWD; i++) {
+        sample_pose(R[i], beta[i]);
+        beta[i][i % B] += (lt_real)(0.02 * i);
+    }
+    lt_hand_layer_forward(layer, CROWD, R[0], beta[0], v[0], kp[0], scratches);
+    for (int i = 0; i < CROWD; i++) {
+        lt_hand_layer_forward(layer, 1, R[i], beta[i], v1, kp1, &scratch);
+        widen(v1, 3 * V, want);
+        widen(kp1, 3 * K, want_kp);
+        expect_near(v[i], want, 3 * V, 3 * TOL);
+        expect_near(kp[i], want_kp, 3 * K, 3 * TOL);
+    }
+}
+END_TEST
+
 /* A layer is laid out for the instruction set in use when it was made: another one gives the same bits. */
 START_TEST(any_instruction_set)
 {
@@ -341,6 +365,7 @@ int main(void)
     tcase_add_test(c, chain_of_three);
     tcase_add_test(c, zero_pose_is_the_template);
     tcase_add_test(c, many_are_as_each_alone);
+    tcase_add_test(c, a_crowd_is_as_each_alone);
     tcase_add_test(c, any_instruction_set);
     tcase_add_test(c, root_rotation_is_rigid);
     tcase_add_test(c, slope);

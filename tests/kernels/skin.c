@@ -32,7 +32,7 @@ static void expect_plainly(const float *y, const float *t, const float *x, const
             for (int k = 0; k < g->n; k++)
                 want[r] += (double)g->weight[k][i % LT_SKIN_GROUP] * (double)frame[g->joint[k]][r];
         for (int r = 0; r < 9; r++)
-            want[9 + r / 3] += want[r] * (double)x[r % 3 * LD + i];
+            want[9 + r / 3] += want[r] * (double)x[(i / LT_SKIN_GROUP * 3 + r % 3) * LT_SKIN_GROUP + i % LT_SKIN_GROUP];
         for (int r = 0; r < 9; r++)
             expect_near((double)t[r * LD + i], want[r], 1e-5, "skin", "matrix", (size_t)i);
         for (int a = 0; a < 3; a++)
@@ -44,15 +44,15 @@ static void expect_plainly(const float *y, const float *t, const float *x, const
 static void check_vertices(const lt_kernels *k, const lt_kernels *generic, int n, bool plainly)
 {
     const size_t all = 8 * LD + VERTICES;
-    float *x = random_array(2 * LD + VERTICES, 2), *frame = random_array(LT_SKIN_JOINTS * LT_SKIN_FRAME, 3);
-    float *want = zero_array(all), *got = zero_array(all), *y = zero_array(3 * (size_t)n), *bare = zero_array(3 * (size_t)n);
-    float *want_y = zero_array(3 * (size_t)n);
+    float *x = random_array(3 * VERTICES, 2), *frame = random_array(LT_SKIN_JOINTS * LT_SKIN_FRAME, 3);
+    float *want = zero_array(all), *got = zero_array(all), *want_y = zero_array(3 * (size_t)n);
+    float *y = zero_array(3 * (size_t)n), *bare = zero_array(3 * (size_t)n);
     lt_skin groups[GROUPS];
 
     make_groups(groups);
-    generic->skin(want_y, want, x, LD, groups, n, (frames)frame);
-    k->skin(y, got, x, LD, groups, n, (frames)frame);
-    k->skin(bare, NULL, x, LD, groups, n, (frames)frame);
+    generic->skin(want_y, want, LD, x, groups, n, (frames)frame);
+    k->skin(y, got, LD, x, groups, n, (frames)frame);
+    k->skin(bare, NULL, LD, x, groups, n, (frames)frame);
     expect_bits(got, want, all, "skin, matrices of %d", n);
     expect_bits(y, want_y, 3 * (size_t)n, "skin, %d vertices", n);
     expect_bits(bare, want_y, 3 * (size_t)n, "skin, %d vertices without matrices", n);

@@ -11,14 +11,14 @@ typedef struct { int64_t m, n, k; } tiles_case;
 
 static const tiles_case cases[] = {
     { 64, 64, 64 }, { 65, 97, 70 }, { 128, 256, 32 * 11 }, { 130, 300, 330 }, { 70, 1030, 65 }, { 300, 66, 700 },
-    { 1000, 64, 129 }, { 257, 513, 161 },
+    { 1000, 64, 129 }, { 257, 513, 161 }, { 5, 300, 145 },
 };
 
-/* What C should be, without what follows, and how far from it: term l of (i, j) is a[i * ai + l * al] b[j * bj + l * bl] */
+/* What C should be, without what follows: term l of (i, j) is a[i * ai + l * al] b[j * bj + l * bl] */
 typedef struct { const float *a, *b; int64_t ai, al, bj, bl; } factors;
 
-static void expect_sums(const tiles_case *t, const factors *f, const float *before, const float *after, const float *got,
-                        const char *name)
+static void expect_sums(const tiles_case *t, const factors *f, const float *before, const float *after,
+                        const float *got, const char *name)
 {
     for (int64_t i = 0; i < t->m * t->n; i++) {
         double sum = before ? (double)before[i] : 0, size = fabs(sum);
@@ -36,6 +36,34 @@ static void expect_sums(const tiles_case *t, const factors *f, const float *befo
     }
 }
 
+/* Rows of matrices in the middle of wider ones */
+enum { APART = 5 };
+
+static void copy_rows(float *out, int64_t ld_out, const float *x, int64_t ld, int64_t rows, int64_t columns)
+{
+    for (int64_t i = 0; i < rows; i++)
+        memcpy(out + i * ld_out, x + i * ld, (size_t)columns * sizeof(*out));
+}
+
+/* lt_gemm_tiles with such rows: c before, and after. Between them nothing is written. */
+static void multiply_apart(const tiles_case *t, const float *a, const float *packed, bool add, float *c,
+                           const lt_epilogue *e)
+{
+    const int64_t lda = t->k + APART, ldc = t->n + APART;
+    float *wide_a = random_array((size_t)(t->m * lda), 5), *wide_c = guarded_array((size_t)(t->m * ldc));
+
+    for (int64_t i = 0; i < t->m * ldc; i++)
+        wide_c[i] = 7;
+    copy_rows(wide_a, lda, a, t->k, t->m, t->k);
+    copy_rows(wide_c, ldc, c, t->n, t->m, t->n);
+    lt_gemm_tiles(t->m, t->n, t->k, wide_a, lda, packed, add, wide_c, ldc, e);
+    copy_rows(c, t->n, wide_c, ldc, t->m, t->n);
+    for (int64_t i = 0; i < t->m * ldc; i++)
+        if (i % ldc >= t->n)
+            expect_near(wide_c[i], 7, 0, "tiles", "what lies between rows", (size_t)i);
+    free_array(wide_a), free_array(wide_c);
+}
+
 static void check_product(const tiles_case *t, lt_trans tb, bool add, bool follow, bool plainly)
 {
     const size_t size = (size_t)(t->m * t->n);
@@ -43,13 +71,16 @@ static void check_product(const tiles_case *t, lt_trans tb, bool add, bool follo
     float *before = random_array(size, 3), *after = random_array((size_t)t->n + size, 4), *got = guarded_array(size);
     float *packed = guarded_array((size_t)lt_gemm_tiles_packed(t->n, t->k));
     const factors f = { a, b, t->k, 1, tb ? t->k : 1, tb ? 1 : t->n };
-    const lt_epilogue e = { .col_bias = after, .residual = after + t->n, .ld_residual = t->n, .act = { LT_ACT_RELU, 0 } };
+    const lt_epilogue e = {
+        .col_bias = after, .residual = after + t->n, .ld_residual = t->n, .act = { LT_ACT_RELU, 0 },
+    };
     char name[80];
 
-    snprintf(name, sizeof(name), "%dx%dx%d trans %d add %d follow %d", (int)t->m, (int)t->n, (int)t->k, tb, add, follow);
+    snprintf(name, sizeof(name), "%dx%dx%d trans %d add %d follow %d", (int)t->m, (int)t->n, (int)t->k, tb, add,
+             follow);
     memcpy(got, before, size * sizeof(float));
     lt_gemm_tiles_pack(tb, t->n, t->k, b, tb ? t->k : t->n, packed);
-    lt_gemm_tiles(t->m, t->n, t->k, a, packed, add, got, follow ? &e : NULL);
+    multiply_apart(t, a, packed, add, got, follow ? &e : NULL);
     same_as_before(got, size, "tiles %s", name);
     if (plainly)
         expect_sums(t, &f, add ? before : NULL, follow ? after : NULL, got, name);
@@ -89,8 +120,8 @@ static void check_pair(int64_t m, int64_t k, int64_t hidden, int64_t n)
     expect_near(lt_gemm_tiles_pair_suits(m, k, hidden, n), true, 0, "tiles", "a pair that suits", 0);
     lt_gemm_tiles_pack(LT_TRANS, hidden, k, w1, k, packed1);
     lt_gemm_tiles_pack(LT_TRANS, n, hidden, w2, hidden, packed2);
-    lt_gemm_tiles(m, hidden, k, a, packed1, false, middle, &e1);
-    lt_gemm_tiles(m, n, hidden, middle, packed2, false, want, &e2);
+    lt_gemm_tiles(m, hidden, k, a, k, packed1, false, middle, hidden, &e1);
+    lt_gemm_tiles(m, n, hidden, middle, hidden, packed2, false, want, n, &e2);
     lt_gemm_tiles_pair(m, k, a, hidden, packed1, &e1, n, packed2, &e2, got);
     expect_bits(got, want, size, "tiles, pair %dx%dx%dx%d", (int)m, (int)k, (int)hidden, (int)n);
     free_array(a), free_array(w1), free_array(w2), free_array(beside), free_array(middle);
@@ -107,7 +138,7 @@ static void check_not_finite(void)
     a[3 * t.k + 5] = NAN;
     a[7 * t.k + 9] = INFINITY;
     lt_gemm_tiles_pack(LT_TRANS, t.n, t.k, b, t.k, packed);
-    lt_gemm_tiles(t.m, t.n, t.k, a, packed, false, got, NULL);
+    lt_gemm_tiles(t.m, t.n, t.k, a, t.k, packed, false, got, t.n, NULL);
     for (int64_t i = 0; i < t.m * t.n; i++)
         expect_near(isnan(got[i]), i / t.n == 3 || i / t.n == 7, 0, "tiles", "a NaN and an infinity", (size_t)i);
     free_array(a), free_array(b), free_array(packed), free_array(got);
