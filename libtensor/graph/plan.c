@@ -57,11 +57,13 @@ static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile
     }
     st = pass_dead_code(p->g);
     if (st == LT_OK && simplify)
-        st = pass_fuse(p->g, !o->int8);
+        st = pass_fuse(p->g);
     if (st == LT_OK && o->train && !o->no_fusion)
         st = pass_fuse_for_training(p->g);
     if (st == LT_OK && simplify && !o->int8)
         st = pass_block(p->g);
+    if (st == LT_OK && simplify && !o->int8)
+        st = pass_pair(p->g);
     if (st == LT_OK && simplify)
         st = pass_prepare(p->g, o->int8);
     return st;

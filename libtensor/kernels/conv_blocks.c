@@ -6,6 +6,8 @@
 #include "libtensor/kernels/conv_stem.h"
 #include "libtensor/kernels/conv_tiles.h"
 #include "libtensor/kernels/conv_turned.h"
+#include "libtensor/kernels/depthwise_blocks.h"
+#include "libtensor/kernels/expand_blocks.h"
 #include "libtensor/kernels/winograd_blocks.h"
 
 #include <assert.h>
@@ -14,7 +16,7 @@
 enum {
     POSITIONS = 112,            /* of a band of the result, about: eight tiles of 14 */
     PER_PRODUCT = LT_PACK_K / LT_BLOCK,     /* segments of A at a time: the panel of B stays in L1 */
-    LINES = 8,                  /* bands of a map that is copied or summed */
+    LINES = 8,                  /* bands of a map that is copied */
 };
 
 /* ---- maps to blocks and back ------------------------------------------------------------------------- */
@@ -232,6 +234,7 @@ static void run_product(void *ctx, int64_t task)
         .rows = j->v.one_row ? lt_min_i64(j->band, j->v.cols - col) : j->v.cols, .step = LT_BLOCK, .each = LT_BLOCK,
         .lines = j->v.one_row ? 1 : lt_min_i64(j->band, j->v.rows - row), .line = j->v.line,
         .n = lt_min_i64(nr, j->columns - o), .c = j->y + at, .plane = plane,
+        .c_line = j->v.cols * LT_BLOCK,
     };
     const lt_epilogue e = conv_panel_epilogue(j->p, j->around, o, g.n, at, bias);
 
@@ -301,103 +304,6 @@ static void pack_product(const lt_conv2d_params *p, const lt_real *weights, lt_r
     lt_parallel_for(lt_ceil_div(lt_blocks_of(p->o) * LT_BLOCK, lt_k->nr), pack_panel, &j);
 }
 
-/* ---- depthwise ------------------------------------------------------------------------------------------ */
-
-typedef struct {
-    const lt_conv2d_params *p;
-    lt_blocks_window window;
-    const lt_real *x, *packed;
-    const lt_conv2d_around *around;
-    lt_real *y;
-    double *sums;                       /* [image][band][channel] */
-    int64_t blocks, bands, band;        /* rows of a band */
-} depthwise_job;
-
-static int64_t depthwise_band(const lt_conv2d_params *p)
-{
-    const int64_t rows = lt_max_i64(1, lt_ceil_div(POSITIONS, lt_conv2d_out_w(p)));
-
-    return lt_tile_size(lt_conv2d_out_h(p), lt_max_i64(rows, lt_ceil_div(lt_conv2d_out_h(p), LINES)), 1);
-}
-
-static depthwise_job depthwise_plan(const lt_conv2d_params *p)
-{
-    depthwise_job j = {
-        .p = p, .blocks = lt_blocks_of(p->c), .band = depthwise_band(p),
-        .window = { p->h, p->w, lt_conv2d_out_h(p), lt_conv2d_out_w(p), p->kh, p->stride_h, p->pad_h },
-    };
-
-    j.bands = lt_ceil_div(j.window.out_h, j.band);
-    return j;
-}
-
-static void depthwise_part(void *ctx, int64_t task)
-{
-    const depthwise_job *j = ctx;
-    const lt_blocks_window *w = &j->window;
-    const int64_t block = task % j->blocks, band = task / j->blocks % j->bands, image = task / j->blocks / j->bands;
-    const int64_t from = band * j->band, to = lt_min_i64(from + j->band, w->out_h), map = image * j->blocks + block;
-    const int64_t lanes = lt_min_i64(LT_BLOCK, j->p->c - block * LT_BLOCK), n = (to - from) * w->out_w;
-    lt_real *y = j->y + map * w->out_h * w->out_w * LT_BLOCK, *part = y + from * w->out_w * LT_BLOCK;
-    const lt_real *residual = j->around->residual ? j->around->residual + (part - j->y) : NULL;
-    lt_real bias[LT_BLOCK] = { 0 };
-
-    for (int64_t i = 0; j->around->bias && i < lanes; i++)
-        bias[i] = j->around->bias[block * LT_BLOCK + i];
-    lt_k->depthwise_block(y, j->x + map * w->h * w->w * LT_BLOCK, j->packed + block * w->size * w->size * LT_BLOCK, w,
-                          from, to);
-    lt_k->finish_block(part, j->around->bias ? bias : NULL, residual, j->around->act, n);
-    if (j->around->mean) {
-        double *sum = j->sums + ((image * j->bands + band) * j->blocks + block) * LT_BLOCK;
-
-        memset(sum, 0, LT_BLOCK * sizeof(*sum));
-        lt_k->sum_block(sum, part, n);
-    }
-}
-
-static void add_bands(const depthwise_job *j)
-{
-    const int64_t c = j->p->c, apart = j->blocks * LT_BLOCK;
-
-    for (int64_t i = 0; i < j->p->n * c; i++) {
-        const double *part = j->sums + i / c * j->bands * apart + i % c;
-        double sum = 0;
-
-        for (int64_t b = 0; b < j->bands; b++)
-            sum += part[b * apart];
-        j->around->mean[i] = (lt_real)(sum / (double)(j->window.out_h * j->window.out_w));
-    }
-}
-
-static void run_depthwise(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
-                          const lt_conv2d_around *around, lt_real *y, void *work)
-{
-    depthwise_job j = depthwise_plan(p);
-
-    j.x = x, j.packed = packed, j.around = around, j.y = y, j.sums = work;
-    lt_parallel_for(p->n * j.bands * j.blocks, depthwise_part, &j);
-    if (around->mean)
-        add_bands(&j);
-}
-
-static size_t depthwise_work(const lt_conv2d_params *p)
-{
-    const depthwise_job j = depthwise_plan(p);
-
-    return (size_t)(p->n * j.bands * j.blocks * LT_BLOCK) * sizeof(double);
-}
-
-/* [block][tap][LT_BLOCK] */
-static void pack_depthwise(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
-{
-    const int64_t taps = (int64_t)p->kh * p->kw;
-
-    memset(packed, 0, (size_t)(lt_blocks_of(p->c) * taps * LT_BLOCK) * sizeof(lt_real));
-    for (int64_t c = 0; c < p->c; c++)
-        for (int64_t t = 0; t < taps; t++)
-            packed[(c / LT_BLOCK * taps + t) * LT_BLOCK + c % LT_BLOCK] = weights[c * taps + t];
-}
-
 /* ---- which of them ---------------------------------------------------------------------------------------- */
 
 typedef enum { NONE, PRODUCT, TILES, WINOGRAD, WINDOWS, STEM } blocks_algorithm;
@@ -411,8 +317,7 @@ static blocks_algorithm algorithm_of(const lt_conv2d_params *p)
     if (p->c < LT_BLOCK || p->o < LT_BLOCK || conv_nothing(p))
         return NONE;
     if (p->groups > 1)
-        return p->groups == p->c && p->o == p->c && square && (p->kh == 3 || p->kh == 5) && p->stride_h <= 2
-               && p->pad_h < p->kh && p->dil_h == 1 && p->dil_w == 1 ? WINDOWS : NONE;
+        return p->groups == p->c && p->o == p->c && square && lt_depthwise_blocks_suits(p) ? WINDOWS : NONE;
     if (lt_winograd_blocks_side(p))
         return WINOGRAD;
     return lt_conv_tiles_suits(p) ? TILES : PRODUCT;
@@ -446,7 +351,7 @@ int64_t lt_conv_blocks_packed(const lt_conv2d_params *p)
     case PRODUCT: return product_packed(p);
     case TILES: return lt_conv_tiles_packed(p);
     case WINOGRAD: return lt_winograd_blocks_packed(p);
-    case WINDOWS: return lt_blocks_of(p->c) * p->kh * p->kw * LT_BLOCK;
+    case WINDOWS: return lt_depthwise_blocks_packed(p);
     case STEM: return lt_stem_packed(p);
     case NONE: break;
     }
@@ -459,7 +364,7 @@ void lt_conv_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_r
     case PRODUCT: pack_product(p, weights, packed); break;
     case TILES: lt_conv_tiles_pack(p, weights, packed); break;
     case WINOGRAD: lt_winograd_blocks_pack(p, weights, packed); break;
-    case WINDOWS: pack_depthwise(p, weights, packed); break;
+    case WINDOWS: lt_depthwise_blocks_pack(p, weights, packed); break;
     case STEM: lt_stem_pack(p, weights, packed); break;
     case NONE: break;
     }
@@ -470,7 +375,7 @@ size_t lt_conv_blocks_work(const lt_conv2d_params *p)
     switch (algorithm_of(p)) {
     case PRODUCT: return product_work(p);
     case WINOGRAD: return lt_winograd_blocks_work(p);
-    case WINDOWS: return depthwise_work(p);
+    case WINDOWS: return lt_depthwise_blocks_work(p);
     case TILES:
     case STEM:
     case NONE: break;
@@ -485,8 +390,27 @@ void lt_conv_blocks_forward(const lt_conv2d_params *p, const lt_real *x, const l
     case PRODUCT: run_products(p, x, packed, around, y, work); break;
     case TILES: lt_conv_tiles_forward(p, x, packed, around, y); break;
     case WINOGRAD: lt_winograd_blocks_forward(p, x, packed, around, y, work); break;
-    case WINDOWS: run_depthwise(p, x, packed, around, y, work); break;
+    case WINDOWS: lt_depthwise_blocks_forward(p, x, packed, around, y, work); break;
     case STEM: lt_stem_forward(p, x, packed, around, y); break;
     case NONE: break;
     }
+}
+
+/* ---- two in a row ---- */
+
+bool lt_conv_blocks_pair_suits(const lt_conv2d_params *first, const lt_conv2d_params *second)
+{
+    return algorithm_of(first) == PRODUCT && conv_pointwise(first) && algorithm_of(second) == WINDOWS
+           && lt_expand_blocks_suits(first, second);
+}
+
+size_t lt_conv_blocks_pair_work(const lt_conv2d_params *first, const lt_conv2d_params *second)
+{
+    return lt_expand_blocks_work(first, second);
+}
+
+void lt_conv_blocks_pair_forward(const lt_conv_blocks_step *first, const lt_conv_blocks_step *second, const lt_real *x,
+                                 lt_real *y, void *work)
+{
+    lt_expand_blocks_forward(first, second, x, y, work);
 }

@@ -96,7 +96,7 @@ static void multiply(const stem_job *j, lt_blocks g, int64_t image, int64_t row,
     g.b = j->packed + o * j->k;
     g.n = lt_min_i64(lt_k->nr, j->columns - o);
     g.c = j->y + at;
-    g.plane = plane;
+    g.plane = plane, g.c_line = j->cols * LT_BLOCK;
     e = conv_panel_epilogue(j->p, j->around, o, g.n, at, bias);
     lt_k->gemm_blocks(&g, &e);
 }

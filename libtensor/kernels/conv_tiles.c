@@ -68,10 +68,10 @@ static tiles_job plan(const lt_conv2d_params *p)
     j.images = lt_tile_size(p->n, lt_max_i64(1, positions / positions_made(&j, j.units)), 1);
     parts = lt_ceil_div(p->n, j.images) * j.bands;
     j.groups = lt_max_i64(1, lt_min_i64(lt_ceil_div(TASKS, parts), p->o / OUTPUTS));
-    most = lt_ceil_div(p->o, j.groups);
+    most = lt_ceil_div(lt_ceil_div(p->o, j.groups), LT_TILES_SIDE);
     if (!j.point)
-        most = lt_min_i64(most, LT_SCRATCH_B / (j.images * positions_made(&j, j.band)));
-    j.outputs = lt_max_i64(1, most / LT_TILES_SIDE) * LT_TILES_SIDE;
+        most = lt_min_i64(most, LT_SCRATCH_B / (j.images * positions_made(&j, j.band) * LT_TILES_SIDE));
+    j.outputs = lt_max_i64(1, most) * LT_TILES_SIDE;
     j.groups = lt_ceil_div(p->o, j.outputs);
     return j;
 }

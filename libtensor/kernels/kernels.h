@@ -189,7 +189,7 @@ enum { LT_BLOCK = 16 };
 /* One panel of a product over such maps: C[lines * rows, n] = (add ? C : 0) + A B. Columns of A come in segments of
  * `each`, the last one of `last`: column l of segment s and row i of a line is a[segment[s] + i * step + l], and
  * lines are `line` elements apart. step and each are LT_BLOCK, or step is 2 for plain maps. Row i, column j of C is
- * c[j / LT_BLOCK * plane + i * LT_BLOCK + j % LT_BLOCK], where lines follow each other. */
+ * c[j / LT_BLOCK * plane + i * LT_BLOCK + j % LT_BLOCK] of a line, and lines are c_line elements apart. */
 typedef struct {
     const lt_real *a;
     int64_t rows, step, lines, line;
@@ -198,7 +198,7 @@ typedef struct {
     const lt_real *b;           /* a panel of pack_b, n <= nr columns of it, a multiple of LT_BLOCK or of nr */
     int64_t n;
     lt_real *c;
-    int64_t plane;
+    int64_t plane, c_line;
     bool add;
 } lt_blocks;
 
@@ -223,11 +223,20 @@ typedef struct {
     lt_fetch fetch;             /* what is written later */
 } lt_tiles;
 
-/* A depthwise convolution over one block of a map; the window is 3 or 5 wide and high, and goes by 1 or 2. */
+/* A depthwise convolution over one block of a map; the window is 3 or 5 wide and high, and goes by 1 or 2. Rows of x
+ * have the padding's zeros at their sides, and so `wide` positions; x begins with row `first` of the map's h. */
 typedef struct {
-    int64_t h, w, out_h, out_w;
+    int64_t h, wide, first, out_w;
     int size, step, pad;
 } lt_blocks_window;
+
+/* What follows it */
+typedef struct {
+    const lt_real *bias;        /* (LT_BLOCK) or NULL */
+    const lt_real *residual;    /* as y, or NULL */
+    lt_act act;
+    double *sum;                /* (LT_BLOCK) each channel's results are added to, position by position; or NULL */
+} lt_blocks_tail;
 
 /* Columns that are weighed sums of columns: output j is the sum over k < taps, in their order, of weight[k * ld + j]
  * times input base[j / LT_COLUMNS] + at[k * ld + j], but where at is below 0. ld: n rounded up to whole LT_COLUMNS */
@@ -496,13 +505,13 @@ typedef struct lt_kernels {
      * panels, a residual that lies as C does, an activation.
      * finish_block: y = act(y + bias + residual) for n positions, bias and residual NULL or not;
      * sum_block: adds each channel's sum over n positions to out, one after the other;
-     * depthwise_block: rows [from, to) of y, whose weights are w[(ky * size + kx) * LT_BLOCK + channel], each a chain
-     * over (ky, kx) without the padding's zeros. */
+     * depthwise_block: rows [from, to) of the map y, whose weights are w[(ky * size + kx) * LT_BLOCK + channel], each a
+     * chain over (ky, kx), and what t says. */
     void (*gemm_blocks)(const lt_blocks *g, const lt_epilogue *e);
     void (*finish_block)(lt_real *y, const lt_real *bias, const lt_real *residual, lt_act act, int64_t n);
     void (*sum_block)(double out[LT_BLOCK], const lt_real *x, int64_t n);
     void (*depthwise_block)(lt_real *y, const lt_real *x, const lt_real *w, const lt_blocks_window *d, int64_t from,
-                            int64_t to);
+                            int64_t to, const lt_blocks_tail *t);
 
     /* wino_block_input, wino_block_output: as wino2_input and wino2_output, for tiles of 6 x 6 and 4 x 4 */
     void (*wino_block_input)(lt_real *out, int64_t place, const lt_real *const d[36]);

@@ -6,19 +6,20 @@
  * act, addend, gate (B, C) and a second result, the mean of each map of y (B, O), are there only where an
  * inference plan fused them. A batch norm behind it folds into w and b: its scale (O) stands beside w until w
  * is packed with it, once per lt_plan_refresh. The rectangles (B, 4) are there only in lt_conv2d_within. With a table
- * of ranges x is read as 8-bit integers.
+ * of ranges x is read as 8-bit integers. x may also be what is before another convolution, whose work is done here:
+ * y = act(conv(act0(conv(x, w0) + b0), w) + b + addend), the first one pointwise and the second depthwise.
  */
 #include "libtensor/kernels/conv_blocks.h"
 #include "libtensor/kernels/int8.h"
 #include "libtensor/ops/common.h"
 
-enum { X, W, B, ADDEND, SCALE, REGION, GATE, INPUTS };
+enum { X, W, B, ADDEND, SCALE, REGION, GATE, W0, B0, SCALE0, INPUTS };
 
 typedef struct {
     lt_conv_opts opts;
-    lt_act act;
-    bool packed;                /* in[W] is the result of conv2d_pack ... */
-    lt_shape window;            /* ... and this was its shape */
+    lt_act act, act0;
+    bool packed;                /* in[W], and in[W0] if there, are results of conv2d_pack ... */
+    lt_shape window, window0;   /* ... and these were their shapes */
     lt_int8_range range;        /* how x is read as integers; scale 0: as it is */
 } conv2d_attr;
 
@@ -42,6 +43,17 @@ static lt_conv2d_params params_of(const lt_call *c)
     };
 
     return p;
+}
+
+/* The one before it, which makes what this one reads */
+static lt_conv2d_params params_before(const lt_call *c, const lt_conv2d_params *p)
+{
+    const conv2d_attr *a = c->attr;
+
+    return (lt_conv2d_params){
+        .n = p->n, .c = a->window0.dim[1], .h = p->h, .w = p->w, .o = p->c, .kh = 1, .kw = 1, .stride_h = 1,
+        .stride_w = 1, .dil_h = 1, .dil_w = 1, .groups = 1,
+    };
 }
 
 static lt_status check_opts(lt_call *c)
@@ -136,6 +148,12 @@ static void plan(lt_call *c)
         c->work_bytes = in_rects(c, &p) ? lt_conv2d_int8_rect_work(&p) : lt_conv2d_int8_work(&p);
         return;
     }
+    if (c->in[W0]) {
+        const lt_conv2d_params before = params_before(c, &p);
+
+        c->work_bytes = lt_conv_blocks_pair_work(&before, &p);
+        return;
+    }
     if (in_blocks(c)) {
         c->work_bytes = lt_conv_blocks_work(&p);
         return;
@@ -183,6 +201,17 @@ static void forward_rects(const lt_call *c, const lt_conv2d_params *p, const lt_
     }
 }
 
+static void forward_pair(const lt_call *c, const lt_conv2d_params *p, const lt_conv2d_around *around)
+{
+    const lt_conv2d_params before = params_before(c, p);
+    const lt_conv_blocks_step first = {
+        &before, data_of(c, W0), { .bias = data_of(c, B0), .act = ((const conv2d_attr *)c->attr)->act0 },
+    };
+    const lt_conv_blocks_step second = { p, data_of(c, W), *around };
+
+    lt_conv_blocks_pair_forward(&first, &second, data_of(c, X), c->out->data, c->work);
+}
+
 static void forward(const lt_call *c)
 {
     const conv2d_attr *a = c->attr;
@@ -196,7 +225,9 @@ static void forward(const lt_call *c)
 
     if (!a->packed)
         lt_conv2d_pack(&p, c->in[W]->data, c->work);
-    if (in_blocks(c))
+    if (c->in[W0])
+        forward_pair(c, &p, &around);
+    else if (in_blocks(c))
         lt_conv_blocks_forward(&p, data_of(c, X), packed, &around, c->out->data, work);
     else if (in_rects(c, &p))
         forward_rects(c, &p, packed, work);
@@ -231,19 +262,22 @@ static int64_t macs(const lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
     const lt_rect y = lt_conv2d_all(&p);
+    const int64_t before = c->in[W0] ? p.n * p.c * p.h * p.w * ((const conv2d_attr *)c->attr)->window0.dim[1] : 0;
 
-    return p.n * p.o * y.y1 * y.x1 * (p.c / p.groups) * p.kh * p.kw;
+    return before + p.n * p.o * y.y1 * y.x1 * (p.c / p.groups) * p.kh * p.kw;
 }
 
 static const char *algorithm(const lt_call *c)
 {
     static const char *const names[] = {
-        [LT_CONV_DIRECT] = "direct", [LT_CONV_TILES] = "tiles", [LT_CONV_TURNED] = "turned", [LT_CONV_TAPWISE] = "tapwise",
-        [LT_CONV_WINOGRAD] = "winograd", [LT_CONV_WINOGRAD2] = "winograd2",
+        [LT_CONV_DIRECT] = "direct", [LT_CONV_TILES] = "tiles", [LT_CONV_TURNED] = "turned",
+        [LT_CONV_TAPWISE] = "tapwise", [LT_CONV_WINOGRAD] = "winograd", [LT_CONV_WINOGRAD2] = "winograd2",
         [LT_CONV_DEPTHWISE] = "depthwise", [LT_CONV_FEW] = "few",
     };
     const lt_conv2d_params p = params_of(c);
 
+    if (c->in[W0])
+        return "depthwise after blocks";
     if (in_blocks(c))
         return lt_conv_blocks_name(&p);
     return is_int8(c) ? "int8" : names[lt_conv2d_algorithm(&p)];
@@ -297,6 +331,25 @@ static bool absorb(lt_node *node, const lt_tail *tail)
     if (tail->addend)
         node->in[ADDEND] = tail->addend;
     a->act = tail->act;
+    return true;
+}
+
+/* Both in blocks, as only a later pass makes them */
+static bool absorb_before(lt_node *node, const lt_node *before)
+{
+    conv2d_attr *a = node->attr;
+    const lt_tensor *between = node->in[X];
+    lt_conv2d_params first, second;
+
+    if (before->op != node->op || !lt_in_blocks(between) || !lt_in_blocks(node->outs[0]) || before->in[ADDEND]
+        || before->in[GATE] || before->in[W0])
+        return false;
+    first = params_of_node(before), second = params_of_node(node);
+    if (!lt_conv_blocks_pair_suits(&first, &second))
+        return false;
+    node->in[X] = before->in[X];
+    node->in[W0] = before->in[W], node->in[B0] = before->in[B], node->in[SCALE0] = before->in[SCALE];
+    a->act0 = ((const conv2d_attr *)before->attr)->act;
     return true;
 }
 
@@ -357,17 +410,29 @@ static const lt_op conv2d_pack_op = {
     .forward = pack_forward,
 };
 
+static void pack_input(lt_node *node, int weights, int scale, const pack_attr *attr)
+{
+    node->in[weights] = lt_apply(&conv2d_pack_op, attr, sizeof(*attr),
+                                 (lt_tensor *[]){ node->in[weights], node->in[scale] }, 2);
+    node->in[scale] = NULL;
+}
+
 static void prepare(lt_node *node)
 {
     conv2d_attr *a = node->attr;
-    const pack_attr pack = { params_of_node(node), a->range, lt_in_blocks(node->outs[0]) };
+    const lt_call c = { .attr = a };
+    pack_attr pack = { params_of_node(node), a->range, lt_in_blocks(node->outs[0]) };
 
     if (!lt_is_constant(node->in[W]))
         return;
     a->window = node->in[W]->shape;
     a->packed = true;
-    node->in[W] = lt_apply(&conv2d_pack_op, &pack, sizeof(pack), (lt_tensor *[]){ node->in[W], node->in[SCALE] }, 2);
-    node->in[SCALE] = NULL;
+    pack_input(node, W, SCALE, &pack);
+    if (!node->in[W0])
+        return;
+    a->window0 = node->in[W0]->shape;
+    pack.p = params_before(&c, &pack.p);
+    pack_input(node, W0, SCALE0, &pack);
 }
 
 /* With constant weights, as only prepare packs them. */
@@ -408,13 +473,15 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 #define OPTIONAL \
-    (LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE) | LT_OPTIONAL_IN(REGION) | LT_OPTIONAL_IN(GATE))
+    (LT_OPTIONAL_IN(B) | LT_OPTIONAL_IN(ADDEND) | LT_OPTIONAL_IN(SCALE) | LT_OPTIONAL_IN(REGION) \
+     | LT_OPTIONAL_IN(GATE) | LT_OPTIONAL_IN(W0) | LT_OPTIONAL_IN(B0) | LT_OPTIONAL_IN(SCALE0))
 
 static const lt_op conv2d_op = {
     .name = "conv2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL,
     .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm,
     .absorb = absorb, .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .takes_blocks = takes_blocks,
-    .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8, .onnx = onnx,
+    .absorb_before = absorb_before, .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8,
+    .onnx = onnx,
 };
 
 static const lt_op conv2d_within_op = {

@@ -254,9 +254,97 @@ static void check_turns(void)
     free_array(x), free_array(y), free_array(back), free_array(mean);
 }
 
+/* ---- two in a row ---- */
+
+typedef struct { lt_conv2d_params first; int size, stride, pad; } pair_case;
+
+static const pair_case pairs[] = {
+    { { 2, 24, 14, 13, 40, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 3, 1, 1 },
+    { { 1, 16, 28, 28, 144, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 5, 1, 2 },
+    { { 1, 33, 57, 20, 65, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 5, 2, 2 },    /* many rows, several times */
+    { { 1, 17, 90, 115, 33, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 3, 2, 0 },
+    { { 1, 256, 13, 12, 20, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 5, 1, 4 },
+    { { 3, 40, 1, 40, 16, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 3, 1, 2 },     /* rows that see nothing of the map */
+    { { 1, 20, 2, 15, 48, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 5, 2, 4 },
+};
+
+/* Too narrow, too deep, not pointwise, with a wide window */
+static const pair_case no_pairs[] = {
+    { { 1, 24, 14, 11, 40, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 3, 1, 1 },
+    { { 1, 257, 14, 14, 40, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 3, 1, 1 },
+    { { 1, 24, 14, 14, 40, 1, 1, 2, 2, 0, 0, 1, 1, 1 }, 3, 1, 1 },
+    { { 1, 24, 14, 14, 40, 1, 1, 1, 1, 0, 0, 1, 1, 1 }, 7, 1, 3 },
+};
+
+static lt_conv2d_params second_of(const pair_case *c)
+{
+    const lt_conv2d_params *p = &c->first;
+
+    return (lt_conv2d_params){
+        p->n, p->o, lt_conv2d_out_h(p), lt_conv2d_out_w(p), p->o, c->size, c->size, c->stride, c->stride, c->pad,
+        c->pad, 1, 1, (int)p->o,
+    };
+}
+
+static float *pack_random(const lt_conv2d_params *p, uint64_t seed)
+{
+    float *w = random_array((size_t)(p->o * p->c / p->groups * p->kh * p->kw), seed);
+    float *packed = guarded_array((size_t)lt_conv_blocks_packed(p));
+
+    lt_conv_blocks_pack(p, w, packed);
+    free_array(w);
+    return packed;
+}
+
+/* The same bits as one after the other, but for the means, which are as near as sums in double */
+static void check_pair(const pair_case *c)
+{
+    const lt_conv2d_params *p = &c->first, q = second_of(c);
+    const int64_t in = p->h * p->w, out = lt_conv2d_out_h(&q) * lt_conv2d_out_w(&q);
+    const size_t size = (size_t)(q.n * lt_blocks_of(q.o) * out * LT_BLOCK);
+    float *maps = random_array((size_t)(p->n * p->c * in), 1), *x = in_blocks(maps, p->n, p->c, in);
+    float *bias = random_array((size_t)p->o, 2), *residual = random_array(size, 3), *packed = pack_random(p, 4);
+    float *packed2 = pack_random(&q, 5), *between = guarded_array((size_t)(p->n * lt_blocks_of(p->o) * in * LT_BLOCK));
+    float *want = guarded_array(size), *got = guarded_array(size), *mean = guarded_array((size_t)(q.n * q.o));
+    float *want_mean = guarded_array((size_t)(q.n * q.o));
+    lt_conv_blocks_step first = { p, packed, { .bias = bias, .act = { LT_ACT_SILU, 0 } } };
+    lt_conv_blocks_step second = { &q, packed2, { .bias = bias, .residual = residual, .act = { LT_ACT_TANH, 0 } } };
+    void *work = lt_alloc(lt_conv_blocks_work(p)), *work2 = lt_alloc(lt_conv_blocks_work(&q));
+    void *pair_work = lt_alloc(lt_conv_blocks_pair_work(p, &q));
+
+    second.around.mean = want_mean;
+    lt_conv_blocks_forward(p, x, packed, &first.around, between, work);
+    lt_conv_blocks_forward(&q, between, packed2, &second.around, want, work2);
+    second.around.mean = mean;
+    lt_conv_blocks_pair_forward(&first, &second, x, got, pair_work);
+    expect_bits(got, want, size, "a pair, %d to %d @ %d x %d", (int)p->c, (int)p->o, (int)p->h, (int)p->w);
+    for (int64_t i = 0; i < q.n * q.o; i++)
+        expect_near(mean[i], want_mean[i], 1e-7, "a pair", "mean", (size_t)i);
+    same_as_before(mean, (size_t)(q.n * q.o), "means of a pair, %d to %d", (int)p->c, (int)p->o);
+    free_array(maps), free_array(x), free_array(bias), free_array(residual), free_array(packed), free_array(packed2);
+    free_array(between), free_array(want), free_array(got), free_array(mean), free_array(want_mean);
+    lt_release(work), lt_release(work2), lt_release(pair_work);
+}
+
+static void check_pairs(void)
+{
+    for (size_t i = 0; i < LT_COUNT(pairs); i++) {
+        const lt_conv2d_params second = second_of(&pairs[i]);
+
+        expect_near(lt_conv_blocks_pair_suits(&pairs[i].first, &second), 1, 0, "blocks", "a pair that suits", i);
+        check_pair(&pairs[i]);
+    }
+    for (size_t i = 0; i < LT_COUNT(no_pairs); i++) {
+        const lt_conv2d_params second = second_of(&no_pairs[i]);
+
+        expect_near(lt_conv_blocks_pair_suits(&no_pairs[i].first, &second), 0, 0, "blocks", "no pair", i);
+    }
+}
+
 void check_blocks(bool plainly)
 {
     check_turns();
+    check_pairs();
     for (size_t i = 0; i < LT_COUNT(shapes); i++)
         check_shape(&shapes[i], plainly);
     for (size_t i = 0; i < LT_COUNT(refused); i++)

@@ -2,8 +2,9 @@
 /*
  * conv2d, batch norm, add, leaky relu -> one conv2d: a producer whose only reader describes itself as an
  * element-wise tail may take that tail over. So may one the mean of each of its maps, and a reader of maps the
- * gates that they are multiplied with: of a squeeze and excitation the small products are left. And a product may
- * take over the one before it, so that nobody stores what lies between. Which ops can is the ops' own affair.
+ * gates that they are multiplied with: of a squeeze and excitation the small products are left. And a product or a
+ * convolution may take over the one before it, so that nobody stores what lies between. Which ops can is the ops' own
+ * affair.
  */
 #include "libtensor/graph/passes/passes.h"
 
@@ -89,10 +90,8 @@ static void fuse_before(lt_graph *g, lt_node *reader, reader_count readers)
         g->node[before->id] = NULL;
 }
 
-static void fuse_node(lt_graph *g, lt_node *n, reader_count readers, bool pairs)
+static void fuse_node(lt_graph *g, lt_node *n, reader_count readers)
 {
-    if (pairs && n->op->absorb_before)
-        fuse_before(g, n, readers);
     if (n->op->flags & LT_OP_CHANNEL_MEAN)
         fuse_mean(g, n);
     if (n->op->absorb_gate)
@@ -110,7 +109,7 @@ static lt_status read_counts(const lt_graph *g, reader_count *readers)
     return LT_OK;
 }
 
-lt_status pass_fuse(lt_graph *g, bool pairs)
+lt_status pass_fuse(lt_graph *g)
 {
     const int n_nodes = g->n_nodes;             /* absorbing records more, all of them constant */
     reader_count readers;
@@ -119,8 +118,20 @@ lt_status pass_fuse(lt_graph *g, bool pairs)
         return LT_ENOMEM;
     for (int k = 0; k < n_nodes; k++)
         if (g->node[k])
-            fuse_node(g, g->node[k], readers, pairs);
+            fuse_node(g, g->node[k], readers);
     return lt_graph_status(g);
+}
+
+lt_status pass_pair(lt_graph *g)
+{
+    reader_count readers;
+
+    if (read_counts(g, &readers))
+        return LT_ENOMEM;
+    for (int k = 0; k < g->n_nodes; k++)
+        if (g->node[k] && g->node[k]->op->absorb_before)
+            fuse_before(g, g->node[k], readers);
+    return LT_OK;
 }
 
 lt_status pass_fuse_for_training(lt_graph *g)

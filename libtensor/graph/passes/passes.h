@@ -19,9 +19,8 @@ lt_graph *pass_copy(const lt_graph *source, bool lower, lt_tensor **of);
 /* pass_dead_code - remove every node that no output needs */
 lt_status pass_dead_code(lt_graph *g);
 
-/* pass_fuse - let producers take over their element-wise tails: batch norm folds into the weights. With pairs a product
- * may take over the one before it. */
-lt_status pass_fuse(lt_graph *g, bool pairs);
+/* pass_fuse - let producers take over their element-wise tails: batch norm folds into the weights */
+lt_status pass_fuse(lt_graph *g);
 
 /* pass_fuse_for_training - the same where there is a backward pass, with tails alone */
 lt_status pass_fuse_for_training(lt_graph *g);
@@ -29,8 +28,11 @@ lt_status pass_fuse_for_training(lt_graph *g);
 /* pass_block - let chains of nodes keep their maps in blocks of channels; after pass_fuse. Changes the order's ids. */
 lt_status pass_block(lt_graph *g);
 
+/* pass_pair - let products and convolutions take over those before them; after pass_block */
+lt_status pass_pair(lt_graph *g);
+
 /* pass_prepare - let ops replace their constant inputs by what they read faster, and those that int8 names read 8-bit
- * integers; after pass_block */
+ * integers; after pass_pair */
 lt_status pass_prepare(lt_graph *g, const lt_int8_table *int8);
 
 /* pass_fold_constants - constant[id of node] says which nodes run once, before everything else */
