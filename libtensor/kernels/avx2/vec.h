@@ -38,7 +38,26 @@ INLINE vec v_bits(ivec i) { return _mm256_castsi256_ps(i); }
 INLINE ivec i_near(vec x) { return _mm256_cvtps_epi32(x); }
 INLINE vec v_of_int(ivec i) { return _mm256_cvtepi32_ps(i); }
 INLINE ivec i_set(int32_t x) { return _mm256_set1_epi32(x); }
+INLINE ivec i_load(const uint32_t *p) { return _mm256_loadu_si256((const void *)p); }
 INLINE ivec i_xor(ivec a, ivec b) { return _mm256_xor_si256(a, b); }
+
+/* The lower words of products of words without sign, and the upper ones */
+INLINE ivec i_multiply(ivec a, uint32_t b, ivec *upper)
+{
+    const ivec factor = i_set((int32_t)b), even = _mm256_mul_epu32(a, factor);
+    const ivec odd = _mm256_mul_epu32(_mm256_srli_epi64(a, 32), factor);
+
+    *upper = _mm256_blend_epi32(_mm256_srli_epi64(even, 32), odd, 0xaa);
+    return _mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xaa);
+}
+
+/* x where a word without sign is at least `least`, else 0 */
+INLINE vec v_where_at_least(ivec word, uint32_t least, float x)
+{
+    const ivec is = _mm256_cmpeq_epi32(_mm256_max_epu32(word, i_set((int32_t)least)), word);
+
+    return _mm256_and_ps(_mm256_castsi256_ps(is), v_set(x));
+}
 
 /* The lowest bytes of four, the first one lowest */
 INLINE ivec i_bytes(const ivec x[4])

@@ -44,7 +44,25 @@ INLINE vec v_bits(ivec i) { return _mm512_castsi512_ps(i); }
 INLINE ivec i_near(vec x) { return _mm512_cvtps_epi32(x); }
 INLINE vec v_of_int(ivec i) { return _mm512_cvtepi32_ps(i); }
 INLINE ivec i_set(int32_t x) { return _mm512_set1_epi32(x); }
+INLINE ivec i_load(const uint32_t *p) { return _mm512_loadu_si512(p); }
 INLINE ivec i_xor(ivec a, ivec b) { return _mm512_xor_si512(a, b); }
+
+/* The lower words of products of words without sign, and the upper ones. By shuffles, as the port of the products is
+ * that of shifts, too. */
+INLINE ivec i_multiply(ivec a, uint32_t b, ivec *upper)
+{
+    const ivec factor = i_set((int32_t)b), even = _mm512_mul_epu32(a, factor);
+    const ivec odd = _mm512_mul_epu32(_mm512_shuffle_epi32(a, _MM_PERM_DDBB), factor);
+
+    *upper = _mm512_mask_shuffle_epi32(odd, 0x5555, even, _MM_PERM_DDBB);
+    return _mm512_mask_shuffle_epi32(even, 0xaaaa, odd, _MM_PERM_CCAA);
+}
+
+/* x where a word without sign is at least `least`, else 0 */
+INLINE vec v_where_at_least(ivec word, uint32_t least, float x)
+{
+    return _mm512_maskz_mov_ps(_mm512_cmpge_epu32_mask(word, i_set((int32_t)least)), v_set(x));
+}
 
 /* The lowest bytes of four, the first one lowest */
 INLINE ivec i_bytes(const ivec x[4])

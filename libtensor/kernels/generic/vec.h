@@ -82,14 +82,29 @@ INLINE vec v_abs(vec x) { return FABS(x); }
 INLINE vec v_copysign(vec size, vec sign) { return COPYSIGN(size, sign); }
 INLINE vec v_where_less(vec a, vec b, vec yes, vec no) { return a < b ? yes : no; }
 
+/* Words in the lanes */
+INLINE ivec i_set(int32_t x) { return x; }
+INLINE ivec i_load(const uint32_t *p) { return (ivec)*p; }
+INLINE ivec i_xor(ivec a, ivec b) { return a ^ b; }
+
+/* The lower words of products of words without sign, and the upper ones */
+INLINE ivec i_multiply(ivec a, uint32_t b, ivec *upper)
+{
+    const uint64_t product = (uint64_t)(uint32_t)a * b;
+
+    *upper = (ivec)(product >> 32);
+    return (ivec)product;
+}
+
+/* x where a word without sign is at least `least`, else 0 */
+INLINE vec v_where_at_least(ivec word, uint32_t least, lt_real x) { return (uint32_t)word >= least ? x : 0; }
+
 #ifndef LT_DOUBLE
 /* Integers in the lanes: of the same bits, of the nearest, even where it stands between two, and back to floats */
 INLINE ivec i_bits(vec v) { return (ivec)bits_of(v); }
 INLINE vec v_bits(ivec i) { return of_bits((uint32_t)i); }
 INLINE ivec i_near(vec x) { return (ivec)(bits_of(x + 12582912.0f) - 0x4b400000u); }   /* |x| < 2^22 */
 INLINE vec v_of_int(ivec i) { return (float)i; }
-INLINE ivec i_set(int32_t x) { return x; }
-INLINE ivec i_xor(ivec a, ivec b) { return a ^ b; }
 
 /* The lowest bytes of four, the first one lowest */
 INLINE ivec i_bytes(const ivec x[4])
