@@ -285,16 +285,17 @@ void lt_gemm_tiles_pair(int64_t m, int64_t k, const lt_real *a, int64_t hidden, 
 
 /* ---- C = A^T B ------------------------------------------------------------------------------------------- */
 
-/* A is the narrower of the two; where it was B the sums are turned at the end. */
+/* A is the narrower of the two; where it was B the sums are turned at the end. Where tiles are few the terms are cut
+ * into chunks, whose sums are added up in their order. */
 typedef struct {
     int64_t m, n, k;
     const lt_real *a, *b;
+    lt_real *c;                         /* of all chunks, one behind the other */
     bool add;
-    lt_real *c;
-    int64_t rows, columns, tiles;       /* of a task; tasks beside each other */
+    int64_t tiles, across, chunks;      /* tiles of each chunk, and beside each other */
 } sums_job;
 
-typedef struct { const sums_job *j; int64_t row, rows, column, columns; } sums_task;
+typedef struct { const sums_job *j; int64_t row, rows, column, columns, from, to; lt_real *c; } sums_task;
 
 /* Blocks of terms at a time; behind packed A the sums */
 enum { SUMS = LT_SCRATCH_A / (COLUMNS * LT_TILES_ROW), MADE = SUMS * ROWS * LT_TILES_ROW };
@@ -304,7 +305,7 @@ _Static_assert(MADE + ROWS * COLUMNS <= LT_SCRATCH_B, "a tile's sums fit into sc
 static void pack_terms(const sums_task *t, lt_real *a, lt_real *b, int64_t at)
 {
     const sums_job *j = t->j;
-    const int64_t k = lt_min_i64(SIDE, j->k - at);
+    const int64_t k = lt_min_i64(SIDE, t->to - at);
 
     lt_k->tiles_left_turned(a, j->a + at * j->m + t->row, j->m, k, t->rows);
     lt_k->tiles_right(b, SUMS * LT_TILES_BLOCK, j->b + at * j->n + t->column, j->n, k, t->columns);
@@ -323,61 +324,79 @@ static void run_sums(void *ctx, lt_real *b, lt_real *a)
 
     for (int64_t s = 0; s < SUMS; s++)
         segment[s] = s * ROWS * LT_TILES_ROW;
-    for (int64_t at = 0; at < j->k; at += SUMS * SIDE) {
-        g.segments = sides_of(lt_min_i64(SUMS * SIDE, j->k - at));
-        g.add = at > 0;
+    for (int64_t at = t->from; at < t->to; at += SUMS * SIDE) {
+        g.segments = sides_of(lt_min_i64(SUMS * SIDE, t->to - at));
+        g.add = at > t->from;
         for (int64_t s = 0; s < g.segments; s++)
             pack_terms(t, a + segment[s], b + s * LT_TILES_BLOCK, at + s * SIDE);
         lt_k->gemm_tiles(&g);
     }
     for (int64_t i = 0; i < t->rows; i++)
-        store_row(j->c + (t->row + i) * j->n + t->column, made + i * LT_BLOCK, t->columns, j->add);
+        store_row(t->c + (t->row + i) * j->n + t->column, made + i * LT_BLOCK, t->columns, j->add);
 }
 
 static void sum_tile(void *ctx, int64_t index)
 {
     const sums_job *j = ctx;
-    sums_task t = { .j = j, .row = index / j->tiles * j->rows, .column = index % j->tiles * j->columns };
+    const int64_t tile = index % j->tiles, chunk = index / j->tiles, sides = sides_of(j->k);
+    sums_task t = {
+        .j = j, .row = tile / j->across * ROWS, .column = tile % j->across * COLUMNS, .c = j->c + chunk * j->m * j->n,
+        .from = chunk * sides / j->chunks * SIDE, .to = lt_min_i64((chunk + 1) * sides / j->chunks * SIDE, j->k),
+    };
 
-    t.rows = lt_min_i64(j->rows, j->m - t.row);
-    t.columns = lt_min_i64(j->columns, j->n - t.column);
+    t.rows = lt_min_i64(ROWS, j->m - t.row);
+    t.columns = lt_min_i64(COLUMNS, j->n - t.column);
     lt_with_scratch(run_sums, &t);
 }
 
-/* A task's tile as large as leaves some eight of them */
-static void make_sums(sums_job *j)
+static sums_job plan_sums(int64_t m, int64_t n, int64_t k)
 {
-    j->rows = ROWS, j->columns = COLUMNS;
-    while (j->columns > FEW && lt_ceil_div(j->m, j->rows) * lt_ceil_div(j->n, j->columns) < TASKS) {
-        j->columns /= 2;
-        j->rows = lt_min_i64(j->rows, j->columns);
+    sums_job j = { .m = lt_min_i64(m, n), .n = lt_max_i64(m, n), .k = k };
+
+    j.across = lt_ceil_div(j.n, COLUMNS);
+    j.tiles = lt_ceil_div(j.m, ROWS) * j.across;
+    j.chunks = lt_max_i64(1, lt_min_i64(lt_ceil_div(TASKS, j.tiles), k / FEW));
+    return j;
+}
+
+typedef struct { const sums_job *j; lt_real *c; bool turn, add; } gather_job;
+
+/* Some rows of C from all chunks' sums; or some rows of these, which are columns of C */
+static void gather_strip(void *ctx, int64_t strip)
+{
+    const gather_job *g = ctx;
+    const sums_job *j = g->j;
+    const int64_t at = strip * SIDE, rows = lt_min_i64(SIDE, j->m - at);
+
+    for (int64_t i = 0; i < j->chunks; i++) {
+        const lt_real *sums = j->c + (i * j->m + at) * j->n;
+
+        if (g->turn)
+            lt_k->turn(g->c + at, j->m, sums, j->n, rows, j->n, g->add || i > 0);
+        else if (g->add || i > 0)
+            lt_k->add_to(g->c + at * j->n, sums, (size_t)(rows * j->n));
+        else
+            memcpy(g->c + at * j->n, sums, (size_t)(rows * j->n) * sizeof(*sums));
     }
-    j->tiles = lt_ceil_div(j->n, j->columns);
-    lt_parallel_for(lt_ceil_div(j->m, j->rows) * j->tiles, sum_tile, j);
 }
 
-typedef struct { lt_real *c; const lt_real *sums; int64_t m, n; bool add; } turn_job;
-
-static void turn_strip(void *ctx, int64_t strip)
+size_t lt_gemm_tiles_sums_work(int64_t m, int64_t n, int64_t k)
 {
-    const turn_job *j = ctx;
-    const int64_t at = strip * SIDE;
+    const sums_job j = plan_sums(m, n, k);
 
-    lt_k->turn(j->c + at * j->n, j->n, j->sums + at, j->m, j->n, lt_min_i64(SIDE, j->m - at), j->add);
-}
-
-size_t lt_gemm_tiles_sums_work(int64_t m, int64_t n)
-{
-    return m > n ? (size_t)(m * n) * sizeof(lt_real) : 0;
+    return m > n || j.chunks > 1 ? (size_t)(j.chunks * m * n) * sizeof(lt_real) : 0;
 }
 
 void lt_gemm_tiles_sums(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_real *b, bool add, lt_real *c,
                         void *work)
 {
-    if (m <= n) {
-        make_sums(&(sums_job){ .m = m, .n = n, .k = k, .a = a, .b = b, .add = add, .c = c });
-        return;
-    }
-    make_sums(&(sums_job){ .m = n, .n = m, .k = k, .a = b, .b = a, .c = work });
-    lt_parallel_for(sides_of(m), turn_strip, &(turn_job){ c, work, m, n, add });
+    sums_job j = plan_sums(m, n, k);
+    const bool turn = m > n, gather = turn || j.chunks > 1;
+
+    j.a = turn ? b : a, j.b = turn ? a : b;
+    j.c = gather ? work : c;
+    j.add = !gather && add;
+    lt_parallel_for(j.tiles * j.chunks, sum_tile, &j);
+    if (gather)
+        lt_parallel_for(sides_of(j.m), gather_strip, &(gather_job){ &j, c, turn, add });
 }

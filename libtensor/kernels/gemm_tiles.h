@@ -41,9 +41,9 @@ LT_API void lt_gemm_tiles_pair(int64_t m, int64_t k, const lt_real *a, int64_t h
 /**
  * lt_gemm_tiles_sums - C (m, n) = or += A^T B: sums over k rows, of A (k, m) and of B (k, n)
  *
- * work is lt_gemm_tiles_sums_work(m, n) bytes, aligned to LT_ALIGN, contents indifferent.
+ * work is lt_gemm_tiles_sums_work(m, n, k) bytes, aligned to LT_ALIGN, contents indifferent.
  */
-LT_API size_t lt_gemm_tiles_sums_work(int64_t m, int64_t n);
+LT_API size_t lt_gemm_tiles_sums_work(int64_t m, int64_t n, int64_t k);
 LT_API void lt_gemm_tiles_sums(int64_t m, int64_t n, int64_t k, const lt_real *a, const lt_real *b, bool add,
                                lt_real *c, void *work);
 

@@ -94,8 +94,8 @@ static void plan(lt_call *c)
         c->work_bytes = lt_gemm_int8_work(rows, k);
     } else if (!a->packed) {
         c->work_bytes = (size_t)lt_max_i64(packed_count(rows, n, k), packed_count(rows, k, n)) * sizeof(lt_real);
-        if (lt_gemm_tiles_suits(n, k, rows) && c->work_bytes < lt_gemm_tiles_sums_work(n, k))
-            c->work_bytes = lt_gemm_tiles_sums_work(n, k);
+        if (lt_gemm_tiles_suits(n, k, rows) && c->work_bytes < lt_gemm_tiles_sums_work(n, k, rows))
+            c->work_bytes = lt_gemm_tiles_sums_work(n, k, rows);
     }
 }
 

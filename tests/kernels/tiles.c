@@ -93,7 +93,7 @@ static void check_sums(const tiles_case *t, bool add, bool plainly)
     float *a = random_array((size_t)(t->m * t->k), 1), *b = random_array((size_t)(t->n * t->k), 2);
     float *before = random_array(size, 3), *got = guarded_array(size);
     const factors f = { a, b, 1, t->m, 1, t->n };
-    void *work = lt_alloc(lt_gemm_tiles_sums_work(t->m, t->n));
+    void *work = lt_alloc(lt_gemm_tiles_sums_work(t->m, t->n, t->k));
     char name[80];
 
     snprintf(name, sizeof(name), "sums %dx%dx%d add %d", (int)t->m, (int)t->n, (int)t->k, add);
