@@ -96,6 +96,8 @@ typedef struct {
  *   vertices   (n, 778, 3) relative to the wrist
  *   keypoints  (n, 21, 3) in simple order, relative to the wrist; the first is zero
  *   scratch    (n)
+ *
+ * On a CPU with AMX's tiles 16 and more samples together may have other last bits than each alone.
  */
 LT_API void lt_hand_layer_forward(const lt_hand_layer *layer, int64_t n, const lt_real *R, const lt_real *beta,
                                   lt_real *vertices, lt_real *keypoints, lt_hand_scratch *scratch);
