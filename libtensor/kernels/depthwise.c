@@ -25,6 +25,7 @@ typedef struct {
     int64_t planes;                     /* of a task, forward and for the gradient of x */
     lt_depthwise strips;
     bool in_strips;                     /* the shape fits them */
+    bool up;                            /* the kernel for steps of 2 serves for the gradient of x */
 } job;
 
 static void plan_taps(lt_depthwise *s, const lt_conv2d_params *p)
@@ -285,6 +286,21 @@ static void data_rows(const job *j, int64_t task)
     }
 }
 
+static bool plan_up(lt_depthwise *s, const lt_conv2d_params *p)
+{
+    return plan_strips(s, p) && s->step == 2 && s->window && p->pad_h == s->window / 2 && p->pad_w == s->window / 2;
+}
+
+static void data_up(const job *j, int64_t task)
+{
+    const lt_conv2d_params *p = j->p;
+    const int64_t c = task % p->c, image = task / p->c, og = p->o / p->groups;
+
+    for (int64_t o = c * og; o < (c + 1) * og; o++)
+        lt_k->depthwise_up(j->dx + task * p->h * p->w, j->dy + (image * p->o + o) * j->out_h * j->out_w,
+                           j->weights + o * p->kh * p->kw, &j->strips, j->add || o > c * og);
+}
+
 /* Some input planes; one may feed several output channels. */
 static void data_task(void *ctx, int64_t task)
 {
@@ -292,7 +308,9 @@ static void data_task(void *ctx, int64_t task)
     const int64_t end = lt_min_i64(j->p->n * j->p->c, (task + 1) * j->planes);
 
     for (int64_t i = task * j->planes; i < end; i++)
-        if (j->in_strips)
+        if (j->up)
+            data_up(j, i);
+        else if (j->in_strips)
             lt_with_scratch(data_turned, &(data_call){ j, i });
         else
             data_rows(j, i);
@@ -304,7 +322,8 @@ void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, co
     job j = { .p = p, .dy = dy, .weights = weights, .dx = dx, .add = add,
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
-    j.in_strips = plan_turned(&j.strips, p);
+    j.up = plan_up(&j.strips, p);
+    j.in_strips = j.up || plan_turned(&j.strips, p);
     j.planes = planes_of_task(&j);
     lt_parallel_for(lt_ceil_div(p->n * p->c, j.planes), data_task, &j);
 }
@@ -323,13 +342,6 @@ static void weights_tap(const job *j, int64_t oy, int64_t iy, int tap, span s, v
                                           (size_t)(s.to - s.from));
 }
 
-/* The next image's maps, which the CPU does not guess. */
-static void fetch(const lt_real *map, int64_t n)
-{
-    for (int64_t i = 0; i < n; i += LT_ALIGN / (int64_t)sizeof(lt_real))
-        __builtin_prefetch(map + i, 0, 2);
-}
-
 /* Images [from, to) of the map that output channel o reads */
 static void weights_strips(const job *j, int64_t o, int64_t from, int64_t to, lt_real *dw)
 {
@@ -341,9 +353,8 @@ static void weights_strips(const job *j, int64_t o, int64_t from, int64_t to, lt
     for (int64_t i = from; i < to; i++) {
         const lt_real *x = j->x + (i * p->c + c) * in, *dy = j->dy + (i * p->o + o) * out;
 
-        fetch(x + p->c * in, i + 1 < to ? in : 0);
-        fetch(dy + p->o * out, i + 1 < to ? out : 0);
-        lt_k->depthwise_weights(sums, x, dy, &j->strips);
+        lt_k->depthwise_weights(sums, x, dy, &j->strips, x + (i + 1 < to ? p->c * in : in),
+                                dy + (i + 1 < to ? p->o * out : out));
     }
     for (int t = 0; t < j->strips.taps; t++) {
         double sum = 0;

@@ -472,9 +472,15 @@ typedef struct lt_kernels {
     void (*depthwise)(lt_real *y, double *total, const lt_real *x, const lt_real *w, const lt_depthwise *d,
                       const lt_epilogue *e, int64_t count);
 
+    /* depthwise_up: the gradient of one map whose square window goes by steps of 2, with a border of half its size:
+     * dx (h, w) = (add ? dx : 0) + one chain of multiply-adds over (ky, kx) */
+    void (*depthwise_up)(lt_real *dx, const lt_real *dy, const lt_real *w, const lt_depthwise *d, bool add);
+
     /* depthwise_weights: sums[t * LT_DEPTHWISE_LANES + column % LT_DEPTHWISE_LANES] += dy times what tap t sees
-     * of x, over a strip's positions by rows: one chain of multiply-adds a strip, and strips in double */
-    void (*depthwise_weights)(double *sums, const lt_real *x, const lt_real *dy, const lt_depthwise *d);
+     * of x: one chain of multiply-adds down the rows of each column, and these in double; without a square window a
+     * chain for each strip, by rows. next_x and next_dy are the maps that a later call reads. */
+    void (*depthwise_weights)(double *sums, const lt_real *x, const lt_real *dy, const lt_depthwise *d,
+                              const lt_real *next_x, const lt_real *next_dy);
 
     /* ---- Winograd F(2x2, 3x3), for libtensor/kernels/winograd2.c: LT_BLOCK channels in lanes ------------- */
     /* wino2_input: place p of B^T d B to out[p * place], where d[4 y + x] is row y, column x of the tile;

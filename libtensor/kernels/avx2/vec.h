@@ -126,6 +126,15 @@ INLINE vec v_load_even(const float *p, int lo, int hi)
     return _mm256_castpd_ps(_mm256_permute4x64_pd(halves, 0xd8));
 }
 
+/* a[0], b[0], a[1], b[1] ... */
+INLINE void v_zip(vec out[2], vec a, vec b)
+{
+    const vec even = _mm256_unpacklo_ps(a, b), odd = _mm256_unpackhi_ps(a, b);      /* of each half */
+
+    out[0] = _mm256_permute2f128_ps(even, odd, 0x20);
+    out[1] = _mm256_permute2f128_ps(even, odd, 0x31);
+}
+
 /* p[2 i] = fma(s, x[i], p[2 i]) for i < n, at most VL; what lies between is stored as it was */
 INLINE void v_fma_even(float *p, vec s, vec x, int n)
 {

@@ -133,6 +133,15 @@ INLINE vec v_load_even(const float *p, int lo, int hi)
                                   v_load_part(p + VL, lo - VL, hi - VL));
 }
 
+/* a[0], b[0], a[1], b[1] ... */
+INLINE void v_zip(vec out[2], vec a, vec b)
+{
+    const __m512i lo = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+
+    out[0] = _mm512_permutex2var_ps(a, lo, b);
+    out[1] = _mm512_permutex2var_ps(a, _mm512_add_epi32(lo, _mm512_set1_epi32(VL / 2)), b);
+}
+
 /* p[2 i] = fma(s, x[i], p[2 i]) for i < n, at most VL */
 INLINE void v_fma_even(float *p, vec s, vec x, int n)
 {

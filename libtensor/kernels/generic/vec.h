@@ -47,6 +47,9 @@ INLINE void v_store_part(lt_real *p, vec v, int hi)
 /* p[0], p[2], p[4] ...: those of the places lo <= i < hi, zero for the others */
 INLINE vec v_load_even(const lt_real *p, int lo, int hi) { return v_load_part(p, lo, hi); }
 
+/* a[0], b[0], a[1], b[1] ... */
+INLINE void v_zip(vec out[2], vec a, vec b) { out[0] = a, out[1] = b; }
+
 INLINE void v_fma_even(lt_real *p, vec s, vec x, int n) { *p = n ? v_fma(s, x, *p) : *p; }
 
 /* out[j]: p[j], p[4 + j], p[8 + j] ..., and back */
