@@ -310,10 +310,11 @@ typedef struct lt_kernels {
 
     /* Of `runs` runs of n elements that start `step` apart, as a channel's are in an NCHW map; element i of
      * each in sum i % 16. moments: the sums of x and of x^2; grad_moments: of dy and of dy * (x - mean),
-     * where behind, with y for the first run, may be NULL. */
+     * where behind, with y for the first run, may be NULL; what came through it, in runs like those of dy, which it
+     * may be, goes to `through`, unless that is NULL. */
     void (*moments)(double out[2], const lt_real *x, int64_t step, int64_t runs, size_t n);
-    void (*grad_moments)(double out[2], const lt_real *dy, const lt_behind *behind, const lt_real *x, double mean,
-                         int64_t step, int64_t runs, size_t n);
+    void (*grad_moments)(double out[2], lt_real *through, const lt_real *dy, const lt_behind *behind,
+                         const lt_real *x, double mean, int64_t step, int64_t runs, size_t n);
     lt_real (*max)(const lt_real *x, size_t n);     /* -inf for n = 0; NaN when any is NaN */
     bool (*all_finite)(const lt_real *x, size_t n);
 

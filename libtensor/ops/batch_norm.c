@@ -171,23 +171,23 @@ static const lt_behind *behind_of(const lt_call *c, int64_t ch, lt_behind *behin
     return act.kind == LT_ACT_NONE ? NULL : behind;
 }
 
-static void backward_residual(const lt_call *c, int64_t at, size_t n, const lt_behind *behind)
+static void backward_residual(const lt_call *c, int64_t at, size_t n, const lt_real *dy, const lt_behind *behind)
 {
     op_start(c, RESIDUAL, at, (int64_t)n);
     if (behind)
-        lt_k->leaky_relu_grad(c->din[RESIDUAL] + at, c->dout + at, behind->y, behind->slope, n);
+        lt_k->leaky_relu_grad(c->din[RESIDUAL] + at, dy + at, behind->y, behind->slope, n);
     else
-        lt_k->add_to(c->din[RESIDUAL] + at, c->dout + at, n);
+        lt_k->add_to(c->din[RESIDUAL] + at, dy + at, n);
 }
 
 /* dx may be dy: of the two, the residual's gradient comes first. */
-static void backward_plane(const lt_call *c, int64_t at, size_t n, const lt_behind *behind, double s, double t,
-                           double u)
+static void backward_plane(const lt_call *c, int64_t at, size_t n, const lt_real *dy, const lt_behind *behind,
+                           double s, double t, double u)
 {
     if (c->in[RESIDUAL] && c->din[RESIDUAL])
-        backward_residual(c, at, n, behind);
+        backward_residual(c, at, n, dy, behind);
     if (c->din[X])
-        lt_k->affine_grad(c->din[X] + at, c->dout + at, behind, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u,
+        lt_k->affine_grad(c->din[X] + at, dy + at, behind, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u,
                           !c->fresh[X], n);
 }
 
@@ -199,15 +199,19 @@ static void backward_channel(const lt_call *c, int64_t ch)
     double sum[2], dbias, dweight, s, t, u;
     lt_behind store;
     const lt_behind *behind = behind_of(c, ch, &store);
+    lt_real *through = behind && c->din[X] && c->fresh[X] ? c->din[X] : NULL;
+    const lt_real *dy = through ? through : c->dout;
 
-    lt_k->grad_moments(sum, c->dout + first, behind, value(c, X) + first, m->mean, step, lt_dim(c->out, 0), n);
+    lt_k->grad_moments(sum, through ? through + first : NULL, c->dout + first, behind, value(c, X) + first, m->mean,
+                       step, lt_dim(c->out, 0), n);
+    behind = through ? NULL : behind;
     dbias = sum[0];
     dweight = sum[1] * m->rstd;
     s = value(c, WEIGHT)[ch] * m->rstd;
     t = -s * m->rstd * dweight / (double)count(c);
     u = -s * dbias / (double)count(c) - t * m->mean;
     for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
-        backward_plane(c, first + b * step, n, behind, s, t, u);
+        backward_plane(c, first + b * step, n, dy, behind, s, t, u);
         store.y = store.y ? store.y + step : NULL;
     }
     collect(c, ch, m, dweight, dbias);

@@ -70,11 +70,13 @@ CALL(dot, s->out[0] = k->dot(A, B, s->n))
 CALL(dot_step, s->out[0] = k->dot_step(A, B, 2, (s->n + 1) / 2))
 CALL(moments, k->moments(s->out, A, 0, 1, s->n))
 CALL(moments_of_3, k->moments(s->out, A, (int64_t)s->n / 3, 3, s->n / 3))
-CALL(grad_moments, k->grad_moments(s->out, A, NULL, B, 0.3, 0, 1, s->n))
-CALL(grad_moments_of_2, k->grad_moments(s->out, A, NULL, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
-CALL(grad_moments_relu, k->grad_moments(s->out, A, RELU, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
-CALL(grad_moments_silu, k->grad_moments(s->out, A, SILU_OF_X, B, 0.3, 0, 1, s->n))
-CALL(grad_moments_relu_of_x, k->grad_moments(s->out, A, RELU_OF_X, B, 0.3, 0, 1, s->n))
+CALL(grad_moments, k->grad_moments(s->out, NULL, A, NULL, B, 0.3, 0, 1, s->n))
+CALL(grad_moments_of_2, k->grad_moments(s->out, NULL, A, NULL, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
+CALL(grad_moments_relu, k->grad_moments(s->out, NULL, A, RELU, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
+CALL(grad_moments_silu, k->grad_moments(s->out, NULL, A, SILU_OF_X, B, 0.3, 0, 1, s->n))
+CALL(grad_moments_relu_of_x, k->grad_moments(s->out, NULL, A, RELU_OF_X, B, 0.3, 0, 1, s->n))
+CALL(grad_moments_through, k->grad_moments(s->out, Y, A, SILU_OF_X, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
+CALL(grad_moments_in_place, k->grad_moments(s->out, Y, Y, RELU, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
 CALL(max, s->out[0] = (double)k->max(A, s->n))
 CALL(all_finite, s->out[0] = k->all_finite(A, s->n))
 CALL(softmax, k->softmax(Y, A, s->n))
@@ -197,7 +199,7 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(sigmoid_grad), ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu),
     ENTRY(affine_silu), ENTRY(affine_residual), ENTRY(affine_cols), ENTRY(affine_grad_relu), ENTRY(grad_moments_relu),
     ENTRY(affine_grad_add), ENTRY(affine_grad_relu_add), ENTRY(affine_grad_relu_of_x), ENTRY(affine_grad_in_place),
-    ENTRY(affine_grad_silu), ENTRY(grad_moments_silu),
+    ENTRY(affine_grad_silu), ENTRY(grad_moments_silu), ENTRY(grad_moments_through), ENTRY(grad_moments_in_place),
     ENTRY(grad_moments_relu_of_x), ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step),
     ENTRY(moments), ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite),
     ENTRY(softmax), ENTRY(softmax_grad), ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows),
