@@ -369,6 +369,21 @@ lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes, lt_ten
     return n->outs[0];
 }
 
+bool lt_become(lt_node *node, const lt_op *op, const void *attr, size_t attr_bytes, lt_tensor *const *in, int n_in)
+{
+    void *copy = lt_arena_alloc(node->outs[0]->graph->arena, attr_bytes);
+
+    if (!copy)
+        return false;
+    node->op = op;
+    node->attr = memcpy(copy, attr, attr_bytes);
+    node->attr_bytes = attr_bytes;
+    node->n_in = n_in;
+    for (int i = 0; i < n_in; i++)
+        node->in[i] = in[i];
+    return true;
+}
+
 lt_tensor *lt_result(lt_tensor *t, int i)
 {
     return t->node && i < t->node->n_out ? t->node->outs[i] : t->graph->harmless;

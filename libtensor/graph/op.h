@@ -105,7 +105,7 @@ typedef struct lt_op {
     /* How forward computes this call, for profiles: "winograd". Optional. */
     const char *(*algorithm)(const lt_call *c);
 
-    /* ---- what passes ask; all optional, and but for absorb_for_training in plans without backward only ---- */
+    /* ---- what passes ask; all optional, and but for .._for_training in plans without backward only ---- */
 
     /* Record something simpler instead, on in[0]'s graph, and return its result, or NULL to stay. */
     lt_tensor *(*lower)(const lt_node *node, lt_tensor *const *in);
@@ -123,8 +123,9 @@ typedef struct lt_op {
     bool (*as_gate)(const lt_node *node);
     bool (*absorb_gate)(lt_node *node, lt_tensor *x, lt_tensor *gate);
 
-    /* Do the work of the node that makes in[0] as well, or refuse. */
+    /* Do the work of the node that makes in[0] as well, or refuse; the same in a plan with backward. */
     bool (*absorb_before)(lt_node *node, const lt_node *before);
+    bool (*absorb_before_for_training)(lt_node *node, const lt_node *before);
 
     /* The inputs that the node could read in blocks, all of them or none, and whether its result would be in blocks
      * then; 0: it cannot. */
@@ -164,6 +165,10 @@ struct lt_node {
  */
 LT_API lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes,
                            lt_tensor *const *in, int n_in);
+
+/* lt_become - let a node be another op's from now on, with a copy of attr and other inputs; for passes. False, and
+ * nothing changed, without memory. */
+bool lt_become(lt_node *node, const lt_op *op, const void *attr, size_t attr_bytes, lt_tensor *const *in, int n_in);
 
 /* lt_result - another output of the node that made t: lt_result(t, 1) is its second */
 LT_API lt_tensor *lt_result(lt_tensor *t, int i);

@@ -239,6 +239,17 @@ static void space_out(const job *j, const lt_real *dy, lt_real *out)
         lt_k->axpy_out(out + r * p->stride_h * j->strips.w, p->stride_w, 1, dy + r * j->out_w, (size_t)j->out_w);
 }
 
+/* One map of dy under the window w, turned over */
+static void under_turned(lt_real *dx, const lt_real *dy, const lt_real *w, const lt_depthwise *strips)
+{
+    const lt_epilogue nothing = { 0 };
+    lt_real turned[LT_DEPTHWISE_TAPS];
+
+    for (int t = 0; t < strips->taps; t++)
+        turned[t] = w[strips->taps - 1 - t];
+    lt_k->depthwise(dx, NULL, dy, turned, strips, &nothing, 1);
+}
+
 typedef struct { const job *j; int64_t task; } data_call;
 
 static void data_turned(void *ctx, lt_real *spaced, lt_real *result)
@@ -247,24 +258,20 @@ static void data_turned(void *ctx, lt_real *spaced, lt_real *result)
     const job *j = d->j;
     const lt_conv2d_params *p = j->p;
     const int64_t c = d->task % p->c, image = d->task / p->c, og = p->o / p->groups, taps = (int64_t)p->kh * p->kw;
-    const lt_epilogue nothing = { 0 };
     lt_real *dx = j->dx + d->task * p->h * p->w;
 
     for (int64_t o = c * og; o < (c + 1) * og; o++) {
-        const lt_real *dy = j->dy + (image * p->o + o) * j->out_h * j->out_w;
-        lt_real turned[LT_DEPTHWISE_TAPS];
+        const lt_real *dy = j->dy + (image * p->o + o) * j->out_h * j->out_w, *w = j->weights + o * taps;
 
-        for (int64_t t = 0; t < taps; t++)
-            turned[t] = j->weights[(o + 1) * taps - 1 - t];
         if (p->stride_h > 1 || p->stride_w > 1) {
             space_out(j, dy, spaced);
             dy = spaced;
         }
         if (!j->add && o == c * og) {
-            lt_k->depthwise(dx, NULL, dy, turned, &j->strips, &nothing, 1);
+            under_turned(dx, dy, w, &j->strips);
             continue;
         }
-        lt_k->depthwise(result, NULL, dy, turned, &j->strips, &nothing, 1);
+        under_turned(result, dy, w, &j->strips);
         lt_k->add_to(dx, result, (size_t)(p->h * p->w));
     }
 }
@@ -342,6 +349,15 @@ static void weights_tap(const job *j, int64_t oy, int64_t iy, int tap, span s, v
                                           (size_t)(s.to - s.from));
 }
 
+static lt_real sum_of_lanes(const double *sums, int tap)
+{
+    double sum = 0;
+
+    for (int l = 0; l < LT_DEPTHWISE_LANES; l++)
+        sum += sums[tap * LT_DEPTHWISE_LANES + l];
+    return (lt_real)sum;
+}
+
 /* Images [from, to) of the map that output channel o reads */
 static void weights_strips(const job *j, int64_t o, int64_t from, int64_t to, lt_real *dw)
 {
@@ -356,13 +372,8 @@ static void weights_strips(const job *j, int64_t o, int64_t from, int64_t to, lt
         lt_k->depthwise_weights(sums, x, dy, &j->strips, x + (i + 1 < to ? p->c * in : in),
                                 dy + (i + 1 < to ? p->o * out : out));
     }
-    for (int t = 0; t < j->strips.taps; t++) {
-        double sum = 0;
-
-        for (int l = 0; l < LT_DEPTHWISE_LANES; l++)
-            sum += sums[t * LT_DEPTHWISE_LANES + l];
-        dw[j->strips.weight[t]] = (lt_real)sum;
-    }
+    for (int t = 0; t < j->strips.taps; t++)
+        dw[j->strips.weight[t]] = sum_of_lanes(sums, t);
 }
 
 static void weights_rows(const job *j, int64_t o, int64_t from, int64_t to, lt_real *dw)
@@ -398,4 +409,45 @@ void lt_depthwise_backward_weights(const lt_conv2d_params *p, const lt_real *x, 
 
     j.in_strips = plan_strips(&j.strips, p);
     lt_parallel_for(chunks * p->o, weights_task, &j);
+}
+
+/* ---- a map at a time --------------------------------------------------------------------------------------- */
+
+/* Small maps go faster many at once. */
+bool lt_depthwise_by_maps(lt_depthwise_maps *m, const lt_conv2d_params *p)
+{
+    enum { SMALL = 400 };
+    const bool fits = p->h * p->w <= LT_SCRATCH_A && p->h * p->w <= LT_SCRATCH_B;
+
+    m->p = *p;
+    return p->groups == p->c && p->groups == p->o && lt_conv2d_out_h(p) * lt_conv2d_out_w(p) > SMALL && fits
+           && plan_strips(&m->forward, p) && m->forward.window
+           && (plan_up(&m->data, p) || (m->forward.step == 1 && plan_turned(&m->data, p)));
+}
+
+void lt_depthwise_map(const lt_depthwise_maps *m, const lt_real *x, const lt_real *w, lt_real *y)
+{
+    const lt_epilogue nothing = { 0 };
+
+    lt_k->depthwise(y, NULL, x, w, &m->forward, &nothing, 1);
+}
+
+void lt_depthwise_map_data(const lt_depthwise_maps *m, const lt_real *dy, const lt_real *w, lt_real *dx)
+{
+    if (m->forward.step == 2)
+        lt_k->depthwise_up(dx, dy, w, &m->data, false);
+    else
+        under_turned(dx, dy, w, &m->data);
+}
+
+void lt_depthwise_map_weights(const lt_depthwise_maps *m, double sums[LT_DEPTHWISE_SUMS], const lt_real *x,
+                              const lt_real *dy, const lt_real *next_x, const lt_real *next_dy)
+{
+    lt_k->depthwise_weights(sums, x, dy, &m->forward, next_x, next_dy);
+}
+
+void lt_depthwise_sum_weights(const lt_depthwise_maps *m, const double sums[LT_DEPTHWISE_SUMS], lt_real *dw)
+{
+    for (int t = 0; t < m->forward.taps; t++)
+        dw[m->forward.weight[t]] += sum_of_lanes(sums, t);
 }

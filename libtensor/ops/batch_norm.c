@@ -12,19 +12,14 @@
  * A plan with gradients lets it do what follows as well: y = act(batch_norm(x) + residual), with a leaky relu whose
  * result tells where its gradient passes, or, without a residual, silu.
  */
-#include "libtensor/ops/common.h"
+#include "libtensor/ops/batch_norm.h"
 
 enum { X, WEIGHT, BIAS, MEAN, VAR, RESIDUAL, INPUTS };
-
-typedef struct {
-    double eps;
-    lt_act act;                         /* leaky relu, silu, or none */
-} batch_norm_attr;
 
 static lt_status infer(lt_call *c)
 {
     static const char *const what[] = { "input", "weight", "bias", "running mean", "running var" };
-    const batch_norm_attr *a = c->attr;
+    const norm_attr *a = c->attr;
 
     if (c->in[X]->shape.rank < 2)
         return lt_fail(c, "its input has no dimension 1 for channels");
@@ -36,15 +31,10 @@ static lt_status infer(lt_call *c)
     return op_same_shape(c);
 }
 
-/* What a channel's batch measured. */
-typedef struct {
-    double mean, var, rstd;
-} measure;
-
 static void plan(lt_call *c)
 {
     if (c->train)
-        c->saved_bytes[0] = (size_t)lt_dim(c->in[X], 1) * sizeof(measure);
+        c->saved_bytes[0] = (size_t)lt_dim(c->in[X], 1) * sizeof(norm_measure);
 }
 
 static const lt_real *value(const lt_call *c, int i)
@@ -54,58 +44,60 @@ static const lt_real *value(const lt_call *c, int i)
 
 static int64_t plane_at(const lt_call *c, int64_t b, int64_t ch)
 {
-    return (b * lt_dim(c->out, 1) + ch) * op_inner(c->out, 1);
+    return (b * lt_dim(c->in[X], 1) + ch) * op_inner(c->in[X], 1);
 }
 
 /* From a channel's plane of one image to that of the next */
 static int64_t image_step(const lt_call *c)
 {
-    return lt_dim(c->out, 1) * op_inner(c->out, 1);
+    return lt_dim(c->in[X], 1) * op_inner(c->in[X], 1);
 }
 
 static int64_t count(const lt_call *c)
 {
-    return lt_dim(c->out, 0) * op_inner(c->out, 1);
+    return lt_dim(c->in[X], 0) * op_inner(c->in[X], 1);
 }
 
 /* Sums in double of floats: x^2 - mean^2 loses nothing that a float could show. */
-static measure measure_channel(const lt_call *c, int64_t ch)
+static norm_measure batch(const lt_call *c, int64_t ch)
 {
-    const batch_norm_attr *a = c->attr;
+    const norm_attr *a = c->attr;
     const double n = (double)count(c);
     double sum[2];
-    measure m;
+    norm_measure m;
 
-    lt_k->moments(sum, value(c, X) + plane_at(c, 0, ch), image_step(c), lt_dim(c->out, 0),
-                  (size_t)op_inner(c->out, 1));
+    lt_k->moments(sum, value(c, X) + plane_at(c, 0, ch), image_step(c), lt_dim(c->in[X], 0),
+                  (size_t)op_inner(c->in[X], 1));
     m.mean = sum[0] / n;
     m.var = fmax(0, sum[1] / n - m.mean * m.mean);
     m.rstd = 1 / sqrt(m.var + a->eps);
     return m;
 }
 
-static measure running(const lt_call *c, int64_t ch)
+static norm_measure running(const lt_call *c, int64_t ch)
 {
-    const batch_norm_attr *a = c->attr;
+    const norm_attr *a = c->attr;
     const double var = value(c, VAR)[ch];
 
-    return (measure){ value(c, MEAN)[ch], var, 1 / sqrt(var + a->eps) };
+    return (norm_measure){ value(c, MEAN)[ch], var, 1 / sqrt(var + a->eps) };
 }
 
-/* n weight + bias as scale x + shift */
-typedef struct { lt_real scale, shift; } line;
+norm_measure norm_measure_channel(const lt_call *c, int64_t ch)
+{
+    return c->train ? batch(c, ch) : running(c, ch);
+}
 
-static line line_of(const lt_call *c, int64_t ch, const measure *m)
+norm_line norm_line_of(const lt_call *c, int64_t ch, const norm_measure *m)
 {
     const double scale = value(c, WEIGHT)[ch] * m->rstd;
 
-    return (line){ (lt_real)scale, (lt_real)(value(c, BIAS)[ch] - m->mean * scale) };
+    return (norm_line){ (lt_real)scale, (lt_real)(value(c, BIAS)[ch] - m->mean * scale) };
 }
 
-static void normalise(const lt_call *c, int64_t ch, const measure *m)
+static void normalise(const lt_call *c, int64_t ch, const norm_measure *m)
 {
-    const batch_norm_attr *a = c->attr;
-    const line l = line_of(c, ch, m);
+    const norm_attr *a = c->attr;
+    const norm_line l = norm_line_of(c, ch, m);
 
     for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
         const int64_t at = plane_at(c, b, ch);
@@ -117,16 +109,16 @@ static void normalise(const lt_call *c, int64_t ch, const measure *m)
 
 static void forward_channel(const lt_call *c, int64_t ch)
 {
-    const measure m = c->train ? measure_channel(c, ch) : running(c, ch);
+    const norm_measure m = norm_measure_channel(c, ch);
 
     if (c->train)
-        ((measure *)c->saved[0])[ch] = m;
+        ((norm_measure *)c->saved[0])[ch] = m;
     normalise(c, ch, &m);
 }
 
 static void recompute_channel(const lt_call *c, int64_t ch)
 {
-    const measure m = c->train ? ((const measure *)c->saved[0])[ch] : running(c, ch);
+    const norm_measure m = c->train ? ((const norm_measure *)c->saved[0])[ch] : running(c, ch);
 
     normalise(c, ch, &m);
 }
@@ -147,10 +139,11 @@ static void recompute(const lt_call *c)
     by_channel(c, recompute_channel);
 }
 
-static void collect(const lt_call *c, int64_t ch, const measure *m, double dweight, double dbias)
+void norm_collect(const lt_call *c, int64_t ch, const norm_gradient *g)
 {
+    const norm_measure *m = (const norm_measure *)c->saved[0] + ch;
     const double n = (double)count(c);
-    const double add[] = { [WEIGHT] = dweight, [BIAS] = dbias, [MEAN] = m->mean,
+    const double add[] = { [WEIGHT] = g->dweight, [BIAS] = g->dbias, [MEAN] = m->mean,
                            [VAR] = n > 1 ? m->var * n / (n - 1) : m->var };
 
     for (int i = WEIGHT; i <= VAR; i++)
@@ -158,17 +151,32 @@ static void collect(const lt_call *c, int64_t ch, const measure *m, double dweig
             c->din[i][ch] += (lt_real)add[i];
 }
 
+norm_gradient norm_gradient_of(const lt_call *c, int64_t ch, const double sum[2])
+{
+    const norm_measure *m = (const norm_measure *)c->saved[0] + ch;
+    norm_gradient g = { .dweight = sum[1] * m->rstd, .dbias = sum[0], .s = value(c, WEIGHT)[ch] * m->rstd };
+
+    g.t = -g.s * m->rstd * g.dweight / (double)count(c);
+    g.u = -g.s * g.dbias / (double)count(c) - g.t * m->mean;
+    return g;
+}
+
+lt_behind norm_behind(const lt_call *c, int64_t ch)
+{
+    const lt_act act = ((const norm_attr *)c->attr)->act;
+    const norm_line l = norm_line_of(c, ch, (const norm_measure *)c->saved[0] + ch);
+
+    return (lt_behind){ .slope = act.param, .a = l.scale, .b = l.shift, .silu = act.kind == LT_ACT_SILU };
+}
+
 /* The activation at the first plane of a channel; NULL where there is none. The result is read where a residual went
  * into it; else x says what went in, and x is read anyway. */
 static const lt_behind *behind_of(const lt_call *c, int64_t ch, lt_behind *behind)
 {
-    const lt_act act = ((const batch_norm_attr *)c->attr)->act;
-    const line l = line_of(c, ch, (const measure *)c->saved[0] + ch);
-
-    *behind = (lt_behind){ .slope = act.param, .a = l.scale, .b = l.shift, .silu = act.kind == LT_ACT_SILU };
+    *behind = norm_behind(c, ch);
     if (c->in[RESIDUAL])
         behind->y = (const lt_real *)c->out->data + plane_at(c, 0, ch);
-    return act.kind == LT_ACT_NONE ? NULL : behind;
+    return ((const norm_attr *)c->attr)->act.kind == LT_ACT_NONE ? NULL : behind;
 }
 
 static void backward_residual(const lt_call *c, int64_t at, size_t n, const lt_real *dy, const lt_behind *behind)
@@ -182,39 +190,36 @@ static void backward_residual(const lt_call *c, int64_t at, size_t n, const lt_r
 
 /* dx may be dy: of the two, the residual's gradient comes first. */
 static void backward_plane(const lt_call *c, int64_t at, size_t n, const lt_real *dy, const lt_behind *behind,
-                           double s, double t, double u)
+                           const norm_gradient *g)
 {
     if (c->in[RESIDUAL] && c->din[RESIDUAL])
         backward_residual(c, at, n, dy, behind);
     if (c->din[X])
-        lt_k->affine_grad(c->din[X] + at, dy + at, behind, value(c, X) + at, (lt_real)s, (lt_real)t, (lt_real)u,
-                          !c->fresh[X], n);
+        lt_k->affine_grad(c->din[X] + at, dy + at, behind, value(c, X) + at, (lt_real)g->s, (lt_real)g->t,
+                          (lt_real)g->u, !c->fresh[X], n);
 }
 
 static void backward_channel(const lt_call *c, int64_t ch)
 {
     const int64_t first = plane_at(c, 0, ch), step = image_step(c);
-    const measure *m = (const measure *)c->saved[0] + ch;
+    const norm_measure *m = (const norm_measure *)c->saved[0] + ch;
     const size_t n = (size_t)op_inner(c->out, 1);
-    double sum[2], dbias, dweight, s, t, u;
     lt_behind store;
     const lt_behind *behind = behind_of(c, ch, &store);
     lt_real *through = behind && c->din[X] && c->fresh[X] ? c->din[X] : NULL;
     const lt_real *dy = through ? through : c->dout;
+    norm_gradient g;
+    double sum[2];
 
     lt_k->grad_moments(sum, through ? through + first : NULL, c->dout + first, behind, value(c, X) + first, m->mean,
                        step, lt_dim(c->out, 0), n);
+    g = norm_gradient_of(c, ch, sum);
     behind = through ? NULL : behind;
-    dbias = sum[0];
-    dweight = sum[1] * m->rstd;
-    s = value(c, WEIGHT)[ch] * m->rstd;
-    t = -s * m->rstd * dweight / (double)count(c);
-    u = -s * dbias / (double)count(c) - t * m->mean;
     for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
-        backward_plane(c, first + b * step, n, dy, behind, s, t, u);
+        backward_plane(c, first + b * step, n, dy, behind, &g);
         store.y = store.y ? store.y + step : NULL;
     }
-    collect(c, ch, m, dweight, dbias);
+    norm_collect(c, ch, &g);
 }
 
 static void backward(const lt_call *c)
@@ -234,7 +239,7 @@ static lt_status fold_infer(lt_call *c)
 
 static void fold_forward(const lt_call *c)
 {
-    const batch_norm_attr *a = c->attr;
+    const norm_attr *a = c->attr;
     lt_real *scale = c->outs[0]->data, *shift = c->outs[1]->data;
 
     for (int64_t i = 0; i < lt_numel(c->out); i++) {
@@ -251,7 +256,7 @@ static const lt_op fold_op = {
 
 static lt_tensor *lower(const lt_node *node, lt_tensor *const *in)
 {
-    lt_tensor *scale = lt_apply(&fold_op, node->attr, sizeof(batch_norm_attr), in + WEIGHT, 4);
+    lt_tensor *scale = lt_apply(&fold_op, node->attr, sizeof(norm_attr), in + WEIGHT, 4);
 
     return lt_channel_affine(in[X], scale, lt_result(scale, 1));
 }
@@ -259,7 +264,7 @@ static lt_tensor *lower(const lt_node *node, lt_tensor *const *in)
 static void onnx(lt_onnx *w, const lt_node *n)
 {
     lt_onnx_same(w, n, "BatchNormalization");
-    lt_onnx_float(w, "epsilon", ((const batch_norm_attr *)n->attr)->eps);
+    lt_onnx_float(w, "epsilon", ((const norm_attr *)n->attr)->eps);
 }
 
 static bool absorb_for_training(lt_node *node, const lt_tail *tail);
@@ -288,7 +293,7 @@ static bool has_gradient(const lt_node *node, const lt_tail *tail)
 
 static bool absorb_for_training(lt_node *node, const lt_tail *tail)
 {
-    batch_norm_attr *a = node->attr;
+    norm_attr *a = node->attr;
 
     if (tail->scale || a->act.kind != LT_ACT_NONE || (tail->addend && node->in[RESIDUAL]) || !has_gradient(node, tail))
         return false;
@@ -299,10 +304,20 @@ static bool absorb_for_training(lt_node *node, const lt_tail *tail)
     return true;
 }
 
+/* With weights that learn it is the batch that it measures, whoever does its work. */
+const norm_attr *norm_before(const lt_node *node)
+{
+    const lt_tensor *weight = node->in[WEIGHT];
+
+    if (node->op->forward != forward || node->in[RESIDUAL] || weight->kind != LT_PARAM || weight->param->frozen)
+        return NULL;
+    return node->attr;
+}
+
 lt_tensor *(lt_batch_norm)(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, lt_tensor *running_mean,
                            lt_tensor *running_var, double eps)
 {
-    const batch_norm_attr a = { .eps = eps };
+    const norm_attr a = { .eps = eps };
     lt_tensor *const in[INPUTS] = { x, weight, bias, running_mean, running_var };
 
     return lt_apply(&batch_norm_op, &a, sizeof(a), in, INPUTS);

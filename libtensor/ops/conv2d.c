@@ -11,7 +11,7 @@
  */
 #include "libtensor/kernels/conv_blocks.h"
 #include "libtensor/kernels/int8.h"
-#include "libtensor/ops/common.h"
+#include "libtensor/ops/norm_depthwise.h"
 
 enum { X, W, B, ADDEND, SCALE, REGION, GATE, W0, B0, SCALE0, INPUTS };
 
@@ -353,6 +353,13 @@ static bool absorb_before(lt_node *node, const lt_node *before)
     return true;
 }
 
+static bool absorb_before_for_training(lt_node *node, const lt_node *before)
+{
+    const lt_conv2d_params p = params_of_node(node);
+
+    return !node->in[B] && op_norm_depthwise(node, before, node->in[W], &p);
+}
+
 /* conv2d_pack: w (O, ...), times scale (O) if that is there, in the order in which forward reads it. */
 typedef struct {
     lt_conv2d_params p;
@@ -480,8 +487,8 @@ static const lt_op conv2d_op = {
     .name = "conv2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W), .optional = OPTIONAL,
     .infer = infer, .plan = plan, .forward = forward, .backward = backward, .macs = macs, .algorithm = algorithm,
     .absorb = absorb, .absorb_mean = absorb_mean, .absorb_gate = absorb_gate, .takes_blocks = takes_blocks,
-    .absorb_before = absorb_before, .prepare = prepare, .takes_int8 = takes_int8, .prepare_int8 = prepare_int8,
-    .onnx = onnx,
+    .absorb_before = absorb_before, .absorb_before_for_training = absorb_before_for_training, .prepare = prepare,
+    .takes_int8 = takes_int8, .prepare_int8 = prepare_int8, .onnx = onnx,
 };
 
 static const lt_op conv2d_within_op = {

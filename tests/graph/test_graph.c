@@ -296,6 +296,71 @@ START_TEST(batch_norms_fuse_in_training)
 }
 END_TEST
 
+typedef struct { const char *act; int k, stride; bool shared, frozen; } normed_case;
+
+static const normed_case normed_cases[] = {
+    { "silu", 3, 1, false, false }, { "silu", 5, 2, true, false }, { "relu", 3, 2, false, false },
+    { "none", 5, 1, true, false }, { "silu", 3, 1, false, true },
+};
+
+static lt_tensor *activate(lt_tensor *x, const char *act)
+{
+    return strcmp(act, "silu") == 0 ? lt_silu(x) : strcmp(act, "relu") == 0 ? lt_leaky_relu(x, 0.1) : x;
+}
+
+/* The gradients of a plan's run, one behind the other; those of parameters are cleared for the next plan. */
+static int64_t run_for_gradients(const lt_plan *p, const lt_tensor *x, lt_real *out)
+{
+    int64_t n = lt_numel(x);
+
+    lt_run((lt_plan *)p);
+    memcpy(out, lt_plan_grad(p, x), (size_t)n * sizeof(*out));
+    for (const lt_param *param = lt_params_first(set); param; param = param->next)
+        for (int64_t j = 0; param->grad && j < lt_param_numel(param); j++)
+            out[n++] = param->grad[j];
+    lt_params_zero_grad(set);
+    return n;
+}
+
+/* A depthwise convolution makes the normalised map it reads itself: the same loss, and gradients but for the order of
+ * some sums. Not behind a batch norm whose weights are frozen, which measures no batch. */
+START_TEST(batch_norms_before_depthwise_fuse_in_training)
+{
+    enum { C = 3, MOST = 30000 };
+    static lt_real grads[2][MOST];
+    const normed_case *t = &normed_cases[_i];
+    const lt_batch_norm_layer bn = lt_batch_norm_layer_new(set, "bn", C);
+    const lt_conv_layer conv = lt_conv_layer_new(set, "conv", C, C, t->k, false,
+                                                 &(lt_conv_opts){ .stride = t->stride, .pad = t->k / 2, .groups = C });
+    lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(3, C, 47, 50))), *z = lt_tanh(x), *y, *loss;
+    lt_plan *fused, *plain;
+    int64_t n;
+
+    lt_init_default(set, 3);
+    lt_init_uniform(bn.weight, 5, 1);
+    bn.weight->frozen = bn.bias->frozen = t->frozen;
+    y = lt_conv_layer_forward(&conv, activate(lt_batch_norm_layer_forward(&bn, z), t->act));
+    loss = lt_sum(lt_mul(y, lt_tanh(y)));
+    if (t->shared)
+        loss = lt_add(loss, lt_sum(lt_mul(z, z)));
+    fused = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = loss });
+    plain = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = loss, .no_fusion = true });
+    ck_assert_int_eq(steps_of(fused, "norm_depthwise", "backward"), !t->frozen);
+    ck_assert_int_eq(steps_of(fused, "batch_norm", "forward"), t->frozen);
+    ck_assert_int_eq(steps_of(plain, "conv2d", "backward"), 1);
+    fill(fused, x, 1);
+    fill(plain, x, 1);
+    n = run_for_gradients(fused, x, grads[0]);
+    ck_assert_int_le(n, MOST - 1000);
+    ck_assert_int_eq(run_for_gradients(plain, x, grads[1]), n);
+    ck_assert(at(fused, loss, 0) == at(plain, loss, 0));
+    for (int64_t i = 0; i < n; i++)
+        ck_assert_double_eq_tol(grads[0][i], grads[1][i], 2e-5 * (1 + fabs((double)grads[1][i])));
+    lt_plan_free(fused);
+    lt_plan_free(plain);
+}
+END_TEST
+
 static int linear_steps(const lt_compile_opts *opts)
 {
     lt_plan *p = lt_compile(g, opts);
@@ -676,6 +741,8 @@ int main(void)
     tcase_add_test(tc, tails_fuse);
     tcase_add_loop_test(tc, products_fuse_in_pairs, 0, 2);
     tcase_add_test(tc, batch_norms_fuse_in_training);
+    tcase_add_loop_test(tc, batch_norms_before_depthwise_fuse_in_training, 0,
+                        sizeof(normed_cases) / sizeof(normed_cases[0]));
     tcase_add_test(tc, products_stay_apart_where_they_must);
     tcase_add_test(tc, means_and_gates_fuse);
     tcase_add_test(tc, means_and_gates_stay_where_they_are_wanted);

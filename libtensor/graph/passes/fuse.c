@@ -82,11 +82,13 @@ static void fuse_gate(lt_graph *g, lt_node *reader, reader_count readers)
         g->node[gated->id] = NULL;
 }
 
-static void fuse_before(lt_graph *g, lt_node *reader, reader_count readers)
+typedef bool (*before_fn)(lt_node *node, const lt_node *before);
+
+static void fuse_before(lt_graph *g, lt_node *reader, reader_count readers, before_fn absorb)
 {
     const lt_node *before = sole_producer(reader, 0, readers);
 
-    if (before && reader->op->absorb_before(reader, before))
+    if (before && absorb(reader, before))
         g->node[before->id] = NULL;
 }
 
@@ -130,7 +132,7 @@ lt_status pass_pair(lt_graph *g)
         return LT_ENOMEM;
     for (int k = 0; k < g->n_nodes; k++)
         if (g->node[k] && g->node[k]->op->absorb_before)
-            fuse_before(g, g->node[k], readers);
+            fuse_before(g, g->node[k], readers, g->node[k]->op->absorb_before);
     return LT_OK;
 }
 
@@ -143,5 +145,8 @@ lt_status pass_fuse_for_training(lt_graph *g)
     for (int k = 0; k < g->n_nodes; k++)
         if (g->node[k] && g->node[k]->op->as_tail)
             fuse_tail(g, g->node[k], readers, for_training);
+    for (int k = 0; k < g->n_nodes; k++)
+        if (g->node[k] && g->node[k]->op->absorb_before_for_training)
+            fuse_before(g, g->node[k], readers, g->node[k]->op->absorb_before_for_training);
     return LT_OK;
 }

@@ -22,7 +22,7 @@ lt_status pass_dead_code(lt_graph *g);
 /* pass_fuse - let producers take over their element-wise tails: batch norm folds into the weights */
 lt_status pass_fuse(lt_graph *g);
 
-/* pass_fuse_for_training - the same where there is a backward pass, with tails alone */
+/* pass_fuse_for_training - the same where there is a backward pass, with tails, then with what is before */
 lt_status pass_fuse_for_training(lt_graph *g);
 
 /* pass_block - let chains of nodes keep their maps in blocks of channels; after pass_fuse. Changes the order's ids. */
