@@ -108,6 +108,9 @@ typedef struct {
     bool silu;
 } lt_behind;
 
+/* What came through that activation: its gradient, where it may be dy, and silu's result. NULL for what nobody wants. */
+typedef struct { lt_real *dz, *silu; } lt_through;
+
 /* Some vertices of a mesh beside each other: the joints that move any of them, and how much */
 enum { LT_SKIN_GROUP = 16, LT_SKIN_JOINTS = 16, LT_SKIN_FRAME = 12 };
 typedef struct {
@@ -310,10 +313,10 @@ typedef struct lt_kernels {
 
     /* Of `runs` runs of n elements that start `step` apart, as a channel's are in an NCHW map; element i of
      * each in sum i % 16. moments: the sums of x and of x^2; grad_moments: of dy and of dy * (x - mean),
-     * where behind, with y for the first run, may be NULL; what came through it, in runs like those of dy, which it
-     * may be, goes to `through`, unless that is NULL. */
+     * where behind, with y for the first run, may be NULL. What came through it goes where `to` says, which may be
+     * NULL, in runs like those of dy. */
     void (*moments)(double out[2], const lt_real *x, int64_t step, int64_t runs, size_t n);
-    void (*grad_moments)(double out[2], lt_real *through, const lt_real *dy, const lt_behind *behind,
+    void (*grad_moments)(double out[2], const lt_through *to, const lt_real *dy, const lt_behind *behind,
                          const lt_real *x, double mean, int64_t step, int64_t runs, size_t n);
     lt_real (*max)(const lt_real *x, size_t n);     /* -inf for n = 0; NaN when any is NaN */
     bool (*all_finite)(const lt_real *x, size_t n);

@@ -206,13 +206,13 @@ static void backward_channel(const lt_call *c, int64_t ch)
     const size_t n = (size_t)op_inner(c->out, 1);
     lt_behind store;
     const lt_behind *behind = behind_of(c, ch, &store);
-    lt_real *through = behind && c->din[X] && c->fresh[X] ? c->din[X] : NULL;
-    const lt_real *dy = through ? through : c->dout;
+    const bool through = behind && c->din[X] && c->fresh[X];
+    const lt_real *dy = through ? c->din[X] : c->dout;
     norm_gradient g;
     double sum[2];
 
-    lt_k->grad_moments(sum, through ? through + first : NULL, c->dout + first, behind, value(c, X) + first, m->mean,
-                       step, lt_dim(c->out, 0), n);
+    lt_k->grad_moments(sum, through ? &(lt_through){ .dz = c->din[X] + first } : NULL, c->dout + first, behind,
+                       value(c, X) + first, m->mean, step, lt_dim(c->out, 0), n);
     g = norm_gradient_of(c, ch, sum);
     behind = through ? NULL : behind;
     for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {

@@ -124,30 +124,29 @@ static void forward(const lt_call *c)
 
 /* ---- backward ---- */
 
-static void kernel_gradient(const channel *s)
-{
-    const int64_t n = s->a->maps.p.n;
-    double sums[LT_DEPTHWISE_SUMS] = { 0 };
-
-    for (int64_t b = 0; b < n; b++) {
-        const int64_t next = lt_min_i64(b + 1, n - 1);
-
-        make_map(s, b, measure_of(s));
-        lt_depthwise_map_weights(&s->a->maps, sums, s->map, dy_of(s, b), x_of(s, next), dy_of(s, next));
-    }
-    lt_depthwise_sum_weights(&s->a->maps, sums, s->c->din[KERNEL] + s->ch * s->a->maps.p.kh * s->a->maps.p.kw);
-}
-
-/* What came through the activation to image b's map, in dz; its sums are added. */
+/* What came through the activation to image b's map, in dz, and the map itself; the sums of dz are added. */
 static void come_through(const channel *s, int64_t b, lt_real *dz, double sum[2])
 {
+    const lt_act_kind act = s->a->norm.act.kind;
     const lt_behind behind = norm_behind(s->c, s->ch);
-    const bool none = s->a->norm.act.kind == LT_ACT_NONE;
+    const lt_through to = { .dz = dz, .silu = s->map };
     double more[2];
 
     lt_depthwise_map_data(&s->a->maps, dy_of(s, b), s->w, dz);
-    lt_k->grad_moments(more, dz, dz, none ? NULL : &behind, x_of(s, b), measure_of(s)->mean, 0, 1, map_size(s));
+    lt_k->grad_moments(more, &to, dz, act == LT_ACT_NONE ? NULL : &behind, x_of(s, b), measure_of(s)->mean, 0, 1,
+                       map_size(s));
     sum[0] += more[0], sum[1] += more[1];
+    if (act != LT_ACT_SILU)
+        make_map(s, b, measure_of(s));
+}
+
+/* Image b's part of the window's gradient, of its map */
+static void add_to_window(const channel *s, int64_t b, double *window)
+{
+    const int64_t next = lt_min_i64(b + 1, s->a->maps.p.n - 1);
+
+    if (s->c->din[KERNEL])
+        lt_depthwise_map_weights(&s->a->maps, window, s->map, dy_of(s, b), x_of(s, next), dy_of(s, next));
 }
 
 /* Where dx begins, it holds what came through until the sums are known; else that is made twice. */
@@ -155,13 +154,13 @@ static void backward_maps(channel *s)
 {
     const lt_call *c = s->c;
     const bool fresh = c->din[X] && c->fresh[X];
-    double sum[2] = { 0 }, again[2];
+    double sum[2] = { 0 }, again[2], window[LT_DEPTHWISE_SUMS] = { 0 };
     norm_gradient g;
 
-    if (c->din[KERNEL])
-        kernel_gradient(s);
-    for (int64_t b = 0; b < s->a->maps.p.n; b++)
+    for (int64_t b = 0; b < s->a->maps.p.n; b++) {
         come_through(s, b, fresh ? c->din[X] + x_at(s, b) : s->dmap, sum);
+        add_to_window(s, b, window);
+    }
     g = norm_gradient_of(c, s->ch, sum);
     for (int64_t b = 0; c->din[X] && b < s->a->maps.p.n; b++) {
         lt_real *dx = c->din[X] + x_at(s, b);
@@ -172,6 +171,8 @@ static void backward_maps(channel *s)
                           map_size(s));
     }
     norm_collect(c, s->ch, &g);
+    if (c->din[KERNEL])
+        lt_depthwise_sum_weights(&s->a->maps, window, c->din[KERNEL] + s->ch * s->a->maps.p.kh * s->a->maps.p.kw);
 }
 
 static void backward_channel(const lt_call *c, int64_t ch)
