@@ -399,8 +399,10 @@ typedef struct lt_kernels {
     void (*adam)(lt_real *w, lt_real *m, lt_real *v, const lt_real *g, const lt_adam_step *p, size_t n);
     void (*sgd)(lt_real *w, lt_real *m, const lt_real *g, const lt_sgd_step *p, size_t n);
 
-    /* dropout: y = x masked, or y += x masked; x begins with element at, a multiple of 4 */
-    void (*dropout)(lt_real *y, const lt_real *x, const lt_masking *d, int64_t at, size_t n, bool add);
+    /* dropout: y = x masked, or y += x masked; x begins with element at, a multiple of 4. With relu, which may be NULL,
+     * the mask is `slope` times as large where relu->y is not above 0. */
+    void (*dropout)(lt_real *y, const lt_real *x, const lt_masking *d, const lt_behind *relu, int64_t at, size_t n,
+                    bool add);
 
     /* ---- the matrix product, for libtensor/kernels/gemm.c and conv.c ----------------------------- */
     /* A tile is at most mr rows of nr columns. Packed A: m rows cut into ceil(m / mr) panels of equal

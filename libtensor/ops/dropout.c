@@ -3,7 +3,7 @@
  *   dx += dy * m / (1 - p)
  *
  * Draw i is the key of element i, so the mask depends on neither threads nor chunks and backward makes
- * it again.
+ * it again. In a plan with gradients the leaky relu before it may be done here as well: y = leaky_relu(x) * m / (1 - p).
  */
 #include "libtensor/ops/common.h"
 
@@ -11,6 +11,8 @@
 
 typedef struct {
     double p;
+    bool relu;                          /* with a leaky relu of this slope before it */
+    lt_real slope;
 } dropout_attr;
 
 static lt_status infer(lt_call *c)
@@ -33,11 +35,19 @@ static lt_masking mask_of(const lt_call *c)
     };
 }
 
+/* y = or += x masked, where the relu saw what in[0] is */
+static void mask(const lt_call *c, lt_real *y, const lt_real *x, int64_t at, size_t n, bool add)
+{
+    const dropout_attr *a = c->attr;
+    const lt_masking d = mask_of(c);
+    const lt_behind relu = { .y = (const lt_real *)c->in[0]->data + at, .slope = a->slope };
+
+    lt_k->dropout(y + at, x + at, &d, a->relu ? &relu : NULL, at, n, add);
+}
+
 static void forward_chunk(const lt_call *c, int64_t at, size_t n)
 {
-    const lt_masking d = mask_of(c);
-
-    lt_k->dropout((lt_real *)c->out->data + at, (const lt_real *)c->in[0]->data + at, &d, at, n, false);
+    mask(c, c->out->data, c->in[0]->data, at, n, false);
 }
 
 static void forward(const lt_call *c)
@@ -47,9 +57,7 @@ static void forward(const lt_call *c)
 
 static void backward_chunk(const lt_call *c, int64_t at, size_t n)
 {
-    const lt_masking d = mask_of(c);
-
-    lt_k->dropout(c->din[0] + at, c->dout + at, &d, at, n, !c->fresh[0]);
+    mask(c, c->din[0], c->dout, at, n, !c->fresh[0]);
 }
 
 static void backward(const lt_call *c)
@@ -69,10 +77,31 @@ static void onnx(lt_onnx *w, const lt_node *n)
     lt_onnx_is(w, n->outs[0], lt_onnx_of(w, n->in[0]));
 }
 
-static const lt_op dropout_op = {
-    .name = "dropout", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_RANDOM | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING,
-    .infer = infer, .forward = forward, .backward = backward, .lower = lower, .onnx = onnx,
-};
+static bool absorb_before_for_training(lt_node *node, const lt_node *before);
+
+#define DROPOUT(kept) {                                                                             \
+    .name = "dropout", .flags = LT_OP_INPLACE | LT_OP_CHEAP | LT_OP_RANDOM | LT_OP_ASSIGNS, .keeps = (kept), \
+    .infer = infer, .forward = forward, .backward = backward, .lower = lower, \
+    .absorb_before_for_training = absorb_before_for_training, .onnx = onnx, \
+}
+
+static const lt_op dropout_op = DROPOUT(LT_KEEP_NOTHING);
+static const lt_op after_relu_op = DROPOUT(LT_KEEP_IN(0));
+
+static bool absorb_before_for_training(lt_node *node, const lt_node *before)
+{
+    dropout_attr *a = node->attr;
+    lt_tail tail = { 0 };
+
+    if (a->relu || before->n_in != 1 || !before->op->as_tail || !before->op->as_tail(before, 0, &tail)
+        || tail.act.kind != LT_ACT_LEAKY_RELU)
+        return false;
+    a->relu = true;
+    a->slope = tail.act.param;
+    node->in[0] = before->in[0];
+    node->op = &after_relu_op;
+    return true;
+}
 
 lt_tensor *(lt_dropout)(lt_tensor *x, double p)
 {

@@ -568,6 +568,30 @@ START_TEST(dropout_draws_by_step)
 }
 END_TEST
 
+/* In training dropout does the relu before it: no steps for that, and the same numbers. */
+START_TEST(dropout_takes_a_relu_over)
+{
+    static const double slopes[] = { 0, 0.1 };
+    lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(5, 1001)));
+    lt_tensor *y = lt_output(lt_dropout(lt_leaky_relu(lt_tanh(x), slopes[_i]), 0.25), "y"), *loss = lt_sum(lt_mul(y, y));
+    lt_plan *fused = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = true });
+    lt_plan *plain = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = true, .no_fusion = true });
+
+    ck_assert_int_eq(steps_of(fused, "leaky_relu", "forward") + steps_of(fused, "leaky_relu", "backward"), 0);
+    ck_assert_int_eq(steps_of(plain, "leaky_relu", "forward") + steps_of(plain, "leaky_relu", "backward"), 2);
+    fill(fused, x, 1);
+    fill(plain, x, 1);
+    lt_run(fused);
+    lt_run(plain);
+    for (int64_t i = 0; i < lt_numel(x); i++) {
+        ck_assert_double_eq_tol(at(fused, y, i), at(plain, y, i), 1e-6);
+        ck_assert_double_eq_tol(lt_plan_grad(fused, x)[i], lt_plan_grad(plain, x)[i], 1e-6);
+    }
+    lt_plan_free(fused);
+    lt_plan_free(plain);
+}
+END_TEST
+
 START_TEST(stochastic_depth_draws_by_sample)
 {
     enum { N = 10000, EACH = 3 };
@@ -753,6 +777,7 @@ int main(void)
     tcase_add_test(tc, the_first_bad_tensor_has_a_name);
     tcase_add_test(tc, a_nan_wins_its_windows);
     tcase_add_test(tc, dropout_draws_by_step);
+    tcase_add_loop_test(tc, dropout_takes_a_relu_over, 0, 2);
     tcase_add_test(tc, stochastic_depth_draws_by_sample);
     suite_add_tcase(suite, tc);
     tcase_add_loop_test(many, sharing_memory_changes_no_bit, 0, 60);

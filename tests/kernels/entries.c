@@ -105,8 +105,9 @@ static void call_sgd(const lt_kernels *k, args *s)
 
 static const lt_masking third = { 0x123456789abcdefu, 0xfedcba987654321u, 0x55555555u, 1.5f };
 
-CALL(dropout, k->dropout(Y, A, &third, 0, s->n, false))
-CALL(dropout_add, k->dropout(Y, A, &third, 4 * ((int64_t)1 << 32) - 64, s->n, true))
+CALL(dropout, k->dropout(Y, A, &third, NULL, 0, s->n, false))
+CALL(dropout_add, k->dropout(Y, A, &third, NULL, 4 * ((int64_t)1 << 32) - 64, s->n, true))
+CALL(dropout_relu, k->dropout(Y, A, &third, RELU, 8, s->n, false))
 
 /* Planes as high as n allows: the window that has a loop of its own, the other one, and any other. */
 static void pool(const lt_kernels *k, args *s, int w, int window, int step, int pad, bool places)
@@ -203,7 +204,7 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(grad_moments_relu_of_x), ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step),
     ENTRY(moments), ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite),
     ENTRY(softmax), ENTRY(softmax_grad), ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows),
-    ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare), ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add),
+    ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare), ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add), ENTRY(dropout_relu),
     ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(columns_near), ENTRY(columns_near_add),
     ENTRY(columns_far), ENTRY(columns_far_add), ENTRY(turn), ENTRY(turn_add), ENTRY(turn_wide),
     ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
@@ -385,7 +386,7 @@ static void check_dropout(const lt_kernels *k)
 
     for (int i = 0; i < N; i++)
         x[i] = 1;
-    k->dropout(y, x, &third, at, N, false);
+    k->dropout(y, x, &third, NULL, at, N, false);
     r.index = (uint64_t)at;
     for (int i = 0; i < N; i++)
         expect_near(y[i], lt_rng_u32(&r) < third.below ? 0 : 1.5, 0, "dropout", "draw", (size_t)i);
