@@ -3,7 +3,8 @@
  *   dx += dy * m / (1 - p)
  *
  * Draw i is the key of element i, so the mask depends on neither threads nor chunks and backward makes
- * it again. In a plan with gradients the leaky relu before it may be done here as well: y = leaky_relu(x) * m / (1 - p).
+ * it again. In a plan with gradients the leaky relu before it may be done here as well:
+ * y = leaky_relu(x) * m / (1 - p).
  */
 #include "libtensor/ops/common.h"
 

@@ -573,7 +573,8 @@ START_TEST(dropout_takes_a_relu_over)
 {
     static const double slopes[] = { 0, 0.1 };
     lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(5, 1001)));
-    lt_tensor *y = lt_output(lt_dropout(lt_leaky_relu(lt_tanh(x), slopes[_i]), 0.25), "y"), *loss = lt_sum(lt_mul(y, y));
+    lt_tensor *y = lt_output(lt_dropout(lt_leaky_relu(lt_tanh(x), slopes[_i]), 0.25), "y");
+    lt_tensor *loss = lt_sum(lt_mul(y, y));
     lt_plan *fused = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = true });
     lt_plan *plain = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = true, .no_fusion = true });
 

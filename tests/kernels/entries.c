@@ -75,8 +75,10 @@ CALL(grad_moments_of_2, k->grad_moments(s->out, NULL, A, NULL, B, 0.3, (int64_t)
 CALL(grad_moments_relu, k->grad_moments(s->out, NULL, A, RELU, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
 CALL(grad_moments_silu, k->grad_moments(s->out, NULL, A, SILU_OF_X, B, 0.3, 0, 1, s->n))
 CALL(grad_moments_relu_of_x, k->grad_moments(s->out, NULL, A, RELU_OF_X, B, 0.3, 0, 1, s->n))
-CALL(grad_moments_through, k->grad_moments(s->out, &(lt_through){ Y, s->y[1] }, A, SILU_OF_X, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
-CALL(grad_moments_in_place, k->grad_moments(s->out, &(lt_through){ .dz = Y }, Y, RELU, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
+#define TO_Y (&(lt_through){ .dz = Y })
+#define TO_BOTH (&(lt_through){ Y, s->y[1] })
+CALL(grad_moments_through, k->grad_moments(s->out, TO_BOTH, A, SILU_OF_X, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
+CALL(grad_moments_in_place, k->grad_moments(s->out, TO_Y, Y, RELU, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
 CALL(max, s->out[0] = (double)k->max(A, s->n))
 CALL(all_finite, s->out[0] = k->all_finite(A, s->n))
 CALL(softmax, k->softmax(Y, A, s->n))
@@ -204,7 +206,8 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(grad_moments_relu_of_x), ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step),
     ENTRY(moments), ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite),
     ENTRY(softmax), ENTRY(softmax_grad), ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows),
-    ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare), ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add), ENTRY(dropout_relu),
+    ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare), ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add),
+    ENTRY(dropout_relu),
     ENTRY(combine), ENTRY(combine_add), ENTRY(combine_none), ENTRY(columns_near), ENTRY(columns_near_add),
     ENTRY(columns_far), ENTRY(columns_far_add), ENTRY(turn), ENTRY(turn_add), ENTRY(turn_wide),
     ENTRY(turn_high), ENTRY(maxpool), ENTRY(maxpool_wide), ENTRY(maxpool_values), ENTRY(maxpool_2),
