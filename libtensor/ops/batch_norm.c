@@ -309,7 +309,8 @@ const norm_attr *norm_before(const lt_node *node)
 {
     const lt_tensor *weight = node->in[WEIGHT];
 
-    if (node->op->forward != forward || node->in[RESIDUAL] || weight->kind != LT_PARAM || weight->param->frozen)
+    if (node->op->forward != forward || node->in[RESIDUAL]
+        || !(weight->param ? !weight->param->frozen : weight->wants_grad))
         return NULL;
     return node->attr;
 }

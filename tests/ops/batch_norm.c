@@ -10,6 +10,15 @@ static lt_tensor *leaky(lt_tensor **in) { return lt_leaky_relu(build(in), 0.1); 
 static lt_tensor *sum(lt_tensor **in) { return lt_add(in[5], build(in)); }
 static lt_tensor *residual(lt_tensor **in) { return lt_leaky_relu(sum(in), 0.1); }
 
+static lt_tensor *depthwise(lt_tensor *x, lt_tensor *w, int stride)
+{
+    return lt_conv2d(x, w, NULL, &(lt_conv_opts){ .stride = stride, .pad = (int)lt_dim(w, 2) / 2,
+                                                  .groups = (int)lt_dim(w, 0) });
+}
+
+static lt_tensor *before_3x3(lt_tensor **in) { return depthwise(lt_silu(build(in)), in[5], 1); }
+static lt_tensor *before_5x5_by_2(lt_tensor **in) { return depthwise(build(in), in[5], 2); }
+
 static void fill(const op_case *c, int input, lt_real *v, int64_t n, lt_rng *r)
 {
     (input == 4 ? fill_positive : fill_clear_of_zero)(c, input, v, n, r);
@@ -34,6 +43,10 @@ static const op_case cases[] = {
     { "leaky", leaky, .in = { S(2, 3, 5, 7), STATS(3) }, .fill = fill_off_kink },
     { "residual", residual, .in = { S(2, 3, 5, 7), STATS(3), S(2, 3, 5, 7) }, .fill = fill_off_kink },
     { "sum", sum, .in = { S(3, 2, 4), STATS(2), S(3, 2, 4) }, .fill = fill },
+    { "before_3x3", before_3x3, .in = { S(2, 2, 21, 20), STATS(2), S(2, 1, 3, 3) }, .fill = fill, .no_vectors = true,
+      .together = true },
+    { "before_5x5_by_2", before_5x5_by_2, .in = { S(1, 3, 41, 42), STATS(3), S(3, 1, 5, 5) }, .fill = fill,
+      .no_vectors = true, .together = true },
     { "long_residual", residual, .in = { S(4, 5, 31, 43), STATS(5), S(4, 5, 31, 43) }, .fill = fill_off_kink,
       .no_vectors = true },
     { "long", build, .in = { S(4, 9, 31, 33), STATS(9) }, .fill = fill, .no_vectors = true },
