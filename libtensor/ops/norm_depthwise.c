@@ -154,7 +154,7 @@ static void backward_maps(channel *s)
 {
     const lt_call *c = s->c;
     const bool fresh = c->din[X] && c->fresh[X];
-    double sum[2] = { 0 }, again[2], window[LT_DEPTHWISE_SUMS] = { 0 };
+    double sum[2] = { 0 }, again[2] = { 0 }, window[LT_DEPTHWISE_SUMS] = { 0 };
     norm_gradient g;
 
     for (int64_t b = 0; b < s->a->maps.p.n; b++) {
