@@ -102,6 +102,7 @@ static lt_status compile(bench *b)
     if (st)
         return st;
     b->plan = lt_compile(b->record.g, &(lt_compile_opts){ .train = b->o.train, .loss = b->record.loss,
+                                                          .replace_grads = true,
                                                           .consume_params = b->o.alone, .int8 = table });
     if (!b->plan)
         return lt_graph_status(b->record.g) ? lt_graph_status(b->record.g) : LT_ENOMEM;
@@ -157,8 +158,6 @@ static double now_ms(void)
 
 static void run_once(bench *b)
 {
-    if (has_step(b))
-        lt_params_zero_grad(b->o.m->params);
     lt_run(b->plan);
     if (has_step(b)) {
         lt_optim_step(b->optim, 1e-6, lt_optim_grad_norm(b->optim));

@@ -6,7 +6,7 @@
 lt_status compiled_new(const model *m, int batch, compiled_kind kind, compiled *out)
 {
     compiled c = { .record = { .g = lt_graph_new(), .batch = batch } };
-    lt_compile_opts opts = { .train = kind == COMPILED_TRAIN };
+    lt_compile_opts opts = { .train = kind == COMPILED_TRAIN, .replace_grads = true };
     lt_status st;
 
     if (!c.record.g)

@@ -43,7 +43,6 @@ static int run_shards(trainer *t, const hand_object_batch *b, double total)
     train_step_record *out = &t->record;
     int ran = 0;
 
-    lt_params_zero_grad(t->params);
     for (int s = 0; s < t->config.optim.shards; s++) {
         const double share = load_shard(t, b, s, total);
 
@@ -53,6 +52,8 @@ static int run_shards(trainer *t, const hand_object_batch *b, double total)
             out->loss += share * value(&t->train, r->loss);
             for (int i = 0; i < r->losses.n; i++)
                 out->part[i] += share * value(&t->train, r->losses.port[i].tensor);
+        } else {
+            lt_params_zero_grad(t->params);
         }
         tree_sum_add(t->sum, s);
     }
@@ -78,7 +79,6 @@ static void name_culprit(trainer *t, const hand_object_batch *b, double total, c
             lt_plan_find_nonfinite(t->train.plan, where, bytes);
     if (!where[0])
         snprintf(where, bytes, "the sum of the shards' gradients");
-    lt_params_zero_grad(t->params);
 }
 
 static lt_status skip(trainer *t, const char *where)

@@ -93,15 +93,13 @@ static void add_piece(void *ctx, int64_t i)
         grad[k] = from[k] + grad[k];
 }
 
-/* level = grad, grad = 0 */
+/* level = grad */
 static void store_piece(void *ctx, int64_t i)
 {
     const level_job *j = ctx;
     const piece *c = &j->t->piece[i];
-    const size_t bytes = (size_t)lt_param_numel(c->p) * sizeof(lt_real);
 
-    memcpy(j->t->level[j->level] + c->at, c->p->grad, bytes);
-    memset(c->p->grad, 0, bytes);
+    memcpy(j->t->level[j->level] + c->at, c->p->grad, (size_t)lt_param_numel(c->p) * sizeof(lt_real));
 }
 
 static void on_level(const tree_sum *t, int level, lt_task_fn fn)

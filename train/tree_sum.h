@@ -29,7 +29,7 @@ void tree_sum_free(tree_sum *t);
 /**
  * tree_sum_add - shard number `shard`, the next in order, has left its gradients in the parameters
  *
- * After the last shard the parameters hold the sum; after any other they hold zeros. A shard without
+ * After the last shard the parameters hold the sum; after any other what they hold is done with. A shard without
  * samples is added too, as zeros.
  */
 void tree_sum_add(tree_sum *t, int shard);

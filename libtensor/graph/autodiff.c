@@ -132,7 +132,9 @@ static bool start_gradients(lt_plan *p, const lt_node *n, bool *fresh)
     for (int i = 0; i < n->n_in; i++) {
         const lt_tensor *t = n->in[i];
 
-        if (!t || !p->tensor[t->id].needs_grad || plan_root_tensor(p, t)->param || plan_root(p, t)->touched)
+        if (!t || !p->tensor[t->id].needs_grad || plan_root(p, t)->touched)
+            continue;
+        if (plan_root_tensor(p, t)->param && !p->replace_grads)
             continue;
         plan_root(p, t)->touched = true;
         if ((n->op->flags & LT_OP_ASSIGNS) && !reads_twice(p, n, i)) {

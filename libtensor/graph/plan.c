@@ -162,6 +162,7 @@ lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts)
     }
     p->arena = arena;
     p->train = o->train;
+    p->replace_grads = o->replace_grads;
     p->loss_weight = 1;
     if (compile(p, g, o)) {
         lt_plan_free(p);

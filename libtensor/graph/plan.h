@@ -24,6 +24,8 @@ typedef struct {
                                      * lt_plan_refresh does nothing from then on */
     const lt_int8_table *int8;      /* infer: layers that read their inputs as 8-bit integers; with a table, an empty
                                      * one too, maps stay (B, C, H, W). NULL: none. Not kept */
+    bool replace_grads;             /* train: a run's gradients take the place of those before, for less time than to
+                                     * clear them and add; else lt_run adds */
     bool no_recompute;              /* train: keep what could be recomputed, to compare with */
 } lt_compile_opts;
 
@@ -31,8 +33,8 @@ typedef struct {
  * lt_compile - turn a recorded graph into a plan
  *
  * What stays readable after a run: outputs (lt_output), the loss, inputs. The graph is not changed and
- * must outlive the plan, as must the parameters. train adds the backward pass of loss into the grad of
- * every parameter it reaches.
+ * must outlive the plan, as must the parameters. train adds the backward pass of loss to the plan, into the
+ * grad of every parameter it reaches.
  *
  * Returns NULL when the graph has a mistake (lt_last_error() tells which) or without memory.
  */
@@ -42,7 +44,8 @@ LT_API void lt_plan_free(lt_plan *p);
 /**
  * lt_run - forward, and for a training plan backward
  *
- * Gradients are added into param->grad: zero them first (lt_params_zero_grad) unless sums are wanted.
+ * Gradients are added into param->grad: zero them first (lt_params_zero_grad) unless sums are wanted, or let the plan
+ * replace them (lt_compile_opts).
  */
 LT_API void lt_run(lt_plan *p);
 
@@ -65,7 +68,7 @@ LT_API void lt_plan_set_loss_weight(lt_plan *p, double weight);
  * lt_plan_find_nonfinite - run step by step and name the first tensor that is not finite
  *
  * Writes `op "layer"` into where, with " (gradient)" behind it in the backward pass, or "" when all
- * is finite. Adds into gradients as lt_run does.
+ * is finite. Leaves gradients as lt_run does.
  */
 LT_API void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes);
 

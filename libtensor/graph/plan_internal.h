@@ -66,7 +66,7 @@ struct lt_plan {
     lt_real *loss_grad;
     double loss_weight;
     uint64_t seed, run;
-    bool train, profile;
+    bool train, replace_grads, profile;
 };
 
 /* plan.c: one step of a run */

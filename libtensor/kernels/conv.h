@@ -113,7 +113,7 @@ LT_API void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy
                                     bool add, lt_real *dx, void *work);
 
 /**
- * lt_conv2d_backward_weights - dw += the gradient of the weights
+ * lt_conv2d_backward_weights - dw = the gradient of the weights, or dw += it
  *
  * work is lt_conv2d_weights_work(p) bytes, aligned to LT_ALIGN, contents indifferent: the batch is
  * cut into a fixed number of chunks, each summed on its own, then added in order. 3 x 3 windows of stride 1 and pad 1
@@ -122,7 +122,7 @@ LT_API void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy
  */
 LT_API size_t lt_conv2d_weights_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy,
-                                       lt_real *dw, void *work);
+                                       bool add, lt_real *dw, void *work);
 
 /* lt_conv2d_backward_bias - dbias[o] += sum of dy over images and positions */
 LT_API void lt_conv2d_backward_bias(const lt_conv2d_params *p, const lt_real *dy, lt_real *dbias);

@@ -124,20 +124,23 @@ size_t lt_conv2d_weights_work(const lt_conv2d_params *p)
     return (size_t)work_elements(&j) * sizeof(lt_real);
 }
 
-void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy,
+void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy, bool add,
                                 lt_real *dw, void *work)
 {
-    weights_job j = { .p = *p, .x = x, .dy = dy, .dw = dw, .part = work };
+    weights_job j = { .p = *p, .x = x, .dy = dy, .add = add, .dw = dw, .part = work };
 
-    if (conv_nothing(p))
+    if (conv_nothing(p)) {
+        if (!add)
+            memset(dw, 0, (size_t)conv_weight_count(p) * sizeof(lt_real));
         return;
+    }
     cut(&j);
     if (conv_group_c(p) == 1) {
         j.chunks = depthwise_chunks(p);
         lt_depthwise_backward_weights(p, x, dy, j.chunks, work);
         conv_weights_add_chunks(&j);
     } else if (lt_winograd_weights_suits(p)) {
-        lt_winograd_weights_run(p, x, dy, dw, work);
+        lt_winograd_weights_run(p, x, dy, add, dw, work);
     } else if (j.way == BY_WINDOW) {
         conv_weights_by_windows(&j);
     } else if (j.way == BY_SAMPLES) {

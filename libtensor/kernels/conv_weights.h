@@ -26,6 +26,7 @@ typedef struct { int64_t rows, images, line, lines, channel; } window_band;
 typedef struct {
     lt_conv2d_params p;
     const lt_real *x, *dy;
+    bool add;                           /* to what dw holds; else it holds garbage */
     lt_real *dw, *part;                 /* part: what a chunk's tasks sum, where there are several */
     conv_taps taps;
     int64_t positions;                  /* of an output map */

@@ -151,7 +151,7 @@ static const lt_real *pack_right(const void *ctx, lt_real *room, int64_t *ld, co
     return room;
 }
 
-/* One chunk adds to dw, as its chains' beginning; several have a place each. */
+/* One chunk has dw for the beginning of its chains; several have a place each. */
 static void run_product(void *ctx, int64_t task)
 {
     const weights_job *j = ctx;
@@ -161,7 +161,7 @@ static void run_product(void *ctx, int64_t task)
     const lt_product product = {
         .k = (w.to - w.from) * j->positions, .ctx = &w, .pack_a = pack_dy, .pack_b = pack_x,
         .left = j->tiles ? pack_left : NULL, .right = pack_right,
-        .c = sums + (w.group * conv_group_o(&j->p) + w.t.m0) * j->n + w.t.n0, .ldc = j->n, .add = alone,
+        .c = sums + (w.group * conv_group_o(&j->p) + w.t.m0) * j->n + w.t.n0, .ldc = j->n, .add = alone && j->add,
     };
 
     lt_product_tile(&product, &w.t, 0, 1);
@@ -173,9 +173,12 @@ static void add_run(void *ctx, int64_t task)
 {
     const weights_job *j = ctx;
     const int64_t n = conv_weight_count(&j->p), at = task * RUN;
+    const size_t run = (size_t)lt_min_i64(RUN, n - at);
 
+    if (!j->add)
+        memset(j->dw + at, 0, run * sizeof(*j->dw));
     for (int64_t i = 0; i < j->chunks; i++)
-        lt_k->add_to(j->dw + at, j->part + i * n + at, (size_t)lt_min_i64(RUN, n - at));
+        lt_k->add_to(j->dw + at, j->part + i * n + at, run);
 }
 
 void conv_weights_add_chunks(weights_job *j)
@@ -191,7 +194,7 @@ static void turn_strip(void *ctx, int64_t strip)
 
     for (int64_t i = 0; i < j->chunks; i++)
         lt_k->turn(j->dw + at, j->m, j->part + (i * j->m + at) * j->n, j->n, lt_min_i64(LT_TILES_SIDE, j->m - at), j->n,
-                   true);
+                   j->add || i > 0);
 }
 
 void conv_weights_by_product(weights_job *j)

@@ -97,12 +97,12 @@ static void band_sums(const weights_piece *w, lt_real *a, lt_real *b, int64_t im
         }
 }
 
-static void add_window_tile(const weights_piece *w)
+static void add_window_tile(const weights_piece *w, bool add)
 {
     const weights_job *j = w->j;
     const int64_t k = conv_group_c(&j->p) * j->taps.n, o = w->group * conv_group_o(&j->p) + w->t.n0;
 
-    lt_k->turn(j->dw + o * k + w->t.m0, k, window_tile(w), j->tile_n, w->t.m, w->t.n, true);
+    lt_k->turn(j->dw + o * k + w->t.m0, k, window_tile(w), j->tile_n, w->t.m, w->t.n, add);
 }
 
 static void window_task(void *ctx, lt_real *a, lt_real *b)
@@ -115,7 +115,7 @@ static void window_task(void *ctx, lt_real *a, lt_real *b)
         for (int64_t row = 0; row < h; row += band->rows)
             band_sums(w, a, b, image, lt_min_i64(band->images, w->to - image), row, lt_min_i64(band->rows, h - row));
     if (w->j->chunks == 1)
-        add_window_tile(w);
+        add_window_tile(w, w->j->add);
 }
 
 static void run_window(void *ctx, int64_t task)
@@ -132,7 +132,7 @@ static void add_window_chunks(void *ctx, int64_t tile)
     for (int64_t i = 0; i < j->chunks; i++) {
         const weights_piece w = weights_piece_of(j, tile * j->chunks + i);
 
-        add_window_tile(&w);
+        add_window_tile(&w, j->add || i > 0);
     }
 }
 

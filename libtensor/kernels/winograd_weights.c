@@ -23,6 +23,7 @@ enum {
 typedef struct {
     const lt_conv2d_params *p;
     const lt_real *x, *dy;
+    bool add;                           /* to what dw holds; else it holds garbage */
     lt_real *dw;
     lt_real *in, *grad, *sums;          /* [place][tile][c]; [place][panel of nr][tile][nr]; [place][c][o] */
     int64_t in_ld, sums_ld;
@@ -195,7 +196,7 @@ static void transform_sums(void *ctx, int64_t task)
 
     for (int64_t i = 0; i < n; i++)
         lt_k->wino_block_windows(windows + i * 9 * LT_BLOCK, j->sums + (c + i) * j->sums_ld + at, j->sums_place);
-    lt_k->turn(j->dw + (j->o0 + at) * k + c * 9, k, windows, LT_BLOCK, n * 9, channels_of(j->o, at), true);
+    lt_k->turn(j->dw + (j->o0 + at) * k + c * 9, k, windows, LT_BLOCK, n * 9, channels_of(j->o, at), j->add);
 }
 
 static void sum_round(job *j)
@@ -219,12 +220,13 @@ size_t lt_winograd_weights_work(const lt_conv2d_params *p)
     return (size_t)(PLACES * (j.in_place + j.grad_place + j.sums_place)) * sizeof(lt_real);
 }
 
-void lt_winograd_weights_run(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy, lt_real *dw, void *work)
+void lt_winograd_weights_run(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy, bool add, lt_real *dw,
+                             void *work)
 {
     job j = plan(p);
     const int64_t all = p->n * j.bands;
 
-    j.x = x, j.dy = dy, j.dw = dw;
+    j.x = x, j.dy = dy, j.add = add, j.dw = dw;
     j.in = work, j.grad = j.in + PLACES * j.in_place, j.sums = j.grad + PLACES * j.grad_place;
     for (j.first = 0; j.first < all; j.first += j.most) {
         j.count = lt_min_i64(j.most, all - j.first);

@@ -17,7 +17,8 @@ bool lt_winograd_weights_suits(const lt_conv2d_params *p);
 /* Bytes of work */
 size_t lt_winograd_weights_work(const lt_conv2d_params *p);
 
-/* dw += the gradient */
-void lt_winograd_weights_run(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy, lt_real *dw, void *work);
+/* dw = the gradient, or dw += it */
+void lt_winograd_weights_run(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy, bool add, lt_real *dw,
+                             void *work);
 
 #endif

@@ -250,10 +250,9 @@ static void backward(const lt_call *c)
 
     if (c->din[X])
         data_gradient(c, &p);
-    op_start(c, W, 0, lt_numel(c->in[W]));
     op_start(c, B, 0, p.o);
     if (c->din[W])
-        lt_conv2d_backward_weights(&p, c->in[X]->data, c->dout, c->din[W], c->work);
+        lt_conv2d_backward_weights(&p, c->in[X]->data, c->dout, !c->fresh[W], c->din[W], c->work);
     if (c->din[B])
         lt_conv2d_backward_bias(&p, c->dout, c->din[B]);
 }

@@ -174,10 +174,9 @@ static void backward(const lt_call *c)
 
     if (c->din[X])
         data_gradient(c, &p);
-    op_start(c, W, 0, lt_numel(c->in[W]));
     op_start(c, B, 0, p.c);
     if (c->din[W])
-        lt_conv2d_backward_weights(&p, c->dout, c->in[X]->data, c->din[W], c->work);
+        lt_conv2d_backward_weights(&p, c->dout, c->in[X]->data, !c->fresh[W], c->din[W], c->work);
     if (c->din[B])
         op_by_row(c, p.c, p.n * p.h * p.w, add_bias_gradient);
 }

@@ -476,6 +476,42 @@ START_TEST(gradients_reach_what_the_loss_reads)
 }
 END_TEST
 
+/* Whatever the gradients were, also of what is read twice, and of what an op reads that only adds */
+START_TEST(gradients_are_replaced)
+{
+    enum { C = 5, MOST = 1000 };
+    static lt_real grads[2][MOST];
+    const lt_conv_layer conv = lt_conv_layer_new(set, "conv", C, C, 3, true, &(lt_conv_opts){ .pad = 1 });
+    const lt_batch_norm_layer bn = lt_batch_norm_layer_new(set, "bn", C);
+    const lt_linear_layer fc = lt_linear_layer_new(set, "fc", C, C, true);
+    lt_param *turn = lt_params_add(set, "", "turn", LT_WEIGHT, LT_SHAPE(C, C));
+    lt_tensor *x = lt_want_grad(input("x", LT_SHAPE(2, C, 4, 4))), *y, *loss;
+    lt_plan *adds, *replaces;
+    int64_t n;
+
+    lt_init_default(set, 3);
+    lt_init_uniform(turn, 5, 1);
+    y = lt_batch_norm_layer_forward(&bn, lt_conv_layer_forward(&conv, lt_tanh(lt_conv_layer_forward(&conv, x))));
+    y = lt_matmul(lt_global_avg_pool(y), lt_use(g, turn));
+    y = lt_add(lt_linear_layer_forward(&fc, y), lt_use(g, fc.bias));
+    loss = lt_sum(lt_mul(y, lt_tanh(y)));
+    adds = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = loss });
+    replaces = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = loss, .replace_grads = true });
+    fill(adds, x, 1);
+    fill(replaces, x, 1);
+    n = run_for_gradients(adds, x, grads[0]);
+    ck_assert_int_le(n, MOST);
+    for (const lt_param *p = lt_params_first(set); p; p = p->next)
+        for (int64_t i = 0; i < lt_param_numel(p); i++)
+            p->grad[i] = (lt_real)NAN;
+    ck_assert_int_eq(run_for_gradients(replaces, x, grads[1]), n);
+    for (int64_t i = 0; i < n; i++)
+        ck_assert(grads[0][i] == grads[1][i]);
+    lt_plan_free(adds);
+    lt_plan_free(replaces);
+}
+END_TEST
+
 /* y = relu(x) may take x's place only where nobody needs x. */
 START_TEST(nothing_is_overwritten_that_is_still_read)
 {
@@ -774,6 +810,7 @@ int main(void)
     tcase_add_test(tc, what_is_read_twice_does_not_fuse);
     tcase_add_test(tc, views_share_values_and_gradients);
     tcase_add_test(tc, gradients_reach_what_the_loss_reads);
+    tcase_add_test(tc, gradients_are_replaced);
     tcase_add_test(tc, nothing_is_overwritten_that_is_still_read);
     tcase_add_test(tc, the_first_bad_tensor_has_a_name);
     tcase_add_test(tc, a_nan_wins_its_windows);

@@ -119,7 +119,7 @@ static void run_weights(void *ctx)
 {
     const conv *c = ctx;
 
-    lt_conv2d_backward_weights(&c->p, c->x, c->y, c->w, c->work);
+    lt_conv2d_backward_weights(&c->p, c->x, c->y, true, c->w, c->work);
 }
 
 static void bench_conv(int n, int c, int size, int o, int k, int stride, int groups)

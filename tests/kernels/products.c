@@ -485,36 +485,44 @@ static void check_gate_and_mean(const conv_data *d, const char *name)
     lt_release(work);
 }
 
-/* A gradient against the sum in double, within 1e-6 of the sum of its terms' sizes, or what Winograd promises. With
- * `fresh` the gradient of x is written over what was there. */
-static void check_gradient(const conv_data *d, const char *what, const char *name, size_t n, pair_fn fn,
-                           bool plainly, bool fresh)
+/* The gradient of x, or of the weights, added to what got holds or in its place */
+static void run_gradient(const conv_data *d, bool data, bool add, float *got)
+{
+    float *packed = guarded_array(data ? (size_t)lt_conv2d_data_packed(d->p) : 0);
+    void *work = lt_alloc(data ? lt_conv2d_backward_data_work(d->p) : lt_conv2d_weights_work(d->p));
+
+    if (data) {
+        lt_conv2d_data_pack(d->p, d->w, packed);
+        lt_conv2d_backward_data(d->p, d->dy, packed, add, got, work);
+    } else {
+        lt_conv2d_backward_weights(d->p, d->x, d->dy, add, got, work);
+    }
+    free_array(packed), lt_release(work);
+}
+
+/* Added and afresh, against the sum in double: within 1e-6 of the sum of its terms' sizes, or what Winograd promises */
+static void check_gradient(const conv_data *d, const char *what, const char *name, size_t n, pair_fn fn, bool plainly)
 {
     double *sum = calloc(n + 1, sizeof(double)), *size = calloc(n + 1, sizeof(double));
     float *start = random_array(n, 9), *got = guarded_array(n);
     plain s = { d, NULL, sum, size, -1 };
     const bool data = fn == pair_data;
     const double bound = (data ? by_winograd(d->p) : lt_winograd_weights_suits(d->p)) ? winograd_bound : 1e-6;
-    float *packed = guarded_array(data ? (size_t)lt_conv2d_data_packed(d->p) : 0);
-    void *work = lt_alloc(data ? lt_conv2d_backward_data_work(d->p) : lt_conv2d_weights_work(d->p));
 
-    for (size_t i = 0; i < n; i++) {
-        got[i] = fresh ? NAN : start[i];
-        start[i] = fresh ? 0 : start[i];
-    }
     if (plainly)
         each_pair(d->p, fn, &s);
-    if (data)
-        lt_conv2d_data_pack(d->p, d->w, packed);
-    if (data)
-        lt_conv2d_backward_data(d->p, d->dy, packed, !fresh, got, work);
-    else
-        lt_conv2d_backward_weights(d->p, d->x, d->dy, got, work);
-    for (size_t i = 0; i < n && plainly; i++)
-        expect_near(got[i], (double)start[i] + sum[i], bound * (size[i] + fabs((double)start[i])), what,
-                    name, i);
-    same_as_before(got, n, "%s %s", what, name);
-    lt_release(work), free(sum), free(size), free_array(start), free_array(got), free_array(packed);
+    for (int add = 0; add < 2; add++) {
+        for (size_t i = 0; i < n; i++)
+            got[i] = add ? start[i] : NAN;
+        run_gradient(d, data, add, got);
+        for (size_t i = 0; i < n && plainly; i++) {
+            const double from = add ? (double)start[i] : 0;
+
+            expect_near(got[i], from + sum[i], bound * (size[i] + fabs(from)), what, name, i);
+        }
+        same_as_before(got, n, "%s%s %s", what, add ? "" : ", afresh,", name);
+    }
+    free(sum), free(size), free_array(start), free_array(got);
 }
 
 static void check_bias(const conv_data *d, const char *name)
@@ -552,9 +560,8 @@ static void check_conv(const lt_conv2d_params *p, bool plainly)
         check_rects(&d, name);
     if (d.n_y && (lt_conv2d_takes_gate(p) || lt_conv2d_makes_mean(p)))
         check_gate_and_mean(&d, name);
-    check_gradient(&d, "conv data gradient", name, d.n_x, pair_data, plainly, false);
-    check_gradient(&d, "conv data gradient, fresh", name, d.n_x, pair_data, plainly, true);
-    check_gradient(&d, "conv weight gradient", name, d.n_w, pair_weights, plainly, false);
+    check_gradient(&d, "conv data gradient", name, d.n_x, pair_data, plainly);
+    check_gradient(&d, "conv weight gradient", name, d.n_w, pair_weights, plainly);
     check_bias(&d, name);
     free_array(d.x), free_array(d.w), free_array(d.dy), free_array(d.bias), free_array(d.residual);
 }
