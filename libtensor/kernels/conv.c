@@ -40,7 +40,7 @@ void conv_forward_job(conv_job *j, const lt_conv2d_params *p, const conv_taps *t
             .ldc = out, .c_step = p->o * out,
         },
     };
-    conv_job_cut(j);
+    conv_job_cut(j, conv_on_tiles(p, j->m, j->n, j->product.k));
 }
 
 lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)

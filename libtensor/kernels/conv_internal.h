@@ -112,8 +112,10 @@ void conv_pack_positions(const void *ctx, lt_real *out, const lt_tile *t, int64_
 const lt_real *conv_right_positions(const void *ctx, lt_real *room, int64_t *ld, const lt_tile *t, int64_t image,
                                     int64_t k0, int64_t k);
 
+enum { CONV_MOST_SHARED = 6 << 20 };    /* elements of maps that are packed before all tiles */
+
 /**
- * conv_job_cut    - choose how to multiply, cut m x n into tiles, and images into tasks
+ * conv_job_cut    - cut m x n into tiles, AMX's or not, and images into tasks
  * conv_job_packed - elements of the packed matrix
  * conv_job_tile   - tile (tm, tn)
  * conv_job_tasks  - of the product
@@ -121,11 +123,19 @@ const lt_real *conv_right_positions(const void *ctx, lt_real *room, int64_t *ld,
  * conv_job_shared - where several tiles of rows read the same positions, all maps are packed once, before
  *                   them: elements for one image, or 0
  */
-void conv_job_cut(conv_job *j);
+void conv_job_cut(conv_job *j, bool tiles);
 int64_t conv_job_packed(const conv_job *j);
 lt_tile conv_job_tile(const conv_job *j, int64_t tm, int64_t tn);
 int64_t conv_job_tasks(const conv_job *j);
 void conv_job_run(void *ctx, int64_t task);
 int64_t conv_job_shared(const conv_job *j);
+
+/* conv_data_direct.c: the gradient of the input as products over dy, for lt_conv2d_data_* */
+bool conv_data_on_tiles(const lt_conv2d_params *p);
+int64_t conv_data_direct_packed(const lt_conv2d_params *p);
+void conv_data_direct_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
+size_t conv_data_direct_work(const lt_conv2d_params *p);
+void conv_data_direct(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, bool add, lt_real *dx,
+                      void *work);
 
 #endif

@@ -2,8 +2,6 @@
 /* The product that a convolution is: packing of both sides, cutting into tasks, and one task. */
 #include "libtensor/kernels/conv_internal.h"
 
-enum { MOST_SHARED = 6 << 20 };         /* elements of maps that are packed before all tiles */
-
 /* Rows [from, from + rows) of the matrix, columns from (channel, tap) on: out[l][rows] */
 static void pack_weight_panel(const conv_matrix *a, lt_real *out, int64_t from, int64_t rows,
                               int64_t k0, int64_t k)
@@ -141,9 +139,8 @@ int64_t conv_job_packed(const conv_job *j)
 }
 
 /* Large maps are cut first, as their tiles share no packed map; then rows, in pairs of panels at least. */
-void conv_job_cut(conv_job *j)
+void conv_job_cut(conv_job *j, bool tiles)
 {
-    const bool tiles = conv_on_tiles(j->p, j->m, j->n, j->product.k);
     const int64_t unit = tiles ? LT_TILES_SIDE : 1, few = tiles ? 2 * LT_TILES_SIDE : 28;
     const int64_t most = tiles ? LT_PRODUCT_TILES_M : LT_TILE_M;
     int64_t wanted, rows;
@@ -188,5 +185,5 @@ int64_t conv_job_shared(const conv_job *j)
 {
     const int64_t k = j->product.k, each = j->product.left ? lt_product_tiles_b(j->n, k) : lt_product_packed_b(j->n, k);
 
-    return j->tiles_m > 1 && each * j->p->n <= MOST_SHARED ? each : 0;
+    return j->tiles_m > 1 && each * j->p->n <= CONV_MOST_SHARED ? each : 0;
 }
