@@ -28,6 +28,18 @@ void op_by_row(const lt_call *c, int64_t n, int64_t row_cost, op_row_fn fn);
  * first to. Done where they are added to, so that they pass through the cache once. */
 void op_start(const lt_call *c, int i, int64_t at, int64_t n);
 
+/* op_aligned - as many elements as n and what it takes for the next to be aligned to LT_ALIGN */
+static inline int64_t op_aligned(int64_t n)
+{
+    return lt_ceil_div(n, LT_ALIGN) * LT_ALIGN;
+}
+
+/* op_larger - of two sizes */
+static inline size_t op_larger(size_t a, size_t b)
+{
+    return a > b ? a : b;
+}
+
 /* op_outer, op_inner - the product of the dimensions before and behind axis */
 int64_t op_outer(const lt_tensor *t, int axis);
 int64_t op_inner(const lt_tensor *t, int axis);

@@ -10,7 +10,7 @@
  * y = act(conv(act0(conv(x, w0) + b0), w) + b + addend), the first one pointwise and the second depthwise.
  */
 #include "libtensor/kernels/conv_blocks.h"
-#include "libtensor/kernels/int8.h"
+#include "libtensor/ops/conv2d_pack.h"
 #include "libtensor/ops/norm_depthwise.h"
 
 enum { X, W, B, ADDEND, SCALE, REGION, GATE, W0, B0, SCALE0, INPUTS };
@@ -18,7 +18,7 @@ enum { X, W, B, ADDEND, SCALE, REGION, GATE, W0, B0, SCALE0, INPUTS };
 typedef struct {
     lt_conv_opts opts;
     lt_act act, act0;
-    bool packed;                /* in[W], and in[W0] if there, are results of conv2d_pack ... */
+    bool packed;                /* in[W], and in[W0] if there, are as op_conv2d_pack leaves them ... */
     lt_shape window, window0;   /* ... and these were their shapes */
     lt_int8_range range;        /* how x is read as integers; scale 0: as it is */
 } conv2d_attr;
@@ -101,28 +101,18 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
-static size_t bytes_of(int64_t elements)
-{
-    return (size_t)lt_ceil_div(elements, LT_ALIGN) * LT_ALIGN * sizeof(lt_real);
-}
-
 /* Where the weights are not packed yet, forward does it at the start of its work. */
 static size_t packing_bytes(const lt_call *c, const lt_conv2d_params *p)
 {
     const conv2d_attr *a = c->attr;
 
-    return a->packed ? 0 : bytes_of(lt_conv2d_packed(p));
+    return a->packed ? 0 : (size_t)op_aligned(lt_conv2d_packed(p)) * sizeof(lt_real);
 }
 
 /* So does the gradient of x. */
 static size_t data_bytes(const lt_conv2d_params *p)
 {
-    return bytes_of(lt_conv2d_data_packed(p)) + lt_conv2d_backward_data_work(p);
-}
-
-static size_t larger(size_t a, size_t b)
-{
-    return a > b ? a : b;
+    return (size_t)op_aligned(lt_conv2d_data_packed(p)) * sizeof(lt_real) + lt_conv2d_backward_data_work(p);
 }
 
 static bool is_int8(const lt_call *c)
@@ -160,7 +150,7 @@ static void plan(lt_call *c)
     }
     c->work_bytes = packing_bytes(c, &p) + (in_rects(c, &p) ? lt_conv2d_rect_work(&p) : lt_conv2d_forward_work(&p));
     if (c->train)
-        c->work_bytes = larger(c->work_bytes, larger(lt_conv2d_weights_work(&p), data_bytes(&p)));
+        c->work_bytes = op_larger(c->work_bytes, op_larger(lt_conv2d_weights_work(&p), data_bytes(&p)));
 }
 
 static const lt_real *data_of(const lt_call *c, int i)
@@ -241,7 +231,7 @@ static void data_gradient(const lt_call *c, const lt_conv2d_params *p)
 {
     lt_conv2d_data_pack(p, c->in[W]->data, c->work);
     lt_conv2d_backward_data(p, c->dout, c->work, !c->fresh[X], c->din[X],
-                            (char *)c->work + bytes_of(lt_conv2d_data_packed(p)));
+                            (lt_real *)c->work + op_aligned(lt_conv2d_data_packed(p)));
 }
 
 static void backward(const lt_call *c)
@@ -359,67 +349,9 @@ static bool absorb_before_for_training(lt_node *node, const lt_node *before)
     return !node->in[B] && op_norm_depthwise(node, before, node->in[W], &p);
 }
 
-/* conv2d_pack: w (O, ...), times scale (O) if that is there, in the order in which forward reads it. */
-typedef struct {
-    lt_conv2d_params p;
-    lt_int8_range range;        /* as the convolution's */
-    bool blocks;                /* for maps in blocks of channels */
-} pack_attr;
-
-static lt_status pack_infer(lt_call *c)
+static void pack_input(lt_node *node, int weights, int scale, const conv2d_packing *how)
 {
-    const pack_attr *a = c->attr;
-
-    c->out->shape = LT_SHAPE(a->blocks ? lt_conv_blocks_packed(&a->p)
-                             : a->range.scale > 0 ? lt_conv2d_int8_packed(&a->p) : lt_conv2d_packed(&a->p));
-    return LT_OK;
-}
-
-static size_t scaled_bytes(const lt_call *c)
-{
-    return c->in[1] ? bytes_of(lt_numel(c->in[0])) : 0;
-}
-
-static void pack_plan(lt_call *c)
-{
-    const pack_attr *a = c->attr;
-
-    c->work_bytes = scaled_bytes(c) + (a->range.scale > 0 ? lt_conv2d_int8_pack_work(&a->p) : 0);
-}
-
-static void scale_channel(void *ctx, int64_t o)
-{
-    const lt_call *c = ctx;
-    const int64_t n = lt_numel(c->in[0]) / lt_dim(c->in[0], 0);
-    const lt_real *w = c->in[0]->data, *scale = c->in[1]->data;
-
-    lt_k->scale((lt_real *)c->work + o * n, w + o * n, scale[o], (size_t)n);
-}
-
-static void pack_forward(const lt_call *c)
-{
-    const pack_attr *a = c->attr;
-    const lt_real *w = c->in[1] ? c->work : c->in[0]->data;
-
-    if (c->in[1])
-        lt_parallel_for(lt_dim(c->in[0], 0), scale_channel, (void *)c);
-    if (a->blocks)
-        lt_conv_blocks_pack(&a->p, w, c->out->data);
-    else if (a->range.scale > 0)
-        lt_conv2d_int8_pack(&a->p, &a->range, w, c->out->data, (char *)c->work + scaled_bytes(c));
-    else
-        lt_conv2d_pack(&a->p, w, c->out->data);
-}
-
-static const lt_op conv2d_pack_op = {
-    .name = "conv2d_pack", .optional = LT_OPTIONAL_IN(1), .infer = pack_infer, .plan = pack_plan,
-    .forward = pack_forward,
-};
-
-static void pack_input(lt_node *node, int weights, int scale, const pack_attr *attr)
-{
-    node->in[weights] = lt_apply(&conv2d_pack_op, attr, sizeof(*attr),
-                                 (lt_tensor *[]){ node->in[weights], node->in[scale] }, 2);
+    node->in[weights] = op_conv2d_pack(node->in[weights], node->in[scale], how);
     node->in[scale] = NULL;
 }
 
@@ -427,18 +359,18 @@ static void prepare(lt_node *node)
 {
     conv2d_attr *a = node->attr;
     const lt_call c = { .attr = a };
-    pack_attr pack = { params_of_node(node), a->range, lt_in_blocks(node->outs[0]) };
+    conv2d_packing how = { params_of_node(node), a->range, lt_in_blocks(node->outs[0]) };
 
     if (!lt_is_constant(node->in[W]))
         return;
     a->window = node->in[W]->shape;
     a->packed = true;
-    pack_input(node, W, SCALE, &pack);
+    pack_input(node, W, SCALE, &how);
     if (!node->in[W0])
         return;
     a->window0 = node->in[W0]->shape;
-    pack.p = params_before(&c, &pack.p);
-    pack_input(node, W0, SCALE0, &pack);
+    how.p = params_before(&c, &how.p);
+    pack_input(node, W0, SCALE0, &how);
 }
 
 /* With constant weights, as only prepare packs them. */

@@ -57,21 +57,11 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
-static size_t larger(size_t a, size_t b)
-{
-    return a > b ? a : b;
-}
-
 /* Work begins with the packed weights, where they are packed on the spot. */
-static int64_t aligned(int64_t elements)
-{
-    return lt_ceil_div(elements, LT_ALIGN) * LT_ALIGN;
-}
-
 static size_t forward_bytes(const lt_call *c, const lt_conv2d_params *p)
 {
     const transpose_attr *a = c->attr;
-    const int64_t packing = a->packed ? 0 : aligned(lt_conv2d_data_packed(p));
+    const int64_t packing = a->packed ? 0 : op_aligned(lt_conv2d_data_packed(p));
 
     return (size_t)packing * sizeof(lt_real) + lt_conv2d_backward_data_work(p);
 }
@@ -79,7 +69,7 @@ static size_t forward_bytes(const lt_call *c, const lt_conv2d_params *p)
 /* The gradient of x is a convolution: the packed weights, its result where that is to be added, its work. */
 static size_t data_bytes(const lt_call *c, const lt_conv2d_params *p)
 {
-    return (size_t)(aligned(lt_conv2d_packed(p)) + aligned(lt_numel(c->in[X]))) * sizeof(lt_real)
+    return (size_t)(op_aligned(lt_conv2d_packed(p)) + op_aligned(lt_numel(c->in[X]))) * sizeof(lt_real)
            + lt_conv2d_forward_work(p);
 }
 
@@ -90,8 +80,8 @@ static void plan(lt_call *c)
     c->work_bytes = forward_bytes(c, &p);
     if (!c->train)
         return;
-    c->work_bytes = larger(c->work_bytes, data_bytes(c, &p));
-    c->work_bytes = larger(c->work_bytes, lt_conv2d_weights_work(&p));
+    c->work_bytes = op_larger(c->work_bytes, data_bytes(c, &p));
+    c->work_bytes = op_larger(c->work_bytes, lt_conv2d_weights_work(&p));
 }
 
 /* ---- forward ------------------------------------------------------------------------------------------ */
@@ -126,7 +116,7 @@ static void forward(const lt_call *c)
     } else {
         lt_conv2d_data_pack(&p, c->in[W]->data, work);
         lt_conv2d_backward_data(&p, c->in[X]->data, work, true, c->out->data,
-                                work + aligned(lt_conv2d_data_packed(&p)));
+                                work + op_aligned(lt_conv2d_data_packed(&p)));
     }
     if (a->act.kind != LT_ACT_NONE)
         op_by_row(c, p.n * p.c, 4 * p.h * p.w, act_plane);
@@ -138,7 +128,7 @@ static lt_real *result_of(const lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
 
-    return (lt_real *)c->work + aligned(lt_conv2d_packed(&p));
+    return (lt_real *)c->work + op_aligned(lt_conv2d_packed(&p));
 }
 
 static void add_result(const lt_call *c, int64_t at, size_t n)
@@ -153,7 +143,7 @@ static void data_gradient(const lt_call *c, const lt_conv2d_params *p)
 
     lt_conv2d_pack(p, c->in[W]->data, c->work);
     lt_conv2d_forward(p, c->dout, c->work, &(lt_conv2d_around){ .act = none }, c->fresh[X] ? c->din[X] : result,
-                      result + aligned(lt_numel(c->in[X])));
+                      result + op_aligned(lt_numel(c->in[X])));
     if (!c->fresh[X])
         op_by_chunk(c, lt_numel(c->in[X]), add_result);
 }
