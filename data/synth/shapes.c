@@ -173,7 +173,8 @@ static void box(loft_builder *b, double a, double d, double h, double edge, doub
     SOLID(b, &c,
           { CHART_BOTTOM, -h, 0.1 * a, 0.1 * d, 0, 0 }, { CHART_BOTTOM, -h, 0.6 * a, 0.6 * d, 0, 0 },
           { CHART_BOTTOM, -h, a - edge, d - edge, 0, 0 }, { CHART_SIDE, e - h, a - e, d - e, 0, 0 },
-          { CHART_SIDE, edge - h, a, d, 0, 0 }, { CHART_SIDE, h - edge, a, d, 0, 0 }, { CHART_SIDE, h - e, a - e, d - e, 0, 0 },
+          { CHART_SIDE, edge - h, a, d, 0, 0 }, { CHART_SIDE, h - edge, a, d, 0, 0 },
+          { CHART_SIDE, h - e, a - e, d - e, 0, 0 },
           { CHART_TOP, h, a - edge, d - edge, 0, 0 }, { CHART_TOP, h, 0.6 * a, 0.6 * d, 0, 0 },
           { CHART_TOP, h, 0.1 * a, 0.1 * d, 0, 0 });
 }
@@ -192,8 +193,10 @@ static void mustard(loft_builder *b)
           { CHART_SIDE, 8, 46.5, 28.8, 0, 2.6 }, { CHART_SIDE, 26, 43.5, 28, 0, 2.5 },
           { CHART_SIDE, 38, 38, 26, 0, 2.3 }, { CHART_SIDE, 47, 30, 22.5, 0, 2.1 },
           { CHART_SIDE, 52, 23, 19.5, 0, 2 }, { CHART_SIDE, 55, 16, 16, 0, 0 },
-          { CHART_SECOND, 57, 15, 15, 0, 0 }, { CHART_SECOND, 58, 17, 17, 0, 0 }, { CHART_SECOND, 72, 16.5, 16.5, 0, 0 },
-          { CHART_SECOND, 74, 14.5, 14.5, 0, 0 }, { CHART_SECOND, 75, 9, 9, 0, 0 }, { CHART_SECOND, 90, 4.5, 4.5, 0, 0 },
+          { CHART_SECOND, 57, 15, 15, 0, 0 }, { CHART_SECOND, 58, 17, 17, 0, 0 },
+          { CHART_SECOND, 72, 16.5, 16.5, 0, 0 },
+          { CHART_SECOND, 74, 14.5, 14.5, 0, 0 }, { CHART_SECOND, 75, 9, 9, 0, 0 },
+          { CHART_SECOND, 90, 4.5, 4.5, 0, 0 },
           { CHART_SECOND, 95.5, 3.2, 3.2, 0, 0 }, { CHART_SECOND, 95.9, 1.5, 1.5, 0, 0 });
 }
 
@@ -235,10 +238,13 @@ static void mug(loft_builder *b)
 
     SOLID(b, &upright,
           { CHART_BOTTOM, -39, 8, 8, 0, 0 }, { CHART_BOTTOM, -39, 33, 33, 0, 0 }, { CHART_BOTTOM, -40.5, 35, 35, 0, 0 },
-          { CHART_SIDE, -40.2, 38, 38, 0, 0 }, { CHART_SIDE, -38, 41.5, 41.5, 0, 0 }, { CHART_SIDE, -34, 43.5, 43.5, 0, 0 },
-          { CHART_SIDE, 39.5, 44, 44, 0, 0 }, { CHART_SECOND, 40.6, 43.2, 43.2, 0, 0 }, { CHART_SECOND, 40.6, 42, 42, 0, 0 },
+          { CHART_SIDE, -40.2, 38, 38, 0, 0 }, { CHART_SIDE, -38, 41.5, 41.5, 0, 0 },
+          { CHART_SIDE, -34, 43.5, 43.5, 0, 0 },
+          { CHART_SIDE, 39.5, 44, 44, 0, 0 }, { CHART_SECOND, 40.6, 43.2, 43.2, 0, 0 },
+          { CHART_SECOND, 40.6, 42, 42, 0, 0 },
           { CHART_THIRD, 39.5, 41.2, 41.2, 0, 0 }, { CHART_THIRD, -32, 40.5, 40.5, 0, 0 },
-          { CHART_THIRD, -35.5, 37, 37, 0, 0 }, { CHART_THIRD, -36.2, 30, 30, 0, 0 }, { CHART_THIRD, -36.2, 8, 8, 0, 0 });
+          { CHART_THIRD, -35.5, 37, 37, 0, 0 }, { CHART_THIRD, -36.2, 30, 30, 0, 0 },
+          { CHART_THIRD, -36.2, 8, 8, 0, 0 });
     SWEEP(b, &handle, { 42.2, 0, 25, 3.5, 6.5 }, { 52, 0, 26.5, 4, 6 }, { 65, 0, 20, 4, 6 },
           { 71, 0, 4, 4, 6 }, { 65, 0, -13, 4, 6 }, { 54, 0, -22, 4, 6 }, { 42.2, 0, -24, 3.5, 6.5 });
 }
@@ -283,12 +289,15 @@ static void bowl(loft_builder *b)
     c.columns = 64;
     c.step = 9;
     SOLID(b, &c,
-          { CHART_BOTTOM, -25.5, 8, 8, 0, 0 }, { CHART_BOTTOM, -25.5, 36, 36, 0, 0 }, { CHART_BOTTOM, -27.5, 37, 37, 0, 0 },
+          { CHART_BOTTOM, -25.5, 8, 8, 0, 0 }, { CHART_BOTTOM, -25.5, 36, 36, 0, 0 },
+          { CHART_BOTTOM, -27.5, 37, 37, 0, 0 },
           { CHART_SIDE, -27.5, 40, 40, 0, 0 }, { CHART_SIDE, -23, 42, 42, 0, 0 }, { CHART_SIDE, -17, 54, 54, 0, 0 },
           { CHART_SIDE, -8, 64.5, 64.5, 0, 0 }, { CHART_SIDE, 3, 72, 72, 0, 0 }, { CHART_SIDE, 15, 77.5, 77.5, 0, 0 },
           { CHART_SIDE, 26.5, 80.6, 80.6, 0, 0 }, { CHART_SIDE, 27.5, 79.6, 79.6, 0, 0 },
-          { CHART_THIRD, 26.8, 78.2, 78.2, 0, 0 }, { CHART_THIRD, 15, 75, 75, 0, 0 }, { CHART_THIRD, 3, 69.5, 69.5, 0, 0 },
-          { CHART_THIRD, -8, 62, 62, 0, 0 }, { CHART_THIRD, -17, 51.5, 51.5, 0, 0 }, { CHART_THIRD, -22.5, 38, 38, 0, 0 },
+          { CHART_THIRD, 26.8, 78.2, 78.2, 0, 0 }, { CHART_THIRD, 15, 75, 75, 0, 0 },
+          { CHART_THIRD, 3, 69.5, 69.5, 0, 0 },
+          { CHART_THIRD, -8, 62, 62, 0, 0 }, { CHART_THIRD, -17, 51.5, 51.5, 0, 0 },
+          { CHART_THIRD, -22.5, 38, 38, 0, 0 },
           { CHART_THIRD, -23, 8, 8, 0, 0 });
 }
 
@@ -350,7 +359,8 @@ static void drill(loft_builder *b)
     battery.x[0] = -1;
     SOLID(b, &battery,
           { CHART_SECOND, 51, 4, 3, 0, 0 }, { CHART_SECOND, 51, 30, 19, 0, 0 }, { CHART_SECOND, 53, 36, 23, 0, 0 },
-          { CHART_SECOND, 60, 37.5, 25, 0, 0 }, { CHART_SECOND, 86, 37.5, 25, 0, 0 }, { CHART_SECOND, 92, 35, 23, 0, 0 },
+          { CHART_SECOND, 60, 37.5, 25, 0, 0 }, { CHART_SECOND, 86, 37.5, 25, 0, 0 },
+          { CHART_SECOND, 92, 35, 23, 0, 0 },
           { CHART_SECOND, 93.4, 30, 19, 0, 0 }, { CHART_SECOND, 93.4, 4, 3, 0, 0 });
 }
 
@@ -408,14 +418,17 @@ static void marker(loft_builder *b)
     SOLID(b, &c,
           { CHART_SIDE, -60.4, 2, 2, 0, 0 }, { CHART_SIDE, -60.4, 7, 7, 0, 0 }, { CHART_SIDE, -59, 8.6, 8.6, 0, 0 },
           { CHART_SIDE, -55, 9, 9, 0, 0 }, { CHART_SIDE, 12, 9, 9, 0, 0 }, { CHART_SECOND, 13, 9.45, 9.45, 0, 0 },
-          { CHART_SECOND, 18, 9.45, 9.45, 0, 0 }, { CHART_SECOND, 50, 8.7, 8.7, 0, 0 }, { CHART_SECOND, 54, 7.4, 7.4, 0, 0 },
-          { CHART_SECOND, 55.4, 4, 4, 0, 0 }, { CHART_SECOND, 60.2, 2.2, 2.2, 0, 0 }, { CHART_SECOND, 60.4, 1, 1, 0, 0 });
+          { CHART_SECOND, 18, 9.45, 9.45, 0, 0 }, { CHART_SECOND, 50, 8.7, 8.7, 0, 0 },
+          { CHART_SECOND, 54, 7.4, 7.4, 0, 0 },
+          { CHART_SECOND, 55.4, 4, 4, 0, 0 }, { CHART_SECOND, 60.2, 2.2, 2.2, 0, 0 },
+          { CHART_SECOND, 60.4, 1, 1, 0, 0 });
     clip = c;
     clip.columns = 16;
     clip.step = 6;
     clip.origin[0] = 9.6;
     SOLID(b, &clip,
-          { CHART_SECOND, 16, 0.4, 0.6, 0, 0 }, { CHART_SECOND, 16.2, 1.4, 2.2, 0, 0 }, { CHART_SECOND, 44, 1.2, 2.2, 0, 0 },
+          { CHART_SECOND, 16, 0.4, 0.6, 0, 0 }, { CHART_SECOND, 16.2, 1.4, 2.2, 0, 0 },
+          { CHART_SECOND, 44, 1.2, 2.2, 0, 0 },
           { CHART_SECOND, 45, 0.4, 0.6, 0, 0 });
 }
 

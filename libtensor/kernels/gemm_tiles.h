@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Products of dense rows on AMX's tiles, faster than lt_gemm's multiply-adds where there is enough to do: what linear
- * layers and the hand layer ask for. Each element is within 1e-6 of the sum of its terms' sizes from the exact one, and NaN where a
- * factor is infinite. Cut by the sizes alone: the same bits on any number of threads.
+ * layers and the hand layer ask for. Each element is within 1e-6 of the sum of its terms' sizes from the exact one, and
+ * NaN where a factor is infinite. Cut by the sizes alone: the same bits on any number of threads.
  */
 #ifndef LT_KERNELS_GEMM_TILES_H
 #define LT_KERNELS_GEMM_TILES_H

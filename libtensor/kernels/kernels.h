@@ -108,7 +108,7 @@ typedef struct {
     bool silu;
 } lt_behind;
 
-/* What came through that activation: its gradient, where it may be dy, and silu's result. NULL for what nobody wants. */
+/* What came through that activation: its gradient, where it may be dy, and silu's result. NULL: nobody wants it. */
 typedef struct { lt_real *dz, *silu; } lt_through;
 
 /* Some vertices of a mesh beside each other: the joints that move any of them, and how much */

@@ -38,7 +38,7 @@ struct op_case {
     op_input in[OP_INPUTS];
     op_fill_fn fill;                /* NULL: fill_clear_of_zero */
     bool no_vectors;                /* nothing to compare values with: large, or random */
-    bool together;                  /* one gradient alone is another function's: a batch norm without it measures none */
+    bool together;                  /* one gradient alone is another function's: batch_norm without it measures none */
 };
 
 typedef struct {

@@ -2,12 +2,12 @@
 /*
  * Products of floats on AMX, whose tiles multiply bfloat16s and add floats, 16 times as many at once as AVX-512.
  *
- * A float is the sum of three bfloat16s, exactly: the nearest one, the nearest one to what is left, and the rest. Of the
- * nine products of two such sums six are taken; the others are together at most 2^-23 of the whole. What comes out is as
- * near as a chain of multiply-adds, if not bit by bit the same; an infinity, whose rest is none, makes it NaN.
+ * A float is the sum of three bfloat16s, exactly: the nearest one, the nearest one to what is left, and the rest. Of
+ * the nine products of two such sums six are taken; the others are together at most 2^-23 of the whole. What comes out
+ * is as near as a chain of multiply-adds, if not bit by bit the same; an infinity, whose rest is none, makes it NaN.
  *
- * A pause of the tiles, however short, costs half a microsecond (measured on an Intel server CPU), and other work does not
- * overlap with them: products are better few and long.
+ * A pause of the tiles, however short, costs half a microsecond (measured on an Intel server CPU), and other work does
+ * not overlap with them: products are better few and long.
  *
  * Operands are packed in blocks of SIDE rows or columns and SIDE steps of the sum, as [part][half][16][16] pairs of
  * bfloat16s: step p of the sum in the lower half of a pair, p + 16 in the upper one.
@@ -76,7 +76,7 @@ INLINE void split(lt_real *out, const int64_t apart, vec lo, vec hi)
     v_store(out + (PARTS - 1) * apart, pair(lo, hi));
 }
 
-/* One block of an operand whose rows are sums' rows or columns: x[i * ld + c] for i < rows, c < cols, zeros elsewhere */
+/* One block of an operand whose rows are sums' rows or columns: x[i * ld + c] for i < rows, c < cols, else zeros */
 INLINE void pack_rows(lt_real *block, const lt_real *x, int64_t ld, int rows, int cols, vec s)
 {
     for (int i = 0; i < SIDE; i++) {
@@ -93,10 +93,10 @@ INLINE void pack_summed(lt_real *block, const lt_real *x, int64_t ld, int rows, 
     for (int i = 0; i < HALF; i++)
         for (int half = 0; half < 2; half++) {
             const lt_real *at = x + half * HALF;
-            const int n = cols - half * HALF;
+            const int n = cols - half * HALF, low = i < rows ? i : 0, high = i + HALF < rows ? i + HALF : 0;
 
-            split(block + half * TILE + i * HALF, PART, s * v_load_part(at + (i < rows ? i : 0) * ld, 0, i < rows ? n : 0),
-                  s * v_load_part(at + (i + HALF < rows ? i + HALF : 0) * ld, 0, i + HALF < rows ? n : 0));
+            split(block + half * TILE + i * HALF, PART, s * v_load_part(at + low * ld, 0, i < rows ? n : 0),
+                  s * v_load_part(at + high * ld, 0, i + HALF < rows ? n : 0));
         }
 }
 

@@ -274,7 +274,8 @@ enum { SUMMED = 1 };
 INLINE void v_add_sums32(double out[SUMMED], const vec x[SUMMED][4])
 {
     const vec lo = x[0][0] + x[0][2], hi = x[0][1] + x[0][3];
-    const __m256d four = (half_as_double(lo, 0) + half_as_double(hi, 0)) + (half_as_double(lo, 1) + half_as_double(hi, 1));
+    const __m256d low = half_as_double(lo, 0) + half_as_double(hi, 0);
+    const __m256d four = low + (half_as_double(lo, 1) + half_as_double(hi, 1));
     const __m128d two = _mm256_castpd256_pd128(four) + _mm256_extractf128_pd(four, 1);
 
     out[0] += two[0] + two[1];

@@ -188,11 +188,13 @@ INLINE void v_store4(float *p, const vec x[4])
 INLINE void v_store3(float *p, const vec x[3], int n)
 {
     static const int32_t two[3][16] = {         /* x[0], x[1] at 16; x[2]'s places are filled by three */
-        { 0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5 }, { 21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0, 9, 25, 0, 10, 26 },
+        { 0, 16, 0, 1, 17, 0, 2, 18, 0, 3, 19, 0, 4, 20, 0, 5 },
+        { 21, 0, 6, 22, 0, 7, 23, 0, 8, 24, 0, 9, 25, 0, 10, 26 },
         { 0, 11, 27, 0, 12, 28, 0, 13, 29, 0, 14, 30, 0, 15, 31, 0 },
     };
     static const int32_t three[3][16] = {       /* what two made, x[2] at 16 */
-        { 0, 1, 16, 3, 4, 17, 6, 7, 18, 9, 10, 19, 12, 13, 20, 15 }, { 0, 21, 2, 3, 22, 5, 6, 23, 8, 9, 24, 11, 12, 25, 14, 15 },
+        { 0, 1, 16, 3, 4, 17, 6, 7, 18, 9, 10, 19, 12, 13, 20, 15 },
+        { 0, 21, 2, 3, 22, 5, 6, 23, 8, 9, 24, 11, 12, 25, 14, 15 },
         { 26, 1, 2, 27, 4, 5, 28, 7, 8, 29, 10, 11, 30, 13, 14, 31 },
     };
 
@@ -298,7 +300,8 @@ enum { SUMMED = 4 };
 
 INLINE void v_add_sums32(double out[SUMMED], const vec x[SUMMED][2])
 {
-    const __m512d a = add_halves(eight_sums(x[0]), eight_sums(x[1])), b = add_halves(eight_sums(x[2]), eight_sums(x[3]));
+    const __m512d a = add_halves(eight_sums(x[0]), eight_sums(x[1]));
+    const __m512d b = add_halves(eight_sums(x[2]), eight_sums(x[3]));
     const __m512d two = _mm512_shuffle_f64x2(a, b, 0x88) + _mm512_shuffle_f64x2(a, b, 0xdd);
     const __m512d one = two + _mm512_permute_pd(two, 0x55);
     const __m512d sums = _mm512_permutexvar_pd(_mm512_setr_epi64(0, 2, 4, 6, 0, 2, 4, 6), one);
