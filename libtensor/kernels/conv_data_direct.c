@@ -282,13 +282,14 @@ void conv_data_direct(const lt_conv2d_params *p, const lt_real *dy, const lt_rea
                       void *work)
 {
     const int64_t out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    lt_real *maps = measure(p).maps ? work : NULL;
     int64_t tasks;
 
     each_class(p, count_tasks, &tasks);
     for (int64_t g = 0; g < p->groups; g++) {
         data_pass pass = {
             .p = p, .group = g, .dy = dy + g * conv_group_o(p) * out, .packed = packed,
-            .dx = dx + g * conv_group_c(p) * p->h * p->w, .maps = measure(p).maps ? work : NULL, .add = add,
+            .dx = dx + g * conv_group_c(p) * p->h * p->w, .maps = maps, .add = add,
         };
 
         if (pass.maps)
