@@ -216,10 +216,11 @@ static void put_run(const data_class *c, lt_real *map, int64_t row, int64_t col,
 {
     const lt_conv2d_params *p = c->j.p;
     const int64_t y = c->y0 + row * p->stride_h, x = col * p->stride_w;
-    lt_real *line = map + y * p->w + x;
+    lt_real *line;
 
     if (y >= p->h)
         return;
+    line = map + y * p->w + x;
     if (made)
         lt_k->axpy_out(line + c->x0, p->stride_w, 1, made,
                        (size_t)lt_min_i64(run, lt_ceil_div(p->w - x - c->x0, p->stride_w)));

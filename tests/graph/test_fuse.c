@@ -30,6 +30,12 @@ static void run_both(const both *p, const lt_tensor *x)
     lt_run(p->plain);
 }
 
+static void expect_near(const both *p, const lt_tensor *y)
+{
+    for (int64_t i = 0; i < lt_numel(y); i++)
+        ck_assert_double_eq_tol(at(p->fused, y, i), at(p->plain, y, i), 2e-6);
+}
+
 static void free_both(both *p)
 {
     lt_plan_free(p->fused);
@@ -54,8 +60,7 @@ START_TEST(tails_fuse)
     ck_assert_int_eq(steps_of(p.fused, "conv2d", "forward"), 1);
     ck_assert_int_eq(lt_plan_steps(p.plain), 4);
     run_both(&p, x);
-    for (int64_t i = 0; i < lt_numel(y); i++)
-        ck_assert_double_eq_tol(at(p.fused, y, i), at(p.plain, y, i), 2e-6);
+    expect_near(&p, y);
     free_both(&p);
 }
 END_TEST
@@ -78,8 +83,7 @@ START_TEST(means_and_gates_fuse)
     ck_assert_int_eq(lt_plan_steps(p.fused), 3);
     ck_assert_int_eq(lt_plan_steps(p.plain), 7);
     run_both(&p, x);
-    for (int64_t i = 0; i < lt_numel(y); i++)
-        ck_assert_double_eq_tol(at(p.fused, y, i), at(p.plain, y, i), 2e-6);
+    expect_near(&p, y);
     free_both(&p);
 }
 END_TEST
