@@ -55,11 +55,11 @@ lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
         return LT_CONV_WINOGRAD2;
     if (lt_winograd_suits(p))
         return LT_CONV_WINOGRAD;
+    if (lt_tapwise_suits(p, LT_TAPWISE_FORWARD))
+        return LT_CONV_TAPWISE;
     if (conv_on_tiles(p, p->o, lt_conv2d_out_h(p) * lt_conv2d_out_w(p), p->c * p->kh * p->kw))
         return LT_CONV_TILES;
-    if (lt_turned_suits(p))
-        return LT_CONV_TURNED;
-    return lt_tapwise_suits(p, LT_TAPWISE_FORWARD) ? LT_CONV_TAPWISE : LT_CONV_DIRECT;
+    return lt_turned_suits(p) ? LT_CONV_TURNED : LT_CONV_DIRECT;
 }
 
 int64_t lt_conv2d_packed(const lt_conv2d_params *p)

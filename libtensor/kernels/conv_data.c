@@ -24,9 +24,9 @@ static lt_conv_algorithm algorithm(const lt_conv2d_params *p)
 
     if (forward == LT_CONV_DEPTHWISE || forward == LT_CONV_WINOGRAD || forward == LT_CONV_WINOGRAD2)
         return forward;
-    if (conv_data_on_tiles(p))
-        return LT_CONV_TILES;
-    return lt_tapwise_suits(p, LT_TAPWISE_DATA) ? LT_CONV_TAPWISE : LT_CONV_DIRECT;
+    if (lt_tapwise_suits(p, LT_TAPWISE_DATA))
+        return LT_CONV_TAPWISE;
+    return conv_data_on_tiles(p) ? LT_CONV_TILES : LT_CONV_DIRECT;
 }
 
 int64_t lt_conv2d_data_packed(const lt_conv2d_params *p)

@@ -4,6 +4,7 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
 #include "libtensor/kernels/conv_turned.h"
+#include "libtensor/kernels/gemm_tiles.h"
 
 #include <string.h>
 
@@ -16,9 +17,10 @@ enum {
 
 /* From k maps of h x w to m maps of to_h x to_w. Place y, x of these meets tap t at row (y + dy) / stride_h, column
  * (x + dx) / stride_w, where that is a place of the others. Element (k, tap, m) of the weights is
- * w[k * row + tap + m * col]. */
+ * w[k * row + tap + m * col]. On AMX's tiles the positions of all images are the rows of one product. */
 typedef struct {
     int64_t k, m, h, w, to_h, to_w;
+    bool tiles;
     int stride_h, stride_w;
     int64_t row, col;
     conv_taps taps;
@@ -46,6 +48,7 @@ static void shape_of(shape *s, const lt_conv2d_params *p, lt_tapwise_way way)
         *s = (shape){ .k = p->o, .m = p->c, .h = out_h, .w = out_w, .to_h = p->h, .to_w = p->w,
                       .stride_h = p->stride_h, .stride_w = p->stride_w, .row = p->c * taps, .col = taps };
     find_places(s, p, way);
+    s->tiles = lt_gemm_tiles_suits(p->n * s->h * s->w, s->taps.n * s->m, s->k);
 }
 
 static bool strided(const lt_conv2d_params *p)
@@ -68,30 +71,54 @@ bool lt_tapwise_suits(const lt_conv2d_params *p, lt_tapwise_way way)
     return strided(p) ? !forward : lt_turned_saves(n, forward ? p->o : p->c);
 }
 
-/* ---- weights: panels of (tap, m), each [k][nr] ---- */
+/* ---- weights: panels of (tap, m), each [k][nr], or as of lt_gemm_tiles ---- */
 
 int64_t lt_tapwise_packed(const lt_conv2d_params *p, lt_tapwise_way way)
 {
-    const int64_t taps = (int64_t)p->kh * p->kw;
+    shape s;
 
-    return way == LT_TAPWISE_FORWARD ? lt_product_packed_b(taps * p->o, p->c) : lt_product_packed_b(taps * p->c, p->o);
+    shape_of(&s, p, way);
+    return (s.tiles ? lt_gemm_tiles_packed : lt_product_packed_b)(s.taps.n * s.m, s.k);
 }
 
 typedef struct { const shape *s; const lt_real *weights; lt_real *packed; } pack_job;
 
-static void pack_panel(void *ctx, int64_t panel)
+/* Rows k0 to k0 + k of `width` columns from the first on, zeros where these end */
+static void gather(const pack_job *j, lt_real *out, int64_t first, int64_t width, int64_t k0, int64_t k)
 {
-    const pack_job *j = ctx;
     const shape *s = j->s;
-    const int64_t nr = lt_k->nr, from = panel * nr, n = lt_min_i64(nr, s->taps.n * s->m - from);
-    lt_real *out = j->packed + from * s->k;
+    const int64_t n = lt_min_i64(width, s->taps.n * s->m - first);
     int64_t at[LT_TURNED_LANES];
 
     for (int64_t i = 0; i < n; i++)
-        at[i] = (from + i) / s->m + (from + i) % s->m * s->col;
-    for (int64_t l = 0; l < s->k; l++, out += nr)
-        for (int64_t i = 0; i < nr; i++)
+        at[i] = (first + i) / s->m + (first + i) % s->m * s->col;
+    for (int64_t l = k0; l < k0 + k; l++, out += width)
+        for (int64_t i = 0; i < width; i++)
             out[i] = i < n ? j->weights[l * s->row + at[i]] : 0;
+}
+
+static void pack_panel(void *ctx, int64_t panel)
+{
+    const pack_job *j = ctx;
+    const int64_t from = panel * lt_k->nr;
+
+    gather(j, j->packed + from * j->s->k, from, lt_k->nr, 0, j->s->k);
+}
+
+static void pack_tiles(void *ctx, int64_t panel)
+{
+    enum { SIDE = LT_TILES_SIDE };
+    const pack_job *j = ctx;
+    const int64_t k = j->s->k;
+    lt_real *out = j->packed + panel * lt_gemm_tiles_packed(SIDE, k);
+    _Alignas(LT_ALIGN) lt_real rows[SIDE * SIDE];
+
+    for (int64_t k0 = 0; k0 < k; k0 += SIDE, out += LT_TILES_BLOCK) {
+        const int64_t n = lt_min_i64(SIDE, k - k0);
+
+        gather(j, rows, panel * SIDE, SIDE, k0, n);
+        lt_k->tiles_right(out, 0, rows, SIDE, n, SIDE);
+    }
 }
 
 void lt_tapwise_pack(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real *weights, lt_real *packed)
@@ -99,7 +126,8 @@ void lt_tapwise_pack(const lt_conv2d_params *p, lt_tapwise_way way, const lt_rea
     shape s;
 
     shape_of(&s, p, way);
-    lt_parallel_for(lt_ceil_div(s.taps.n * s.m, lt_k->nr), pack_panel, &(pack_job){ &s, weights, packed });
+    lt_parallel_for(lt_ceil_div(s.taps.n * s.m, s.tiles ? LT_TILES_SIDE : lt_k->nr), s.tiles ? pack_tiles : pack_panel,
+                    &(pack_job){ &s, weights, packed });
 }
 
 /* ---- what the taps make of each position ---- */
@@ -109,7 +137,7 @@ typedef struct {
     const lt_real *x, *packed;
     const lt_conv2d_around *around;
     bool add;
-    lt_real *y, *q;
+    lt_real *y, *q, *turned;            /* turned: x by positions, for tiles */
     int64_t columns, ld;                /* (tap, m); between positions of q */
     int64_t rows, tiles, images;        /* positions of a tile; tiles of an image */
     int64_t channels, blocks;           /* whose taps one task adds; of all m */
@@ -130,7 +158,7 @@ size_t lt_tapwise_work(const lt_conv2d_params *p, lt_tapwise_way way)
     shape s;
 
     shape_of(&s, p, way);
-    return (size_t)(p->n * s.h * s.w * leading(&s)) * sizeof(lt_real);
+    return (size_t)(p->n * s.h * s.w * (leading(&s) + (s.tiles ? s.k : 0))) * sizeof(lt_real);
 }
 
 /* The tiles of one panel follow each other. */
@@ -144,6 +172,31 @@ static void run_tile(void *ctx, int64_t task)
     lt_turned_product(j->q + (image * positions + from) * j->ld + at, j->ld, j->x + image * s->k * positions + from,
                       positions, j->packed + at * s->k, lt_min_i64(j->rows, positions - from),
                       lt_min_i64(lt_k->nr, j->columns - at), s->k, NULL);
+}
+
+static void turn_channels(void *ctx, int64_t task)
+{
+    const tapwise_job *j = ctx;
+    const shape *s = j->s;
+    const int64_t positions = s->h * s->w, image = task % j->images, from = task / j->images * CHANNELS;
+
+    lt_k->turn(j->turned + image * positions * s->k + from, s->k, j->x + (image * s->k + from) * positions, positions,
+               lt_min_i64(CHANNELS, s->k - from), positions, false);
+}
+
+static void multiply(tapwise_job *j)
+{
+    const shape *s = j->s;
+    const int64_t positions = s->h * s->w, panels = lt_ceil_div(j->columns, lt_k->nr);
+
+    if (s->tiles) {
+        lt_parallel_for(lt_ceil_div(s->k, CHANNELS) * j->images, turn_channels, j);
+        lt_gemm_tiles(j->images * positions, j->columns, s->k, j->turned, s->k, j->packed, false, j->q, j->ld, NULL);
+        return;
+    }
+    j->rows = lt_turned_rows(positions, panels * j->images);
+    j->tiles = lt_ceil_div(positions, j->rows);
+    lt_parallel_for(panels * j->tiles * j->images, run_tile, j);
 }
 
 /* ---- and their sums ---- */
@@ -192,16 +245,13 @@ void lt_tapwise_run(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real
 {
     shape s;
     tapwise_job j = { .s = &s, .x = x, .packed = packed, .around = around, .add = add, .y = y, .q = work };
-    int64_t panels;
 
     shape_of(&s, p, way);
     j.columns = s.taps.n * s.m;
     j.ld = leading(&s);
     j.images = p->n;
-    panels = lt_ceil_div(j.columns, lt_k->nr);
-    j.rows = lt_turned_rows(s.h * s.w, panels * p->n);
-    j.tiles = lt_ceil_div(s.h * s.w, j.rows);
-    lt_parallel_for(panels * j.tiles * p->n, run_tile, &j);
+    j.turned = work + p->n * s.h * s.w * j.ld;
+    multiply(&j);
     j.channels = lt_tile_size(s.m, CHANNELS, 16);
     j.blocks = lt_ceil_div(s.m, j.channels);
     j.high = lt_tile_size(s.to_h, lt_max_i64(1, SUMS / (s.to_w * lt_min_i64(s.m, j.channels))), 1);
