@@ -10,7 +10,8 @@
 
 enum {
     MOST_POSITIONS = 256,       /* of a map that is read */
-    MOST_ELEMENTS = 5 << 16,    /* of what the taps make of an image: it stays in the cache */
+    MOST_ELEMENTS = 5 << 16,    /* of what the taps make of an image: it stays in the cache; twice that by tiles, */
+                                /* which leave more time for memory */
     CHANNELS = 64,              /* whose taps one task adds ... */
     SUMS = LT_TURNED_MOST,      /* ... and their sums */
 };
@@ -59,16 +60,16 @@ static bool strided(const lt_conv2d_params *p)
 bool lt_tapwise_suits(const lt_conv2d_params *p, lt_tapwise_way way)
 {
     enum { FEW = 16 };
-    const bool forward = way == LT_TAPWISE_FORWARD;
-    const int64_t out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
-    const int64_t n = forward ? p->h * p->w : out_h * out_w, to_w = forward ? out_w : p->w;
-    const int64_t made = n * p->kh * p->kw * (forward ? p->o : p->c);
+    shape s;
+    int64_t n;
 
-    if (p->groups > 1 || p->kh * p->kw == 1 || p->c < FEW || p->o < FEW || out_h < 1 || out_w < 1)
+    if (p->groups > 1 || p->kh * p->kw == 1 || p->c < FEW || p->o < FEW || conv_nothing(p))
         return false;
-    if (n > MOST_POSITIONS || made > MOST_ELEMENTS || to_w > SUMS / CHANNELS)
+    shape_of(&s, p, way);
+    n = s.h * s.w;
+    if (n > MOST_POSITIONS || n * s.taps.n * s.m > MOST_ELEMENTS * (s.tiles ? 2 : 1) || s.to_w > SUMS / CHANNELS)
         return false;
-    return strided(p) ? !forward : lt_turned_saves(n, forward ? p->o : p->c);
+    return strided(p) ? way == LT_TAPWISE_DATA : lt_turned_saves(n, s.m);
 }
 
 /* ---- weights: panels of (tap, m), each [k][nr], or as of lt_gemm_tiles ---- */
