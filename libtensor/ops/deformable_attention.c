@@ -133,6 +133,7 @@ static lt_samples samples_of(const lt_call *c, const queries *q)
 
 /* ---- forward ------------------------------------------------------------------------------------------ */
 
+/* A thread's tasks have all heads of its queries: linear layers, by rows as well, write and read the same ones. */
 static void forward_task(void *ctx, int64_t task)
 {
     const lt_call *c = ctx;
@@ -140,7 +141,7 @@ static void forward_task(void *ctx, int64_t task)
     lt_samples samples;
     queries q;
 
-    look(c, task / s.blocks / s.heads, task / s.blocks % s.heads, task % s.blocks, &q);
+    look(c, task / s.heads / s.blocks, task % s.heads, task / s.heads % s.blocks, &q);
     share_out(&q);
     samples = samples_of(c, &q);
     lt_k->sample((lt_real *)c->out->data + q.query_at, s.C, &samples);
