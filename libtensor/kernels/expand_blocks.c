@@ -27,12 +27,21 @@ static int64_t blocks_together(void)
     return lt_max_i64(1, lt_k->nr / LT_BLOCK);
 }
 
+/* Some TASKS of them, an even number: rows where bands meet are made twice, but a single task that is left over costs
+ * more. */
+static int64_t bands_of(const lt_conv2d_params *second, int64_t groups)
+{
+    const int64_t most = lt_conv2d_out_h(second) / (2 * second->kh), of_band = groups * second->n;
+    const int64_t bands = lt_ceil_div(TASKS, of_band);
+
+    return lt_min_i64(bands > 1 ? bands + of_band * bands % 2 : 1, most);
+}
+
 static job plan(const lt_conv2d_params *first, const lt_conv2d_params *second)
 {
     const int64_t groups = lt_ceil_div(lt_blocks_of(second->c), blocks_together());
-    const int64_t most = lt_conv2d_out_h(second) / (2 * second->kh);
-    const int64_t bands = lt_min_i64(lt_ceil_div(TASKS, groups * second->n), most);
-    job j = { .d = depthwise_blocks_cut(second, bands), .together = blocks_together(), .groups = groups };
+    job j = { .d = depthwise_blocks_cut(second, bands_of(second, groups)), .together = blocks_together(),
+              .groups = groups };
 
     j.row = j.d.window.wide * LT_BLOCK;
     j.plane = j.d.room * j.row;

@@ -62,7 +62,7 @@ static void forward_plane(const lt_call *c, int64_t i)
 
 static void forward(const lt_call *c)
 {
-    op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), plane(c->in[0]), forward_plane);
+    op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), 4 * plane(c->in[0]), forward_plane);
 }
 
 static void backward_plane(const lt_call *c, int64_t i)
