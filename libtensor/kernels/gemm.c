@@ -65,16 +65,17 @@ static int64_t tile_columns(int64_t n)
     return lt_tile_size(n, 384, 64);
 }
 
-/* Tiles: large enough that packing is cheap, small enough that there are some eight of them. */
+/* Tiles: large enough that packing is cheap, small enough that there are some eight of them, and an even number. */
 static void cut(job *j)
 {
     const int64_t work = j->m * j->n;
     const bool large = work * j->batch >= 8 * LT_TILE_M * 256;
+    const int64_t fewest = lt_ceil_div(j->m, large ? LT_TILE_M : 128);
 
-    j->tile_m = lt_tile_size(j->m, large ? LT_TILE_M : 128, 1);
     j->tile_n = tile_columns(j->n);
-    j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
+    j->tile_m = lt_ceil_div(j->m, fewest + (fewest > 1 ? fewest * j->tiles_n % 2 : 0));
+    j->tiles_m = lt_ceil_div(j->m, j->tile_m);
     j->images = lt_max_i64(1, lt_min_i64(j->batch, LT_TILE_N * 128 / lt_max_i64(1, work)));
 }
 
