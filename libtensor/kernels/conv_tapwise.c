@@ -10,18 +10,18 @@
 
 enum {
     MOST_POSITIONS = 256,       /* of a map that is read */
-    MOST_ELEMENTS = 5 << 16,    /* of what the taps make of an image: it stays in the cache; twice that by tiles, */
-                                /* which leave more time for memory */
+    MOST_ELEMENTS = 5 << 16,    /* of what the taps make of an image: it stays in the cache, ... */
+    MOST_BY_TILES = 5 << 17,    /* ... or is made so fast that reading it once more pays */
     CHANNELS = 64,              /* whose taps one task adds ... */
     SUMS = LT_TURNED_MOST,      /* ... and their sums */
 };
 
 /* From k maps of h x w to m maps of to_h x to_w. Place y, x of these meets tap t at row (y + dy) / stride_h, column
  * (x + dx) / stride_w, where that is a place of the others. Element (k, tap, m) of the weights is
- * w[k * row + tap + m * col]. On AMX's tiles the positions of all images are the rows of one product. */
+ * w[k * row + tap + m * col]. */
 typedef struct {
     int64_t k, m, h, w, to_h, to_w;
-    bool tiles;
+    bool tiles;                         /* the positions of all images are the rows of one product on AMX's tiles */
     int stride_h, stride_w;
     int64_t row, col;
     conv_taps taps;
@@ -67,7 +67,9 @@ bool lt_tapwise_suits(const lt_conv2d_params *p, lt_tapwise_way way)
         return false;
     shape_of(&s, p, way);
     n = s.h * s.w;
-    if (n > MOST_POSITIONS || n * s.taps.n * s.m > MOST_ELEMENTS * (s.tiles ? 2 : 1) || s.to_w > SUMS / CHANNELS)
+    if (n > MOST_POSITIONS || s.to_w > SUMS / CHANNELS)
+        return false;
+    if (n * s.taps.n * s.m > (s.tiles ? MOST_BY_TILES : MOST_ELEMENTS))
         return false;
     return strided(p) ? way == LT_TAPWISE_DATA : lt_turned_saves(n, s.m);
 }

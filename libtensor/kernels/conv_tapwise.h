@@ -5,7 +5,8 @@
  *   q[position][tap, m] = sum over k of x[k][position] w[k][tap, m]
  *   y[m][place] = sum over taps of q[position of tap][tap, m]
  * No window is copied, and no lane stays empty. The gradient of x, strided as well, is the same with other places.
- * Each q is one chain of multiply-adds over k, in blocks as in every product; taps are added by rows of the window.
+ * Each q is one chain of multiply-adds over k, in blocks as in every product, or comes from AMX's tiles, with the
+ * positions of all images as rows (gemm_tiles.h); taps are added by rows of the window.
  * For files of kernels/ only.
  */
 #ifndef LT_KERNELS_CONV_TAPWISE_H
