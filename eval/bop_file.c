@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/bop_file.h"
 
-#include "libtensor/io/file.h"
+#include "eval/results_file.h"
 #include "libtensor/io/number.h"
 
 #include <math.h>
@@ -49,8 +49,9 @@ static bool whole(double x)
     return x == floor(x) && fabs(x) < 1e9;
 }
 
-static lt_status parse_line(const char *path, int64_t number, const char *text, bop_estimate *out)
+static lt_status parse_line(const char *path, int64_t number, const char *text, void *row)
 {
+    bop_estimate *out = row;
     double x[FIELDS];
 
     if (!parse_numbers(text, x) || !whole(x[0]) || !whole(x[1]) || !whole(x[2]) || !isfinite(x[3]))
@@ -61,39 +62,18 @@ static lt_status parse_line(const char *path, int64_t number, const char *text, 
     return LT_OK;
 }
 
-static lt_status parse(lt_arena *arena, const char *path, char *text, size_t size, bop_file *out)
-{
-    const size_t lines = size / SHORTEST + 1;
-    int64_t number = 1;
-    char *line = strsep(&text, "\n");
-
-    if (strncmp(line, header, strlen(header)))
-        return lt_error(LT_EFORMAT, "%s: expected \"%s\" first", path, header);
-    out->estimate = lt_arena_array(arena, lines, sizeof(*out->estimate));
-    if (!out->estimate)
-        return lt_error(LT_ENOMEM, "%s: no memory for %zu lines", path, lines);
-    out->n = 0;
-    while ((line = strsep(&text, "\n"))) {
-        lt_status st;
-        number++;
-        if (!*line)
-            continue;
-        st = parse_line(path, number, line, &out->estimate[out->n]);
-        if (st)
-            return st;
-        out->n++;
-    }
-    qsort(out->estimate, (size_t)out->n, sizeof(*out->estimate), by_target);
-    return LT_OK;
-}
+static const results_format format = {
+    .header = header, .shortest = SHORTEST, .row_size = sizeof(bop_estimate), .parse = parse_line, .order = by_target,
+};
 
 lt_status bop_file_read(lt_arena *arena, const char *path, bop_file *out)
 {
-    uint8_t *text;
-    size_t size;
-    const lt_status st = lt_read_file(arena, path, (size_t)2 << 30, &text, &size);
+    void *rows;
+    const lt_status st = results_file_read(arena, path, &format, &rows, &out->n);
 
-    return st ? st : parse(arena, path, (char *)text, size, out);
+    if (st == LT_OK)
+        out->estimate = rows;
+    return st;
 }
 
 const bop_estimate *bop_file_find(const bop_file *file, int scene, int image, int object)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/hpe_file.h"
 
-#include "libtensor/io/file.h"
+#include "eval/results_file.h"
 #include "libtensor/io/number.h"
 
 #include <math.h>
@@ -19,8 +19,9 @@ static int by_index(const void *a, const void *b)
 }
 
 /* An index and 63 numbers, in mm. */
-static lt_status parse_line(const char *path, int64_t number, const char *text, hpe_line *out)
+static lt_status parse_line(const char *path, int64_t number, const char *text, void *row)
 {
+    hpe_line *out = row;
     const char *end;
     double x = lt_strtod(text, &end);
     int n = 0;
@@ -42,37 +43,18 @@ static lt_status parse_line(const char *path, int64_t number, const char *text, 
     return LT_OK;
 }
 
-static lt_status parse(lt_arena *arena, const char *path, char *text, size_t size, hpe_file *out)
-{
-    const size_t lines = size / SHORTEST + 1;
-    int64_t number = 0;
-    char *line;
-
-    out->line = lt_arena_array(arena, lines, sizeof(*out->line));
-    if (!out->line)
-        return lt_error(LT_ENOMEM, "%s: no memory for %zu lines", path, lines);
-    out->n = 0;
-    while ((line = strsep(&text, "\n"))) {
-        lt_status st;
-        number++;
-        if (!*line)
-            continue;
-        st = parse_line(path, number, line, &out->line[out->n]);
-        if (st)
-            return st;
-        out->n++;
-    }
-    qsort(out->line, (size_t)out->n, sizeof(*out->line), by_index);
-    return LT_OK;
-}
+static const results_format format = {
+    .shortest = SHORTEST, .row_size = sizeof(hpe_line), .parse = parse_line, .order = by_index,
+};
 
 lt_status hpe_file_read(lt_arena *arena, const char *path, hpe_file *out)
 {
-    uint8_t *text;
-    size_t size;
-    const lt_status st = lt_read_file(arena, path, (size_t)2 << 30, &text, &size);
+    void *rows;
+    const lt_status st = results_file_read(arena, path, &format, &rows, &out->n);
 
-    return st ? st : parse(arena, path, (char *)text, size, out);
+    if (st == LT_OK)
+        out->line = rows;
+    return st;
 }
 
 const hpe_line *hpe_file_find(const hpe_file *file, int64_t index)

@@ -592,6 +592,9 @@ START_TEST(hpe_file)
     text_file("bad.txt", "x\n");
     ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
     *strchr(text, '\n') = 0;
+    ok(lt_write_file(at("bad.txt"), text, strlen(text) + 1));
+    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "bad.txt: found a NUL byte, expected text"));
     text_file("bad.txt", text);
     ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "has no line for sample 1, "));
