@@ -360,21 +360,15 @@ static void source_start(void *batch, int count)
     ((hand_object_batch *)batch)->count = count;
 }
 
-static lt_status source_fill(const void *ctx, uint64_t epoch, int64_t index, void *batch, int slot)
+static lt_status source_fill(const void *ctx, uint64_t epoch, int64_t index, lt_arena *scratch, void *batch,
+                             int slot)
 {
     const hand_object_feed *f = ctx;
     const int64_t sample = sample_of(f, index);
-    lt_arena *arena = lt_arena_new();
     dataset_sample s;
-    lt_status st;
+    const lt_status st = dataset_read(f->data, sample, hand_object_want(&f->options), scratch, &s);
 
-    if (!arena)
-        return lt_error(LT_ENOMEM, "loader: no memory for sample %s", dataset_name(f->data, sample));
-    st = dataset_read(f->data, sample, hand_object_want(&f->options), arena, &s);
-    if (!st)
-        st = hand_object_prepare(&s, &f->options, epoch, sample, batch, slot);
-    lt_arena_free(arena);
-    return st;
+    return st ? st : hand_object_prepare(&s, &f->options, epoch, sample, batch, slot);
 }
 
 static void source_skip(void *batch, int slot, int64_t index)

@@ -5,7 +5,6 @@
  */
 #include "data/loader.h"
 
-#include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
 
 #include <pthread.h>
@@ -114,9 +113,22 @@ static void finish_slot(entry *e, int slot, lt_status st)
     e->done++;
 }
 
+/* On a worker's thread, without the lock: one sample into its slot. */
+static lt_status fill(const loader *l, const entry *e, int slot, lt_arena *scratch)
+{
+    lt_status st;
+
+    if (!scratch)
+        return lt_error(LT_ENOMEM, "loader: no memory");
+    st = l->source.fill(l->source.ctx, e->at.epoch, e->index[slot], scratch, e->batch, slot);
+    lt_arena_reset(scratch);
+    return st;
+}
+
 static void *work(void *arg)
 {
     loader *l = arg;
+    lt_arena *scratch = lt_arena_new();
 
     pthread_mutex_lock(&l->lock);
     while (!l->stopping) {
@@ -130,13 +142,14 @@ static void *work(void *arg)
         }
         slot = e->issued++;
         pthread_mutex_unlock(&l->lock);
-        st = l->source.fill(l->source.ctx, e->at.epoch, e->index[slot], e->batch, slot);
+        st = fill(l, e, slot, scratch);
         pthread_mutex_lock(&l->lock);
         finish_slot(e, slot, st);
         if (e->done == e->count)
             pthread_cond_signal(&l->ready);
     }
     pthread_mutex_unlock(&l->lock);
+    lt_arena_free(scratch);
     return NULL;
 }
 

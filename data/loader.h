@@ -6,14 +6,14 @@
 #ifndef DATA_LOADER_H
 #define DATA_LOADER_H
 
-#include "libtensor/base/common.h"
-#include "libtensor/base/status.h"
+#include "libtensor/base/arena.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Where samples come from. fill is called from several threads at once, for different slots. */
+/* Where samples come from. fill is called from several threads at once, for different slots; what it puts into
+ * scratch is gone when it returns. */
 typedef struct {
     const void *ctx;
     int64_t count;
@@ -22,7 +22,7 @@ typedef struct {
     void (*batch_free)(void *batch);
     /* start: count samples are about to be filled into slots 0 .. count - 1 */
     void (*start)(void *batch, int count);
-    lt_status (*fill)(const void *ctx, uint64_t epoch, int64_t index, void *batch, int slot);
+    lt_status (*fill)(const void *ctx, uint64_t epoch, int64_t index, lt_arena *scratch, void *batch, int slot);
     /* skip: the slot's sample could not be read; make it count for nothing */
     void (*skip)(void *batch, int slot, int64_t index);
 } loader_source;

@@ -177,11 +177,12 @@ static void *check_batch_new(const void *ctx, int capacity)
     return hand_object_batch_new(capacity, s->check_feed.options.size, s->check_feed.options.cells);
 }
 
-static lt_status check_fill(const void *ctx, uint64_t epoch, int64_t index, void *batch, int slot)
+static lt_status check_fill(const void *ctx, uint64_t epoch, int64_t index, lt_arena *scratch, void *batch, int slot)
 {
     const train_source *s = ctx;
 
-    return hand_object_source(&s->check_feed).fill(&s->check_feed, epoch, s->check_first + index, batch, slot);
+    return hand_object_source(&s->check_feed).fill(&s->check_feed, epoch, s->check_first + index, scratch, batch,
+                                                   slot);
 }
 
 loader_source train_source_checker(const train_source *s)

@@ -19,6 +19,7 @@ _Static_assert(sizeof(block) <= LT_ALIGN, "a block's header fits before its payl
 
 struct lt_arena {
     block *blocks;                  /* the first one is filled; the rest are full or of their own */
+    block *spare;                   /* of before the last reset, to be used again */
     size_t bytes;
 };
 
@@ -103,22 +104,56 @@ lt_arena *lt_arena_new(void)
     return must_fail() ? NULL : calloc(1, sizeof(lt_arena));
 }
 
+/* Gives the blocks of a list back; returns how many bytes they were. */
+static size_t release_list(block *b)
+{
+    size_t bytes = 0;
+
+    for (block *next; b; b = next) {
+        next = b->next;
+        bytes += LT_ALIGN + b->size;
+        lt_release(b);
+    }
+    return bytes;
+}
+
 void lt_arena_free(lt_arena *arena)
 {
     if (!arena)
         return;
-    for (block *b = arena->blocks, *next; b; b = next) {
-        next = b->next;
-        lt_release(b);
-    }
+    release_list(arena->blocks);
+    release_list(arena->spare);
     free(arena);
+}
+
+void lt_arena_reset(lt_arena *arena)
+{
+    arena->bytes -= release_list(arena->spare);
+    arena->spare = arena->blocks;
+    arena->blocks = NULL;
+}
+
+/* A spare block that fits without wasting more than half of it, cleared; NULL: there is none. */
+static block *take_spare(lt_arena *arena, size_t payload)
+{
+    for (block **at = &arena->spare, *b; (b = *at); at = &b->next)
+        if (b->size >= payload && b->size / 2 <= payload) {
+            *at = b->next;
+            b->used = 0;
+            memset((char *)b + LT_ALIGN, 0, payload);
+            return b;
+        }
+    return NULL;
 }
 
 static block *block_new(lt_arena *arena, size_t payload)
 {
+    block *b = take_spare(arena, payload);
     size_t bytes;
-    block *b = lt_size_add(payload, LT_ALIGN, &bytes) ? lt_alloc(bytes) : NULL;
 
+    if (b || !lt_size_add(payload, LT_ALIGN, &bytes))
+        return b;
+    b = lt_alloc(bytes);
     if (b) {
         b->size = payload;
         arena->bytes += bytes;

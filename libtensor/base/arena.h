@@ -18,6 +18,10 @@ typedef struct lt_arena lt_arena;
 LT_API lt_arena *lt_arena_new(void);
 LT_API void lt_arena_free(lt_arena *arena);
 
+/* lt_arena_reset - empty it, for the next of many alike pieces of work: what it held is gone, but the memory stays
+ * for what is asked of it next. What two resets in a row find unused goes back to the system. */
+LT_API void lt_arena_reset(lt_arena *arena);
+
 /**
  * lt_arena_alloc - zeroed memory aligned to LT_ALIGN, living as long as the arena
  *

@@ -92,6 +92,36 @@ START_TEST(arenas_give_zeroed_aligned_memory)
 }
 END_TEST
 
+START_TEST(arenas_use_memory_again)
+{
+    static const size_t sizes[] = { 1000, 1 << 20, 40000, 64, 1 << 18 };
+    lt_arena *a = lt_arena_new();
+    size_t bytes = 0;
+
+    for (int round = 0; round < 4; round++) {
+        for (size_t i = 0; i < LT_COUNT(sizes); i++) {
+            unsigned char *p = lt_arena_alloc(a, sizes[i]);
+            for (size_t k = 0; k < sizes[i]; k++)
+                ck_assert_int_eq(p[k], 0);
+            memset(p, 0xa5, sizes[i]);
+        }
+        if (round == 0)
+            bytes = lt_arena_bytes(a);
+        ck_assert_uint_eq(lt_arena_bytes(a), bytes);
+        lt_arena_reset(a);
+    }
+    lt_alloc_fail_at(1);                        /* what fits is not asked of the system, what does not is */
+    ck_assert_ptr_nonnull(lt_arena_alloc(a, 1 << 20));
+    ck_assert_ptr_null(lt_arena_alloc(a, 1 << 21));
+    lt_alloc_fail_at(0);
+    lt_arena_reset(a);
+    ck_assert_uint_lt(lt_arena_bytes(a), bytes);        /* nothing but the megabyte was used */
+    lt_arena_reset(a);
+    ck_assert_uint_eq(lt_arena_bytes(a), 0);
+    lt_arena_free(a);
+}
+END_TEST
+
 START_TEST(allocations_fail_on_demand)
 {
     void *p;
@@ -186,6 +216,7 @@ int main(void)
     tcase_add_test(tc, a_draw_is_a_function_of_its_index);
     tcase_add_test(tc, draws_stay_in_range);
     tcase_add_test(tc, arenas_give_zeroed_aligned_memory);
+    tcase_add_test(tc, arenas_use_memory_again);
     tcase_add_test(tc, allocations_fail_on_demand);
     tcase_add_test(tc, error_lines);
     tcase_add_test(tc, every_task_runs_once);

@@ -36,11 +36,15 @@ static void start(void *batch, int count)
     memset(b->skipped, 0, sizeof(b->skipped));
 }
 
-static lt_status fill(const void *ctx, uint64_t epoch, int64_t index, void *batch, int slot)
+static lt_status fill(const void *ctx, uint64_t epoch, int64_t index, lt_arena *scratch, void *batch, int slot)
 {
     const world *w = ctx;
     seen *b = batch;
+    int *place = lt_arena_alloc(scratch, 1 << 15);
 
+    if (!place || *place)
+        return lt_error(LT_EINVAL, "scratch holds what another sample left");
+    *place = 1;
     if (w->slow)
         usleep((useconds_t)(index * 7919 % 5 * 200));
     if (index >= w->bad_from && index < w->bad_to)
