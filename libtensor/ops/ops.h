@@ -263,6 +263,15 @@ LT_API lt_tensor *lt_hand(const lt_hand_layer *layer, lt_tensor *rotations, lt_t
 LT_API lt_tensor *lt_mse_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);
 LT_API lt_tensor *lt_l1_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);
 
+/**
+ * lt_cross_entropy - the mean over rows of -sum_c target_c log softmax(logits)_c: one number
+ *
+ *   logits, target  (B, ..., C)      target: what the softmax should be; a class is a 1 in its place
+ *
+ * weight as above. Errors: shapes that differ, fewer than two dimensions, no class.
+ */
+LT_API lt_tensor *lt_cross_entropy(lt_tensor *logits, lt_tensor *target, lt_tensor *weight);
+
 /* lt_sum - of all elements: one number */
 LT_API lt_tensor *lt_sum(lt_tensor *x);
 
@@ -310,6 +319,7 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_hand(...) LT_HERE(lt_hand(__VA_ARGS__))
 #define lt_mse_loss(...) LT_HERE(lt_mse_loss(__VA_ARGS__))
 #define lt_l1_loss(...) LT_HERE(lt_l1_loss(__VA_ARGS__))
+#define lt_cross_entropy(...) LT_HERE(lt_cross_entropy(__VA_ARGS__))
 #define lt_sum(...) LT_HERE(lt_sum(__VA_ARGS__))
 
 #ifdef __cplusplus

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "models/heads/hand_object.h"
 
+#include "models/heads/heatmap_loss.h"
+
 static void add_output(model_record *r, const char *name, lt_tensor *t)
 {
     model_port_add(&r->outputs, name, lt_output(t, name));
@@ -14,6 +16,14 @@ static void add_loss(model_record *r, const char *name, lt_tensor *value, double
     r->loss = r->loss ? lt_add(r->loss, weighted) : weighted;
 }
 
+/* Joints (B, 21, 3) as they are before the wrist's rotation R_0, the first of (B, 16, 3, 3): R_0^T p */
+static lt_tensor *in_wrist_frame(lt_tensor *joints, lt_tensor *rotation)
+{
+    lt_tensor *R_0 = lt_reshape(lt_slice(rotation, 1, 0, 1), LT_SHAPE(lt_dim(rotation, 0), 3, 3));
+
+    return lt_matmul(joints, R_0);
+}
+
 static void record_losses(const hand_object_out *o, const lt_hand_layer *hand, const hand_object_weights *w,
                           model_record *r)
 {
@@ -24,11 +34,17 @@ static void record_losses(const hand_object_out *o, const lt_hand_layer *hand, c
     lt_tensor *points2d = model_input(r, "points2d", LT_SHAPE(B, OBJECT_POINTS, 2));
     lt_tensor *mask = model_input(r, "mask", LT_SHAPE(B, cells, cells));
     lt_tensor *weight = model_input(r, "weight", LT_SHAPE(B));
-    lt_tensor *vertices = lt_hand(hand, rotation, beta);
+    lt_tensor *vertices = lt_hand(hand, rotation, beta), *joints = lt_result(vertices, 1);
     const object_losses object = object_head_losses(&o->object, points2d, mask, weight);
 
     add_loss(r, "heatmap", lt_mse_loss(o->heat.joints2d, joints2d, weight), w->heatmap);
-    add_loss(r, "joints", lt_mse_loss(o->mano.joints, lt_result(vertices, 1), weight), w->joints);
+    if (w->maps > 0)
+        add_loss(r, "maps", heatmap_loss(o->heat.logits, joints2d, (int)lt_dim(o->heat.heatmaps, 2),
+                                         (int)lt_dim(o->heat.heatmaps, 3), o->heat.margin, weight), w->maps);
+    add_loss(r, "joints", lt_mse_loss(o->mano.joints, joints, weight), w->joints);
+    if (w->local > 0)
+        add_loss(r, "local", lt_mse_loss(in_wrist_frame(o->mano.joints, o->mano.rotation),
+                                         in_wrist_frame(joints, rotation), weight), w->local);
     add_loss(r, "vertices", lt_mse_loss(o->mano.vertices, vertices, weight), w->vertices);
     add_loss(r, "pose", lt_mse_loss(o->mano.rotation, rotation, weight), w->pose);
     add_loss(r, "shape", lt_mse_loss(o->mano.beta, beta, weight), w->shape);

@@ -20,7 +20,7 @@ typedef struct {
 
 /* Weights of the losses; HAND_OBJECT_KEYS are their rows in the table of a configuration's keys. */
 typedef struct {
-    double heatmap, joints, vertices, pose, shape, p2d, conf;
+    double heatmap, maps, joints, local, vertices, pose, shape, p2d, conf;
 } hand_object_weights;
 
 #define HAND_OBJECT_KEY(config, field, value, what) \
@@ -28,7 +28,10 @@ typedef struct {
       .doc = "weight of " what }
 #define HAND_OBJECT_KEYS(config) \
     HAND_OBJECT_KEY(config, heatmap, "100", "the 2D joints' loss"), \
+    HAND_OBJECT_KEY(config, maps, "0", "the heat maps' cross-entropy; the papers have none"), \
     HAND_OBJECT_KEY(config, joints, "10000", "the 3D joints' loss"), \
+    HAND_OBJECT_KEY(config, local, "0", "the 3D joints' loss in the wrist's own frame, which only fingers and shape " \
+                    "can lower; the papers have none"), \
     HAND_OBJECT_KEY(config, vertices, "10000", "the vertices' loss"), \
     HAND_OBJECT_KEY(config, pose, "10", "the rotations' loss"), \
     HAND_OBJECT_KEY(config, shape, "0.1", "the shape's loss"), \

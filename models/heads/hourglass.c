@@ -66,22 +66,22 @@ void heatmap_head_new(heatmap_head *m, lt_params *set, const char *prefix, int c
     m->temperature = lt_params_add(set, prefix, "temperature", LT_WEIGHT, LT_SHAPE(joints));
 }
 
-lt_tensor *heatmap_softmax(lt_tensor *logits, lt_param *temperature)
+void heatmap_softmax(lt_tensor *scores, lt_param *temperature, heatmap_out *out)
 {
-    const int64_t B = lt_dim(logits, 0), J = lt_dim(logits, 1), cells = lt_dim(logits, 2) * lt_dim(logits, 3);
-    lt_tensor *t = lt_reshape(lt_use(logits->graph, temperature), LT_SHAPE(J, 1));
-    lt_tensor *rows = lt_softmax(lt_mul(lt_reshape(logits, LT_SHAPE(B, J, cells)), t));
+    const int64_t B = lt_dim(scores, 0), J = lt_dim(scores, 1), cells = lt_dim(scores, 2) * lt_dim(scores, 3);
+    lt_tensor *t = lt_reshape(lt_use(scores->graph, temperature), LT_SHAPE(J, 1));
 
-    return lt_reshape(rows, logits->shape);
+    out->logits = lt_mul(lt_reshape(scores, LT_SHAPE(B, J, cells)), t);
+    out->heatmaps = lt_reshape(lt_softmax(out->logits), scores->shape);
 }
 
 heatmap_out heatmap_head_forward(const heatmap_head *m, lt_tensor *x)
 {
     lt_tensor *y = preact_bottleneck_forward(&m->residual, hourglass_forward(&m->hg, x));
-    heatmap_out out;
+    heatmap_out out = { .margin = 0 };
 
     out.encoding = lt_leaky_relu(lt_batch_norm_layer_forward(&m->fc_bn, lt_conv_layer_forward(&m->fc, y)), SLOPE);
-    out.heatmaps = heatmap_softmax(lt_conv_layer_forward(&m->score, out.encoding), m->temperature);
+    heatmap_softmax(lt_conv_layer_forward(&m->score, out.encoding), m->temperature, &out);
     out.joints2d = lt_soft_argmax2d(out.heatmaps);
     return out;
 }

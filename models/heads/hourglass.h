@@ -43,12 +43,15 @@ typedef struct {
 
 typedef struct {
     lt_tensor *encoding;            /* (B, C, R, R) */
+    lt_tensor *logits;              /* (B, joints, R R), the temperature in them */
     lt_tensor *heatmaps;            /* (B, joints, R, R), each sums to 1 */
-    lt_tensor *joints2d;            /* (B, joints, 2) in [0, 1] of the map */
+    lt_tensor *joints2d;            /* (B, joints, 2) in [0, 1] of the map without its margin */
+    int margin;                     /* cells around the map that joints2d does not count */
 } heatmap_out;
 
-/* heatmap_softmax - H_j = softmax over all cells of t_j S_j, for logits S (B, J, h, w) and temperatures t (J) */
-lt_tensor *heatmap_softmax(lt_tensor *logits, lt_param *temperature);
+/* heatmap_softmax - logits t_j S_j and H_j, their softmax over all cells, for scores S (B, J, h, w) and temperatures
+ * t (J) */
+void heatmap_softmax(lt_tensor *scores, lt_param *temperature, heatmap_out *out);
 
 void heatmap_head_new(heatmap_head *m, lt_params *set, const char *prefix, int channels, int joints, int depth);
 heatmap_out heatmap_head_forward(const heatmap_head *m, lt_tensor *x);

@@ -66,7 +66,7 @@ static lt_tensor *without_margin(const unified_hourglass *m, lt_tensor *joints2d
 heatmap_out unified_hourglass_forward(const unified_hourglass *m, lt_tensor *x)
 {
     lt_tensor *e[3];
-    heatmap_out out;
+    heatmap_out out = { .margin = HOURGLASS_MARGIN };
 
     for (int i = 0; i < 3; i++) {
         e[i] = conv_norm_relu(&m->conv[i], x);
@@ -76,7 +76,7 @@ heatmap_out unified_hourglass_forward(const unified_hourglass *m, lt_tensor *x)
     for (int i = 0; i < 2; i++)
         x = lt_add(lt_relu(lt_batch_norm_layer_forward(&m->up_bn[i], transposed_forward(&m->up[i], x))), e[2 - i]);
     out.encoding = x;                                                                   /* E */
-    out.heatmaps = heatmap_softmax(transposed_forward(&m->up[2], x), m->temperature);
+    heatmap_softmax(transposed_forward(&m->up[2], x), m->temperature, &out);
     out.joints2d = without_margin(m, lt_soft_argmax2d(out.heatmaps));
     return out;
 }

@@ -506,6 +506,25 @@ def loss(of):
     return make
 
 
+def cross_entropy(s):
+    def fn(x, t, w=None):
+        rows = -(t * torch.log_softmax(x, -1)).sum(-1).flatten(1).mean(1) if x.ndim > 2 else \
+            -(t * torch.log_softmax(x, -1)).sum(-1)
+        return rows.mean() if w is None else (rows * w).sum() / w.sum()
+
+    def targets(*shape):
+        t = positive(*shape)
+        t.flat[0] = 0
+        return t
+
+    w = positive(3)
+    w[1] = 0
+    s.case("weighed", fn, clear(3, 4, 5), targets(3, 4, 5), w, const=(2,))
+    s.case("plain", fn, clear(3, 67), targets(3, 67))
+    s.case("target", fn, clear(2, 3, 5), targets(2, 3, 5), positive(2), const=(1, 2))
+    s.case("one", fn, clear(1, 1), positive(1, 1))
+
+
 def sum_(s):
     s.case("rows", lambda x: x.sum(), clear(3, 67))
     s.case("number", lambda x: x.sum(), clear())
@@ -531,6 +550,24 @@ def confidence_target(s):
            const=(0, 3, 4, 5))
 
 
+def heatmap_loss(s):
+    def around(u, n, margin):
+        at = np.clip(u * (n - 2 * margin) + margin - .5, 0, n - 1)
+        return np.maximum(0, 1 - abs(np.arange(n) - at[..., None]))
+
+    def loss(h, w, margin):
+        def fn(x, places, weight):
+            p = places.numpy()
+            target = around(p[..., 1], h, margin)[..., :, None] * around(p[..., 0], w, margin)[..., None, :]
+            rows = -(torch.tensor(target).flatten(2) * torch.log_softmax(x, -1)).sum(-1).mean(1)
+            return (rows * weight).sum() / weight.sum()
+        return fn
+
+    places = rng.uniform(-.2, 1.2, (3, 4, 2)).astype(np.float32)
+    s.case("plain", loss(4, 5, 0), clear(3, 4, 20), places, positive(3), const=(1, 2))
+    s.case("margin", loss(6, 7, 2), clear(3, 4, 42), places, positive(3), const=(1, 2))
+
+
 SUITES = {
     "add": binary(torch.add), "sub": binary(torch.sub), "mul": binary(torch.mul), "scale": scale,
     "leaky_relu": leaky_relu, "sigmoid": unary(torch.sigmoid, True), "tanh": unary(torch.tanh, True),
@@ -543,6 +580,7 @@ SUITES = {
     "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm, "batch_norm": batch_norm,
     "channel_affine": channel_affine, "rot6d": rot6d, "hand": hand, "mse_loss": loss(torch.square),
     "l1_loss": loss(torch.abs), "sum": sum_, "confidence_target": confidence_target,
+    "cross_entropy": cross_entropy, "heatmap_loss": heatmap_loss,
 }
 
 

@@ -333,6 +333,46 @@ START_TEST(recomputing_changes_no_bit)
 }
 END_TEST
 
+/* ---- losses that the papers have not ----------------------------------------------------------------- */
+
+static double loss_of(const char *name)
+{
+    return *(const lt_real *)lt_plan_data(plan, model_port_find(&r.losses, name));
+}
+
+/* Truth: fingers bent alike, the wrist turned by R_0. */
+static void run_against(const lt_real R_0[9])
+{
+    static const lt_real bent[9] = { 0.8f, 0, 0.6f, 0, 1, 0, -0.6f, 0, 0.8f };
+    lt_real *truth;
+
+    fill_inputs();
+    truth = lt_plan_data(plan, model_port_find(&r.inputs, "rotation"));
+    for (int i = 0; i < 2 * LT_HAND_JOINTS; i++)
+        memcpy(truth + 9 * i, i % LT_HAND_JOINTS ? bent : R_0, sizeof(bent));
+    lt_run(plan);
+}
+
+START_TEST(the_local_loss_does_not_see_the_wrist)
+{
+    static const lt_real none[9] = { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, quarter[9] = { 0, -1, 0, 1, 0, 0, 0, 0, 1 };
+    double local, joints;
+
+    tiny_model_fini(&t);
+    tiny_model_of(&t, "hocat", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, "
+                  "\"depth\": 1, \"heads\": 2, \"mlp_ratio\": 1, \"w_local\": 10000}");
+    t.m.cls->record(&t.m, true, &r);
+    plan = lt_compile(r.g, &(lt_compile_opts){ .loss = r.loss, .train = true });
+    run_against(none);
+    local = loss_of("local");
+    joints = loss_of("joints");
+    run_against(quarter);
+    ck_assert_double_gt(local, 1);
+    ck_assert_double_eq_tol(loss_of("local"), local, 1e-5 * local);
+    ck_assert_double_gt(fabs(loss_of("joints") - joints), 1e-2 * joints);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("hocat");
@@ -353,6 +393,7 @@ int main(void)
     tcase_add_test(tc, fused_and_plain_agree);
     tcase_add_loop_test(tc, maps_in_boxes_or_whole, 0, (int)LT_COUNT(placed));
     tcase_add_test(tc, recomputing_changes_no_bit);
+    tcase_add_test(tc, the_local_loss_does_not_see_the_wrist);
     suite_add_tcase(suite, tc);
     srunner_run_all(runner, CK_NORMAL);
     failed = srunner_ntests_failed(runner);

@@ -24,8 +24,10 @@ static const struct {
 } models[] = {
     { "hocat", 1e-6, "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, "
       "\"heads\": 2, \"mlp_ratio\": 1, \"detach_minor\": false, \"w_conf\": 0}" },
+    { "hocat", 1e-6, "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, "
+      "\"heads\": 2, \"mlp_ratio\": 1, \"detach_minor\": false, \"w_conf\": 0, \"w_maps\": 100, \"w_local\": 1e4}" },
     { "unified", 2e-4, "{\"image_size\": 96, \"width\": 8, \"layers\": 1, \"heads\": 2, \"points\": 2, "
-      "\"dropout\": 0, \"stochastic_depth\": 0, \"w_conf\": 0}" },
+      "\"dropout\": 0, \"stochastic_depth\": 0, \"w_conf\": 0, \"w_maps\": 100, \"w_local\": 1e4}" },
 };
 
 static lt_arena *arena;

@@ -12,7 +12,8 @@
 /* Parts of a loss, which a model at work has none of, and of what leaves out cells that no box reads, which a model is
  * exported without. */
 static const char *const without[] = {
-    "mse_loss", "l1_loss", "sum", "confidence_target", "conv2d_within", "window_means",
+    "mse_loss", "l1_loss", "cross_entropy", "sum", "confidence_target", "heatmap_loss", "conv2d_within",
+    "window_means",
 };
 
 static bool may_be_without(const op_suite *s)
