@@ -11,7 +11,7 @@ enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT };
 
 static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0, "tiny (default), small, default: subjects, objects, sequences; "
-      "demo: many short sequences", 0 },
+      "demo: many short sequences; pretrain: as many grasps as frames, for first weights", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
@@ -37,7 +37,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     switch (key) {
     case 'p':
         if (synth_parse_preset(arg, &o->preset))
-            argp_error(state, "--preset: found \"%s\", want tiny, small, demo or default", arg);
+            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain or default", arg);
         break;
     case LAYOUT:
         if (synth_parse_layout(arg, &o->layout))

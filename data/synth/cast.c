@@ -21,6 +21,7 @@ static const preset presets[] = {
     [SYNTH_TINY] = { "tiny", 2, 0, 4, 2, 1, 16, 1, { 5, 9, 12 }, { 5, 9, 12 } },
     [SYNTH_SMALL] = { "small", 3, 1, 38, 10, 1, 48, 24, { 2, 5, 9, 12, 14 }, { 5, 9, 12, 11 } },
     [SYNTH_DEMO] = { "demo", 3, 0, 1600, 60, 1, 2, 1, { 5, 9, 12, 14 }, { 5, 9, 12 } },
+    [SYNTH_PRETRAIN] = { "pretrain", 8, 0, 240, 6, 1, 48, 48, { 2, 3, 5, 9, 12, 14, 15 }, { 5, 9, 12 } },
     [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, 1, { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
 };
 
@@ -36,7 +37,7 @@ lt_status synth_parse_preset(const char *name, synth_preset *out)
             *out = (synth_preset)i;
             return LT_OK;
         }
-    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo or default", name);
+    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain or default", name);
 }
 
 static int count(const int *list, int most)

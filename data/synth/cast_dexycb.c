@@ -20,6 +20,7 @@ static const preset presets[] = {
     [SYNTH_TINY] = { "tiny", 3, 2, 4, { 5, 9 }, { 2, 12, 14 } },
     [SYNTH_SMALL] = { "small", 4, 4, 8, { 2, 5, 9, 12, 14 }, { 3 } },
     [SYNTH_DEMO] = { "demo", 4, 2, 4, { 5, 9, 12, 14 }, { 2 } },
+    [SYNTH_PRETRAIN] = { "pretrain", 8, 2, 12, { 2, 3, 5, 9, 12, 14, 15 }, { 10, 17 } },
     [SYNTH_DEFAULT] = { "default", 10, 8, 9,
                         { 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 20, 21 }, { 19 } },
 };

@@ -19,6 +19,7 @@ typedef enum {
     SYNTH_TINY,                     /* 2 subjects, 3 objects, 6 sequences of 16 frames */
     SYNTH_SMALL,                    /* 4, 6, 48 of 48 */
     SYNTH_DEMO,                     /* 3, 4, 1,660 of 2: as many grasps as a few minutes can make */
+    SYNTH_PRETRAIN,                 /* 8, 7, 246 of 48, each frame of a grasp of its own: for first weights */
     SYNTH_DEFAULT,                  /* 10, 10, 200 of 70 */
 } synth_preset;
 
@@ -37,7 +38,7 @@ typedef struct {
     void *progress_ctx;
 } synth_options;
 
-/* synth_parse_preset - "tiny", "small", "demo", "default"; synth_parse_layout - "ho3d", "dexycb" */
+/* synth_parse_preset - "tiny", "small", "demo", "pretrain", "default"; synth_parse_layout - "ho3d", "dexycb" */
 lt_status synth_parse_preset(const char *name, synth_preset *out);
 lt_status synth_parse_layout(const char *name, synth_layout *out);
 

@@ -61,7 +61,7 @@ static uint32_t crc_of_hand(const lt_hand_model *h)
 
 static void add_options(cJSON *j, const synth_options *o)
 {
-    static const char *const preset[] = { "tiny", "small", "demo", "default" };
+    static const char *const preset[] = { "tiny", "small", "demo", "pretrain", "default" };
     char seed[24];
 
     snprintf(seed, sizeof(seed), "%" PRIu64, o->seed);          /* may not fit a JSON number */
