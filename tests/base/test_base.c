@@ -101,8 +101,10 @@ START_TEST(arenas_use_memory_again)
     for (int round = 0; round < 4; round++) {
         for (size_t i = 0; i < LT_COUNT(sizes); i++) {
             unsigned char *p = lt_arena_alloc(a, sizes[i]);
+            size_t written = 0;
             for (size_t k = 0; k < sizes[i]; k++)
-                ck_assert_int_eq(p[k], 0);
+                written += p[k] != 0;
+            ck_assert_uint_eq(written, 0);
             memset(p, 0xa5, sizes[i]);
         }
         if (round == 0)
