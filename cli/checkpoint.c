@@ -4,17 +4,10 @@
 #include "data/hands.h"
 #include "libtensor/io/file.h"
 #include "train/checkpoint.h"
+#include "train/checkpoint_folder.h"
 
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
-
-static bool is_folder(const char *path)
-{
-    struct stat s;
-
-    return stat(path, &s) == 0 && S_ISDIR(s.st_mode);
-}
 
 /* runs/x -> runs/x/checkpoints/last.safetensors, of run runs/x; a file in a folder called checkpoints
  * belongs to the run above it. */
@@ -25,13 +18,11 @@ static lt_status find_file(const char *path, cli_checkpoint *c)
     char *run;
     size_t n;
 
-    if (is_folder(path)) {
-        c->run = path;
-        c->path = lt_arena_printf(c->arena, "%s/checkpoints/last.safetensors", path);
+    c->run = path;
+    c->path = checkpoint_last(c->arena, path);
+    if (c->path != path)
         return c->path ? LT_OK : lt_error(LT_ENOMEM, "no memory to open %s", path);
-    }
     run = lt_arena_strdup(c->arena, slash ? path : ".");
-    c->path = path;
     c->run = run;
     if (!run || !slash)
         return run ? LT_OK : lt_error(LT_ENOMEM, "no memory to open %s", path);

@@ -28,7 +28,8 @@ static const struct argp_option options[] = {
     { "out", 'o', "DIR", 0, "the run's folder", 0 },
     { "resume", RESUME, "FILE", OPTION_ARG_OPTIONAL,
       "go on from FILE, or from the newest sound checkpoint of --out", 0 },
-    { "init", INIT, "FILE", 0, "initial weights: safetensors, or a checkpoint of PyTorch (.pth, .pt)", 0 },
+    { "init", INIT, "FILE|RUN", 0, "initial weights: safetensors, a checkpoint of PyTorch (.pth, .pt), or a run's "
+      "folder", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "dry-run", DRY_RUN, NULL, 0, "build everything, check the data, say what it takes, stop", 0 },
     { "quiet", 'q', NULL, 0, "no progress", 0 },

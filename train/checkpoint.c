@@ -17,7 +17,6 @@
 #include <zlib.h>
 
 static const char FORMAT[] = "palmar-checkpoint";
-static const char EMA[] = "optim.ema.";
 
 /* ---- the check sum: one flipped bit anywhere changes it -------------------------------------------------- */
 
@@ -341,7 +340,7 @@ lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, che
 /* The average of a weight where the file has one, else the weight. */
 static const lt_array *best_of(lt_arena *arena, const lt_safetensors *f, const lt_param *p)
 {
-    const char *name = lt_arena_printf(arena, "%s%s", EMA, p->name);
+    const char *name = lt_arena_printf(arena, "%s%s", CHECKPOINT_AVERAGE, p->name);
     const lt_array *ema = name ? lt_safetensors_find(f, name) : NULL;
 
     return ema && fits(ema, &p->shape) ? ema : lt_safetensors_find(f, p->name);

@@ -25,6 +25,9 @@ typedef struct {
     double best_mm;                 /* the lowest PA-MPJPE of a validation so far; infinite before one */
 } checkpoint_state;
 
+/* What stands before a weight's name in that of its average over a run's steps */
+#define CHECKPOINT_AVERAGE "optim.ema."
+
 /**
  * checkpoint_save - write everything to path, atomically
  *

@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static const char SUFFIX[] = ".safetensors";
@@ -17,6 +18,15 @@ static const char SUFFIX[] = ".safetensors";
 const char *checkpoint_name(lt_arena *arena, const char *folder, int64_t step)
 {
     return lt_arena_printf(arena, "%s/step-%06" PRId64 "%s", folder, step, SUFFIX);
+}
+
+const char *checkpoint_last(lt_arena *arena, const char *path)
+{
+    struct stat s;
+
+    if (stat(path, &s) || !S_ISDIR(s.st_mode))
+        return path;
+    return lt_arena_printf(arena, "%s/checkpoints/last%s", path, SUFFIX);
 }
 
 /* The step that a file name says, -1 when it is not one of ours. */

@@ -3,6 +3,8 @@
 
 #include "libtensor/io/weights_file.h"
 #include "models/weight_names.h"
+#include "train/checkpoint.h"
+#include "train/checkpoint_folder.h"
 
 #include <math.h>
 #include <string.h>
@@ -15,6 +17,7 @@ typedef struct {
     const model *m;
     lt_weights_file file;
     lt_param **param;               /* file.n of them */
+    const lt_array **average;       /* of the weight, which a run of ours may have kept and is taken instead; or NULL */
     const char *block;              /* of the model, whose parameters the file's names are; or NULL */
     weights_report report;
 } match;
@@ -86,11 +89,26 @@ static void choose_block(match *a, const weight_family *f)
     }
 }
 
+static lt_status find_average(match *a, const lt_named_array *e, const lt_param *p, size_t i)
+{
+    const size_t n = strlen(CHECKPOINT_AVERAGE);
+
+    for (size_t k = 0; k < a->file.n; k++) {
+        const lt_named_array *other = &a->file.entry[k];
+        if (strncmp(other->name, CHECKPOINT_AVERAGE, n) || strcmp(other->name + n, e->name))
+            continue;
+        a->average[i] = &other->array;
+        return check_array(a, other, p);
+    }
+    return LT_OK;
+}
+
 static lt_status match_one(match *a, const weight_family *f, size_t i)
 {
     const lt_named_array *e = &a->file.entry[i];
     char name[WEIGHT_NAME];
     lt_param *p;
+    lt_status st;
 
     if (passed_over(e->name))
         return LT_OK;
@@ -103,7 +121,8 @@ static lt_status match_one(match *a, const weight_family *f, size_t i)
         return lt_error(LT_EFORMAT, "%s: \"%s\" is the second array for \"%s\"", a->file.path, e->name, p->name);
     a->param[i] = p;
     a->report.n_loaded++;
-    return check_array(a, e, p);
+    st = check_array(a, e, p);
+    return st ? st : find_average(a, e, p, i);
 }
 
 static lt_status match_all(match *a)
@@ -115,8 +134,9 @@ static lt_status match_all(match *a)
     a->report.family = f->name;
     a->report.note = f->note;
     a->param = lt_arena_array(a->arena, a->file.n, sizeof(*a->param));
+    a->average = lt_arena_array(a->arena, a->file.n, sizeof(lt_array *));
     a->report.left_over = lt_arena_array(a->arena, a->file.n, sizeof(char *));
-    if (!a->param || !a->report.left_over)
+    if (!a->param || !a->average || !a->report.left_over)
         return lt_error(LT_ENOMEM, "%s: no memory", a->file.path);
     choose_block(a, f);
     for (size_t i = 0; !st && i < a->file.n; i++)
@@ -142,10 +162,17 @@ static lt_status list_missing(match *a)
     return LT_OK;
 }
 
+static void load(lt_param *p, const lt_array *from)
+{
+    for (size_t k = 0; k < lt_array_count(from); k++)
+        p->data[k] = (lt_real)lt_array_get(from, k);
+}
+
 lt_status weights_init(lt_arena *arena, const char *path, const model *m, weights_report *out)
 {
     match a = { .arena = arena, .m = m };
-    lt_status st = lt_weights_read(arena, path, &a.file);
+    const char *file = checkpoint_last(arena, path);
+    lt_status st = file ? lt_weights_read(arena, file, &a.file) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
     if (!st)
         st = match_all(&a);
@@ -154,8 +181,8 @@ lt_status weights_init(lt_arena *arena, const char *path, const model *m, weight
     if (st)
         return st;
     for (size_t i = 0; i < a.file.n; i++)
-        for (size_t k = 0; a.param[i] && k < lt_array_count(&a.file.entry[i].array); k++)
-            a.param[i]->data[k] = (lt_real)lt_array_get(&a.file.entry[i].array, k);
+        if (a.param[i])
+            load(a.param[i], a.average[i] ? a.average[i] : &a.file.entry[i].array);
     *out = a.report;
     return LT_OK;
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Initial weights from other people's files: every published name finds its parameter, and only that. */
 #include "data/synth/hand.h"
+#include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 #include "libtensor/io/safetensors.h"
 #include "models/weight_names.h"
@@ -10,6 +11,7 @@
 #include "train/weights.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 
 /* A model of its own set, from the text of its config group. */
 static lt_params *make(const char *name, const char *config, model *out)
@@ -215,6 +217,36 @@ START_TEST(into_hocat)
 }
 END_TEST
 
+/* What a run of ours left: its folder names its last checkpoint, whose averages are better than its weights. */
+START_TEST(from_a_run)
+{
+    float data[8] = { 1 }, average[8] = { 2 };
+    lt_named_array list[] = {
+        array_of("bn1.weight", 1, (int64_t[]){ 8 }, data), array_of("bn1.bias", 1, (int64_t[]){ 8 }, data),
+        array_of("optim.ema.bn1.weight", 1, (int64_t[]){ 8 }, average),
+        array_of("optim.m.bn1.bias", 1, (int64_t[]){ 8 }, average),
+    };
+    lt_arena *arena = lt_arena_new();
+    weights_report r;
+    model m;
+    lt_params *set = make("resnet50", small_resnet, &m);
+
+    check_error(weights_init(arena, in_folder("."), &m, &r), LT_EIO, "/checkpoints/last.safetensors: No such file");
+    check_ok(lt_make_dirs(in_folder("run/checkpoints")));
+    check_ok(lt_safetensors_write(in_folder("run/checkpoints/last.safetensors"), list, LT_COUNT(list), NULL, 0));
+    check_ok(weights_init(arena, in_folder("run"), &m, &r));
+    ck_assert_int_eq(r.n_loaded, 2);
+    ck_assert_int_eq(r.n_left_over, 0);
+    ck_assert(lt_params_find(set, "bn1.weight")->data[0] == 2);
+    ck_assert(lt_params_find(set, "bn1.bias")->data[0] == 1);
+    average[7] = NAN;
+    check_ok(lt_safetensors_write(in_folder("run/checkpoints/last.safetensors"), list, LT_COUNT(list), NULL, 0));
+    check_error(weights_init(arena, in_folder("run"), &m, &r), LT_EFORMAT, "\"optim.ema.bn1.weight\" is not finite at 7");
+    lt_params_free(set);
+    lt_arena_free(arena);
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_add_loop_test(tc, every_name, 0, LT_COUNT(families));
@@ -223,6 +255,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, translated);
     tcase_add_test(tc, refused);
     tcase_add_test(tc, into_hocat);
+    tcase_add_test(tc, from_a_run);
 }
 
 int main(void)
