@@ -225,7 +225,8 @@ END_TEST
 
 START_TEST(casts)
 {
-    static const int sequences[] = { 6, 48, 1660, 200 }, frames[] = { 96, 2304, 3320, 14000 };
+    static const int sequences[] = { 6, 48, 1660, 246, 200 }, frames[] = { 96, 2304, 3320, 11808, 14000 };
+    static const int rounds[] = { 1, 24, 1, 48, 1 };
     synth_cast c;
 
     for (int p = 0; p < (int)LT_COUNT(frames); p++) {
@@ -233,7 +234,7 @@ START_TEST(casts)
         ok(synth_cast_plan((synth_preset)p, 0, &c));
         ck_assert_int_eq(c.n_takes * c.n_cameras, sequences[p]);
         for (int i = 0; i < c.n_takes; i++) {
-            ck_assert_int_eq(c.take[i].rounds, p == SYNTH_SMALL ? 24 : 1);
+            ck_assert_int_eq(c.take[i].rounds, rounds[p]);
             all += c.take[i].frames * c.n_cameras;
             ck_assert(c.take[i].subject < c.n_subjects);
             ck_assert(c.take[i].evaluation || c.take[i].object != 11);  /* the pitcher is never trained on */
