@@ -140,7 +140,7 @@ static block *take_spare(lt_arena *arena, size_t payload)
         if (b->size >= payload && b->size / 2 <= payload) {
             *at = b->next;
             b->used = 0;
-            memset((char *)b + LT_ALIGN, 0, payload);
+            memset((char *)b + LT_ALIGN, 0, b->size);
             return b;
         }
     return NULL;

@@ -124,6 +124,24 @@ START_TEST(arenas_use_memory_again)
 }
 END_TEST
 
+/* A large block that is used again for many small pieces is clear to its end. */
+START_TEST(arenas_clear_blocks_used_again)
+{
+    lt_arena *a = lt_arena_new();
+    size_t written = 0;
+
+    memset(lt_arena_alloc(a, 100000), 0xa5, 100000);
+    lt_arena_reset(a);
+    for (int i = 0; i < 90; i++) {
+        const unsigned char *p = lt_arena_alloc(a, 1000);
+        for (size_t k = 0; k < 1000; k++)
+            written += p[k] != 0;
+    }
+    ck_assert_uint_eq(written, 0);
+    lt_arena_free(a);
+}
+END_TEST
+
 START_TEST(allocations_fail_on_demand)
 {
     void *p;
@@ -219,6 +237,7 @@ int main(void)
     tcase_add_test(tc, draws_stay_in_range);
     tcase_add_test(tc, arenas_give_zeroed_aligned_memory);
     tcase_add_test(tc, arenas_use_memory_again);
+    tcase_add_test(tc, arenas_clear_blocks_used_again);
     tcase_add_test(tc, allocations_fail_on_demand);
     tcase_add_test(tc, error_lines);
     tcase_add_test(tc, every_task_runs_once);
