@@ -7,6 +7,7 @@
 
 #include "train/checkpoint.h"
 #include "train/compiled.h"
+#include "train/lanes.h"
 #include "train/progress.h"
 #include "train/source.h"
 #include "train/trainer.h"
@@ -21,7 +22,8 @@ typedef struct {
     train_source source;
     lt_params *params;
     model model;
-    compiled train, check;          /* check: empty without validation */
+    train_lanes lanes;              /* to train */
+    compiled check;                 /* to validate; empty without */
     lt_optim *optim;
     tree_sum *sum;
     loader *loader;

@@ -8,8 +8,9 @@
 enum { MAX_LEVELS = 16 };
 
 typedef struct {
-    lt_param *p;
-    int64_t at;                     /* where it lies in a level */
+    lt_real *sum;                   /* where it belongs in the end */
+    lt_real *grad;                  /* where the shard that is added left it */
+    int64_t at, numel;              /* its place in a level */
 } piece;
 
 /* level[k] holds the sum of 2^k shards while bit k of the number of shards seen is set: a binary counter
@@ -43,7 +44,7 @@ static bool fill(tree_sum *t, lt_params *set)
     for (lt_param *p = lt_params_first(set); p; p = p->next) {
         if (!p->grad)
             continue;
-        t->piece[t->n_pieces++] = (piece){ p, t->numel };
+        t->piece[t->n_pieces++] = (piece){ .sum = p->grad, .at = t->numel, .numel = lt_param_numel(p) };
         t->numel += lt_param_numel(p);
     }
     for (int k = 0; k < levels_of(t->n_shards); k++) {
@@ -87,10 +88,9 @@ static void add_piece(void *ctx, int64_t i)
     const level_job *j = ctx;
     const piece *c = &j->t->piece[i];
     const lt_real *from = j->t->level[j->level] + c->at;
-    lt_real *grad = c->p->grad;
 
-    for (int64_t k = 0; k < lt_param_numel(c->p); k++)
-        grad[k] = from[k] + grad[k];
+    for (int64_t k = 0; k < c->numel; k++)
+        c->grad[k] = from[k] + c->grad[k];
 }
 
 /* level = grad */
@@ -99,26 +99,48 @@ static void store_piece(void *ctx, int64_t i)
     const level_job *j = ctx;
     const piece *c = &j->t->piece[i];
 
-    memcpy(j->t->level[j->level] + c->at, c->p->grad, (size_t)lt_param_numel(c->p) * sizeof(lt_real));
+    memcpy(j->t->level[j->level] + c->at, c->grad, (size_t)c->numel * sizeof(lt_real));
 }
 
-static void on_level(const tree_sum *t, int level, lt_task_fn fn)
+/* sum = grad */
+static void deliver_piece(void *ctx, int64_t i)
+{
+    const level_job *j = ctx;
+    const piece *c = &j->t->piece[i];
+
+    if (c->sum != c->grad)
+        memcpy(c->sum, c->grad, (size_t)c->numel * sizeof(lt_real));
+}
+
+static void each_piece(const tree_sum *t, int level, lt_task_fn fn)
 {
     lt_parallel_for(t->n_pieces, fn, &(level_job){ t, level });
 }
 
-void tree_sum_add(tree_sum *t, int shard)
+static void point_at(tree_sum *t, lt_params *from)
 {
-    const bool last = shard + 1 == t->n_shards;
+    int n = 0;
+
+    for (const lt_param *p = lt_params_first(from); p; p = p->next)
+        if (p->grad)
+            t->piece[n++].grad = p->grad;
+}
+
+void tree_sum_add(tree_sum *t, int shard, lt_params *from)
+{
     int k = 0;
 
+    point_at(t, from);
     for (; shard >> k & 1; k++)
-        on_level(t, k, add_piece);
-    if (!last)
-        on_level(t, k, store_piece);
-    for (k++; last && k < MAX_LEVELS; k++)      /* not a power of two: what is left, small to large */
+        each_piece(t, k, add_piece);
+    if (shard + 1 < t->n_shards) {
+        each_piece(t, k, store_piece);
+        return;
+    }
+    for (k++; k < MAX_LEVELS; k++)              /* not a power of two: what is left, small to large */
         if (shard >> k & 1)
-            on_level(t, k, add_piece);
+            each_piece(t, k, add_piece);
+    each_piece(t, 0, deliver_piece);
 }
 
 size_t tree_sum_bytes(const tree_sum *t)

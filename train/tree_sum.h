@@ -27,12 +27,15 @@ tree_sum *tree_sum_new(lt_params *set, int n_shards);
 void tree_sum_free(tree_sum *t);
 
 /**
- * tree_sum_add - shard number `shard`, the next in order, has left its gradients in the parameters
+ * tree_sum_add - shard number `shard`, the next in order, has left its gradients in `from`
  *
- * After the last shard the parameters hold the sum; after any other what they hold is done with. A shard without
- * samples is added too, as zeros.
+ *   from     the parameters that t was made for, or others with the same gradients to fill; what these hold is
+ *            done with
+ *
+ * After the last shard the parameters that t was made for hold the sum. A shard without samples is added too, as
+ * zeros.
  */
-void tree_sum_add(tree_sum *t, int shard);
+void tree_sum_add(tree_sum *t, int shard, lt_params *from);
 
 size_t tree_sum_bytes(const tree_sum *t);
 
