@@ -121,17 +121,64 @@ static void fetch(const uint8_t *rgb, int width, int height, const float outside
 }
 
 /* The four pixels around (u, v), whose centres are at half numbers here. */
-static void fetch_bilinear(const uint8_t *rgb, int width, int height, const float outside[3], double u, double v,
-                           double out[3])
+typedef struct {
+    double x, y, fx, fy;            /* the upper left one's place, and how far (u, v) lies behind it */
+} around;
+
+static around around_of(double u, double v)
 {
-    const double x = floor(u - 0.5), y = floor(v - 0.5), fx = u - 0.5 - x, fy = v - 0.5 - y;
+    const double x = floor(u - 0.5), y = floor(v - 0.5);
+
+    return (around){ x, y, u - 0.5 - x, v - 0.5 - y };
+}
+
+static double blend(const around *a, double p0, double p1, double p2, double p3)
+{
+    return (1 - a->fy) * ((1 - a->fx) * p0 + a->fx * p1) + a->fy * ((1 - a->fx) * p2 + a->fx * p3);
+}
+
+/* All four lie in the image, n bytes a row. */
+static void blend_inside(const around *a, const uint8_t *rgb, size_t n, const double scaled[256], double out[3])
+{
+    const uint8_t *p = rgb + (size_t)a->y * n + 3 * (size_t)a->x, *q = p + n;
+
+    for (int c = 0; c < 3; c++)
+        out[c] = blend(a, scaled[p[c]], scaled[p[3 + c]], scaled[q[c]], scaled[q[3 + c]]);
+}
+
+static void blend_at_edge(const around *a, const uint8_t *rgb, int width, int height, const float outside[3],
+                          double out[3])
+{
     double p[4][3];
 
     for (int i = 0; i < 4; i++)
-        fetch(rgb, width, height, outside, x + (i & 1), y + (i >> 1), p[i]);
+        fetch(rgb, width, height, outside, a->x + (i & 1), a->y + (i >> 1), p[i]);
     for (int c = 0; c < 3; c++)
-        out[c] = (1 - fy) * ((1 - fx) * p[0][c] + fx * p[1][c]) +
-                 fy * ((1 - fx) * p[2][c] + fx * p[3][c]);
+        out[c] = blend(a, p[0][c], p[1][c], p[2][c], p[3][c]);
+}
+
+static void warp_bilinear(const double back[6], const uint8_t *rgb, int width, int height, float *out, int size,
+                          const float outside[3])
+{
+    const size_t plane = (size_t)size * (size_t)size, row = 3 * (size_t)width;
+    double scaled[256];
+
+    for (int i = 0; i < 256; i++)
+        scaled[i] = i / 255.0;
+    for (int y = 0; y < size; y++)
+        for (int x = 0; x < size; x++, out++) {
+            double p[2] = { x + 0.5, y + 0.5 }, c[3];
+            around a;
+
+            lt_affine_apply(back, p, p);
+            a = around_of(p[0], p[1]);
+            if (a.x >= 0 && a.x + 1 < width && a.y >= 0 && a.y + 1 < height)
+                blend_inside(&a, rgb, row, scaled, c);
+            else
+                blend_at_edge(&a, rgb, width, height, outside, c);
+            for (size_t k = 0; k < 3; k++)
+                out[k * plane] = (float)c[k];
+        }
 }
 
 /* Row y of the warp, each pixel the nearest one there. */
@@ -172,24 +219,14 @@ void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, con
                int size, bool bilinear)
 {
     static const float black[3];
-    const size_t plane = (size_t)size * (size_t)size;
-    const float *around = outside ? outside : black;
+    const float *edge = outside ? outside : black;
     double back[6];
 
     invert(A, back);
-    if (!bilinear) {
-        warp_nearest(back, rgb, width, height, out, size, around);
-        return;
-    }
-    for (int y = 0; y < size; y++)
-        for (int x = 0; x < size; x++) {
-            float *o = out + (size_t)y * (size_t)size + (size_t)x;
-            double p[2] = { x + 0.5, y + 0.5 }, c[3];
-            lt_affine_apply(back, p, p);
-            fetch_bilinear(rgb, width, height, around, p[0], p[1], c);
-            for (int k = 0; k < 3; k++)
-                o[(size_t)k * plane] = (float)c[k];
-        }
+    if (bilinear)
+        warp_bilinear(back, rgb, width, height, out, size, edge);
+    else
+        warp_nearest(back, rgb, width, height, out, size, edge);
 }
 
 /* The warped mask at whole crop pixel (x, y). */
