@@ -162,7 +162,7 @@ typedef struct {
 typedef struct {
     run *run;
     const synth_take *take;
-    lt_arena *arena;                /* of the stage */
+    lt_arena *arena;                /* of the stage; its memory is used again for the next one */
     synth_stage stage;
     lt_status status;               /* of preparing it */
     char line[1024];
@@ -307,8 +307,7 @@ static lt_status prepare(filming *f)
     synth_grasp *grasp;
     lt_status st;
 
-    f->arena = lt_arena_new();
-    grasp = f->arena ? lt_arena_array(f->arena, (size_t)take->rounds, sizeof(*grasp)) : NULL;
+    grasp = lt_arena_array(f->arena, (size_t)take->rounds, sizeof(*grasp));
     st = grasp ? choose_grasps(f->arena, r, who, what, stream, take->rounds, grasp)
                : lt_error(LT_ENOMEM, "synth: no memory for a take");
     if (!st)
@@ -340,18 +339,34 @@ static lt_status film_take(filming *f)
 /* ---- the run ---- */
 
 /* Takes first to first + n. */
-static lt_status film_some(run *r, int first, int n, filming *some, shot *shots)
+static lt_status film_some(run *r, int first, int n, filming *some)
 {
     lt_status st = LT_OK;
 
     for (int i = 0; i < n; i++)
-        some[i] = (filming){ .run = r, .take = &r->session.cast.take[first + i], .shot = shots };
+        some[i].take = &r->session.cast.take[first + i];
     lt_parallel_for(n, prepare_task, some);
     for (int i = 0; i < n; i++) {
         if (!st)
             st = film_take(&some[i]);
-        lt_arena_free(some[i].arena);
+        lt_arena_reset(some[i].arena);
     }
+    return st;
+}
+
+static lt_status film_with(run *r, filming *some, shot *shots)
+{
+    lt_status st = LT_OK;
+
+    for (int i = 0; i < AT_A_TIME; i++) {
+        some[i] = (filming){ .run = r, .shot = shots, .arena = lt_arena_new() };
+        if (!some[i].arena)
+            st = lt_error(LT_ENOMEM, "synth: no memory for a take");
+    }
+    for (int i = 0; !st && i < r->session.cast.n_takes; i += AT_A_TIME)
+        st = film_some(r, i, (int)lt_min_i64(AT_A_TIME, r->session.cast.n_takes - i), some);
+    for (int i = 0; i < AT_A_TIME; i++)
+        lt_arena_free(some[i].arena);
     return st;
 }
 
@@ -359,14 +374,8 @@ static lt_status film_takes(run *r)
 {
     shot *shots = lt_arena_array(r->session.arena, CHUNK, sizeof(*shots));
     filming *some = lt_arena_array(r->session.arena, AT_A_TIME, sizeof(*some));
-    lt_status st = shots && some ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %d frames", CHUNK);
 
-    for (int i = 0; !st && i < r->session.cast.n_takes; i += AT_A_TIME) {
-        const int left = r->session.cast.n_takes - i;
-
-        st = film_some(r, i, left < AT_A_TIME ? left : AT_A_TIME, some, shots);
-    }
-    return st;
+    return shots && some ? film_with(r, some, shots) : lt_error(LT_ENOMEM, "synth: no memory for %d frames", CHUNK);
 }
 
 /* The layout's last files; then the figures, and the manifest last of all. */
