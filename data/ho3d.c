@@ -381,8 +381,7 @@ static lt_status open_models(ho3d *h, const ho3d_options *o)
         return lt_error(LT_EIO, "%s/models: no such folder, nor %s; put the YCB models there (HO3D's page "
                         "links them), or name their folder", h->base.root, h->models);
     for (int id = 1; id <= YCB_COUNT; id++)
-        if (ycb_find(id)->in_ho3d)
-            names[n++] = ycb_find(id)->name;
+        names[n++] = ycb_find(id)->name;
     return dataset_load_objects(h->arena, h->models, names, n, &h->base.objects, &h->base.n_objects);
 }
 

@@ -47,7 +47,6 @@ typedef struct {
     unsigned adds;                  /* ycb_adds_set bits */
     double yaw;                     /* of the smallest rectangle around the model seen along z */
     double rect[2];                 /* that rectangle: its width along the turned x, depth along the turned y */
-    bool in_ho3d;
 } ycb_object;
 
 /* ycb_find - the row of an id, or NULL outside 1 .. 21 */

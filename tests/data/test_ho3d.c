@@ -108,15 +108,15 @@ static void meta(const char *path, bool evaluation, const lt_pwrite *change)
     ok(lt_pickle_write_dict(at(path), item, KEYS));
 }
 
-static void model(void)
+static void model(const char *name)
 {
     float vertex[4][3] = { { 0, 0, 0 }, { .04f, 0, 0 }, { 0, .06f, 0 }, { 0, 0, .1f } };
     int32_t face[4][3] = { { 0, 2, 1 }, { 0, 1, 3 }, { 0, 3, 2 }, { 1, 2, 3 } };
     const lt_mesh mesh = { .n_vertices = 4, .n_faces = 4, .vertex = vertex, .face = face };
 
-    ok(lt_make_dirs(at("models/006_mustard_bottle")));
-    ok(lt_obj_write(at("models/006_mustard_bottle/textured_simple.obj"), &mesh, NULL));
-    ok(lt_xyz_write(at("models/006_mustard_bottle/points.xyz"), (const float (*)[3])vertex, 4));
+    ok(lt_make_dirs(at(lt_arena_printf(arena, "models/%s", name))));
+    ok(lt_obj_write(at(lt_arena_printf(arena, "models/%s/textured_simple.obj", name)), &mesh, NULL));
+    ok(lt_xyz_write(at(lt_arena_printf(arena, "models/%s/points.xyz", name)), (const float (*)[3])vertex, 4));
 }
 
 static void make_split(const char *split, bool jpg)
@@ -136,7 +136,7 @@ static void setup(void)
     strcpy(root, "/tmp/test_ho3d_XXXXXX");
     ck_assert_ptr_nonnull(mkdtemp(root));
     arena = lt_arena_new();
-    model();
+    model("006_mustard_bottle");
     make_split("train", true);
     make_split("evaluation", false);
 }
@@ -349,8 +349,21 @@ START_TEST(models_missing)
                                         root));
     ok(lt_make_dirs(at("models")));
     open_fails("train", lt_arena_printf(arena, "%s/models: has none of the object models (such as "
-                                        "003_cracker_box); they are the YCB models of PoseCNN, to be had from "
+                                        "002_master_chef_can); they are the YCB models of PoseCNN, to be had from "
                                         "the DexYCB and HO3D pages", root));
+}
+END_TEST
+
+/* Synthetic data in HO3D's layout may hold any of the 21. */
+START_TEST(models_beyond_ho3d)
+{
+    dataset *d;
+
+    model("syn_036_wood_block");
+    d = open_split("train");
+    ck_assert_int_eq(d->n_objects, 2);
+    ck_assert_int_ge(dataset_find_object(d, "036_wood_block"), 0);
+    dataset_free(d);
 }
 END_TEST
 
@@ -646,6 +659,7 @@ int main(void)
     tcase_add_test(c, folders_missing);
     tcase_add_test(c, lists_broken);
     tcase_add_test(c, models_missing);
+    tcase_add_test(c, models_beyond_ho3d);
     tcase_add_test(c, model_incomplete);
     tcase_add_test(c, truth_broken);
     tcase_add_test(c, truth_cut_anywhere);
