@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Shards of a step side by side, one a thread. A small network's layers are too short for several threads: two train
- * the tiny HOCAT 1.4 times as fast as one when they share each layer, and nearly twice as fast with a shard each.
+ * Shards of a step side by side, one a thread. A small network's layers are too short for several threads, and its
+ * maps wander between their caches; with a shard each they share nothing but the weights.
  */
 #ifndef TRAIN_LANES_H
 #define TRAIN_LANES_H
