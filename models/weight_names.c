@@ -157,7 +157,7 @@ static const weight_family families[] = {
     { "timm", "if they are of a tf_ model, they were trained with TensorFlow's padding and a norm's eps of 1e-3",
       timm_name, "conv_stem.weight" },
     { "HFL-Net", NULL, hfl_name, "layer0_h.0.weight" },
-    { "torchvision", NULL, same_name, NULL },
+    { "torchvision and palmar", NULL, same_name, NULL },
 };
 
 /* What training programs put before every name. */

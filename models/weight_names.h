@@ -12,7 +12,7 @@
 #include "libtensor/io/array.h"
 
 typedef struct {
-    const char *name;               /* whose words they are: "torchvision", "timm" ... */
+    const char *name;               /* whose words they are: "torchvision and palmar", "timm" ... */
     const char *note;               /* what its numbers were made with that ours are not; or NULL */
 
     /* Our name for one of theirs, which has no prefix any more, into out of WEIGHT_NAME bytes; false when

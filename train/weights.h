@@ -9,7 +9,7 @@
 
 /* What a file of weights had for a model. Names live as long as the arena and the model. */
 typedef struct {
-    const char *format, *family;    /* "PyTorch (zip)", "torchvision" */
+    const char *format, *family;    /* "PyTorch (zip)", "timm" */
     const char *note;               /* what to know about the family's numbers; or NULL */
     int n_loaded;                   /* parameters that got values */
     int n_missing, n_left_over;     /* parameters that did not; arrays that no parameter has the name of */

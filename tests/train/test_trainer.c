@@ -397,7 +397,7 @@ START_TEST(initial_weights)
     run_ok(&o);
     rewind(o.progress);
     ck_assert_uint_gt(fread(text, 1, sizeof(text) - 1, o.progress), 0);
-    ck_assert_ptr_nonnull(strstr(text, "safetensors, names of torchvision; 1 parameters loaded"));
+    ck_assert_ptr_nonnull(strstr(text, "safetensors, names of torchvision and palmar; 1 parameters loaded"));
     ck_assert_ptr_nonnull(strstr(text, ": trunk.bn1.weight, trunk.bn1.bias, "));
     ck_assert_ptr_nonnull(strstr(text, "left over  1: fc.weight"));
     ck_assert_ptr_nonnull(strstr(text, "HO3D v3, "));

@@ -35,9 +35,9 @@ static const struct {
     int n;
     const char *family, *model, *config;
 } families[] = {
-    { names_resnet50, names_resnet50, LT_COUNT(names_resnet50), "torchvision", "resnet50", small_resnet },
+    { names_resnet50, names_resnet50, LT_COUNT(names_resnet50), "torchvision and palmar", "resnet50", small_resnet },
     { names_resnet50_hfl, names_resnet50, LT_COUNT(names_resnet50_hfl), "HFL-Net", "resnet50", small_resnet },
-    { names_efficientnet, names_efficientnet, LT_COUNT(names_efficientnet), "torchvision", "efficientnet_b0", "{}" },
+    { names_efficientnet, names_efficientnet, LT_COUNT(names_efficientnet), "torchvision and palmar", "efficientnet_b0", "{}" },
     { names_efficientnet_timm, names_efficientnet, LT_COUNT(names_efficientnet_timm), "timm", "efficientnet_b0",
       "{}" },
     { names_efficientnet_lukemelas, names_efficientnet, LT_COUNT(names_efficientnet_lukemelas),
@@ -108,7 +108,7 @@ START_TEST(from_pytorch)
     put_file(in_folder("stem.pth"), resnet_stem, sizeof(resnet_stem));
     check_ok(weights_init(arena, in_folder("stem.pth"), &m, &r));
     ck_assert_str_eq(r.format, "PyTorch (zip)");
-    ck_assert_str_eq(r.family, "torchvision");
+    ck_assert_str_eq(r.family, "torchvision and palmar");
     ck_assert_int_eq(r.n_loaded, 3);
     ck_assert_int_eq(r.n_missing, (int)LT_COUNT(names_resnet50) - 3);
     ck_assert_str_eq(r.missing[0], "bn1.bias");
