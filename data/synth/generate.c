@@ -354,6 +354,7 @@ static lt_status film_some(run *r, int first, int n, filming *some)
     return st;
 }
 
+/* All takes, in rooms for AT_A_TIME of them and CHUNK frames. */
 static lt_status film_with(run *r, filming *some, shot *shots)
 {
     lt_status st = LT_OK;

@@ -37,7 +37,8 @@ static const struct {
 } families[] = {
     { names_resnet50, names_resnet50, LT_COUNT(names_resnet50), "torchvision and palmar", "resnet50", small_resnet },
     { names_resnet50_hfl, names_resnet50, LT_COUNT(names_resnet50_hfl), "HFL-Net", "resnet50", small_resnet },
-    { names_efficientnet, names_efficientnet, LT_COUNT(names_efficientnet), "torchvision and palmar", "efficientnet_b0", "{}" },
+    { names_efficientnet, names_efficientnet, LT_COUNT(names_efficientnet), "torchvision and palmar", "efficientnet_b0",
+      "{}" },
     { names_efficientnet_timm, names_efficientnet, LT_COUNT(names_efficientnet_timm), "timm", "efficientnet_b0",
       "{}" },
     { names_efficientnet_lukemelas, names_efficientnet, LT_COUNT(names_efficientnet_lukemelas),
