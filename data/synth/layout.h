@@ -28,6 +28,7 @@ typedef struct {
 typedef struct {
     const synth_take *take;
     const synth_stage *stage;
+    void *own;                      /* the layout's, of the take */
     int camera, k;                  /* k: the frame's number among those kept */
     synth_picture picture;
     uint8_t *rgb, *label;           /* picture's planes, where they may be changed */
@@ -41,12 +42,15 @@ typedef struct {
     /* the cameras of a take where the layout has its own, false: they are chosen to see it well */
     bool (*cameras)(const synth_session *s, const synth_take *take, synth_camera *out);
     double depth_unit;              /* metres in a step of its depth images */
-    lt_status (*begin_take)(synth_session *s, const synth_take *take, const synth_stage *stage);
+    /* *own: what write, record and end_take find in the take's shots; from the arena. Several takes may have begun. */
+    lt_status (*begin_take)(const synth_session *s, const synth_take *take, const synth_stage *stage, lt_arena *arena,
+                            void **own);
     /* name and write one frame; called for several at once. files: SYNTH_FRAME_FILES places, *n are used */
     lt_status (*write)(const synth_session *s, synth_shot *shot, int quality, synth_file *files, int *n);
     /* each frame in its turn, after it was written */
     lt_status (*record)(synth_session *s, const synth_shot *shot);
-    lt_status (*end_take)(synth_session *s, const synth_take *take);
+    /* after the take's last frame was recorded, before the next take's first one is; last: that frame */
+    lt_status (*end_take)(synth_session *s, const synth_shot *last);
     lt_status (*close)(synth_session *s);
     /* leaves nothing half-written; also after a failed open */
     void (*abort)(synth_session *s);

@@ -12,11 +12,14 @@
 
 enum { ID = 48 };                    /* characters of a calibration's name */
 
-/* The sequence that is being filmed, and the poses of its hand and objects in the first camera. */
 typedef struct {
     synth_dexycb_sequence sequence;
     const synth_prop *object[SYNTH_DEXYCB_OBJECTS];
     char extrinsics[ID], mano[ID];
+} dexycb_take;
+
+/* Poses of hand and objects in the first camera of the take that is being recorded. */
+typedef struct {
     float *pose_m, *pose_y;         /* (frames, 51), (frames, n_objects, 7) */
 } dexycb_state;
 
@@ -79,7 +82,7 @@ static bool cameras(const synth_session *s, const synth_take *take, synth_camera
 }
 
 /* The objects in the order of their ids; prop NULL at the end of others. */
-static void list_objects(dexycb_state *d, const synth_stage *stage)
+static void list_objects(dexycb_take *d, const synth_stage *stage)
 {
     synth_dexycb_sequence *q = &d->sequence;
 
@@ -97,10 +100,13 @@ static void list_objects(dexycb_state *d, const synth_stage *stage)
     }
 }
 
-static lt_status begin_take(synth_session *s, const synth_take *take, const synth_stage *stage)
+static lt_status begin_take(const synth_session *s, const synth_take *take, const synth_stage *stage, lt_arena *arena,
+                            void **own)
 {
-    dexycb_state *d = s->state;
+    dexycb_take *d = *own = lt_arena_alloc(arena, sizeof(*d));
 
+    if (!d)
+        return lt_error(LT_ENOMEM, "synth: no memory for a take");
     d->sequence = (synth_dexycb_sequence){
         .folder = take->base, .left = take->left, .frames = take->frames, .cameras = stage->n_cameras,
         .extrinsics = extrinsics_id(take->subject, d->extrinsics), .mano = mano_id(take->subject, take->left, d->mano),
@@ -121,7 +127,7 @@ static void mirror_pose(double R[9], double t[3])
 /* Poses of all objects in the shot's camera; the picture is a right hand's still. */
 static synth_dexycb_frame frame_of(const synth_session *s, const synth_shot *shot)
 {
-    const dexycb_state *d = s->state;
+    const dexycb_take *d = shot->own;
     const synth_camera *c = &shot->stage->camera[synth_stage_view(shot->stage, shot->camera, shot->k)];
     synth_dexycb_frame f = { .sequence = &d->sequence, .hand = s->hand, .picture = &shot->picture,
                              .camera = shot->camera };
@@ -145,7 +151,7 @@ static synth_dexycb_frame frame_of(const synth_session *s, const synth_shot *sho
 
 static lt_status write(const synth_session *s, synth_shot *shot, int quality, synth_file *files, int *n)
 {
-    const dexycb_state *d = s->state;
+    const dexycb_take *d = shot->own;
     synth_dexycb_frame f;
 
     shot->picture.sequence = d->sequence.folder;
@@ -160,8 +166,8 @@ static lt_status write(const synth_session *s, synth_shot *shot, int quality, sy
 /* pose.npz is in world axes: the first camera's. */
 static lt_status record(synth_session *s, const synth_shot *shot)
 {
-    dexycb_state *d = s->state;
-    const int n = d->sequence.n_objects;
+    const dexycb_state *d = s->state;
+    const int n = ((const dexycb_take *)shot->own)->sequence.n_objects;
     synth_dexycb_frame f;
 
     if (shot->camera != 0)
@@ -181,12 +187,12 @@ static lt_status record(synth_session *s, const synth_shot *shot)
     return LT_OK;
 }
 
-static lt_status end_take(synth_session *s, const synth_take *take)
+static lt_status end_take(synth_session *s, const synth_shot *last)
 {
     const dexycb_state *d = s->state;
+    const dexycb_take *t = last->own;
 
-    (void)take;
-    return synth_dexycb_write_sequence(s->opt->out, &d->sequence, d->pose_m, d->pose_y, &s->manifest);
+    return synth_dexycb_write_sequence(s->opt->out, &t->sequence, d->pose_m, d->pose_y, &s->manifest);
 }
 
 /* The splits count subjects and sequences: say how many there are. */

@@ -12,8 +12,12 @@ typedef struct {
     synth_truth truth;
     FILE *list[2];                  /* train.txt, evaluation.txt */
     lt_atomic_file list_file[2];
-    char sequence[SYNTH_MAX_CAMERAS][80];       /* of the take that is being filmed */
 } ho3d_state;
+
+/* A take's: a sequence for each camera. */
+typedef struct {
+    char sequence[SYNTH_MAX_CAMERAS][80];
+} ho3d_take;
 
 static const char *const list_name[2] = { "train.txt", "evaluation.txt" };
 
@@ -46,27 +50,24 @@ static bool cameras(const synth_session *s, const synth_take *take, synth_camera
     return false;
 }
 
-static lt_status begin_take(synth_session *s, const synth_take *take, const synth_stage *stage)
+static lt_status begin_take(const synth_session *s, const synth_take *take, const synth_stage *stage, lt_arena *arena,
+                            void **own)
 {
-    ho3d_state *h = s->state;
+    ho3d_take *t = *own = lt_arena_alloc(arena, sizeof(*t));
+    lt_status st = t ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for a take");
 
-    for (int c = 0; c < stage->n_cameras; c++) {
-        lt_status st;
-        snprintf(h->sequence[c], sizeof(h->sequence[c]), "%s%d", take->base, c);
-        st = synth_make_sequence(s->opt->out, h->sequence[c], take->evaluation);
-        if (st)
-            return st;
+    for (int c = 0; !st && c < stage->n_cameras; c++) {
+        snprintf(t->sequence[c], sizeof(t->sequence[c]), "%s%d", take->base, c);
+        st = synth_make_sequence(s->opt->out, t->sequence[c], take->evaluation);
     }
-    if (stage->n_cameras == 1)
-        return LT_OK;
-    return synth_write_calibration(s->opt->out, take->base, stage->camera, stage->n_cameras, &s->manifest);
+    return st;
 }
 
 static lt_status write(const synth_session *s, synth_shot *shot, int quality, synth_file *files, int *n)
 {
-    const ho3d_state *h = s->state;
+    const ho3d_take *t = shot->own;
 
-    shot->picture.sequence = h->sequence[shot->camera];
+    shot->picture.sequence = t->sequence[shot->camera];
     *n = SYNTH_FRAME_FILES;
     return synth_write_picture(s->opt->out, &shot->picture, s->opt->png, quality, files);
 }
@@ -82,11 +83,13 @@ static lt_status record(synth_session *s, const synth_shot *shot)
     return LT_OK;
 }
 
-static lt_status end_take(synth_session *s, const synth_take *take)
+static lt_status end_take(synth_session *s, const synth_shot *last)
 {
-    (void)s;
-    (void)take;
-    return LT_OK;
+    const synth_stage *stage = last->stage;
+
+    if (stage->n_cameras == 1)
+        return LT_OK;
+    return synth_write_calibration(s->opt->out, last->take->base, stage->camera, stage->n_cameras, &s->manifest);
 }
 
 /* Lists and truth take their names. */
