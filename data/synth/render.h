@@ -39,8 +39,8 @@ typedef struct synth_texture synth_texture;
  */
 synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width, int height);
 
-/* Fills rgb (side, side, 3) from a recipe; false without memory. */
-typedef bool (*synth_paint_fn)(const void *recipe, int side, uint8_t (*rgb)[3]);
+/* Fills rgb (side, 3), row y of a texture, from a recipe. */
+typedef void (*synth_paint_fn)(const void *recipe, int side, int y, uint8_t (*rgb)[3]);
 
 /* synth_texture_later - side x side, painted by synth_texture_paint and not drawn with before; the recipe must
  * live as long as the arena */

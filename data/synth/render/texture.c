@@ -90,13 +90,18 @@ static bool add_level(lt_arena *arena, synth_texture *t, int width, int height)
     return m->texel != NULL;
 }
 
-static bool make_levels(lt_arena *arena, synth_texture *t, const uint8_t *rgb, int width, int height)
+static void set_row(const mip *m, int y, const uint8_t (*rgb)[3])
 {
-    if (!add_level(arena, t, width, height))
-        return false;
-    for (int i = 0; i < width * height; i++)
+    for (int x = 0; x < m->width; x++)
         for (int c = 0; c < 3; c++)
-            t->level[0].texel[i][c] = texel_of[rgb[3 * i + c]];
+            m->texel[y * m->width + x][c] = texel_of[rgb[x][c]];
+}
+
+/* The levels below the first. */
+static bool add_halves(lt_arena *arena, synth_texture *t)
+{
+    int width = t->level[0].width, height = t->level[0].height;
+
     while (width > 1 || height > 1) {
         width = width > 1 ? width / 2 : 1;
         height = height > 1 ? height / 2 : 1;
@@ -114,30 +119,35 @@ synth_texture *synth_texture_new(lt_arena *arena, const uint8_t *rgb, int width,
     if (width < 1 || height < 1 || width > MAX_SIDE || height > MAX_SIDE)
         return NULL;
     t = lt_arena_alloc(arena, sizeof(*t));
-    return t && make_levels(arena, t, rgb, width, height) ? t : NULL;
+    if (!t || !add_level(arena, t, width, height))
+        return NULL;
+    for (int y = 0; y < height; y++)
+        set_row(&t->level[0], y, (const uint8_t (*)[3])rgb + (size_t)y * (size_t)width);
+    return add_halves(arena, t) ? t : NULL;
 }
 
 synth_texture *synth_texture_later(lt_arena *arena, int side, synth_paint_fn paint, const void *recipe)
 {
-    synth_texture *t = lt_arena_alloc(arena, sizeof(*t));
+    synth_texture *t = side > 0 && side <= MAX_SIDE ? lt_arena_alloc(arena, sizeof(*t)) : NULL;
 
-    if (t && recipe)
+    if (t)
         *t = (synth_texture){ .arena = arena, .side = side, .paint = paint, .recipe = recipe };
-    return recipe ? t : NULL;
+    return t;
 }
 
 bool synth_texture_paint(synth_texture *t)
 {
-    const size_t n = (size_t)t->side * (size_t)t->side;
-    uint8_t (*rgb)[3];
-    bool ok;
+    uint8_t row[MAX_SIDE][3];
 
     if (t->levels)
         return true;
-    rgb = lt_alloc(n * sizeof(*rgb));
-    ok = rgb && t->paint(t->recipe, t->side, rgb) && make_levels(t->arena, t, rgb[0], t->side, t->side);
-    lt_release(rgb);
-    return ok;
+    if (!add_level(t->arena, t, t->side, t->side))
+        return false;
+    for (int y = 0; y < t->side; y++) {
+        t->paint(t->recipe, t->side, y, row);
+        set_row(&t->level[0], y, (const uint8_t (*)[3])row);
+    }
+    return add_halves(t->arena, t);
 }
 
 /* A texel as floats. */

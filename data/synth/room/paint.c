@@ -1,10 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/synth/room/paint.h"
 
-#include "libtensor/base/parallel.h"
-
-#include <string.h>
-
 /* ---- noise ----------------------------------------------------------------------------------- */
 
 static float value_noise(uint32_t seed, float u, float v, int px, int py)
@@ -57,76 +53,37 @@ static void add_octave(uint32_t seed, int px, int py, int y, float weight, float
     }
 }
 
-typedef struct {
-    paint_noise noise;
-    uint32_t seed;
-    float (*out)[PAINT_SIDE];
-} field_job;
-
-static void field_row(void *ctx, int64_t y)
-{
-    const field_job *job = ctx;
-    const paint_noise *n = &job->noise;
-    const float first = 1 / (2 - ldexpf(1, 1 - n->octaves));    /* all weights add to 1 */
-
-    memset(job->out[y], 0, sizeof(job->out[y]));
-    for (int o = 0; o < n->octaves; o++)
-        add_octave(job->seed + n->salt + (uint32_t)o * 0x9e3779b9u, n->px << o, n->py << o, (int)y,
-                   ldexpf(first, -o), job->out[y]);
-}
-
 /* ---- painting -------------------------------------------------------------------------------- */
 
 /* What a texture is painted from. */
 typedef struct { paint p; paint_fn fn; } recipe;
 
-typedef struct {
-    const paint *p;
-    paint_fn fn;
-    uint8_t (*rgb)[3];
-} paint_job;
-
-static void paint_row(void *ctx, int64_t y)
+static void add_noise(const paint *p, const paint_noise *n, int y, float out[PAINT_SIDE])
 {
-    const paint_job *job = ctx;
+    const float first = 1 / (2 - ldexpf(1, 1 - n->octaves));    /* all weights add to 1 */
 
-    for (int x = 0; x < PAINT_SIDE; x++) {
+    for (int o = 0; o < n->octaves; o++)
+        add_octave(p->seed + n->salt + (uint32_t)o * 0x9e3779b9u, n->px << o, n->py << o, y, ldexpf(first, -o), out);
+}
+
+static void paint_row(const void *from, int side, int y, uint8_t (*rgb)[3])
+{
+    const recipe *r = from;
+    float noise[PAINT_FIELDS][PAINT_SIDE] = { { 0 } };
+    paint p = r->p;
+
+    for (int i = 0; i < PAINT_FIELDS; i++) {
+        if (p.noise[i].px)
+            add_noise(&p, &p.noise[i], y, noise[i]);
+        p.field[i] = noise[i];
+    }
+    for (int x = 0; x < side; x++) {
         float c[3];
 
-        job->fn(job->p, ((float)x + 0.5f) / PAINT_SIDE, ((float)y + 0.5f) / PAINT_SIDE, c);
+        r->fn(&p, ((float)x + 0.5f) / PAINT_SIDE, ((float)y + 0.5f) / PAINT_SIDE, c);
         for (int k = 0; k < 3; k++)
-            job->rgb[(int)y * PAINT_SIDE + x][k] = paint_byte(c[k]);
+            rgb[x][k] = paint_byte(c[k]);
     }
-}
-
-static bool make_fields(lt_arena *arena, paint *p)
-{
-    for (int i = 0; i < PAINT_FIELDS && p->noise[i].px; i++) {
-        field_job job = { p->noise[i], p->seed, lt_arena_array(arena, PAINT_SIDE, sizeof(*job.out)) };
-
-        if (!job.out)
-            return false;
-        lt_parallel_for(PAINT_SIDE, field_row, &job);
-        p->field[i] = (const float (*)[PAINT_SIDE])job.out;
-    }
-    return true;
-}
-
-static bool follow(const void *ctx, int side, uint8_t (*rgb)[3])
-{
-    const recipe *from = ctx;
-    lt_arena *scratch = lt_arena_new();
-    paint p = from->p;
-    const paint_job job = { &p, from->fn, rgb };
-    bool ok;
-
-    for (int x = 0; x < side && p.threads; x++)
-        p.wave[x] = sinf(6.2831853f * (float)p.threads * ((float)x + 0.5f) / PAINT_SIDE);
-    ok = scratch && make_fields(scratch, &p);
-    if (ok)
-        lt_parallel_for(side, paint_row, (void *)&job);
-    lt_arena_free(scratch);
-    return ok;
 }
 
 /* Most of what a room has no camera sees, so it is only noted down here. */
@@ -134,7 +91,10 @@ synth_texture *paint_texture(lt_arena *arena, const paint *p, paint_fn fn)
 {
     recipe *r = lt_arena_alloc(arena, sizeof(*r));
 
-    if (r)
-        *r = (recipe){ *p, fn };
-    return synth_texture_later(arena, PAINT_SIDE, follow, r);
+    if (!r)
+        return NULL;
+    *r = (recipe){ *p, fn };
+    for (int x = 0; x < PAINT_SIDE && p->threads; x++)
+        r->p.wave[x] = sinf(6.2831853f * (float)p->threads * ((float)x + 0.5f) / PAINT_SIDE);
+    return synth_texture_later(arena, PAINT_SIDE, paint_row, r);
 }

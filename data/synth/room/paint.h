@@ -21,7 +21,7 @@ typedef struct {
     int count;
     int threads;                    /* of a cloth, along and across */
     paint_noise noise[PAINT_FIELDS];
-    const float (*field[PAINT_FIELDS])[PAINT_SIDE];
+    const float *field[PAINT_FIELDS];           /* the noises along the row that is being painted */
     float wave[PAINT_SIDE];         /* sine of threads periods */
 } paint;
 
@@ -45,12 +45,10 @@ static inline float paint_lattice(uint32_t seed, int x, int y)
     return (float)((h ^ h >> 15) >> 8) / 16777216;
 }
 
-/* paint_noise_at - field `which` at u, v, which may lie outside 0..1 */
-static inline float paint_noise_at(const paint *p, int which, float u, float v)
+/* paint_noise_at - noise `which` in this row at u, which may lie outside 0..1 */
+static inline float paint_noise_at(const paint *p, int which, float u)
 {
-    const int x = floor_int(u * PAINT_SIDE) & (PAINT_SIDE - 1), y = floor_int(v * PAINT_SIDE) & (PAINT_SIDE - 1);
-
-    return p->field[which][y][x];
+    return p->field[which][floor_int(u * PAINT_SIDE) & (PAINT_SIDE - 1)];
 }
 
 /* paint_mix - a + t (b - a); paint_scale - rgb times k; paint_byte - 0..1 as a byte */

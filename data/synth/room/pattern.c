@@ -35,9 +35,9 @@ static void paint_wood(const paint *p, float u, float v, float rgb[3])
     const int boards = p->count, board = (int)(v * (float)boards);
     const float in_board = v * (float)boards - (float)board;
     const float shift = paint_lattice(p->seed, board, 7), tone = paint_lattice(p->seed, board, 8);
-    const float bend = paint_noise_at(p, 0, u + shift, v);
+    const float bend = paint_noise_at(p, 0, u + shift);
     const float rings = 0.5f + 0.5f * sinf(6.2831853f * (in_board * 3 + 4 * bend + shift * 5));
-    const float fibre = paint_noise_at(p, 1, u + shift, v);
+    const float fibre = paint_noise_at(p, 1, u + shift);
     const float gap = boards > 1 ? smoothly(0, 0.02f, least(in_board, 1 - in_board)) : 1;
 
     paint_mix(p->a, p->b, least(0.45f * rings * p->contrast + 0.55f * fibre, 1), rgb);
@@ -61,7 +61,7 @@ synth_texture *pattern_wood(lt_arena *arena, lt_rng *r)
 
 static void paint_stone(const paint *p, float u, float v, float rgb[3])
 {
-    const float slow = paint_noise_at(p, 0, u, v);
+    const float slow = paint_noise_at(p, 0, u);
     const float bent = paint_smooth_noise(p->seed + 9, u + 0.1f * slow, v + 0.1f * slow, 3, 3, 4);
     const float vein = fabsf(bent - 0.5f);
     const float speck = paint_lattice(p->seed, (int)(u * PAINT_SIDE), (int)(v * PAINT_SIDE));
@@ -85,8 +85,9 @@ synth_texture *pattern_stone(lt_arena *arena, lt_rng *r)
 
 static void paint_plaster(const paint *p, float u, float v, float rgb[3])
 {
-    const float stain = paint_noise_at(p, 0, u, v), grain = paint_noise_at(p, 1, u, v);
+    const float stain = paint_noise_at(p, 0, u), grain = paint_noise_at(p, 1, u);
 
+    (void)v;
     paint_mix(p->a, p->b, stain, rgb);
     paint_scale(rgb, 1 + p->contrast * (grain - 0.5f));
 }
@@ -116,7 +117,7 @@ static void paint_stripes(const paint *p, float u, float v, float rgb[3])
     const float band = smoothly(0.02f, 0.04f, in) - smoothly(p->scale, p->scale + 0.02f, in);
 
     paint_mix(p->a, p->b, band, rgb);
-    paint_scale(rgb, threads(p, u, v) * (0.9f + 0.2f * paint_noise_at(p, 0, u, v)));
+    paint_scale(rgb, threads(p, u, v) * (0.9f + 0.2f * paint_noise_at(p, 0, u)));
 }
 
 static void paint_checks(const paint *p, float u, float v, float rgb[3])
@@ -125,7 +126,7 @@ static void paint_checks(const paint *p, float u, float v, float rgb[3])
     const float a = x - floorf(x) < 0.5f, b = y - floorf(y) < 0.5f;
 
     paint_mix(p->a, p->b, 0.5f * (a + b), rgb);
-    paint_scale(rgb, threads(p, u, v) * (0.9f + 0.2f * paint_noise_at(p, 0, u, v)));
+    paint_scale(rgb, threads(p, u, v) * (0.9f + 0.2f * paint_noise_at(p, 0, u)));
 }
 
 static paint cloth_paint(lt_rng *r)
@@ -159,7 +160,7 @@ static void paint_tiles(const paint *p, float u, float v, float rgb[3])
     const float fx = x - floorf(x), fy = y - floorf(y);
     const float joint = least(least(fx, 1 - fx), least(fy, 1 - fy));
     const float tone = paint_lattice(p->seed, (int)x, (int)y);
-    const float dirt = paint_noise_at(p, 0, u, v);
+    const float dirt = paint_noise_at(p, 0, u);
 
     paint_mix(p->b, p->a, smoothly(0.012f, 0.03f, joint), rgb);
     paint_scale(rgb, 0.9f + 0.1f * tone * p->contrast + 0.08f * dirt);
@@ -180,7 +181,7 @@ synth_texture *pattern_tiles(lt_arena *arena, lt_rng *r)
 static void paint_weave(const paint *p, float u, float v, float rgb[3])
 {
     memcpy(rgb, p->a, sizeof(p->a));
-    paint_scale(rgb, threads(p, u, v) * (0.82f + 0.36f * paint_noise_at(p, 0, u, v)));
+    paint_scale(rgb, threads(p, u, v) * (0.82f + 0.36f * paint_noise_at(p, 0, u)));
 }
 
 synth_texture *pattern_weave(lt_arena *arena, lt_rng *r, const float rgb[3])
@@ -193,7 +194,7 @@ synth_texture *pattern_weave(lt_arena *arena, lt_rng *r, const float rgb[3])
 
 static void paint_fruit(const paint *p, float u, float v, float rgb[3])
 {
-    const float blush = paint_noise_at(p, 0, u, v), streak = paint_noise_at(p, 1, u, v);
+    const float blush = paint_noise_at(p, 0, u), streak = paint_noise_at(p, 1, u);
     const float dot = paint_lattice(p->seed, (int)(u * 90), (int)(v * 60)) > 0.96f ? 0.12f : 0;
 
     paint_mix(p->a, p->b, smoothly(0.3f, 0.7f, 0.7f * blush + 0.3f * streak), rgb);
