@@ -11,7 +11,8 @@
 #include <string.h>
 
 enum {
-    TAKES = 3, FRAMES = 8,          /* prepared and filmed at a time, for each thread; no part of the result */
+    TAKES_A_THREAD = 3,             /* prepared at a time; no part of the result */
+    FRAMES_A_THREAD = 8,            /* filmed at a time; no part of the result */
     GRASPS = 4,                     /* drawn for a round at most: the first that can be taken from the table */
     TAKE = 0x54414b45, GRASP = 0x47524153, QUALITY = 0x4a504547,
 };
@@ -28,7 +29,7 @@ typedef struct {
 } filming;
 
 typedef struct {
-    filming *take;                  /* room for TAKES a thread */
+    filming *take;                  /* room for TAKES_A_THREAD */
     int n;
 } batch;
 
@@ -56,8 +57,16 @@ typedef struct {
     int threads;
     easel *easel;                   /* one a thread */
     batch batch[2];
-    shot *shot;                     /* FRAMES a thread */
+    shot *shot;                     /* FRAMES_A_THREAD */
 } studio;
+
+lt_status synth_report(synth_run *r, const char *step)
+{
+    if (r->session.opt->progress && !r->session.opt->progress(r->session.opt->progress_ctx, step, r->done, r->total))
+        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld frames; it is not complete", r->session.opt->out,
+                        (long long)r->done, (long long)r->total);
+    return LT_OK;
+}
 
 /* ---- preparing a take ---- */
 
@@ -217,7 +226,7 @@ static void fill(studio *s, int first, batch *b)
 {
     const synth_cast *cast = &s->run->session.cast;
 
-    b->n = (int)lt_min_i64(TAKES * s->threads, cast->n_takes - first);
+    b->n = (int)lt_min_i64(TAKES_A_THREAD * s->threads, cast->n_takes - first);
     for (int i = 0; i < b->n; i++) {
         lt_arena_reset(b->take[i].arena);
         b->take[i] = (filming){ .run = s->run, .take = &cast->take[first + i], .arena = b->take[i].arena };
@@ -242,7 +251,7 @@ static int line_up(studio *s, const batch *b, int *take, int64_t *number)
 {
     int n = 0;
 
-    while (n < FRAMES * s->threads && *take < b->n) {
+    while (n < FRAMES_A_THREAD * s->threads && *take < b->n) {
         s->shot[n++] = (shot){ .of = &b->take[*take], .easels = s->easel, .number = (*number)++ };
         if (*number == frames_of(&b->take[*take])) {
             ++*take;
@@ -328,12 +337,12 @@ static bool open_studio(studio *s)
     lt_arena *arena = s->run->session.arena;
 
     s->easel = lt_arena_array(arena, (size_t)s->threads, sizeof(*s->easel));
-    s->shot = lt_arena_array(arena, (size_t)s->threads * FRAMES, sizeof(*s->shot));
+    s->shot = lt_arena_array(arena, (size_t)s->threads * FRAMES_A_THREAD, sizeof(*s->shot));
     for (int i = 0; s->easel && i < s->threads; i++)
         if (!make_easel(arena, &s->easel[i]))
             return false;
-    return s->easel && s->shot && make_batch(arena, s->threads * TAKES, &s->batch[0]) &&
-           make_batch(arena, s->threads * TAKES, &s->batch[1]);
+    return s->easel && s->shot && make_batch(arena, s->threads * TAKES_A_THREAD, &s->batch[0]) &&
+           make_batch(arena, s->threads * TAKES_A_THREAD, &s->batch[1]);
 }
 
 static void close_studio(studio *s)
@@ -341,7 +350,7 @@ static void close_studio(studio *s)
     for (int i = 0; s->easel && i < s->threads; i++)
         synth_frame_free(s->easel[i].frame);
     for (int b = 0; b < 2; b++)
-        for (int i = 0; s->batch[b].take && i < s->threads * TAKES; i++)
+        for (int i = 0; s->batch[b].take && i < s->threads * TAKES_A_THREAD; i++)
             lt_arena_free(s->batch[b].take[i].arena);
 }
 

@@ -35,14 +35,6 @@ static lt_status need_empty_folder(const char *path)
     return st;
 }
 
-lt_status synth_report(synth_run *r, const char *step)
-{
-    if (r->session.opt->progress && !r->session.opt->progress(r->session.opt->progress_ctx, step, r->done, r->total))
-        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld frames; it is not complete", r->session.opt->out,
-                        (long long)r->done, (long long)r->total);
-    return LT_OK;
-}
-
 static lt_status make_cast(synth_run *r)
 {
     lt_status st = r->layout->plan(r->session.opt, &r->session.cast);
@@ -146,7 +138,7 @@ lt_status synth_parse_layout(const char *name, synth_layout *out)
 lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES])
 {
     synth_run r = { .session = { .opt = options, .arena = lt_arena_new() },
-              .layout = options->layout == SYNTH_DEXYCB ? &synth_layout_dexycb : &synth_layout_ho3d };
+                    .layout = options->layout == SYNTH_DEXYCB ? &synth_layout_dexycb : &synth_layout_ho3d };
     lt_status st;
 
     if (!r.session.arena)

@@ -12,6 +12,7 @@
 
 enum { ID = 48 };                    /* characters of a calibration's name */
 
+/* A take's: its sequence, and the objects in it by their ids. */
 typedef struct {
     synth_dexycb_sequence sequence;
     const synth_prop *object[SYNTH_DEXYCB_OBJECTS];

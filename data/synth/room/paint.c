@@ -66,6 +66,7 @@ static void add_noise(const paint *p, const paint_noise *n, int y, float out[PAI
         add_octave(p->seed + n->salt + (uint32_t)o * 0x9e3779b9u, n->px << o, n->py << o, y, ldexpf(first, -o), out);
 }
 
+/* The row's noises first, then its texels. */
 static void paint_row(const void *from, int side, int y, uint8_t (*rgb)[3])
 {
     const recipe *r = from;
