@@ -105,8 +105,8 @@ static void store_piece(void *ctx, int64_t i)
 /* sum = grad */
 static void deliver_piece(void *ctx, int64_t i)
 {
-    const level_job *j = ctx;
-    const piece *c = &j->t->piece[i];
+    const tree_sum *t = ctx;
+    const piece *c = &t->piece[i];
 
     if (c->sum != c->grad)
         memcpy(c->sum, c->grad, (size_t)c->numel * sizeof(lt_real));
@@ -140,7 +140,7 @@ void tree_sum_add(tree_sum *t, int shard, lt_params *from)
     for (k++; k < MAX_LEVELS; k++)              /* not a power of two: what is left, small to large */
         if (shard >> k & 1)
             each_piece(t, k, add_piece);
-    each_piece(t, 0, deliver_piece);
+    lt_parallel_for(t->n_pieces, deliver_piece, t);
 }
 
 size_t tree_sum_bytes(const tree_sum *t)
