@@ -79,7 +79,8 @@ static const lt_config_key optim_keys[] = {
     { OPTIM(clip_norm), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e30,
       .doc = "longest gradient, L2 norm over all weights; 0: any" },
     { OPTIM(ema_decay), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1,
-      .doc = "validate and predict with an average of the weights with this decay; 0: with the weights" },
+      .doc = "validate and predict with an average of the weights with this decay (early on, with less); 0: with the "
+             "weights" },
     { OPTIM(schedule), .type = LT_CONFIG_CHOICE, .fallback = "\"step\"", .choices = schedules,
       .doc = "how the learning rate falls" },
     { OPTIM(gamma), .type = LT_CONFIG_NUMBER, .fallback = "0.7", .lo = 0, .hi = 1, .doc = "step: factor" },

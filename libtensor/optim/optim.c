@@ -139,12 +139,18 @@ typedef struct {
     lt_optim *o;
     lt_adam_step adam;
     lt_sgd_step sgd;
+    lt_real keep;                   /* of the average, in this step */
 } step_job;
 
-static void update_ema(const lt_optim *o, const slot *s, int64_t at, size_t n)
+/* Until ema_decay is reached, the average is over about the last tenth of the steps: weights of the beginning would
+ * else stay in it for a few times 1 / (1 - ema_decay) steps. */
+static double ema_keep(double ema_decay, double t)
 {
-    const lt_real keep = (lt_real)o->opts.ema_decay;
+    return fmin(ema_decay, t / (t + 9));
+}
 
+static void update_ema(const slot *s, int64_t at, size_t n, lt_real keep)
+{
     for (size_t i = 0; i < n; i++) {
         lt_real *e = &s->ema[at + (int64_t)i];
 
@@ -170,7 +176,7 @@ static void step_chunk(void *ctx, int64_t k)
     else
         lt_k->adam(w, s->m + at, s->v + at, s->p->grad + at, &adam, n);
     if (s->ema)
-        update_ema(j->o, s, at, n);
+        update_ema(s, at, n, j->keep);
 }
 
 /* 1 - beta^t of the beta that the kernel has: 1 - 0.999f is not 0.001, by 1.3e-5 of it. */
@@ -197,6 +203,7 @@ void lt_optim_step(lt_optim *o, double lr, double norm)
             .lr = (lt_real)lr, .momentum = (lt_real)p->momentum, .l2 = (lt_real)p->weight_decay,
             .grad_scale = scale, .nesterov = p->nesterov,
         },
+        .keep = (lt_real)ema_keep(p->ema_decay, t),
     };
 
     lt_parallel_for(o->n_chunks, step_chunk, &j);

@@ -24,7 +24,8 @@ typedef struct {
     bool nesterov;
     double weight_decay;
     double clip_norm;               /* scale gradients down to this L2 norm over all; 0: never */
-    double ema_decay;               /* keep an average of the weights with this decay; 0: none */
+    double ema_decay;               /* keep an average of the weights with this decay, in step t at most t / (t + 9);
+                                     * 0: none */
 } lt_optim_opts;
 
 typedef struct lt_optim lt_optim;
