@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Every op's suite, tests/ops/NAME.c: SUITE(NAME) */
+/* Every op's suite, NAME_suite in a file of tests/ops: SUITE(NAME) */
 SUITE(add)
 SUITE(sub)
 SUITE(mul)
