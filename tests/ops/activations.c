@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Smooth activations against torch's, whose gelu is the one with erf. */
+/* Smooth activations against torch's, whose gelu is the one with erf. The name tanh is C's. */
 #include "tests/ops/suite.h"
 
 static lt_tensor *sigmoid(lt_tensor **in) { return lt_sigmoid(in[0]); }
