@@ -9,6 +9,7 @@
 #include "libtensor/io/json.h"
 #include "libtensor/kernels/kernels.h"
 #include "libtensor/optim/optim.h"
+#include "train/feed.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,8 +22,9 @@ static const double PEAK_MS = 20;
 
 struct bench {
     bench_options o;
-    model_record record;
+    model_record record;            /* of a part */
     lt_plan *plan;
+    int parts;                      /* of a training step, as the trainer has them */
     lt_optim *optim;                /* of a training step */
     double *ms;                     /* one a run */
     lt_arena *arena;                /* with int8: of */
@@ -102,7 +104,7 @@ static lt_status compile(bench *b)
     if (st)
         return st;
     b->plan = lt_compile(b->record.g, &(lt_compile_opts){ .train = b->o.train, .loss = b->record.loss,
-                                                          .replace_grads = true,
+                                                          .replace_grads = true, .parts = b->parts,
                                                           .consume_params = b->o.alone, .int8 = table });
     if (!b->plan)
         return lt_graph_status(b->record.g) ? lt_graph_status(b->record.g) : LT_ENOMEM;
@@ -121,7 +123,8 @@ lt_status bench_new(const bench_options *o, bench **out)
     b->o = *o;
     b->o.runs = (int)lt_max_i64(MIN_RUNS, lt_min_i64(o->runs, MAX_RUNS));
     b->o.kernels = o->kernels ? o->kernels : lt_k;
-    b->record.batch = o->batch;
+    b->parts = has_step(b) ? feed_parts(o->batch) : 1;
+    b->record.batch = o->batch / b->parts;
     b->record.in_boxes = !o->train;
     b->ms = lt_alloc((size_t)b->o.runs * sizeof(*b->ms));
     st = b->ms ? compile(b) : lt_error(LT_ENOMEM, "no memory to measure");
@@ -129,7 +132,12 @@ lt_status bench_new(const bench_options *o, bench **out)
         bench_free(b);
         return st;
     }
-    fill_inputs(b->o.m, b->plan, &b->record);
+    for (int i = 0; i < b->parts; i++) {
+        lt_plan *part = lt_plan_part(b->plan, i);
+
+        fill_inputs(b->o.m, part, &b->record);
+        lt_plan_set_loss_weight(part, 1.0 / b->parts);
+    }
     *out = b;
     return LT_OK;
 }

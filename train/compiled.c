@@ -5,8 +5,9 @@
 
 lt_status compiled_new(const model *m, int batch, compiled_kind kind, compiled *out)
 {
-    compiled c = { .record = { .g = lt_graph_new(), .batch = batch } };
-    lt_compile_opts opts = { .train = kind == COMPILED_TRAIN, .replace_grads = true };
+    const int parts = kind == COMPILED_TRAIN ? feed_parts(batch) : 1;
+    compiled c = { .record = { .g = lt_graph_new(), .batch = batch / parts }, .parts = parts };
+    lt_compile_opts opts = { .train = kind == COMPILED_TRAIN, .replace_grads = true, .parts = parts };
     lt_status st;
 
     if (!c.record.g)

@@ -16,8 +16,9 @@ typedef enum {
 } compiled_kind;
 
 typedef struct {
-    model_record record;            /* owns the graph */
+    model_record record;            /* of a part; owns the graph */
     lt_plan *plan;
+    int parts;
 } compiled;
 
 /* compiled_new - record and compile m for batches of `batch`. Errors: those of lt_compile; inputs that

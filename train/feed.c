@@ -64,21 +64,41 @@ lt_status feed_check(const model_record *r)
     return LT_OK;
 }
 
+int feed_parts(int batch)
+{
+    return batch % FEED_MAX_PARTS ? 1 : FEED_MAX_PARTS;
+}
+
 static bool counts(const hand_object_batch *b, int slot)
 {
     return slot < b->count && b->weight[slot] > 0;
 }
 
-/* The sample that stands in place i of n from first: itself, or the next one round that counts. */
-static int sample_for(const hand_object_batch *b, int first, int n, int i)
+/* Slots [first, first + n) */
+typedef struct { int first, n; } run;
+
+static double weight_of(const hand_object_batch *b, run r)
 {
-    for (int k = 0; k < n; k++)
-        if (counts(b, first + (i + k) % n))
-            return first + (i + k) % n;
-    return first;
+    double total = 0;
+
+    for (int i = r.first; i < r.first + r.n; i++)
+        total += counts(b, i) ? (double)b->weight[i] : 0;
+    return total;
 }
 
-static void copy_port(const lt_plan *p, const model_port *port, const hand_object_batch *b, int first, int n)
+/* The sample that stands in a slot: its own, or the next one round among all that counts. */
+static int sample_for(const hand_object_batch *b, run all, int slot)
+{
+    for (int k = 0; k < all.n; k++) {
+        const int s = all.first + (slot - all.first + k) % all.n;
+
+        if (counts(b, s))
+            return s;
+    }
+    return slot;
+}
+
+static void copy_port(const lt_plan *p, const model_port *port, const hand_object_batch *b, run all, run part)
 {
     lt_real *to = lt_plan_data(p, port->tensor);
     const bool weight = strcmp(port->name, "weight") == 0;
@@ -86,21 +106,24 @@ static void copy_port(const lt_plan *p, const model_port *port, const hand_objec
 
     if (!to || !find_field(b, port->name, &f))
         return;
-    for (int i = 0; i < n; i++) {
-        const float *from = f.data + f.size * sample_for(b, first, n, i);
+    for (int i = 0; i < part.n; i++) {
+        const float *from = f.data + f.size * sample_for(b, all, part.first + i);
 
         for (int64_t k = 0; k < f.size; k++)
-            to[f.size * i + k] = weight && !counts(b, first + i) ? 0 : from[k];
+            to[f.size * i + k] = weight && !counts(b, part.first + i) ? 0 : from[k];
     }
+}
+
+double feed_part(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first, int part, int n)
+{
+    const run all = { first, n * r->batch }, mine = { first + part * r->batch, r->batch };
+
+    for (int i = 0; weight_of(b, all) > 0 && i < r->inputs.n; i++)
+        copy_port(p, &r->inputs.port[i], b, all, mine);
+    return weight_of(b, mine);
 }
 
 double feed_batch(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first)
 {
-    double total = 0;
-
-    for (int i = 0; i < r->batch; i++)
-        total += counts(b, first + i) ? (double)b->weight[first + i] : 0;
-    for (int i = 0; total > 0 && i < r->inputs.n; i++)
-        copy_port(p, &r->inputs.port[i], b, first, r->batch);
-    return total;
+    return feed_part(p, r, b, first, 0, 1);
 }

@@ -19,6 +19,12 @@ void feed_options(const model *m, hand_object_options *o);
  */
 lt_status feed_check(const model_record *r);
 
+enum { FEED_MAX_PARTS = 2 };
+
+/* feed_parts - in how many parts (lt_compile_opts.parts) a batch to train on is computed: halves wherever it has two, on
+ * any number of threads */
+int feed_parts(int batch);
+
 /**
  * feed_batch - fill the inputs of a plan with slots first .. first + r->batch - 1 of b
  *
@@ -27,5 +33,9 @@ lt_status feed_check(const model_record *r);
  * no black image disturbs the batch's statistics. Returns 0, and fills nothing, when no sample counts.
  */
 double feed_batch(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first);
+
+/* feed_part - fill part number `part` of n of what feed_batch would fill at once: a neighbour may come from another part.
+ * Returns the weight of the part's own samples. */
+double feed_part(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first, int part, int n);
 
 #endif

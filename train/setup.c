@@ -111,8 +111,7 @@ static lt_status compile_plans(trainer *t)
 {
     const int batch = t->config.optim.batch / t->config.optim.shards;
     const lt_optim_opts opts = optim_opts(&t->config.optim);
-    const train_lane first = { .params = t->params, .model = t->model };
-    lt_status st = lanes_new(t->arena, &t->config, t->source.layer, &first, &t->lanes);
+    lt_status st = compiled_new(&t->model, batch, COMPILED_TRAIN, &t->train);
 
     if (st == LT_OK && t->source.check_count)
         st = compiled_new(&t->model, batch, COMPILED_CHECK, &t->check);
@@ -162,7 +161,7 @@ void trainer_fini(trainer *t)
     train_log_close(&t->log);
     lt_optim_free(t->optim);
     tree_sum_free(t->sum);
-    lanes_free(&t->lanes);
+    compiled_free(&t->train);
     compiled_free(&t->check);
     lt_params_free(t->params);
     train_source_close(&t->source);
@@ -175,7 +174,7 @@ void trainer_fini(trainer *t)
 
 size_t trainer_plan_bytes(const trainer *t)
 {
-    return lanes_plan_bytes(&t->lanes) + (t->check.plan ? lt_plan_bytes(t->check.plan) : 0);
+    return lt_plan_bytes(t->train.plan) + (t->check.plan ? lt_plan_bytes(t->check.plan) : 0);
 }
 
 static size_t batch_bytes(const trainer *t)
@@ -189,7 +188,7 @@ static size_t batch_bytes(const trainer *t)
 size_t trainer_bytes(const trainer *t)
 {
     size_t n = trainer_plan_bytes(t) + batch_bytes(t) + tree_sum_bytes(t->sum) + lt_arena_bytes(t->arena)
-        + lt_arena_bytes(lt_params_arena(t->params)) + lanes_param_bytes(&t->lanes);
+        + lt_arena_bytes(lt_params_arena(t->params));
 
     for (int i = 0; i < lt_optim_state_count(t->optim); i++) {
         const lt_optim_state s = lt_optim_state_at(t->optim, i);
@@ -217,12 +216,10 @@ static void describe_data(trainer *t)
 
 void trainer_describe(trainer *t)
 {
-    const compiled *first = &t->lanes.lane[0].train;
-
     progress_note(&t->progress, "model        %s (%s), %.2f M parameters, %.2f GMAC an image",
                   t->model.cls->name, t->model.variant,
                   1e-6 * (double)lt_params_count(t->params, LT_WEIGHT, ""),
-                  1e-9 * (double)lt_plan_macs(first->plan) / first->record.batch);
+                  1e-9 * (double)lt_plan_macs(t->train.plan) / (t->train.parts * t->train.record.batch));
     describe_data(t);
     progress_note(&t->progress, "machine      %s, %s, %d thread%s", lt_cpu_model(), lt_isa_name(lt_k->isa),
                   lt_threads(), lt_threads() > 1 ? "s" : "");

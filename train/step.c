@@ -7,8 +7,6 @@
 
 #include "train/feed.h"
 
-#include "libtensor/base/parallel.h"
-
 #include <inttypes.h>
 #include <math.h>
 
@@ -21,69 +19,56 @@ static double total_weight(const hand_object_batch *b)
     return sum;
 }
 
-static double value(const compiled *c, const lt_tensor *tensor)
+static double value(const lt_plan *p, const lt_tensor *tensor)
 {
-    return *(const lt_real *)lt_plan_data(c->plan, tensor);
+    return *(const lt_real *)lt_plan_data(p, tensor);
 }
 
-/* Fill a lane's plan with a shard and set what depends on it. Its share is 0 when no sample counts. */
-static void load_shard(const trainer *t, train_lane *lane, const hand_object_batch *b, int shard, double total)
+/* Fill the plan with a shard and set what depends on it; false when no sample counts. */
+static bool load_shard(trainer *t, const hand_object_batch *b, int shard, double total)
 {
-    const int n_shards = t->config.optim.shards;
-    const compiled *c = &lane->train;
+    const compiled *c = &t->train;
+    const int n_shards = t->config.optim.shards, first = shard * c->parts * c->record.batch;
+    double share = 0;
 
-    lane->share = feed_batch(c->plan, &c->record, b, shard * c->record.batch) / total;
     lt_plan_set_step(c->plan, t->state.seed, (uint64_t)(t->state.step * n_shards + shard));
-    lt_plan_set_loss_weight(c->plan, lane->share);
+    for (int k = 0; k < c->parts; k++) {
+        lt_plan *part = lt_plan_part(c->plan, k);
+
+        t->share[k] = feed_part(part, &c->record, b, first, k, c->parts) / total;
+        lt_plan_set_loss_weight(part, t->share[k]);
+        share += t->share[k];
+    }
+    return share > 0;
 }
 
-/* Shards that run side by side. */
-typedef struct {
-    const trainer *t;
-    const hand_object_batch *b;
-    int first;
-    double total;
-} shards_job;
-
-static void run_lane(void *ctx, int64_t i)
+static void add_losses(trainer *t)
 {
-    const shards_job *j = ctx;
-    train_lane *lane = &j->t->lanes.lane[i];
+    const model_record *r = &t->train.record;
 
-    load_shard(j->t, lane, j->b, j->first + (int)i, j->total);
-    if (lane->share > 0)
-        lt_run(lane->train.plan);
-    else
-        lt_params_zero_grad(lane->params);
-}
+    for (int k = 0; k < t->train.parts; k++) {
+        const lt_plan *part = lt_plan_part(t->train.plan, k);
 
-static void add_losses(train_step_record *out, const train_lane *lane)
-{
-    const model_record *r = &lane->train.record;
-
-    out->loss += lane->share * value(&lane->train, r->loss);
-    for (int i = 0; i < r->losses.n; i++)
-        out->part[i] += lane->share * value(&lane->train, r->losses.port[i].tensor);
+        t->record.loss += t->share[k] * value(part, r->loss);
+        for (int i = 0; i < r->losses.n; i++)
+            t->record.part[i] += t->share[k] * value(part, r->losses.port[i].tensor);
+    }
 }
 
 /* Gradients of the batch into the parameters, losses into the record; the number of shards with samples. */
 static int run_shards(trainer *t, const hand_object_batch *b, double total)
 {
-    const int n_shards = t->config.optim.shards;
     int ran = 0;
 
-    for (int first = 0; first < n_shards; first += t->lanes.n) {
-        const int n = (int)lt_min_i64(t->lanes.n, n_shards - first);
-
-        lt_parallel_for(n, run_lane, &(shards_job){ t, b, first, total });
-        for (int i = 0; i < n; i++) {
-            const train_lane *lane = &t->lanes.lane[i];
-
-            if (lane->share > 0)
-                add_losses(&t->record, lane);
-            ran += lane->share > 0;
-            tree_sum_add(t->sum, first + i, lane->params);
+    for (int s = 0; s < t->config.optim.shards; s++) {
+        if (load_shard(t, b, s, total)) {
+            lt_run(t->train.plan);
+            add_losses(t);
+            ran++;
+        } else {
+            lt_params_zero_grad(t->params);
         }
+        tree_sum_add(t->sum, s);
     }
     return ran;
 }
@@ -101,14 +86,10 @@ static bool statistics_are_finite(const trainer *t)
 /* Run the shards again, tensor by tensor, until one is not finite. */
 static void name_culprit(trainer *t, const hand_object_batch *b, double total, char *where, size_t bytes)
 {
-    train_lane *lane = &t->lanes.lane[0];
-
     where[0] = '\0';
-    for (int s = 0; s < t->config.optim.shards && !where[0]; s++) {
-        load_shard(t, lane, b, s, total);
-        if (lane->share > 0)
-            lt_plan_find_nonfinite(lane->train.plan, where, bytes);
-    }
+    for (int s = 0; s < t->config.optim.shards && !where[0]; s++)
+        if (load_shard(t, b, s, total))
+            lt_plan_find_nonfinite(t->train.plan, where, bytes);
     if (!where[0])
         snprintf(where, bytes, "the sum of the shards' gradients");
 }
@@ -141,7 +122,7 @@ static void warn_of_spike(trainer *t, const hand_object_batch *b)
 
 static void begin_record(trainer *t)
 {
-    const model_ports *losses = &t->lanes.lane[0].train.record.losses;
+    const model_ports *losses = &t->train.record.losses;
     const train_optim_config *o = &t->config.optim;
     const loader_position at = t->state.position;
     const int64_t batch = at.next ? lt_ceil_div(at.next, o->batch) - 1 : 0;

@@ -7,7 +7,7 @@
 
 #include "train/checkpoint.h"
 #include "train/compiled.h"
-#include "train/lanes.h"
+#include "train/feed.h"
 #include "train/progress.h"
 #include "train/source.h"
 #include "train/trainer.h"
@@ -22,7 +22,8 @@ typedef struct {
     train_source source;
     lt_params *params;
     model model;
-    train_lanes lanes;              /* to train */
+    compiled train;
+    double share[FEED_MAX_PARTS];       /* of the parts of the last shard, of its batch's weight */
     compiled check;                 /* to validate; empty without */
     lt_optim *optim;
     tree_sum *sum;

@@ -8,8 +8,7 @@
 enum { MAX_LEVELS = 16 };
 
 typedef struct {
-    lt_real *sum;                   /* where it belongs in the end */
-    lt_real *grad;                  /* where the shard that is added left it */
+    lt_real *grad;                  /* where a shard leaves it, and the sum belongs */
     int64_t at, numel;              /* its place in a level */
 } piece;
 
@@ -44,7 +43,7 @@ static bool fill(tree_sum *t, lt_params *set)
     for (lt_param *p = lt_params_first(set); p; p = p->next) {
         if (!p->grad)
             continue;
-        t->piece[t->n_pieces++] = (piece){ .sum = p->grad, .at = t->numel, .numel = lt_param_numel(p) };
+        t->piece[t->n_pieces++] = (piece){ .grad = p->grad, .at = t->numel, .numel = lt_param_numel(p) };
         t->numel += lt_param_numel(p);
     }
     for (int k = 0; k < levels_of(t->n_shards); k++) {
@@ -102,35 +101,15 @@ static void store_piece(void *ctx, int64_t i)
     memcpy(j->t->level[j->level] + c->at, c->grad, (size_t)c->numel * sizeof(lt_real));
 }
 
-/* sum = grad */
-static void deliver_piece(void *ctx, int64_t i)
-{
-    const tree_sum *t = ctx;
-    const piece *c = &t->piece[i];
-
-    if (c->sum != c->grad)
-        memcpy(c->sum, c->grad, (size_t)c->numel * sizeof(lt_real));
-}
-
 static void each_piece(const tree_sum *t, int level, lt_task_fn fn)
 {
     lt_parallel_for(t->n_pieces, fn, &(level_job){ t, level });
 }
 
-static void point_at(tree_sum *t, lt_params *from)
-{
-    int n = 0;
-
-    for (const lt_param *p = lt_params_first(from); p; p = p->next)
-        if (p->grad)
-            t->piece[n++].grad = p->grad;
-}
-
-void tree_sum_add(tree_sum *t, int shard, lt_params *from)
+void tree_sum_add(tree_sum *t, int shard)
 {
     int k = 0;
 
-    point_at(t, from);
     for (; shard >> k & 1; k++)
         each_piece(t, k, add_piece);
     if (shard + 1 < t->n_shards) {
@@ -140,7 +119,6 @@ void tree_sum_add(tree_sum *t, int shard, lt_params *from)
     for (k++; k < MAX_LEVELS; k++)              /* not a power of two: what is left, small to large */
         if (shard >> k & 1)
             each_piece(t, k, add_piece);
-    lt_parallel_for(t->n_pieces, deliver_piece, t);
 }
 
 size_t tree_sum_bytes(const tree_sum *t)

@@ -26,16 +26,9 @@ typedef struct tree_sum tree_sum;
 tree_sum *tree_sum_new(lt_params *set, int n_shards);
 void tree_sum_free(tree_sum *t);
 
-/**
- * tree_sum_add - shard number `shard`, the next in order, has left its gradients in `from`
- *
- *   from     the parameters that t was made for, or others with the same gradients to fill; what these hold is
- *            done with
- *
- * After the last shard the parameters that t was made for hold the sum. A shard without samples is added too, as
- * zeros.
- */
-void tree_sum_add(tree_sum *t, int shard, lt_params *from);
+/* tree_sum_add - shard number `shard`, the next in order, has left its gradients in the parameters; after the last one
+ * these hold the sum. A shard without samples is added too, as zeros. */
+void tree_sum_add(tree_sum *t, int shard);
 
 size_t tree_sum_bytes(const tree_sum *t);
 

@@ -150,12 +150,25 @@ static bool start_gradients(lt_plan *p, const lt_node *n, bool *fresh)
     return true;
 }
 
-static bool give_params_gradients(const lt_plan *p, const lt_node *n)
+/* NULL without memory */
+static lt_real *new_gradient(lt_plan *p, lt_param *param)
+{
+    if (!p->later_part)
+        return lt_param_need_grad(param) ? param->grad : NULL;
+    p->fixed_bytes += (size_t)lt_param_numel(param) * sizeof(lt_real);
+    return lt_arena_array(p->arena, (size_t)lt_param_numel(param), sizeof(lt_real));
+}
+
+static bool give_params_gradients(lt_plan *p, const lt_node *n)
 {
     for (int i = 0; i < n->n_in; i++) {
         lt_param *param = n->in[i] ? plan_root_tensor(p, n->in[i])->param : NULL;
+        lt_real **grad = param ? &plan_root(p, n->in[i])->param_grad : NULL;
 
-        if (param && p->tensor[n->in[i]->id].needs_grad && !lt_param_need_grad(param))
+        if (!param || !p->tensor[n->in[i]->id].needs_grad || *grad)
+            continue;
+        *grad = new_gradient(p, param);
+        if (!*grad)
             return false;
     }
     return true;

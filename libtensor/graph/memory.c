@@ -286,7 +286,7 @@ lt_real *plan_grad(const lt_plan *p, const lt_tensor *t)
 
     if (!p->tensor[t->id].needs_grad)
         return NULL;
-    return root->param ? root->param->grad : at(p, plan_root(p, t)->grad);
+    return root->param ? plan_root(p, t)->param_grad : at(p, plan_root(p, t)->grad);
 }
 
 /* Forward calls see the tensors themselves; backward calls see copies of those that are made again. */
@@ -386,10 +386,10 @@ static size_t place_constants(lt_plan *p, char *at)
 /* They stay between runs, and stand in one block: most of it is weights, which are then in huge pages. */
 static bool allocate_constants(lt_plan *p)
 {
-    char *all;
+    const size_t bytes = place_constants(p, NULL);
+    char *all = lt_arena_alloc(p->arena, bytes);
 
-    p->fixed_bytes = place_constants(p, NULL);
-    all = lt_arena_alloc(p->arena, p->fixed_bytes);
+    p->fixed_bytes += bytes;
     if (all)
         place_constants(p, all);
     return all;

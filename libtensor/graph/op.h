@@ -37,6 +37,12 @@ typedef struct lt_call {
     const lt_real *douts[LT_MAX_OUT], *dout;    /* dout is douts[0] */
 
     bool train;                     /* this plan has a backward pass */
+
+    /* The same use of the op in each part of the batch, this one among them (lt_compile_opts.parts). NULL: there is
+     * but one part. */
+    struct lt_call *const *part;
+    int n_parts;
+
     void *saved[LT_MAX_SAVED];      /* from forward to backward; contents are the op's own */
     void *work;                     /* for the length of one function; contents undefined */
     lt_rng rng;                     /* a stream of its own for each node and step */
@@ -95,6 +101,13 @@ typedef struct lt_op {
     /* Run. Cannot fail, allocate, or keep state anywhere but in saved. No backward: no gradient. */
     void (*forward)(const lt_call *c);
     void (*backward)(const lt_call *c);
+
+    /* Of an op whose results depend on the whole batch: leave in saved what the other parts want to know. In a plan
+     * with parts these run first, in all of them, before forward or backward does in any. A part that has shared for
+     * backward may be ahead of one that is still in forward, so each has a saved[] of its own. Optional, both or
+     * neither. */
+    void (*forward_share)(const lt_call *c);
+    void (*backward_share)(const lt_call *c);
 
     /* Make out again from in and saved, for LT_OP_CHEAP. Optional: forward. */
     void (*recompute)(const lt_call *c);

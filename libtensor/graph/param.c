@@ -4,8 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { PARAM_TEXT = 256 };
-
 struct lt_params {
     lt_arena *arena;
     lt_param *first, **tail;
@@ -131,31 +129,6 @@ lt_param *lt_params_first(const lt_params *set)
 lt_param *lt_params_find(const lt_params *set, const char *name)
 {
     return set->n_buckets ? *slot_of(set, name) : NULL;
-}
-
-static const char *describe(const lt_param *p, char text[PARAM_TEXT])
-{
-    char shape[LT_SHAPE_TEXT];
-
-    if (p)
-        snprintf(text, PARAM_TEXT, "\"%s\" %s", p->name, lt_shape_text(&p->shape, shape));
-    else
-        snprintf(text, PARAM_TEXT, "nothing");
-    return text;
-}
-
-lt_status lt_params_share(lt_params *set, const lt_params *other)
-{
-    const lt_param *o = other->first;
-    lt_param *p = set->first;
-    char ours[PARAM_TEXT], theirs[PARAM_TEXT];
-
-    for (; p && o && strcmp(p->name, o->name) == 0 && lt_same_shape(&p->shape, &o->shape); p = p->next, o = o->next)
-        p->data = o->data;
-    if (p || o)
-        return lt_error(LT_EINVAL, "a set of parameters has %s where the other has %s", describe(p, ours),
-                        describe(o, theirs));
-    return LT_OK;
 }
 
 int64_t lt_params_count(const lt_params *set, lt_param_kind kind, const char *prefix)

@@ -63,14 +63,6 @@ LT_API void lt_params_zero_grad(lt_params *set);
 /* lt_param_need_grad - give the parameter its grad; false without memory */
 LT_API bool lt_param_need_grad(lt_param *p);
 
-/**
- * lt_params_share - let a set hold the values of another from now on, and keep gradients of its own
- *
- * For plans of one model that run at the same time. Call it before a plan of the set is compiled; the other set must
- * outlive it. Errors: other parameters than the other set has, or in another order.
- */
-LT_API lt_status lt_params_share(lt_params *set, const lt_params *other);
-
 static inline int64_t lt_param_numel(const lt_param *p) { return lt_shape_numel(&p->shape); }
 
 #ifdef __cplusplus

@@ -35,6 +35,9 @@ static lt_status check(const lt_graph *g, const lt_compile_opts *o)
         return lt_graph_status(g);
     if (o->train && !o->loss)
         return lt_error(LT_EINVAL, "a training plan needs a loss");
+    if (o->parts > 1 && !(o->train && o->replace_grads))
+        return lt_error(LT_EINVAL, "a batch in %d parts, where only a training plan that replaces gradients has parts",
+                        o->parts);
     if (o->loss && lt_numel(o->loss) != 1)
         return lt_error(LT_ESHAPE, "the loss is %s, want one number", lt_shape_text(&o->loss->shape, text));
     return LT_OK;
@@ -144,17 +147,11 @@ static lt_status compile(lt_plan *p, const lt_graph *source, const lt_compile_op
     return plan_memory(p);
 }
 
-lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts)
+static lt_plan *compile_part(const lt_graph *g, const lt_compile_opts *o, bool later)
 {
-    static const lt_compile_opts defaults;
-    const lt_compile_opts *o = opts ? opts : &defaults;
-    lt_arena *arena;
-    lt_plan *p;
+    lt_arena *arena = lt_arena_new();
+    lt_plan *p = arena ? lt_arena_alloc(arena, sizeof(*p)) : NULL;
 
-    if (lt_kernels_init() || check(g, o))
-        return NULL;
-    arena = lt_arena_new();
-    p = arena ? lt_arena_alloc(arena, sizeof(*p)) : NULL;
     if (!p) {
         lt_arena_free(arena);
         lt_error(LT_ENOMEM, "no memory for a plan");
@@ -163,8 +160,44 @@ lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts)
     p->arena = arena;
     p->train = o->train;
     p->replace_grads = o->replace_grads;
+    p->later_part = later;
     p->loss_weight = 1;
+    p->n_parts = 1;
     if (compile(p, g, o)) {
+        lt_plan_free(p);
+        return NULL;
+    }
+    return p;
+}
+
+static lt_status add_parts(lt_plan *first, const lt_graph *g, const lt_compile_opts *o)
+{
+    first->part = lt_arena_array(first->arena, (size_t)o->parts, sizeof(*first->part));
+    if (!first->part)
+        return lt_error(LT_ENOMEM, "no memory for %d parts of a plan", o->parts);
+    first->part[0] = first;
+    while (first->n_parts < o->parts) {
+        lt_plan *p = compile_part(g, o, true);
+
+        if (!p)
+            return LT_ENOMEM;
+        first->part[first->n_parts++] = p;
+    }
+    return plan_join_parts(first);
+}
+
+lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts)
+{
+    static const lt_compile_opts defaults;
+    const lt_compile_opts *o = opts ? opts : &defaults;
+    lt_plan *p;
+
+    if (lt_kernels_init() || check(g, o))
+        return NULL;
+    p = compile_part(g, o, false);
+    if (!p)
+        return NULL;
+    if (o->parts > 1 && add_parts(p, g, o)) {
         lt_plan_free(p);
         return NULL;
     }
@@ -179,6 +212,8 @@ void lt_plan_free(lt_plan *p)
 {
     if (!p)
         return;
+    for (int i = 1; i < p->n_parts; i++)
+        lt_plan_free(p->part[i]);
     lt_graph_free(p->g);
     lt_release(p->memory);
     lt_arena_free(p->arena);
@@ -240,21 +275,33 @@ static void start_backward(lt_plan *p, int step)
         *p->loss_grad = (lt_real)p->loss_weight;
 }
 
+void plan_run_at(lt_plan *p, int step)
+{
+    start_backward(p, step);
+    if (p->profile)
+        run_timed(p, &p->step[step]);
+    else
+        plan_run_step(p, &p->step[step]);
+}
+
 void lt_run(lt_plan *p)
 {
-    for (int i = 0; i < p->n_steps; i++) {
-        start_backward(p, i);
-        if (p->profile)
-            run_timed(p, &p->step[i]);
-        else
-            plan_run_step(p, &p->step[i]);
+    if (p->n_parts > 1) {
+        plan_run_parts(p);
+        return;
     }
+    for (int i = 0; i < p->n_steps; i++)
+        plan_run_at(p, i);
 }
 
 void lt_plan_refresh(lt_plan *p)
 {
-    for (int i = 0; i < p->n_prologue; i++)
-        plan_run_step(p, &p->prologue[i]);
+    for (int k = 0; k < p->n_parts; k++) {
+        lt_plan *part = lt_plan_part(p, k);
+
+        for (int i = 0; i < part->n_prologue; i++)
+            plan_run_step(part, &part->prologue[i]);
+    }
 }
 
 static bool all_finite(const lt_real *x, int64_t n)
@@ -280,6 +327,14 @@ static bool step_is_finite(const plan_step *s)
     return true;
 }
 
+static bool parts_are_finite(const lt_plan *first, int step)
+{
+    for (int k = 0; k < first->n_parts; k++)
+        if (!step_is_finite(&lt_plan_part(first, k)->step[step]))
+            return false;
+    return true;
+}
+
 void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
 {
     if (bytes)
@@ -287,9 +342,8 @@ void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
     for (int i = 0; i < p->n_steps; i++) {
         const plan_step *s = &p->step[i];
 
-        start_backward(p, i);
-        plan_run_step(p, &p->step[i]);
-        if (step_is_finite(s))
+        plan_run_parts_at(p, i);
+        if (parts_are_finite(p, i))
             continue;
         snprintf(where, bytes, "%s \"%s\"%s", s->node->op->name, s->node->name,
                  s->kind == STEP_BACKWARD ? " (gradient)" : "");
@@ -298,6 +352,11 @@ void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
 }
 
 /* ---- looking at a plan ---------------------------------------------------------------------------- */
+
+lt_plan *lt_plan_part(const lt_plan *p, int i)
+{
+    return p->part ? p->part[i] : (lt_plan *)p;
+}
 
 void *lt_plan_data(const lt_plan *p, const lt_tensor *t)
 {
@@ -319,8 +378,12 @@ lt_real *lt_plan_grad(const lt_plan *p, const lt_tensor *t)
 
 void lt_plan_set_step(lt_plan *p, uint64_t seed, uint64_t step)
 {
-    p->seed = seed;
-    p->run = step;
+    for (int k = 0; k < p->n_parts; k++) {
+        lt_plan *part = lt_plan_part(p, k);
+
+        part->seed = seed;
+        part->run = step * (uint64_t)p->n_parts + (uint64_t)k;
+    }
 }
 
 void lt_plan_set_loss_weight(lt_plan *p, double weight)
@@ -330,7 +393,11 @@ void lt_plan_set_loss_weight(lt_plan *p, double weight)
 
 size_t lt_plan_bytes(const lt_plan *p)
 {
-    return p->memory_bytes + p->fixed_bytes;
+    size_t bytes = 0;
+
+    for (int k = 0; k < p->n_parts; k++)
+        bytes += lt_plan_part(p, k)->memory_bytes + lt_plan_part(p, k)->fixed_bytes;
+    return bytes;
 }
 
 static int64_t forward_macs(const plan_step *s)
@@ -344,14 +411,18 @@ int64_t lt_plan_macs(const lt_plan *p)
 
     for (int i = 0; i < p->n_forward; i++)
         macs += forward_macs(&p->step[i]);
-    return macs;
+    return macs * p->n_parts;
 }
 
 void lt_plan_profile(lt_plan *p, bool on)
 {
-    p->profile = on;
-    for (int i = 0; i < p->n_steps; i++)
-        p->step[i].seconds = 0;
+    for (int k = 0; k < p->n_parts; k++) {
+        lt_plan *part = lt_plan_part(p, k);
+
+        part->profile = on;
+        for (int i = 0; i < part->n_steps; i++)
+            part->step[i].seconds = 0;
+    }
 }
 
 int lt_plan_steps(const lt_plan *p)
@@ -375,13 +446,18 @@ lt_step_info lt_plan_step(const lt_plan *p, int i)
 {
     static const char *const phase[] = { "forward", "recompute", "zero", "backward" };
     const plan_step *s = &p->step[i];
-    lt_step_info info = { .op = "zero", .layer = "", .algorithm = "", .phase = phase[s->kind], .seconds = s->seconds };
+    lt_step_info info = { .op = "zero", .layer = "", .algorithm = "", .phase = phase[s->kind] };
+
+    for (int k = 0; k < p->n_parts; k++)
+        info.seconds += lt_plan_part(p, k)->step[i].seconds;
+    if (p->n_parts > 1 && plan_parts_abreast(p))
+        info.seconds /= p->n_parts;
 
     if (s->node) {
         info.op = s->node->op->name;
         info.layer = s->node->name;
         info.shape = s->node->outs[0]->shape;
-        info.macs = step_macs(s);
+        info.macs = p->n_parts * step_macs(s);
         if (s->kind == STEP_FORWARD && s->node->op->algorithm)
             info.algorithm = s->node->op->algorithm(&s->call);
     }

@@ -26,6 +26,9 @@ typedef struct {
                                      * one too, maps stay (B, C, H, W). NULL: none. Not kept */
     bool replace_grads;             /* train: a run's gradients take the place of those before, for less time than to
                                      * clear them and add; else lt_run adds */
+    int parts;                      /* train, with replace_grads: the graph is of one part of the batch, of which there
+                                     * are so many, alike and with memory of their own (lt_plan_part). Batch norms
+                                     * measure the whole batch, gradients are sums over all parts. 0: 1 */
     bool no_recompute;              /* train: keep what could be recomputed, to compare with */
 } lt_compile_opts;
 
@@ -40,6 +43,14 @@ typedef struct {
  */
 LT_API lt_plan *lt_compile(lt_graph *g, const lt_compile_opts *opts);
 LT_API void lt_plan_free(lt_plan *p);
+
+/**
+ * lt_plan_part - part i of the batch, from 0 on; the first one is p itself
+ *
+ * Each has inputs, results and a loss weight of its own, for lt_plan_data, lt_plan_grad and lt_plan_set_loss_weight;
+ * everything else is asked of p and meant of all. Borrowed.
+ */
+LT_API lt_plan *lt_plan_part(const lt_plan *p, int i);
 
 /**
  * lt_run - forward, and for a training plan backward
@@ -61,7 +72,8 @@ LT_API lt_real *lt_plan_grad(const lt_plan *p, const lt_tensor *t);
 /* lt_plan_set_step - the key of the random draws of the next runs */
 LT_API void lt_plan_set_step(lt_plan *p, uint64_t seed, uint64_t step);
 
-/* lt_plan_set_loss_weight - what the backward pass starts from; 1 at first */
+/* lt_plan_set_loss_weight - what the backward pass starts from; 1 at first. Where a part's loss is the mean over its
+ * samples, this is their share of the batch */
 LT_API void lt_plan_set_loss_weight(lt_plan *p, double weight);
 
 /**

@@ -38,6 +38,7 @@ typedef struct {
     bool redo;                      /* made again in the backward pass instead of kept */
     bool redone;                    /* the step that does it is in the list */
     int value, again, grad;         /* buffers, or -1 */
+    lt_real *param_grad;            /* of a parameter */
     lt_tensor *backward_view;       /* this tensor as the backward pass sees it */
 } plan_tensor;
 
@@ -67,10 +68,23 @@ struct lt_plan {
     double loss_weight;
     uint64_t seed, run;
     bool train, replace_grads, profile;
+    struct lt_plan **part;          /* of the first one: all, itself included; NULL where the batch has one part */
+    int n_parts;
+    bool later_part;                /* has gradients of its own */
 };
 
-/* plan.c: one step of a run */
+/* plan.c: one step of a run; the same, numbered, timed if that is wanted, and with what begins there */
 void plan_run_step(lt_plan *p, plan_step *s);
+void plan_run_at(lt_plan *p, int step);
+
+/* parts.c: let the first one's parts know of each other; run them all; run one step of them all, after what its op
+ * shares */
+lt_status plan_join_parts(lt_plan *first);
+void plan_run_parts(lt_plan *first);
+void plan_run_parts_at(lt_plan *first, int step);
+
+/* plan_parts_abreast - whether they run at the same time, rather than one after another */
+bool plan_parts_abreast(const lt_plan *first);
 
 /* autodiff.c: append the backward pass to the steps; decides what is kept and what is made again */
 lt_status plan_autodiff(lt_plan *p, bool recompute);

@@ -9,6 +9,8 @@
  * variance where the running statistics collect them. Without, the running statistics make it a scale
  * and a shift (lower), which a convolution before it takes into its weights.
  *
+ * Of a batch in parts it measures the whole: each part shares its sums, here and in backward.
+ *
  * A plan with gradients lets it do what follows as well: y = act(batch_norm(x) + residual), with a leaky relu whose
  * result tells where its gradient passes, or, without a residual, silu.
  */
@@ -31,10 +33,18 @@ static lt_status infer(lt_call *c)
     return op_same_shape(c);
 }
 
-static void plan(lt_call *c)
+/* What is saved of a channel: what the batch measured, and this part's sums. Forward's and backward's have places of
+ * their own: between the two a part waits for no other, and may still want to know the former when the latter is made. */
+enum { MEASURE, SUMS, GRADIENT_SUMS };
+
+typedef struct { double sum[2]; } sums;
+
+void norm_plan(lt_call *c)
 {
-    if (c->train)
-        c->saved_bytes[0] = (size_t)lt_dim(c->in[X], 1) * sizeof(norm_measure);
+    if (!c->train)
+        return;
+    c->saved_bytes[MEASURE] = (size_t)lt_dim(c->in[X], 1) * sizeof(norm_measure);
+    c->saved_bytes[SUMS] = c->saved_bytes[GRADIENT_SUMS] = (size_t)lt_dim(c->in[X], 1) * sizeof(sums);
 }
 
 static const lt_real *value(const lt_call *c, int i)
@@ -58,18 +68,43 @@ static int64_t count(const lt_call *c)
     return lt_dim(c->in[X], 0) * op_inner(c->in[X], 1);
 }
 
+double norm_count(const lt_call *c)
+{
+    return (double)count(c) * (c->part ? c->n_parts : 1);
+}
+
+static sums *sums_of(const lt_call *c, int which, int64_t ch)
+{
+    return (sums *)c->saved[which] + ch;
+}
+
+/* Over all parts, in their order */
+static sums total(const lt_call *c, int which, int64_t ch)
+{
+    sums all = *sums_of(c->part ? c->part[0] : c, which, ch);
+
+    for (int k = 1; c->part && k < c->n_parts; k++)
+        for (int i = 0; i < 2; i++)
+            all.sum[i] += sums_of(c->part[k], which, ch)->sum[i];
+    return all;
+}
+
+void norm_sum(const lt_call *c, int64_t ch)
+{
+    lt_k->moments(sums_of(c, SUMS, ch)->sum, value(c, X) + plane_at(c, 0, ch), image_step(c), lt_dim(c->in[X], 0),
+                  (size_t)op_inner(c->in[X], 1));
+}
+
 /* Sums in double of floats: x^2 - mean^2 loses nothing that a float could show. */
 static norm_measure batch(const lt_call *c, int64_t ch)
 {
     const norm_attr *a = c->attr;
-    const double n = (double)count(c);
-    double sum[2];
+    const double n = norm_count(c);
+    const sums all = total(c, SUMS, ch);
     norm_measure m;
 
-    lt_k->moments(sum, value(c, X) + plane_at(c, 0, ch), image_step(c), lt_dim(c->in[X], 0),
-                  (size_t)op_inner(c->in[X], 1));
-    m.mean = sum[0] / n;
-    m.var = fmax(0, sum[1] / n - m.mean * m.mean);
+    m.mean = all.sum[0] / n;
+    m.var = fmax(0, all.sum[1] / n - m.mean * m.mean);
     m.rstd = 1 / sqrt(m.var + a->eps);
     return m;
 }
@@ -82,9 +117,19 @@ static norm_measure running(const lt_call *c, int64_t ch)
     return (norm_measure){ value(c, MEAN)[ch], var, 1 / sqrt(var + a->eps) };
 }
 
-norm_measure norm_measure_channel(const lt_call *c, int64_t ch)
+norm_measure norm_measure_of(const lt_call *c, int64_t ch)
 {
-    return c->train ? batch(c, ch) : running(c, ch);
+    norm_measure *m = (norm_measure *)c->saved[MEASURE] + ch;
+
+    if (!c->train)
+        return running(c, ch);
+    *m = batch(c, ch);
+    return *m;
+}
+
+const norm_measure *norm_saved(const lt_call *c, int64_t ch)
+{
+    return (const norm_measure *)c->saved[MEASURE] + ch;
 }
 
 norm_line norm_line_of(const lt_call *c, int64_t ch, const norm_measure *m)
@@ -107,18 +152,24 @@ static void normalise(const lt_call *c, int64_t ch, const norm_measure *m)
     }
 }
 
+static void finish_channel(const lt_call *c, int64_t ch)
+{
+    const norm_measure m = norm_measure_of(c, ch);
+
+    normalise(c, ch, &m);
+}
+
+/* A channel at a time while it is in the cache, where there is no other part to wait for */
 static void forward_channel(const lt_call *c, int64_t ch)
 {
-    const norm_measure m = norm_measure_channel(c, ch);
-
     if (c->train)
-        ((norm_measure *)c->saved[0])[ch] = m;
-    normalise(c, ch, &m);
+        norm_sum(c, ch);
+    finish_channel(c, ch);
 }
 
 static void recompute_channel(const lt_call *c, int64_t ch)
 {
-    const norm_measure m = c->train ? ((const norm_measure *)c->saved[0])[ch] : running(c, ch);
+    const norm_measure m = c->train ? *norm_saved(c, ch) : running(c, ch);
 
     normalise(c, ch, &m);
 }
@@ -129,9 +180,14 @@ static void by_channel(const lt_call *c, op_row_fn fn)
         op_by_row(c, lt_dim(c->out, 1), count(c), fn);
 }
 
+static void forward_share(const lt_call *c)
+{
+    by_channel(c, norm_sum);
+}
+
 static void forward(const lt_call *c)
 {
-    by_channel(c, forward_channel);
+    by_channel(c, c->part ? finish_channel : forward_channel);
 }
 
 static void recompute(const lt_call *c)
@@ -139,32 +195,40 @@ static void recompute(const lt_call *c)
     by_channel(c, recompute_channel);
 }
 
-void norm_collect(const lt_call *c, int64_t ch, const norm_gradient *g)
+/* All parts add the same statistics, a share each. */
+void norm_collect(const lt_call *c, int64_t ch)
 {
-    const norm_measure *m = (const norm_measure *)c->saved[0] + ch;
-    const double n = (double)count(c);
-    const double add[] = { [WEIGHT] = g->dweight, [BIAS] = g->dbias, [MEAN] = m->mean,
-                           [VAR] = n > 1 ? m->var * n / (n - 1) : m->var };
+    const norm_measure *m = norm_saved(c, ch);
+    const double *sum = sums_of(c, GRADIENT_SUMS, ch)->sum;
+    const double n = norm_count(c), share = (double)count(c) / n;
+    const double add[] = { [WEIGHT] = sum[1] * m->rstd, [BIAS] = sum[0], [MEAN] = share * m->mean,
+                           [VAR] = share * (n > 1 ? m->var * n / (n - 1) : m->var) };
 
     for (int i = WEIGHT; i <= VAR; i++)
         if (c->din[i])
             c->din[i][ch] += (lt_real)add[i];
 }
 
-norm_gradient norm_gradient_of(const lt_call *c, int64_t ch, const double sum[2])
+void norm_save_gradient(const lt_call *c, int64_t ch, const double sum[2])
 {
-    const norm_measure *m = (const norm_measure *)c->saved[0] + ch;
-    norm_gradient g = { .dweight = sum[1] * m->rstd, .dbias = sum[0], .s = value(c, WEIGHT)[ch] * m->rstd };
+    memcpy(sums_of(c, GRADIENT_SUMS, ch)->sum, sum, sizeof(sums));
+}
 
-    g.t = -g.s * m->rstd * g.dweight / (double)count(c);
-    g.u = -g.s * g.dbias / (double)count(c) - g.t * m->mean;
+norm_gradient norm_gradient_of(const lt_call *c, int64_t ch)
+{
+    const norm_measure *m = norm_saved(c, ch);
+    const sums all = total(c, GRADIENT_SUMS, ch);
+    norm_gradient g = { .s = value(c, WEIGHT)[ch] * m->rstd };
+
+    g.t = -g.s * m->rstd * (all.sum[1] * m->rstd) / norm_count(c);
+    g.u = -g.s * all.sum[0] / norm_count(c) - g.t * m->mean;
     return g;
 }
 
 lt_behind norm_behind(const lt_call *c, int64_t ch)
 {
     const lt_act act = ((const norm_attr *)c->attr)->act;
-    const norm_line l = norm_line_of(c, ch, (const norm_measure *)c->saved[0] + ch);
+    const norm_line l = norm_line_of(c, ch, norm_saved(c, ch));
 
     return (lt_behind){ .slope = act.param, .a = l.scale, .b = l.shift, .silu = act.kind == LT_ACT_SILU };
 }
@@ -199,34 +263,56 @@ static void backward_plane(const lt_call *c, int64_t at, size_t n, const lt_real
                           (lt_real)g->u, !c->fresh[X], n);
 }
 
-static void backward_channel(const lt_call *c, int64_t ch)
+/* Whether what comes through the activation is kept where dx will be */
+static bool comes_through(const lt_call *c)
 {
-    const int64_t first = plane_at(c, 0, ch), step = image_step(c);
-    const norm_measure *m = (const norm_measure *)c->saved[0] + ch;
-    const size_t n = (size_t)op_inner(c->out, 1);
+    return ((const norm_attr *)c->attr)->act.kind != LT_ACT_NONE && c->din[X] && c->fresh[X];
+}
+
+static void sum_gradient(const lt_call *c, int64_t ch)
+{
+    const int64_t first = plane_at(c, 0, ch);
+    const lt_through to = { .dz = comes_through(c) ? c->din[X] + first : NULL };
     lt_behind store;
-    const lt_behind *behind = behind_of(c, ch, &store);
-    const bool through = behind && c->din[X] && c->fresh[X];
-    const lt_real *dy = through ? c->din[X] : c->dout;
-    norm_gradient g;
     double sum[2];
 
-    lt_k->grad_moments(sum, through ? &(lt_through){ .dz = c->din[X] + first } : NULL, c->dout + first, behind,
-                       value(c, X) + first, m->mean, step, lt_dim(c->out, 0), n);
-    g = norm_gradient_of(c, ch, sum);
-    behind = through ? NULL : behind;
+    lt_k->grad_moments(sum, to.dz ? &to : NULL, c->dout + first, behind_of(c, ch, &store), value(c, X) + first,
+                       norm_saved(c, ch)->mean, image_step(c), lt_dim(c->out, 0), (size_t)op_inner(c->out, 1));
+    norm_save_gradient(c, ch, sum);
+}
+
+static void finish_gradient(const lt_call *c, int64_t ch)
+{
+    const int64_t first = plane_at(c, 0, ch), step = image_step(c);
+    const bool through = comes_through(c);
+    const norm_gradient g = norm_gradient_of(c, ch);
+    lt_behind store;
+    const lt_behind *behind = behind_of(c, ch, &store);
+
     for (int64_t b = 0; b < lt_dim(c->out, 0); b++) {
-        backward_plane(c, first + b * step, n, dy, behind, &g);
+        backward_plane(c, first + b * step, (size_t)op_inner(c->out, 1), through ? c->din[X] : c->dout,
+                       through ? NULL : behind, &g);
         store.y = store.y ? store.y + step : NULL;
     }
-    norm_collect(c, ch, &g);
+    norm_collect(c, ch);
+}
+
+static void backward_channel(const lt_call *c, int64_t ch)
+{
+    sum_gradient(c, ch);
+    finish_gradient(c, ch);
+}
+
+static void backward_share(const lt_call *c)
+{
+    by_channel(c, sum_gradient);
 }
 
 static void backward(const lt_call *c)
 {
     for (int i = WEIGHT; i <= VAR; i++)
         op_start(c, i, 0, lt_dim(c->out, 1));
-    by_channel(c, backward_channel);
+    by_channel(c, c->part ? finish_gradient : backward_channel);
 }
 
 /* ---- without gradients: scale = weight / sqrt(var + eps), shift = bias - mean scale -------------------- */
@@ -272,8 +358,8 @@ static bool absorb_for_training(lt_node *node, const lt_tail *tail);
 #define BATCH_NORM(cheap, kept) {                                                                   \
     .name = "batch_norm", .flags = LT_OP_ASSIGNS | LT_OP_INPLACE_GRAD | (cheap), \
     .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT) | (kept), \
-    .optional = LT_OPTIONAL_IN(RESIDUAL), .infer = infer, .plan = plan, .forward = forward, .backward = backward, \
-    .recompute = recompute, .lower = lower, .absorb_for_training = absorb_for_training, .onnx = onnx, \
+    .optional = LT_OPTIONAL_IN(RESIDUAL), .infer = infer, .plan = norm_plan, .forward = forward, .backward = backward, \
+    .forward_share = forward_share, .backward_share = backward_share, .recompute = recompute, .lower = lower, .absorb_for_training = absorb_for_training, .onnx = onnx, \
 }
 
 /* With an activation the gradient reads the bias as well, or, behind a residual, the result. Then making it again is

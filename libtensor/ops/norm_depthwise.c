@@ -54,11 +54,6 @@ static const lt_real *dy_of(const channel *s, int64_t b)
     return s->c->dout + y_at(s, b);
 }
 
-static norm_measure *measure_of(const channel *s)
-{
-    return (norm_measure *)s->c->saved[0] + s->ch;
-}
-
 static void make_map(const channel *s, int64_t b, const norm_measure *m)
 {
     const norm_line l = norm_line_of(s->c, s->ch, m);
@@ -86,29 +81,28 @@ static void with_channel(const lt_call *c, int64_t ch, channel_fn fn)
     lt_with_scratch(in_scratch, &j);
 }
 
-static void plan(lt_call *c)
-{
-    if (c->train)
-        c->saved_bytes[0] = (size_t)lt_dim(c->in[X], 1) * sizeof(norm_measure);
-}
-
 /* ---- forward ---- */
 
 static void forward_maps(channel *s)
 {
-    const norm_measure m = norm_measure_channel(s->c, s->ch);
+    const norm_measure m = norm_measure_of(s->c, s->ch);
 
-    if (s->c->train)
-        *measure_of(s) = m;
     for (int64_t b = 0; b < s->a->maps.p.n; b++) {
         make_map(s, b, &m);
         lt_depthwise_map(&s->a->maps, s->map, s->w, (lt_real *)s->c->out->data + y_at(s, b));
     }
 }
 
-static void forward_channel(const lt_call *c, int64_t ch)
+static void finish_channel(const lt_call *c, int64_t ch)
 {
     with_channel(c, ch, forward_maps);
+}
+
+static void forward_channel(const lt_call *c, int64_t ch)
+{
+    if (c->train)
+        norm_sum(c, ch);
+    finish_channel(c, ch);
 }
 
 static void by_channel(const lt_call *c, op_row_fn fn)
@@ -117,9 +111,14 @@ static void by_channel(const lt_call *c, op_row_fn fn)
         op_by_row(c, lt_dim(c->in[X], 1), lt_numel(c->in[X]) / lt_dim(c->in[X], 1), fn);
 }
 
+static void forward_share(const lt_call *c)
+{
+    by_channel(c, norm_sum);
+}
+
 static void forward(const lt_call *c)
 {
-    by_channel(c, forward_channel);
+    by_channel(c, c->part ? finish_channel : forward_channel);
 }
 
 /* ---- backward ---- */
@@ -133,11 +132,11 @@ static void come_through(const channel *s, int64_t b, lt_real *dz, double sum[2]
     double more[2];
 
     lt_depthwise_map_data(&s->a->maps, dy_of(s, b), s->w, dz);
-    lt_k->grad_moments(more, &to, dz, act == LT_ACT_NONE ? NULL : &behind, x_of(s, b), measure_of(s)->mean, 0, 1,
-                       map_size(s));
+    lt_k->grad_moments(more, &to, dz, act == LT_ACT_NONE ? NULL : &behind, x_of(s, b), norm_saved(s->c, s->ch)->mean, 0,
+                       1, map_size(s));
     sum[0] += more[0], sum[1] += more[1];
     if (act != LT_ACT_SILU)
-        make_map(s, b, measure_of(s));
+        make_map(s, b, norm_saved(s->c, s->ch));
 }
 
 /* Image b's part of the window's gradient, of its map */
@@ -150,29 +149,57 @@ static void add_to_window(const channel *s, int64_t b, double *window)
 }
 
 /* Where dx begins, it holds what came through until the sums are known; else that is made twice. */
-static void backward_maps(channel *s)
+static bool keeps_what_comes_through(const lt_call *c)
+{
+    return c->din[X] && c->fresh[X];
+}
+
+static void sum_maps(channel *s)
 {
     const lt_call *c = s->c;
-    const bool fresh = c->din[X] && c->fresh[X];
-    double sum[2] = { 0 }, again[2] = { 0 }, window[LT_DEPTHWISE_SUMS] = { 0 };
-    norm_gradient g;
+    double sum[2] = { 0 }, window[LT_DEPTHWISE_SUMS] = { 0 };
 
     for (int64_t b = 0; b < s->a->maps.p.n; b++) {
-        come_through(s, b, fresh ? c->din[X] + x_at(s, b) : s->dmap, sum);
+        come_through(s, b, keeps_what_comes_through(c) ? c->din[X] + x_at(s, b) : s->dmap, sum);
         add_to_window(s, b, window);
     }
-    g = norm_gradient_of(c, s->ch, sum);
+    norm_save_gradient(c, s->ch, sum);
+    if (c->din[KERNEL])
+        lt_depthwise_sum_weights(&s->a->maps, window, c->din[KERNEL] + s->ch * s->a->maps.p.kh * s->a->maps.p.kw);
+}
+
+static void finish_maps(channel *s)
+{
+    const lt_call *c = s->c;
+    const bool kept = keeps_what_comes_through(c);
+    const norm_gradient g = norm_gradient_of(c, s->ch);
+    double again[2] = { 0 };
+
     for (int64_t b = 0; c->din[X] && b < s->a->maps.p.n; b++) {
         lt_real *dx = c->din[X] + x_at(s, b);
 
-        if (!fresh)
+        if (!kept)
             come_through(s, b, s->dmap, again);
-        lt_k->affine_grad(dx, fresh ? dx : s->dmap, NULL, x_of(s, b), (lt_real)g.s, (lt_real)g.t, (lt_real)g.u, !fresh,
+        lt_k->affine_grad(dx, kept ? dx : s->dmap, NULL, x_of(s, b), (lt_real)g.s, (lt_real)g.t, (lt_real)g.u, !kept,
                           map_size(s));
     }
-    norm_collect(c, s->ch, &g);
-    if (c->din[KERNEL])
-        lt_depthwise_sum_weights(&s->a->maps, window, c->din[KERNEL] + s->ch * s->a->maps.p.kh * s->a->maps.p.kw);
+    norm_collect(c, s->ch);
+}
+
+static void backward_maps(channel *s)
+{
+    sum_maps(s);
+    finish_maps(s);
+}
+
+static void sum_gradient(const lt_call *c, int64_t ch)
+{
+    with_channel(c, ch, sum_maps);
+}
+
+static void finish_gradient(const lt_call *c, int64_t ch)
+{
+    with_channel(c, ch, finish_maps);
 }
 
 static void backward_channel(const lt_call *c, int64_t ch)
@@ -180,12 +207,24 @@ static void backward_channel(const lt_call *c, int64_t ch)
     with_channel(c, ch, backward_maps);
 }
 
+static void start_kernel(const lt_call *c)
+{
+    op_start(c, KERNEL, 0, lt_numel(c->in[KERNEL]));
+}
+
+static void backward_share(const lt_call *c)
+{
+    start_kernel(c);
+    by_channel(c, sum_gradient);
+}
+
 static void backward(const lt_call *c)
 {
     for (int i = NORM_WEIGHT; i <= NORM_VAR; i++)
         op_start(c, i, 0, lt_dim(c->in[X], 1));
-    op_start(c, KERNEL, 0, lt_numel(c->in[KERNEL]));
-    by_channel(c, backward_channel);
+    if (!c->part)
+        start_kernel(c);
+    by_channel(c, c->part ? finish_gradient : backward_channel);
 }
 
 static int64_t macs(const lt_call *c)
@@ -196,7 +235,8 @@ static int64_t macs(const lt_call *c)
 static const lt_op norm_depthwise_op = {
     .name = "norm_depthwise", .flags = LT_OP_ASSIGNS,
     .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(NORM_WEIGHT) | LT_KEEP_IN(NORM_BIAS) | LT_KEEP_IN(KERNEL),
-    .plan = plan, .forward = forward, .backward = backward, .macs = macs,
+    .plan = norm_plan, .forward = forward, .backward = backward, .forward_share = forward_share,
+    .backward_share = backward_share, .macs = macs,
 };
 
 bool op_norm_depthwise(lt_node *node, const lt_node *before, lt_tensor *w, const lt_conv2d_params *p)

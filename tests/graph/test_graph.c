@@ -120,29 +120,6 @@ START_TEST(constants_are_folded_and_refreshed)
 }
 END_TEST
 
-START_TEST(sets_share_values_not_gradients)
-{
-    lt_params *other = lt_params_new(), *smaller = lt_params_new();
-    lt_param *w = lt_params_add(set, "", "w", LT_WEIGHT, LT_SHAPE(2));
-    lt_param *b = lt_params_add(set, "", "b", LT_WEIGHT, LT_SHAPE(3));
-    lt_param *w2 = lt_params_add(other, "", "w", LT_WEIGHT, LT_SHAPE(2));
-
-    ck_assert_int_eq(lt_params_share(other, set), LT_EINVAL);
-    ck_assert_str_eq(lt_last_error(), "a set of parameters has nothing where the other has \"b\" (3)");
-    lt_params_add(other, "", "b", LT_WEIGHT, LT_SHAPE(3));
-    ck_assert_int_eq(lt_params_share(other, set), LT_OK);
-    b->data[2] = 5;
-    ck_assert(lt_params_find(other, "b")->data[2] == 5);
-    ck_assert(lt_param_need_grad(w) && lt_param_need_grad(w2));
-    ck_assert(w->data == w2->data && w->grad != w2->grad);
-    lt_params_add(smaller, "", "w", LT_WEIGHT, LT_SHAPE(3));
-    ck_assert_int_eq(lt_params_share(smaller, set), LT_EINVAL);
-    ck_assert_str_eq(lt_last_error(), "a set of parameters has \"w\" (3) where the other has \"w\" (2)");
-    lt_params_free(smaller);
-    lt_params_free(other);
-}
-END_TEST
-
 /* x doubled 60 times, and 60 cheap diamonds: found out in a moment, not in 2^60 of them. */
 START_TEST(diamonds_take_no_longer_than_chains)
 {
@@ -510,7 +487,6 @@ int main(void)
     tcase_add_test(tc, losses_that_cannot_be);
     tcase_add_test(tc, dead_code_goes);
     tcase_add_test(tc, constants_are_folded_and_refreshed);
-    tcase_add_test(tc, sets_share_values_not_gradients);
     tcase_add_test(tc, diamonds_take_no_longer_than_chains);
     tcase_add_test(tc, views_share_values_and_gradients);
     tcase_add_test(tc, gradients_reach_what_the_loss_reads);
