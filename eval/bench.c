@@ -123,7 +123,7 @@ lt_status bench_new(const bench_options *o, bench **out)
     b->o = *o;
     b->o.runs = (int)lt_max_i64(MIN_RUNS, lt_min_i64(o->runs, MAX_RUNS));
     b->o.kernels = o->kernels ? o->kernels : lt_k;
-    b->parts = has_step(b) ? feed_parts(o->batch) : 1;
+    b->parts = has_step(b) ? feed_parts(o->m, o->batch) : 1;
     b->record.batch = o->batch / b->parts;
     b->record.in_boxes = !o->train;
     b->ms = lt_alloc((size_t)b->o.runs * sizeof(*b->ms));

@@ -5,7 +5,7 @@
 
 lt_status compiled_new(const model *m, int batch, compiled_kind kind, compiled *out)
 {
-    const int parts = kind == COMPILED_TRAIN ? feed_parts(batch) : 1;
+    const int parts = kind == COMPILED_TRAIN ? feed_parts(m, batch) : 1;
     compiled c = { .record = { .g = lt_graph_new(), .batch = batch / parts }, .parts = parts };
     lt_compile_opts opts = { .train = kind == COMPILED_TRAIN, .replace_grads = true, .parts = parts };
     lt_status st;

@@ -64,9 +64,12 @@ lt_status feed_check(const model_record *r)
     return LT_OK;
 }
 
-int feed_parts(int batch)
+int feed_parts(const model *m, int batch)
 {
-    return batch % FEED_MAX_PARTS ? 1 : FEED_MAX_PARTS;
+    enum { FEW_WEIGHTS = 1 << 24 };
+    const bool pays = lt_params_count(m->params, LT_WEIGHT, "") < FEW_WEIGHTS;
+
+    return pays && batch % FEED_MAX_PARTS == 0 ? FEED_MAX_PARTS : 1;
 }
 
 static bool counts(const hand_object_batch *b, int slot)

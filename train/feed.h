@@ -21,9 +21,10 @@ lt_status feed_check(const model_record *r);
 
 enum { FEED_MAX_PARTS = 2 };
 
-/* feed_parts - in how many parts (lt_compile_opts.parts) a batch to train on is computed: halves wherever it has two, on
- * any number of threads */
-int feed_parts(int batch);
+/* feed_parts - in how many parts (lt_compile_opts.parts) a batch to train on is computed: in halves, where it has two and
+ * the model not so many weights that to prepare them, and to add up their gradients, for each half costs more than the
+ * threads gain; whatever the number of threads */
+int feed_parts(const model *m, int batch);
 
 /**
  * feed_batch - fill the inputs of a plan with slots first .. first + r->batch - 1 of b
