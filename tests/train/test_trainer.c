@@ -195,7 +195,7 @@ START_TEST(shards_repeat)
     with("optim.clip_norm=1");
     o = options("shards4a");
     run_ok(&o);
-    for (int threads = 2; threads <= 4; threads++) {            /* a shard a thread; with 3 one is left */
+    for (int threads = 2; threads <= 4; threads++) {            /* half a shard a thread; with 3, half after half */
         const char *out = lt_arena_printf(tree_arena, "shards4.%d", threads);
 
         lt_set_threads(threads);
