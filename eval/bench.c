@@ -60,6 +60,16 @@ static void fill_inputs(const model *m, const lt_plan *p, const model_record *r)
         fill_input(m, p, &r->inputs.port[i]);
 }
 
+static void fill_parts(const bench *b)
+{
+    for (int i = 0; i < b->parts; i++) {
+        lt_plan *part = lt_plan_part(b->plan, i);
+
+        fill_inputs(b->o.m, part, &b->record);
+        lt_plan_set_loss_weight(part, 1.0 / b->parts);
+    }
+}
+
 static lt_status walk_inputs(void *ctx, const lt_plan *p, const model_record *r, void (*run)(void *), void *run_ctx)
 {
     const bench *b = ctx;
@@ -132,12 +142,7 @@ lt_status bench_new(const bench_options *o, bench **out)
         bench_free(b);
         return st;
     }
-    for (int i = 0; i < b->parts; i++) {
-        lt_plan *part = lt_plan_part(b->plan, i);
-
-        fill_inputs(b->o.m, part, &b->record);
-        lt_plan_set_loss_weight(part, 1.0 / b->parts);
-    }
+    fill_parts(b);
     *out = b;
     return LT_OK;
 }

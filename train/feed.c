@@ -78,9 +78,9 @@ static bool counts(const hand_object_batch *b, int slot)
 }
 
 /* Slots [first, first + n) */
-typedef struct { int first, n; } run;
+typedef struct { int first, n; } slots;
 
-static double weight_of(const hand_object_batch *b, run r)
+static double weight_of(const hand_object_batch *b, slots r)
 {
     double total = 0;
 
@@ -90,7 +90,7 @@ static double weight_of(const hand_object_batch *b, run r)
 }
 
 /* The sample that stands in a slot: its own, or the next one round among all that counts. */
-static int sample_for(const hand_object_batch *b, run all, int slot)
+static int sample_for(const hand_object_batch *b, slots all, int slot)
 {
     for (int k = 0; k < all.n; k++) {
         const int s = all.first + (slot - all.first + k) % all.n;
@@ -101,7 +101,7 @@ static int sample_for(const hand_object_batch *b, run all, int slot)
     return slot;
 }
 
-static void copy_port(const lt_plan *p, const model_port *port, const hand_object_batch *b, run all, run part)
+static void copy_port(const lt_plan *p, const model_port *port, const hand_object_batch *b, slots all, slots part)
 {
     lt_real *to = lt_plan_data(p, port->tensor);
     const bool weight = strcmp(port->name, "weight") == 0;
@@ -119,9 +119,10 @@ static void copy_port(const lt_plan *p, const model_port *port, const hand_objec
 
 double feed_part(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first, int part, int n)
 {
-    const run all = { first, n * r->batch }, mine = { first + part * r->batch, r->batch };
+    const slots all = { first, n * r->batch }, mine = { first + part * r->batch, r->batch };
+    const bool some = weight_of(b, all) > 0;
 
-    for (int i = 0; weight_of(b, all) > 0 && i < r->inputs.n; i++)
+    for (int i = 0; some && i < r->inputs.n; i++)
         copy_port(p, &r->inputs.port[i], b, all, mine);
     return weight_of(b, mine);
 }

@@ -21,9 +21,8 @@ lt_status feed_check(const model_record *r);
 
 enum { FEED_MAX_PARTS = 2 };
 
-/* feed_parts - in how many parts (lt_compile_opts.parts) a batch to train on is computed: in halves, where it has two and
- * the model not so many weights that to prepare them, and to add up their gradients, for each half costs more than the
- * threads gain; whatever the number of threads */
+/* feed_parts - in how many parts (lt_compile_opts.parts) a batch to train on is computed: 2 where it can be halved and
+ * the model has few weights, for each half prepares them and makes their gradients anew; else 1 */
 int feed_parts(const model *m, int batch);
 
 /**
@@ -35,8 +34,8 @@ int feed_parts(const model *m, int batch);
  */
 double feed_batch(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first);
 
-/* feed_part - fill part number `part` of n of what feed_batch would fill at once: a neighbour may come from another part.
- * Returns the weight of the part's own samples. */
+/* feed_part - fill part number `part` of the n that feed_batch would fill at once; a neighbour may come from another
+ * part. Returns the weight of the part's own samples. */
 double feed_part(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first, int part, int n);
 
 #endif

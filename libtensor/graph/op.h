@@ -38,8 +38,8 @@ typedef struct lt_call {
 
     bool train;                     /* this plan has a backward pass */
 
-    /* The same use of the op in each part of the batch, this one among them (lt_compile_opts.parts). NULL: there is
-     * but one part. */
+    /* Of an op that shares (lt_op.forward_share): the same use of it in each part of the batch, this one among them.
+     * NULL where the batch has but one part. */
     struct lt_call *const *part;
     int n_parts;
 
@@ -103,9 +103,8 @@ typedef struct lt_op {
     void (*backward)(const lt_call *c);
 
     /* Of an op whose results depend on the whole batch: leave in saved what the other parts want to know. In a plan
-     * with parts these run first, in all of them, before forward or backward does in any. A part that has shared for
-     * backward may be ahead of one that is still in forward, so each has a saved[] of its own. Optional, both or
-     * neither. */
+     * with parts these run first, in all of them, before forward or backward does in any. One part may share for
+     * backward while another is still in forward, so the two use different places. Optional, both or neither. */
     void (*forward_share)(const lt_call *c);
     void (*backward_share)(const lt_call *c);
 

@@ -135,7 +135,7 @@ void plan_run_parts_at(lt_plan *first, int step)
     for (int k = 0; share && k < first->n_parts; k++)
         share(&first->part[k]->step[step].call);
     for (int k = 0; k < first->n_parts; k++)
-        plan_run_at(lt_plan_part(first, k), step);
+        plan_run_at(first->part[k], step);
     if (first->n_parts > 1 && step + 1 == first->n_steps)
         add_gradients(first);
 }

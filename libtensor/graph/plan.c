@@ -147,22 +147,34 @@ static lt_status compile(lt_plan *p, const lt_graph *source, const lt_compile_op
     return plan_memory(p);
 }
 
-static lt_plan *compile_part(const lt_graph *g, const lt_compile_opts *o, bool later)
+/* An empty plan, the first of so many parts; NULL without memory */
+static lt_plan *new_plan(int parts)
 {
     lt_arena *arena = lt_arena_new();
     lt_plan *p = arena ? lt_arena_alloc(arena, sizeof(*p)) : NULL;
+    lt_plan **part = p ? lt_arena_array(arena, (size_t)parts, sizeof(*part)) : NULL;
 
-    if (!p) {
+    if (!part) {
         lt_arena_free(arena);
         lt_error(LT_ENOMEM, "no memory for a plan");
         return NULL;
     }
     p->arena = arena;
+    p->part = part;
+    p->part[p->n_parts++] = p;
+    p->loss_weight = 1;
+    return p;
+}
+
+static lt_plan *compile_part(const lt_graph *g, const lt_compile_opts *o, bool later)
+{
+    lt_plan *p = new_plan(later ? 1 : (int)lt_max_i64(1, o->parts));
+
+    if (!p)
+        return NULL;
     p->train = o->train;
     p->replace_grads = o->replace_grads;
     p->later_part = later;
-    p->loss_weight = 1;
-    p->n_parts = 1;
     if (compile(p, g, o)) {
         lt_plan_free(p);
         return NULL;
@@ -172,10 +184,6 @@ static lt_plan *compile_part(const lt_graph *g, const lt_compile_opts *o, bool l
 
 static lt_status add_parts(lt_plan *first, const lt_graph *g, const lt_compile_opts *o)
 {
-    first->part = lt_arena_array(first->arena, (size_t)o->parts, sizeof(*first->part));
-    if (!first->part)
-        return lt_error(LT_ENOMEM, "no memory for %d parts of a plan", o->parts);
-    first->part[0] = first;
     while (first->n_parts < o->parts) {
         lt_plan *p = compile_part(g, o, true);
 
@@ -297,7 +305,7 @@ void lt_run(lt_plan *p)
 void lt_plan_refresh(lt_plan *p)
 {
     for (int k = 0; k < p->n_parts; k++) {
-        lt_plan *part = lt_plan_part(p, k);
+        lt_plan *part = p->part[k];
 
         for (int i = 0; i < part->n_prologue; i++)
             plan_run_step(part, &part->prologue[i]);
@@ -330,7 +338,7 @@ static bool step_is_finite(const plan_step *s)
 static bool parts_are_finite(const lt_plan *first, int step)
 {
     for (int k = 0; k < first->n_parts; k++)
-        if (!step_is_finite(&lt_plan_part(first, k)->step[step]))
+        if (!step_is_finite(&first->part[k]->step[step]))
             return false;
     return true;
 }
@@ -349,117 +357,4 @@ void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
                  s->kind == STEP_BACKWARD ? " (gradient)" : "");
         return;
     }
-}
-
-/* ---- looking at a plan ---------------------------------------------------------------------------- */
-
-lt_plan *lt_plan_part(const lt_plan *p, int i)
-{
-    return p->part ? p->part[i] : (lt_plan *)p;
-}
-
-void *lt_plan_data(const lt_plan *p, const lt_tensor *t)
-{
-    const lt_tensor *ours = t->id < 0 ? NULL : p->of[t->id];
-
-    if (!ours)
-        return NULL;
-    if (ours->kind == LT_RESULT && !ours->is_output && !(ours->node && p->node[ours->node->id].constant))
-        return NULL;
-    return ours->data;
-}
-
-lt_real *lt_plan_grad(const lt_plan *p, const lt_tensor *t)
-{
-    const lt_tensor *ours = t->id < 0 ? NULL : p->of[t->id];
-
-    return ours && ours->wants_grad && p->tensor[ours->id].grad >= 0 ? plan_grad(p, ours) : NULL;
-}
-
-void lt_plan_set_step(lt_plan *p, uint64_t seed, uint64_t step)
-{
-    for (int k = 0; k < p->n_parts; k++) {
-        lt_plan *part = lt_plan_part(p, k);
-
-        part->seed = seed;
-        part->run = step * (uint64_t)p->n_parts + (uint64_t)k;
-    }
-}
-
-void lt_plan_set_loss_weight(lt_plan *p, double weight)
-{
-    p->loss_weight = weight;
-}
-
-size_t lt_plan_bytes(const lt_plan *p)
-{
-    size_t bytes = 0;
-
-    for (int k = 0; k < p->n_parts; k++)
-        bytes += lt_plan_part(p, k)->memory_bytes + lt_plan_part(p, k)->fixed_bytes;
-    return bytes;
-}
-
-static int64_t forward_macs(const plan_step *s)
-{
-    return s->node && s->node->op->macs ? s->node->op->macs(&s->call) : 0;
-}
-
-int64_t lt_plan_macs(const lt_plan *p)
-{
-    int64_t macs = 0;
-
-    for (int i = 0; i < p->n_forward; i++)
-        macs += forward_macs(&p->step[i]);
-    return macs * p->n_parts;
-}
-
-void lt_plan_profile(lt_plan *p, bool on)
-{
-    for (int k = 0; k < p->n_parts; k++) {
-        lt_plan *part = lt_plan_part(p, k);
-
-        part->profile = on;
-        for (int i = 0; i < part->n_steps; i++)
-            part->step[i].seconds = 0;
-    }
-}
-
-int lt_plan_steps(const lt_plan *p)
-{
-    return p->n_steps;
-}
-
-/* A product has two gradients to make, each as long as the product; one when only one is wanted. */
-static int64_t step_macs(const plan_step *s)
-{
-    int wanted = 0;
-
-    if (s->kind != STEP_BACKWARD)
-        return forward_macs(s);
-    for (int i = 0; i < s->call.n_in && i < 2; i++)
-        wanted += s->call.din[i] != NULL;
-    return wanted * forward_macs(s);
-}
-
-lt_step_info lt_plan_step(const lt_plan *p, int i)
-{
-    static const char *const phase[] = { "forward", "recompute", "zero", "backward" };
-    const plan_step *s = &p->step[i];
-    lt_step_info info = { .op = "zero", .layer = "", .algorithm = "", .phase = phase[s->kind] };
-
-    for (int k = 0; k < p->n_parts; k++)
-        info.seconds += lt_plan_part(p, k)->step[i].seconds;
-    if (p->n_parts > 1 && plan_parts_abreast(p))
-        info.seconds /= p->n_parts;
-
-    if (s->node) {
-        info.op = s->node->op->name;
-        info.layer = s->node->name;
-        info.shape = s->node->outs[0]->shape;
-        info.macs = p->n_parts * step_macs(s);
-        if (s->kind == STEP_FORWARD && s->node->op->algorithm)
-            info.algorithm = s->node->op->algorithm(&s->call);
-    }
-    return info;
 }

@@ -68,7 +68,7 @@ struct lt_plan {
     double loss_weight;
     uint64_t seed, run;
     bool train, replace_grads, profile;
-    struct lt_plan **part;          /* of the first one: all, itself included; NULL where the batch has one part */
+    struct lt_plan **part;          /* of the batch, itself first; a later part knows only itself */
     int n_parts;
     bool later_part;                /* has gradients of its own */
 };

@@ -34,7 +34,7 @@ static lt_status infer(lt_call *c)
 }
 
 /* What is saved of a channel: what the batch measured, and this part's sums. Forward's and backward's have places of
- * their own: between the two a part waits for no other, and may still want to know the former when the latter is made. */
+ * their own: between the two no part waits for another, which may still read the former when the latter are made. */
 enum { MEASURE, SUMS, GRADIENT_SUMS };
 
 typedef struct { double sum[2]; } sums;
@@ -359,7 +359,8 @@ static bool absorb_for_training(lt_node *node, const lt_tail *tail);
     .name = "batch_norm", .flags = LT_OP_ASSIGNS | LT_OP_INPLACE_GRAD | (cheap), \
     .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(WEIGHT) | (kept), \
     .optional = LT_OPTIONAL_IN(RESIDUAL), .infer = infer, .plan = norm_plan, .forward = forward, .backward = backward, \
-    .forward_share = forward_share, .backward_share = backward_share, .recompute = recompute, .lower = lower, .absorb_for_training = absorb_for_training, .onnx = onnx, \
+    .forward_share = forward_share, .backward_share = backward_share, .recompute = recompute, .lower = lower, \
+    .absorb_for_training = absorb_for_training, .onnx = onnx, \
 }
 
 /* With an activation the gradient reads the bias as well, or, behind a residual, the result. Then making it again is

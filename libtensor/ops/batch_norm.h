@@ -45,8 +45,9 @@ norm_line norm_line_of(const lt_call *c, int64_t ch, const norm_measure *m);
 /* norm_behind - the activation, for the kernels that read x as well */
 lt_behind norm_behind(const lt_call *c, int64_t ch);
 
-/* norm_save_gradient - the sums of dy and of dy (x - mean), as the kernel grad_moments has them; norm_gradient_of - what
- * follows from them; norm_collect - add this part's gradients of the parameters, and of the batch's statistics */
+/* norm_save_gradient - the sums of dy and of dy (x - mean), as the kernel grad_moments has them;
+ * norm_gradient_of - what follows from them;
+ * norm_collect - add this part's gradients of the parameters, and its share of the batch's statistics */
 void norm_save_gradient(const lt_call *c, int64_t ch, const double sum[2]);
 norm_gradient norm_gradient_of(const lt_call *c, int64_t ch);
 void norm_collect(const lt_call *c, int64_t ch);

@@ -76,7 +76,7 @@ static void drop(subject *s)
     lt_graph_free(s->g);
 }
 
-/* The same numbers for sample `first` and on, however the batch is cut. */
+/* A sample's numbers are the same, however the batch is cut. */
 static void fill_part(const subject *s, const lt_tensor *t, int k)
 {
     const int64_t size = lt_numel(t) / s->n;
@@ -90,7 +90,7 @@ static void fill_part(const subject *s, const lt_tensor *t, int k)
     }
 }
 
-/* Fills what depends on the part: returns the share of its samples in the batch. */
+/* Fills part k; returns the share of its samples in the batch. */
 static double feed(const subject *s, int k)
 {
     lt_plan *part = lt_plan_part(s->plan, k);
