@@ -4,10 +4,10 @@
 #include "eval/metrics.h"
 
 #include "libtensor/base/arena.h"
+#include "libtensor/geometry/kd_tree.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/procrustes.h"
 
-#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -111,59 +111,27 @@ void eval_align_scale(int n, const double *p, const double *g, int base, int tip
 
 /* ---- nearest neighbours ------------------------------------------------------------------ */
 
-/* One array per axis, for the vector units. */
-typedef struct { double *x, *y, *z, *best; } columns;
-
-static void split(int n, const double *p, columns *c, double *memory)
+/* d[i]: from point i of p to the nearest one of g */
+static lt_status distances_to(int ng, const double *g, int np, const double *p, double *d)
 {
-    *c = (columns){ memory, memory + n, memory + 2 * (int64_t)n, memory + 3 * (int64_t)n };
-    for (int i = 0; i < n; i++) {
-        c->x[i] = p[3 * i];
-        c->y[i] = p[3 * i + 1];
-        c->z[i] = p[3 * i + 2];
-        c->best[i] = INFINITY;
-    }
-}
+    lt_kd_tree tree;
+    const lt_status st = lt_kd_tree_new(ng, g, &tree);
 
-/* The smallest squared distance from p to the points of c, each of which remembers its own
- * smallest. */
-static double nearest_of(const double *p, int n, const columns *c)
-{
-    const double px = p[0], py = p[1], pz = p[2];
-    const double *restrict x = c->x, *restrict y = c->y, *restrict z = c->z;
-    double *restrict best = c->best;
-    double nearest = INFINITY;
-
-#pragma omp simd reduction(min : nearest)
-    for (int j = 0; j < n; j++) {
-        const double dx = px - x[j], dy = py - y[j], dz = pz - z[j];
-        const double d = dx * dx + dy * dy + dz * dz;
-
-        nearest = d < nearest ? d : nearest;            /* false for NaN */
-        best[j] = d < best[j] ? d : best[j];
-    }
-    /* Where nothing was nearer, a lane holds what OpenMP starts a minimum from: infinity or DBL_MAX. */
-    return nearest < DBL_MAX ? nearest : INFINITY;
+    if (st)
+        return st;
+    for (int i = 0; i < np; i++)
+        d[i] = lt_kd_tree_distance(&tree, p + 3 * i);
+    lt_kd_tree_free(&tree);
+    return LT_OK;
 }
 
 lt_status eval_nearest(int np, const double *p, int ng, const double *g, double *d_p, double *d_g)
 {
-    double *memory = lt_alloc(4 * (size_t)ng * sizeof(double));
-    columns c;
+    lt_status st = d_p ? distances_to(ng, g, np, p, d_p) : LT_OK;
 
-    if (!memory)
-        return lt_error(LT_ENOMEM, "nearest neighbours of %d points: no memory", ng);
-    split(ng, g, &c, memory);
-    for (int i = 0; i < np; i++) {
-        const double d = sqrt(nearest_of(p + 3 * i, ng, &c));
-
-        if (d_p)
-            d_p[i] = d;
-    }
-    for (int j = 0; d_g && j < ng; j++)
-        d_g[j] = sqrt(c.best[j]);
-    lt_release(memory);
-    return LT_OK;
+    if (!st && d_g)
+        st = distances_to(np, p, ng, g, d_g);
+    return st;
 }
 
 static double share_within(int n, const double *d, double within)

@@ -165,7 +165,7 @@ START_TEST(chamfer)
 }
 END_TEST
 
-/* The vectorised search against the plain double loop, at sizes around the width of a vector. */
+/* The search against the plain double loop, at sizes around that of a leaf. */
 START_TEST(nearest_is_nearest)
 {
     static const int size[] = { 1, 2, 3, 7, 8, 9, 64, 131 };
