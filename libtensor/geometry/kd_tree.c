@@ -4,7 +4,7 @@
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/mat3.h"
 
-enum { LEAF = 8 };                      /* points that are not worth halving */
+enum { LEAF = 16 };                     /* points that are not worth halving */
 
 static double less(double a, double b) { return a < b ? a : b; }
 static double greater(double a, double b) { return a > b ? a : b; }

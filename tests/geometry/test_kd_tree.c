@@ -36,7 +36,7 @@ static void draw(double *p, int n, lt_rng *rng, double scale)
 
 START_TEST(nearest_of_scattered_points)
 {
-    static const int size[] = { 1, 2, 7, 8, 9, 15, 16, 17, 18, 33, 100, 257, MOST };
+    static const int size[] = { 1, 2, 15, 16, 17, 18, 31, 32, 33, 34, 100, 257, MOST };
     static double points[3 * MOST], queries[3 * QUERIES];
     const int n = size[_i];
     lt_rng rng = lt_rng_make(5, (uint64_t)_i);
