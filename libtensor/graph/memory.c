@@ -81,9 +81,16 @@ static bool use_saved(lt_plan *p, plan_node *n, int step)
     return ok;
 }
 
+/* What a part of a batch has shared others read until all meet again: a faster one may not put anything else there in
+ * the meantime. */
+static bool use_shared(lt_plan *p, plan_node *n, int step)
+{
+    return use_saved(p, n, step) && (!plan_share_of(p, step) || use_saved(p, n, plan_next_share(p, step + 1)));
+}
+
 static bool live_forward(lt_plan *p, const lt_node *n, int step)
 {
-    bool ok = use_saved(p, &p->node[n->id], step);
+    bool ok = use_shared(p, &p->node[n->id], step);
 
     for (int i = 0; i < n->n_in; i++)
         ok = ok && (!n->in[i] || use_value(p, n->in[i], step));
@@ -103,7 +110,7 @@ static bool live_recompute(lt_plan *p, const lt_node *n, int step)
 
 static bool live_backward(lt_plan *p, const lt_node *n, int step)
 {
-    bool ok = use_saved(p, &p->node[n->id], step);
+    bool ok = use_shared(p, &p->node[n->id], step);
 
     for (int i = 0; i < n->n_in; i++) {
         if (!n->in[i])

@@ -12,15 +12,22 @@
 
 enum { PIECE = 1 << 15 };           /* of a gradient, which a task adds */
 
-typedef void (*share_fn)(const lt_call *c);
-
-static share_fn share_of(const plan_step *s)
+plan_share_fn plan_share_of(const lt_plan *p, int step)
 {
-    const lt_op *op = s->node ? s->node->op : NULL;
+    const plan_step *s = &p->step[step];
 
-    if (!op || !s->call.train || (s->kind != STEP_FORWARD && s->kind != STEP_BACKWARD))
+    if (!p->train || !s->node || !p->node[s->node->id].active)
         return NULL;
-    return s->kind == STEP_FORWARD ? op->forward_share : op->backward_share;
+    if (s->kind == STEP_FORWARD)
+        return s->node->op->forward_share;
+    return s->kind == STEP_BACKWARD ? s->node->op->backward_share : NULL;
+}
+
+int plan_next_share(const lt_plan *p, int from)
+{
+    while (from < p->n_steps && !plan_share_of(p, from))
+        from++;
+    return from;
 }
 
 /* ---- joining ---- */
@@ -45,7 +52,7 @@ static bool join_step(lt_plan *first, int i)
 lt_status plan_join_parts(lt_plan *first)
 {
     for (int i = 0; i < first->n_steps; i++)
-        if (share_of(&first->step[i]) && !join_step(first, i))
+        if (plan_share_of(first, i) && !join_step(first, i))
             return lt_error(LT_ENOMEM, "no memory for %d parts of a plan", first->n_parts);
     return LT_OK;
 }
@@ -66,7 +73,7 @@ static void run_stretch(void *ctx, int64_t k)
     for (int i = s->begin; i < s->end; i++)
         plan_run_at(p, i);
     if (s->end < p->n_steps)
-        share_of(&p->step[s->end])(&p->step[s->end].call);
+        plan_share_of(p, s->end)(&p->step[s->end].call);
 }
 
 bool plan_parts_abreast(const lt_plan *first)
@@ -82,13 +89,6 @@ static void run_all(stretch *s)
     }
     for (int k = 0; k < s->first->n_parts; k++)
         run_stretch(s, k);
-}
-
-static int next_share(const lt_plan *p, int from)
-{
-    while (from < p->n_steps && !share_of(&p->step[from]))
-        from++;
-    return from;
 }
 
 typedef struct { lt_real *to, *from; int64_t n; } addition;
@@ -117,12 +117,12 @@ static void add_gradients(lt_plan *first)
 
 void plan_run_parts(lt_plan *first)
 {
-    stretch s = { first, 0, next_share(first, 0) };
+    stretch s = { first, 0, plan_next_share(first, 0) };
 
     run_all(&s);
     while (s.end < first->n_steps) {
         s.begin = s.end;
-        s.end = next_share(first, s.begin + 1);
+        s.end = plan_next_share(first, s.begin + 1);
         run_all(&s);
     }
     add_gradients(first);
@@ -130,7 +130,7 @@ void plan_run_parts(lt_plan *first)
 
 void plan_run_parts_at(lt_plan *first, int step)
 {
-    const share_fn share = first->n_parts > 1 ? share_of(&first->step[step]) : NULL;
+    const plan_share_fn share = first->n_parts > 1 ? plan_share_of(first, step) : NULL;
 
     for (int k = 0; share && k < first->n_parts; k++)
         share(&first->part[k]->step[step].call);

@@ -2,6 +2,7 @@
 /* A batch in parts is the batch in one piece: losses, gradients, statistics, on any number of threads. */
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/graph/plan_internal.h"
 #include "tests/graph/graphs.h"
 
 #include <math.h>
@@ -156,6 +157,25 @@ START_TEST(parts_are_the_whole)
 }
 END_TEST
 
+/* A slower part reads what a faster one has shared until they meet again; so nothing else may come there before. */
+START_TEST(what_is_shared_stays)
+{
+    const net m = make();
+    subject s = record(&m, 2);
+    int shares = 0;
+
+    ck_assert_msg(s.plan != NULL, "%s", lt_last_error());
+    for (int i = plan_next_share(s.plan, 0); i < s.plan->n_steps; i = plan_next_share(s.plan, i + 1), shares++)
+        for (int k = 0; k < LT_MAX_SAVED; k++) {
+            const int saved = s.plan->node[s.plan->step[i].node->id].saved[k];
+
+            ck_assert(saved < 0 || s.plan->buffer[saved].last >= plan_next_share(s.plan, i + 1));
+        }
+    ck_assert_int_eq(shares, 8);
+    drop(&s);
+}
+END_TEST
+
 /* A part a thread, or one after another on all of them */
 START_TEST(any_number_of_threads_gives_the_same_bits)
 {
@@ -253,6 +273,7 @@ int main(void)
 
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_loop_test(tc, parts_are_the_whole, 2, 4);
+    tcase_add_test(tc, what_is_shared_stays);
     tcase_add_test(tc, any_number_of_threads_gives_the_same_bits);
     tcase_add_test(tc, a_bad_tensor_of_a_later_part_has_a_name);
     tcase_add_test(tc, parts_draw_numbers_of_their_own);
