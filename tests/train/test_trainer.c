@@ -111,6 +111,26 @@ START_TEST(threads_do_not_matter)
 }
 END_TEST
 
+/* A larger model's plan puts more into the same places of its memory. */
+START_TEST(nor_do_they_for_what_comes_with_palmar)
+{
+    static const char *const name[] = { "hocat", "unified" };
+    const char *root = getenv("srcdir");
+    const char *config = lt_arena_printf(tree_arena, "%s/models/%s/configs/tiny.json", root ? root : ".", name[_i]);
+
+    with("optim.steps=2");
+    for (int threads = 1; threads <= 3; threads++) {
+        const char *out = lt_arena_printf(tree_arena, "%s%d", name[_i], threads);
+        train_options o = options(out);
+
+        o.config = config;
+        lt_set_threads(threads);
+        run_ok(&o);
+        same_file(last_of(lt_arena_printf(tree_arena, "%s1", name[_i])), last_of(out));
+    }
+}
+END_TEST
+
 /* Stop a run before a step, as the user would. */
 typedef struct {
     int64_t step;
@@ -489,6 +509,7 @@ int main(int argc, char **argv)
     tcase_add_test(c, validation_without_truth);
     tcase_add_test(c, background_without_masks);
     tcase_add_test(c, threads_do_not_matter);
+    tcase_add_loop_test(c, nor_do_they_for_what_comes_with_palmar, 0, 2);
     suite_add_tcase(s, c);
     r = srunner_create(s);
     srunner_run_all(r, CK_NORMAL);
