@@ -103,8 +103,9 @@ typedef struct lt_op {
     void (*backward)(const lt_call *c);
 
     /* Of an op whose results depend on the whole batch: leave in saved what the other parts want to know. In a plan
-     * with parts these run first, in all of them, before forward or backward does in any. One part may share for
-     * backward while another is still in forward, so the two use different places. Optional, both or neither. */
+     * with parts these run first, in all of them, before forward or backward does in any; what they leave stays until
+     * all parts meet again. One part may share for backward while another is still in forward, so the two use different
+     * places. Optional, both or neither. */
     void (*forward_share)(const lt_call *c);
     void (*backward_share)(const lt_call *c);
 

@@ -83,8 +83,8 @@ lt_status plan_join_parts(lt_plan *first);
 void plan_run_parts(lt_plan *first);
 void plan_run_parts_at(lt_plan *first, int step);
 
-/* plan_share_of - what a step's op does of its part before all parts meet, or NULL; plan_next_share - the first step from
- * `from` on that has such, or n_steps */
+/* plan_share_of   - what a step's op does of its part before all parts meet, or NULL
+ * plan_next_share - the first step from `from` on that has such, or n_steps */
 typedef void (*plan_share_fn)(const lt_call *c);
 plan_share_fn plan_share_of(const lt_plan *p, int step);
 int plan_next_share(const lt_plan *p, int from);
