@@ -164,17 +164,14 @@ static block *block_new(lt_arena *arena, size_t payload)
 /* A big request gets a block of its own behind the head, so that the head goes on being filled. */
 static void *alloc_big(lt_arena *arena, size_t bytes)
 {
+    block **at = arena->blocks ? &arena->blocks->next : &arena->blocks;
     block *b = block_new(arena, bytes);
 
     if (!b)
         return NULL;
     b->used = bytes;
-    if (arena->blocks) {
-        b->next = arena->blocks->next;
-        arena->blocks->next = b;
-    } else {
-        arena->blocks = b;
-    }
+    b->next = *at;
+    *at = b;
     return (char *)b + LT_ALIGN;
 }
 

@@ -124,6 +124,28 @@ START_TEST(arenas_use_memory_again)
 }
 END_TEST
 
+/* The first request after a reset may be a large one: what it takes must be among the spare blocks no more. */
+START_TEST(arenas_keep_used_and_spare_blocks_apart)
+{
+    enum { N = 3, SIZE = 100000 };
+    lt_arena *a = lt_arena_new();
+    unsigned char *p[N];
+
+    for (int round = 0; round < 4; round++) {
+        for (int i = 0; i < N; i++) {
+            p[i] = lt_arena_alloc(a, SIZE);
+            ck_assert_ptr_nonnull(p[i]);
+            memset(p[i], i + 1, SIZE);
+        }
+        ck_assert_ptr_nonnull(lt_arena_alloc(a, SIZE / 4));        /* fits none of them */
+        for (int i = 0; i < N; i++)
+            ck_assert(p[i][0] == i + 1 && p[i][SIZE - 1] == i + 1);
+        lt_arena_reset(a);
+    }
+    lt_arena_free(a);
+}
+END_TEST
+
 /* A large block that is used again for many small pieces is clear to its end. */
 START_TEST(arenas_clear_blocks_used_again)
 {
@@ -237,6 +259,7 @@ int main(void)
     tcase_add_test(tc, draws_stay_in_range);
     tcase_add_test(tc, arenas_give_zeroed_aligned_memory);
     tcase_add_test(tc, arenas_use_memory_again);
+    tcase_add_test(tc, arenas_keep_used_and_spare_blocks_apart);
     tcase_add_test(tc, arenas_clear_blocks_used_again);
     tcase_add_test(tc, allocations_fail_on_demand);
     tcase_add_test(tc, error_lines);
