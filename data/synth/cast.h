@@ -11,11 +11,11 @@
 extern "C" {
 #endif
 
-enum { SYNTH_MAX_TAKES = 1660, SYNTH_MAX_OTHERS = 4 };
+enum { SYNTH_MAX_TAKES = 1000, SYNTH_MAX_OTHERS = 4 };
 
 typedef struct {
     int subject;
-    int object;                     /* 1..21 */
+    int object;                     /* of a stand-in */
     int frames;                     /* that each camera keeps */
     int rounds;                     /* how often the object is taken, with a grasp of its own each time */
     bool evaluation;

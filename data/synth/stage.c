@@ -4,7 +4,6 @@
 
 #include "data/synth/clearing.h"
 #include "data/synth/objects.h"
-#include "data/ycb.h"
 #include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/mat3.h"
 
@@ -22,14 +21,16 @@ static const double FRAMES_PER_SECOND = 30;
 
 /* ---- props ---- */
 
-lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed, synth_prop *out)
+lt_status synth_prop_new(lt_arena *arena, int id, bool alias, uint64_t seed, synth_prop *out)
 {
-    const ycb_object *ycb = ycb_find(ycb_id);
     float (*points)[3];
-    lt_status st = synth_object_new(arena, ycb_id, &out->mesh);
+    ycb_object o;
+    lt_status st = synth_stand_in(id, &o);
 
     if (!st)
-        st = synth_object_texture(arena, ycb_id, lt_rng_mix(seed, LABEL), &out->rgb);
+        st = synth_object_new(arena, id, &out->mesh);
+    if (!st)
+        st = synth_object_texture(arena, id, lt_rng_mix(seed, LABEL), &out->rgb);
     if (!st)
         st = synth_object_points(arena, &out->mesh, &points);
     if (!st)
@@ -40,11 +41,11 @@ lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed,
         st = synth_sdf_new(arena, &out->mesh, &out->sdf);
     if (st)
         return st;
-    out->id = ycb_id;
+    out->id = id;
     out->points = (const float (*)[3])points;
     out->texture = synth_texture_new(arena, &out->rgb[0][0], SYNTH_TEXTURE, SYNTH_TEXTURE);
-    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", ycb->name);
-    return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", ycb->name);
+    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", o.name);
+    return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", o.name);
 }
 
 /* Vertices in the mirror, and faces that still look outwards. */
@@ -103,14 +104,34 @@ void synth_stage_pose(const synth_stage *s, const synth_moment *m, synth_posed_h
     synth_subject_pose(s->subject, s->hand, m->R_hand, m->wrist, m->fingers, out);
 }
 
-/* n moments of the motion, evenly spread: frame k is moment kept[k]. */
-static int *choose_moments(lt_arena *arena, int of, int n)
+/* n moments, evenly spread over the `of` from begin on. */
+static void spread(int begin, int of, int n, int *kept)
+{
+    const int stride = of / n, first = begin + (of - 1 - (n - 1) * stride) / 2;
+
+    for (int k = 0; k < n; k++)
+        kept[k] = first + k * stride;
+}
+
+/* Frame k is moment kept[k]: as many of each round where n allows it, else n of the whole motion. */
+static int *choose_moments(lt_arena *arena, const synth_sequence *q, int rounds, int n)
 {
     int *kept = lt_arena_array(arena, (size_t)n, sizeof(*kept));
-    const int stride = of / n, first = (of - 1 - (n - 1) * stride) / 2;
+    const int each = n / rounds;
 
-    for (int k = 0; kept && k < n; k++)
-        kept[k] = first + k * stride;
+    if (!kept)
+        return NULL;
+    if (n % rounds) {
+        spread(0, q->n, n, kept);
+        return kept;
+    }
+    for (int round = 0, begin = 0; round < rounds; round++) {
+        int of = 0;
+        while (begin + of < q->n && q->moment[begin + of].round == round)
+            of++;
+        spread(begin, of, each, kept + round * each);
+        begin += of;
+    }
     return kept;
 }
 
@@ -259,7 +280,7 @@ lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synt
     st = move(arena, &s, grasp, n_grasps);
     if (st)
         return st;
-    s.kept = choose_moments(arena, s.sequence.n, n_frames);
+    s.kept = choose_moments(arena, &s.sequence, n_grasps, n_frames);
     sight = lt_arena_array(arena, (size_t)n_frames, sizeof(*sight));
     if (!s.kept || !sight)
         return lt_error(LT_ENOMEM, "synth: no memory for a take");
