@@ -11,7 +11,7 @@ enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT };
 
 static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0, "tiny (default), small, default: subjects, objects, sequences; "
-      "demo: as many grasps as some minutes can make; pretrain: more of them, for first weights", 0 },
+      "demo: as many grasps as some minutes can make; pretrain: as many grasps as frames, for first weights", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },

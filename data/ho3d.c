@@ -367,7 +367,7 @@ static lt_status read_list(ho3d *h)
 
 static lt_status open_models(ho3d *h, const ho3d_options *o)
 {
-    const char *names[YCB_COUNT + 1];
+    const char *names[YCB_COUNT];
     int n = 0;
     struct stat info;
 
@@ -382,7 +382,6 @@ static lt_status open_models(ho3d *h, const ho3d_options *o)
                         "links them), or name their folder", h->base.root, h->models);
     for (int id = 1; id <= YCB_COUNT; id++)
         names[n++] = ycb_find(id)->name;
-    names[n++] = "jug";                /* which palmar synth adds */
     return dataset_load_objects(h->arena, h->models, names, n, &h->base.objects, &h->base.n_objects);
 }
 

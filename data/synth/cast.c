@@ -2,8 +2,6 @@
 /* Presets, and dealing subjects and objects to takes. */
 #include "data/synth/cast.h"
 
-#include "data/synth/objects.h"
-
 #include <stdio.h>
 #include <string.h>
 
@@ -23,13 +21,13 @@ static const preset presets[] = {
     [SYNTH_TINY] = { "tiny", 2, 0, 4, 2, 1, 16, 1, { 5, 9, 12 }, { 5, 9, 12 } },
     [SYNTH_SMALL] = { "small", 3, 1, 38, 10, 1, 48, 24, { 2, 5, 9, 12, 14 }, { 5, 9, 12, 11 } },
     [SYNTH_DEMO] = { "demo", 3, 0, 190, 9, 1, 16, 8, { 5, 9, 12, 14 }, { 5, 9, 12 } },
-    [SYNTH_PRETRAIN] = { "pretrain", 8, 0, 240, 6, 1, 36, 24, { 2, 5, 9, 12, 14, 15, SYNTH_JUG }, { 5, 9, 12 } },
+    [SYNTH_PRETRAIN] = { "pretrain", 8, 0, 240, 6, 1, 48, 48, { 2, 3, 5, 9, 12, 14, 15 }, { 5, 9, 12 } },
     [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, 1, { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
 };
 
 static const struct { int id; const char *letters; } initials[] = {
     { 2, "CB" }, { 3, "SB" }, { 5, "MB" }, { 9, "PM" }, { 10, "BA" }, { 11, "PB" }, { 12, "BC" },
-    { 14, "MU" }, { 15, "PD" }, { 17, "SC" }, { SYNTH_JUG, "JG" },
+    { 14, "MU" }, { 15, "PD" }, { 17, "SC" },
 };
 
 lt_status synth_parse_preset(const char *name, synth_preset *out)

@@ -15,7 +15,7 @@ enum { SYNTH_MAX_TAKES = 1000, SYNTH_MAX_OTHERS = 4 };
 
 typedef struct {
     int subject;
-    int object;                     /* of a stand-in */
+    int object;                     /* 1..21 */
     int frames;                     /* that each camera keeps */
     int rounds;                     /* how often the object is taken, with a grasp of its own each time */
     bool evaluation;

@@ -2,13 +2,13 @@
 #include "data/synth/objects.h"
 
 #include "data/synth/shapes.h"
+#include "data/ycb.h"
 
 #include <math.h>
 
-enum { MAX_VERTICES = 3000, MUG = 14 };
+enum { MAX_VERTICES = 3000 };
 
 #define SLACK 1.5e-3
-#define JUG_SCALE 1.8
 
 /* Angle of a shape's own x axis in the model frame. Where the table's rectangle says nothing about a
  * handle, the angle is the one whose bounding box comes closest to the table's. */
@@ -16,28 +16,9 @@ static double shape_yaw(const ycb_object *o)
 {
     switch (o->id) {
     case 11: return -2.4;           /* the handle lies between -x and -y, where the box is off centre */
-    case MUG: return 0.30;
+    case 14: return 0.30;
     default: return o->yaw;
     }
-}
-
-lt_status synth_stand_in(int id, ycb_object *out)
-{
-    const bool jug = id == SYNTH_JUG;
-    const ycb_object *o = ycb_find(jug ? MUG : id);
-
-    if (!o)
-        return lt_error(LT_EINVAL, "object %d: stand-ins are 1 to %d", id, SYNTH_STAND_INS);
-    *out = *o;
-    if (!jug)
-        return LT_OK;
-    out->name = "jug";
-    out->diameter *= JUG_SCALE;
-    for (int k = 0; k < 3; k++) {
-        out->size[k] *= JUG_SCALE;
-        out->centre[k] *= JUG_SCALE;
-    }
-    return LT_OK;
 }
 
 /* Around the real centre, stretched by the percent or two that bring every side of the box to within SLACK
@@ -75,20 +56,21 @@ void synth_place_point(const synth_placement *p, const double local[3], double o
     out[2] = p->scale[2] * local[2] + p->offset[2];
 }
 
-lt_status synth_object_build(lt_arena *arena, int id, lt_mesh *mesh, synth_placement *placement)
+lt_status synth_object_build(lt_arena *arena, int ycb_id, lt_mesh *mesh, synth_placement *placement)
 {
+    const ycb_object *o = ycb_find(ycb_id);
     loft_builder b;
-    ycb_object o;
-    lt_status st = synth_stand_in(id, &o);
+    lt_status st;
 
-    if (!st)
-        st = loft_builder_init(&b, arena, MAX_VERTICES);
+    if (!o)
+        return lt_error(LT_EINVAL, "object %d: YCB ids are 1 to %d", ycb_id, YCB_COUNT);
+    st = loft_builder_init(&b, arena, MAX_VERTICES);
     if (st)
         return st;
-    synth_shape_build(&b, o.id);
+    synth_shape_build(&b, ycb_id);
     if (!b.ok)
-        return lt_error(LT_EINVAL, "object %s: more than %d vertices", o.name, MAX_VERTICES);
-    *placement = place(&b.mesh, &o);
+        return lt_error(LT_EINVAL, "object %s: more than %d vertices", o->name, MAX_VERTICES);
+    *placement = place(&b.mesh, o);
     for (int i = 0; i < b.mesh.n_vertices; i++) {
         float *v = b.mesh.vertex[i];
         double at[3] = { v[0], v[1], v[2] };
@@ -100,9 +82,9 @@ lt_status synth_object_build(lt_arena *arena, int id, lt_mesh *mesh, synth_place
     return LT_OK;
 }
 
-lt_status synth_object_new(lt_arena *arena, int id, lt_mesh *mesh)
+lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh)
 {
     synth_placement placement;
 
-    return synth_object_build(arena, id, mesh, &placement);
+    return synth_object_build(arena, ycb_id, mesh, &placement);
 }

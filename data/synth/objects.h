@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Procedural stand-ins for the YCB objects: meshes with the true sizes, symmetries and frames, labels in
- * the true colours, and the sampled points that metrics use. They are not the scanned models. Ids 1 to 21
- * are YCB's; one more thing to hold is none of YCB's: a jug, which is the mug 1.8 times as large.
+ * the true colours, and the sampled points that metrics use. They are not the scanned models.
  */
 #ifndef DATA_SYNTH_OBJECTS_H
 #define DATA_SYNTH_OBJECTS_H
 
-#include "data/ycb.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/mesh.h"
 
@@ -16,32 +14,22 @@ extern "C" {
 #endif
 
 enum {
-    SYNTH_JUG = YCB_COUNT + 1,
-    SYNTH_STAND_INS = SYNTH_JUG,
     SYNTH_TEXTURE = 512,            /* pixels, both ways */
     SYNTH_POINTS = 2621,            /* lines of a points.xyz */
 };
 
 /**
- * synth_stand_in - name, size, centre and diameter of stand-in id; out->id is the YCB object whose shape and
- * colours it has
- *
- * Errors: LT_EINVAL for an id outside 1 .. SYNTH_STAND_INS.
- */
-lt_status synth_stand_in(int id, ycb_object *out);
-
-/**
- * synth_object_new - the mesh of a stand-in
+ * synth_object_new - the mesh of a YCB object's stand-in
  *
  *   mesh     metres, 1000 to 3000 vertices with uv; owned by the arena
  *
  * The mesh is one or more closed manifold parts, faces outwards; parts (a mug and its handle) may overlap,
- * and the object is their union. Size and centre are synth_stand_in's, the yaw is that of data/ycb.h:
- * every side of the box to 1.5 mm, the diameter to 2 %.
+ * and the object is their union. Size, centre and yaw are those of data/ycb.h: every side of the
+ * box to 1.5 mm, the diameter to 2 %.
  *
- * Errors: LT_EINVAL for an id outside 1 .. SYNTH_STAND_INS, LT_ENOMEM.
+ * Errors: LT_EINVAL for an id outside 1 .. 21, LT_ENOMEM.
  */
-lt_status synth_object_new(lt_arena *arena, int id, lt_mesh *mesh);
+lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh);
 
 /**
  * synth_object_texture - the label that belongs to the mesh's uv
@@ -53,7 +41,7 @@ lt_status synth_object_new(lt_arena *arena, int id, lt_mesh *mesh);
  *
  * Errors: as above.
  */
-lt_status synth_object_texture(lt_arena *arena, int id, uint64_t seed, uint8_t (**rgb)[3]);
+lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint64_t seed, uint8_t (**rgb)[3]);
 
 /**
  * synth_object_points - SYNTH_POINTS points spread over the surface, each as far as can be from the others

@@ -4,6 +4,7 @@
 
 #include "data/synth/clearing.h"
 #include "data/synth/objects.h"
+#include "data/ycb.h"
 #include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/mat3.h"
 
@@ -21,16 +22,14 @@ static const double FRAMES_PER_SECOND = 30;
 
 /* ---- props ---- */
 
-lt_status synth_prop_new(lt_arena *arena, int id, bool alias, uint64_t seed, synth_prop *out)
+lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed, synth_prop *out)
 {
+    const ycb_object *ycb = ycb_find(ycb_id);
     float (*points)[3];
-    ycb_object o;
-    lt_status st = synth_stand_in(id, &o);
+    lt_status st = synth_object_new(arena, ycb_id, &out->mesh);
 
     if (!st)
-        st = synth_object_new(arena, id, &out->mesh);
-    if (!st)
-        st = synth_object_texture(arena, id, lt_rng_mix(seed, LABEL), &out->rgb);
+        st = synth_object_texture(arena, ycb_id, lt_rng_mix(seed, LABEL), &out->rgb);
     if (!st)
         st = synth_object_points(arena, &out->mesh, &points);
     if (!st)
@@ -41,11 +40,11 @@ lt_status synth_prop_new(lt_arena *arena, int id, bool alias, uint64_t seed, syn
         st = synth_sdf_new(arena, &out->mesh, &out->sdf);
     if (st)
         return st;
-    out->id = id;
+    out->id = ycb_id;
     out->points = (const float (*)[3])points;
     out->texture = synth_texture_new(arena, &out->rgb[0][0], SYNTH_TEXTURE, SYNTH_TEXTURE);
-    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", o.name);
-    return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", o.name);
+    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", ycb->name);
+    return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", ycb->name);
 }
 
 /* Vertices in the mirror, and faces that still look outwards. */

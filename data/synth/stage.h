@@ -22,7 +22,7 @@ enum { SYNTH_MAX_CAMERAS = 8 };
 
 /* An object that can be handed to takes. */
 typedef struct {
-    int id;                                     /* of the stand-in */
+    int id;                                     /* 1..21 */
     const char *name;                           /* the model's folder */
     lt_mesh mesh;
     const float (*points)[3];                   /* of points.xyz, SYNTH_POINTS of them */
@@ -34,8 +34,8 @@ typedef struct {
     bool mirrored;                              /* mesh, points, box, index and sdf are mirror images, x -> -x */
 } synth_prop;
 
-/* synth_prop_new - stand-in id with a label drawn from seed; alias: under its real name */
-lt_status synth_prop_new(lt_arena *arena, int id, bool alias, uint64_t seed, synth_prop *out);
+/* synth_prop_new - object ycb_id with a label drawn from seed; alias: under its real name */
+lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed, synth_prop *out);
 
 /* synth_prop_mirror - p in the mirror: what a left hand holds, where the take is filmed as a right hand's */
 lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *out);

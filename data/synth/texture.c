@@ -5,6 +5,7 @@
 #include "data/synth/objects.h"
 
 #include "data/synth/shapes.h"
+#include "data/ycb.h"
 #include "libtensor/base/rng.h"
 
 #include <math.h>
@@ -370,20 +371,19 @@ static void paint(canvas *c, const ycb_object *o)
     }
 }
 
-lt_status synth_object_texture(lt_arena *arena, int id, uint64_t seed, uint8_t (**rgb)[3])
+lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint64_t seed, uint8_t (**rgb)[3])
 {
+    const ycb_object *o = ycb_find(ycb_id);
     canvas c = { 0 };
-    ycb_object o;
-    lt_status st = synth_stand_in(id, &o);
 
-    if (st)
-        return st;
+    if (!o)
+        return lt_error(LT_EINVAL, "object %d: YCB ids are 1 to %d", ycb_id, YCB_COUNT);
     c.px = lt_arena_array(arena, (size_t)SIZE * SIZE, sizeof(*c.px));
     if (!c.px)
         return lt_error(LT_ENOMEM, "no memory for a texture");
-    c.rng = lt_rng_make(seed, (uint64_t)id);
-    c.ink = &recipes[o.id - 1];
-    paint(&c, &o);
+    c.rng = lt_rng_make(seed, (uint64_t)ycb_id);
+    c.ink = &recipes[ycb_id - 1];
+    paint(&c, o);
     *rgb = c.px;
     return LT_OK;
 }

@@ -4,15 +4,17 @@
  */
 #include "data/synth/grasp/internal.h"
 
-#include "data/synth/objects.h"
+#include "data/ycb.h"
 #include "libtensor/base/parallel.h"
 
 #include <math.h>
 
 enum { TRIES = 64 };
 
-static void measure_object(synth_grasp_ctx *c, const ycb_object *o, const lt_mesh *m)
+static void measure_object(synth_grasp_ctx *c, const lt_mesh *m)
 {
+    const ycb_object *o = ycb_find(c->ycb_id);
+
     c->lowest = INFINITY;
     for (int i = 0; i < m->n_vertices; i++)
         c->lowest = fmin(c->lowest, m->vertex[i][2]);
@@ -21,12 +23,11 @@ static void measure_object(synth_grasp_ctx *c, const ycb_object *o, const lt_mes
     c->radius = o->diameter / 2;
 }
 
-lt_status synth_grasp_ctx_new(lt_arena *arena, int id, const lt_mesh *object, const synth_sdf *sdf,
+lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const synth_sdf *sdf,
                               const lt_hand_model *hand, const double *beta, synth_grasp_ctx **out)
 {
     synth_grasp_ctx *c = lt_arena_alloc(arena, sizeof(*c));
     lt_arena *scratch = lt_arena_new();
-    ycb_object o;
     lt_status st;
 
     if (!c || !scratch) {
@@ -37,18 +38,15 @@ lt_status synth_grasp_ctx_new(lt_arena *arena, int id, const lt_mesh *object, co
         st = lt_error(LT_EINVAL, "grasping wants a right hand; mirror the scene for a left one");
         goto done;
     }
-    c->id = id;
-    st = synth_stand_in(id, &o);
-    if (!st)
-        st = grasp_grips(scratch, id, c->grips, &c->n_grips);
+    c->ycb_id = ycb_id;
+    st = grasp_grips(scratch, ycb_id, c->grips, &c->n_grips);
     if (!st && sdf)
         c->sdf = *sdf;
     else if (!st)
         st = synth_sdf_new(arena, object, &c->sdf);
     if (st)
         goto done;
-    c->name = o.name;
-    measure_object(c, &o, object);
+    measure_object(c, object);
     grasp_hand_init(&c->hand, hand, beta);
     *out = c;
 done:
@@ -91,7 +89,7 @@ static void add_stats(synth_grasp_stats *to, const synth_grasp_stats *s)
 static lt_status none_holds(const synth_grasp_ctx *c, const synth_grasp_stats *s)
 {
     return lt_error(LT_ENUMERIC, "grasp of %s: none of %d candidates holds (%d do not touch, %d too deep, "
-                    "%d do not balance, %d have crossed fingers)", c->name, (int)s->tried,
+                    "%d do not balance, %d have crossed fingers)", ycb_find(c->ycb_id)->name, (int)s->tried,
                     (int)s->no_contact, (int)s->too_deep, (int)s->no_balance, (int)s->bent);
 }
 
@@ -103,7 +101,7 @@ lt_status synth_grasp_sample(const synth_grasp_ctx *ctx, uint64_t seed, synth_gr
     const char *kind;
 
     for (uint64_t i = 0; i < TRIES && !s.accepted; i++) {
-        lt_rng rng = lt_rng_make(seed, lt_rng_mix((uint64_t)ctx->id, i));
+        lt_rng rng = lt_rng_make(seed, lt_rng_mix((uint64_t)ctx->ycb_id, i));
         hand_state state;
         grasp_wish wish;
         if (!grasp_place(ctx, &rng, &state, &wish, &kind)) {

@@ -32,7 +32,7 @@ typedef struct {
 } grip;
 
 /* grasp_grips - the n grips of an object, in its frame */
-lt_status grasp_grips(lt_arena *scratch, int id, grip out[MAX_GRIPS], int *n);
+lt_status grasp_grips(lt_arena *scratch, int ycb_id, grip out[MAX_GRIPS], int *n);
 
 /* ---- the hand ------------------------------------------------------------------------------------- */
 
@@ -90,8 +90,7 @@ void grasp_hand_state(const grasp_hand *h, const double pose[48], const double t
 /* ---- stages --------------------------------------------------------------------------------------- */
 
 struct synth_grasp_ctx {
-    int id;
-    const char *name;
+    int ycb_id;
     synth_sdf sdf;
     double lowest, centre[3], radius;       /* of the object */
     grasp_hand hand;
