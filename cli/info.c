@@ -128,7 +128,7 @@ static void print(const cJSON *root, bool json)
 
 static int64_t count_macs(const model *m)
 {
-    model_record r = { .g = lt_graph_new(), .batch = 1 };
+    model_record r = { .g = lt_graph_new(), .batch = 1, .whole_maps = true };
     lt_plan *p = NULL;
     int64_t macs = -1;
 

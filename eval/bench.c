@@ -135,7 +135,6 @@ lt_status bench_new(const bench_options *o, bench **out)
     b->o.kernels = o->kernels ? o->kernels : lt_k;
     b->parts = has_step(b) ? feed_parts(o->m, o->batch) : 1;
     b->record.batch = o->batch / b->parts;
-    b->record.in_boxes = !o->train;
     b->ms = lt_alloc((size_t)b->o.runs * sizeof(*b->ms));
     st = b->ms ? compile(b) : lt_error(LT_ENOMEM, "no memory to measure");
     if (st) {

@@ -45,7 +45,7 @@ static lt_status make(const model *m, int batch, bool alone, estimator **out)
     if (!e)
         return lt_error(LT_ENOMEM, "no memory for an estimator");
     e->m = m;
-    e->record = (model_record){ .g = lt_graph_new(), .batch = batch, .in_boxes = true };
+    e->record = (model_record){ .g = lt_graph_new(), .batch = batch };
     if (e->record.g) {
         m->cls->record(m, false, &e->record);
         e->plan = lt_compile(e->record.g, &opts);

@@ -89,7 +89,7 @@ static lt_status describe(const export_options *o, lt_arena *arena, lt_onnx_mode
 
 static lt_status record(const model *m, int batch, model_record *r)
 {
-    *r = (model_record){ .g = lt_graph_new(), .batch = batch };
+    *r = (model_record){ .g = lt_graph_new(), .batch = batch, .whole_maps = true };
     if (!r->g)
         return LT_ENOMEM;
     m->cls->record(m, false, r);

@@ -42,7 +42,7 @@ typedef struct {
 typedef struct {
     lt_graph *g;
     int batch;
-    bool in_boxes;                  /* compute maps only where boxes read them: for prediction, the same to 1e-5 */
+    bool whole_maps;                /* also where no box reads them: for formats that cannot say it, the same to 1e-5 */
     model_ports inputs, outputs, losses;
     lt_tensor *loss;                /* the weighted sum of the losses; NULL without them */
 } model_record;

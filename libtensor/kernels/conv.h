@@ -127,6 +127,21 @@ LT_API void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real 
 /* lt_conv2d_backward_bias - dbias[o] += sum of dy over images and positions */
 LT_API void lt_conv2d_backward_bias(const lt_conv2d_params *p, const lt_real *dy, lt_real *dbias);
 
+/* Where gradients are added to; NULL: not wanted */
+typedef struct { lt_real *x, *weights, *bias; } lt_conv2d_gradients;
+
+/**
+ * lt_conv2d_backward_rect - all gradients of one image, dy taken as 0 outside r
+ *
+ * x, dy and to->x begin with the image; r may be empty. work is lt_conv2d_backward_rect_work(p) bytes, aligned to
+ * LT_ALIGN, contents indifferent. Only for convolutions whose result is as large as the map, at stride 1:
+ * lt_conv2d_keeps_size.
+ */
+LT_API bool lt_conv2d_keeps_size(const lt_conv2d_params *p);
+LT_API size_t lt_conv2d_backward_rect_work(const lt_conv2d_params *p);
+LT_API void lt_conv2d_backward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *weights,
+                                    const lt_real *dy, const lt_conv2d_gradients *to, void *work);
+
 #ifdef __cplusplus
 }
 #endif

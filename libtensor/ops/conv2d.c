@@ -130,6 +130,14 @@ static bool in_rects(const lt_call *c, const lt_conv2d_params *p)
     return c->in[REGION] && (is_int8(c) ? lt_conv2d_int8_takes_rect(p) : lt_conv2d_takes_rect(p));
 }
 
+/* What the gradients take */
+static size_t backward_bytes(const lt_call *c, const lt_conv2d_params *p)
+{
+    if (c->in[REGION] && lt_conv2d_keeps_size(p))
+        return lt_conv2d_backward_rect_work(p);
+    return op_larger(lt_conv2d_weights_work(p), data_bytes(p));
+}
+
 static void plan(lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
@@ -150,7 +158,7 @@ static void plan(lt_call *c)
     }
     c->work_bytes = packing_bytes(c, &p) + (in_rects(c, &p) ? lt_conv2d_rect_work(&p) : lt_conv2d_forward_work(&p));
     if (c->train)
-        c->work_bytes = op_larger(c->work_bytes, op_larger(lt_conv2d_weights_work(&p), data_bytes(&p)));
+        c->work_bytes = op_larger(c->work_bytes, backward_bytes(c, &p));
 }
 
 static const lt_real *data_of(const lt_call *c, int i)
@@ -173,12 +181,18 @@ static lt_rect rect_of(const lt_call *c, const lt_conv2d_params *p, int64_t imag
     };
 }
 
+/* Elements of an image of x, of y */
+static int64_t image_in(const lt_conv2d_params *p) { return p->c * p->h * p->w; }
+static int64_t image_out(const lt_conv2d_params *p) { return p->o * lt_conv2d_out_h(p) * lt_conv2d_out_w(p); }
+
 static void forward_rects(const lt_call *c, const lt_conv2d_params *p, const lt_real *packed, void *work)
 {
-    const int64_t in = p->c * p->h * p->w, out = p->o * lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
+    const int64_t in = image_in(p), out = image_out(p);
     const conv2d_attr *a = c->attr;
     const lt_real *addend = data_of(c, ADDEND);
 
+    if (c->train)               /* what multiplies it has a gradient, 0 times whatever is there */
+        memset(c->out->data, 0, (size_t)(p->n * out) * sizeof(lt_real));
     for (int64_t i = 0; i < p->n; i++) {
         const lt_rect r = rect_of(c, p, i);
         const lt_real *x = data_of(c, X) + i * in, *residual = addend ? addend + i * out : NULL;
@@ -245,6 +259,27 @@ static void backward(const lt_call *c)
         lt_conv2d_backward_weights(&p, c->in[X]->data, c->dout, !c->fresh[W], c->din[W], c->work);
     if (c->din[B])
         lt_conv2d_backward_bias(&p, c->dout, c->din[B]);
+}
+
+static void backward_within(const lt_call *c)
+{
+    const lt_conv2d_params p = params_of(c);
+    const int64_t in = image_in(&p), out = image_out(&p);
+    lt_conv2d_gradients to = { c->din[X], c->din[W], c->din[B] };
+
+    if (!lt_conv2d_keeps_size(&p)) {
+        backward(c);
+        return;
+    }
+    op_start(c, X, 0, p.n * in);
+    op_start(c, W, 0, lt_numel(c->in[W]));
+    op_start(c, B, 0, p.o);
+    for (int64_t i = 0; i < p.n; i++) {
+        lt_conv2d_backward_rect(&p, rect_of(c, &p, i), data_of(c, X) + i * in, data_of(c, W), c->dout + i * out, &to,
+                                c->work);
+        if (to.x)
+            to.x += in;
+    }
 }
 
 static int64_t macs(const lt_call *c)
@@ -423,7 +458,8 @@ static const lt_op conv2d_op = {
 };
 
 static const lt_op conv2d_within_op = {
-    .name = "conv2d_within", .optional = OPTIONAL, .infer = infer, .plan = plan, .forward = forward, .macs = macs,
+    .name = "conv2d_within", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(X) | LT_KEEP_IN(W) | LT_KEEP_IN(REGION),
+    .optional = OPTIONAL, .infer = infer, .plan = plan, .forward = forward, .backward = backward_within, .macs = macs,
     .algorithm = algorithm, .absorb = absorb, .prepare = prepare, .takes_int8 = takes_int8,
     .prepare_int8 = prepare_int8,
 };

@@ -129,8 +129,8 @@ LT_API lt_tensor *lt_conv2d(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_c
 /**
  * lt_conv2d_within - the same, computed only in one rectangle of each image's result
  *
- * region (B, 4) as lt_box_region makes it; what lies outside is undefined. For inference: no gradient.
- * Strides and groups other than 1 compute everything.
+ * region (B, 4) as lt_box_region makes it. What lies outside is undefined, and of no influence: whatever reads the
+ * result, as lt_roi_align does, must send no gradient there. Strides and groups other than 1 compute everything.
  * Errors: as lt_conv2d; a region of another shape.
  */
 LT_API lt_tensor *lt_conv2d_within(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts,
@@ -193,7 +193,7 @@ LT_API lt_tensor *lt_box_region(lt_tensor *const *boxes, int n, int64_t B, int64
  *
  *   x  (B, C, h, w)      returns  (B, C, 3, 3)
  *
- * of the map resized to H x W as lt_resize_bilinear would; (1, 1) is the mean over all of it. No gradient.
+ * of the map resized to H x W as lt_resize_bilinear would; (1, 1) is the mean over all of it.
  * Errors: an empty map, H or W below 2.
  */
 LT_API lt_tensor *lt_window_means(lt_tensor *x, int64_t H, int64_t W);

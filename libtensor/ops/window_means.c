@@ -5,7 +5,8 @@
  *
  * The mean of conv(x, w) is then sum of w[ky][kx] y[ky][kx] times the share of positions where that tap lies
  * inside, without the convolution. The means are linear in x, so those of a sum of maps, or of a 1 x 1
- * convolution with a bias, are the sum and the convolution of means. No gradient.
+ * convolution with a bias, are the sum and the convolution of means.
+ *   dx[i][j] += the sum over ky, kx of dy[ky][kx] times what x[i][j] weighs in y[ky][kx]
  */
 #include "libtensor/ops/common.h"
 
@@ -72,17 +73,37 @@ static void forward_plane(const lt_call *c, int64_t i)
         y[k] = (lt_real)lt_k->dot(mixed + k / TAPS * w, cols + k % TAPS * w, (size_t)w);
 }
 
-static void forward(const lt_call *c)
+/* The same way back: each tap's row of weights, and those added to each row of the map */
+static void backward_plane(const lt_call *c, int64_t i)
+{
+    const int64_t h = lt_dim(c->in[0], 2), w = lt_dim(c->in[0], 3);
+    const lt_real *rows = c->work, *cols = rows + TAPS * h, *dy = c->dout + i * TAPS * TAPS;
+    lt_real *mixed = (lt_real *)c->work + TAPS * (h + w * (i + 1)), *dx = c->din[0] + i * h * w;
+
+    for (int k = 0; k < TAPS; k++)
+        lt_k->combine(mixed + k * w, cols, w, dy + k * TAPS, TAPS, (size_t)w, false);
+    for (int64_t y = 0; y < h; y++)
+        lt_k->combine(dx + y * w, mixed, w, (lt_real[]){ rows[y], rows[h + y], rows[2 * h + y] }, TAPS, (size_t)w,
+                      !c->fresh[0]);
+}
+
+static void by_plane(const lt_call *c, op_row_fn fn)
 {
     const window_attr *a = c->attr;
     const int64_t h = lt_dim(c->in[0], 2), w = lt_dim(c->in[0], 3);
 
     weigh_axis(c->work, h, a->H);
     weigh_axis((lt_real *)c->work + TAPS * h, w, a->W);
-    op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), TAPS * h * w, forward_plane);
+    op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), TAPS * h * w, fn);
 }
 
-static const lt_op window_means_op = { .name = "window_means", .infer = infer, .plan = plan, .forward = forward };
+static void forward(const lt_call *c) { by_plane(c, forward_plane); }
+static void backward(const lt_call *c) { by_plane(c, backward_plane); }
+
+static const lt_op window_means_op = {
+    .name = "window_means", .flags = LT_OP_ASSIGNS, .infer = infer, .plan = plan, .forward = forward,
+    .backward = backward,
+};
 
 lt_tensor *(lt_window_means)(lt_tensor *x, int64_t H, int64_t W)
 {

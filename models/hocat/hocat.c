@@ -150,9 +150,9 @@ typedef struct {
     lt_tensor *hand, *object;
 } feature_maps;
 
-/* in_boxes: undefined where no box reads them */
+/* Undefined where no box reads them, unless whole */
 static feature_maps features(const hocat *m, lt_tensor *image, lt_tensor *hand_rois, lt_tensor *object_rois,
-                             bool in_boxes)
+                             bool whole)
 {
     const bool base = m->config.variant == HOCAT_BASE, minor = m->config.variant == HOCAT_FULL;
     const resnet_out c = resnet_forward(&m->trunk, image, base ? 1 : RESNET_STAGES);
@@ -160,8 +160,8 @@ static feature_maps features(const hocat *m, lt_tensor *image, lt_tensor *hand_r
 
     if (base)
         return (feature_maps){ c.c[0], c.c[0] };
-    return (feature_maps){ hocat_fpn_forward(&m->hand_fpn, &c, &hand_rois, in_boxes ? 1 : 0),
-                           hocat_fpn_forward(&m->object_fpn, &c, read, !in_boxes ? 0 : minor ? 2 : 1) };
+    return (feature_maps){ hocat_fpn_forward(&m->hand_fpn, &c, &hand_rois, whole ? 0 : 1),
+                           hocat_fpn_forward(&m->object_fpn, &c, read, whole ? 0 : minor ? 2 : 1) };
 }
 
 /* (B, 4) -> (B, 5): one box per image, its index in front */
@@ -171,12 +171,12 @@ static lt_tensor *number_boxes(lt_tensor *boxes)
 }
 
 static hand_object_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, lt_tensor *object_box,
-                               bool in_boxes)
+                               bool whole)
 {
     const int roi = m->config.roi;
     lt_tensor *hand_rois = number_boxes(hand_box), *object_rois = number_boxes(object_box);
     const feature_maps p2 = features(m, m->config.imagenet_norm ? imagenet_normalise(image) : image, hand_rois,
-                                     object_rois, in_boxes);
+                                     object_rois, whole);
     lt_tensor *hand_main = lt_roi_align(p2.hand, hand_rois, roi, roi, 0.25);            /* F_hm */
     lt_tensor *object_main = lt_roi_align(p2.object, object_rois, roi, roi, 0.25);      /* F_om */
     hand_object_out out;
@@ -202,7 +202,7 @@ static void record(const model *self, bool losses, model_record *r)
     lt_tensor *image = model_input(r, "image", LT_SHAPE(B, 3, S, S));
     lt_tensor *hand_box = model_input(r, "hand_box", LT_SHAPE(B, 4));
     lt_tensor *object_box = model_input(r, "object_box", LT_SHAPE(B, 4));
-    const hand_object_out o = forward(m, image, hand_box, object_box, r->in_boxes && !losses);
+    const hand_object_out o = forward(m, image, hand_box, object_box, r->whole_maps);
 
     hand_object_record(&o, m->mano.hand, &m->config.w, losses, r);
 }

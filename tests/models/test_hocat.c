@@ -271,13 +271,14 @@ START_TEST(maps_in_boxes_or_whole)
     bool moved = false;
 
     memcpy(boxes, placed[_i], sizeof(boxes));
+    r.whole_maps = true;
     run();
     whole = calloc((size_t)count_outputs(), sizeof(*whole));
     within = calloc((size_t)count_outputs(), sizeof(*within));
     read_outputs(plan, &r, whole);
     lt_plan_free(plan);
     lt_graph_free(r.g);
-    r = (model_record){ .g = lt_graph_new(), .batch = 2, .in_boxes = true };
+    r = (model_record){ .g = lt_graph_new(), .batch = 2 };
     memcpy(boxes, usual, sizeof(boxes));
     run();                                              /* leaves its maps in the plan's memory */
     memcpy(boxes, placed[_i], sizeof(boxes));
@@ -295,12 +296,9 @@ START_TEST(maps_in_boxes_or_whole)
 }
 END_TEST
 
-/* Recomputing instead of keeping, and the number of threads, change no bit of any gradient. */
-static void gradients(bool no_recompute, lt_real *out)
+static void gradients(bool whole_maps, bool no_recompute, lt_real *out)
 {
-    model_record rec = { .g = lt_graph_new(), .batch = 2 };
-
-    r = rec;
+    r = (model_record){ .g = lt_graph_new(), .batch = 2, .whole_maps = whole_maps };
     t.m.cls->record(&t.m, true, &r);
     plan = lt_compile(r.g, &(lt_compile_opts){ .loss = r.loss, .train = true, .no_recompute = no_recompute });
     ck_assert_msg(plan != NULL, "%s", lt_last_error());
@@ -316,15 +314,54 @@ static void gradients(bool no_recompute, lt_real *out)
     r.g = NULL;
 }
 
+static size_t count_gradients(void)
+{
+    return (size_t)(lt_params_count(t.params, LT_WEIGHT, "") + lt_params_count(t.params, LT_STATISTIC, ""));
+}
+
+static double norm(const lt_real *x, const lt_real *less, int64_t n)
+{
+    double sum = 0;
+
+    for (int64_t i = 0; i < n; i++)
+        sum += pow((double)x[i] - (less ? less[i] : 0), 2);
+    return sqrt(sum);
+}
+
+START_TEST(gradients_in_boxes_or_whole)
+{
+    const size_t n = count_gradients();
+    lt_real *whole = calloc(n, sizeof(*whole)), *within = calloc(n, sizeof(*within)), *a = whole, *b = within;
+    const lt_real usual[] = { 10, 8, 50, 60, 4, 4, 33, 30 };
+    double all;
+
+    memcpy(boxes, placed[_i], sizeof(boxes));
+    lt_graph_free(r.g);
+    gradients(true, false, whole);
+    gradients(false, false, within);
+    all = norm(whole, NULL, (int64_t)n);
+    for (lt_param *p = lt_params_first(t.params); p; p = p->next) {
+        const int64_t size = p->grad ? lt_param_numel(p) : 0;
+
+        ck_assert_msg(norm(a, b, size) <= 1e-4 * norm(a, NULL, size) + 1e-6 * all, "%s", p->name);
+        a += size, b += size;
+    }
+    memcpy(boxes, usual, sizeof(boxes));
+    free(whole);
+    free(within);
+}
+END_TEST
+
+/* Recomputing instead of keeping, and the number of threads, change no bit of any gradient. */
 START_TEST(recomputing_changes_no_bit)
 {
-    const size_t n = (size_t)(lt_params_count(t.params, LT_WEIGHT, "") + lt_params_count(t.params, LT_STATISTIC, ""));
+    const size_t n = count_gradients();
     lt_real *kept = calloc(n, sizeof(*kept)), *redone = calloc(n, sizeof(*redone));
     bool any = false;
 
     lt_graph_free(r.g);
-    gradients(true, kept);
-    gradients(false, redone);
+    gradients(false, true, kept);
+    gradients(false, false, redone);
     for (size_t i = 0; i < n; i++)
         any |= kept[i] != 0;
     ck_assert(any && memcmp(kept, redone, n * sizeof(*kept)) == 0);
@@ -392,6 +429,7 @@ int main(void)
     tcase_add_test(tc, an_idle_block_is_the_identity);
     tcase_add_test(tc, fused_and_plain_agree);
     tcase_add_loop_test(tc, maps_in_boxes_or_whole, 0, (int)LT_COUNT(placed));
+    tcase_add_loop_test(tc, gradients_in_boxes_or_whole, 0, (int)LT_COUNT(placed));
     tcase_add_test(tc, recomputing_changes_no_bit);
     tcase_add_test(tc, the_local_loss_does_not_see_the_wrist);
     suite_add_tcase(suite, tc);
