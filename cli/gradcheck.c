@@ -32,6 +32,6 @@ int cmd_gradcheck(int argc, char **argv)
     (void)argc;
     find_checker(path);
     execv(path, argv);
-    lt_error(LT_EIO, "%s: %s; it is built and installed with palmar", path, strerror(errno));
+    lt_error(LT_EIO, "%s: %s; make builds it, make install puts it there", path, strerror(errno));
     return cli_fail(LT_EIO);
 }

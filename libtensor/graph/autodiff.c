@@ -39,10 +39,16 @@ static bool gradient_arrives(const lt_plan *p, const lt_node *n)
     return false;
 }
 
+/* Nothing does where the loss depends on nothing that learns. */
+static void touch_loss(lt_plan *p)
+{
+    plan_root(p, p->loss)->touched = p->tensor[p->loss->id].needs_grad;
+}
+
 /* Walk backward once without writing steps: which nodes take part, and what values they will read. */
 static void find_what_is_read(lt_plan *p)
 {
-    plan_root(p, p->loss)->touched = true;
+    touch_loss(p);
     for (int k = p->g->n_nodes - 1; k >= 0; k--) {
         const lt_node *n = p->g->node[k];
 
@@ -165,7 +171,10 @@ static bool give_params_gradients(lt_plan *p, const lt_node *n)
         lt_param *param = n->in[i] ? plan_root_tensor(p, n->in[i])->param : NULL;
         lt_real **grad = param ? &plan_root(p, n->in[i])->param_grad : NULL;
 
-        if (!param || !p->tensor[n->in[i]->id].needs_grad || *grad)
+        if (!param || !p->tensor[n->in[i]->id].needs_grad)
+            continue;
+        param->uses = *grad ? param->uses + 1 : 1;
+        if (*grad)
             continue;
         *grad = new_gradient(p, param);
         if (!*grad)
@@ -194,7 +203,7 @@ lt_status plan_autodiff(lt_plan *p, bool recompute)
     find_what_is_read(p);
     if (recompute)
         choose_what_to_redo(p);
-    plan_root(p, p->loss)->touched = true;
+    touch_loss(p);
     for (int k = p->g->n_nodes - 1; k >= 0; k--)
         if (p->node[k].active && !add_backward(p, p->g->node[k]))
             return lt_error(LT_ENOMEM, "no memory to compile the backward pass");

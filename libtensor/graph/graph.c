@@ -77,8 +77,7 @@ static void LT_PRINTF(2, 3) refuse(lt_graph *g, const char *fmt, ...)
     remember(g, LT_ESHAPE, text);
 }
 
-/* No dimension is negative, and the bytes of the largest type can be counted. */
-static bool fits_memory(const lt_shape *s)
+bool lt_shape_fits_memory(const lt_shape *s)
 {
     size_t bytes = sizeof(double);
 
@@ -171,7 +170,7 @@ lt_tensor *lt_input(lt_graph *g, const char *name, lt_dtype dtype, int rank, con
     }
     if (rank)
         memcpy(shape.dim, dim, (size_t)rank * sizeof(dim[0]));
-    if (!fits_memory(&shape)) {
+    if (!lt_shape_fits_memory(&shape)) {
         refuse(g, "input \"%s\" is %s, which no memory holds", name, lt_shape_text(&shape, text));
         return g->harmless;
     }
@@ -185,6 +184,10 @@ lt_tensor *lt_use(lt_graph *g, lt_param *p)
 
     if (g->status)
         return g->harmless;
+    if (p->set && lt_params_status(p->set)) {
+        remember(g, lt_params_status(p->set), lt_last_error());
+        return g->harmless;
+    }
     for (int i = g->n_tensors - 1; i >= 0; i--)         /* mostly just recorded, or never */
         if (g->tensor[i]->param == p)
             return g->tensor[i];
@@ -196,10 +199,15 @@ lt_tensor *lt_use(lt_graph *g, lt_param *p)
 
 lt_tensor *lt_constant(lt_graph *g, lt_dtype dtype, lt_shape shape, const void *values)
 {
+    char text[LT_SHAPE_TEXT];
     lt_tensor *t;
 
     if (g->status)
         return g->harmless;
+    if (!lt_shape_fits_memory(&shape)) {
+        refuse(g, "a constant is %s, which no memory holds", lt_shape_text(&shape, text));
+        return g->harmless;
+    }
     t = lt_tensor_new(g, LT_CONSTANT, "constant", dtype, shape);
     if (!t)
         return g->harmless;
@@ -327,7 +335,7 @@ static lt_status check_results(lt_call *c)
     char text[LT_SHAPE_TEXT];
 
     for (int i = 0; i < c->n_out; i++)
-        if (!fits_memory(&c->outs[i]->shape))
+        if (!lt_shape_fits_memory(&c->outs[i]->shape))
             return lt_fail(c, "its result would be %s, which no memory holds",
                            lt_shape_text(&c->outs[i]->shape, text));
     return LT_OK;

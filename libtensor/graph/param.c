@@ -10,6 +10,7 @@ struct lt_params {
     lt_param **bucket;              /* open hash of names, a power of two */
     size_t n, n_buckets;
     lt_status status;
+    char error[512];
     lt_param stand_in;
 };
 
@@ -74,14 +75,17 @@ static bool grow(lt_params *set)
 
 static lt_param *refuse(lt_params *set, lt_status status)
 {
-    if (set->status == LT_OK)
+    if (set->status == LT_OK) {
         set->status = status;
+        snprintf(set->error, sizeof(set->error), "%s", lt_last_error());
+    }
     return &set->stand_in;
 }
 
 lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt_param_kind kind,
                         lt_shape shape)
 {
+    char text[LT_SHAPE_TEXT];
     lt_param *p, **slot;
     const char *full;
 
@@ -94,6 +98,9 @@ lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt
     slot = slot_of(set, full);
     if (*slot)
         return refuse(set, lt_error(LT_EINVAL, "parameter \"%s\" is registered twice", full));
+    if (!lt_shape_fits_memory(&shape))
+        return refuse(set, lt_error(LT_ESHAPE, "parameter \"%s\" is %s, which no memory holds", full,
+                                    lt_shape_text(&shape, text)));
     p->data = lt_arena_array(set->arena, (size_t)lt_shape_numel(&shape), sizeof(lt_real));
     if (!p->data)
         return refuse(set, lt_error(LT_ENOMEM, "parameter \"%s\": no memory for %lld values", full,
@@ -113,7 +120,7 @@ lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt
 
 lt_status lt_params_status(const lt_params *set)
 {
-    return set->status;
+    return set->status ? lt_error(set->status, "%s", set->error) : LT_OK;
 }
 
 lt_arena *lt_params_arena(lt_params *set)

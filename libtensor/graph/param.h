@@ -29,6 +29,7 @@ struct lt_param {
     bool frozen;                    /* kept as it is: no gradient, no update */
     double rate;                    /* LT_WEIGHT: factor of the learning rate; 1 */
     double momentum;                /* LT_STATISTIC: share of the batch in an update */
+    int uses;                       /* how many ops of the last training plan add to grad; LT_STATISTIC: each its own */
     lt_params *set;
     lt_param *next;                 /* in the order of registration */
 };
@@ -41,7 +42,8 @@ LT_API void lt_params_free(lt_params *set);
  * lt_params_add - a zeroed parameter named prefix.name (name alone when prefix is empty)
  *
  * The first problem (a name taken, no memory) is kept in the set, and the parameter returned for it and
- * after it is a harmless stand-in. Ask lt_params_status when the model is complete.
+ * after it is a harmless stand-in. Ask lt_params_status when the model is complete; a graph that uses a parameter of
+ * such a set has its error.
  */
 LT_API lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt_param_kind kind,
                                lt_shape shape);

@@ -38,6 +38,11 @@ static lt_status check(const lt_graph *g, const lt_compile_opts *o)
     if (o->parts > 1 && !(o->train && o->replace_grads))
         return lt_error(LT_EINVAL, "a batch in %d parts, where only a training plan that replaces gradients has parts",
                         o->parts);
+    if (o->loss && o->loss->graph != g)
+        return o->loss->graph->status ? lt_graph_status(o->loss->graph)
+                                      : lt_error(LT_EINVAL, "the loss belongs to another graph");
+    if (o->train && o->loss->kind != LT_RESULT)
+        return lt_error(LT_EINVAL, "the loss is \"%s\" itself, want a result", o->loss->name);
     if (o->loss && lt_numel(o->loss) != 1)
         return lt_error(LT_ESHAPE, "the loss is %s, want one number", lt_shape_text(&o->loss->shape, text));
     return LT_OK;
@@ -51,6 +56,8 @@ static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile
     p->of = lt_arena_array(p->arena, (size_t)source->n_tensors, sizeof(*p->of));
     if (!p->of)
         return lt_error(LT_ENOMEM, "no memory to compile the graph");
+    p->recorded = source;
+    p->n_of = source->n_tensors;
     p->g = pass_copy(source, !o->train, p->of);
     if (!p->g)
         return LT_ENOMEM;

@@ -52,6 +52,8 @@ typedef struct {
 struct lt_plan {
     lt_arena *arena;
     lt_graph *g;                    /* our own copy */
+    const lt_graph *recorded;       /* to tell its tensors from others'; may be gone */
+    int n_of;
     lt_tensor **of;                 /* tensor of the recorded graph, by id -> ours */
     plan_tensor *tensor;            /* by id in g */
     plan_node *node;

@@ -7,9 +7,15 @@ lt_plan *lt_plan_part(const lt_plan *p, int i)
     return p->part[i];
 }
 
+/* NULL for one of another graph, or recorded later */
+static const lt_tensor *ours_of(const lt_plan *p, const lt_tensor *t)
+{
+    return t->graph == p->recorded && t->id >= 0 && t->id < p->n_of ? p->of[t->id] : NULL;
+}
+
 void *lt_plan_data(const lt_plan *p, const lt_tensor *t)
 {
-    const lt_tensor *ours = t->id < 0 ? NULL : p->of[t->id];
+    const lt_tensor *ours = ours_of(p, t);
 
     if (!ours)
         return NULL;
@@ -20,7 +26,7 @@ void *lt_plan_data(const lt_plan *p, const lt_tensor *t)
 
 lt_real *lt_plan_grad(const lt_plan *p, const lt_tensor *t)
 {
-    const lt_tensor *ours = t->id < 0 ? NULL : p->of[t->id];
+    const lt_tensor *ours = ours_of(p, t);
 
     return ours && ours->wants_grad && p->tensor[ours->id].grad >= 0 ? plan_grad(p, ours) : NULL;
 }

@@ -13,12 +13,12 @@
 
 int64_t lt_conv2d_out_h(const lt_conv2d_params *p)
 {
-    return (p->h + 2 * p->pad_h - p->dil_h * (p->kh - 1) - 1) / p->stride_h + 1;
+    return (p->h + 2 * (int64_t)p->pad_h - (int64_t)p->dil_h * (p->kh - 1) - 1) / p->stride_h + 1;
 }
 
 int64_t lt_conv2d_out_w(const lt_conv2d_params *p)
 {
-    return (p->w + 2 * p->pad_w - p->dil_w * (p->kw - 1) - 1) / p->stride_w + 1;
+    return (p->w + 2 * (int64_t)p->pad_w - (int64_t)p->dil_w * (p->kw - 1) - 1) / p->stride_w + 1;
 }
 
 lt_rect lt_conv2d_all(const lt_conv2d_params *p)

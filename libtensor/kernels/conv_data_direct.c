@@ -284,7 +284,7 @@ void conv_data_direct(const lt_conv2d_params *p, const lt_real *dy, const lt_rea
 {
     const int64_t out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
     lt_real *maps = measure(p).maps ? work : NULL;
-    int64_t tasks;
+    int64_t tasks = 0;
 
     each_class(p, count_tasks, &tasks);
     for (int64_t g = 0; g < p->groups; g++) {

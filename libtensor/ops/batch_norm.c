@@ -374,7 +374,7 @@ static bool has_gradient(const lt_node *node, const lt_tail *tail)
 {
     const lt_act_kind kind = tail->act.kind;
 
-    return kind == LT_ACT_NONE || kind == LT_ACT_LEAKY_RELU
+    return kind == LT_ACT_NONE || kind == LT_ACT_RELU || kind == LT_ACT_LEAKY_RELU
            || (kind == LT_ACT_SILU && !tail->addend && !node->in[RESIDUAL]);
 }
 

@@ -70,7 +70,12 @@ static lt_status check_channels(lt_call *c)
 {
     const lt_conv_opts *o = &((const conv2d_attr *)c->attr)->opts;
     const lt_tensor *x = c->in[X], *w = c->in[W];
+    char tx[LT_SHAPE_TEXT], tw[LT_SHAPE_TEXT];
 
+    for (int i = 1; i < 4; i++)
+        if (lt_dim(x, i) < 1 || lt_dim(w, i) < 1)
+            return lt_fail(c, "input is %s, weight is %s: want channels, maps and windows that are not empty",
+                           lt_shape_text(&x->shape, tx), lt_shape_text(&w->shape, tw));
     if (lt_dim(x, 1) != lt_dim(w, 1) * o->groups)
         return lt_fail(c, "input has %lld channels, weight wants %lld", (long long)lt_dim(x, 1),
                        (long long)(lt_dim(w, 1) * o->groups));

@@ -95,7 +95,7 @@ static bool absorb_before_for_training(lt_node *node, const lt_node *before)
     lt_tail tail = { 0 };
 
     if (a->relu || before->n_in != 1 || !before->op->as_tail || !before->op->as_tail(before, 0, &tail)
-        || tail.act.kind != LT_ACT_LEAKY_RELU)
+        || (tail.act.kind != LT_ACT_RELU && tail.act.kind != LT_ACT_LEAKY_RELU))
         return false;
     a->relu = true;
     a->slope = tail.act.param;

@@ -23,8 +23,13 @@ static lt_status infer(lt_call *c)
 static void forward_chunk(const lt_call *c, int64_t at, size_t n)
 {
     const leaky_relu_attr *a = c->attr;
+    const lt_real *x = (const lt_real *)c->in[0]->data + at;
+    lt_real *y = (lt_real *)c->out->data + at;
 
-    lt_k->leaky_relu((lt_real *)c->out->data + at, (const lt_real *)c->in[0]->data + at, a->slope, n);
+    if (a->slope == 0)                  /* 0 times minus infinity is no number */
+        lt_k->relu(y, x, n);
+    else
+        lt_k->leaky_relu(y, x, a->slope, n);
 }
 
 static void forward(const lt_call *c)
@@ -52,7 +57,7 @@ static bool as_tail(const lt_node *node, int i, lt_tail *tail)
     const leaky_relu_attr *a = node->attr;
 
     (void)i;
-    tail->act = (lt_act){ .kind = LT_ACT_LEAKY_RELU, .param = a->slope };
+    tail->act = (lt_act){ a->slope == 0 ? LT_ACT_RELU : LT_ACT_LEAKY_RELU, a->slope };
     return true;
 }
 

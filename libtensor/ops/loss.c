@@ -33,10 +33,10 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
-/* Each sample's sum waits here to be added in order. */
+/* Each sample's sum waits here to be added in order; on the way back, the total weight. */
 static void plan(lt_call *c)
 {
-    c->work_bytes = (size_t)samples_of(c) * sizeof(double);
+    c->work_bytes = (size_t)lt_max_i64(1, samples_of(c)) * sizeof(double);
 }
 
 static double weight_of(const lt_call *c, int64_t s)
@@ -99,9 +99,9 @@ static void mse_forward(const lt_call *c) { run_forward(c, elements_of(c), mse_s
 static void l1_forward(const lt_call *c) { run_forward(c, elements_of(c), l1_sample); }
 
 /* What one term's gradient is multiplied with; 0 for a sample that stays out. */
-static lt_real factor(const lt_call *c, int64_t terms, int64_t s)
+static lt_real factor(const lt_call *c, int64_t s)
 {
-    const double total = total_weight(c, terms);
+    const double total = *(const double *)c->work;
 
     return total > 0 ? (lt_real)(*c->dout * weight_of(c, s) / total) : 0;
 }
@@ -116,7 +116,7 @@ static void give(const lt_call *c, int64_t i, lt_real g)
 
 static void mse_grad_sample(const lt_call *c, int64_t s)
 {
-    const lt_real *a = sample(c, A, s), *b = sample(c, B, s), f = 2 * factor(c, elements_of(c), s);
+    const lt_real *a = sample(c, A, s), *b = sample(c, B, s), f = 2 * factor(c, s);
 
     for (int64_t i = 0; f != 0 && i < elements_of(c); i++)
         give(c, s * elements_of(c) + i, f * (a[i] - b[i]));
@@ -124,20 +124,26 @@ static void mse_grad_sample(const lt_call *c, int64_t s)
 
 static void l1_grad_sample(const lt_call *c, int64_t s)
 {
-    const lt_real *a = sample(c, A, s), *b = sample(c, B, s), f = factor(c, elements_of(c), s);
+    const lt_real *a = sample(c, A, s), *b = sample(c, B, s), f = factor(c, s);
 
     for (int64_t i = 0; f != 0 && i < elements_of(c); i++)
         give(c, s * elements_of(c) + i, f * (lt_real)((a[i] > b[i]) - (a[i] < b[i])));
 }
 
+static void run_backward(const lt_call *c, int64_t terms, int64_t rows, int64_t row_cost, op_row_fn fn)
+{
+    *(double *)c->work = total_weight(c, terms);
+    op_by_row(c, rows, row_cost, fn);
+}
+
 static void mse_backward(const lt_call *c)
 {
-    op_by_row(c, samples_of(c), elements_of(c), mse_grad_sample);
+    run_backward(c, elements_of(c), samples_of(c), elements_of(c), mse_grad_sample);
 }
 
 static void l1_backward(const lt_call *c)
 {
-    op_by_row(c, samples_of(c), elements_of(c), l1_grad_sample);
+    run_backward(c, elements_of(c), samples_of(c), elements_of(c), l1_grad_sample);
 }
 
 /* ---- cross entropy: a are logits, b what their softmax should be ---- */
@@ -204,7 +210,7 @@ static void entropy_forward(const lt_call *c)
 static void entropy_grad_row(const lt_call *c, int64_t row)
 {
     const int64_t n = classes_of(c), at = row * n;
-    const lt_real f = factor(c, rows_of(c), at / elements_of(c));
+    const lt_real f = factor(c, at / elements_of(c));
     const lt_real *a = (const lt_real *)c->in[A]->data + at, *b = (const lt_real *)c->in[B]->data + at;
     const lt_real *q = (const lt_real *)c->saved[0] + at;
     lt_real sum = 0;
@@ -224,7 +230,7 @@ static void entropy_grad_row(const lt_call *c, int64_t row)
 static void entropy_backward(const lt_call *c)
 {
     if (elements_of(c))
-        op_by_row(c, samples_of(c) * rows_of(c), classes_of(c), entropy_grad_row);
+        run_backward(c, rows_of(c), samples_of(c) * rows_of(c), classes_of(c), entropy_grad_row);
 }
 
 static const lt_op mse_loss_op = {

@@ -13,7 +13,7 @@ typedef struct {
 /* The last window must start inside the map or its front padding, as in PyTorch. */
 static int64_t out_size(int64_t n, const pool_attr *a)
 {
-    const int64_t span = n + 2 * a->pad - a->k;
+    const int64_t span = n + 2 * (int64_t)a->pad - a->k;
     int64_t out = (a->ceil_mode ? lt_ceil_div(span, a->stride) : span / a->stride) + 1;
 
     if (a->ceil_mode && (out - 1) * a->stride >= n + a->pad)
@@ -28,10 +28,10 @@ static lt_status infer(lt_call *c)
 
     if (lt_want_rank(c, 0, "input", 4))
         return LT_ESHAPE;
-    if (a->k < 1 || a->stride < 1 || a->pad < 0 || 2 * a->pad > a->k)
+    if (a->k < 1 || a->stride < 1 || a->pad < 0 || a->pad > a->k / 2)
         return lt_fail(c, "window %d, stride %d, pad %d: want k >= 1, stride >= 1, 0 <= pad <= k / 2", a->k,
                        a->stride, a->pad);
-    if (out_size(lt_dim(x, 2), a) < 1 || out_size(lt_dim(x, 3), a) < 1)
+    if (lt_dim(x, 2) < 1 || lt_dim(x, 3) < 1 || out_size(lt_dim(x, 2), a) < 1 || out_size(lt_dim(x, 3), a) < 1)
         return lt_fail(c, "a %d x %d window does not fit a %lld x %lld map", a->k, a->k,
                        (long long)lt_dim(x, 2), (long long)lt_dim(x, 3));
     c->out->shape = LT_SHAPE(lt_dim(x, 0), lt_dim(x, 1), out_size(lt_dim(x, 2), a), out_size(lt_dim(x, 3), a));

@@ -227,8 +227,9 @@ LT_API lt_tensor *lt_layer_norm(lt_tensor *x, lt_tensor *weight, lt_tensor *bias
  *   x  (B, C, ...)      weight, bias, running_mean, running_var  (C)
  *
  * A training plan uses the batch's mean and biased variance, and adds the mean and the unbiased variance
- * into the grad of the running statistics; lt_statistics_update moves them afterwards. Other plans use
- * the running statistics, fold into a convolution before it, and run as one scale and shift elsewhere.
+ * into the grad of the running statistics; lt_statistics_update moves them afterwards. Other plans, and a training plan
+ * where no gradient comes back to it (a frozen teacher, what lt_detach is behind), use the running statistics, fold
+ * into a convolution before it, and run as one scale and shift elsewhere.
  * Source: Ioffe and Szegedy 2015, algorithm 1.
  */
 LT_API lt_tensor *lt_batch_norm(lt_tensor *x, lt_tensor *weight, lt_tensor *bias,
@@ -258,7 +259,7 @@ LT_API lt_tensor *lt_hand(const lt_hand_layer *layer, lt_tensor *rotations, lt_t
  * lt_mse_loss, lt_l1_loss - the mean of (a - b)^2, of |a - b|, over all elements: one number
  *
  * weight (B), or NULL, weighs the samples of dimension 0; the mean is then over the weights' sum, and 0
- * when that is 0. L1 has gradient 0 where a = b. Errors: shapes that differ.
+ * when that is 0. It gets no gradient. L1 has gradient 0 where a = b. Errors: shapes that differ.
  */
 LT_API lt_tensor *lt_mse_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);
 LT_API lt_tensor *lt_l1_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);

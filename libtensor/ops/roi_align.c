@@ -10,7 +10,7 @@
 #include "libtensor/ops/resample.h"
 
 enum { X, BOXES };
-enum { CHANNELS = 16, MAX_SAMPLES = 64, MAX_RUN = 2 * MAX_SAMPLES + 2 };
+enum { CHANNELS = 16, MAX_SAMPLES = 64 };
 
 typedef struct {
     int out_h, out_w;
@@ -49,7 +49,7 @@ typedef struct {
 /* Everything of one axis: the table and the way back */
 static size_t axis_bytes(int64_t out, int64_t in)
 {
-    return resample_axis_bytes(out, lt_min_i64(in, MAX_RUN)) + resample_axis_bytes(in, out);
+    return resample_axis_bytes(out, in) + resample_axis_bytes(in, out);
 }
 
 static size_t tables_bytes(const lt_call *c)
@@ -65,7 +65,7 @@ static int64_t scratch_of(const lt_call *c)
     const roi_attr *a = c->attr;
     const int64_t H = lt_dim(c->in[X], 2), W = lt_dim(c->in[X], 3);
 
-    return lt_max_i64(resample_scratch(a->out_h, W, a->out_w, lt_min_i64(W, MAX_RUN)),
+    return lt_max_i64(resample_scratch(a->out_h, W, a->out_w, W),
                       resample_scratch(H, a->out_w, W, a->out_w));
 }
 
@@ -132,11 +132,9 @@ static int64_t image_of(const lt_call *c, const lt_real *box)
 static char *make_axis(char *memory, resample_axis *t, resample_axis *back, int64_t out, int64_t in, double start,
                        double end)
 {
-    const int64_t width = lt_min_i64(in, MAX_RUN);
-
-    *t = resample_axis_at(memory, out, width);
+    *t = resample_axis_at(memory, out, in);
     fill_axis(t, start, end, in);
-    memory += resample_axis_bytes(out, width);
+    memory += resample_axis_bytes(out, in);
     *back = resample_axis_at(memory, in, out);
     resample_turn(back, t);
     return memory + resample_axis_bytes(in, out);

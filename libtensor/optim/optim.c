@@ -120,7 +120,7 @@ static void norm_chunk(void *ctx, int64_t k)
     size_t n;
     const slot *s = chunk_of(o, k, &at, &n);
 
-    o->partial[k] = lt_k->sumsq(s->p->grad + at, n);
+    o->partial[k] = s->p->frozen ? 0 : lt_k->sumsq(s->p->grad + at, n);
 }
 
 double lt_optim_grad_norm(const lt_optim *o)
@@ -169,6 +169,8 @@ static void step_chunk(void *ctx, int64_t k)
     lt_adam_step adam = j->adam;
     lt_sgd_step sgd = j->sgd;
 
+    if (s->p->frozen)                   /* since the optimiser was made */
+        return;
     adam.lr *= rate;
     sgd.lr *= rate;
     if (j->o->opts.kind == LT_SGD)
@@ -262,10 +264,10 @@ void lt_optim_swap_ema(lt_optim *o)
 void lt_statistics_update(lt_params *set, int n)
 {
     for (lt_param *p = lt_params_first(set); p; p = p->next) {
-        if (p->kind != LT_STATISTIC || !p->grad)
+        if (p->kind != LT_STATISTIC || !p->grad || p->frozen)
             continue;
         for (int64_t i = 0; i < lt_param_numel(p); i++) {
-            p->data[i] += (lt_real)(p->momentum * (p->grad[i] / (double)n - p->data[i]));
+            p->data[i] += (lt_real)(p->momentum * (p->grad[i] / ((double)n * p->uses) - p->data[i]));
             p->grad[i] = 0;
         }
     }

@@ -83,6 +83,62 @@ START_TEST(losses_that_cannot_be)
     ck_assert_str_eq(lt_last_error(), "a training plan needs a loss");
     ck_assert_ptr_null(lt_compile(g, &(lt_compile_opts){ .loss = x }));
     ck_assert_str_eq(lt_last_error(), "the loss is (3), want one number");
+    ck_assert_ptr_null(lt_compile(g, &(lt_compile_opts){ .train = true, .loss = lt_scalar(g, 1) }));
+    ck_assert_str_eq(lt_last_error(), "the loss is \"constant\" itself, want a result");
+}
+END_TEST
+
+START_TEST(a_loss_of_another_graph)
+{
+    lt_graph *other = lt_graph_new();
+    lt_tensor *x = input("x", LT_SHAPE(3));
+    lt_tensor *y = lt_input(other, "y", LT_F32, 1, (int64_t[]){ 3 });
+
+    ck_assert_ptr_null(lt_compile(other, &(lt_compile_opts){ .train = true, .loss = lt_sum(x) }));
+    ck_assert_str_eq(lt_last_error(), "the loss belongs to another graph");
+    ck_assert_ptr_null(lt_compile(other, &(lt_compile_opts){ .train = true, .loss = lt_sum(lt_add(x, y)) }));
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "add: input 1 belongs to another graph"));
+    lt_graph_free(other);
+}
+END_TEST
+
+START_TEST(a_plan_knows_its_own_tensors)
+{
+    lt_graph *other = lt_graph_new();
+    lt_tensor *x = input("x", LT_SHAPE(3)), *loss = lt_sum(x), *later;
+    lt_tensor *y = lt_input(other, "y", LT_F32, 1, (int64_t[]){ 3 });
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){ .loss = loss });
+
+    for (int i = 0; i < 40; i++)
+        later = lt_output(lt_relu(x), "later");
+    ck_assert_ptr_nonnull(lt_plan_data(p, x));
+    ck_assert_ptr_null(lt_plan_data(p, later));
+    ck_assert_ptr_null(lt_plan_data(p, y));
+    ck_assert_ptr_null(lt_plan_grad(p, later));
+    lt_plan_free(p);
+    lt_graph_free(other);
+}
+END_TEST
+
+START_TEST(parameters_that_cannot_be)
+{
+    lt_param *twice;
+
+    lt_params_add(set, "", "a", LT_WEIGHT, LT_SHAPE(2));
+    twice = lt_params_add(set, "", "a", LT_WEIGHT, LT_SHAPE(2));
+    lt_mul(input("x", LT_SHAPE(2)), lt_use(g, twice));
+    ck_assert_ptr_null(lt_compile(g, NULL));
+    ck_assert_str_eq(lt_last_error(), "parameter \"a\" is registered twice");
+}
+END_TEST
+
+START_TEST(parameters_of_impossible_size)
+{
+    lt_params_add(set, "", "a", LT_WEIGHT, LT_SHAPE(INT64_C(1) << 33, INT64_C(1) << 31));
+    ck_assert_int_eq(lt_params_status(set), LT_ESHAPE);
+    ck_assert_str_eq(lt_last_error(), "parameter \"a\" is (8589934592, 2147483648), which no memory holds");
+    lt_constant(g, LT_F32, LT_SHAPE(INT64_C(1) << 33, INT64_C(1) << 31), NULL);
+    ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
 }
 END_TEST
 
@@ -190,6 +246,21 @@ START_TEST(gradients_reach_what_the_loss_reads)
 }
 END_TEST
 
+/* A training plan may have nothing that learns. */
+START_TEST(a_detached_loss)
+{
+    lt_param *a = lt_params_add(set, "", "a", LT_WEIGHT, LT_SHAPE(2));
+    lt_tensor *loss = lt_detach(lt_sum(lt_use(g, a)));
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){ .loss = loss, .train = true });
+
+    a->data[0] = 3;
+    lt_run(p);
+    ck_assert(at(p, loss, 0) == 3);
+    ck_assert_ptr_null(a->grad);
+    lt_plan_free(p);
+}
+END_TEST
+
 /* Whatever the gradients were, also of what is read twice, and of what an op reads that only adds */
 START_TEST(gradients_are_replaced)
 {
@@ -286,6 +357,43 @@ START_TEST(a_nan_wins_its_windows)
 END_TEST
 
 /* ---- randomness ------------------------------------------------------------------------------------ */
+
+/* Alone, and behind a convolution */
+START_TEST(relu_of_minus_infinity)
+{
+    const lt_conv_layer conv = lt_conv_layer_new(set, "conv", 1, 1, 1, false, NULL);
+    lt_tensor *x = input("x", LT_SHAPE(1, 1, 1, 2)), *alone = lt_output(lt_relu(x), "alone");
+    lt_tensor *behind = lt_output(lt_relu(lt_conv_layer_forward(&conv, x)), "behind");
+    lt_plan *p;
+
+    conv.weight->data[0] = 1;
+    p = lt_compile(g, NULL);
+    ((lt_real *)lt_plan_data(p, x))[0] = -(lt_real)INFINITY;
+    lt_run(p);
+    ck_assert(at(p, alone, 0) == 0 && at(p, behind, 0) == 0);
+    ((lt_real *)lt_plan_data(p, x))[0] = (lt_real)NAN;
+    lt_run(p);
+    ck_assert(isnan(at(p, alone, 0)) && isnan(at(p, behind, 0)));
+    lt_plan_free(p);
+}
+END_TEST
+
+/* The mean of ones is one, over however many of them. */
+START_TEST(roi_align_reads_all_of_a_large_bin)
+{
+    enum { SIDE = 400 };
+    lt_tensor *x = input("x", LT_SHAPE(1, 1, SIDE, SIDE)), *boxes = input("boxes", LT_SHAPE(1, 5));
+    lt_tensor *y = lt_output(lt_roi_align(x, boxes, 1, 1, 1), "y");
+    lt_plan *p = lt_compile(g, NULL);
+
+    for (int i = 0; i < SIDE * SIDE; i++)
+        ((lt_real *)lt_plan_data(p, x))[i] = 1;
+    memcpy(lt_plan_data(p, boxes), (lt_real[]){ 0, 0, 0, SIDE, SIDE }, 5 * sizeof(lt_real));
+    lt_run(p);
+    ck_assert_double_eq_tol(at(p, y, 0), 1, 1e-5);
+    lt_plan_free(p);
+}
+END_TEST
 
 START_TEST(dropout_draws_by_step)
 {
@@ -485,15 +593,22 @@ int main(void)
     tcase_add_test(tc, whole_numbers_are_no_real_ones);
     tcase_add_test(tc, tensors_of_two_graphs);
     tcase_add_test(tc, losses_that_cannot_be);
+    tcase_add_test(tc, a_loss_of_another_graph);
+    tcase_add_test(tc, a_plan_knows_its_own_tensors);
+    tcase_add_test(tc, parameters_that_cannot_be);
+    tcase_add_test(tc, parameters_of_impossible_size);
     tcase_add_test(tc, dead_code_goes);
     tcase_add_test(tc, constants_are_folded_and_refreshed);
     tcase_add_test(tc, diamonds_take_no_longer_than_chains);
     tcase_add_test(tc, views_share_values_and_gradients);
     tcase_add_test(tc, gradients_reach_what_the_loss_reads);
+    tcase_add_test(tc, a_detached_loss);
     tcase_add_test(tc, gradients_are_replaced);
     tcase_add_test(tc, nothing_is_overwritten_that_is_still_read);
     tcase_add_test(tc, the_first_bad_tensor_has_a_name);
     tcase_add_test(tc, a_nan_wins_its_windows);
+    tcase_add_test(tc, relu_of_minus_infinity);
+    tcase_add_test(tc, roi_align_reads_all_of_a_large_bin);
     tcase_add_test(tc, dropout_draws_by_step);
     tcase_add_test(tc, stochastic_depth_draws_by_sample);
     suite_add_tcase(suite, tc);

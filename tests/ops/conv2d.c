@@ -46,6 +46,12 @@ static const op_bad_case bad[] = {
     { build, { S(1, 1, 40, 40), S(1, 1, 33, 32) },
       "conv2d: a 33 x 32 window is too large: want at most 1024 elements" },
     { build, { S(1, 3, 6, 6) }, "conv2d: input 1 is missing" },
+    { build, { S(1, 1, 9, 0), S(2, 1, 3, 3), S(2) },
+      "conv2d: input is (1, 1, 9, 0), weight is (2, 1, 3, 3): want channels, maps and windows that are not empty" },
+    { build, { S(1, 1, 9, 9), S(2, 1, 0, 3), S(2) },
+      "conv2d: input is (1, 1, 9, 9), weight is (2, 1, 0, 3): want channels, maps and windows that are not empty" },
+    { build, { S(1, 0, 9, 9), S(2, 0, 3, 3), S(2) },
+      "conv2d: input is (1, 0, 9, 9), weight is (2, 0, 3, 3): want channels, maps and windows that are not empty" },
 };
 
 static void vary(op_case *c, lt_rng *r)

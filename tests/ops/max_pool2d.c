@@ -29,6 +29,7 @@ static const op_bad_case bad[] = {
     { halves, { S(1, 1, 1, 4) }, "max_pool2d: a 2 x 2 window does not fit a 1 x 4 map" },
     { halves, { S(4, 4) }, "max_pool2d: input is (4, 4), want 4 dimensions" },
     { build, { S(1, 1, 4, 0) }, "max_pool2d: a 3 x 3 window does not fit a 4 x 0 map" },
+    { build, { S(1, 1, 0, 64) }, "max_pool2d: a 3 x 3 window does not fit a 0 x 64 map" },
     { ceiled, { S(1, 1, 0, 0) }, "max_pool2d: a 2 x 2 window does not fit a 0 x 0 map" },
 };
 

@@ -128,14 +128,18 @@ START_TEST(what_has_no_gradient_stays)
 {
     lt_param *idle = lt_params_add(set, "", "idle", LT_WEIGHT, LT_SHAPE(1));
     lt_param *frozen = lt_params_add(set, "", "frozen", LT_WEIGHT, LT_SHAPE(1));
+    lt_param *later = lt_params_add(set, "", "later", LT_WEIGHT, LT_SHAPE(1));
     lt_optim *o;
 
-    idle->data[0] = frozen->data[0] = 1;
+    idle->data[0] = frozen->data[0] = later->data[0] = 1;
     lt_param_need_grad(frozen);
+    lt_param_need_grad(later);
     frozen->frozen = true;
     o = lt_optim_new(set, &(lt_optim_opts){ .kind = LT_ADAMW, .weight_decay = 0.5 });
+    later->frozen = true;
+    later->grad[0] = 100;
     steps(o, 1, 2);
-    ck_assert(idle->data[0] == 1 && frozen->data[0] == 1);
+    ck_assert(idle->data[0] == 1 && frozen->data[0] == 1 && later->data[0] == 1);
     lt_optim_free(o);
 }
 END_TEST
@@ -220,6 +224,33 @@ START_TEST(running_statistics)
 }
 END_TEST
 
+/* A layer that is used twice collects two batches; a frozen one is left alone. */
+START_TEST(statistics_of_a_layer_used_twice)
+{
+    const lt_batch_norm_layer bn = lt_batch_norm_layer_new(set, "bn", 1), still = lt_batch_norm_layer_new(set, "still", 1);
+    lt_graph *g = lt_graph_new();
+    lt_tensor *x = lt_input(g, "x", LT_F32, 2, (int64_t[]){ 4, 1 });
+    lt_tensor *twice = lt_batch_norm_layer_forward(&bn, lt_scale(lt_batch_norm_layer_forward(&bn, x), 3));
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){
+        .loss = lt_sum(lt_batch_norm_layer_forward(&still, twice)), .train = true });
+
+    bn.weight->data[0] = 1;
+    still.weight->data[0] = 1;
+    still.running_mean->data[0] = 5;
+    bn.running_mean->momentum = bn.running_var->momentum = 1;
+    for (int i = 0; i < 4; i++)
+        ((lt_real *)lt_plan_data(p, x))[i] = (lt_real)(10 + i);
+    still.running_mean->frozen = true;
+    lt_run(p);
+    lt_statistics_update(set, 1);
+    ck_assert_double_eq_tol(bn.running_mean->data[0], 11.5 / 2, 1e-5);
+    ck_assert_double_eq_tol(bn.running_var->data[0], (5.0 / 3 + 9 * 4.0 / 3) / 2, 1e-3);
+    ck_assert(still.running_mean->data[0] == 5);
+    lt_plan_free(p);
+    lt_graph_free(g);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("optim");
@@ -230,6 +261,7 @@ int main(void)
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_loop_test(tc, pytorch_agrees, 0, (int)LT_COUNT(kinds));
     tcase_add_test(tc, state_resumes);
+    tcase_add_test(tc, statistics_of_a_layer_used_twice);
     tcase_add_test(tc, the_average_follows);
     tcase_add_test(tc, what_has_no_gradient_stays);
     tcase_add_loop_test(tc, rate_of_a_parameter, 0, 3);
