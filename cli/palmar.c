@@ -11,6 +11,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 typedef struct {
     const char *name;
@@ -23,7 +24,7 @@ static const command commands[] = {
     { "train", cmd_train, "train a model from a config" },
     { "eval", cmd_eval, "score a model; print the paper's tables with our rows" },
 
-    { "predict", cmd_predict, "images or folders -> overlays, JSON, meshes" },
+    { "predict", cmd_predict, "images, folders, films -> overlays, JSON, meshes" },
     { "bench", cmd_bench, "latency, throughput, memory, per-layer profile" },
     { "export", cmd_export, "ONNX or safetensors for other programs, read back and compared" },
     { "report", cmd_report, "one HTML page of a run" },
@@ -80,7 +81,7 @@ static int help(int argc, char **argv)
     return 0;
 }
 
-int main(int argc, char **argv)
+static int run(int argc, char **argv)
 {
     const command *c;
 
@@ -100,4 +101,16 @@ int main(int argc, char **argv)
     if (lt_kernels_init())
         return cli_fail(LT_EINVAL);
     return c->run(argc - 1, argv + 1);
+}
+
+/* Without memory OpenBLAS's threads, which it starts when it is loaded, try for ever, and exit() would wait for them. */
+int main(int argc, char **argv)
+{
+    const int code = run(argc, argv);
+
+    if (code == 4) {
+        fflush(NULL);
+        _exit(code);
+    }
+    return code;
 }

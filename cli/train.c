@@ -50,14 +50,21 @@ static const char *find_config(const char *name, char *path, size_t n)
     static const char *const roots[] = { PALMAR_DATADIR, PALMAR_SRCDIR };
     const char *dash = strchr(name, '-');
 
-    if (access(name, R_OK) == 0 || !dash || strchr(name, '/'))
+    if (access(name, F_OK) == 0 || strchr(name, '/'))
         return name;
-    for (size_t i = 0; i < LT_COUNT(roots); i++) {
+    for (size_t i = 0; dash && i < LT_COUNT(roots); i++) {
         snprintf(path, n, "%s/models/%.*s/configs/%s.json", roots[i], (int)(dash - name), name, dash + 1);
         if (access(path, R_OK) == 0)
             return path;
     }
-    return name;
+    return NULL;
+}
+
+static void choose_config(train_args *a, struct argp_state *state, const char *name)
+{
+    a->o.config = find_config(name, a->config, sizeof(a->config));
+    if (!a->o.config)
+        argp_error(state, "no config \"%s\": neither a file nor one that comes with palmar, as hocat-tiny does", name);
 }
 
 static void check(train_args *a, struct argp_state *state)
@@ -75,7 +82,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     train_args *a = state->input;
 
     switch (key) {
-    case 'c': a->o.config = find_config(arg, a->config, sizeof(a->config)); break;
+    case 'c': choose_config(a, state, arg); break;
     case 'o': a->o.out = arg; break;
     case 'q': a->o.quiet = true; break;
     case 't': cli_threads(state, arg); break;

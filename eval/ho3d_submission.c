@@ -138,6 +138,12 @@ static lt_status check(const ho3d_submission *s, const char *what, int n, const 
     return LT_OK;
 }
 
+static lt_status spool_failed(const ho3d_submission *s)
+{
+    return lt_error(errno == ENOSPC ? LT_ENOSPC : LT_EIO, "%s: temporary file beside it: %s", s->file.path,
+                    strerror(errno));
+}
+
 lt_status ho3d_submission_add(ho3d_submission *s, const float *joints, const float *vertices)
 {
     lt_status st = check(s, "joints", J, joints);
@@ -147,19 +153,16 @@ lt_status ho3d_submission_add(ho3d_submission *s, const float *joints, const flo
     if (st)
         return st;
     put_points(s, s->n == 0, J, joints);
-    fwrite(vertices, sizeof(float), 3 * V, s->spool);
     s->n++;
-    return LT_OK;
+    return fwrite(vertices, sizeof(float), 3 * V, s->spool) == 3 * V ? LT_OK : spool_failed(s);
 }
 
 static lt_status copy_vertices(ho3d_submission *s)
 {
     float vertices[3 * V];
 
-    errno = EIO;
-    if (ferror(s->spool) || fseek(s->spool, 0, SEEK_SET) != 0)
-        return lt_error(errno == ENOSPC ? LT_ENOSPC : LT_EIO, "%s: temporary file beside it: %s",
-                        s->file.path, strerror(errno));
+    if (fflush(s->spool) || fseek(s->spool, 0, SEEK_SET) != 0)
+        return spool_failed(s);
     for (int64_t i = 0; i < s->n; i++) {
         if (fread(vertices, sizeof(float), 3 * V, s->spool) != 3 * V)
             return lt_error(LT_EIO, "%s: cannot read back sample %lld", s->file.path, (long long)i);

@@ -6,6 +6,7 @@
 #include "libtensor/optim/optim.h"
 
 #include <cjson/cJSON.h>
+#include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -197,6 +198,23 @@ static lt_status check_values(const train_config *c)
     return LT_OK;
 }
 
+/* What an override says is not in the file that it overrides. */
+static lt_status blame_override(const train_config *c, const char *const *set, int n_set, lt_status st)
+{
+    const size_t path = strlen(c->path);
+    char line[1024];
+
+    snprintf(line, sizeof(line), "%s", lt_last_error());
+    for (int i = 0; i < n_set && strncmp(line, c->path, path) == 0; i++) {
+        const size_t key = strcspn(set[i], "=");
+        const char *about = line + path + strspn(line + path, ": ");
+
+        if (strncmp(about, set[i], key) == 0 && about[key] == ':')
+            return lt_error(st, "--set %s", about);
+    }
+    return st;
+}
+
 /* c->tree is there: put the overrides into it, and read the groups. */
 static lt_status read_tree(lt_arena *arena, const char *const *set, int n_set, train_config *c)
 {
@@ -217,8 +235,10 @@ static lt_status read_tree(lt_arena *arena, const char *const *set, int n_set, t
         st = read_group(arena, c, "train", loop_keys, &c->loop);
     if (st == LT_OK)
         st = check_values(c);
-    if (st)
+    if (st) {
+        st = blame_override(c, set, n_set, st);
         train_config_fini(c);
+    }
     return st;
 }
 

@@ -99,8 +99,8 @@ lt_status trainer_check_disk(trainer *t)
     progress_note(&t->progress, "disk         %.1f MB for checkpoints, %.1f MB free",
                   1e-6 * need, 1e-6 * have);
     if (have < 2 * one)
-        return lt_error(LT_ENOSPC, "%s: a checkpoint takes %.1f MB, and %.1f MB are free; make room, or choose "
-                        "another --out", t->opt->out, 1e-6 * one, 1e-6 * have);
+        return lt_error(LT_ENOSPC, "%s: %.1f MB are free, and two checkpoints take %.1f; make room, or choose another "
+                        "--out", t->opt->out, 1e-6 * have, 2e-6 * one);
     if (have < need)
         progress_warn(&t->progress, "the disk may fill up; train.keep=1 needs less");
     return LT_OK;

@@ -203,9 +203,9 @@ static void describe_data(trainer *t)
     const train_source *s = &t->source;
     const train_optim_config *o = &t->config.optim;
 
-    progress_note(&t->progress, "data         %s%s, %s: %" PRId64 " to train on, %" PRId64 " %s to validate",
+    progress_note(&t->progress, "data         %s%s, %s: %" PRId64 " to train on, %" PRId64 " %s%s to validate",
                   s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
-                  s->check_count, s->evaluation ? "of evaluation" : "held back");
+                  s->check_count, s->evaluation ? "of " : "held back", s->evaluation ? s->evaluation->split : "");
     progress_note(&t->progress, "hand         %s%s, finger tips %.2f mm from the annotated",
                   s->hands.name, s->hand->synthetic && !s->hands.embedded ? " (synthetic)" : "", s->tips_rms_mm);
     if (s->hands.embedded)

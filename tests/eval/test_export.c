@@ -119,7 +119,7 @@ END_TEST
 
 static void check_ops(const model *m)
 {
-    model_record r = { .g = lt_graph_new(), .batch = 2 };
+    model_record r = { .g = lt_graph_new(), .batch = 2, .whole_maps = true };
 
     m->cls->record(m, false, &r);
     check_ok(lt_graph_status(r.g));
@@ -140,7 +140,7 @@ static char *page;
 
 static void check_row(const model *m)
 {
-    model_record r = { .g = lt_graph_new(), .batch = 2 };
+    model_record r = { .g = lt_graph_new(), .batch = 2, .whole_maps = true };
 
     m->cls->record(m, false, &r);
     for (int i = 0; i < r.g->n_nodes; i++) {

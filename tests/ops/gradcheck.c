@@ -9,7 +9,9 @@
 enum { SHAPES = 20 };               /* random ones, besides the listed */
 
 static const char usage[] =
-    "usage: palmar-gradcheck --all | --op NAME | --list  [--json]\n";
+    "Usage: palmar gradcheck --all | --op NAME [--json]\n"
+    "       palmar gradcheck --list\n"
+    "Compare the gradients of ops with central differences, in double precision.\n";
 
 static const op_suite *find(const char *name)
 {
@@ -77,6 +79,10 @@ int main(int argc, char **argv)
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--list") == 0)
             return list();
+        if (strcmp(argv[i], "--help") == 0) {
+            fputs(usage, stdout);
+            return 0;
+        }
         if (strcmp(argv[i], "--all") == 0) {
             all = true;
         } else if (strcmp(argv[i], "--json") == 0) {

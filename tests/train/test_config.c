@@ -59,18 +59,18 @@ END_TEST
 
 START_TEST(slips)
 {
-    refuse("{" MODEL "}", "optim.lrr=1", "run.json: optim.lrr: no such key; did you mean \"lr\"?");
+    refuse("{" MODEL "}", "optim.lrr=1", "--set optim.lrr: no such key; did you mean \"lr\"?");
     refuse("{" MODEL ", \"optm\": {} }", NULL, "run.json: optm: no such group; did you mean \"optim\"?");
     refuse("{" MODEL ", \"zzzzzzz\": {} }", NULL,
            "run.json: zzzzzzz: no such group; there are model, data, optim, train");
     refuse("{}", NULL, "run.json: model.name: want the name of a model, such as \"hocat\"");
-    refuse("{" MODEL "}", "model.name=resnet50", "run.json: model.name: resnet50 is a classifier: palmar bench and "
+    refuse("{" MODEL "}", "model.name=resnet50", "--set model.name: resnet50 is a classifier: palmar bench and "
            "info know it, but there is no data to train it on");
-    refuse("{" MODEL "}", "model.name=hokat", "run.json: model.name: no such model \"hokat\"; did you mean \"hocat\"?");
-    refuse("{" MODEL "}", "optim.shards=5", "run.json: optim.shards: 5 do not divide a batch of 32");
-    refuse("{" MODEL "}", "optim.kind=adan", "run.json: optim.kind: no such choice \"adan\"; did you mean \"adam\"?");
-    refuse("{" MODEL "}", "train.seed=-1", "run.json: train.seed: -1 is not between 0 and 2.14748e+09");
-    refuse("{" MODEL "}", "data.background=1.5", "run.json: data.background: 1.5 is not between 0 and 1");
+    refuse("{" MODEL "}", "model.name=hokat", "--set model.name: no such model \"hokat\"; did you mean \"hocat\"?");
+    refuse("{" MODEL "}", "optim.shards=5", "--set optim.shards: 5 do not divide a batch of 32");
+    refuse("{" MODEL "}", "optim.kind=adan", "--set optim.kind: no such choice \"adan\"; did you mean \"adam\"?");
+    refuse("{" MODEL "}", "train.seed=-1", "--set train.seed: -1 is not between 0 and 2.14748e+09");
+    refuse("{" MODEL "}", "data.background=1.5", "--set data.background: 1.5 is not between 0 and 1");
     refuse("[]", NULL, "run.json: want an object with the groups model, data, optim, train");
 }
 END_TEST
