@@ -131,16 +131,16 @@ LT_API void lt_conv2d_backward_bias(const lt_conv2d_params *p, const lt_real *dy
 typedef struct { lt_real *x, *weights, *bias; } lt_conv2d_gradients;
 
 /**
- * lt_conv2d_backward_rect - all gradients of one image, dy taken as 0 outside r
+ * lt_conv2d_backward_rects - all gradients, dy of image i taken as 0 outside r[i]
  *
- * x, dy and to->x begin with the image; r may be empty. work is lt_conv2d_backward_rect_work(p) bytes, aligned to
- * LT_ALIGN, contents indifferent. Only for convolutions whose result is as large as the map, at stride 1:
- * lt_conv2d_keeps_size.
+ * A rectangle may be empty. work is lt_conv2d_backward_rects_work(p) bytes, aligned to LT_ALIGN, contents indifferent.
+ * Only for windows larger than 1 x 1 whose result is as large as the map, at stride 1: lt_conv2d_stacks_rects.
  */
-LT_API bool lt_conv2d_keeps_size(const lt_conv2d_params *p);
-LT_API size_t lt_conv2d_backward_rect_work(const lt_conv2d_params *p);
-LT_API void lt_conv2d_backward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *weights,
-                                    const lt_real *dy, const lt_conv2d_gradients *to, void *work);
+LT_API bool lt_conv2d_stacks_rects(const lt_conv2d_params *p);
+LT_API size_t lt_conv2d_backward_rects_work(const lt_conv2d_params *p);
+LT_API void lt_conv2d_backward_rects(const lt_conv2d_params *p, const lt_rect *r, const lt_real *x,
+                                     const lt_real *weights, const lt_real *dy, const lt_conv2d_gradients *to,
+                                     void *work);
 
 #ifdef __cplusplus
 }

@@ -1,43 +1,59 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The gradients of a convolution of which only a rectangle of each result counts: the rectangle and what its windows
- * reach are copied to maps of their own, and those go the way of any others.
+ * The gradients of a convolution of which only a rectangle of each image's result counts: the rectangles, and what
+ * windows reach around them, are stacked in one high map with zeros between them, which goes the way of any other.
  */
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
 
 #include <string.h>
 
-/* A map's part: what g has of it, of which only r holds anything. */
+/* An image's part of the stack: g of its map, of which dy has r alone, from row `at` of the stack on. */
 typedef struct {
-    int64_t h, w;               /* of the map */
-    lt_rect g, r;
-    lt_real *map, *part;        /* (channels, h, w); (channels, rows of g, columns of g) */
-} cutting;
+    lt_rect r, g;
+    int64_t at;
+} piece;
+
+typedef struct {
+    const lt_conv2d_params *p;
+    const piece *piece;
+    lt_conv2d_params high;      /* the stack: one image */
+    bool around;                /* take all of g, not r alone */
+    int64_t channels;
+    lt_real *maps, *stack;      /* (n, channels, h, w); (channels, h, w) of the stack */
+} stacking;
 
 static void take_plane(void *ctx, int64_t channel)
 {
-    const cutting *c = ctx;
-    const lt_rect g = c->g, r = c->r;
-    const int64_t wide = g.x1 - g.x0, n = (g.y1 - g.y0) * wide;
-    const lt_real *map = c->map + channel * c->h * c->w;
-    lt_real *part = c->part + channel * n;
+    const stacking *s = ctx;
+    const int64_t n = s->high.h * s->high.w;
+    lt_real *to = s->stack + channel * n;
 
-    memset(part, 0, (size_t)n * sizeof(lt_real));
-    for (int64_t y = r.y0; y < r.y1; y++)
-        memcpy(part + (y - g.y0) * wide + r.x0 - g.x0, map + y * c->w + r.x0, (size_t)(r.x1 - r.x0) * sizeof(lt_real));
+    memset(to, 0, (size_t)n * sizeof(lt_real));
+    for (int64_t i = 0; i < s->p->n; i++) {
+        const piece *c = &s->piece[i];
+        const lt_rect part = s->around ? c->g : c->r;
+        const lt_real *map = s->maps + (i * s->channels + channel) * s->p->h * s->p->w;
+
+        for (int64_t y = part.y0; y < part.y1; y++)
+            memcpy(to + (c->at + y - c->g.y0) * s->high.w + part.x0 - c->g.x0, map + y * s->p->w + part.x0,
+                   (size_t)(part.x1 - part.x0) * sizeof(lt_real));
+    }
 }
 
 static void add_plane(void *ctx, int64_t channel)
 {
-    const cutting *c = ctx;
-    const lt_rect g = c->g;
-    const int64_t wide = g.x1 - g.x0;
-    const lt_real *part = c->part + channel * (g.y1 - g.y0) * wide;
-    lt_real *map = c->map + channel * c->h * c->w;
+    const stacking *s = ctx;
+    const lt_real *from = s->stack + channel * s->high.h * s->high.w;
 
-    for (int64_t y = g.y0; y < g.y1; y++, part += wide)
-        lt_k->add_to(map + y * c->w + g.x0, part, (size_t)wide);
+    for (int64_t i = 0; i < s->p->n; i++) {
+        const piece *c = &s->piece[i];
+        lt_real *map = s->maps + (i * s->channels + channel) * s->p->h * s->p->w;
+
+        for (int64_t y = c->g.y0; y < c->g.y1; y++)
+            lt_k->add_to(map + y * s->p->w + c->g.x0, from + (c->at + y - c->g.y0) * s->high.w,
+                         (size_t)(c->g.x1 - c->g.x0));
+    }
 }
 
 /* r and as far around it as windows reach, clipped to the map */
@@ -49,15 +65,32 @@ static lt_rect reached(const lt_conv2d_params *p, lt_rect r)
     };
 }
 
-static lt_conv2d_params params_of_part(const lt_conv2d_params *p, int64_t h, int64_t w)
+static lt_conv2d_params params_of_stack(const lt_conv2d_params *p, int64_t h, int64_t w)
 {
-    lt_conv2d_params part = *p;
+    lt_conv2d_params high = *p;
 
-    part.n = 1, part.h = h, part.w = w;
-    return part;
+    high.n = 1, high.h = h, high.w = w;
+    return high;
 }
 
-/* Elements of the copies of dy and of x, in whose place dx comes first, and of the weights; bytes of the rest */
+/* Where each rectangle goes; an empty one goes nowhere. A stack of nothing is empty. */
+static lt_conv2d_params stack(const lt_conv2d_params *p, const lt_rect *r, piece *out)
+{
+    int64_t h = 0, w = 0;
+
+    for (int64_t i = 0; i < p->n; i++) {
+        out[i] = (piece){ .at = h };
+        if (r[i].y0 >= r[i].y1 || r[i].x0 >= r[i].x1)
+            continue;
+        out[i].r = r[i];
+        out[i].g = reached(p, r[i]);
+        h += out[i].g.y1 - out[i].g.y0 + p->pad_h;
+        w = lt_max_i64(w, out[i].g.x1 - out[i].g.x0);
+    }
+    return params_of_stack(p, h, w);
+}
+
+/* Elements of the stacks of dy and of x, in whose place dx comes first, and of the weights; bytes of the rest */
 typedef struct { int64_t dy, x, packed; size_t rest; } room;
 
 static int64_t aligned(int64_t n)
@@ -65,61 +98,66 @@ static int64_t aligned(int64_t n)
     return lt_ceil_div(n, LT_ALIGN) * LT_ALIGN;
 }
 
-static room room_of(const lt_conv2d_params *part)
+static room room_of(const lt_conv2d_params *high)
 {
-    const size_t data = lt_conv2d_backward_data_work(part), weights = lt_conv2d_weights_work(part);
-    const int64_t positions = part->h * part->w;
+    const size_t data = lt_conv2d_backward_data_work(high), weights = lt_conv2d_weights_work(high);
 
     return (room){
-        aligned(part->o * positions), aligned(part->c * positions), aligned(lt_conv2d_data_packed(part)),
-        data > weights ? data : weights,
+        aligned(high->o * high->h * high->w), aligned(high->c * high->h * high->w),
+        aligned(lt_conv2d_data_packed(high)), data > weights ? data : weights,
     };
 }
 
-bool lt_conv2d_keeps_size(const lt_conv2d_params *p)
+static int64_t pieces_bytes(const lt_conv2d_params *p)
 {
-    return p->stride_h == 1 && p->stride_w == 1 && lt_conv2d_out_h(p) == p->h && lt_conv2d_out_w(p) == p->w;
+    return aligned(p->n * (int64_t)sizeof(piece));
 }
 
-size_t lt_conv2d_backward_rect_work(const lt_conv2d_params *p)
+bool lt_conv2d_stacks_rects(const lt_conv2d_params *p)
+{
+    return !conv_pointwise(p) && p->stride_h == 1 && p->stride_w == 1 && lt_conv2d_out_h(p) == p->h
+           && lt_conv2d_out_w(p) == p->w;
+}
+
+size_t lt_conv2d_backward_rects_work(const lt_conv2d_params *p)
 {
     size_t most = 0;
 
-    for (int64_t h = 1; h <= p->h; h++)
+    for (int64_t h = 1; h <= p->n * (p->h + p->pad_h); h++)
         for (int64_t w = 1; w <= p->w; w++) {
-            const lt_conv2d_params part = params_of_part(p, h, w);
-            const room r = room_of(&part);
+            const lt_conv2d_params high = params_of_stack(p, h, w);
+            const room r = room_of(&high);
             const size_t bytes = (size_t)(r.dy + r.x + r.packed) * sizeof(lt_real) + r.rest;
 
             most = bytes > most ? bytes : most;
         }
-    return most;
+    return (size_t)pieces_bytes(p) + most;
 }
 
-void lt_conv2d_backward_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *weights,
-                             const lt_real *dy, const lt_conv2d_gradients *to, void *work)
+void lt_conv2d_backward_rects(const lt_conv2d_params *p, const lt_rect *r, const lt_real *x, const lt_real *weights,
+                              const lt_real *dy, const lt_conv2d_gradients *to, void *work)
 {
-    const lt_rect g = reached(p, r);
-    const lt_conv2d_params part = params_of_part(p, g.y1 - g.y0, g.x1 - g.x0);
-    const room n = room_of(&part);
-    lt_real *part_dy = work, *part_x = part_dy + n.dy, *packed = part_x + n.x;
+    stacking s = { .p = p, .piece = work, .high = stack(p, r, work) };
+    const room n = room_of(&s.high);
+    lt_real *high_dy = (lt_real *)(void *)((char *)work + pieces_bytes(p)), *high_x = high_dy + n.dy;
+    lt_real *packed = high_x + n.x;
     void *rest = packed + n.packed;
-    cutting c = { p->h, p->w, g, r, (lt_real *)dy, part_dy };
 
-    if (r.y0 >= r.y1 || r.x0 >= r.x1)
+    if (!s.high.h)
         return;
-    lt_parallel_for(p->o, take_plane, &c);
+    s.channels = p->o, s.maps = (lt_real *)dy, s.stack = high_dy;
+    lt_parallel_for(p->o, take_plane, &s);
     if (to->bias)
-        lt_conv2d_backward_bias(&part, part_dy, to->bias);
-    c = (cutting){ p->h, p->w, g, g, to->x, part_x };
+        lt_conv2d_backward_bias(&s.high, high_dy, to->bias);
+    s.channels = p->c, s.maps = to->x, s.stack = high_x;
     if (to->x) {
-        lt_conv2d_data_pack(&part, weights, packed);
-        lt_conv2d_backward_data(&part, part_dy, packed, false, part_x, rest);
-        lt_parallel_for(p->c, add_plane, &c);
+        lt_conv2d_data_pack(&s.high, weights, packed);
+        lt_conv2d_backward_data(&s.high, high_dy, packed, false, high_x, rest);
+        lt_parallel_for(p->c, add_plane, &s);
     }
-    c.map = (lt_real *)x;
+    s.maps = (lt_real *)x, s.around = true;
     if (to->weights) {
-        lt_parallel_for(p->c, take_plane, &c);
-        lt_conv2d_backward_weights(&part, part_x, part_dy, true, to->weights, rest);
+        lt_parallel_for(p->c, take_plane, &s);
+        lt_conv2d_backward_weights(&s.high, high_x, high_dy, true, to->weights, rest);
     }
 }

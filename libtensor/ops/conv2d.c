@@ -135,11 +135,16 @@ static bool in_rects(const lt_call *c, const lt_conv2d_params *p)
     return c->in[REGION] && (is_int8(c) ? lt_conv2d_int8_takes_rect(p) : lt_conv2d_takes_rect(p));
 }
 
+static size_t rects_bytes(const lt_conv2d_params *p)
+{
+    return (size_t)op_aligned(p->n * (int64_t)sizeof(lt_rect));
+}
+
 /* What the gradients take */
 static size_t backward_bytes(const lt_call *c, const lt_conv2d_params *p)
 {
-    if (c->in[REGION] && lt_conv2d_keeps_size(p))
-        return lt_conv2d_backward_rect_work(p);
+    if (c->in[REGION] && lt_conv2d_stacks_rects(p))
+        return rects_bytes(p) + lt_conv2d_backward_rects_work(p);
     return op_larger(lt_conv2d_weights_work(p), data_bytes(p));
 }
 
@@ -269,22 +274,19 @@ static void backward(const lt_call *c)
 static void backward_within(const lt_call *c)
 {
     const lt_conv2d_params p = params_of(c);
-    const int64_t in = image_in(&p), out = image_out(&p);
-    lt_conv2d_gradients to = { c->din[X], c->din[W], c->din[B] };
+    const lt_conv2d_gradients to = { c->din[X], c->din[W], c->din[B] };
+    lt_rect *rects = c->work;
 
-    if (!lt_conv2d_keeps_size(&p)) {
+    if (!lt_conv2d_stacks_rects(&p)) {
         backward(c);
         return;
     }
-    op_start(c, X, 0, p.n * in);
+    op_start(c, X, 0, p.n * image_in(&p));
     op_start(c, W, 0, lt_numel(c->in[W]));
     op_start(c, B, 0, p.o);
-    for (int64_t i = 0; i < p.n; i++) {
-        lt_conv2d_backward_rect(&p, rect_of(c, &p, i), data_of(c, X) + i * in, data_of(c, W), c->dout + i * out, &to,
-                                c->work);
-        if (to.x)
-            to.x += in;
-    }
+    for (int64_t i = 0; i < p.n; i++)
+        rects[i] = rect_of(c, &p, i);
+    lt_conv2d_backward_rects(&p, rects, data_of(c, X), data_of(c, W), c->dout, &to, (char *)c->work + rects_bytes(&p));
 }
 
 static int64_t macs(const lt_call *c)
