@@ -13,12 +13,15 @@
 #include "libtensor/io/safetensors.h"
 #include "libtensor/io/torch_file.h"
 #include "libtensor/kernels/kernels.h"
+#include "train/checkpoint_folder.h"
 #include "train/weights.h"
 
 #include <cjson/cJSON.h>
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { MAX_SET = 64 };
 enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES, SETUP, HAND, HAND_LEFT, INIT };
@@ -338,13 +341,21 @@ static bool ends_with(const char *text, const char *end)
     return n >= m && strcmp(text + n - m, end) == 0;
 }
 
-static lt_status info_file(const char *path, cJSON *root)
+static lt_status info_file(const char *name, cJSON *root)
 {
     lt_arena *arena = lt_arena_new();
+    const char *path = arena ? checkpoint_last(arena, name) : NULL;       /* a run's folder stands for its last one */
     lt_status st;
 
-    if (!arena)
-        return lt_error(LT_ENOMEM, "no memory to read %s", path);
+    if (!path) {
+        lt_arena_free(arena);
+        return lt_error(LT_ENOMEM, "no memory to read %s", name);
+    }
+    if (access(path, F_OK) != 0) {
+        st = lt_error(LT_EIO, "%s: %s%s", path, strerror(errno), path == name ? "" : "; a dataset goes behind --data");
+        lt_arena_free(arena);
+        return st;
+    }
     cJSON_AddStringToObject(root, "file", path);
     if (ends_with(path, ".safetensors")) {
         st = info_safetensors(arena, path, root);

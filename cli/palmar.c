@@ -5,9 +5,13 @@
 #include "cli/cli.h"
 
 #include <config.h>
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/json.h"
 #include "libtensor/kernels/kernels.h"
 
+#include <errno.h>
+#include <fcntl.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -89,7 +93,7 @@ static int run(int argc, char **argv)
         print_help(stderr);
         return 2;
     }
-    if (strcmp(argv[1], "help") == 0 || strcmp(argv[1], "--help") == 0)
+    if (strcmp(argv[1], "help") == 0 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0)
         return help(argc, argv);
     if (strcmp(argv[1], "--version") == 0) {
         printf("palmar %s\n", PACKAGE_VERSION);
@@ -103,14 +107,44 @@ static int run(int argc, char **argv)
     return c->run(argc - 1, argv + 1);
 }
 
-/* Without memory OpenBLAS's threads, which it starts when it is loaded, try for ever, and exit() would wait for them. */
+/* A closed one's number would go to a file, and what is printed with it. */
+static void open_standard_streams(void)
+{
+    int fd;
+
+    do
+        fd = open("/dev/null", O_RDWR);
+    while (fd >= 0 && fd <= STDERR_FILENO);
+    if (fd >= 0)
+        close(fd);
+}
+
+/* What was printed must have arrived. And exit() would wait for OpenBLAS's threads, which it starts when it is loaded
+ * and which without memory try for ever. */
+static void leave(int code, void *nothing)
+{
+    (void)nothing;
+    if ((fflush(stdout) != 0 || ferror(stdout)) && code == 0) {
+        fprintf(stderr, "palmar: standard output: %s\n", strerror(errno));
+        code = 4;
+    }
+    _exit(code);
+}
+
+static void on_fatal_signal(int number)
+{
+    lt_atomic_unlink_all();
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
 int main(int argc, char **argv)
 {
-    const int code = run(argc, argv);
-
-    if (code == 4) {
-        fflush(NULL);
-        _exit(code);
-    }
-    return code;
+    open_standard_streams();
+    on_exit(leave, NULL);
+    signal(SIGXFSZ, SIG_IGN);           /* then it is an error of write */
+    signal(SIGINT, on_fatal_signal);    /* where a command does not catch them */
+    signal(SIGTERM, on_fatal_signal);
+    signal(SIGHUP, on_fatal_signal);
+    return run(argc, argv);
 }

@@ -75,6 +75,8 @@ static void check(train_args *a, struct argp_state *state)
         argp_error(state, "where to? give --out DIR");
     if (!a->o.config && !a->o.resume)
         argp_error(state, "train what? give --config FILE or NAME, or --resume");
+    if (a->o.resume && a->o.init)
+        argp_error(state, "--resume goes on with the run's own weights, --init begins with others; give one of them");
 }
 
 static error_t parse(int key, char *arg, struct argp_state *state)

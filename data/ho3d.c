@@ -405,17 +405,19 @@ static lt_status open_truth(ho3d *h, const char *file, int points, const float *
     return LT_OK;
 }
 
-/* Our own generator leaves a manifest that says so. */
-static bool is_synthetic(ho3d *h)
+/* Our own generator leaves a manifest that says so, and names its sequences as no real one is. */
+static lt_status find_whether_synthetic(ho3d *h)
 {
     const char *path = lt_arena_printf(h->arena, "%s/manifest.json", h->base.root);
     struct cJSON *manifest = NULL;
-    bool yes = false;
+    lt_status st = LT_OK;
 
-    if (path && !access(path, F_OK) && !lt_json_read(path, &manifest))
-        yes = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(manifest, "synthetic"));
+    h->base.synthetic = h->base.count && strncmp(h->name[0], "SYN", 3) == 0;
+    if (path && !access(path, F_OK))
+        st = lt_json_read(path, &manifest);
+    h->base.synthetic |= cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(manifest, "synthetic"));
     cJSON_Delete(manifest);
-    return yes;
+    return st;
 }
 
 static const char *kind_of(const ho3d *h)
@@ -438,8 +440,7 @@ static lt_status open_all(ho3d *h, const ho3d_options *o)
     if (st)
         return st;
     h->base.kind = kind_of(h);
-    h->base.synthetic = is_synthetic(h);
-    return LT_OK;
+    return find_whether_synthetic(h);
 }
 
 lt_status ho3d_open(const ho3d_options *o, dataset **out)

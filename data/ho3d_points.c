@@ -5,10 +5,13 @@
 #include "libtensor/io/number.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 #include <yajl/yajl_parse.h>
 #include <zip.h>
 
@@ -225,11 +228,18 @@ static lt_status open_archive(ho3d_points *p)
 
 static lt_status open_text(ho3d_points *p)
 {
+    const int fd = open(p->path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    struct stat info;
     char magic[2] = { 0 };
 
-    p->file = fopen(p->path, "rb");
-    if (!p->file)
+    p->file = fd >= 0 ? fdopen(fd, "rb") : NULL;
+    if (!p->file || fstat(fd, &info) != 0) {
+        if (fd >= 0 && !p->file)
+            close(fd);
         return lt_error(LT_EIO, "%s: %s", p->path, strerror(errno));
+    }
+    if (!S_ISREG(info.st_mode))
+        return lt_error(LT_EIO, "%s: not a regular file", p->path);
     if (fread(magic, 1, 2, p->file) == 2 && magic[0] == 'P' && magic[1] == 'K')
         return open_archive(p);
     rewind(p->file);

@@ -306,7 +306,7 @@ static lt_status judge(loader *l, entry *e)
         lt_status st;
         if (!e->status[i])
             continue;
-        if (l->opt.tolerate <= 0)
+        if (l->opt.tolerate <= 0 || e->status[i] == LT_ENOMEM)         /* the machine's fault, not the sample's */
             return lt_error(e->status[i], "%s", line);
         l->source.skip(e->batch, i, e->index[i]);
         st = remember(l, e->index[i], line);

@@ -119,14 +119,15 @@ static lt_status read_log(report *r)
 {
     const char *text, *end;
     size_t n = 0;
+    int number = 1;
     lt_status st = read_text(r, "log.jsonl", &text, &n);
 
-    for (; st == LT_OK && text && (end = memchr(text, '\n', n)); n -= (size_t)(end + 1 - text), text = end + 1) {
+    for (; st == LT_OK && text && (end = memchr(text, '\n', n)); n -= (size_t)(end + 1 - text), text = end + 1, number++) {
         cJSON *line;
 
-        st = lt_json_parse("log.jsonl", text, (size_t)(end - text), &line);
+        st = lt_json_parse("not an object", text, (size_t)(end - text), &line);
         if (st)
-            return st;
+            return lt_error(st, "%s/log.jsonl: line %d: not valid JSON", r->run, number);
         st = take_line(r, line);
         cJSON_Delete(line);
     }

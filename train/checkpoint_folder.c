@@ -41,6 +41,13 @@ static int64_t step_of(const char *name)
     return strcmp(end, SUFFIX) == 0 ? step : -1;
 }
 
+int64_t checkpoint_step(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    return step_of(slash ? slash + 1 : path);
+}
+
 static int newest_first(const void *a, const void *b)
 {
     const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;

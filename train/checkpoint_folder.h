@@ -12,6 +12,9 @@
 /* checkpoint_name - "folder/step-000412.safetensors" in the arena; NULL without memory */
 const char *checkpoint_name(lt_arena *arena, const char *folder, int64_t step);
 
+/* checkpoint_step - that a path ends with, -1 where it names none */
+int64_t checkpoint_step(const char *path);
+
 /* checkpoint_list - the step files of a folder, newest first; *n is 0 when there is no such folder */
 lt_status checkpoint_list(lt_arena *arena, const char *folder, const char *const **paths, int *n);
 

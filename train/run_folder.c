@@ -14,8 +14,11 @@
 
 #include <cjson/cJSON.h>
 #include <config.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/file.h>
 #include <unistd.h>
 #include <zlib.h>
 
@@ -45,6 +48,18 @@ static lt_status refuse_old_run(const trainer *t)
         return lt_error(LT_EINVAL, "%s: holds a run already; go on with --resume, or choose another --out",
                         t->opt->out);
     return st;
+}
+
+/* A file system without locks is not held against anybody. */
+static lt_status lock(trainer *t)
+{
+    t->locked = open(t->opt->out, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (t->locked < 0)
+        return lt_error(LT_EIO, "%s: %s", t->opt->out, strerror(errno));
+    if (flock(t->locked, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return lt_error(LT_EINVAL, "%s: another palmar train is at work there; wait for it, or choose another --out",
+                        t->opt->out);
+    return LT_OK;
 }
 
 static lt_status write_config(const trainer *t, const char *path)
@@ -96,7 +111,7 @@ static lt_status write_env(const trainer *t, const char *path)
     return st;
 }
 
-lt_status run_folder_make(const trainer *t)
+lt_status run_folder_make(trainer *t)
 {
     const char *config = lt_path_join(t->arena, t->opt->out, "config.json");
     const char *env = lt_path_join(t->arena, t->opt->out, "env.json");
@@ -107,6 +122,8 @@ lt_status run_folder_make(const trainer *t)
         st = refuse_old_run(t);
     if (st == LT_OK)
         st = lt_make_dirs(t->checkpoints);
+    if (st == LT_OK)
+        st = lock(t);
     if (st == LT_OK)
         st = write_config(t, config);
     if (st == LT_OK)

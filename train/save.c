@@ -5,8 +5,10 @@
 #include "train/trainer_internal.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/json.h"
 #include "train/checkpoint_folder.h"
 
+#include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <string.h>
 #include <sys/statvfs.h>
@@ -36,6 +38,50 @@ lt_status trainer_save(trainer *t)
 
 /* ---- resume ------------------------------------------------------------------------------------------- */
 
+static const char *optimiser_of(const cJSON *config)
+{
+    return cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(cJSON_GetObjectItemCaseSensitive(config, "optim"), "kind"));
+}
+
+/* What one optimiser keeps of its past means nothing to another. */
+static lt_status check_optimiser(const trainer *t, const char *path)
+{
+    cJSON *had = NULL, *have = train_config_json(&t->config, &t->model);
+    const char *text, *before, *now;
+    lt_status st = checkpoint_config(t->arena, path, &text, NULL);
+
+    if (st == LT_OK)
+        st = lt_json_parse(path, text, strlen(text), &had);
+    before = optimiser_of(had), now = optimiser_of(have);
+    if (st == LT_OK && before && now && strcmp(before, now) != 0)
+        st = lt_error(LT_EINVAL, "%s: optim.kind: %s, but the run to resume has %s", t->config.path, now, before);
+    cJSON_Delete(had);
+    cJSON_Delete(have);
+    return st;
+}
+
+static lt_status load(trainer *t, const char *path)
+{
+    const lt_status st = check_optimiser(t, path);
+
+    return st ? st : checkpoint_load(path, &t->model, t->optim, &t->state);
+}
+
+/* An older checkpoint than others of the folder would begin a second branch in it, and they would win. */
+static lt_status load_named(trainer *t, const char *path)
+{
+    const char *const *paths;
+    int n;
+    lt_status st = load(t, path);
+
+    if (st == LT_OK)
+        st = checkpoint_list(t->arena, t->checkpoints, &paths, &n);
+    if (st || !n || checkpoint_step(paths[0]) <= t->state.step)
+        return st;
+    return lt_error(LT_EINVAL, "%s: of step %" PRId64 ", but %s is there already; choose another --out, or remove what "
+                    "came after", path, t->state.step, paths[0]);
+}
+
 static lt_status load_newest(trainer *t)
 {
     const char *const *paths;
@@ -46,7 +92,7 @@ static lt_status load_newest(trainer *t)
     if (st)
         return st;
     for (int i = 0; i < n; i++) {
-        st = checkpoint_load(paths[i], &t->model, t->optim, &t->state);
+        st = load(t, paths[i]);
         if (st == LT_OK)
             progress_note(&t->progress, "going on from %s", paths[i]);
         if (st != LT_EFORMAT && st != LT_EIO)
@@ -59,7 +105,7 @@ static lt_status load_newest(trainer *t)
 lt_status trainer_resume(trainer *t)
 {
     const char *from = t->opt->resume;
-    lt_status st = *from ? checkpoint_load(from, &t->model, t->optim, &t->state) : load_newest(t);
+    lt_status st = *from ? load_named(t, from) : load_newest(t);
 
     if (st)
         return st;

@@ -136,7 +136,7 @@ lt_status trainer_init(trainer *t, const train_options *o)
 {
     lt_status st;
 
-    *t = (trainer){ .opt = o, .saved_step = -1, .state = { .best_mm = INFINITY } };
+    *t = (trainer){ .opt = o, .saved_step = -1, .locked = -1, .state = { .best_mm = INFINITY } };
     progress_init(&t->progress, o->progress ? o->progress : stderr, o->quiet);
     t->arena = lt_arena_new();
     t->checkpoints = t->arena ? lt_path_join(t->arena, o->out, "checkpoints") : NULL;
@@ -158,6 +158,8 @@ lt_status trainer_init(trainer *t, const train_options *o)
 void trainer_fini(trainer *t)
 {
     loader_free(t->loader);
+    if (t->locked >= 0)
+        close(t->locked);
     train_log_close(&t->log);
     lt_optim_free(t->optim);
     tree_sum_free(t->sum);

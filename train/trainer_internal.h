@@ -31,6 +31,7 @@ typedef struct {
     train_log log;
     train_progress progress;
     const char *checkpoints;        /* the folder */
+    int locked;                     /* a descriptor of opt->out while it is ours, else -1 */
 
     checkpoint_state state;
     int64_t steps_of_epoch, total_steps, first_step;
@@ -48,8 +49,9 @@ size_t trainer_plan_bytes(const trainer *t);
 size_t trainer_bytes(const trainer *t);         /* plans, batches, parameters, optimiser */
 void trainer_describe(trainer *t);
 
-/* run_folder.c: config.json, env.json, README.txt. Refuses a folder that holds a run, unless going on. */
-lt_status run_folder_make(const trainer *t);
+/* run_folder.c: config.json, env.json, README.txt. Refuses a folder that holds a run, unless going on, and one where
+ * another process trains. */
+lt_status run_folder_make(trainer *t);
 
 /* step.c: one step on a batch, recorded in t->record. LT_ENUMERIC after too many bad ones. */
 lt_status trainer_step(trainer *t, const hand_object_batch *b);

@@ -14,7 +14,40 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { NAME_TRIES = 100 };
+enum { NAME_TRIES = 100, MOST_OPEN = 64 };
+
+/* Names of temporary files, for lt_atomic_unlink_all; those beyond MOST_OPEN are not remembered. */
+static _Atomic(char *) open_name[MOST_OPEN];
+
+static void remember(char *temp)
+{
+    for (int i = 0; i < MOST_OPEN; i++) {
+        char *none = NULL;
+
+        if (atomic_compare_exchange_strong(&open_name[i], &none, temp))
+            return;
+    }
+}
+
+static void forget(char *temp)
+{
+    for (int i = 0; temp && i < MOST_OPEN; i++) {
+        char *it = temp;
+
+        if (atomic_compare_exchange_strong(&open_name[i], &it, NULL))
+            return;
+    }
+}
+
+void lt_atomic_unlink_all(void)
+{
+    for (int i = 0; i < MOST_OPEN; i++) {
+        const char *temp = atomic_load(&open_name[i]);
+
+        if (temp)
+            unlink(temp);
+    }
+}
 
 static lt_status system_error(const char *path, const char *doing, int error)
 {
@@ -37,6 +70,8 @@ static int open_temp(const char *path, char **temp)
         if (fd < 0 && errno != EEXIST)
             break;
     }
+    if (fd >= 0)
+        remember(*temp);
     return fd;
 }
 
@@ -67,6 +102,7 @@ lt_status lt_atomic_open(lt_atomic_file *f, const char *path)
 
 static void release(lt_atomic_file *f)
 {
+    forget(f->temp);
     free(f->path);
     free(f->temp);
     memset(f, 0, sizeof(*f));

@@ -45,6 +45,9 @@ LT_API lt_status lt_atomic_commit(lt_atomic_file *f);
 /* lt_atomic_abort - close and remove the temporary file; path is as it was; fine after a failed open */
 LT_API void lt_atomic_abort(lt_atomic_file *f);
 
+/* lt_atomic_unlink_all - remove the temporary files that are open; for a handler of a signal that ends the process */
+LT_API void lt_atomic_unlink_all(void);
+
 /* lt_write_file - n bytes as the whole of path, atomically; errors as lt_atomic_open and _commit */
 LT_API lt_status lt_write_file(const char *path, const void *bytes, size_t n);
 

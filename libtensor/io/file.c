@@ -47,7 +47,9 @@ lt_status lt_read_file(lt_arena *arena, const char *path, size_t max_bytes, uint
     lt_status st;
 
     if (fd < 0 || fstat(fd, &info) != 0) {
-        st = lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+        const bool short_of = errno == EMFILE || errno == ENFILE || errno == ENOMEM;
+
+        st = lt_error(short_of ? LT_ENOMEM : LT_EIO, "%s: %s", path, strerror(errno));
         goto done;
     }
     st = check_size(path, &info, max_bytes);

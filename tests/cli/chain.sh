@@ -51,3 +51,38 @@ if ./palmar train --config hocat-tiny --data "$here/data" --out "$here/run" 2>"$
     exit 1
 fi
 grep -q -e --resume "$here/refused.txt"
+
+# says CODE WORDS COMMAND...: the command ends with the code, and what it complains of has the words
+says()
+{
+    code=$1 words=$2
+    shift 2
+    got=0
+    "$@" >/dev/null 2>"$here/said.txt" || got=$?
+    if [ "$got" != "$code" ] || ! grep -q -e "$words" "$here/said.txt"; then
+        echo "$*: code $got, want $code and \"$words\":"
+        cat "$here/said.txt"
+        exit 1
+    fi
+}
+
+says 2 'give one of them' ./palmar train --resume --init "$here/int8.safetensors" --out "$here/run"
+says 2 'no config "hocat-tin"' ./palmar train --config hocat-tin --data "$here/data" --out "$here/none"
+says 1 'a dataset goes behind --data' ./palmar info "$here/data"
+says 1 'No such file' ./palmar info "$here/nothing"
+mkfifo "$here/pipe"
+says 1 'not a regular file' ./palmar eval --pred "$here/pipe" --data "$here/data"
+says 4 'File too large' sh -c "ulimit -f 100; exec ./palmar export '$here/run' -o '$here/large.onnx'"
+says 4 'standard output' sh -c 'exec ./palmar info --model hocat >/dev/full'
+./palmar gradcheck --help | grep -q 'double precision'
+./palmar info "$here/run" | grep -q hocat
+if ls "$here"/*.tmp 2>/dev/null; then
+    echo "left behind"
+    exit 1
+fi
+
+# Data without their manifest are no less synthetic.
+rm "$here/data/manifest.json"
+./palmar info --data "$here/data" --samples 1 | grep -q 'synthetic  *true'
+echo '[[' >"$here/data/manifest.json"
+says 1 'manifest.json' ./palmar info --data "$here/data"

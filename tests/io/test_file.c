@@ -66,6 +66,21 @@ START_TEST(abort_leaves_nothing)
 END_TEST
 
 /* Another process, or a run before, may have left files of the names that we choose. */
+START_TEST(unlink_all_leaves_nothing)
+{
+    lt_atomic_file f[3];
+
+    for (int i = 0; i < 3; i++)
+        check_ok(lt_atomic_open(&f[i], in_folder("unlinked")));
+    lt_atomic_abort(&f[1]);
+    lt_atomic_unlink_all();
+    ck_assert_int_ne(access(f[0].temp, F_OK), 0);
+    ck_assert_int_ne(access(f[2].temp, F_OK), 0);
+    lt_atomic_abort(&f[0]);
+    lt_atomic_abort(&f[2]);
+}
+END_TEST
+
 START_TEST(names_that_are_taken_are_passed_over)
 {
     char name[64];
@@ -237,6 +252,7 @@ static void add(TCase *tc)
 {
     tcase_add_test(tc, old_until_commit);
     tcase_add_test(tc, abort_leaves_nothing);
+    tcase_add_test(tc, unlink_all_leaves_nothing);
     tcase_add_test(tc, names_that_are_taken_are_passed_over);
     tcase_add_test(tc, a_folder_in_the_way_is_left);
     tcase_add_test(tc, a_name_without_a_folder_is_here);

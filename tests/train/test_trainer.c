@@ -9,6 +9,8 @@
 #include <math.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 /* ---- running ------------------------------------------------------------------------------------------ */
@@ -397,6 +399,36 @@ START_TEST(of_another_model)
 }
 END_TEST
 
+/* Nothing is written, and nothing goes on, where it would be mixed up with something else. */
+START_TEST(resume_refused)
+{
+    train_options o;
+    int fd;
+
+    with("optim.steps=4");
+    with("train.checkpoint_steps=1");
+    o = options("refused");
+    run_ok(&o);
+    o.resume = tree_at("refused/checkpoints/step-000003.safetensors");
+    expect(&o, LT_EINVAL, "of step 3, but ");
+    expect(&o, LT_EINVAL, "step-000004.safetensors is there already; choose another --out, or remove what came after");
+    o.out = tree_at("branch");
+    run_ok(&o);
+    same_file(last_of("refused"), last_of("branch"));
+    o.out = tree_at("refused");
+    o.resume = "";
+    with("optim.kind=sgd");
+    o.n_set = n_set;
+    expect(&o, LT_EINVAL, "optim.kind: sgd, but the run to resume has adam");
+    o.n_set = n_set - 1;
+    fd = open(o.out, O_RDONLY | O_DIRECTORY);
+    ck_assert_int_eq(flock(fd, LOCK_EX), 0);
+    expect(&o, LT_EINVAL, "another palmar train is at work there");
+    close(fd);
+    run_ok(&o);
+}
+END_TEST
+
 /* ---- initial weights, dry runs, validation without truth ------------------------------------------------ */
 
 START_TEST(initial_weights)
@@ -420,7 +452,7 @@ START_TEST(initial_weights)
     ck_assert_ptr_nonnull(strstr(text, "safetensors, names of torchvision and palmar; 1 parameters loaded"));
     ck_assert_ptr_nonnull(strstr(text, ": trunk.bn1.weight, trunk.bn1.bias, "));
     ck_assert_ptr_nonnull(strstr(text, "left over  1: fc.weight"));
-    ck_assert_ptr_nonnull(strstr(text, "HO3D v3, "));
+    ck_assert_ptr_nonnull(strstr(text, "HO3D v3 (synthetic), "));
     ck_assert(!there("init"));                                  /* a dry run leaves nothing */
     e[0].array.shape[0] = 4;
     tree_ok(lt_safetensors_write(tree_at("init.safetensors"), e, 2, NULL, 0));
@@ -505,6 +537,7 @@ int main(int argc, char **argv)
     tcase_add_test(c, disk_full);
     tcase_add_test(c, damaged_newest);
     tcase_add_test(c, of_another_model);
+    tcase_add_test(c, resume_refused);
     tcase_add_test(c, initial_weights);
     tcase_add_test(c, validation_without_truth);
     tcase_add_test(c, background_without_masks);
