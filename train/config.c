@@ -147,6 +147,8 @@ static lt_status check_groups(const char *path, const cJSON *tree)
 
         while (i < LT_COUNT(groups) && strcmp(groups[i], item->string) != 0)
             i++;
+        if (cJSON_GetObjectItemCaseSensitive(tree, item->string) != item)
+            return lt_error(LT_EINVAL, "%s: %s: is there twice", path, item->string);
         if (i == LT_COUNT(groups) && near)
             return lt_error(LT_EINVAL, "%s: %s: no such group; did you mean \"%s\"?", path, item->string, near);
         if (i == LT_COUNT(groups))

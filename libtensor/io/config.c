@@ -41,6 +41,8 @@ static lt_status check_names(const char *where, const cJSON *object, const lt_co
             i++;
         if (!keys[i].name)
             return unknown_key(where, item->string, keys);
+        if (cJSON_GetObjectItemCaseSensitive(object, item->string) != item)
+            return lt_error(LT_EINVAL, "%s.%s: is there twice", where, item->string);
     }
     return LT_OK;
 }
@@ -61,10 +63,12 @@ static lt_status read_number(const char *where, const lt_config_key *k, const cJ
 
     if (!isfinite(x))
         return wrong(where, k, "a number", v);
-    if (k->type != LT_CONFIG_NUMBER && (x != floor(x) || fabs(x) > 2147483647.0))
+    if (k->type != LT_CONFIG_NUMBER && x != floor(x))
         return wrong(where, k, "a whole number", v);
+    if (k->type != LT_CONFIG_NUMBER && fabs(x) > 2147483647.0)
+        return wrong(where, k, "a whole number from -2147483647 to 2147483647", v);
     if ((k->lo != 0 || k->hi != 0) && (x < k->lo || x > k->hi))
-        return lt_error(LT_EINVAL, "%s.%s: %g is not between %g and %g", where, k->name, x, k->lo, k->hi);
+        return lt_error(LT_EINVAL, "%s.%s: %.10g is not between %.10g and %.10g", where, k->name, x, k->lo, k->hi);
     *out = x;
     return LT_OK;
 }

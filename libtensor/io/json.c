@@ -319,7 +319,12 @@ static int min_int(int a, int b)
     return a < b ? a : b;
 }
 
-/* Edits from a to b: insert, delete, replace, swap neighbours (optimal string alignment). */
+static char lower(char c)
+{
+    return c >= 'A' && c <= 'Z' ? (char)(c + 'a' - 'A') : c;
+}
+
+/* Edits from a to b, capitals or not: insert, delete, replace, swap neighbours (optimal string alignment). */
 static int edit_distance(const char *a, size_t n_a, const char *b, size_t n_b)
 {
     int rows[3][NAME_MAX_CHARS + 1];
@@ -332,7 +337,7 @@ static int edit_distance(const char *a, size_t n_a, const char *b, size_t n_b)
 
         row[0] = (int)i;
         for (size_t j = 1; j <= n_b; j++) {
-            row[j] = min_int(min_int(last[j], row[j - 1]) + 1, last[j - 1] + (a[i - 1] != b[j - 1]));
+            row[j] = min_int(min_int(last[j], row[j - 1]) + 1, last[j - 1] + (lower(a[i - 1]) != lower(b[j - 1])));
             if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
                 row[j] = min_int(row[j], before[j - 2] + 1);
         }

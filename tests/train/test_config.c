@@ -69,8 +69,13 @@ START_TEST(slips)
     refuse("{" MODEL "}", "model.name=hokat", "--set model.name: no such model \"hokat\"; did you mean \"hocat\"?");
     refuse("{" MODEL "}", "optim.shards=5", "--set optim.shards: 5 do not divide a batch of 32");
     refuse("{" MODEL "}", "optim.kind=adan", "--set optim.kind: no such choice \"adan\"; did you mean \"adam\"?");
-    refuse("{" MODEL "}", "train.seed=-1", "--set train.seed: -1 is not between 0 and 2.14748e+09");
+    refuse("{" MODEL "}", "train.seed=-1", "--set train.seed: -1 is not between 0 and 2147483647");
     refuse("{" MODEL "}", "data.background=1.5", "--set data.background: 1.5 is not between 0 and 1");
+    refuse("{" MODEL "}", "optim.kind=ADAM", "--set optim.kind: no such choice \"ADAM\"; did you mean \"adam\"?");
+    refuse("{" MODEL "}", "train.seed=99999999999",
+           "--set train.seed: found 99999999999, want a whole number from -2147483647 to 2147483647");
+    refuse("{" MODEL ", \"optim\": { \"lr\": 1, \"lr\": 2 } }", NULL, "run.json: optim.lr: is there twice");
+    refuse("{" MODEL ", \"optim\": {}, \"optim\": {} }", NULL, "run.json: optim: is there twice");
     refuse("[]", NULL, "run.json: want an object with the groups model, data, optim, train");
 }
 END_TEST
