@@ -73,7 +73,9 @@ static lt_status predict_one(const predict_job *j, lt_arena *arena, predict_smoo
     if (smoother)
         predict_smooth(smoother, &v, r);
     say_found(&c);
-    return predict_write_files(arena, &c);
+    st = predict_write_files(arena, &c);
+    *unread = only_this_image(st);          /* a name that is too long */
+    return st;
 }
 
 /* Counts what was written and what was skipped; an error where nothing after it would do better. */

@@ -28,7 +28,8 @@ typedef struct {
  * The data goes to "path.NUMBER.tmp" in the same folder, which must exist (lt_make_dirs). A file that
  * is already at path keeps its contents until the commit, and its permission bits after it.
  *
- * Errors: LT_EIO (no such folder, not writable, path is a folder), LT_ENOSPC, LT_ENOMEM.
+ * Errors: LT_EIO (no such folder, not writable, path is a folder), LT_EINVAL (a name that is too long), LT_ENOSPC,
+ * LT_ENOMEM.
  */
 LT_API lt_status lt_atomic_open(lt_atomic_file *f, const char *path);
 

@@ -12,7 +12,7 @@ static double after_warmup(const lt_schedule *s, double epoch)
     case LT_STEP_LR:
         return s->lr * pow(s->gamma, floor(epoch / s->every));
     case LT_COSINE_LR:
-        done = (epoch - s->warmup) / (s->epochs - s->warmup);
+        done = s->epochs > s->warmup ? (epoch - s->warmup) / (s->epochs - s->warmup) : 1;
         done = done < 0 ? 0 : done > 1 ? 1 : done;
         return s->min_lr + 0.5 * (s->lr - s->min_lr) * (1 + cos(pi * done));
     case LT_CONSTANT_LR:

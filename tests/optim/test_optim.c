@@ -184,6 +184,7 @@ START_TEST(schedules)
     const lt_schedule step = { .kind = LT_STEP_LR, .lr = 0.4, .gamma = 0.5, .every = 10 };
     const lt_schedule cosine = { .kind = LT_COSINE_LR, .lr = 0.4, .min_lr = 0.1, .epochs = 12, .warmup = 2 };
     const lt_schedule constant = { .kind = LT_CONSTANT_LR, .lr = 0.4, .warmup = 4 };
+    const lt_schedule all_warmup = { .kind = LT_COSINE_LR, .lr = 0.4, .min_lr = 0.1, .epochs = 2, .warmup = 2 };
 
     ck_assert_double_eq_tol(lt_schedule_lr(&step, 9.99), 0.4, 1e-15);
     ck_assert_double_eq_tol(lt_schedule_lr(&step, 10), 0.2, 1e-15);
@@ -193,6 +194,7 @@ START_TEST(schedules)
     ck_assert_double_eq_tol(lt_schedule_lr(&cosine, 7), 0.25, 1e-15);
     ck_assert_double_eq_tol(lt_schedule_lr(&cosine, 12), 0.1, 1e-15);
     ck_assert_double_eq_tol(lt_schedule_lr(&cosine, 40), 0.1, 1e-15);
+    ck_assert_double_eq_tol(lt_schedule_lr(&all_warmup, 2), 0.1, 1e-15);
     ck_assert_double_eq_tol(lt_schedule_lr(&constant, 1), 0.1, 1e-15);
     ck_assert_double_eq_tol(lt_schedule_lr(&constant, 99), 0.4, 1e-15);
 }
