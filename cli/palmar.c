@@ -128,6 +128,7 @@ static void leave(int code, void *nothing)
         fprintf(stderr, "palmar: standard output: %s\n", strerror(errno));
         code = 4;
     }
+    fflush(NULL);
     _exit(code);
 }
 
@@ -138,13 +139,20 @@ static void on_fatal_signal(int number)
     raise(number);
 }
 
+/* What is ignored, as nohup has it, stays so; and a command may catch it later. */
+static void leave_nothing_on(int number)
+{
+    if (signal(number, SIG_IGN) != SIG_IGN)
+        signal(number, on_fatal_signal);
+}
+
 int main(int argc, char **argv)
 {
     open_standard_streams();
     on_exit(leave, NULL);
     signal(SIGXFSZ, SIG_IGN);           /* then it is an error of write */
-    signal(SIGINT, on_fatal_signal);    /* where a command does not catch them */
-    signal(SIGTERM, on_fatal_signal);
-    signal(SIGHUP, on_fatal_signal);
+    leave_nothing_on(SIGINT);
+    leave_nothing_on(SIGTERM);
+    leave_nothing_on(SIGHUP);
     return run(argc, argv);
 }
