@@ -264,10 +264,12 @@ void lt_optim_swap_ema(lt_optim *o)
 void lt_statistics_update(lt_params *set, int n)
 {
     for (lt_param *p = lt_params_first(set); p; p = p->next) {
+        const double batches = (double)n * (p->uses > 0 ? p->uses : 1);
+
         if (p->kind != LT_STATISTIC || !p->grad || p->frozen)
             continue;
         for (int64_t i = 0; i < lt_param_numel(p); i++) {
-            p->data[i] += (lt_real)(p->momentum * (p->grad[i] / ((double)n * p->uses) - p->data[i]));
+            p->data[i] += (lt_real)(p->momentum * (p->grad[i] / batches - p->data[i]));
             p->grad[i] = 0;
         }
     }
