@@ -3,9 +3,12 @@
 
 #include "data/hands.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/json.h"
 
 #include <cjson/cJSON.h>
+#include <errno.h>
+#include <fcntl.h>
 #include <math.h>
 #include <signal.h>
 #include <stdio.h>
@@ -48,6 +51,57 @@ int cli_number(struct argp_state *state, const char *option, const char *text, i
 void cli_threads(struct argp_state *state, const char *text)
 {
     lt_set_threads(cli_number(state, "threads", text, 1, 1024));
+}
+
+/* ---- beginning and leaving ------------------------------------------------------------------------------ */
+
+/* A closed one's number would go to a file, and what is printed with it. */
+static void open_standard_streams(void)
+{
+    int fd;
+
+    do
+        fd = open("/dev/null", O_RDWR);
+    while (fd >= 0 && fd <= STDERR_FILENO);
+    if (fd >= 0)
+        close(fd);
+}
+
+/* What was printed must have arrived. And exit() would wait for OpenBLAS's threads, which it starts when it is loaded
+ * and which without memory try for ever. */
+static void leave(int code, void *nothing)
+{
+    (void)nothing;
+    if ((fflush(stdout) != 0 || ferror(stdout)) && code == 0) {
+        fprintf(stderr, "palmar: standard output: %s\n", strerror(errno));
+        code = 4;
+    }
+    fflush(NULL);
+    _exit(code);
+}
+
+static void on_fatal_signal(int number)
+{
+    lt_atomic_unlink_all();
+    signal(number, SIG_DFL);
+    raise(number);
+}
+
+/* What is ignored, as nohup has it, stays so; and a command may catch it later. */
+static void leave_nothing_on(int number)
+{
+    if (signal(number, SIG_IGN) != SIG_IGN)
+        signal(number, on_fatal_signal);
+}
+
+void cli_begin(void)
+{
+    open_standard_streams();
+    on_exit(leave, NULL);
+    signal(SIGXFSZ, SIG_IGN);           /* then it is an error of write */
+    leave_nothing_on(SIGINT);
+    leave_nothing_on(SIGTERM);
+    leave_nothing_on(SIGHUP);
 }
 
 /* ---- failing and stopping ------------------------------------------------------------------------------ */

@@ -42,6 +42,10 @@ double cli_real(struct argp_state *state, const char *option, const char *text, 
 /* cli_threads - the --threads option: sets the number of threads */
 void cli_threads(struct argp_state *state, const char *text);
 
+/* cli_begin - before anything else: standard streams are open, what was printed is checked at exit, signals and
+ * limits leave no temporary files */
+void cli_begin(void);
+
 /* cli_stop_requested - SIGINT or SIGTERM arrived; its number, or 0. cli_catch_signals makes it so; a
  * second signal ends the process at once. */
 int cli_stop_requested(void);

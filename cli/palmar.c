@@ -5,17 +5,12 @@
 #include "cli/cli.h"
 
 #include <config.h>
-#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/json.h"
 #include "libtensor/kernels/kernels.h"
 
-#include <errno.h>
-#include <fcntl.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 typedef struct {
     const char *name;
@@ -107,52 +102,8 @@ static int run(int argc, char **argv)
     return c->run(argc - 1, argv + 1);
 }
 
-/* A closed one's number would go to a file, and what is printed with it. */
-static void open_standard_streams(void)
-{
-    int fd;
-
-    do
-        fd = open("/dev/null", O_RDWR);
-    while (fd >= 0 && fd <= STDERR_FILENO);
-    if (fd >= 0)
-        close(fd);
-}
-
-/* What was printed must have arrived. And exit() would wait for OpenBLAS's threads, which it starts when it is loaded
- * and which without memory try for ever. */
-static void leave(int code, void *nothing)
-{
-    (void)nothing;
-    if ((fflush(stdout) != 0 || ferror(stdout)) && code == 0) {
-        fprintf(stderr, "palmar: standard output: %s\n", strerror(errno));
-        code = 4;
-    }
-    fflush(NULL);
-    _exit(code);
-}
-
-static void on_fatal_signal(int number)
-{
-    lt_atomic_unlink_all();
-    signal(number, SIG_DFL);
-    raise(number);
-}
-
-/* What is ignored, as nohup has it, stays so; and a command may catch it later. */
-static void leave_nothing_on(int number)
-{
-    if (signal(number, SIG_IGN) != SIG_IGN)
-        signal(number, on_fatal_signal);
-}
-
 int main(int argc, char **argv)
 {
-    open_standard_streams();
-    on_exit(leave, NULL);
-    signal(SIGXFSZ, SIG_IGN);           /* then it is an error of write */
-    leave_nothing_on(SIGINT);
-    leave_nothing_on(SIGTERM);
-    leave_nothing_on(SIGHUP);
+    cli_begin();
     return run(argc, argv);
 }

@@ -40,7 +40,9 @@ lt_status trainer_save(trainer *t)
 
 static const char *optimiser_of(const cJSON *config)
 {
-    return cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(cJSON_GetObjectItemCaseSensitive(config, "optim"), "kind"));
+    const cJSON *optim = cJSON_GetObjectItemCaseSensitive(config, "optim");
+
+    return cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(optim, "kind"));
 }
 
 /* What one optimiser keeps of its past means nothing to another. */

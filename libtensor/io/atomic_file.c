@@ -53,7 +53,8 @@ static lt_status system_error(const char *path, const char *doing, int error)
 {
     const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
 
-    return lt_error(full ? LT_ENOSPC : error == ENAMETOOLONG ? LT_EINVAL : LT_EIO, "%s: cannot %s: %s", path, doing, strerror(error));
+    return lt_error(full ? LT_ENOSPC : error == ENAMETOOLONG ? LT_EINVAL : LT_EIO, "%s: cannot %s: %s", path, doing,
+                    strerror(error));
 }
 
 /* Not mkstemp: its files are private, ours have the permissions that open(2) gives under the umask. */

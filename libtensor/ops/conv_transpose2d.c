@@ -28,7 +28,8 @@ static lt_conv2d_params params_of(const lt_call *c)
 
     return (lt_conv2d_params){
         .n = lt_dim(x, 0), .c = w.dim[1], .o = lt_dim(x, 1), .kh = kh, .kw = kw,
-        .h = (lt_dim(x, 2) - 1) * a->stride - 2 * (int64_t)a->pad + kh, .w = (lt_dim(x, 3) - 1) * a->stride - 2 * (int64_t)a->pad + kw,
+        .h = (lt_dim(x, 2) - 1) * a->stride - 2 * (int64_t)a->pad + kh,
+        .w = (lt_dim(x, 3) - 1) * a->stride - 2 * (int64_t)a->pad + kw,
         .stride_h = a->stride, .stride_w = a->stride, .pad_h = a->pad, .pad_w = a->pad, .dil_h = 1, .dil_w = 1,
         .groups = 1,
     };

@@ -63,8 +63,8 @@ LT_API lt_optim_state lt_optim_state_at(const lt_optim *o, int i);
 LT_API void lt_optim_swap_ema(lt_optim *o);
 
 /* lt_statistics_update - move running statistics by their momentum towards the mean of what n batches
- * (shards) collected, and forget what was collected. Each must have gone through every layer of the set whose statistics
- * a training plan collects; frozen ones stay. */
+ * (shards) collected, and forget what was collected. Each must have gone through every layer of the set whose
+ * statistics a training plan collects; frozen ones stay. */
 LT_API void lt_statistics_update(lt_params *set, int n);
 
 typedef enum { LT_CONSTANT_LR, LT_STEP_LR, LT_COSINE_LR } lt_schedule_kind;

@@ -229,7 +229,8 @@ END_TEST
 /* A layer that is used twice collects two batches; a frozen one is left alone. */
 START_TEST(statistics_of_a_layer_used_twice)
 {
-    const lt_batch_norm_layer bn = lt_batch_norm_layer_new(set, "bn", 1), still = lt_batch_norm_layer_new(set, "still", 1);
+    const lt_batch_norm_layer bn = lt_batch_norm_layer_new(set, "bn", 1);
+    const lt_batch_norm_layer still = lt_batch_norm_layer_new(set, "still", 1);
     lt_graph *g = lt_graph_new();
     lt_tensor *x = lt_input(g, "x", LT_F32, 2, (int64_t[]){ 4, 1 });
     lt_tensor *twice = lt_batch_norm_layer_forward(&bn, lt_scale(lt_batch_norm_layer_forward(&bn, x), 3));
