@@ -105,7 +105,7 @@ static lt_status read_label(const dataset *d, int64_t index, label_arrays *a, in
 {
     lt_arena *arena = lt_arena_new();
     dataset_sample s;
-    lt_status st = arena ? dataset_read(d, index, 0, arena, &s) : lt_error(LT_ENOMEM, "no memory for a sample");
+    lt_status st = arena ? dataset_annotation(d, index, arena, &s) : lt_error(LT_ENOMEM, "no memory for a sample");
 
     if (st == LT_OK) {
         memcpy(a->joints[i], s.joints, sizeof(s.joints));
@@ -129,12 +129,14 @@ static lt_status fit_mean(evaluation *e)
         array(e, (size_t)n, sizeof(*a.t)), array(e, (size_t)n, sizeof(*a.object)),
     };
     predictor_labels labels;
+    lt_status st = LT_OK;
 
     if (!a.joints || !a.rotation || !a.beta || !a.R || !a.t || !a.object)
         return lt_error(LT_ENOMEM, "no memory for the training labels");
-    for (int64_t i = 0; i < n; i++)
-        if (read_label(d, i * d->count / n, &a, i))
-            return LT_EFORMAT;
+    for (int64_t i = 0; st == LT_OK && i < n; i++)
+        st = read_label(d, i * d->count / n, &a, i);
+    if (st)
+        return st;
     labels = (predictor_labels){
         .n = n, .joints = a.joints[0][0], .rotation = a.rotation[0][0], .beta = a.beta[0],
         .object = a.object, .R = a.R[0], .t = a.t[0],
@@ -250,7 +252,7 @@ static lt_status break_down(evaluation *e, int64_t done, int s)
 
 static lt_status score_model(evaluation *e, int64_t done, int n)
 {
-    lt_status st = LT_OK;
+    lt_status st;
 
     for (int s = 0; s < n; s++) {
         memcpy(e->rows.joints[s], e->estimates[s].joints, sizeof(e->rows.joints[s]));
@@ -258,9 +260,8 @@ static lt_status score_model(evaluation *e, int64_t done, int n)
         e->rows.object[s] = e->estimates[s].object;
         e->set[EVALUATE_MODEL].no_pose += e->which[s] >= 0 && e->estimates[s].object_inliers == 0;
     }
-    if (score_rows(e, &e->set[EVALUATE_MODEL], n))
-        return LT_ENOMEM;
-    for (int s = 0; s < n; s++) {
+    st = score_rows(e, &e->set[EVALUATE_MODEL], n);
+    for (int s = 0; st == LT_OK && s < n; s++) {
         const double errors[] = {
             1e3 * e->rows.hand_errors[s].xyz_pa, 1e3 * e->rows.hand_errors[s].mesh_pa,
             1e3 * e->rows.relative_errors[s].relative, 1e3 * e->rows.object_errors[s].add,
@@ -269,7 +270,7 @@ static lt_status score_model(evaluation *e, int64_t done, int n)
 
         memcpy(e->per_sample[done + s], errors, sizeof(errors));
     }
-    for (int s = 0; !st && s < n; s++)
+    for (int s = 0; st == LT_OK && s < n; s++)
         st = break_down(e, done, s);
     return st;
 }

@@ -19,14 +19,14 @@ typedef struct {
 static lt_status add_ho3d(const submission_job *j, const hand_object_batch *b)
 {
     float joints[LT_HAND_KEYPOINTS][3], vertices[LT_HAND_VERTICES][3];
+    lt_status st = LT_OK;
 
-    for (int s = 0; s < b->count; s++) {
+    for (int s = 0; st == LT_OK && s < b->count; s++) {
         ho3d_joints_from_camera(j->estimates[s].joints[0], joints[0]);
         ho3d_vertices_from_camera(j->estimates[s].vertices[0], vertices[0]);
-        if (ho3d_submission_add(j->ho3d, joints[0], vertices[0]))
-            return LT_EINVAL;
+        st = ho3d_submission_add(j->ho3d, joints[0], vertices[0]);
     }
-    return LT_OK;
+    return st;
 }
 
 /* The camera of the whole image, from the crop's, which is not turned. */
