@@ -32,7 +32,7 @@ typedef enum {
     LT_ACT_RELU,
     LT_ACT_LEAKY_RELU,          /* param: slope */
     LT_ACT_SILU,
-    LT_ACT_ELU,                 /* param: alpha */
+    LT_ACT_ELU,
     LT_ACT_GELU,                /* exact, not by tanh */
     LT_ACT_SIGMOID,
     LT_ACT_TANH,
@@ -278,30 +278,26 @@ typedef struct lt_kernels {
     void (*relu)(lt_real *y, const lt_real *x, size_t n);               /* NaN stays NaN */
     void (*leaky_relu)(lt_real *y, const lt_real *x, lt_real slope, size_t n);
     void (*silu)(lt_real *y, const lt_real *x, size_t n);               /* x / (1 + exp(-x)) */
-    void (*elu)(lt_real *y, const lt_real *x, lt_real alpha, size_t n); /* alpha (exp(x) - 1), x < 0 */
+    void (*elu)(lt_real *y, const lt_real *x, size_t n);                /* exp(x) - 1, x < 0 */
     void (*gelu)(lt_real *y, const lt_real *x, size_t n);       /* x Phi(x), Phi(x) = (1 + erf(x / sqrt 2)) / 2 */
     void (*sigmoid)(lt_real *y, const lt_real *x, size_t n);
     void (*tanh)(lt_real *y, const lt_real *x, size_t n);
     void (*exp)(lt_real *y, const lt_real *x, size_t n);
 
-    /* dx += dy * y'(x). The first five want the input x, sigmoid_grad and tanh_grad the output y;
-     * exp's gradient is mul_to(dx, dy, y, n). At 0 relu takes slope 0, leaky_relu its slope. */
-    void (*relu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
+    /* dx += dy * y'(x). The first four want the input x, sigmoid_grad and tanh_grad the output y;
+     * exp's gradient is mul_to(dx, dy, y, n). At 0 leaky_relu takes its slope. */
     void (*leaky_relu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, lt_real slope, size_t n);
     void (*silu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
-    void (*elu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, lt_real alpha, size_t n);
+    void (*elu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
     void (*gelu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
     void (*sigmoid_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
     void (*tanh_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
 
     /* affine: y = act(fma(a, x, b) + residual) with one a and b, as a channel of an NCHW map has them;
      * residual may be NULL;
-     * affine_cols: y[i] = act(fma(a[i], x[i], b[i])), as a row of (T, C) has them;
      * affine_grad: dx = or += s dy + t x + u, the way a batch norm's gradient reaches its input. behind may be NULL,
      * and dx may be dy where it does not add. */
     void (*affine)(lt_real *y, const lt_real *x, lt_real a, lt_real b, const lt_real *residual, lt_act act, size_t n);
-    void (*affine_cols)(lt_real *y, const lt_real *x, const lt_real *a, const lt_real *b, lt_act act,
-                        size_t n);
     void (*affine_grad)(lt_real *dx, const lt_real *dy, const lt_behind *behind, const lt_real *x, lt_real s, lt_real t,
                         lt_real u, bool add, size_t n);
 
@@ -318,8 +314,6 @@ typedef struct lt_kernels {
     void (*moments)(double out[2], const lt_real *x, int64_t step, int64_t runs, size_t n);
     void (*grad_moments)(double out[2], const lt_through *to, const lt_real *dy, const lt_behind *behind,
                          const lt_real *x, double mean, int64_t step, int64_t runs, size_t n);
-    lt_real (*max)(const lt_real *x, size_t n);     /* -inf for n = 0; NaN when any is NaN */
-    bool (*all_finite)(const lt_real *x, size_t n);
 
     /* ---- one row ------------------------------------------------------------------------------ */
     /* softmax: y = exp(x - max) / sum; all NaN when x has a NaN, or +inf, or nothing but -inf.

@@ -31,6 +31,46 @@ void op_by_chunk(const lt_call *c, int64_t n, op_chunk_fn fn)
     lt_parallel_for(lt_ceil_div(n, CHUNK), run_chunk, &job);
 }
 
+typedef struct {
+    const lt_call *c;
+    op_map_fn fn;
+    op_map_grad_fn grad;
+    const lt_real *z;
+    int64_t n;
+} mapping;
+
+static void map_chunk(void *ctx, int64_t i)
+{
+    const mapping *m = ctx;
+    const int64_t at = i * CHUNK, n = lt_min_i64(CHUNK, m->n - at);
+
+    m->fn((lt_real *)m->c->out->data + at, (const lt_real *)m->c->in[0]->data + at, (size_t)n);
+}
+
+static void map_grad_chunk(void *ctx, int64_t i)
+{
+    const mapping *m = ctx;
+    const int64_t at = i * CHUNK, n = lt_min_i64(CHUNK, m->n - at);
+
+    op_start(m->c, 0, at, n);
+    m->grad(m->c->din[0] + at, m->c->dout + at, m->z + at, (size_t)n);
+}
+
+void op_map(const lt_call *c, op_map_fn fn)
+{
+    mapping m = { .c = c, .fn = fn, .n = lt_numel(c->out) };
+
+    lt_parallel_for(lt_ceil_div(m.n, CHUNK), map_chunk, &m);
+}
+
+void op_map_grad(const lt_call *c, op_map_grad_fn fn, const lt_tensor *z)
+{
+    mapping m = { .c = c, .grad = fn, .z = z->data, .n = lt_numel(c->out) };
+
+    if (c->din[0])
+        lt_parallel_for(lt_ceil_div(m.n, CHUNK), map_grad_chunk, &m);
+}
+
 static void run_rows(void *ctx, int64_t i)
 {
     const cut *job = ctx;

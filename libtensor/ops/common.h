@@ -20,6 +20,13 @@ lt_status op_same_shape(lt_call *c);
 typedef void (*op_chunk_fn)(const lt_call *c, int64_t at, size_t n);
 void op_by_chunk(const lt_call *c, int64_t n, op_chunk_fn fn);
 
+/* op_map - out = fn(in[0]), element by element;  op_map_grad - din[0] += fn(dout, z), where z tells the slope: in[0]
+ * or the result */
+typedef void (*op_map_fn)(lt_real *y, const lt_real *x, size_t n);
+typedef void (*op_map_grad_fn)(lt_real *dx, const lt_real *dy, const lt_real *z, size_t n);
+void op_map(const lt_call *c, op_map_fn fn);
+void op_map_grad(const lt_call *c, op_map_grad_fn fn, const lt_tensor *z);
+
 /* op_by_row - call fn(c, i) for i in [0, n) on all threads, several rows a task when rows are short */
 typedef void (*op_row_fn)(const lt_call *c, int64_t row);
 void op_by_row(const lt_call *c, int64_t n, int64_t row_cost, op_row_fn fn);

@@ -4,26 +4,14 @@
  */
 #include "libtensor/ops/common.h"
 
-static void forward_chunk(const lt_call *c, int64_t at, size_t n)
-{
-    lt_k->sigmoid((lt_real *)c->out->data + at, (const lt_real *)c->in[0]->data + at, n);
-}
-
 static void forward(const lt_call *c)
 {
-    op_by_chunk(c, lt_numel(c->out), forward_chunk);
-}
-
-static void backward_chunk(const lt_call *c, int64_t at, size_t n)
-{
-    op_start(c, 0, at, (int64_t)n);
-    lt_k->sigmoid_grad(c->din[0] + at, c->dout + at, (const lt_real *)c->out->data + at, n);
+    op_map(c, lt_k->sigmoid);
 }
 
 static void backward(const lt_call *c)
 {
-    if (c->din[0])
-        op_by_chunk(c, lt_numel(c->out), backward_chunk);
+    op_map_grad(c, lt_k->sigmoid_grad, c->out);
 }
 
 static bool as_tail(const lt_node *node, int i, lt_tail *tail)

@@ -65,6 +65,31 @@ START_TEST(tails_fuse)
 }
 END_TEST
 
+static lt_tensor *leaky(lt_tensor *x) { return lt_leaky_relu(x, 0.1); }
+
+/* An activation is done by what is before it, a convolution or a product. */
+START_TEST(activations_fuse)
+{
+    static lt_tensor *(*const act[])(lt_tensor *x) = { (lt_relu), leaky, (lt_silu), (lt_elu), (lt_gelu), (lt_sigmoid),
+                                                        (lt_tanh) };
+    const lt_conv_layer conv = lt_conv_layer_new(set, "conv", 5, 19, 3, true, &(lt_conv_opts){ .pad = 1 });
+    const lt_linear_layer fc = lt_linear_layer_new(set, "fc", 7, 19, true);
+    lt_tensor *x = input("x", LT_SHAPE(2, 5, 9, 7)), *y, *z;
+    both p;
+
+    lt_init_default(set, 3);
+    y = lt_output(act[_i](lt_conv_layer_forward(&conv, x)), "y");
+    z = lt_output(act[_i](lt_linear_layer_forward(&fc, x)), "z");
+    p = compile_both(NULL);
+    ck_assert_int_eq(lt_plan_steps(p.fused), 2);
+    ck_assert_int_eq(lt_plan_steps(p.plain), 4);
+    run_both(&p, x);
+    expect_near(&p, y);
+    expect_near(&p, z);
+    free_both(&p);
+}
+END_TEST
+
 /* Squeeze and excitation: the means come with the maps, the gates go into the next layer's reading. */
 START_TEST(means_and_gates_fuse)
 {
@@ -270,6 +295,7 @@ int main(void)
 
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, tails_fuse);
+    tcase_add_loop_test(tc, activations_fuse, 0, 7);
     tcase_add_test(tc, means_and_gates_fuse);
     tcase_add_test(tc, means_and_gates_stay_where_they_are_wanted);
     tcase_add_test(tc, batch_norms_fuse_in_training);

@@ -168,8 +168,6 @@ RUN(gelu_grad, lt_k->gelu_grad(s->y, s->a, s->b, N))
 RUN(silu_grad, lt_k->silu_grad(s->y, s->a, s->b, N))
 RUN(sum, s->y[0] = (float)lt_k->sum(s->a, N))
 RUN(dot, s->y[0] = (float)lt_k->dot(s->a, s->b, N))
-RUN(max, s->y[0] = lt_k->max(s->a, N))
-RUN(all_finite, s->y[0] = lt_k->all_finite(s->a, N))
 RUN(softmax, lt_k->softmax(s->y, s->a, N))
 RUN(layer_norm, lt_k->layer_norm(s->y, NULL, s->a, s->b, s->b, 1e-5, N / 256, 256))
 RUN(layer_norm_grad, for (int r = 0; r < N / 256; r++)
@@ -200,8 +198,7 @@ static void bench_runs(void)
         { "add", run_add }, { "relu in place", run_relu_in_place }, { "exp", run_exp },
         { "sigmoid", run_sigmoid }, { "tanh", run_tanh }, { "gelu", run_gelu },
         { "gelu_grad", run_gelu_grad }, { "silu_grad", run_silu_grad }, { "sum", run_sum },
-        { "dot", run_dot }, { "max", run_max }, { "all_finite", run_all_finite },
-        { "softmax", run_softmax }, { "layer_norm", run_layer_norm },
+        { "dot", run_dot }, { "softmax", run_softmax }, { "layer_norm", run_layer_norm },
         { "layer_norm_grad", run_layer_norm_grad }, { "adam", run_adam },
         { "maxpool 3x3/2 (per element read)", run_maxpool },
     };

@@ -37,15 +37,14 @@ CALL(axpy_out_2, k->axpy_out(Y, 2, 0.7f, A, (s->n + 1) / 2))
 CALL(relu, k->relu(Y, A, s->n))
 CALL(leaky_relu, k->leaky_relu(Y, A, 0.1f, s->n))
 CALL(silu, k->silu(Y, A, s->n))
-CALL(elu, k->elu(Y, A, 1.3f, s->n))
+CALL(elu, k->elu(Y, A, s->n))
 CALL(gelu, k->gelu(Y, A, s->n))
 CALL(sigmoid, k->sigmoid(Y, A, s->n))
 CALL(tanh, k->tanh(Y, A, s->n))
 CALL(exp, k->exp(Y, A, s->n))
-CALL(relu_grad, k->relu_grad(Y, A, B, s->n))
 CALL(leaky_relu_grad, k->leaky_relu_grad(Y, A, B, 0.1f, s->n))
 CALL(silu_grad, k->silu_grad(Y, A, B, s->n))
-CALL(elu_grad, k->elu_grad(Y, A, B, 1.3f, s->n))
+CALL(elu_grad, k->elu_grad(Y, A, B, s->n))
 CALL(gelu_grad, k->gelu_grad(Y, A, B, s->n))
 CALL(sigmoid_grad, k->sigmoid_grad(Y, A, B, s->n))
 CALL(tanh_grad, k->tanh_grad(Y, A, B, s->n))
@@ -53,7 +52,6 @@ CALL(affine, k->affine(Y, A, 1.5f, -0.2f, NULL, (lt_act){ LT_ACT_NONE, 0 }, s->n
 CALL(affine_relu, k->affine(Y, A, 1.5f, -0.2f, NULL, (lt_act){ LT_ACT_RELU, 0 }, s->n))
 CALL(affine_silu, k->affine(Y, A, 1.5f, -0.2f, NULL, (lt_act){ LT_ACT_SILU, 0 }, s->n))
 CALL(affine_residual, k->affine(Y, A, 1.5f, -0.2f, B, (lt_act){ LT_ACT_LEAKY_RELU, 0.2f }, s->n))
-CALL(affine_cols, k->affine_cols(Y, A, B, C, (lt_act){ LT_ACT_LEAKY_RELU, 0.2f }, s->n))
 #define RELU (&(lt_behind){ .y = C, .slope = 0.2f })
 #define RELU_OF_X (&(lt_behind){ .slope = 0.2f, .a = -1, .b = 0.3f })
 #define SILU_OF_X (&(lt_behind){ .a = -1, .b = 0.3f, .silu = true })
@@ -79,8 +77,6 @@ CALL(grad_moments_relu_of_x, k->grad_moments(s->out, NULL, A, RELU_OF_X, B, 0.3,
 #define TO_BOTH (&(lt_through){ Y, s->y[1] })
 CALL(grad_moments_through, k->grad_moments(s->out, TO_BOTH, A, SILU_OF_X, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
 CALL(grad_moments_in_place, k->grad_moments(s->out, TO_Y, Y, RELU, B, 0.3, (int64_t)s->n / 2, 2, s->n / 2))
-CALL(max, s->out[0] = (double)k->max(A, s->n))
-CALL(all_finite, s->out[0] = k->all_finite(A, s->n))
 CALL(softmax, k->softmax(Y, A, s->n))
 CALL(softmax_grad, k->softmax_grad(Y, A, B, s->n))
 CALL(layer_norm, k->layer_norm(Y, NULL, A, B, C, 1e-5, 1, s->n))
@@ -198,13 +194,13 @@ CALL(bytes_of_row_signed, k->bytes_of_row(Y, A, &((lt_int8_range){ 0.01f, true }
 static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(add), ENTRY(sub), ENTRY(mul), ENTRY(scale), ENTRY(add_to), ENTRY(axpy), ENTRY(mul_to), ENTRY(axpy_in_2),
     ENTRY(axpy_in_3), ENTRY(axpy_out_2), ENTRY(relu), ENTRY(leaky_relu), ENTRY(silu), ENTRY(elu), ENTRY(gelu),
-    ENTRY(sigmoid), ENTRY(tanh), ENTRY(exp), ENTRY(relu_grad), ENTRY(leaky_relu_grad), ENTRY(silu_grad),
+    ENTRY(sigmoid), ENTRY(tanh), ENTRY(exp), ENTRY(leaky_relu_grad), ENTRY(silu_grad),
     ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(sigmoid_grad), ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu),
-    ENTRY(affine_silu), ENTRY(affine_residual), ENTRY(affine_cols), ENTRY(affine_grad_relu), ENTRY(grad_moments_relu),
+    ENTRY(affine_silu), ENTRY(affine_residual), ENTRY(affine_grad_relu), ENTRY(grad_moments_relu),
     ENTRY(affine_grad_add), ENTRY(affine_grad_relu_add), ENTRY(affine_grad_relu_of_x), ENTRY(affine_grad_in_place),
     ENTRY(affine_grad_silu), ENTRY(grad_moments_silu), ENTRY(grad_moments_through), ENTRY(grad_moments_in_place),
     ENTRY(grad_moments_relu_of_x), ENTRY(affine_grad), ENTRY(sum), ENTRY(sumsq), ENTRY(dot), ENTRY(dot_step),
-    ENTRY(moments), ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2), ENTRY(max), ENTRY(all_finite),
+    ENTRY(moments), ENTRY(grad_moments), ENTRY(moments_of_3), ENTRY(grad_moments_of_2),
     ENTRY(softmax), ENTRY(softmax_grad), ENTRY(layer_norm), ENTRY(layer_norm_bare), ENTRY(layer_norm_rows),
     ENTRY(layer_norm_grad), ENTRY(layer_norm_grad_bare), ENTRY(adam), ENTRY(sgd), ENTRY(dropout), ENTRY(dropout_add),
     ENTRY(dropout_relu),
@@ -281,7 +277,7 @@ static void check_in_place(const lt_kernels *k)
     for (size_t e = 0; e < LT_COUNT(entries); e++) {
         const char *const in_place[] = { "add", "sub", "mul", "scale", "relu", "leaky_relu", "silu",
                                          "elu", "gelu", "sigmoid", "tanh", "exp", "affine",
-                                         "affine_silu", "affine_cols", "softmax", "layer_norm" };
+                                         "affine_silu", "softmax", "layer_norm" };
         float *base[ARRAYS];
         float *copy;
         bool listed = false;
