@@ -237,7 +237,7 @@ lt_status cli_model_new(const char *name, const char *config, const char *const 
         st = lt_config_set(root, set[i]);
     if (st == LT_OK) {
         *params = lt_params_new();
-        st = *params ? cls->create(config ? config : "model", model_group(root), hand->layer, *params, out)
+        st = *params ? model_create(cls, config ? config : "model", model_group(root), hand->layer, *params, out)
                      : lt_error(LT_ENOMEM, "no memory for the model");
     }
     if (st == LT_OK)

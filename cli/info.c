@@ -168,7 +168,7 @@ static lt_status model_json(const model *m, cJSON *root)
         snprintf(prefix, sizeof(prefix), "%s.", m->cls->blocks[i]);
         cJSON_AddNumberToObject(blocks, m->cls->blocks[i], (double)lt_params_count(m->params, LT_WEIGHT, prefix));
     }
-    cJSON_AddItemToObject(root, "config", lt_config_write(m->cls->keys, m->config));
+    cJSON_AddItemToObject(root, "config", lt_config_write(m->cls->keys, m->self));
     return LT_OK;
 }
 

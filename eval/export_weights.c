@@ -11,7 +11,7 @@
 
 const char *export_config(lt_arena *arena, const model *m)
 {
-    cJSON *config = lt_config_write(m->cls->keys, m->config);
+    cJSON *config = lt_config_write(m->cls->keys, m->self);
     char *text = config ? cJSON_PrintUnformatted(config) : NULL;
     const char *copy = text ? lt_arena_strdup(arena, text) : NULL;
 

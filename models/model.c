@@ -29,6 +29,23 @@ lt_status model_find(const char *name, const model_class **out)
     return lt_error(LT_EINVAL, "no such model \"%s\"; did you mean \"%s\"?", name, near ? near : names[0]);
 }
 
+lt_status model_create(const model_class *cls, const char *where, const struct cJSON *config,
+                       const lt_hand_layer *hand, lt_params *set, model *out)
+{
+    lt_arena *arena = lt_params_arena(set);
+    model m = { .cls = cls, .params = set, .self = lt_arena_alloc(arena, cls->size) };
+    lt_status st = m.self ? lt_config_read(arena, where, config, cls->keys, m.self)
+                          : lt_error(LT_ENOMEM, "%s: no memory for the model", where);
+
+    if (st == LT_OK && cls->check)
+        st = cls->check(where, m.self);
+    if (st)
+        return st;
+    cls->build(&m, hand);
+    *out = m;
+    return lt_params_status(set);
+}
+
 lt_tensor *model_port_find(const model_ports *ports, const char *name)
 {
     for (int i = 0; i < ports->n; i++)

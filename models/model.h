@@ -63,6 +63,7 @@ typedef enum {
 
 typedef struct model_class {
     const char *name;               /* "hocat" */
+    size_t size;                    /* of the model's own struct, which begins with its config, as read by keys */
     const char *paper;
     model_task task;
     const char *const *variants;    /* NULL-terminated; the first is the default */
@@ -71,9 +72,12 @@ typedef struct model_class {
     const double *mean, *deviation; /* (3) of red, green, blue in [0, 1]: what an image is normalised by before it
                                      * is the input; NULL: by nothing */
 
-    /* Build the model into set from its config group. What create allocates lives in set's arena. */
-    lt_status (*create)(const char *where, const struct cJSON *config, const lt_hand_layer *hand,
-                        lt_params *set, model *out);
+    /* What the keys' ranges do not tell of a config: an error line that begins with where. NULL: nothing. */
+    lt_status (*check)(const char *where, const void *config);
+
+    /* Make m->self, whose config stands, and its parameters; say what image m looks at. What it allocates lives in the
+     * parameters' arena. */
+    void (*build)(model *m, const lt_hand_layer *hand);
 
     /* Give every parameter its initial value. */
     void (*init)(const model *m, uint64_t seed);
@@ -86,7 +90,6 @@ struct model {
     const model_class *cls;
     lt_params *params;
     void *self;                     /* the model's own struct */
-    void *config;                   /* as read by keys */
     const char *variant;
     int image_size, cells;          /* side of the crop; side of the pooled features and masks */
     model_crop crop;
@@ -97,6 +100,19 @@ struct model {
 /* model_classes - all models, NULL-terminated; model_find - by name, with an error that lists them */
 extern const model_class *const model_classes[];
 lt_status model_find(const char *name, const model_class **out);
+
+/**
+ * model_create - a model from its group of a config
+ *
+ *   where    what errors begin with: "tiny.json: model"
+ *   config   an object, or NULL for the model's defaults
+ *   hand     NULL for a classifier
+ *   set      empty; the model's parameters, not yet initialised, and its memory
+ *
+ * Errors: LT_EINVAL for a key or value that cannot be; LT_ENOMEM.
+ */
+lt_status model_create(const model_class *cls, const char *where, const struct cJSON *config,
+                       const lt_hand_layer *hand, lt_params *set, model *out);
 
 /* model_port_find - by name, NULL when the graph has none; model_port_add - for the models */
 lt_tensor *model_port_find(const model_ports *ports, const char *name);

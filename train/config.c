@@ -293,7 +293,7 @@ lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, l
 
     if (!where)
         return lt_error(LT_ENOMEM, "%s: no memory", c->path);
-    st = c->model->create(where, c->model_keys, hand, set, out);
+    st = model_create(c->model, where, c->model_keys, hand, set, out);
     if (st == LT_OK)
         out->cls->init(out, (uint64_t)c->loop.seed);
     return st;
@@ -303,7 +303,7 @@ lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, l
 
 static cJSON *model_json(const model *m)
 {
-    cJSON *group = lt_config_write(m->cls->keys, m->config);
+    cJSON *group = lt_config_write(m->cls->keys, m->self);
     cJSON *name = cJSON_CreateString(m->cls->name);
 
     if (group && name && cJSON_AddItemToObject(group, "name", name)) {

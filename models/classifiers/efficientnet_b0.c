@@ -35,27 +35,17 @@ static const lt_config_key keys[] = {
     { .name = NULL },
 };
 
-static lt_status create(const char *where, const struct cJSON *config, const lt_hand_layer *hand,
-                        lt_params *set, model *out)
+static void build(model *self, const lt_hand_layer *hand)
 {
-    efficientnet_b0 *m = lt_arena_alloc(lt_params_arena(set), sizeof(*m));
-    efficientnet_opts trunk = { .in = 3, .stages = EFFICIENTNET_STAGES, .has_head = true };
-    lt_status st;
+    efficientnet_b0 *m = self->self;
+    const efficientnet_opts trunk = {
+        .in = 3, .stages = EFFICIENTNET_STAGES, .has_head = true, .stochastic_depth = m->config.stochastic_depth,
+    };
 
     (void)hand;
-    if (!m)
-        return lt_error(LT_ENOMEM, "no memory for the model");
-    st = lt_config_read(lt_params_arena(set), where, config, keys, &m->config);
-    if (st)
-        return st;
-    trunk.stochastic_depth = m->config.stochastic_depth;
-    efficientnet_new(&m->trunk, set, "", &trunk);
-    m->fc = lt_linear_layer_new(set, "classifier.1", m->trunk.channels, m->config.classes, true);
-    *out = (model){
-        .cls = &efficientnet_b0_class, .params = set, .self = m, .config = &m->config,
-        .variant = classifier_variants[0], .image_size = m->config.image_size,
-    };
-    return lt_params_status(set);
+    self->variant = classifier_variants[0], self->image_size = m->config.image_size;
+    efficientnet_new(&m->trunk, self->params, "", &trunk);
+    m->fc = lt_linear_layer_new(self->params, "classifier.1", m->trunk.channels, m->config.classes, true);
 }
 
 static void init(const model *self, uint64_t seed)
@@ -77,10 +67,10 @@ static void record(const model *self, bool losses, model_record *r)
 }
 
 const model_class efficientnet_b0_class = {
-    .name = "efficientnet_b0",
+    .name = "efficientnet_b0", .size = sizeof(efficientnet_b0),
     .paper = "Tan and Le 2019, ICML, pages 6105-6114",
     .task = MODEL_CLASSIFIER,
     .variants = classifier_variants, .keys = keys, .blocks = blocks,
     .mean = classifier_mean, .deviation = classifier_deviation,
-    .create = create, .init = init, .record = record,
+    .build = build, .init = init, .record = record,
 };

@@ -4,6 +4,8 @@
 #include "models/backbones/resnet.h"
 #include "models/classifiers/classifier.h"
 
+#include <string.h>
+
 typedef struct {
     int image_size, width, classes;
     int blocks[RESNET_STAGES];
@@ -30,29 +32,16 @@ static const lt_config_key keys[] = {
     { .name = NULL },
 };
 
-static lt_status create(const char *where, const struct cJSON *config, const lt_hand_layer *hand,
-                        lt_params *set, model *out)
+static void build(model *self, const lt_hand_layer *hand)
 {
-    resnet50 *m = lt_arena_alloc(lt_params_arena(set), sizeof(*m));
-    resnet_opts trunk = { .slope = 0 };
-    lt_status st;
+    resnet50 *m = self->self;
+    resnet_opts trunk = { .width = m->config.width, .slope = 0 };
 
     (void)hand;
-    if (!m)
-        return lt_error(LT_ENOMEM, "no memory for the model");
-    st = lt_config_read(lt_params_arena(set), where, config, keys, &m->config);
-    if (st)
-        return st;
-    trunk.width = m->config.width;
-    for (int i = 0; i < RESNET_STAGES; i++)
-        trunk.blocks[i] = m->config.blocks[i];
-    resnet_new(&m->trunk, set, "", &trunk);
-    m->fc = lt_linear_layer_new(set, "fc", m->trunk.channels[RESNET_STAGES - 1], m->config.classes, true);
-    *out = (model){
-        .cls = &resnet50_class, .params = set, .self = m, .config = &m->config,
-        .variant = classifier_variants[0], .image_size = m->config.image_size,
-    };
-    return lt_params_status(set);
+    self->variant = classifier_variants[0], self->image_size = m->config.image_size;
+    memcpy(trunk.blocks, m->config.blocks, sizeof(trunk.blocks));
+    resnet_new(&m->trunk, self->params, "", &trunk);
+    m->fc = lt_linear_layer_new(self->params, "fc", m->trunk.channels[RESNET_STAGES - 1], m->config.classes, true);
 }
 
 static void init(const model *self, uint64_t seed)
@@ -72,10 +61,10 @@ static void record(const model *self, bool losses, model_record *r)
 }
 
 const model_class resnet50_class = {
-    .name = "resnet50",
+    .name = "resnet50", .size = sizeof(resnet50),
     .paper = "He et al. 2016, CVPR, pages 770-778",
     .task = MODEL_CLASSIFIER,
     .variants = classifier_variants, .keys = keys, .blocks = blocks,
     .mean = classifier_mean, .deviation = classifier_deviation,
-    .create = create, .init = init, .record = record,
+    .build = build, .init = init, .record = record,
 };

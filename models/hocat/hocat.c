@@ -48,8 +48,10 @@ static const lt_config_key keys[] = {
     { .name = NULL },
 };
 
-static lt_status check(const char *where, const hocat_config *c)
+static lt_status check(const char *where, const void *config)
 {
+    const hocat_config *c = config;
+
     if (c->image_size % 32)
         return lt_error(LT_EINVAL, "%s.image_size: %d is no multiple of 32", where, c->image_size);
     if (c->roi & (c->roi - 1))
@@ -71,12 +73,15 @@ static int levels_of(int side)
     return n;
 }
 
-static void build(hocat *m, lt_params *set, const lt_hand_layer *hand)
+static void build(model *self, const lt_hand_layer *hand)
 {
+    hocat *m = self->self;
+    lt_params *set = self->params;
     const hocat_config *c = &m->config;
     const int channels = 4 * c->width, levels = levels_of(c->roi);
     resnet_opts trunk = { .width = c->width, .slope = 0.01 };
 
+    self->variant = variants[c->variant], self->image_size = c->image_size, self->cells = c->roi;
     memcpy(trunk.blocks, c->blocks, sizeof(trunk.blocks));
     resnet_new(&m->trunk, set, "trunk", &trunk);
     if (c->variant != HOCAT_BASE) {
@@ -89,28 +94,6 @@ static void build(hocat *m, lt_params *set, const lt_hand_layer *hand)
     fusion_encoder_new(&m->encoder, set, "hand_encoder", channels, LT_HAND_KEYPOINTS, levels);
     mano_regressor_new(&m->mano, set, "mano", 4 * channels, 4 * channels, 2 * channels, hand);
     object_head_new(&m->object, set, "object_head", channels);
-}
-
-static lt_status create(const char *where, const struct cJSON *config, const lt_hand_layer *hand,
-                        lt_params *set, model *out)
-{
-    lt_arena *arena = lt_params_arena(set);
-    hocat *m = lt_arena_alloc(arena, sizeof(*m));
-    lt_status st;
-
-    if (!m)
-        return lt_error(LT_ENOMEM, "no memory for the model");
-    st = lt_config_read(arena, where, config, keys, &m->config);
-    if (st == LT_OK)
-        st = check(where, &m->config);
-    if (st)
-        return st;
-    build(m, set, hand);
-    *out = (model){
-        .cls = &hocat_class, .params = set, .self = m, .config = &m->config,
-        .variant = variants[m->config.variant], .image_size = m->config.image_size, .cells = m->config.roi,
-    };
-    return lt_params_status(set);
 }
 
 /* Heads and attention start near zero, so that at first every confidence is 0.5, every place its cell's
@@ -208,8 +191,8 @@ static void record(const model *self, bool losses, model_record *r)
 }
 
 const model_class hocat_class = {
-    .name = "hocat",
+    .name = "hocat", .size = sizeof(hocat),
     .paper = "Cai et al. 2025, Electronics 14(5), 1029",
     .variants = variants, .keys = keys, .blocks = blocks,
-    .create = create, .init = init, .record = record,
+    .check = check, .build = build, .init = init, .record = record,
 };

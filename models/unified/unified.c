@@ -39,8 +39,10 @@ static const lt_config_key keys[] = {
     { .name = NULL },
 };
 
-static lt_status check(const char *where, const unified_config *c)
+static lt_status check(const char *where, const void *config)
 {
+    const unified_config *c = config;
+
     if (c->image_size % 32)
         return lt_error(LT_EINVAL, "%s.image_size: %d is no multiple of 32", where, c->image_size);
     if (2 * c->width % c->heads)
@@ -69,50 +71,29 @@ static void build_streams(unified *m, lt_params *set)
     adaptive_attention_new(&m->depth_attention, set, "aaf.depth", m->rgb.channels, c->aaf_spatial_sigmoid);
 }
 
-static void build(unified *m, lt_params *set, const lt_hand_layer *hand)
+static void build(model *self, const lt_hand_layer *hand)
 {
+    unified *m = self->self;
+    lt_params *set = self->params;
     const unified_config *c = &m->config;
-    const int width = c->width;
+    const int width = c->width, cells = c->image_size / STRIDE;
     encoder_opts encoder = {
         .width = 2 * width, .out = width, .layers = c->layers, .heads = c->heads, .points = c->points,
-        .ffn = 2 * width * FFN_RATIO, .dropout = c->dropout,
+        .ffn = 2 * width * FFN_RATIO, .dropout = c->dropout, .cells = cells,
     };
 
+    self->variant = variants[c->variant], self->image_size = c->image_size, self->cells = m->cells = cells;
+    self->crop = MODEL_CROP_UNION, self->depth = c->variant != UNIFIED_NO_DEPTH;
     build_streams(m, set);
-    encoder.cells = m->cells;
     encoder.in = m->rgb.channels;
     deformable_encoder_new(&m->hand_encoder, set, "hand_encoder", &encoder);
     deformable_encoder_new(&m->object_encoder, set, "object_encoder", &encoder);
     if (c->variant != UNIFIED_NO_CROSS_ATTENTION)
         cross_attention_new(&m->cross, set, "cross", width);
-    unified_hourglass_new(&m->hourglass, set, "hourglass", m->cells, width, LT_HAND_KEYPOINTS);
-    mesh_encoder_new(&m->mesh, set, "mesh_encoder", m->cells, width, LT_HAND_KEYPOINTS);
+    unified_hourglass_new(&m->hourglass, set, "hourglass", cells, width, LT_HAND_KEYPOINTS);
+    mesh_encoder_new(&m->mesh, set, "mesh_encoder", cells, width, LT_HAND_KEYPOINTS);
     mano_regressor_new(&m->mano, set, "mano", 16 * width, 16 * width, 8 * width, hand);
     object_head_new(&m->object, set, "object_head", width);
-}
-
-static lt_status create(const char *where, const struct cJSON *config, const lt_hand_layer *hand,
-                        lt_params *set, model *out)
-{
-    lt_arena *arena = lt_params_arena(set);
-    unified *m = lt_arena_alloc(arena, sizeof(*m));
-    lt_status st;
-
-    if (!m)
-        return lt_error(LT_ENOMEM, "no memory for the model");
-    st = lt_config_read(arena, where, config, keys, &m->config);
-    if (st == LT_OK)
-        st = check(where, &m->config);
-    if (st)
-        return st;
-    m->cells = m->config.image_size / STRIDE;
-    build(m, set, hand);
-    *out = (model){
-        .cls = &unified_class, .params = set, .self = m, .config = &m->config,
-        .variant = variants[m->config.variant], .image_size = m->config.image_size, .cells = m->cells,
-        .crop = MODEL_CROP_UNION, .depth = m->config.variant != UNIFIED_NO_DEPTH,
-    };
-    return lt_params_status(set);
 }
 
 static void init(const model *self, uint64_t seed)
@@ -193,8 +174,8 @@ static void record(const model *self, bool losses, model_record *r)
 }
 
 const model_class unified_class = {
-    .name = "unified",
+    .name = "unified", .size = sizeof(unified),
     .paper = "Bandi and Thomas 2025, Robotics 14(4), 53",
     .variants = variants, .keys = keys, .blocks = blocks,
-    .create = create, .init = init, .record = record,
+    .check = check, .build = build, .init = init, .record = record,
 };

@@ -56,7 +56,7 @@ static void build(built *b, const model_class *cls, const char *config, const ch
     check_ok(lt_json_parse("test", config, strlen(config), &root));
     if (cls->variants[1])
         cJSON_AddStringToObject(root, "variant", variant);
-    check_ok(cls->create("test", root, b->layer, b->params, &b->m));
+    check_ok(model_create(cls, "test", root, b->layer, b->params, &b->m));
     cls->init(&b->m, 7);
     randomise(b->params);
     cJSON_Delete(root);
@@ -298,7 +298,7 @@ static const lt_config_key no_keys[] = { { .name = NULL } };
 static lt_status export_with(void (*record)(const model *, bool, model_record *), int batch, export_report *r)
 {
     const model_class cls = { .name = "test", .paper = "", .task = MODEL_CLASSIFIER, .keys = no_keys, .record = record };
-    const model m = { .cls = &cls, .variant = "full", .config = r };
+    const model m = { .cls = &cls, .variant = "full", .self = r };
 
     return export_onnx(&(export_options){ .m = &m, .batch = batch }, in_folder("kept.onnx"), r);
 }

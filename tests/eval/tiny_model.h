@@ -35,7 +35,7 @@ static inline void tiny_model_of(tiny_model *t, const char *name, const char *te
     ck_assert_int_eq(lt_hand_layer_new(t->arena, t->hand, lt_hand_tips_ho3d, &t->layer), LT_OK);
     ck_assert_int_eq(lt_json_parse("tiny", text, strlen(text), &config), LT_OK);
     ck_assert_int_eq(model_find(name, &cls), LT_OK);
-    ck_assert_int_eq(cls->create("tiny", config, t->layer, t->params, &t->m), LT_OK);
+    ck_assert_int_eq(model_create(cls, "tiny", config, t->layer, t->params, &t->m), LT_OK);
     cls->init(&t->m, 1);
     cJSON_Delete(config);
 }

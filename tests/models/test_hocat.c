@@ -33,7 +33,7 @@ static lt_params *params_of(const char *text, const lt_hand_layer *layer, model 
     cJSON *config;
 
     ck_assert_int_eq(lt_json_parse("test", text, strlen(text), &config), LT_OK);
-    ck_assert_msg(hocat_class.create("test", config, layer, set, m) == LT_OK, "%s", lt_last_error());
+    ck_assert_msg(model_create(&hocat_class, "test", config, layer, set, m) == LT_OK, "%s", lt_last_error());
     cJSON_Delete(config);
     return set;
 }

@@ -71,7 +71,7 @@ static void start(int i)
     ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
     ck_assert_int_eq(lt_json_parse("tiny", text, strlen(text), &config), LT_OK);
     ck_assert_msg(!model_find(models[i].model, &cls), "%s", lt_last_error());
-    ck_assert_msg(!cls->create("tiny", config, layer, params, &m), "%s", lt_last_error());
+    ck_assert_msg(!model_create(cls, "tiny", config, layer, params, &m), "%s", lt_last_error());
     cJSON_Delete(config);
     cls->init(&m, 1);
     leave_whole_cells();

@@ -109,7 +109,7 @@ static void open_twin(int i)
     ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
     ck_assert_int_eq(lt_json_parse("twin", twins[i].config, strlen(twins[i].config), &config), LT_OK);
     ck_assert_int_eq(model_find(twins[i].model, &cls), LT_OK);
-    ck_assert_msg(cls->create("twin", config, layer, params, &m) == LT_OK, "%s", lt_last_error());
+    ck_assert_msg(model_create(cls, "twin", config, layer, params, &m) == LT_OK, "%s", lt_last_error());
     cJSON_Delete(config);
     for (lt_param *p = lt_params_first(params); p; p = p->next)
         fill_parameter(p);
@@ -253,7 +253,7 @@ START_TEST(full_size)
 
     params = lt_params_new();
     ck_assert_int_eq(model_find(published[_i].model, &cls), LT_OK);
-    ck_assert_int_eq(cls->create("model", NULL, NULL, params, &m), LT_OK);
+    ck_assert_int_eq(model_create(cls, "model", NULL, NULL, params, &m), LT_OK);
     ck_assert_int_eq(lt_params_count(params, LT_WEIGHT, ""), published[_i].parameters);
     r = (model_record){ .g = lt_graph_new(), .batch = 1 };
     cls->record(&m, false, &r);

@@ -21,7 +21,7 @@ static lt_params *make(const char *name, const char *config, model *out)
     const model_class *cls;
 
     check_ok(model_find(name, &cls));
-    check_ok(cls->create("test", group, NULL, set, out));
+    check_ok(model_create(cls, "test", group, NULL, set, out));
     cJSON_Delete(group);
     return set;
 }
