@@ -371,11 +371,6 @@ loader_position loader_where(const loader *l)
     return l->where;
 }
 
-int64_t loader_batches(const loader *l)
-{
-    return lt_ceil_div(l->source.count, l->opt.batch);
-}
-
 int loader_skipped(const loader *l)
 {
     return l->n_skipped;

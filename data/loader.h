@@ -67,9 +67,6 @@ lt_status loader_next(loader *l, void **batch);
 /* loader_where - where the batch after the last delivered one starts */
 loader_position loader_where(const loader *l);
 
-/* loader_batches - batches in an epoch, the partial one included */
-int64_t loader_batches(const loader *l);
-
 /* loader_skipped - unreadable samples delivered as skipped so far; line i (below the count) says which
  * and why, once for each sample; valid as long as l */
 int loader_skipped(const loader *l);

@@ -61,8 +61,3 @@ lt_status eval_csv_commit(eval_csv *w)
 {
     return lt_atomic_commit(&w->file);
 }
-
-void eval_csv_abort(eval_csv *w)
-{
-    lt_atomic_abort(&w->file);
-}

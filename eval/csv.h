@@ -31,9 +31,8 @@ lt_status eval_csv_open(eval_csv *w, const char *path, const char *about, int n_
  * "inf" */
 void eval_csv_add(eval_csv *w, const char *name, const double *value);
 
-/* eval_csv_commit, eval_csv_abort - as lt_atomic_commit and lt_atomic_abort */
+/* eval_csv_commit - as lt_atomic_commit */
 lt_status eval_csv_commit(eval_csv *w);
-void eval_csv_abort(eval_csv *w);
 
 #ifdef __cplusplus
 }

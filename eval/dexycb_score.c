@@ -114,11 +114,6 @@ void dexycb_scorer_scores(const dexycb_scorer *s, double scores[DEXYCB_SCORES])
     }
 }
 
-int64_t dexycb_scorer_failed(const dexycb_scorer *s)
-{
-    return eval_pck_failed(s->pck[0]);
-}
-
 void dexycb_hpe_line(FILE *f, int64_t index, const float *joints)
 {
     fprintf(f, "%lld", (long long)index);

@@ -46,7 +46,6 @@ void dexycb_scorer_add(dexycb_scorer *s, int64_t n, const float *p, const float 
 
 /* dexycb_scorer_scores - so far; all NaN without samples */
 void dexycb_scorer_scores(const dexycb_scorer *s, double scores[DEXYCB_SCORES]);
-int64_t dexycb_scorer_failed(const dexycb_scorer *s);
 
 /* ---- the toolkit's result file: a line "index,x0,y0,z0,...,z20" per sample, mm ----------- */
 

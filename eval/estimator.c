@@ -78,11 +78,6 @@ void estimator_free(estimator *e)
     lt_release(e);
 }
 
-void estimator_refresh(estimator *e)
-{
-    lt_plan_refresh(e->plan);
-}
-
 /* ---- the object's pose from its control points ------------------------------------------------------- */
 
 typedef struct {

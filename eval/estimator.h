@@ -19,8 +19,6 @@ lt_status estimator_new(const model *m, int batch, estimator **out);
 lt_status estimator_new_alone(const model *m, int batch, estimator **out);
 void estimator_free(estimator *e);
 
-/* estimator_refresh - the model's weights have changed */
-void estimator_refresh(estimator *e);
 
 /* What is seen in one image. Camera axes (x right, y down, z forward), metres, simple order. */
 typedef struct {

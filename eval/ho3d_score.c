@@ -23,11 +23,6 @@ static const char *const score_names[HO3D_SCORES] = {
     "mesh_al_mean3d", "mesh_al_auc3d", "f_score_5", "f_al_score_5", "f_score_15", "f_al_score_15",
 };
 
-const char *ho3d_score_name(ho3d_score score)
-{
-    return score_names[score];
-}
-
 /* All distances of one sample, before they are counted. */
 typedef struct {
     double xyz[J], xyz_pa[J], xyz_st[J], mesh[V], mesh_pa[V];
@@ -214,11 +209,6 @@ void ho3d_scorer_scores(const ho3d_scorer *s, double scores[HO3D_SCORES])
         scores[HO3D_F_5 + 2 * k] = s->f[k] / n;
         scores[HO3D_F_AL_5 + 2 * k] = s->f_al[k] / n;
     }
-}
-
-int64_t ho3d_scorer_samples(const ho3d_scorer *s)
-{
-    return s->n;
 }
 
 int64_t ho3d_scorer_failed(const ho3d_scorer *s)

@@ -34,9 +34,6 @@ typedef enum {
     HO3D_SCORES
 } ho3d_score;
 
-/* ho3d_score_name - "xyz_mean3d" and so on */
-const char *ho3d_score_name(ho3d_score score);
-
 /* The same errors for one sample, for lists of the best and worst; metres, and 0..1 for F. */
 typedef struct {
     double xyz, xyz_pa, xyz_st, mesh, mesh_pa;
@@ -66,9 +63,7 @@ lt_status ho3d_scorer_add(ho3d_scorer *s, int64_t n, const float *p_xyz, const f
 /* ho3d_scorer_scores - the scores so far; all NaN without samples */
 void ho3d_scorer_scores(const ho3d_scorer *s, double scores[HO3D_SCORES]);
 
-/* ho3d_scorer_samples, ho3d_scorer_failed - samples so far; those whose prediction was not
- * finite */
-int64_t ho3d_scorer_samples(const ho3d_scorer *s);
+/* ho3d_scorer_failed - samples so far whose prediction was not finite */
 int64_t ho3d_scorer_failed(const ho3d_scorer *s);
 
 /* ho3d_print_scores - the text of scores.txt: 14 lines "name: %f" */

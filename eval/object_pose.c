@@ -131,11 +131,6 @@ double eval_add(int n, const double *x, const eval_pose *e, const eval_pose *g)
     return n > 0 ? or_infinite(sum / n) : NAN;
 }
 
-const char *eval_adds_name(eval_adds_direction direction)
-{
-    return direction == EVAL_FROM_TRUE ? "true to nearest estimated" : "estimated to nearest true";
-}
-
 lt_status eval_adds(eval_adds_direction direction, int n, const double *x,
                     const eval_pose *e, const eval_pose *g, double *out)
 {

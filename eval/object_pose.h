@@ -72,8 +72,6 @@ typedef enum {
     EVAL_FROM_ESTIMATE,     /* over estimated points, the nearest true one: HFL-Net, HOISDF */
 } eval_adds_direction;
 
-const char *eval_adds_name(eval_adds_direction direction);
-
 /* eval_adds - mean distance to the nearest point (ADD-S). LT_ENOMEM when there is no memory. */
 lt_status eval_adds(eval_adds_direction direction, int n, const double *x,
                     const eval_pose *e, const eval_pose *g, double *out);

@@ -27,17 +27,6 @@ const eval_table *eval_table_at(int i)
     return NULL;
 }
 
-const eval_table *eval_table_find(const char *id)
-{
-    const eval_table *t;
-
-    for (int i = 0; (t = eval_table_at(i)); i++) {
-        if (strcmp(t->id, id) == 0)
-            break;
-    }
-    return t;
-}
-
 bool eval_table_of(const eval_table *t, const char *model)
 {
     const size_t n = strlen(model);
@@ -59,15 +48,6 @@ int eval_table_own_row(const eval_table *t, const char *variant)
         if (strcmp(t->row[i].note, variant) == 0)
             return i;
     return t->n_rows - 1;
-}
-
-int eval_find_row(const eval_table *t, const char *label)
-{
-    for (int i = 0; i < t->n_rows; i++) {
-        if (strcmp(t->row[i].label, label) == 0)
-            return i;
-    }
-    return EVAL_NO_ROW;
 }
 
 int eval_find_column(const eval_table *t, const char *name)

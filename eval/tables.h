@@ -72,10 +72,8 @@ typedef struct {
     const char *given;              /* inputs that are ground truth: "hand box, object box, wrist" */
 } eval_protocol;
 
-/* eval_table_at - the i-th of all tables, NULL past the last; eval_table_find - the one of that
- * id, or NULL */
+/* eval_table_at - the i-th of all tables, NULL past the last */
 const eval_table *eval_table_at(int i);
-const eval_table *eval_table_find(const char *id);
 
 /* eval_table_of - whether it is a table of the paper on that model ("hocat" has "hocat-1" ...);
  * eval_table_by_object - whether a column is about one object; eval_table_own_row - the row that a
@@ -84,8 +82,7 @@ bool eval_table_of(const eval_table *t, const char *model);
 bool eval_table_by_object(const eval_table *t);
 int eval_table_own_row(const eval_table *t, const char *variant);
 
-/* eval_find_row, eval_find_column - index by label or name; EVAL_NO_ROW for none */
-int eval_find_row(const eval_table *t, const char *label);
+/* eval_find_column - index by name; EVAL_NO_ROW for none */
 int eval_find_column(const eval_table *t, const char *name);
 
 /* eval_find_object - the column about the object of that model folder, with or without "syn_"

@@ -31,10 +31,8 @@ draw_canvas draw_canvas_new(lt_arena *arena, int width, int height, draw_color f
 void draw_line(draw_canvas *c, const float a[2], const float b[2], float width, draw_color color,
                float opacity);
 
-/* draw_disc - filled; draw_ring - a circle's line */
+/* draw_disc - a filled circle */
 void draw_disc(draw_canvas *c, const float center[2], float radius, draw_color color, float opacity);
-void draw_ring(draw_canvas *c, const float center[2], float radius, float width, draw_color color,
-               float opacity);
 
 /* draw_rect - fill x0 <= x < x1, y0 <= y < y1 */
 void draw_rect(draw_canvas *c, int x0, int y0, int x1, int y1, draw_color color, float opacity);

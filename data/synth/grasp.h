@@ -68,25 +68,6 @@ void synth_grasp_ctx_mirror(synth_grasp_ctx *ctx);
 lt_status synth_grasp_sample(const synth_grasp_ctx *ctx, uint64_t seed, synth_grasp_stats *stats,
                              synth_grasp *out);
 
-/**
- * synth_grasp_refit - let a hand of another shape take a grasp over
- *
- * `grasp` comes from any context of the same object, ctx has the other hand's shape. The result meets the
- * same tests. Errors: LT_ENUMERIC when it does not.
- */
-lt_status synth_grasp_refit(const synth_grasp_ctx *ctx, const synth_grasp *grasp, synth_grasp *out);
-
-/**
- * synth_grasp_library - n different accepted grasps, drawn on all threads; the same on any number of them
- *
- *   out      (n) in the arena
- *   stats    may be NULL
- *
- * Errors: as synth_grasp_sample; LT_ENOMEM.
- */
-lt_status synth_grasp_library(lt_arena *arena, const synth_grasp_ctx *ctx, uint64_t seed, int n,
-                              synth_grasp_stats *stats, synth_grasp **out);
-
 #ifdef __cplusplus
 }
 #endif

@@ -146,17 +146,11 @@ typedef struct {
     uint64_t seed, stream;          /* of the noise */
 } synth_sensor;
 
-/* synth_sensor_default - exposure 1, neutral, no blur, no noise */
-synth_sensor synth_sensor_default(void);
-
 /* synth_sensor_random - exposure, white balance, contrast, noise drawn as a set of cameras has them */
 synth_sensor synth_sensor_random(uint64_t seed, uint64_t stream);
 
 /* synth_sensor_image - frame->radiance seen by this sensor, into frame->rgb */
 void synth_sensor_image(const synth_sensor *sensor, synth_frame *frame);
-
-/* synth_sensor_jpeg - frame->rgb through a JPEG file of this quality, 1..100, and back; LT_ENOMEM */
-lt_status synth_sensor_jpeg(synth_frame *frame, int quality);
 
 /**
  * synth_sensor_depth - frame->depth as a stereo depth camera would measure it

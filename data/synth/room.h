@@ -44,9 +44,6 @@ synth_room *synth_room_new(lt_arena *arena, uint64_t seed, uint64_t stream, doub
  * without memory */
 bool synth_room_paint(synth_room *room, const synth_camera *camera, int n);
 
-/* synth_room_place - move the room: x_world = R x_room + t, for everything in it */
-void synth_room_place(synth_room *room, const double R_world_room[9], const double t_world_room[3]);
-
 /* What joins a hand to the edge of the picture. */
 typedef struct {
     const float (*loop)[3];         /* (16, 3) the wrist's boundary, in order around it */

@@ -588,13 +588,14 @@ START_TEST(rounds_have_their_frames)
 {
     shot *s = lt_arena_alloc(arena, sizeof(*s));
     synth_grasp_ctx *ctx;
-    synth_grasp *grasp;
+    synth_grasp grasp[3];
     synth_stage stage;
 
     synth_subject_draw(hand, 3, 1, &s->subject);
     ok(synth_prop_new(arena, 9, false, 3, &s->prop));
     ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
-    ok(synth_grasp_library(arena, ctx, 5, 3, NULL, &grasp));
+    for (int i = 0; i < 3; i++)
+        ok(synth_grasp_sample(ctx, (uint64_t)(5 + i), NULL, &grasp[i]));
     for (int n = 5; n <= 6; n++) {
         ok(synth_stage_new(arena, hand, &s->subject, &s->prop, grasp, 3, n, 0, 1,
                            &(synth_setting){ .depth_unit = HO3D_DEPTH_UNIT }, 3, 4, &stage));

@@ -117,7 +117,6 @@ START_TEST(an_epoch_is_a_permutation)
     const loader_options o = { .batch = 8, .threads = 2, .ahead = 2, .shuffle = true, .seed = 5 };
     loader *l = open_loader(&fine, 52, o, (loader_position){ 0 });
 
-    ck_assert_int_eq(loader_batches(l), 7);
     collect(l, a, 106);
     for (int e = 0; e < 2; e++) {
         for (int i = 0; i < 52; i++)

@@ -13,6 +13,7 @@
 enum { W = 160, H = 120, N = W * H };
 
 static const double identity[9] = { 1, 0, 0, 0, 1, 0, 0, 0, 1 };
+static const synth_sensor plain_sensor = { .exposure = 1, .white = { 1, 1, 1 }, .gamma = 1 };
 static lt_arena *arena;
 static synth_frame *frame;
 
@@ -455,11 +456,10 @@ END_TEST
 
 START_TEST(sensor_is_srgb)
 {
-    const synth_sensor plain = synth_sensor_default();
 
     for (int i = 0; i < N; i++)
         frame->radiance[i][0] = frame->radiance[i][1] = frame->radiance[i][2] = 0.6f * (float)i / N;
-    synth_sensor_image(&plain, frame);
+    synth_sensor_image(&plain_sensor, frame);
     for (int i = 0; i < N; i++) {
         const double l = 0.6 * i / N, s = l <= 0.0031308 ? 12.92 * l : 1.055 * pow(l, 1 / 2.4) - 0.055;
 
@@ -468,27 +468,9 @@ START_TEST(sensor_is_srgb)
 }
 END_TEST
 
-START_TEST(jpeg_is_near)
-{
-    const synth_instance in = instance(sphere(0.1, 20), 0, 0, 0.5, 5);
-    const synth_sensor plain = synth_sensor_default();
-    static uint8_t before[N][3];
-    long sum = 0;
-
-    render(&in, 1);
-    synth_sensor_image(&plain, frame);
-    memcpy(before, frame->rgb, sizeof(before));
-    ck_assert_int_eq(synth_sensor_jpeg(frame, 90), LT_OK);
-    for (int i = 0; i < N; i++)
-        sum += abs(frame->rgb[i][1] - before[i][1]);
-    ck_assert_int_gt(sum, 0);
-    ck_assert_int_lt(sum, 2 * N);
-}
-END_TEST
-
 START_TEST(motion_smears_what_moves)
 {
-    synth_sensor sensor = synth_sensor_default();
+    synth_sensor sensor = plain_sensor;
 
     for (int i = 0; i < N; i++) {
         frame->moving[i] = i % W >= 60 && i % W < 100;
@@ -551,7 +533,6 @@ static synth_camera camera_in_room(double around)
 /* The room of a seed as camera[0] sees it, painted for n cameras. */
 static void film_room(uint64_t seed, const synth_camera *camera, int n, uint8_t (*rgb)[3])
 {
-    const synth_sensor plain = synth_sensor_default();
     synth_room *room = synth_room_new(arena, seed, 0, 0.15);
     synth_scene scene = { .camera = camera[0], .sky = { 0.5f, 0.5f, 0.5f }, .ground = { 0.3f, 0.3f, 0.3f },
                           .up = { 0, 0, 1 } };
@@ -560,7 +541,7 @@ static void film_room(uint64_t seed, const synth_camera *camera, int n, uint8_t 
     scene.instance = room->instance;
     scene.n_instances = room->n_instances;
     ck_assert_int_eq(synth_render(&scene, frame), LT_OK);
-    synth_sensor_image(&plain, frame);
+    synth_sensor_image(&plain_sensor, frame);
     memcpy(rgb, frame->rgb, (size_t)W * H * 3);
 }
 
@@ -670,7 +651,6 @@ START_TEST(drawing_is_cut)
         for (int j = 0; j < 7; j++) {
             draw_line(&c, far[i], far[j], 2, white, 1);
             draw_disc(&c, far[i], 3, white, 1);
-            draw_ring(&c, far[i], 3, 1, white, 1);
         }
     draw_text(&c, -9, -4, 2, white, "clip\xff~");
     draw_text(&c, 35, 27, 3, white, "clip");
@@ -745,7 +725,6 @@ static void add_tests(TCase *t)
     tcase_add_test(t, without_memory);
     tcase_add_test(t, far_texture_is_grey);
     tcase_add_test(t, sensor_is_srgb);
-    tcase_add_test(t, jpeg_is_near);
     tcase_add_test(t, motion_smears_what_moves);
     tcase_add_test(t, room_leaves_room);
     tcase_add_loop_test(t, paints_what_is_seen, 0, 6);

@@ -43,7 +43,6 @@ static void score(const samples *s, double scores[HO3D_SCORES])
 
     add(scorer, s, 0, N, NULL);
     ho3d_scorer_scores(scorer, scores);
-    ck_assert_int_eq(ho3d_scorer_samples(scorer), N);
     ho3d_scorer_free(scorer);
 }
 
@@ -54,8 +53,8 @@ START_TEST(like_the_official_script)
 
     score(s, scores);
     for (int k = 0; k < HO3D_SCORES; k++)
-        ck_assert_msg(fabs(scores[k] - ho3d_wanted[_i][k]) < 1e-7, "%s: %.9f, want %.9f",
-                      ho3d_score_name((ho3d_score)k), scores[k], ho3d_wanted[_i][k]);
+        ck_assert_msg(fabs(scores[k] - ho3d_wanted[_i][k]) < 1e-7, "score %d: %.9f, want %.9f", k,
+                      scores[k], ho3d_wanted[_i][k]);
     free(s);
 }
 END_TEST

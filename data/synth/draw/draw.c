@@ -95,11 +95,9 @@ void draw_line(draw_canvas *c, const float a[2], const float b[2], float width, 
     }
 }
 
-/* Pixels between two circles about the centre. */
-static void draw_annulus(draw_canvas *c, const float center[2], float inner, float outer, draw_color color,
-                         float opacity)
+void draw_disc(draw_canvas *c, const float center[2], float radius, draw_color color, float opacity)
 {
-    const float reach = outer + 1, x = center[0], y = center[1];
+    const float reach = radius + 1, x = center[0], y = center[1];
 
     if (!isfinite(x + y) || !(reach > 1 && reach < 1e4f) || x < -reach || y < -reach ||
         x > (float)c->width + reach || y > (float)c->height + reach)
@@ -108,19 +106,8 @@ static void draw_annulus(draw_canvas *c, const float center[2], float inner, flo
         for (int u = (int)fmaxf(ceilf(x - reach), 0); (float)u <= x + reach && u < c->width; u++) {
             const float d = hypotf((float)u - x, (float)v - y);
 
-            cover(c, u, v, color, opacity * fminf(fminf(outer - d, d - inner) + 0.5f, 1));
+            cover(c, u, v, color, opacity * fminf(radius - d + 0.5f, 1));
         }
-}
-
-void draw_ring(draw_canvas *c, const float center[2], float radius, float width, draw_color color,
-               float opacity)
-{
-    draw_annulus(c, center, radius - width / 2, radius + width / 2, color, opacity);
-}
-
-void draw_disc(draw_canvas *c, const float center[2], float radius, draw_color color, float opacity)
-{
-    draw_annulus(c, center, -1, radius, color, opacity);
 }
 
 /* ---- hands and objects ----------------------------------------------------------------------- */

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The stages put together, and libraries of grasps.
+ * The stages put together.
  */
 #include "data/synth/grasp/internal.h"
 
 #include "data/ycb.h"
-#include "libtensor/base/parallel.h"
 
 #include <math.h>
 
@@ -118,73 +117,4 @@ lt_status synth_grasp_sample(const synth_grasp_ctx *ctx, uint64_t seed, synth_gr
     g.kind = kind;
     *out = g;
     return LT_OK;
-}
-
-lt_status synth_grasp_refit(const synth_grasp_ctx *ctx, const synth_grasp *grasp, synth_grasp *out)
-{
-    static const int first_pad[FINGERS] = { 12, 0, 3, 9, 6 };   /* thumb, index, middle, ring, little */
-    grasp_wish wish = { { 0 } };
-    synth_grasp_stats s = { 0 };
-    hand_state state;
-    synth_grasp g;
-
-    grasp_hand_state(&ctx->hand, grasp->pose, grasp->trans, &state);
-    for (int i = 0; i < FINGERS; i++)
-        if (grasp->contact[i])
-            wish.pad[first_pad[i] + 2] = i ? 1 : 1.5;
-    grasp_refine(ctx, &wish, &state);
-    count(&s, grasp_judge(ctx, &state, &g));
-    if (!s.accepted)
-        return none_holds(ctx, &s);
-    g.kind = grasp->kind;
-    *out = g;
-    return LT_OK;
-}
-
-typedef struct {
-    const synth_grasp_ctx *ctx;
-    uint64_t seed;
-    synth_grasp *grasp;
-    synth_grasp_stats *stats;
-    lt_status *status;
-} library;
-
-static void draw_one(void *ctx, int64_t task)
-{
-    library *l = ctx;
-
-    l->status[task] = synth_grasp_sample(l->ctx, lt_rng_mix(l->seed, (uint64_t)task), &l->stats[task],
-                                         &l->grasp[task]);
-}
-
-lt_status synth_grasp_library(lt_arena *arena, const synth_grasp_ctx *ctx, uint64_t seed, int n,
-                              synth_grasp_stats *stats, synth_grasp **out)
-{
-    lt_arena *scratch = lt_arena_new();
-    library l = { .ctx = ctx, .seed = seed };
-    synth_grasp_stats total = { 0 };
-    lt_status st = LT_OK;
-
-    if (!scratch)
-        return lt_error(LT_ENOMEM, "no memory for a grasp library");
-    l.grasp = lt_arena_array(arena, (size_t)n, sizeof(*l.grasp));
-    l.stats = lt_arena_array(scratch, (size_t)n, sizeof(*l.stats));
-    l.status = lt_arena_array(scratch, (size_t)n, sizeof(*l.status));
-    if (!l.grasp || !l.stats || !l.status) {
-        st = lt_error(LT_ENOMEM, "no memory for a grasp library");
-        goto done;
-    }
-    lt_parallel_for(n, draw_one, &l);
-    for (int i = 0; i < n; i++) {
-        add_stats(&total, &l.stats[i]);
-        if (l.status[i] && !st)
-            st = none_holds(ctx, &l.stats[i]);
-    }
-    if (stats)
-        add_stats(stats, &total);
-    if (!st)
-        *out = l.grasp;
-done:
-    lt_arena_free(scratch);
-    return st;
 }

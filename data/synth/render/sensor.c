@@ -4,7 +4,6 @@
 #include "data/synth/render/texture.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
-#include "libtensor/io/image.h"
 
 #include <string.h>
 
@@ -25,11 +24,6 @@ typedef struct {
     int radius;                     /* of the blur */
     float tone[TONES + 2];          /* byte value over the root of light / LIGHT_MAX */
 } image_job;
-
-synth_sensor synth_sensor_default(void)
-{
-    return (synth_sensor){ .exposure = 1, .white = { 1, 1, 1 }, .gamma = 1 };
-}
 
 synth_sensor synth_sensor_random(uint64_t seed, uint64_t stream)
 {
@@ -311,25 +305,6 @@ void synth_sensor_image(const synth_sensor *sensor, synth_frame *frame)
     }
     make_tones(&job);
     lt_parallel_for(frame->height, develop_row, &job);
-}
-
-lt_status synth_sensor_jpeg(synth_frame *frame, int quality)
-{
-    const lt_image img = { frame->width, frame->height, 3, 8, frame->rgb[0] };
-    lt_arena *arena = lt_arena_new();
-    lt_image back;
-    uint8_t *bytes;
-    size_t n;
-    lt_status st = arena ? LT_OK : lt_error(LT_ENOMEM, "render: no memory for a JPEG");
-
-    if (!st)
-        st = lt_jpeg_encode(arena, &img, quality, &bytes, &n);
-    if (!st)
-        st = lt_image_decode(arena, "rendered JPEG", bytes, n, &back);
-    if (!st)
-        memcpy(frame->rgb, back.data, lt_image_bytes(&img));
-    lt_arena_free(arena);
-    return st;
 }
 
 /* ---- depth ----------------------------------------------------------------------------------- */

@@ -35,25 +35,18 @@ struct synth_texture {
 static double decode(double s) { return s <= 0.04045 ? s / 12.92 : pow((s + 0.055) / 1.055, 2.4); }
 static double encode(double l) { return l <= 0.0031308 ? 12.92 * l : 1.055 * pow(l, 1 / 2.4) - 0.055; }
 
-static float linear_of[256], srgb_of[SRGB_STEPS + 2];
+static float srgb_of[SRGB_STEPS + 2];
 static uint16_t texel_of[256];
 
 __attribute__((constructor)) static void make_tables(void)
 {
-    for (int i = 0; i < 256; i++) {
-        linear_of[i] = (float)decode(i / 255.0);
+    for (int i = 0; i < 256; i++)
         texel_of[i] = (uint16_t)lrint(65535 * decode(i / 255.0));
-    }
     for (int i = 0; i < SRGB_STEPS + 2; i++) {          /* over the root: fine steps in the dark */
         const double root = (double)i / SRGB_STEPS;
 
         srgb_of[i] = (float)(255 * encode(fmin(root * root, 1)));
     }
-}
-
-float srgb_to_linear(uint8_t byte)
-{
-    return linear_of[byte];
 }
 
 float linear_to_srgb(float linear)

@@ -10,8 +10,7 @@
  * picture moves uv by dx, one step down by dy. */
 v4 texture_sample(const synth_texture *t, v4 uv, v4 dx, v4 dy);
 
-/* srgb_to_linear - of a byte; linear_to_srgb - of 0..1, in 0..255 with the fraction kept */
-float srgb_to_linear(uint8_t byte);
+/* linear_to_srgb - of 0..1, in 0..255 with the fraction kept */
 float linear_to_srgb(float linear);
 
 #endif

@@ -322,47 +322,6 @@ synth_room *synth_room_new(lt_arena *arena, uint64_t seed, uint64_t stream, doub
     return b.failed ? NULL : room;
 }
 
-/* ---- moving it ------------------------------------------------------------------------------- */
-
-static void turn(const double R[9], const double x[3], double out[3])
-{
-    double y[3];
-
-    for (int i = 0; i < 3; i++)
-        y[i] = R[3 * i] * x[0] + R[3 * i + 1] * x[1] + R[3 * i + 2] * x[2];
-    memcpy(out, y, sizeof(y));
-}
-
-static void move_point(const double R[9], const double t[3], double x[3])
-{
-    turn(R, x, x);
-    for (int i = 0; i < 3; i++)
-        x[i] += t[i];
-}
-
-void synth_room_place(synth_room *room, const double R[9], const double t[3])
-{
-    const double up[3] = { room->up[0], room->up[1], room->up[2] };
-    double turned[3];
-
-    for (int i = 0; i < room->n_instances; i++) {
-        synth_instance *in = &room->instance[i];
-        double M[9];
-
-        for (int k = 0; k < 9; k++)
-            M[k] = R[k / 3 * 3] * in->R_world_obj[k % 3] + R[k / 3 * 3 + 1] * in->R_world_obj[3 + k % 3] +
-                   R[k / 3 * 3 + 2] * in->R_world_obj[6 + k % 3];
-        memcpy(in->R_world_obj, M, sizeof(M));
-        move_point(R, t, in->t_world_obj);
-    }
-    for (int i = 0; i < room->n_lights; i++)
-        move_point(R, t, room->light[i].position);
-    move_point(R, t, room->focus);
-    turn(R, up, turned);
-    for (int i = 0; i < 3; i++)
-        room->up[i] = (float)turned[i];
-}
-
 /* ---- painting it ----------------------------------------------------------------------------- */
 
 /* Whether a mesh lies wholly beyond one side of a camera's pyramid, or two pixels past its edge. */
@@ -372,10 +331,11 @@ static bool out_of_sight(const synth_instance *in, const synth_camera *c)
     int beyond[5] = { 0 };
 
     for (int v = 0; v < in->mesh->n_vertices; v++) {
-        const float *x = in->mesh->vertex[v];
-        double w[3] = { x[0], x[1], x[2] }, p[3];
+        const float *at = in->mesh->vertex[v];
+        const double x[3] = { at[0], at[1], at[2] };
+        double w[3], p[3];
 
-        move_point(in->R_world_obj, in->t_world_obj, w);
+        lt_rigid_apply(in->R_world_obj, in->t_world_obj, x, w);
         lt_rigid_apply(c->R_cam_world, c->t_cam_world, w, p);
         beyond[0] += p[2] < 0;
         beyond[1] += c->fx * p[0] + left * p[2] < 0;
