@@ -37,7 +37,7 @@ typedef struct {
     int64_t no_contact;             /* fewer than three fingers, or no thumb */
     int64_t too_deep;
     int64_t no_balance;             /* no forces inside the friction cones hold the object still */
-    int64_t bent;                   /* beyond a joint's limits, or a finger through another */
+    int64_t crossed;                /* a finger through another */
 } synth_grasp_stats;
 
 /**

@@ -75,13 +75,12 @@ extern const synth_hand_limit synth_hand_limits[15];
 /* synth_hand_clamp_angles - into the limits; the spread that a bent knuckle allows shrinks to none at 90
  * degrees, and a last finger joint follows the one before it: two thirds, give or take 10 degrees */
 void synth_hand_clamp_angles(double angles[15][3]);
-void synth_hand_clamp_pose(const synth_hand_frames *frames, double pose[45]);
 
 /**
  * synth_hand_draw_angles - a plausible grasp, from open hand to fist: joint angles within the limits
  *
  * Fingers close together more or less, the thumb opposes, all with variation of their own. Self-contact
- * is not looked at: see synth_hand_sample_pose.
+ * is not looked at: see synth_hand_self_depth.
  */
 void synth_hand_draw_angles(lt_rng *rng, double angles[15][3]);
 
@@ -111,13 +110,6 @@ double synth_hand_capsule_distance(const synth_hand_capsule *capsule, const doub
  */
 double synth_hand_self_depth(const uint8_t part[LT_HAND_VERTICES], const double vertices[LT_HAND_VERTICES][3],
                              const double keypoints[LT_HAND_KEYPOINTS][3]);
-
-/**
- * synth_hand_sample_pose - a grasp of synth_hand_draw_angles without self-penetration beyond 1 mm
- *
- * Where a draw penetrates itself it is opened towards the mean pose until it does not.
- */
-void synth_hand_sample_pose(const lt_hand_model *model, lt_rng *rng, double pose[45]);
 
 /* ---- skin ---------------------------------------------------------------------------------------- */
 

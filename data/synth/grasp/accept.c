@@ -6,6 +6,8 @@
 #include "data/synth/grasp/internal.h"
 
 #include "data/synth/grasp/vec.h"
+#include "data/synth/hand.h"
+#include "libtensor/geometry/hand_layer.h"
 
 #include <string.h>
 
@@ -17,6 +19,7 @@ enum { MAX_CONTACTS = 16, EDGES = 8, ROUNDS = 300 };
 #define MEAN_DEEP 1.3e-3
 #define MOST_VOLUME 1.8e-6
 #define CLEAR 0.45                      /* share of a sphere's radius: a bone may not come closer */
+#define THROUGH 0.9e-3                  /* one finger in another; the promise is 1 mm */
 #define FRICTION 0.6
 #define RESIDUE 0.12                    /* of the squeezing force */
 
@@ -75,28 +78,26 @@ static void touch(const synth_grasp_ctx *ctx, const double (*p)[3], synth_grasp 
             hold->contact[hold->n++] = of[i];
 }
 
-static bool bones_free(const synth_grasp_ctx *ctx, const hand_state *s, bool *crossed)
+static bool bones_free(const synth_grasp_ctx *ctx, const hand_frames *f)
 {
     const grasp_hand *h = &ctx->hand;
-    double at[SPHERES][3];
-    hand_frames f;
 
-    *crossed = false;
-    grasp_hand_frames(h, s, &f);
     for (int i = 0; i < SPHERES; i++) {
-        grasp_hand_sphere(h, &f, i, at[i]);
-        if (synth_sdf_at(&ctx->sdf, at[i], NULL) < CLEAR * h->sphere[i].radius)
+        double at[3];
+
+        grasp_hand_sphere(h, f, i, at);
+        if (synth_sdf_at(&ctx->sdf, at, NULL) < CLEAR * h->sphere[i].radius)
             return false;
     }
-    for (int i = 0; i < SPHERES; i++)
-        for (int j = 0; j < i; j++) {
-            const hand_sphere *a = &h->sphere[i], *b = &h->sphere[j];
-            const double d[3] = { at[i][0] - at[j][0], at[i][1] - at[j][1], at[i][2] - at[j][2] };
-            const double r = 0.55 * (a->radius + b->radius);
-            if (a->joint && b->joint && (a->joint - 1) / 3 != (b->joint - 1) / 3 && dot3(d, d) < r * r)
-                *crossed = true;
-        }
     return true;
+}
+
+static bool goes_through_itself(const grasp_hand *h, const hand_frames *f, const double (*p)[3])
+{
+    double keypoints[LT_HAND_KEYPOINTS][3];
+
+    lt_hand_keypoints(p[0], f->t[0], lt_hand_tips_ho3d, LT_HAND_MANO_ORDER, keypoints[0]);
+    return synth_hand_self_depth(h->part, p, (const double (*)[3])keypoints) > THROUGH;
 }
 
 /* One edge of a contact's friction cone as force and torque; torques in units of the object's radius. */
@@ -154,26 +155,25 @@ static double imbalance(const holding *h, double radius)
     return share < 0.1 ? INFINITY : sqrt(norm2);
 }
 
-static void skin_all(const grasp_hand *h, const hand_state *s, double (*p)[3])
+static void skin_all(const grasp_hand *h, const hand_state *s, const hand_frames *f, double (*p)[3])
 {
     double rest[LT_HAND_VERTICES][3];
-    hand_frames f;
 
     grasp_hand_correct(h, s, rest);
-    grasp_hand_frames(h, s, &f);
     for (int v = 0; v < LT_HAND_VERTICES; v++)
-        grasp_hand_skin(h, &f, (const double (*)[3])rest, v, p[v]);
+        grasp_hand_skin(h, f, (const double (*)[3])rest, v, p[v]);
 }
 
 grasp_verdict grasp_judge(const synth_grasp_ctx *ctx, const hand_state *s, synth_grasp *out)
 {
     double p[LT_HAND_VERTICES][3];
     holding hold = { .n = 0 };
+    hand_frames f;
     int fingers = 0;
-    bool crossed;
 
     *out = (synth_grasp){ 0 };
-    skin_all(&ctx->hand, s, p);
+    grasp_hand_frames(&ctx->hand, s, &f);
+    skin_all(&ctx->hand, s, &f, p);
     touch(ctx, (const double (*)[3])p, out, &hold);
     out->lowest = lowest_of(&ctx->hand, (const double (*)[3])p) - ctx->lowest;
     grasp_hand_pose(&ctx->hand, s, out->pose, out->trans);
@@ -181,10 +181,10 @@ grasp_verdict grasp_judge(const synth_grasp_ctx *ctx, const hand_state *s, synth
         fingers += out->contact[i];
     if (fingers < 3 || !out->contact[0])
         return NO_CONTACT;
-    if (!bones_free(ctx, s, &crossed) || out->penetration > DEEPEST || out->mean_penetration > MEAN_DEEP
+    if (!bones_free(ctx, &f) || out->penetration > DEEPEST || out->mean_penetration > MEAN_DEEP
         || out->volume > MOST_VOLUME)
         return TOO_DEEP;
-    if (crossed)
-        return BENT;
+    if (goes_through_itself(&ctx->hand, &f, (const double (*)[3])p))
+        return CROSSED;
     return hold.n < 2 || imbalance(&hold, ctx->radius) > RESIDUE ? NO_BALANCE : HOLDS;
 }

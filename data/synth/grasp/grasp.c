@@ -72,7 +72,7 @@ static void count(synth_grasp_stats *s, grasp_verdict v)
     s->no_contact += v == NO_CONTACT;
     s->too_deep += v == TOO_DEEP;
     s->no_balance += v == NO_BALANCE;
-    s->bent += v == BENT;
+    s->crossed += v == CROSSED;
 }
 
 static void add_stats(synth_grasp_stats *to, const synth_grasp_stats *s)
@@ -82,14 +82,14 @@ static void add_stats(synth_grasp_stats *to, const synth_grasp_stats *s)
     to->no_contact += s->no_contact;
     to->too_deep += s->too_deep;
     to->no_balance += s->no_balance;
-    to->bent += s->bent;
+    to->crossed += s->crossed;
 }
 
 static lt_status none_holds(const synth_grasp_ctx *c, const synth_grasp_stats *s)
 {
     return lt_error(LT_ENUMERIC, "grasp of %s: none of %d candidates holds (%d do not touch, %d too deep, "
                     "%d do not balance, %d have crossed fingers)", ycb_find(c->ycb_id)->name, (int)s->tried,
-                    (int)s->no_contact, (int)s->too_deep, (int)s->no_balance, (int)s->bent);
+                    (int)s->no_contact, (int)s->too_deep, (int)s->no_balance, (int)s->crossed);
 }
 
 lt_status synth_grasp_sample(const synth_grasp_ctx *ctx, uint64_t seed, synth_grasp_stats *stats,

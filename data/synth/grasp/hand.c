@@ -6,6 +6,7 @@
 #include "data/synth/grasp/internal.h"
 
 #include "data/synth/grasp/vec.h"
+#include "data/synth/hand.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <string.h>
@@ -236,6 +237,7 @@ void grasp_hand_init(grasp_hand *h, const lt_hand_model *model, const double *be
     h->model = model;
     if (beta)
         memcpy(h->beta, beta, sizeof(h->beta));
+    synth_hand_parts(model, h->part);
     shape_skin(h);
     for (int v = 0; v < LT_HAND_VERTICES; v++)
         take_weights(h, v);
@@ -342,44 +344,4 @@ void grasp_hand_pose(const grasp_hand *h, const hand_state *s, double pose[48], 
     }
     for (int k = 0; k < 3; k++)
         trans[k] = s->t[k] - h->J[0][k];
-}
-
-/* The angles of R = twist * spread * flexion, each about its axis of the bone's frame. */
-static void split_turn(const double R[9], const double along[3], const double dorsal[3], const double flex[3],
-                       double out[3])
-{
-    double u[3], T[9], S[9], w[3];
-
-    turn3(R, flex, u);
-    out[0] = atan2(dot3(u, dorsal), dot3(u, flex));
-    out[1] = -asin(fmax(-1, fmin(1, dot3(u, along))));
-    turn3(R, along, w);
-    axis_turn(along, -out[0], T);
-    axis_turn(dorsal, -out[1], S);
-    turn3(T, w, w);
-    turn3(S, w, w);
-    out[2] = atan2(-dot3(w, dorsal), dot3(w, along));
-}
-
-void grasp_hand_state(const grasp_hand *h, const double pose[48], const double trans[3], hand_state *s)
-{
-    lt_rot_from_axis_angle(pose, s->R);
-    for (int k = 0; k < 3; k++)
-        s->t[k] = trans[k] + h->J[0][k];
-    for (int f = 0; f < FINGERS; f++) {
-        double along[3], dorsal[3], flex[3], R[9], e[3];
-        double *q = &s->q[finger_angle(f)];
-        bone_frame(h, f, along, dorsal, flex);
-        for (int p = 0; p < 3; p++) {
-            lt_rot_from_axis_angle(&pose[3 * digit_joint(f, p)], R);
-            split_turn(R, along, dorsal, flex, e);
-            if (p == 0 && f == THUMB)
-                *q++ = e[0];
-            if (p == 0)
-                *q++ = e[1];
-            *q++ = e[2];
-        }
-    }
-    for (int a = 0; a < ANGLES; a++)
-        s->q[a] = fmax(h->angle[a].lo, fmin(h->angle[a].hi, s->q[a]));
 }

@@ -57,6 +57,7 @@ typedef struct {
     uint8_t weight_joint[LT_HAND_VERTICES][MAX_WEIGHTS];
     double weight[LT_HAND_VERTICES][MAX_WEIGHTS];
     int8_t pad[LT_HAND_VERTICES];                       /* 3 * finger + phalanx, 15: palm, -1: not a pad */
+    uint8_t part[LT_HAND_VERTICES];                     /* of synth_hand_parts */
     int8_t finger[LT_HAND_VERTICES];                    /* whose skin it is; -1: the palm's */
     hand_angle angle[ANGLES];
     hand_sphere sphere[SPHERES];
@@ -82,10 +83,8 @@ void grasp_hand_skin(const grasp_hand *h, const hand_frames *f, const double (*r
 
 void grasp_hand_sphere(const grasp_hand *h, const hand_frames *f, int i, double out[3]);
 
-/* grasp_hand_pose, grasp_hand_state - to and from axis-angle and translation as lt_hand_pose takes them.
- * The latter finds the angles by Euler-like projection, exact for poses that the former wrote. */
+/* grasp_hand_pose - axis-angle and translation as lt_hand_pose takes them */
 void grasp_hand_pose(const grasp_hand *h, const hand_state *s, double pose[48], double trans[3]);
-void grasp_hand_state(const grasp_hand *h, const double pose[48], const double trans[3], hand_state *s);
 
 /* ---- stages --------------------------------------------------------------------------------------- */
 
@@ -106,7 +105,7 @@ bool grasp_place(const synth_grasp_ctx *ctx, lt_rng *rng, hand_state *s, grasp_w
 
 void grasp_refine(const synth_grasp_ctx *ctx, const grasp_wish *wish, hand_state *s);
 
-typedef enum { HOLDS, NO_CONTACT, TOO_DEEP, NO_BALANCE, BENT } grasp_verdict;
+typedef enum { HOLDS, NO_CONTACT, TOO_DEEP, NO_BALANCE, CROSSED } grasp_verdict;
 
 /* grasp_judge - fills out but for kind */
 grasp_verdict grasp_judge(const synth_grasp_ctx *ctx, const hand_state *s, synth_grasp *out);

@@ -1,17 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The posed hand as capsules, for contact with objects and with itself.
+ * The posed hand as capsules, for contact with itself.
  */
 #include "data/synth/hand.h"
-#include "libtensor/base/arena.h"
-#include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <string.h>
 
 enum { PALM_CAPSULES = 5 };
-
-static const double ALLOWED_M = 0.001;          /* soft flesh gives way */
 
 /* Radii at base, middle, last joint and tip of index, middle, little, ring, thumb; metres. */
 static const double digit_radius[5][4] = {
@@ -97,44 +93,4 @@ double synth_hand_self_depth(const uint8_t part[LT_HAND_VERTICES],
             if (!may_touch(part[v], capsule[c].joint))
                 depth = fmax(depth, -synth_hand_capsule_distance(&capsule[c], vertices[v]));
     return depth;
-}
-
-static double depth_of(const lt_hand_model *model, const uint8_t *part, const double pose[45])
-{
-    static const double beta[LT_HAND_BETAS];
-    double R[LT_HAND_JOINTS][9], vertices[LT_HAND_VERTICES][3], joints[LT_HAND_JOINTS][3];
-    double keypoints[LT_HAND_KEYPOINTS][3];
-
-    lt_mat3_identity(R[0]);
-    for (int j = 1; j < LT_HAND_JOINTS; j++)
-        lt_rot_from_axis_angle(pose + 3 * (j - 1), R[j]);
-    lt_hand_pose(model, R[0], beta, NULL, vertices[0], joints[0]);
-    lt_hand_keypoints(vertices[0], joints[0], lt_hand_tips_ho3d, LT_HAND_MANO_ORDER, keypoints[0]);
-    return synth_hand_self_depth(part, vertices, keypoints);
-}
-
-void synth_hand_sample_pose(const lt_hand_model *model, lt_rng *rng, double pose[45])
-{
-    enum { STEPS = 8 };
-    double drawn[15][3], relaxed[15][3], mean[45], angles[15][3];
-    uint8_t part[LT_HAND_VERTICES];
-    synth_hand_frames frames;
-
-    synth_hand_parts(model, part);
-    synth_hand_frames_init(&frames, model);
-    for (int i = 0; i < 45; i++)
-        mean[i] = model->hands_mean[i];
-    synth_hand_pose_to_angles(&frames, mean, relaxed);
-    synth_hand_draw_angles(rng, drawn);
-    for (int step = 0; step <= STEPS; step++) {
-        const double t = step / (double)STEPS;
-
-        for (int i = 0; i < 15; i++)
-            for (int k = 0; k < 3; k++)
-                angles[i][k] = drawn[i][k] + t * (relaxed[i][k] - drawn[i][k]);
-        synth_hand_clamp_angles(angles);
-        synth_hand_angles_to_pose(&frames, angles, pose);
-        if (depth_of(model, part, pose) <= ALLOWED_M)
-            return;
-    }
 }

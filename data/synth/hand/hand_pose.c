@@ -157,12 +157,3 @@ void synth_hand_clamp_angles(double angles[15][3])
     for (int digit = 0; digit < 4; digit++)
         clamp_finger(&angles[3 * digit]);
 }
-
-void synth_hand_clamp_pose(const synth_hand_frames *frames, double pose[45])
-{
-    double angles[15][3];
-
-    synth_hand_pose_to_angles(frames, pose, angles);
-    synth_hand_clamp_angles(angles);
-    synth_hand_angles_to_pose(frames, angles, pose);
-}
