@@ -37,7 +37,9 @@ START_TEST(cameras)
     ck_assert_double_eq(c.fy, 614.1);
     ck_assert_double_eq(c.cx, 320);
     ck_assert_double_eq(c.cy, 240);
-    ck_assert_int_eq(predict_parse_camera("--K", "0,614,320,240", &c), LT_EINVAL);
+    ck_assert_int_eq(predict_parse_camera("--K", "0.96,1.28,0.5,0.5", &c), LT_EINVAL);
+    ck_assert_str_eq(lt_last_error(), "--K 0.96,1.28,0.5,0.5: focal lengths must be at least 1 pixel; the order is "
+                                      "fx,fy,cx,cy");
     ck_assert_int_eq(predict_parse_camera("--K", "614,614,320", &c), LT_EINVAL);
 }
 END_TEST
