@@ -47,7 +47,7 @@ lt_status predict_parse_camera(const char *name, const char *text, lt_camera *ou
 
     if (st)
         return st;
-    if (!(k[0] >= 1 && k[1] >= 1))               /* less is said in shares of the width */
+    if (!(k[0] >= 1 && k[1] >= 1))              /* less is said in shares of the width */
         return lt_error(LT_EINVAL, "%s %s: focal lengths must be at least 1 pixel; the order is fx,fy,cx,cy", name,
                         text);
     *out = (lt_camera){ .fx = k[0], .fy = k[1], .cx = k[2], .cy = k[3] };

@@ -6,7 +6,6 @@
 #include "data/synth/hand.h"
 #include "data/synth/objects.h"
 #include "data/synth/sdf.h"
-#include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/mesh_ops.h"
 #include "libtensor/geometry/rotation.h"
@@ -163,15 +162,16 @@ END_TEST
 
 /* ---- grasps --------------------------------------------------------------------------------------- */
 
-static void pose_hand(const synth_grasp *g, double (*p)[3], double (*joints)[3])
+static void pose_hand(const synth_grasp *g, const double *beta, double (*p)[3], double (*joints)[3])
 {
-    static const double beta[LT_HAND_BETAS] = { 0 };
     double R[16][9];
 
     for (int j = 0; j < 16; j++)
         lt_rot_from_axis_angle(&g->pose[3 * j], R[j]);
     lt_hand_pose(hand, R[0], beta, g->trans, p[0], joints[0]);
 }
+
+static const double no_shape[LT_HAND_BETAS];
 
 /* How deep one part of the hand is in another */
 static double self_depth(const double (*p)[3], const double (*joints)[3])
@@ -196,14 +196,14 @@ static int finger_of(int v)
     return best ? order[(best - 1) / 3] : -1;
 }
 
-static void check_grasp(const synth_grasp *g, const lt_mesh_index *index)
+static void check_grasp(const synth_grasp *g, const double *beta, const lt_mesh_index *index)
 {
     double p[LT_HAND_VERTICES][3], joints[LT_HAND_JOINTS][3], near[5], deepest = 0, sum = 0;
     int fingers = 0, inside = 0;
 
     for (int f = 0; f < 5; f++)
         near[f] = INFINITY;
-    pose_hand(g, p, joints);
+    pose_hand(g, beta, p, joints);
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
         const double d = lt_mesh_closest(index, p[v]).distance;
         const int f = finger_of(v);
@@ -247,7 +247,7 @@ START_TEST(grasps_hold)
     ck_assert_int_eq(synth_grasp_ctx_new(arena, grasped[_i], &mesh, NULL, hand, NULL, &ctx), LT_OK);
     draw_grasps(ctx, 11, 8, &stats, g);
     for (int i = 0; i < 8; i++)
-        check_grasp(&g[i], index);
+        check_grasp(&g[i], no_shape, index);
     ck_assert_int_eq(stats.accepted, 8);
     ck_assert_int_eq(stats.tried, stats.accepted + stats.no_contact + stats.too_deep + stats.no_balance
                                       + stats.crossed);
@@ -265,6 +265,27 @@ START_TEST(every_object)
     ck_assert_int_eq(synth_object_new(arena, _i, &mesh), LT_OK);
     ck_assert_int_eq(synth_grasp_ctx_new(arena, _i, &mesh, NULL, hand, NULL, &ctx), LT_OK);
     draw_grasps(ctx, 1, 4, NULL, g);
+}
+END_TEST
+
+/* A hand of another shape holds things as well, and a seed gives it one grasp. */
+START_TEST(another_hand)
+{
+    const double beta[LT_HAND_BETAS] = { 1, -0.8, 0.5 };
+    synth_grasp_ctx *ctx;
+    lt_mesh_index *index;
+    synth_grasp g[4], again;
+    lt_mesh mesh;
+
+    ck_assert_int_eq(synth_object_new(arena, 5, &mesh), LT_OK);
+    ck_assert_int_eq(lt_mesh_index_new(arena, &mesh, &index), LT_OK);
+    ck_assert_int_eq(synth_grasp_ctx_new(arena, 5, &mesh, NULL, hand, beta, &ctx), LT_OK);
+    draw_grasps(ctx, 1, 4, NULL, g);
+    for (int i = 0; i < 4; i++)
+        check_grasp(&g[i], beta, index);
+    draw_grasps(ctx, 1, 1, NULL, &again);
+    ck_assert_mem_eq(&again, &g[0], sizeof(again));
+    ck_assert_mem_ne(g[1].pose, g[0].pose, sizeof(g[0].pose));
 }
 END_TEST
 
@@ -296,6 +317,7 @@ int main(void)
     tcase_add_test(t, sdf_bad);
     tcase_add_loop_test(t, grasps_hold, 0, (int)LT_COUNT(grasped));
     tcase_add_loop_test(t, every_object, 1, 22);
+    tcase_add_test(t, another_hand);
     tcase_add_test(t, left_hand);
     suite_add_tcase(s, t);
     r = srunner_create(s);

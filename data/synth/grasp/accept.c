@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Whether a hand holds the object: what touches, how deep, and whether forces inside the friction cones can
- * balance.
+ * Whether a hand holds the object: what touches, how deep, whether a finger goes through another, and whether forces
+ * inside the friction cones can balance.
  */
 #include "data/synth/grasp/internal.h"
 

@@ -1,7 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/*
- * The stages put together.
- */
+/* The stages put together. */
 #include "data/synth/grasp/internal.h"
 
 #include "data/ycb.h"
