@@ -135,12 +135,14 @@ static void q_difference(const double a[4], const double q[4], double out[3])
         out[i] = scale * d[1 + i];
 }
 
-static void q_normalise(double q[4])
+/* False where q is no rotation: 0, or not finite. */
+static bool q_normalise(double q[4])
 {
     const double n = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
 
     for (int i = 0; i < 4; i++)
         q[i] /= n;
+    return isfinite(n) && n > 0;
 }
 
 /* q = exp(v scale) q */
@@ -168,7 +170,6 @@ static void pose_start(lt_pose_filter *f, const lt_pose_measurement *m)
     *f = (lt_pose_filter){ .state = LT_FILTER_ON };
     memcpy(f->p, m->p, sizeof(f->p));
     memcpy(f->q, m->q, sizeof(f->q));
-    q_normalise(f->q);
     for (int i = 0; i < N; i++)
         f->P[i][i] = START[i / 3] * START[i / 3];
 }
@@ -236,7 +237,7 @@ static void innovation(const lt_pose_filter *f, const lt_pose_measurement *m, do
             q_mul(m->q, m->symmetry[k], q);
         q_difference(q, f->q, d);
         angle = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        if (angle < best)
+        if (k < 0 || angle < best)
             memcpy(y + 3, d, sizeof(d));
         best = fmin(best, angle);
     }
@@ -351,8 +352,8 @@ static bool pose_update(lt_pose_filter *f, const lt_pose_measurement *m)
 
 lt_filter_state lt_pose_filter_step(lt_pose_filter *f, double dt, const lt_pose_measurement *measured)
 {
-    const bool sound = measured && all_finite(measured->p, 3) && all_finite(measured->q, 4);
-    const lt_pose_measurement *m = sound ? measured : NULL;
+    lt_pose_measurement unit = measured ? *measured : (lt_pose_measurement){ .n_symmetries = 0 };
+    const lt_pose_measurement *m = all_finite(unit.p, 3) && q_normalise(unit.q) ? &unit : NULL;
 
     if (f->state == LT_FILTER_OFF) {
         if (m)

@@ -53,7 +53,7 @@ typedef struct {
 } lt_pose_filter;
 
 typedef struct {
-    double p[3], q[4];
+    double p[3], q[4];              /* q of any length but 0 */
     double R_world_cam[9];          /* row-major: depth is the least certain axis of a camera */
     double reprojection_px;         /* mean error of the points it was found from; above 4 it counts for less */
     const double (*symmetry)[4];    /* (n_symmetries) turns of the object that look the same; NULL: none but itself */
@@ -65,10 +65,10 @@ typedef struct {
  *
  *   m   NULL where there is none. Of its orientation and those that look the same the nearest counts.
  *
- * Returns f->state. A measurement whose normalised squared innovation is above 16.812 (99 % of six degrees of
- * freedom) does not count; after LT_POSE_COAST frames without one that counts the filter is off, and the next
- * one starts it. Deviations: acceleration 2 m/s^2, 10 rad/s^2; a measurement 5 mm across, 15 mm along the
- * camera's axis, 5 degrees.
+ * Returns f->state. A measurement does not count that is no pose (not finite, q of length 0), or whose normalised
+ * squared innovation is above 16.812 (99 % of six degrees of freedom); after LT_POSE_COAST frames without one that
+ * counts the filter is off, and the next one starts it. Deviations: acceleration 2 m/s^2, 10 rad/s^2; a measurement
+ * 5 mm across, 15 mm along the camera's axis, 5 degrees.
  * Source: as above; Sola 2017, "Quaternion kinematics for the error-state Kalman filter", sections 5 to 7.
  */
 LT_API lt_filter_state lt_pose_filter_step(lt_pose_filter *f, double dt, const lt_pose_measurement *m);

@@ -229,7 +229,7 @@ lt_status lt_epnp(const lt_camera *cam, int n, const double *X, const double *uv
     if (st)
         return st;
     lt_principal_of(n, X, &e.shape);
-    if (e.shape.spread[2] <= LT_PNP_FLAT * e.shape.spread[1])
+    if (e.shape.spread[2] <= LT_PNP_FLAT * e.shape.spread[0])
         return lt_pnp_planar(cam, n, X, uv, R, t);
     if (!prepare(&e, cam, n, X, uv))
         return lt_error(LT_ENUMERIC, "epnp: no eigenvectors for %d points", n);

@@ -80,7 +80,8 @@ typedef struct {
  *   inlier   (n) or NULL; set to 1 for the points that the final pose was made from, else 0
  *
  * Draws five distinct points, solves, counts inliers; keeps the first draw with the most; caps the draws
- * by log(1 - confidence) / log(1 - w^5), w the best share of inliers; solves again on the inliers.
+ * by log(1 - confidence) / log(1 - w^5), w the best share of inliers; solves again on the inliers, and keeps
+ * the draw's pose where their mean error is above inlier_px after that.
  * The same input gives the same pose: draws are a function of opts->seed. opts NULL means lt_pnp_opencv().
  *
  * Source: Fischler and Bolles 1981; opencv modules/calib3d/src/solvepnp.cpp and ptsetreg.cpp.

@@ -7,7 +7,7 @@
 
 #include "libtensor/geometry/pnp.h"
 
-/* Spread across over spread along, under which points count as flat (a plane, a line): above the rounding
+/* Spread across over the longest one, under which points count as flat (a plane, a line): above the rounding
  * of coordinates kept in float, below the thinnest thing one would hold. */
 #define LT_PNP_FLAT 1e-5
 

@@ -97,6 +97,8 @@ lt_status lt_pnp_planar(const lt_camera *cam, int n, const double *X, const doub
         return lt_error(LT_ENUMERIC, "pnp_planar: the %d points are all equal or on a line", n);
     if (!homography(&s, cam, n, X, uv, H) || !pose_from_homography(&s, H, Rn, tn))
         return lt_error(LT_ENUMERIC, "pnp_planar: no single homography fits the %d points", n);
+    if (lt_pnp_error(cam, n, X, uv, Rn, tn) == INFINITY)
+        return lt_error(LT_ENUMERIC, "pnp_planar: no pose has all %d points in front of the camera", n);
     memcpy(R, Rn, sizeof(Rn));
     memcpy(t, tn, sizeof(tn));
     return LT_OK;

@@ -157,17 +157,20 @@ static int search(const problem *p, double R[9], double t[3])
     return best;
 }
 
-/* Solves on the inliers of pose->R, pose->t, which holds the answer afterwards. */
+/* Solves on the inliers of pose->R, pose->t, which holds the answer afterwards: itself where that of all inliers is
+ * further from them than inliers may be, as it is of points of which many are the same. */
 static lt_status solve_inliers(const problem *p, lt_pnp_pose *pose, double *X, double *uv)
 {
-    lt_status st;
+    lt_pnp_pose all = *pose;
+    lt_status st = LT_OK;
     int n = 0;
 
     for (int i = 0; i < p->n; i++)
         if (is_inlier(p, i, pose->R, pose->t))
             copy_pair(p, i, X, uv, n++);
-    st = solve(p, n, X, uv, pose->R, pose->t);
-    if (!st && p->opts->refine_iterations > 0)
+    if (!solve(p, n, X, uv, all.R, all.t) && lt_pnp_error(p->cam, n, X, uv, all.R, all.t) <= p->opts->inlier_px)
+        *pose = all;
+    if (p->opts->refine_iterations > 0)
         st = lt_pnp_refine(p->cam, n, X, uv, p->opts->refine_iterations, pose->R, pose->t);
     if (st)
         return st;

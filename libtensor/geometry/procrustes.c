@@ -5,6 +5,8 @@
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/svd3.h"
 
+#include <float.h>
+
 typedef struct {
     double mean_x[3], mean_y[3];
     double sq_x, sq_y;              /* sums of squares about the means */
@@ -65,6 +67,14 @@ static double best_rotation(const double H[9], bool reflect, double R[9])
     return s[0] + s[1] + sign * s[2];
 }
 
+/* Whether all x are the same: what is left of them about their mean is that mean's rounding. */
+static bool all_equal(const moments *m, int n)
+{
+    const double rounding = n * DBL_EPSILON * lt_vec3_norm(m->mean_x);
+
+    return m->sq_x <= n * rounding * rounding;
+}
+
 /* t = mean_y - scale R mean_x */
 static void set_translation(const moments *m, lt_similarity *out)
 {
@@ -103,7 +113,7 @@ lt_status lt_procrustes_umeyama(int n, const double *x, const double *y, lt_simi
         return st;
     m = measure(n, x, y);
     trace = best_rotation(m.H, false, out->R);
-    out->scale = m.sq_x > 0 ? trace / m.sq_x : 0;
+    out->scale = all_equal(&m, n) ? 0 : trace / m.sq_x;
     set_translation(&m, out);
     return LT_OK;
 }

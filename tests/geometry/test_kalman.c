@@ -237,16 +237,21 @@ END_TEST
 START_TEST(wild_poses_are_gated)
 {
     lt_pose_filter f = { .state = LT_FILTER_OFF };
-    lt_pose_measurement far = still, broken = still;
+    lt_pose_measurement far = still, broken = still, none = still, longer = still;
 
     far.p[0] = 0.5;
     broken.q[2] = NAN;
+    none.q[0] = 0;
+    longer.q[0] = 3;
+    ck_assert_int_eq(lt_pose_filter_step(&f, DT, &none), LT_FILTER_OFF);
     for (int k = 0; k < 60; k++)
         lt_pose_filter_step(&f, DT, &still);
     ck_assert_int_eq(lt_pose_filter_step(&f, DT, &far), LT_FILTER_COAST);
     ck_assert_int_eq(lt_pose_filter_step(&f, DT, &broken), LT_FILTER_COAST);
+    ck_assert_int_eq(lt_pose_filter_step(&f, DT, &none), LT_FILTER_COAST);
     ck_assert_double_lt(fabs(f.p[0]), 1e-6);
-    ck_assert_int_eq(lt_pose_filter_step(&f, DT, &still), LT_FILTER_ON);
+    ck_assert_int_eq(lt_pose_filter_step(&f, DT, &longer), LT_FILTER_ON);
+    ck_assert_double_lt(fabs(f.q[0] - 1), 1e-9);
 }
 END_TEST
 

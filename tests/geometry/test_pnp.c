@@ -271,9 +271,90 @@ START_TEST(impossible)
         s.X[i] = 0.01;
     expect_status(LT_ENUMERIC, MANY, s.X, s.uv);        /* one point */
     ck_assert_int_eq(lt_epnp(&camera, MANY, s.X, s.uv, R, t), LT_ENUMERIC);
-    for (int i = 0; i < 3 * MANY; i++)
-        s.X[i] = 1e-3 * (i / 3);
-    expect_status(LT_ENUMERIC, MANY, s.X, s.uv);        /* a line */
+}
+END_TEST
+
+/* In any direction, and not only where coordinates are exact. */
+START_TEST(lines)
+{
+    lt_rng r = lt_rng_make(11, 0);
+    double R[9], t[3];
+    scene s;
+
+    for (int trial = 0; trial < 200; trial++) {
+        const int n = 6 + (int)lt_rng_below(&r, MANY - 6);
+        double from[3], along[3];
+
+        make_scene(&r, 0, 0, &s);
+        for (int k = 0; k < 3; k++) {
+            from[k] = lt_rng_range(&r, -.1, .1);
+            along[k] = trial ? lt_rng_normal(&r) : 1;
+        }
+        for (int i = 0; i < n; i++) {
+            const double step = lt_rng_range(&r, -.1, .1);
+
+            for (int k = 0; k < 3; k++)
+                s.X[3 * i + k] = from[k] + step * along[k];
+        }
+        expect_status(LT_ENUMERIC, n, s.X, s.uv);
+        ck_assert_int_eq(lt_epnp(&camera, n, s.X, s.uv, R, t), LT_ENUMERIC);
+    }
+}
+END_TEST
+
+/* Many votes for few points: two or three leave the pose open, and what four or more say is held against them. */
+START_TEST(few_points_with_many_votes)
+{
+    const lt_pnp_opts presets[2] = { lt_pnp_opencv(), lt_pnp_refined() };
+    enum { VOTES = 30 };
+    lt_rng r = lt_rng_make(12, 0);
+    int found = 0;
+
+    for (int trial = 0; trial < 600; trial++) {
+        const int distinct = 2 + trial % 3;
+        double X[3 * VOTES], uv[2 * VOTES];
+        lt_pnp_pose pose;
+        lt_status st;
+        scene s;
+
+        make_scene(&r, 0, 0, &s);
+        for (int i = 0; i < VOTES; i++) {
+            const int from = 5 * (i % distinct);
+
+            memcpy(X + 3 * i, s.X + 3 * from, 3 * sizeof(X[0]));
+            for (int d = 0; d < 2; d++)
+                uv[2 * i + d] = s.uv[2 * from + d] + 2 * lt_rng_normal(&r);
+        }
+        st = lt_pnp_ransac(&camera, VOTES, X, uv, &presets[trial / 3 % 2], &pose, NULL);
+        if (distinct < 4)
+            ck_assert_int_eq(st, LT_ENUMERIC);
+        ck_assert(st || pose.mean_err_px <= presets[0].inlier_px);
+        found += !st;
+    }
+    ck_assert_int_gt(found, 90);            /* of 100: the refined preset wants five points that differ */
+}
+END_TEST
+
+/* A sheet whose points are seen at random: no pose with one behind the camera. */
+START_TEST(flat_things_are_in_front)
+{
+    lt_rng r = lt_rng_make(13, 0);
+    int found = 0;
+
+    for (int trial = 0; trial < 500; trial++) {
+        double X[3 * 8] = { 0 }, uv[2 * 8], R[9], t[3];
+
+        for (int i = 0; i < 8; i++)
+            for (int d = 0; d < 2; d++) {
+                X[3 * i + d] = lt_rng_range(&r, -.1, .1);
+                uv[2 * i + d] = lt_rng_range(&r, 0, 640);
+            }
+        if (lt_pnp_planar(&camera, 8, X, uv, R, t))
+            continue;
+        ck_assert(isfinite(lt_pnp_error(&camera, 8, X, uv, R, t)));
+        found++;
+    }
+    ck_assert_int_gt(found, 0);
 }
 END_TEST
 
@@ -330,6 +411,9 @@ int main(void)
     tcase_add_test(c, flat_things);
     tcase_add_test(c, thin_things);
     tcase_add_test(c, impossible);
+    tcase_add_test(c, lines);
+    tcase_add_test(c, few_points_with_many_votes);
+    tcase_add_test(c, flat_things_are_in_front);
     tcase_add_test(c, no_memory);
     tcase_add_test(c, rubbish);
     suite_add_tcase(s, c);

@@ -98,6 +98,28 @@ START_TEST(zero_prediction)
 }
 END_TEST
 
+/* Equal points anywhere: no scale is made of what rounding leaves about their mean. */
+START_TEST(equal_points_have_no_scale)
+{
+    lt_rng r = lt_rng_make(2, 0);
+
+    for (int trial = 0; trial < 1000; trial++) {
+        const int n = 1 + trial % 40;
+        double x[3 * 40], y[3 * 40], far[3] = { 1, 2, 3 }, out[3];
+        lt_similarity s;
+
+        for (int i = 0; i < 3 * n; i++) {
+            x[i] = i < 3 ? lt_rng_normal(&r) : x[i % 3];
+            y[i] = lt_rng_normal(&r);
+        }
+        ck_assert_int_eq(lt_procrustes_umeyama(n, x, y, &s), LT_OK);
+        ck_assert_double_eq(s.scale, 0);
+        lt_similarity_apply(&s, 1, far, out);
+        expect_near(out, s.t, 3, 0);
+    }
+}
+END_TEST
+
 START_TEST(scale_and_translation)
 {
     static const double want[3 * N] = {
@@ -168,6 +190,7 @@ int main(void)
     tcase_add_test(c, both_on_v5);
     tcase_add_test(c, mirror);
     tcase_add_test(c, zero_prediction);
+    tcase_add_test(c, equal_points_have_no_scale);
     tcase_add_test(c, scale_and_translation);
     tcase_add_test(c, rigid_recovers_motion);
     tcase_add_test(c, degenerate);
