@@ -95,6 +95,11 @@ void crop_intrinsics(const double A[6], const lt_camera *cam, float *out)
         out[i] = (float)AK[i];
 }
 
+lt_camera crop_whole_camera(const float A[6], const float K[9])
+{
+    return (lt_camera){ K[0] / A[0], K[4] / A[4], (K[2] - A[2]) / A[0], (K[5] - A[5]) / A[4] };
+}
+
 void crop_normalise(crop_box b, const float (*in)[2], int n, float (*out)[2])
 {
     const float w = b.x1 > b.x0 ? b.x1 - b.x0 : 1, h = b.y1 > b.y0 ? b.y1 - b.y0 : 1;

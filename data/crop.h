@@ -46,6 +46,9 @@ crop_box crop_corners(const double A[6], crop_box b);
 /* crop_intrinsics - K' = A K (3, 3), row-major, which may turn: so no lt_camera */
 void crop_intrinsics(const double A[6], const lt_camera *cam, float *out);
 
+/* crop_whole_camera - the image's camera back from K' = A K, where A does not turn */
+lt_camera crop_whole_camera(const float A[6], const float K[9]);
+
 /* crop_normalise - points in units of box: (0,0) its low corner, (1,1) its high one. An empty box is
  * taken as one pixel wide. */
 void crop_normalise(crop_box box, const float (*in)[2], int n, float (*out)[2]);

@@ -187,6 +187,17 @@ static crop_window choose_window(const dataset_sample *s, const hand_object_opti
     return w;
 }
 
+/* How pixels go to the crop where points go by A. In an image's points whole numbers are the centres of pixels, in a
+ * warp their edges. Semi-Hand-Object and HFL-Net, whose crop is the one around boxes, take the two for one. */
+static void picture_map(const hand_object_options *o, const double A[6], double out[6])
+{
+    const double half = o->crop == HAND_OBJECT_UNION ? 0.5 : 0;
+
+    memcpy(out, A, 6 * sizeof(*out));
+    out[2] -= half * (A[0] + A[1]);
+    out[5] -= half * (A[3] + A[4]);
+}
+
 static crop_box whole_crop(int size)
 {
     return (crop_box){ 0, 0, (float)size, (float)size };
@@ -254,7 +265,7 @@ static void store_hand(const dataset_sample *s, const hand_object_options *o, co
 }
 
 static void store_object(const dataset_sample *s, const hand_object_options *o, const double A[6],
-                         hand_object_batch *b, size_t i)
+                         const double picture[6], hand_object_batch *b, size_t i)
 {
     const crop_box box = pool_box(o, A, s->control2d, 21, OBJECT_POOL);
     const size_t cells = (size_t)b->cells * (size_t)b->cells;
@@ -265,7 +276,7 @@ static void store_object(const dataset_sample *s, const hand_object_options *o, 
     memcpy(b->t + 3 * i, s->t, sizeof(s->t));
     b->object[i] = s->object;
     if (s->silhouette)
-        crop_mask(A, s->silhouette, s->width, s->height, b->size, box, b->mask + cells * i, b->cells);
+        crop_mask(picture, s->silhouette, s->width, s->height, b->size, box, b->mask + cells * i, b->cells);
 }
 
 /* By draws of its own, so that all others are what they are without. */
@@ -303,20 +314,21 @@ lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options
     const hand_points hand = hand_points_of(s, o->augment);
     const crop_window w = o->crop == HAND_OBJECT_UNION ? union_window(s, o, &hand, &rng)
                                                        : choose_window(s, o, &hand, &rng);
-    double A[6];
+    double A[6], picture[6];
 
     if (!(s->flags & (SAMPLE_JOINTS | SAMPLE_HAND_BOX)))
         return lt_error(LT_EFORMAT, "%s: has neither joints nor a hand box, so there is nothing to crop",
                         s->name);
     clear_slot(b, slot, index);
     crop_affine(w, b->size, A);
-    store_picture(s, o, A, &rng, epoch, index, b, i);
+    picture_map(o, A, picture);
+    store_picture(s, o, picture, &rng, epoch, index, b, i);
     for (int k = 0; k < 6; k++)
         b->affine[6 * i + (size_t)k] = (float)A[k];
     crop_intrinsics(A, &s->camera, b->K + 9 * i);
     store_hand(s, o, A, w.angle, &hand, b, i);
     if (has_object(s))
-        store_object(s, o, A, b, i);
+        store_object(s, o, A, picture, b, i);
     b->flags[i] = s->flags;
     b->weight[i] = 1;
     return LT_OK;

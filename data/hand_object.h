@@ -59,7 +59,7 @@ typedef struct {
     float *mask;                    /* (B, cells, cells) object silhouette within object_box, 0 or 1 */
     float *weight;                  /* (B) 1, or 0 for a sample that could not be read */
     /* for scoring; not turned with the crop */
-    float *affine;                  /* (B, 6) image to crop */
+    float *affine;                  /* (B, 6) points of the image to the crop */
     float *K;                       /* (B, 9) affine times the camera's intrinsics */
     float *wrist;                   /* (B, 3) camera, metres */
     float *joints;                  /* (B, 21, 3) camera, metres, simple order; zero where unknown */

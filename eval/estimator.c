@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/estimator.h"
 
+#include "data/crop.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/pnp.h"
 #include "libtensor/graph/plan.h"
@@ -15,7 +16,7 @@ struct estimator {
     const model *m;
     model_record record;
     lt_plan *plan;
-    const float *joints2d, *rotation, *beta, *vertices, *joints, *conf, *point_x, *point_y;
+    const float *joints2d, *peak, *rotation, *beta, *vertices, *joints, *conf, *point_x, *point_y;
 };
 
 static const float *output(const estimator *e, const char *name)
@@ -28,6 +29,7 @@ static const float *output(const estimator *e, const char *name)
 static void find_outputs(estimator *e)
 {
     e->joints2d = output(e, "joints2d");
+    e->peak = output(e, "peak");
     e->rotation = output(e, "rotation");
     e->beta = output(e, "beta");
     e->vertices = output(e, "vertices");
@@ -86,13 +88,19 @@ typedef struct {
     float best;                     /* mean over points of the highest confidence */
 } pairs;
 
-/* The most confident cell that is below `under`; ties go to the first. */
-static int next_cell(const float *conf, int cells, const bool *taken)
+/* Whether cell a is trusted more than cell b; ties go to the first. */
+static bool before(const float *conf, int a, int b)
+{
+    return conf[a] > conf[b] || (conf[a] == conf[b] && a < b);
+}
+
+/* The most confident cell behind the last one; -1: there is none. What is not a number is no confidence. */
+static int next_cell(const float *conf, int cells, int last)
 {
     int best = -1;
 
     for (int i = 0; i < cells; i++)
-        if (!taken[i] && (best < 0 || conf[i] > conf[best]))
+        if (!isnan(conf[i]) && (last < 0 || before(conf, last, i)) && (best < 0 || before(conf, i, best)))
             best = i;
     return best;
 }
@@ -104,13 +112,11 @@ static void collect_point(const estimator *e, const hand_object_batch *b, int s,
     const int cells = e->m->cells * e->m->cells;
     const int64_t at = ((int64_t)s * POINTS + v) * cells;
     const float *box = b->object_box + 4 * s;
-    bool taken[64 * 64] = { false };
     float sum[2] = { 0, 0 }, n = 0;
 
     mean[0] = mean[1] = NAN;
-    for (int k = 0; k < CELLS_PER_POINT; k++) {
-        const int i = next_cell(e->conf + at, cells, taken);
-
+    for (int k = 0, i = -1; k < CELLS_PER_POINT; k++) {
+        i = next_cell(e->conf + at, cells, i);
         if (k == 0 && i >= 0)
             p->best += e->conf[at + i] / POINTS;
         if (i < 0 || !(e->conf[at + i] > 0.5f))
@@ -118,7 +124,6 @@ static void collect_point(const estimator *e, const hand_object_batch *b, int s,
         const float uv[2] = { e->point_x[at + i] * (box[2] - box[0]) + box[0],
                               e->point_y[at + i] * (box[3] - box[1]) + box[1] };
 
-        taken[i] = true;
         n++;
         for (int d = 0; d < 2; d++) {
             sum[d] += uv[d];
@@ -131,24 +136,43 @@ static void collect_point(const estimator *e, const hand_object_batch *b, int s,
     }
 }
 
+/* Points of the crop, in place, to where they are in its image. */
+static void points_in_image(const float *affine, int n, double *uv)
+{
+    for (int i = 0; i < 2 * n; i++)
+        uv[i] = (uv[i] - affine[3 * (i % 2) + 2]) / affine[4 * (i % 2)];
+}
+
+static lt_status solve_pairs(const estimator *e, const hand_object_batch *b, int s, pairs *p, lt_pnp_pose *pose)
+{
+    const float *K = b->K + 9 * s, *A = b->affine + 6 * s;
+    const lt_camera crop = { .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] }, image = crop_whole_camera(A, K);
+    const lt_pnp_opts refined = lt_pnp_refined();
+
+    if (e->m->pose == MODEL_POSE_OPENCV)
+        return lt_pnp_ransac(&crop, p->n, p->X, p->uv, NULL, pose, NULL);
+    points_in_image(A, p->n, p->uv);
+    return lt_pnp_ransac(&image, p->n, p->X, p->uv, &refined, pose, NULL);
+}
+
 static void solve_object(const estimator *e, const hand_object_batch *b, int s, const float (*control)[3],
                          estimate *out)
 {
-    const float *K = b->K + 9 * s;
-    const lt_camera camera = { .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] };
     lt_pnp_pose pose;
     pairs p = { .n = 0 };
 
     out->object = (eval_pose){ { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 1 } };
     out->object_inliers = 0;
+    out->object_error_px = 0;
     for (int v = 0; v < POINTS; v++)
         collect_point(e, b, s, v, control ? control[v] : NULL, &p, out->control2d[v]);
     out->object_confidence = p.best;
-    if (!control || p.n < MIN_PAIRS || lt_pnp_ransac(&camera, p.n, p.X, p.uv, NULL, &pose, NULL))
+    if (!control || p.n < MIN_PAIRS || solve_pairs(e, b, s, &p, &pose))
         return;
     memcpy(out->object.R, pose.R, sizeof(pose.R));
     memcpy(out->object.t, pose.t, sizeof(pose.t));
     out->object_inliers = pose.n_inliers;
+    out->object_error_px = (float)pose.mean_err_px;
 }
 
 /* ---- the hand ------------------------------------------------------------------------------------------ */
@@ -168,6 +192,7 @@ static void read_hand(const estimator *e, const hand_object_batch *b, int s, est
     place_points(e->vertices + (int64_t)s * 3 * LT_HAND_VERTICES, wrist, LT_HAND_VERTICES, out->vertices);
     memcpy(out->rotation, e->rotation + (int64_t)s * 9 * LT_HAND_JOINTS, sizeof(out->rotation));
     memcpy(out->beta, e->beta + (int64_t)s * LT_HAND_BETAS, sizeof(out->beta));
+    memcpy(out->peak, e->peak + (int64_t)s * LT_HAND_KEYPOINTS, sizeof(out->peak));
     for (int j = 0; j < LT_HAND_KEYPOINTS; j++)
         for (int d = 0; d < 2; d++)
             out->joints2d[j][d] = e->joints2d[(s * LT_HAND_KEYPOINTS + j) * 2 + d] * (box[2 + d] - box[d])

@@ -59,6 +59,7 @@ static void describe_hand_object(meta *m, const char *hand_name)
         "little_pip, little_dip, little_tip");
     add(m, "joints.unit", "metres from the wrist");
     add(m, "joints2d.unit", "sides of hand_box from its corner x0, y0");
+    add(m, "peak.unit", "the highest cell of each joint's heat map, whose cells sum to 1");
     add(m, "points", "21 control points of the object's bounding box; a cell's confidence and place");
     add(m, "points.unit", "sides of object_box from its corner x0, y0");
     add(m, "hand", export_text(m->arena, hand_name));

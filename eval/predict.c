@@ -71,7 +71,7 @@ static lt_status predict_one(const predict_job *j, lt_arena *arena, predict_smoo
     if (st)
         return st;
     if (smoother)
-        predict_smooth(smoother, &v, r);
+        predict_smooth(smoother, &v, j->object, r);
     say_found(&c);
     st = predict_write_files(arena, &c);
     *unread = only_this_image(st);          /* a name that is too long */

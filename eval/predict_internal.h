@@ -7,6 +7,7 @@
 
 #include "eval/estimator.h"
 #include "eval/predict.h"
+#include "eval/symmetry.h"
 #include "libtensor/geometry/kalman.h"
 #include "libtensor/geometry/mesh.h"
 #include "libtensor/io/image.h"
@@ -58,6 +59,8 @@ typedef struct {
     const char *name, *origin;      /* origin: where the mesh is from, for the JSON */
     lt_mesh mesh;
     float control[21][3], mirrored[21][3];
+    double symmetry[EVAL_TURNS][4]; /* turns that leave it as it is, about the middle of its box */
+    int n_symmetries;
 } predict_object;
 
 lt_status predict_object_load(lt_arena *arena, const predict_options *o, predict_object *out);
@@ -81,6 +84,13 @@ void predict_solver_free(predict_solver *s);
 lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_options *o, const predict_view *v,
                         const predict_object *object, predict_result *out);
 
+/* ---- predict_place.c -------------------------------------------------------------------------------------- */
+
+/* predict_place_hand - joints and vertices from the wrist to the camera's axes; r->placed
+ * Source: Bandi and Thomas 2025 name none; weighted least squares over the joints, and the depth image's word on how
+ * far away they are. */
+void predict_place_hand(const predict_view *v, predict_result *r);
+
 /* predict_trusted - whether 2D and 3D joints agree to a tenth of the hand's box */
 bool predict_trusted(const predict_view *v, const predict_result *r);
 
@@ -97,8 +107,8 @@ typedef struct {
 } predict_smoother;
 
 /* predict_smooth - the next frame: joints, mesh and object pose move to where the filters have them. A hand that
- * cannot be trusted, or an object that was not found, is predicted for 15 frames. */
-void predict_smooth(predict_smoother *s, const predict_view *v, predict_result *r);
+ * cannot be trusted, or an object that was not found, is predicted for 15 frames. object: NULL: none was asked for. */
+void predict_smooth(predict_smoother *s, const predict_view *v, const predict_object *object, predict_result *r);
 
 /* ---- predict_overlay.c, predict_meshes.c, predict_files.c: what is written ------------------------------ */
 

@@ -40,10 +40,24 @@ static void smooth_hand(predict_smoother *s, const predict_view *v, predict_resu
         move_hand(s, r);
 }
 
-static void smooth_object(predict_smoother *s, predict_result *r)
+/* The object's frame moved to the middle of its box and back: turns that leave it as it is are about that. */
+static void to_middle(const predict_object *object, double sign, eval_pose *pose)
 {
-    lt_pose_measurement m = { .R_world_cam = { 1, 0, 0, 0, 1, 0, 0, 0, 1 } };
+    const float *c = object->control[LT_BOX_POINTS - 1];
 
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++)
+            pose->t[i] += sign * pose->R[3 * i + k] * (double)c[k];
+}
+
+static void smooth_object(predict_smoother *s, const predict_object *object, predict_result *r)
+{
+    lt_pose_measurement m = {
+        .R_world_cam = { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, .reprojection_px = (double)r->e.object_error_px,
+        .symmetry = (const double (*)[4])object->symmetry, .n_symmetries = object->n_symmetries,
+    };
+
+    to_middle(object, 1, &r->e.object);
     memcpy(m.p, r->e.object.t, sizeof(m.p));
     lt_rot_to_quat(r->e.object.R, m.q);
     r->object_found = lt_pose_filter_step(&s->object, s->dt, r->object_found ? &m : NULL) != LT_FILTER_OFF;
@@ -51,11 +65,13 @@ static void smooth_object(predict_smoother *s, predict_result *r)
         return;
     memcpy(r->e.object.t, s->object.p, sizeof(m.p));
     lt_rot_from_quat(s->object.q, r->e.object.R);
+    to_middle(object, -1, &r->e.object);
 }
 
-void predict_smooth(predict_smoother *s, const predict_view *v, predict_result *r)
+void predict_smooth(predict_smoother *s, const predict_view *v, const predict_object *object, predict_result *r)
 {
     smooth_hand(s, v, r);
-    smooth_object(s, r);
+    if (object)
+        smooth_object(s, object, r);
     predict_reproject(v, r);
 }

@@ -6,13 +6,11 @@
 #include "data/synth/objects.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/rotation.h"
-#include "libtensor/geometry/translation.h"
 #include "train/feed.h"
 
 #include <math.h>
 #include <string.h>
 
-static const double GUESSED_DEPTH = 0.6, NEAREST = 0.05, FARTHEST = 10;     /* metres */
 static const double AGREEMENT = 0.1;                /* of the hand box's side */
 
 /* ---- the object's model --------------------------------------------------------------------------------- */
@@ -52,6 +50,15 @@ static lt_status from_folder(lt_arena *arena, const char *folder, const char *na
     return LT_OK;
 }
 
+static void find_symmetries(const ycb_object *ycb, predict_object *out)
+{
+    eval_pose turn[EVAL_TURNS];
+
+    out->n_symmetries = eval_symmetries(ycb, turn);
+    for (int i = 0; i < out->n_symmetries; i++)
+        lt_rot_to_quat(turn[i].R, out->symmetry[i]);
+}
+
 lt_status predict_object_load(lt_arena *arena, const predict_options *o, predict_object *out)
 {
     const ycb_object *ycb;
@@ -59,6 +66,7 @@ lt_status predict_object_load(lt_arena *arena, const predict_options *o, predict
 
     if (st)
         return st;
+    find_symmetries(ycb, out);
     st = o->models ? from_folder(arena, o->models, ycb->name, out) : stand_in(arena, ycb, out);
     for (int i = 0; i < LT_BOX_POINTS && !st; i++)
         for (int d = 0; d < 3; d++)
@@ -161,41 +169,6 @@ static lt_status run(predict_solver *s, const predict_view *v, const float (*con
     return LT_OK;
 }
 
-/* ---- where the hand is ---------------------------------------------------------------------------------- */
-
-/* At an arm's length, in the middle of its box. */
-static void guess_place(const predict_view *v, double t[3])
-{
-    const double middle[2] = { (v->hand_box.x0 + v->hand_box.x1) / 2, (v->hand_box.y0 + v->hand_box.y1) / 2 };
-
-    lt_camera_backproject(&v->camera, middle, GUESSED_DEPTH, t);
-}
-
-static void move(float (*point)[3], int n, const double t[3])
-{
-    for (int i = 0; i < n; i++)
-        for (int d = 0; d < 3; d++)
-            point[i][d] += (float)t[d];
-}
-
-static void place_hand(const predict_view *v, predict_result *r)
-{
-    double X[3 * LT_HAND_KEYPOINTS], uv[2 * LT_HAND_KEYPOINTS], t[3];
-
-    for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
-        for (int d = 0; d < 3; d++)
-            X[3 * i + d] = r->e.joints[i][d];
-        for (int d = 0; d < 2; d++)
-            uv[2 * i + d] = r->heatmap2d[i][d];
-    }
-    r->placed = !lt_hand_translation(&v->camera, LT_HAND_KEYPOINTS, X, uv, NULL, t) && t[2] > NEAREST &&
-                t[2] < FARTHEST;
-    if (!r->placed)
-        guess_place(v, t);
-    move(r->e.joints, LT_HAND_KEYPOINTS, t);
-    move(r->e.vertices, LT_HAND_VERTICES, t);
-}
-
 /* ---- back out of the mirror ----------------------------------------------------------------------------- */
 
 /* R = M R M with M = diag(-1, 1, 1) */
@@ -267,7 +240,7 @@ lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_option
     st = st ? st : run(s, &seen, control, out);
     if (st)
         return st;
-    place_hand(&seen, out);
+    predict_place_hand(&seen, out);
     read_theta(out);
     if (o->left)
         unmirror(v->width, out);

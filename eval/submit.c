@@ -2,6 +2,7 @@
 /* Result files for the official scorers: what a model sees in a split, as HO3D's and DexYCB's toolkits take it. */
 #include "eval/evaluation_internal.h"
 
+#include "data/crop.h"
 #include "eval/dexycb_files.h"
 #include "eval/ho3d_submission.h"
 
@@ -29,19 +30,13 @@ static lt_status add_ho3d(const submission_job *j, const hand_object_batch *b)
     return st;
 }
 
-/* The camera of the whole image, from the crop's, which is not turned. */
-static lt_camera whole_camera(const float *K, const float *A)
-{
-    return (lt_camera){ K[0] / A[0], K[4] / A[4], (K[2] - A[2]) / A[0], (K[5] - A[5]) / A[4] };
-}
-
 static void add_dexycb(const submission_job *j, const hand_object_batch *b)
 {
     for (int s = 0; s < b->count; s++) {
         const estimate *e = &j->estimates[s];
         const dexycb_result r = {
             .place = dexycb_place_of(j->o->data, b->index[s]), .mirrored = b->flags[s] & SAMPLE_MIRRORED,
-            .width = DEXYCB_WIDTH, .camera = whole_camera(b->K + 9 * s, b->affine + 6 * s), .joints = e->joints,
+            .width = DEXYCB_WIDTH, .camera = crop_whole_camera(b->affine + 6 * s, b->K + 9 * s), .joints = e->joints,
             .seconds = j->o->seconds_per_image > 0 ? j->o->seconds_per_image : -1, .has_object = e->object_inliers > 0,
             .object = e->object, .score = e->object_confidence,
         };

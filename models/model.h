@@ -32,7 +32,8 @@ typedef struct {
  *   "joints2d" (B, 21, 2)   "rotation" (B, 16, 3, 3)   "beta" (B, 10)   "points2d" (B, 21, 2)
  *   "mask" (B, cells, cells)   "weight" (B)
  * Outputs of a hand-object model:
- *   "joints2d" (B, 21, 2)   "rotation" (B, 16, 3, 3)   "beta" (B, 10)
+ *   "joints2d" (B, 21, 2)   "peak" (B, 21)    of the heat maps: their mean place, their highest cell
+ *   "rotation" (B, 16, 3, 3)   "beta" (B, 10)
  *   "vertices" (B, 778, 3)  "joints" (B, 21, 3)    wrist-relative, metres, simple order
  *   "conf", "point_x", "point_y" (B, 21, cells, cells)    of the object's control points, in units
  *                                                     of the object box
@@ -54,6 +55,12 @@ typedef enum {
     MODEL_CROP_BOXES,               /* around enlarged boxes of hand and object, which the model pools from */
     MODEL_CROP_UNION,               /* around both with a margin; both boxes are the whole crop */
 } model_crop;
+
+/* How the object's pose is found from where its control points are seen. */
+typedef enum {
+    MODEL_POSE_OPENCV,              /* in the crop's pixels, as OpenCV's solvePnPRansac does it by default */
+    MODEL_POSE_REFINED,             /* in the image's pixels, with the guards and the refinement of lt_pnp_refined */
+} model_pose;
 
 /* What a model is for, and so which ports it has. There is data here to train and to score the first. */
 typedef enum {
@@ -93,6 +100,7 @@ struct model {
     const char *variant;
     int image_size, cells;          /* side of the crop; side of the pooled features and masks */
     model_crop crop;
+    model_pose pose;
     bool depth;                     /* it has the input "depth" */
     const lt_int8_table *int8;      /* layers that read 8-bit integers in inference; NULL: none */
 };

@@ -3,6 +3,7 @@
 #include "libtensor/geometry/translation.h"
 
 #include <math.h>
+#include <string.h>
 
 static const double MIN_VARIANCE_PX2 = 1e-6;
 
@@ -14,12 +15,12 @@ static double weight_of(const double *weight, int i)
     return weight ? weight[i] : 1;
 }
 
-static lt_status check(const lt_camera *cam, int n, const double *X, const double *uv, const double *weight)
+static lt_status check(const lt_camera *cam, int n, int least, const double *X, const double *uv, const double *weight)
 {
     double sum = cam->cx + cam->cy;
 
-    if (n < 2)
-        return lt_error(LT_EINVAL, "hand translation: %d points, want 2 or more", n);
+    if (n < least)
+        return lt_error(LT_EINVAL, "hand translation: %d points, want %d or more", n, least);
     if (!(cam->fx > 0 && cam->fy > 0 && isfinite(cam->fx) && isfinite(cam->fy)))
         return lt_error(LT_EINVAL, "hand translation: focal lengths are %g and %g, want them positive",
                         cam->fx, cam->fy);
@@ -50,6 +51,21 @@ static void add_point(normal *s, const lt_camera *cam, const double X[3], const 
     s->w += w;
 }
 
+static normal sum_up(const lt_camera *cam, int n, const double *X, const double *uv, const double *weight)
+{
+    normal s = { 0 };
+
+    for (int i = 0; i < n; i++)
+        add_point(&s, cam, X + 3 * i, uv + 2 * i, weight_of(weight, i));
+    return s;
+}
+
+static void solve_across(const normal *s, double t[3])
+{
+    t[0] = (s->x - s->p * t[2]) / s->a;
+    t[1] = (s->y - s->q * t[2]) / s->b;
+}
+
 static lt_status solve(const normal *s, double t[3])
 {
     const double spread = s->r - s->p * s->p / s->a - s->q * s->q / s->b;    /* of uv, times w */
@@ -58,30 +74,50 @@ static lt_status solve(const normal *s, double t[3])
         return lt_error(LT_ENUMERIC, "hand translation: the points are seen in one place, so their depth "
                         "is unknown");
     t[2] = (s->z - s->p * s->x / s->a - s->q * s->y / s->b) / spread;
-    t[0] = (s->x - s->p * t[2]) / s->a;
-    t[1] = (s->y - s->q * t[2]) / s->b;
+    solve_across(s, t);
+    return LT_OK;
+}
+
+static lt_status check_in_front(int n, const double *X, const double *weight, const double t[3])
+{
+    for (int i = 0; i < n; i++)
+        if (weight_of(weight, i) > 0 && !(X[3 * i + 2] + t[2] > 0))
+            return lt_error(LT_ENUMERIC, "hand translation: point %d would stand %.3g m behind the camera",
+                            i, -(X[3 * i + 2] + t[2]));
     return LT_OK;
 }
 
 lt_status lt_hand_translation(const lt_camera *cam, int n, const double *X, const double *uv,
                               const double *weight, double t[3])
 {
-    normal s = { 0 };
     double found[3] = { 0 };
-    lt_status st = check(cam, n, X, uv, weight);
+    lt_status st = check(cam, n, 2, X, uv, weight);
 
+    if (!st) {
+        const normal s = sum_up(cam, n, X, uv, weight);
+
+        st = solve(&s, found);
+    }
+    st = st ? st : check_in_front(n, X, weight, found);
+    if (!st)
+        memcpy(t, found, sizeof(found));
+    return st;
+}
+
+lt_status lt_hand_translation_at(const lt_camera *cam, int n, const double *X, const double *uv,
+                                 const double *weight, double depth, double t[3])
+{
+    double found[3] = { 0, 0, depth };
+    lt_status st = check(cam, n, 1, X, uv, weight);
+    normal s;
+
+    st = st ? st : check_in_front(n, X, weight, found);
     if (st)
         return st;
-    for (int i = 0; i < n; i++)
-        add_point(&s, cam, X + 3 * i, uv + 2 * i, weight_of(weight, i));
-    st = solve(&s, found);
-    if (st)
-        return st;
-    for (int i = 0; i < n; i++)
-        if (weight_of(weight, i) > 0 && !(X[3 * i + 2] + found[2] > 0))
-            return lt_error(LT_ENUMERIC, "hand translation: point %d would stand %.3g m behind the camera",
-                            i, -(X[3 * i + 2] + found[2]));
-    for (int d = 0; d < 3; d++)
-        t[d] = found[d];
+    s = sum_up(cam, n, X, uv, weight);
+    if (!(s.w > 0))
+        return lt_error(LT_ENUMERIC, "hand translation: no point has weight");
+    solve_across(&s, found);
+    memcpy(t, found, sizeof(found));
     return LT_OK;
 }

@@ -53,10 +53,18 @@ static void record_losses(const hand_object_out *o, const lt_hand_layer *hand, c
     lt_output(r->loss, "loss");
 }
 
+/* (B, J) of square maps (B, J, h, h) */
+static lt_tensor *highest_cell(lt_tensor *maps)
+{
+    return lt_reshape(lt_max_pool2d(maps, (int)lt_dim(maps, 2), 1, 0, false),
+                      LT_SHAPE(lt_dim(maps, 0), lt_dim(maps, 1)));
+}
+
 void hand_object_record(const hand_object_out *o, const lt_hand_layer *hand, const hand_object_weights *w,
                         bool losses, model_record *r)
 {
     add_output(r, "joints2d", o->heat.joints2d);
+    add_output(r, "peak", highest_cell(o->heat.heatmaps));
     add_output(r, "rotation", o->mano.rotation);
     add_output(r, "beta", o->mano.beta);
     add_output(r, "vertices", o->mano.vertices);

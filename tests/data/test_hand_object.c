@@ -356,6 +356,47 @@ START_TEST(union_of_both)
 }
 END_TEST
 
+/* The middle of what is light in the crop, whose pixels' edges are whole numbers */
+static void light_in_crop(const hand_object_batch *b, double out[2])
+{
+    double total = 0;
+
+    out[0] = out[1] = 0;
+    for (int y = 0; y < b->size; y++)
+        for (int x = 0; x < b->size; x++) {
+            const double light = b->image[y * b->size + x];
+
+            total += light;
+            out[0] += light * (x + 0.5);
+            out[1] += light * (y + 0.5);
+        }
+    out[0] /= total;
+    out[1] /= total;
+}
+
+/* One light pixel stands where the point of its place is mapped to. */
+START_TEST(union_shows_points_where_they_are)
+{
+    enum { LARGE = 512 };
+    hand_object_options o = options(false);
+    hand_object_batch *b = hand_object_batch_new(1, LARGE, CELLS);
+    const float *p = sample.joints2d[4];
+    double A[6], light[2], at[2] = { p[0], p[1] };
+
+    memset(rgb, 0, (size_t)W * H * 3);
+    memset(rgb + 3 * ((int)p[1] * W + (int)p[0]), 255, 3);
+    o.crop = HAND_OBJECT_UNION;
+    o.size = LARGE;
+    ck_assert_int_eq(hand_object_prepare(&sample, &o, 0, 0, b, 0), LT_OK);
+    map_of(b, 0, A);
+    lt_affine_apply(A, at, at);
+    light_in_crop(b, light);
+    ck_assert_double_eq_tol(light[0], at[0], 0.02 * A[0]);
+    ck_assert_double_eq_tol(light[1], at[1], 0.02 * A[0]);
+    hand_object_batch_free(b);
+}
+END_TEST
+
 START_TEST(outside_is_grey_and_far)
 {
     hand_object_options o = options(false);
@@ -394,6 +435,7 @@ int main(void)
     tcase_add_test(c, background_by_chance);
     tcase_add_test(c, jitter_keeps_its_limits);
     tcase_add_loop_test(c, union_of_both, 0, 20);
+    tcase_add_test(c, union_shows_points_where_they_are);
     tcase_add_test(c, outside_is_grey_and_far);
     srunner_run_all(r, CK_NORMAL);
     failed = srunner_ntests_failed(r);

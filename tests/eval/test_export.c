@@ -208,7 +208,7 @@ START_TEST(a_file_carries_its_preprocessing)
     ck_assert_str_eq(m.input[0].name, "image");
     ck_assert_int_eq(m.input[0].shape.dim[0], -1);
     ck_assert_int_eq(m.input[0].shape.dim[3], 64);
-    ck_assert_int_eq(m.n_outputs, 8);
+    ck_assert_int_eq(m.n_outputs, 9);
     destroy(&b);
 }
 END_TEST

@@ -398,14 +398,14 @@ START_TEST(sheet)
 }
 END_TEST
 
-/* Depth of half a metre and a slope, in millimetres or as HO3D packs it. */
-static void write_depth(const char *name, int slope, bool packed)
+/* Depth of `from` millimetres and a slope, in millimetres or as HO3D packs it. */
+static void write_depth(const char *name, int from, int slope, bool packed)
 {
     lt_image img;
 
     ck_assert_int_eq(lt_image_init(arena, WIDTH, HEIGHT, packed ? 3 : 1, packed ? 8 : 16, &img), LT_OK);
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
-        const int mm = 500 + slope * (i % WIDTH), raw = 8 * mm;         /* HO3D's step is an eighth of a millimetre, nearly */
+        const int mm = from + slope * (i % WIDTH), raw = 8 * mm;         /* HO3D's step is an eighth of a millimetre, nearly */
 
         if (packed)
             img.data[3 * i] = (uint8_t)raw, img.data[3 * i + 1] = (uint8_t)(raw >> 8);
@@ -444,16 +444,16 @@ START_TEST(depth)
     ck_assert_int_eq(lt_make_dirs(in("mirror")), LT_OK);
     write_png("a.png", false);
     write_png("mirror/a.png", true);
-    write_depth("flat.png", 0, false);
-    write_depth("sloped.png", 2, false);
-    write_depth("packed.png", 2, true);
+    write_depth("flat.png", 500, 0, false);
+    write_depth("sloped.png", 500, 2, false);
+    write_depth("packed.png", 500, 2, true);
     none = place_with(&unified.m, "a.png", NULL, false);
     ck_assert_msg(strstr(said, "no --depth"), "%s", said);
     flat = place_with(&unified.m, "a.png", in("flat.png"), false);
     sloped = place_with(&unified.m, "a.png", in("sloped.png"), false);
     ck_assert(none != flat && flat != sloped);
     ck_assert_double_eq_tol(place_with(&unified.m, "a.png", in("packed.png"), false), sloped, 1e-6);
-    write_depth("sloped.png", -2, false);               /* in the mirror, but for a distance that does not matter */
+    write_depth("sloped.png", 500 + 2 * (WIDTH - 1), -2, false);                     /* in the mirror */
     ck_assert_double_eq_tol(place_with(&unified.m, "mirror/a.png", in("sloped.png"), true), -sloped, 1e-5);
     tiny_model_fini(&unified);
 }
@@ -470,14 +470,14 @@ START_TEST(depth_is_wrong)
     write_png("a.png", false);
     write_png("b.png", false);
     ck_assert_int_eq(predict(o, 1, input, NULL), LT_EIO);
-    write_depth("depth.png", 0, false);
+    write_depth("depth.png", 500, 0, false);
     ck_assert_int_eq(predict(o, 2, input, NULL), LT_EINVAL);
     ck_assert_msg(strstr(lt_last_error(), "one depth image for 2 images"), "%s", lt_last_error());
     ck_assert_int_eq(predict((predict_options){ .depth = in("depth.png") }, 1, input, NULL), LT_EINVAL);
     ck_assert_msg(strstr(lt_last_error(), "trained without depth"), "%s", lt_last_error());
     o.depth = in("depths");
     ck_assert_int_eq(lt_make_dirs(o.depth), LT_OK);
-    write_depth("depths/a.png", 0, false);              /* b has none: it is skipped */
+    write_depth("depths/a.png", 500, 0, false);              /* b has none: it is skipped */
     ck_assert_int_eq(predict(o, 2, input, &sum), LT_EFORMAT);
     ck_assert(sum.written == 1 && sum.skipped == 1);
     ck_assert_msg(strstr(said, "depths/b.png"), "%s", said);
@@ -511,6 +511,61 @@ static void stop(void)
     nftw(folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
 }
 
+/* ---- where the hand is --------------------------------------------------------------------------------- */
+
+enum { PLACE_W = 640, PLACE_H = 480 };
+
+/* A hand of which the model says that it is a tenth larger than it is, as it was seen at `at`. */
+static void wide_hand(const predict_view *v, const double at[3], predict_result *r)
+{
+    memset(r, 0, sizeof(*r));
+    for (int j = 0; j < LT_HAND_KEYPOINTS; j++) {
+        const double p[3] = { at[0] + 0.01 * (j % 5), at[1] + 0.02 * (j / 5), at[2] + 0.004 * (j % 3) };
+        double uv[2];
+
+        lt_camera_project(&v->camera, p, uv);
+        for (int d = 0; d < 3; d++)
+            r->e.joints[j][d] = (float)(1.1 * (p[d] - at[d]));
+        r->heatmap2d[j][0] = (float)uv[0], r->heatmap2d[j][1] = (float)uv[1];
+        r->e.peak[j] = 0.5f;
+    }
+}
+
+static void same_everywhere(float *map, float metres)
+{
+    for (int i = 0; i < PLACE_W * PLACE_H; i++)
+        map[i] = i % 3 ? metres : 0;          /* a sensor does not see everything */
+}
+
+/* Its size puts it a tenth too far away; a sensor knows better, unless what it sees is something else. */
+START_TEST(place)
+{
+    const double at[3] = { -0.05, -0.04, 0.6 };
+    float *map = lt_arena_array(arena, (size_t)PLACE_W * PLACE_H, sizeof(*map));
+    predict_view v = { .camera = { 600, 600, 320, 240 }, .width = PLACE_W, .height = PLACE_H };
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+
+    wide_hand(&v, at, r);
+    predict_place_hand(&v, r);
+    ck_assert(r->placed);
+    ck_assert_double_eq_tol((double)r->e.joints[0][2], 1.1 * at[2], 1e-3);
+    v.depth = map;
+    same_everywhere(map, 0.595f);
+    wide_hand(&v, at, r);
+    predict_place_hand(&v, r);
+    ck_assert_double_eq_tol((double)r->e.joints[0][2], at[2], 2e-3);
+    ck_assert_double_eq_tol((double)r->e.joints[0][0], at[0], 5e-3);
+    same_everywhere(map, 0.3f);
+    wide_hand(&v, at, r);
+    predict_place_hand(&v, r);
+    ck_assert_double_eq_tol((double)r->e.joints[0][2], 1.1 * at[2], 1e-3);
+    r->heatmap2d[3][0] = NAN;                   /* no place, and no crash */
+    r->heatmap2d[4][1] = 1e30f;
+    predict_place_hand(&v, r);
+    ck_assert(!r->placed);
+}
+END_TEST
+
 /* ---- a film ------------------------------------------------------------------------------------------- */
 
 enum { LOST = 40, FOUND = 50, FILM = 60 };
@@ -536,6 +591,8 @@ static void frame_of(int k, const predict_view *v, predict_result *r)
         r->e.joints[0][1] = 1, r->e.object.t[1] = 1;    /* what is not believed must not matter */
 }
 
+static const predict_object thing;      /* that looks like itself alone, its origin in its middle */
+
 START_TEST(film)
 {
     const predict_view v = { .camera = { 600, 600, 320, 240 }, .hand_box = { 0, 0, 300, 300 } };
@@ -544,7 +601,7 @@ START_TEST(film)
 
     for (int k = 0; k < FILM; k++) {
         frame_of(k, &v, r);
-        predict_smooth(&s, &v, r);
+        predict_smooth(&s, &v, &thing, r);
         ck_assert(r->placed && r->object_found);
         if (k < 20)
             continue;
@@ -556,12 +613,60 @@ START_TEST(film)
     }
     for (int k = 0; k < 15; k++) {
         frame_of(LOST, &v, r);
-        predict_smooth(&s, &v, r);
+        predict_smooth(&s, &v, &thing, r);
         ck_assert(r->placed && r->object_found);
     }
     frame_of(LOST, &v, r);
-    predict_smooth(&s, &v, r);
+    predict_smooth(&s, &v, &thing, r);
     ck_assert(!r->placed && !r->object_found);
+}
+END_TEST
+
+/* A box that looks the same turned half about z through its middle, seen so in every other frame: it is not lost, does
+ * not turn, and stays where it is. */
+START_TEST(film_of_a_symmetric_thing)
+{
+    const predict_view v = { .camera = { 600, 600, 320, 240 }, .hand_box = { 0, 0, 300, 300 } };
+    predict_object box = { .n_symmetries = 1, .symmetry = { { 0, 0, 0, 1 } } };
+    predict_smoother s = { .dt = 1.0 / 30 };
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+
+    box.control[LT_BOX_POINTS - 1][0] = 0.05f;
+    for (int k = 0; k < LOST; k++) {
+        frame_of(k, &v, r);
+        if (k % 2) {
+            r->e.object.R[0] = r->e.object.R[4] = -1;
+            r->e.object.t[0] += 2 * 0.05;
+        }
+        predict_smooth(&s, &v, &box, r);
+        ck_assert(r->object_found);
+        ck_assert_double_eq_tol(r->e.object.R[0], 1, 1e-6);
+        if (k >= 20)
+            ck_assert_double_eq_tol(r->e.object.t[0], 0.009 * k, 2e-3);
+    }
+}
+END_TEST
+
+/* What fits its points badly moves the pose less. */
+START_TEST(film_with_bad_fits)
+{
+    const predict_view v = { .camera = { 600, 600, 320, 240 }, .hand_box = { 0, 0, 300, 300 } };
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+    double seen[2];
+
+    for (int bad = 0; bad < 2; bad++) {
+        predict_smoother s = { .dt = 1.0 / 30 };
+
+        for (int k = 0; k < 21; k++) {
+            frame_of(0, &v, r);
+            r->e.object.t[0] = k == 20 ? 0.01 : 0;
+            r->e.object_error_px = k == 20 && bad ? 40 : 1;
+            predict_smooth(&s, &v, &thing, r);
+        }
+        seen[bad] = r->e.object.t[0];
+    }
+    ck_assert_double_gt(seen[1], 0);
+    ck_assert_double_lt(seen[1], 0.5 * seen[0]);
 }
 END_TEST
 
@@ -647,7 +752,10 @@ int main(void)
     tcase_add_test(t, sheet);
     tcase_add_test(t, depth);
     tcase_add_test(t, depth_is_wrong);
+    tcase_add_test(t, place);
     tcase_add_test(t, film);
+    tcase_add_test(t, film_of_a_symmetric_thing);
+    tcase_add_test(t, film_with_bad_fits);
     tcase_add_test(t, film_of_stills);
 #ifdef HAVE_OPENCV
     tcase_add_test(t, film_file);

@@ -80,6 +80,33 @@ START_TEST(weights)
 }
 END_TEST
 
+/* The depth given, what is across follows; from one point, and stationary where points disagree. */
+START_TEST(known_depth)
+{
+    const double weight[N] = { 1, .3, .9, .2, .6, .5 }, far = place[2] + .02;
+    double uv[2 * N], t[3], g[2] = { 0 };
+
+    see(shape, place, uv);
+    ck_assert_int_eq(lt_hand_translation_at(&camera, 1, shape + 3, uv + 2, NULL, place[2], t), LT_OK);
+    expect(t, 1e-12);
+    ck_assert_int_eq(lt_hand_translation_at(&camera, N, shape, uv, weight, far, t), LT_OK);
+    ck_assert_double_eq(t[2], far);
+    for (int i = 0; i < N; i++) {
+        const double z = shape[3 * i + 2] + t[2];
+
+        g[0] += weight[i] * (camera.fx * (shape[3 * i] + t[0]) - (uv[2 * i] - camera.cx) * z);
+        g[1] += weight[i] * (camera.fy * (shape[3 * i + 1] + t[1]) - (uv[2 * i + 1] - camera.cy) * z);
+    }
+    ck_assert_double_eq_tol(g[0], 0, 1e-10);
+    ck_assert_double_eq_tol(g[1], 0, 1e-10);
+    t[0] = 9;
+    ck_assert_int_eq(lt_hand_translation_at(&camera, N, shape, uv, NULL, 0, t), LT_ENUMERIC);
+    ck_assert_int_eq(lt_hand_translation_at(&camera, N, shape, uv, NULL, NAN, t), LT_ENUMERIC);
+    ck_assert_int_eq(lt_hand_translation_at(&camera, 0, shape, uv, NULL, 1, t), LT_EINVAL);
+    ck_assert_double_eq(t[0], 9);
+}
+END_TEST
+
 START_TEST(refused)
 {
     const lt_camera blind = { .fx = 0, .fy = 600 };
@@ -112,6 +139,7 @@ int main(void)
     tcase_add_test(c, exact);
     tcase_add_test(c, stationary);
     tcase_add_test(c, weights);
+    tcase_add_test(c, known_depth);
     tcase_add_test(c, refused);
     suite_add_tcase(s, c);
     r = srunner_create(s);
