@@ -76,6 +76,8 @@ typedef struct model_class {
     const char *const *variants;    /* NULL-terminated; the first is the default */
     const lt_config_key *keys;      /* of the "model" group of a config */
     const char *const *blocks;      /* name prefixes of the parts, for listings; NULL-terminated */
+    const char *const *twins;       /* (2) blocks of one network: published weights for the first begin the second as well,
+                                     * whose first layer may look at one channel instead of three; NULL: none */
     const double *mean, *deviation; /* (3) of red, green, blue in [0, 1]: what an image is normalised by before it
                                      * is the input; NULL: by nothing */
 

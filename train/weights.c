@@ -16,7 +16,7 @@ typedef struct {
     lt_arena *arena;
     const model *m;
     lt_weights_file file;
-    lt_param **param;               /* file.n of them */
+    lt_param **param, **twin;       /* file.n of them; twin: what takes the same weight besides */
     const lt_array **average;       /* of the weight, which a run of ours may have kept and is taken instead; or NULL */
     const char *block;              /* of the model, whose parameters the file's names are; or NULL */
     weights_report report;
@@ -65,9 +65,33 @@ static lt_status check_array(const match *a, const lt_named_array *e, const lt_p
 static bool is_taken(const match *a, const lt_param *p, size_t before)
 {
     for (size_t i = 0; i < before; i++)
-        if (a->param[i] == p)
+        if (a->param[i] == p || a->twin[i] == p)
             return true;
     return false;
+}
+
+/* Whether p is the first layer's of a network that looks at one channel, the array one's that looks at several. */
+static bool is_summed(const lt_array *from, const lt_param *p)
+{
+    const int64_t *d = p->shape.dim, whole[4] = { d[0], from->rank == 4 ? from->shape[1] : 0, d[2], d[3] };
+
+    return p->shape.rank == 4 && d[1] == 1 && whole[1] > 1 && lt_array_has_shape(from, 4, whole);
+}
+
+/* Published weights are for one network, of which the model may have two. */
+static lt_status match_twin(match *a, const lt_named_array *e, const char *name, size_t i)
+{
+    const char *const *twins = a->m->cls->twins;
+    lt_param *p;
+
+    if (!twins || !a->block || strcmp(a->block, twins[0]) != 0 || a->param[i] != param_in(a, twins[0], name))
+        return LT_OK;
+    p = param_in(a, twins[1], name);
+    if (!p)
+        return LT_OK;
+    a->twin[i] = p;
+    a->report.n_loaded++;
+    return is_summed(&e->array, p) ? LT_OK : check_array(a, e, p);
 }
 
 /* The block that most of the names are of: a file is of one network, and two of ours may share a name. */
@@ -122,6 +146,7 @@ static lt_status match_one(match *a, const weight_family *f, size_t i)
     a->param[i] = p;
     a->report.n_loaded++;
     st = check_array(a, e, p);
+    st = st ? st : match_twin(a, e, name, i);
     return st ? st : find_average(a, e, p, i);
 }
 
@@ -134,9 +159,10 @@ static lt_status match_all(match *a)
     a->report.family = f->name;
     a->report.note = f->note;
     a->param = lt_arena_array(a->arena, a->file.n, sizeof(*a->param));
+    a->twin = lt_arena_array(a->arena, a->file.n, sizeof(*a->twin));
     a->average = lt_arena_array(a->arena, a->file.n, sizeof(lt_array *));
     a->report.left_over = lt_arena_array(a->arena, a->file.n, sizeof(char *));
-    if (!a->param || !a->average || !a->report.left_over)
+    if (!a->param || !a->twin || !a->average || !a->report.left_over)
         return lt_error(LT_ENOMEM, "%s: no memory", a->file.path);
     choose_block(a, f);
     for (size_t i = 0; !st && i < a->file.n; i++)
@@ -168,6 +194,31 @@ static void load(lt_param *p, const lt_array *from)
         p->data[k] = (lt_real)lt_array_get(from, k);
 }
 
+/* The weights of all channels that were, summed for the one that is */
+static void load_summed(lt_param *p, const lt_array *from)
+{
+    const int64_t window = p->shape.dim[2] * p->shape.dim[3], channels = from->shape[1];
+
+    for (int64_t k = 0; k < lt_param_numel(p); k++) {
+        double sum = 0;
+
+        for (int64_t c = 0; c < channels; c++)
+            sum += lt_array_get(from, (size_t)((k / window * channels + c) * window + k % window));
+        p->data[k] = (lt_real)sum;
+    }
+}
+
+static void load_one(const match *a, size_t i)
+{
+    const lt_array *from = a->average[i] ? a->average[i] : &a->file.entry[i].array;
+
+    load(a->param[i], from);
+    if (a->twin[i] && is_summed(from, a->twin[i]))
+        load_summed(a->twin[i], from);
+    else if (a->twin[i])
+        load(a->twin[i], from);
+}
+
 lt_status weights_init(lt_arena *arena, const char *path, const model *m, weights_report *out)
 {
     match a = { .arena = arena, .m = m };
@@ -182,7 +233,7 @@ lt_status weights_init(lt_arena *arena, const char *path, const model *m, weight
         return st;
     for (size_t i = 0; i < a.file.n; i++)
         if (a.param[i])
-            load(a.param[i], a.average[i] ? a.average[i] : &a.file.entry[i].array);
+            load_one(&a, i);
     *out = a.report;
     return LT_OK;
 }

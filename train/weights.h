@@ -22,7 +22,9 @@ typedef struct {
  * An array fits the parameter of its name, or of its name behind the one of the model's blocks that most of
  * the names are of: "conv1.weight" fits "trunk.conv1.weight". Names are torchvision's, or translated from those
  * of timm, efficientnet_pytorch and HFL-Net. Counters of batches and what an optimiser remembered are passed
- * over; but where a run of ours kept an average of its weights, that is what is loaded.
+ * over; but where a run of ours kept an average of its weights, that is what is loaded. What a model's twins name
+ * (the unified estimator's streams) begins with the same weights, the first layer of one channel with their sum over
+ * the channels.
  *
  * The model is as it was on any error. Errors: none fits; a shape that differs, naming both; two arrays for one
  * parameter; a number that is not finite; those of lt_weights_read.

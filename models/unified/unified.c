@@ -13,6 +13,7 @@ static const char *const blocks[] = {
     "rgb", "depth", "aaf", "hand_encoder", "object_encoder", "cross", "hourglass", "mesh_encoder", "mano",
     "object_head", NULL,
 };
+static const char *const twins[] = { "rgb", "depth" };
 
 #define KEY(field) #field, .offset = offsetof(unified_config, field)
 
@@ -176,6 +177,6 @@ static void record(const model *self, bool losses, model_record *r)
 const model_class unified_class = {
     .name = "unified", .size = sizeof(unified),
     .paper = "Bandi and Thomas 2025, Robotics 14(4), 53",
-    .variants = variants, .keys = keys, .blocks = blocks,
+    .variants = variants, .keys = keys, .blocks = blocks, .twins = twins,
     .check = check, .build = build, .init = init, .record = record,
 };

@@ -218,6 +218,49 @@ START_TEST(into_hocat)
 }
 END_TEST
 
+/* Both streams of the unified estimator begin as one EfficientNet; the depth's first layer as the sum of the colours'.
+ * What has names of both is nobody's twin. */
+START_TEST(into_both_streams)
+{
+    static const char text[] = "{ \"model\": { \"name\": \"unified\", \"image_size\": 64 } }";
+    float stem[32 * 27] = { 0 }, norm[32] = { 5, 6 };
+    lt_named_array list[] = {
+        array_of("features.0.0.weight", 4, (int64_t[]){ 32, 3, 3, 3 }, stem),
+        array_of("features.0.1.weight", 1, (int64_t[]){ 32 }, norm),
+    };
+    lt_arena *arena = lt_arena_new();
+    lt_params *set = lt_params_new();
+    const lt_param *depth;
+    lt_hand_model *hand;
+    lt_hand_layer *layer;
+    weights_report r;
+    train_config c;
+    model m;
+
+    for (int i = 0; i < 32 * 27; i++)
+        stem[i] = (float)i;
+    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
+    check_ok(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer));
+    check_ok(train_config_parse(arena, "unified", text, NULL, 0, &c));
+    check_ok(train_config_model(&c, layer, set, &m));
+    check_ok(lt_safetensors_write(in_folder("b0.safetensors"), list, 2, NULL, 0));
+    check_ok(weights_init(arena, in_folder("b0.safetensors"), &m, &r));
+    ck_assert_int_eq(r.n_loaded, 4);
+    depth = lt_params_find(set, "depth.features.0.0.weight");
+    ck_assert_int_eq(depth->shape.dim[1], 1);
+    ck_assert(depth->data[9 * 7 + 4] == (lt_real)(3 * (27 * 7 + 9 + 4)));
+    ck_assert(lt_params_find(set, "depth.features.0.1.weight")->data[1] == 6);
+    ck_assert(lt_params_find(set, "rgb.features.0.1.weight")->data[1] == 6);
+    list[0].name = "rgb.features.0.0.weight", list[1].name = "rgb.features.0.1.weight";
+    check_ok(lt_safetensors_write(in_folder("b0.safetensors"), list, 2, NULL, 0));
+    check_ok(weights_init(arena, in_folder("b0.safetensors"), &m, &r));
+    ck_assert_int_eq(r.n_loaded, 2);
+    train_config_fini(&c);
+    lt_params_free(set);
+    lt_arena_free(arena);
+}
+END_TEST
+
 /* What a run of ours left: its folder names its last checkpoint, whose averages are better than its weights. */
 START_TEST(from_a_run)
 {
@@ -256,6 +299,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, translated);
     tcase_add_test(tc, refused);
     tcase_add_test(tc, into_hocat);
+    tcase_add_test(tc, into_both_streams);
     tcase_add_test(tc, from_a_run);
 }
 
