@@ -10,7 +10,7 @@
 #include <string.h>
 
 enum { MAX_SET = 64 };
-enum { RUN_ONLY = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE, INT8 };
+enum { RUNS = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE, INT8 };
 
 typedef struct {
     const char *model, *layer, *config, *mode;
@@ -31,7 +31,7 @@ static const struct argp_option options[] = {
     { "mode", MODE, "MODE", 0, "infer (default), train, or both", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 1", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
-    { "runs", RUN_ONLY, "N", 0, "timed runs; default 20", 0 },
+    { "runs", RUNS, "N", 0, "timed runs; default 20", 0 },
     { "seconds", SECONDS, "S", 0, "stop after S seconds with at least three runs; default 20", 0 },
     { "compare", COMPARE, "ISA", 0, "in turn with another instruction set: generic, avx2, avx512, amx", 0 },
     { "int8", INT8, NULL, 0,
@@ -57,7 +57,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 'c': a->config = arg; break;
     case 'b': a->batch = cli_number(state, "batch", arg, 1, 1024); break;
     case 't': cli_threads(state, arg); break;
-    case RUN_ONLY: a->runs = cli_number(state, "runs", arg, 3, 10000); break;
+    case RUNS: a->runs = cli_number(state, "runs", arg, 3, 10000); break;
     case SECONDS: a->seconds = cli_real(state, "seconds", arg, 0, 1e6); break;
     case LAYER: a->layer = arg; break;
     case COMPARE: a->compare = arg; break;

@@ -3,11 +3,13 @@
 
 #include "data/hands.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/hand_file.h"
 #include "train/checkpoint.h"
 #include "train/checkpoint_folder.h"
 
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 /* runs/x -> runs/x/checkpoints/last.safetensors, of run runs/x; a file in a folder called checkpoints
  * belongs to the run above it. */
@@ -33,20 +35,29 @@ static lt_status find_file(const char *path, cli_checkpoint *c)
     return LT_OK;
 }
 
+/* As given, else as the run had them */
+static lt_status open_hands(cli_checkpoint *c, const char *hand, const int tips[5])
+{
+    const train_data_config *d = &c->config.data;
+    lt_status st = cli_hand_open(hand || !*d->hand ? hand : d->hand, tips, &c->hand);
+
+    if (st == LT_OK && !hand && *d->hand_left)
+        st = lt_hand_model_read(c->arena, d->hand_left, &c->hand.left);
+    return st;
+}
+
 static lt_status read_model(cli_checkpoint *c, const char *hand)
 {
-    const char *text;
-    lt_status st = checkpoint_config(c->arena, c->path, &text, &c->step);
+    checkpoint_head head;
+    lt_status st = checkpoint_head_read(c->arena, c->path, &head);
 
     if (st == LT_OK)
-        st = train_config_parse(c->arena, c->path, text, NULL, 0, &c->config);
+        st = train_config_parse(c->arena, c->path, head.config, NULL, 0, &c->config);
+    if (st == LT_OK)
+        st = open_hands(c, hand, head.tips);
     if (st)
         return st;
-    if (!hand && *c->config.data.hand)
-        hand = c->config.data.hand;
-    st = cli_hand_open(hand, NULL, &c->hand);
-    if (st)
-        return st;
+    c->step = head.step;
     if (c->hand.model->synthetic)
         fprintf(stderr, "hand: %s\n", hands_note());
     c->params = lt_params_new();
@@ -64,6 +75,17 @@ lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint
         return lt_error(LT_ENOMEM, "no memory to open %s", path);
     st = find_file(path, out);
     return st ? st : read_model(out, hand);
+}
+
+dataset_options cli_checkpoint_data(const cli_checkpoint *c, const char *root, const char *split)
+{
+    const char *objects = c->config.data.objects;
+
+    return (dataset_options){
+        .root = root, .split = split, .models = *objects && access(objects, R_OK) == 0 ? objects : NULL,
+        .setup = train_setup_name(&c->config), .filter = train_filter_name(&c->config),
+        .hand = c->hand.model, .left = c->hand.left,
+    };
 }
 
 void cli_checkpoint_close(cli_checkpoint *c)

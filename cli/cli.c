@@ -39,13 +39,18 @@ double cli_real(struct argp_state *state, const char *option, const char *text, 
     return x;
 }
 
-int cli_number(struct argp_state *state, const char *option, const char *text, int lo, int hi)
+double cli_whole(struct argp_state *state, const char *option, const char *text, double lo, double hi)
 {
     const double x = cli_real(state, option, text, lo, hi);
 
     if (x != floor(x))
         argp_error(state, "--%s: found \"%s\", want a whole number", option, text);
-    return (int)x;
+    return x;
+}
+
+int cli_number(struct argp_state *state, const char *option, const char *text, int lo, int hi)
+{
+    return (int)cli_whole(state, option, text, lo, hi);
 }
 
 void cli_threads(struct argp_state *state, const char *text)
@@ -110,8 +115,10 @@ static volatile sig_atomic_t stop_signal;
 
 static void on_signal(int number)
 {
-    if (stop_signal)
+    if (stop_signal) {
+        lt_atomic_unlink_all();
         _exit(128 + number);
+    }
     stop_signal = number;
 }
 

@@ -7,7 +7,7 @@
 #ifndef CLI_CLI_H
 #define CLI_CLI_H
 
-#include "data/dataset.h"
+#include "data/open.h"
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/hand_model.h"
 #include "models/model.h"
@@ -33,11 +33,12 @@ void cli_parse(const char *name, const struct argp *argp, int argc, char **argv,
 /* cli_fail - print "palmar: " and the last error's line; the exit code that goes with the status */
 int cli_fail(lt_status status);
 
-/* cli_number - a whole number between lo and hi, or a usage error naming the option */
-int cli_number(struct argp_state *state, const char *option, const char *text, int lo, int hi);
-
-/* cli_real - a number between lo and hi, likewise */
+/* cli_real - a number between lo and hi, or a usage error naming the option, which is given without its dashes */
 double cli_real(struct argp_state *state, const char *option, const char *text, double lo, double hi);
+
+/* cli_whole, cli_number - a whole one, likewise */
+double cli_whole(struct argp_state *state, const char *option, const char *text, double lo, double hi);
+int cli_number(struct argp_state *state, const char *option, const char *text, int lo, int hi);
 
 /* cli_threads - the --threads option: sets the number of threads */
 void cli_threads(struct argp_state *state, const char *text);
@@ -101,6 +102,10 @@ typedef struct {
  * after a failure.
  */
 lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint *out);
+
+/* cli_checkpoint_data - a split of the dataset in root as the run read its own: objects' models (where they still are),
+ * DexYCB's setup and filter, both hands */
+dataset_options cli_checkpoint_data(const cli_checkpoint *c, const char *root, const char *split);
 void cli_checkpoint_close(cli_checkpoint *c);
 
 #endif

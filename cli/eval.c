@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "data/ho3d.h"
 #include "data/open.h"
 #include "eval/bench.h"
 #include "eval/bop_score.h"
@@ -12,12 +13,13 @@
 #include "libtensor/io/file.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { PICTURES = 12 };
-enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MIN_PA, CLAIMS, SETUP, FILTER, PRED };
+enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MAX_PA, CLAIMS, SETUP, FILTER, PRED };
 
 typedef struct {
     const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit, *pred;
@@ -32,7 +34,8 @@ static const struct argp_option options[] = {
     { "split", SPLIT, "NAME", 0, "evaluation (default; DexYCB: test), val, or train", 0 },
     { "setup", SETUP, "NAME", 0, "DexYCB: s0 to s3; default the run's", 0 },
     { "filter", FILTER, "NAME", 0, "DexYCB: valid, every, hfl-net or hoisdf; default the run's", 0 },
-    { "models", MODELS, "DIR", 0, "the objects' models; default in the dataset's folder, or beside it", 0 },
+    { "models", MODELS, "DIR", 0, "the objects' models; default the run's, else in the dataset's folder, or "
+      "beside it", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the embedded one", 0 },
     { "out", 'o', "DIR", 0, "where the tables, scores, errors by sample, joint, object and sequence, and pictures go; "
       "default eval in the run's folder", 0 },
@@ -42,7 +45,7 @@ static const struct argp_option options[] = {
       "or .csv", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
-    { "max-pa-mpjpe", MIN_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
+    { "max-pa-mpjpe", MAX_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
     { "no-bench", NO_BENCH, NULL, 0, "leave the time columns of Table 5 empty", 0 },
     { "claims", CLAIMS, "RUNS", OPTION_ARG_OPTIONAL,
       "instead of scoring: what the papers' ablations claim, and whether it "
@@ -51,6 +54,23 @@ static const struct argp_option options[] = {
     { "json", JSON, NULL, 0, "print scores.json instead of the tables", 0 },
     { 0 },
 };
+
+/* What would have no effect is refused. */
+static void check_together(const eval_args *a, struct argp_state *state)
+{
+    const bool scoring = a->json || a->limit || isfinite(a->max_pa_mpjpe_mm);
+
+    if (a->claims && (a->checkpoint || a->pred || a->submit || a->data))
+        argp_error(state, "--claims reads scored runs: it takes no checkpoint, --data, --pred or --submit");
+    if (!a->claims && (!(a->checkpoint || a->pred) || !a->data))
+        argp_error(state, "want a checkpoint or a run's folder, or --pred FILE; and --data DIR");
+    if (a->checkpoint && a->pred)
+        argp_error(state, "a checkpoint or --pred, not both");
+    if (a->pred && (scoring || a->submit || a->filter))
+        argp_error(state, "--pred takes --data, --split, --setup, --models, --hand and --out: the whole file is scored");
+    if (a->submit && scoring)
+        argp_error(state, "--submit writes the whole split and scores nothing: no --limit, --json or --max-pa-mpjpe");
+}
 
 static error_t parse(int key, char *arg, struct argp_state *state)
 {
@@ -69,7 +89,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case HAND: a->hand = arg; break;
     case SUBMIT: a->submit = arg; break;
     case LIMIT: a->limit = cli_number(state, "limit", arg, 1, 1000000000); break;
-    case MIN_PA: a->max_pa_mpjpe_mm = cli_real(state, "max-pa-mpjpe", arg, 0, 1e6); break;
+    case MAX_PA: a->max_pa_mpjpe_mm = cli_real(state, "max-pa-mpjpe", arg, 0, 1e6); break;
     case NO_BENCH: a->no_bench = true; break;
     case JSON: a->json = true; break;
     case CLAIMS:
@@ -82,10 +102,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         a->checkpoint = arg;
         break;
     case ARGP_KEY_END:
-        if (!a->claims && (!(a->checkpoint || a->pred) || !a->data))
-            argp_error(state, "want a checkpoint or a run's folder, or --pred FILE; and --data DIR");
-        if (a->checkpoint && a->pred)
-            argp_error(state, "a checkpoint or --pred, not both");
+        check_together(a, state);
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -142,17 +159,14 @@ static lt_status check_limit(const evaluation *e, double max_mm)
 {
     const double mm = evaluation_summary(e, EVALUATE_MODEL).pa_mpjpe_mm;
 
-    if (max_mm > 0 && !(mm <= max_mm))
+    if (isfinite(max_mm) && !(mm <= max_mm))
         return lt_error(LT_EINVAL, "PA-MPJPE is %.2f mm, want at most %.2f", mm, max_mm);
     return LT_OK;
 }
 
-/* Tables and pictures into --out, or into "eval" of the run that the checkpoint lies in. */
-static lt_status write_files(const eval_args *a, const cli_checkpoint *c, const evaluate_options *o,
-                             const evaluation *e)
+static lt_status write_files(const cli_checkpoint *c, const evaluate_options *o, const evaluation *e, const char *folder)
 {
-    const char *folder = a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
-    const char *pictures = folder ? lt_path_join(c->arena, folder, "pictures.png") : NULL;
+    const char *pictures = lt_path_join(c->arena, folder, "pictures.png");
     lt_status st = pictures ? evaluation_write(e, folder) : lt_error(LT_ENOMEM, "no memory to write the scores");
 
     if (st == LT_OK)
@@ -162,18 +176,22 @@ static lt_status write_files(const eval_args *a, const cli_checkpoint *c, const 
     return st;
 }
 
+/* Tables and pictures into --out, or into "eval" of the run that the checkpoint lies in. */
 static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_options *o)
 {
+    const char *folder = a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
     evaluation *e;
-    lt_status st;
+    lt_status st = folder ? lt_make_dirs(folder) : lt_error(LT_ENOMEM, "no memory to write the scores");
 
+    if (st)
+        return st;
     o->seconds_per_image = a->no_bench ? 0 : latency(o->m);
     st = evaluate(o, &e);
     if (st)
         return st;
     st = print(e, a->json);
     if (st == LT_OK)
-        st = write_files(a, c, o, e);
+        st = write_files(c, o, e, folder);
     if (st == LT_OK)
         st = check_limit(e, a->max_pa_mpjpe_mm);
     evaluation_free(e);
@@ -182,12 +200,12 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
 
 static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const char *split, dataset **out)
 {
-    const dataset_options o = {
-        .root = a->data, .split = split, .models = a->models,
-        .setup = a->setup ? a->setup : train_setup_name(&c->config),
-        .filter = a->filter ? a->filter : train_filter_name(&c->config), .hand = c->hand.model, .vertices = !a->submit,
-    };
+    dataset_options o = cli_checkpoint_data(c, a->data, split);
 
+    o.models = a->models ? a->models : o.models;
+    o.setup = a->setup ? a->setup : o.setup;
+    o.filter = a->filter ? a->filter : o.filter;
+    o.vertices = !a->submit;
     return dataset_open(&o, out);
 }
 
@@ -206,14 +224,23 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
     o.training = training;
     if (st == LT_OK)
         st = a->submit ? evaluate_submission(&o, a->submit) : score(a, c, &o);
-    if (training)
-        dataset_free(training);
-    if (data)
-        dataset_free(data);
+    dataset_free(training);
+    dataset_free(data);
     return st;
 }
 
 /* ---- a result file ---------------------------------------------------------------------------------------- */
+
+static lt_status is_synthetic(const eval_args *a, bool *out)
+{
+    const ho3d_options o = { .root = a->data, .split = "evaluation", .no_objects = true };
+    dataset *d = NULL;
+    const lt_status st = ho3d_open(&o, &d);
+
+    *out = !st && d->synthetic;
+    dataset_free(d);
+    return st;
+}
 
 /* HO3D's own 14 lines, and as scores.txt in --out. */
 static lt_status score_ho3d(const eval_args *a, lt_arena *arena)
@@ -222,15 +249,16 @@ static lt_status score_ho3d(const eval_args *a, lt_arena *arena)
     const char *verts = lt_path_join(arena, a->data, "evaluation_verts.json");
     const char *out = a->out ? lt_path_join(arena, a->out, "scores.txt") : NULL;
     double scores[HO3D_SCORES];
+    bool synthetic = false;
     int64_t n;
-    lt_status st = xyz && verts ? ho3d_score_files(a->pred, xyz, verts, scores, &n, show_progress, NULL)
-                                : lt_error(LT_ENOMEM, "%s: no memory", a->pred);
+    lt_status st = xyz && verts ? is_synthetic(a, &synthetic) : lt_error(LT_ENOMEM, "%s: no memory", a->pred);
 
+    st = st ? st : ho3d_score_files(a->pred, xyz, verts, scores, &n, show_progress, NULL);
     if (st)
         return st;
     fprintf(stderr,
-            "Protocol: HO3D evaluation; %lld samples; *_al_*: similarity per sample, reflections allowed; means in "
-            "cm\n", (long long)n);
+            "Protocol: %sHO3D evaluation; %lld samples; *_al_*: similarity per sample, reflections allowed; means in "
+            "cm\n", synthetic ? "SYNTHETIC, " : "", (long long)n);
     ho3d_print_scores(stdout, scores);
     st = out ? lt_make_dirs(a->out) : LT_OK;
     return st || !out ? st : ho3d_write_scores(out, scores);
@@ -284,14 +312,13 @@ static lt_status score_dexycb(const eval_args *a, lt_arena *arena)
     cli_hand hand;
     lt_status st = cli_hand_open(a->hand, NULL, &hand);
     const dataset_options o = { .root = a->data, .split = a->split, .models = a->models, .setup = a->setup,
-                                .filter = poses ? "every" : "valid", .hand = st ? NULL : hand.model };
+                                .filter = poses ? "every" : "valid", .hand = hand.model, .left = hand.left };
 
     if (!st)
         st = dataset_open(&o, &d);
     if (!st)
         st = poses ? score_objects(a, d, arena) : score_hands(a, d);
-    if (d)
-        dataset_free(d);
+    dataset_free(d);
     cli_hand_close(&hand);
     return st;
 }
@@ -310,7 +337,7 @@ static lt_status score_file(const eval_args *a)
 
 int cmd_eval(int argc, char **argv)
 {
-    eval_args a = { .split = "evaluation", .batch = 8 };
+    eval_args a = { .split = "evaluation", .batch = 8, .max_pa_mpjpe_mm = INFINITY };
     cli_checkpoint c;
     lt_status st;
 

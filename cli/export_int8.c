@@ -91,11 +91,9 @@ static lt_status print_json(const char *path, const export_int8_report *r)
 
 static lt_status open_split(const cli_int8 *o, const cli_checkpoint *c, const char *split, dataset **out)
 {
-    const dataset_options d = {
-        .root = o->data, .split = split, .setup = train_setup_name(&c->config), .filter = train_filter_name(&c->config),
-        .hand = c->hand.model, .vertices = true,
-    };
+    dataset_options d = cli_checkpoint_data(c, o->data, split);
 
+    d.vertices = true;
     return dataset_open(&d, out);
 }
 
@@ -129,9 +127,7 @@ lt_status cli_export_int8(const cli_int8 *o, cli_checkpoint *c, const char *path
     }
     if (st == LT_OK)
         st = run(o, c, path, training, scored, json);
-    if (scored)
-        dataset_free(scored);
-    if (training)
-        dataset_free(training);
+    dataset_free(scored);
+    dataset_free(training);
     return st;
 }

@@ -163,6 +163,8 @@ static lt_status survey_all(survey *v)
     if (!st && v->o->left) {
         st = lt_hand_model_read(v->arena, v->o->left, &left);
         v->left = st ? NULL : left;
+    } else if (!st) {
+        v->left = v->hand.left;
     }
     if (!st && v->layout == DATASET_DEXYCB)
         list_setups(v);

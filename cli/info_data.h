@@ -12,7 +12,7 @@ struct cJSON;
 typedef struct {
     const char *root;
     const char *setup;              /* DexYCB: whose splits are tested; NULL: s0 */
-    const char *hand, *left;        /* hand models; NULL: as cli_hand_open, the mirrored right one */
+    const char *hand, *left;        /* hand models; NULL: as cli_hand_open has them */
     int samples;                    /* of each split that are read; 0: all */
 } info_data_options;
 

@@ -74,7 +74,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case MODELS: a->models = arg; break;
     case DEPTH: a->depth = arg; break;
     case HAND: a->hand = arg; break;
-    case FPS: a->fps = cli_real(state, "--fps", arg, 1, 1000); break;
+    case FPS: a->fps = cli_real(state, "fps", arg, 1, 1000); break;
     case SIDE: parse_side(a, state, arg); break;
     case MESH: must(state, predict_parse_format("--mesh", arg, &a->format)); break;
     case HAND_BOX:

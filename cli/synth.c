@@ -45,7 +45,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         break;
     case 'o': o->out = arg; break;
     case 't': cli_threads(state, arg); break;
-    case SEED: o->seed = (uint64_t)cli_real(state, "seed", arg, 0, 9007199254740992.0); break;
+    case SEED: o->seed = (uint64_t)cli_whole(state, "seed", arg, 0, 9007199254740992.0); break;
     case FRAMES: o->frames = cli_number(state, "frames", arg, 1, 100000000); break;
     case PNG: o->png = true; break;
     case ALIAS: o->alias_ycb = true; break;

@@ -107,8 +107,11 @@ static lt_status read_foreground(const ho3d *h, int64_t index, lt_arena *arena, 
 
 /* ---- the annotation ---- */
 
-/* n numbers under key, or an error line with file and key. */
-static lt_status numbers(const lt_pvalue *meta, const char *path, const char *key, float *out, size_t n)
+/* What angles (radians), shapes (deviations) and places (metres) stay far below, unless the unit is another. */
+static const float MOST = 100, MOST_PIXELS = 1e6f;
+
+/* n numbers below `most` under key, or an error line with file and key. */
+static lt_status numbers(const lt_pvalue *meta, const char *path, const char *key, float most, float *out, size_t n)
 {
     const lt_pvalue *v = lt_pdict_get(meta, key);
     lt_status st;
@@ -117,13 +120,16 @@ static lt_status numbers(const lt_pvalue *meta, const char *path, const char *ke
         return lt_error(LT_EFORMAT, "%s: %s is None, expected %zu numbers: this frame is not annotated, so "
                         "it should not be listed", path, key, n);
     st = lt_pfloats(v, key, out, n);
+    for (size_t i = 0; i < n && !st; i++)
+        if (fabsf(out[i]) >= most)
+            st = lt_error(LT_EFORMAT, "%s: number %zu is %g, expected less than %g", key, i, (double)out[i], (double)most);
     return st ? lt_error_prefix(st, "%s", path) : LT_OK;
 }
 
 static lt_status read_camera(const lt_pvalue *meta, const char *path, lt_camera *cam)
 {
     float K[9];
-    const lt_status st = numbers(meta, path, "camMat", K, 9);
+    const lt_status st = numbers(meta, path, "camMat", MOST_PIXELS, K, 9);
 
     if (st)
         return st;
@@ -157,10 +163,10 @@ static void rotation_from(const float aa[3], bool flip, float out[9])
 static lt_status read_pose(const lt_pvalue *meta, const char *path, dataset_sample *s)
 {
     float pose[3 * LT_HAND_JOINTS];
-    lt_status st = numbers(meta, path, "handPose", pose, LT_COUNT(pose));
+    lt_status st = numbers(meta, path, "handPose", MOST, pose, LT_COUNT(pose));
 
     if (!st)
-        st = numbers(meta, path, "handBeta", s->beta, LT_HAND_BETAS);
+        st = numbers(meta, path, "handBeta", MOST, s->beta, LT_HAND_BETAS);
     if (st)
         return st;
     for (int i = 0; i < LT_HAND_JOINTS; i++)
@@ -184,7 +190,7 @@ static lt_status read_train_hand(const lt_pvalue *meta, const char *path, datase
     lt_status st = read_pose(meta, path, s);
 
     if (!st)
-        st = numbers(meta, path, "handJoints3D", &mano[0][0], LT_COUNT(mano) * 3);
+        st = numbers(meta, path, "handJoints3D", MOST, &mano[0][0], LT_COUNT(mano) * 3);
     if (st)
         return st;
     for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
@@ -193,26 +199,43 @@ static lt_status read_train_hand(const lt_pvalue *meta, const char *path, datase
     return LT_OK;
 }
 
+/* The truth's files have no names of frames, only an order. */
+static lt_status same_wrist(const char *path, int64_t index, const float root[3], const float truth[3])
+{
+    static const double APART = 0.01;           /* metres; annotations of the same frame differ by rounding */
+    const double d = hypot(hypot((double)root[0] - truth[0], (double)root[1] - truth[1]), (double)root[2] - truth[2]);
+
+    if (d <= APART)
+        return LT_OK;
+    return lt_error(LT_EFORMAT, "%s: its wrist is %.3g m from that of evaluation_xyz.json at %lld, expected the same "
+                    "place; is the truth in the order of evaluation.txt, in metres?", path, d, (long long)index);
+}
+
 /* Wrist and box from the annotation; the rest from the ground-truth files where they are. */
 static lt_status read_evaluation_hand(const ho3d *h, int64_t index, const lt_pvalue *meta,
                                       const char *path, dataset_sample *s)
 {
     float root[3];
-    lt_status st = numbers(meta, path, "handJoints3D", root, 3);
+    lt_status st = numbers(meta, path, "handJoints3D", MOST, root, 3);
 
     if (!st)
-        st = numbers(meta, path, "handBoundingBox", s->hand_box, 4);
+        st = numbers(meta, path, "handBoundingBox", MOST_PIXELS, s->hand_box, 4);
     if (st)
         return st;
-    if (h->xyz)
-        set_joints((const float (*)[3])(h->xyz + index * LT_HAND_KEYPOINTS * 3), s);
+    from_gl(root, s->root);
+    if (h->xyz) {
+        const float (*joint)[3] = (const float (*)[3])(h->xyz + index * LT_HAND_KEYPOINTS * 3);
+
+        st = same_wrist(path, index, s->root, joint[0]);
+        set_joints(joint, s);
+    }
     if (h->vertices) {
         s->vertices = (const float (*)[3])(h->vertices + index * LT_HAND_VERTICES * 3);
         s->flags |= SAMPLE_VERTICES;
     }
     from_gl(root, s->root);
     s->flags |= SAMPLE_HAND_BOX | SAMPLE_ROOT;
-    return LT_OK;
+    return st;
 }
 
 static lt_status read_object(const ho3d *h, const lt_pvalue *meta, const char *path, dataset_sample *s)
@@ -226,9 +249,9 @@ static lt_status read_object(const ho3d *h, const lt_pvalue *meta, const char *p
     s->object = dataset_find_object(&h->base, name);
     if (s->object < 0)
         return lt_error(LT_EIO, "%s: objName is %s, which is not in %s", path, name, h->models);
-    st = numbers(meta, path, "objRot", aa, 3);
+    st = numbers(meta, path, "objRot", MOST, aa, 3);
     if (!st)
-        st = numbers(meta, path, "objTrans", t, 3);
+        st = numbers(meta, path, "objTrans", MOST, t, 3);
     if (st)
         return st;
     rotation_from(aa, true, s->R);
@@ -362,6 +385,8 @@ static lt_status read_list(ho3d *h)
         return lt_error(LT_EIO, "%s: no such file; the folder of HO3D v2 or v3 holds train.txt and "
                         "evaluation.txt", path);
     st = lt_read_file(h->arena, path, (size_t)64 << 20, &text, &n);
+    if (!st && memchr(text, 0, n))
+        st = lt_error(LT_EFORMAT, "%s: a byte 0 in the list, expected lines SEQUENCE/FRAME", path);
     return st ? st : split_list(h, path, (char *)text);
 }
 
@@ -378,8 +403,9 @@ static lt_status open_models(ho3d *h, const ho3d_options *o)
     if (!h->models)
         return lt_error(LT_ENOMEM, "%s: no memory", h->base.root);
     if (stat(h->models, &info) || !S_ISDIR(info.st_mode))
-        return lt_error(LT_EIO, "%s/models: no such folder, nor %s; put the YCB models there (HO3D's page "
-                        "links them), or name their folder", h->base.root, h->models);
+        return o->models ? lt_error(LT_EIO, "%s: no such folder; name that of the YCB models", h->models)
+                         : lt_error(LT_EIO, "%s/models: no such folder, nor %s; put the YCB models there (HO3D's page "
+                                    "links them), or name their folder", h->base.root, h->models);
     for (int id = 1; id <= YCB_COUNT; id++)
         names[n++] = ycb_find(id)->name;
     return dataset_load_objects(h->arena, h->models, names, n, &h->base.objects, &h->base.n_objects);

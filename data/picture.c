@@ -57,6 +57,21 @@ static float metres(const lt_image *img, size_t i)
     return (float)((rgb[0] + 256 * rgb[1]) * HO3D_DEPTH_UNIT);
 }
 
+/* HO3D's depth leaves blue alone; a picture of the same size does not. */
+static bool mostly_blue(const lt_image *img, size_t n)
+{
+    size_t blue = 0;
+
+    for (size_t i = 0; i < n; i++)
+        blue += img->data[3 * i + 2] != 0;
+    return blue > n / 2;
+}
+
+static bool is_depth(const lt_image *img, size_t n)
+{
+    return img->channels == 1 ? img->bits == 16 : img->channels == 3 && img->bits == 8 && !mostly_blue(img, n);
+}
+
 lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int height, float **out)
 {
     const size_t n = (size_t)width * (size_t)height;
@@ -66,10 +81,9 @@ lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int h
 
     if (!st)
         st = check_size(path, &img, width, height);
-    if (!st && img.bits != (img.channels == 1 ? 16 : 8))
-        st = lt_error(LT_EFORMAT,
-                      "%s: %d channels of %d bits, expected one of 16, depth in millimetres, or HO3D's 3 of 8",
-                      path, img.channels, img.bits);
+    if (!st && !is_depth(&img, n))
+        st = lt_error(LT_EFORMAT, "%s: %d channels of %d bits%s, expected one of 16, depth in millimetres, or HO3D's 3 of "
+                      "8, of which blue is 0", path, img.channels, img.bits, img.channels == 3 ? ", a picture" : "");
     if (!st)
         st = lt_arena_try(arena, n * sizeof(*depth), (void **)&depth);
     if (st)

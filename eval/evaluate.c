@@ -101,13 +101,17 @@ typedef struct {
     int32_t *object;
 } label_arrays;
 
-static lt_status read_label(const dataset *d, int64_t index, label_arrays *a, int64_t i)
+/* A label that cannot be read, or of a frame without a hand, is passed over: *n counts the others. */
+static lt_status read_label(const dataset *d, int64_t index, label_arrays *a, int64_t *n)
 {
+    const unsigned hand = SAMPLE_JOINTS | SAMPLE_HAND_POSE;
     lt_arena *arena = lt_arena_new();
     dataset_sample s;
     lt_status st = arena ? dataset_annotation(d, index, arena, &s) : lt_error(LT_ENOMEM, "no memory for a sample");
 
-    if (st == LT_OK) {
+    if (st == LT_OK && (s.flags & hand) == hand) {
+        const int64_t i = (*n)++;
+
         memcpy(a->joints[i], s.joints, sizeof(s.joints));
         memcpy(a->rotation[i], s.rotation, sizeof(s.rotation));
         memcpy(a->beta[i], s.beta, sizeof(s.beta));
@@ -116,13 +120,14 @@ static lt_status read_label(const dataset *d, int64_t index, label_arrays *a, in
         a->object[i] = s.object;
     }
     lt_arena_free(arena);
-    return st;
+    return st == LT_ENOMEM ? st : LT_OK;
 }
 
 static lt_status fit_mean(evaluation *e)
 {
     const dataset *d = e->o.training;
     const int64_t n = lt_min_i64(MEAN_SAMPLES, d->count);
+    int64_t read = 0;
     label_arrays a = {
         array(e, (size_t)n, sizeof(*a.joints)), array(e, (size_t)n, sizeof(*a.rotation)),
         array(e, (size_t)n, sizeof(*a.beta)), array(e, (size_t)n, sizeof(*a.R)),
@@ -134,15 +139,15 @@ static lt_status fit_mean(evaluation *e)
     if (!a.joints || !a.rotation || !a.beta || !a.R || !a.t || !a.object)
         return lt_error(LT_ENOMEM, "no memory for the training labels");
     for (int64_t i = 0; st == LT_OK && i < n; i++)
-        st = read_label(d, i * d->count / n, &a, i);
-    if (st)
+        st = read_label(d, i * d->count / n, &a, &read);
+    if (st || !read)
         return st;
     labels = (predictor_labels){
-        .n = n, .joints = a.joints[0][0], .rotation = a.rotation[0][0], .beta = a.beta[0],
+        .n = read, .joints = a.joints[0][0], .rotation = a.rotation[0][0], .beta = a.beta[0],
         .object = a.object, .R = a.R[0], .t = a.t[0],
     };
     e->has_mean = true;
-    return mean_predictor_fit(&labels, e->o.hand, &e->mean);
+    return mean_predictor_fit(&labels, e->o.hand, lt_hand_layer_tables(e->o.m->hand).tips, &e->mean);
 }
 
 /* ---- one batch ------------------------------------------------------------------------------------------ */

@@ -52,9 +52,13 @@ lt_status hpe_file_read(lt_arena *arena, const char *path, hpe_file *out)
     void *rows;
     const lt_status st = results_file_read(arena, path, &format, &rows, &out->n);
 
-    if (st == LT_OK)
-        out->line = rows;
-    return st;
+    if (st)
+        return st;
+    out->line = rows;
+    for (int64_t i = 1; i < out->n; i++)
+        if (out->line[i].index == out->line[i - 1].index)
+            return lt_error(LT_EFORMAT, "%s: two lines for sample %lld, expected one", path, (long long)out->line[i].index);
+    return LT_OK;
 }
 
 const hpe_line *hpe_file_find(const hpe_file *file, int64_t index)

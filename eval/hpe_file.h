@@ -17,7 +17,8 @@ typedef struct { int64_t index; float joints[LT_HAND_KEYPOINTS][3]; } hpe_line; 
 /* By index */
 typedef struct { hpe_line *line; int64_t n; } hpe_file;
 
-/* hpe_file_read - all lines, in arena. Errors: a line that is not an index and 63 numbers, with its number. */
+/* hpe_file_read - all lines, in arena. Errors: a line that is not an index and 63 numbers, with its number; two of one
+ * sample. */
 lt_status hpe_file_read(lt_arena *arena, const char *path, hpe_file *out);
 
 /* hpe_file_find - a line of that sample, or NULL */

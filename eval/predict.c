@@ -109,10 +109,11 @@ static lt_status name_frame(lt_arena *arena, const predict_input *film, int k, p
 {
     *out = (predict_input){
         .path = lt_arena_printf(arena, "%s#%d", film->path, k), .frame = k,
-        .name = lt_arena_printf(arena, "%s-%06d", film->name, k),
+        .name = lt_arena_printf(arena, "%s-%0*d", film->name, PREDICT_FRAME_DIGITS, k),
     };
     if (film->depth)
-        out->depth = lt_arena_printf(arena, "%s/%s-%06d.png", film->depth, film->name, k);
+        out->depth = lt_arena_printf(arena, "%s/%s-%0*d.png", film->depth, film->name, PREDICT_FRAME_DIGITS,
+                                    k);
     return out->path && out->name && !film->depth == !out->depth ? LT_OK
                                                                  : lt_error(LT_ENOMEM, "%s: no memory", film->path);
 }

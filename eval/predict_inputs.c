@@ -168,22 +168,47 @@ static lt_status give_names(lt_arena *arena, const paths *all, predict_list *out
     return LT_OK;
 }
 
+/* The frame's number behind a film's name and a dash, as predict_film names its results */
+static bool is_frame_of(const char *film, const char *name)
+{
+    const size_t n = strlen(film);
+    const char *number = name + n + 1;
+
+    if (strncmp(name, film, n) != 0 || name[n] != '-')
+        return false;
+    return strlen(number) >= PREDICT_FRAME_DIGITS && !number[strspn(number, "0123456789")];
+}
+
+static lt_status check_frames(const predict_list *list)
+{
+    for (int f = 0; f < list->n; f++)
+        for (int i = 0; i < list->n && list->input[f].film; i++)
+            if (is_frame_of(list->input[f].name, list->input[i].name))
+                return lt_error(LT_EINVAL, "%s and a frame of %s would have the same results, %s.json; predict one at a "
+                                "time, each to its own --out", list->input[i].path, list->input[f].path,
+                                list->input[i].name);
+    return LT_OK;
+}
+
 /* ---- depth ---------------------------------------------------------------------------------------------- */
 
 /* The one depth image, or in a folder the one that is called as the image is. */
-static const char *depth_of(lt_arena *arena, const char *depth, bool folder, const predict_input *in)
+static lt_status depth_of(lt_arena *arena, const char *depth, bool folder, predict_input *in)
 {
-    const char *stem, *file;
+    const char *stem = stem_of(arena, in->path), *file = lt_arena_printf(arena, "%s.png", in->name);
 
-    if (!folder || in->film)
-        return depth;
-    stem = stem_of(arena, in->path);
-    file = stem ? lt_arena_printf(arena, "%s.png", stem) : NULL;
-    return file ? lt_path_join(arena, depth, file) : NULL;
+    in->depth = !folder || in->film ? depth : file ? lt_path_join(arena, depth, file) : NULL;
+    if (!stem || !in->depth)
+        return lt_error(LT_ENOMEM, "%s: no memory", in->path);
+    if (folder && strcmp(stem, in->name) != 0)
+        return lt_error(LT_EINVAL, "%s: a second image of this name, and depth goes by names; predict one folder at a time",
+                        in->path);
+    return LT_OK;
 }
 
 static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_list *list)
 {
+    lt_status st = LT_OK;
     struct stat s;
 
     if (!o->m->depth)
@@ -197,12 +222,9 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
     if (!S_ISDIR(s.st_mode) && list->n && list->input[0].film)
         return lt_error(LT_EINVAL, "%s: one depth image for a film; want a folder with NAME-000001.png and so on",
                         o->depth);
-    for (int i = 0; i < list->n; i++) {
-        list->input[i].depth = depth_of(arena, o->depth, S_ISDIR(s.st_mode), &list->input[i]);
-        if (!list->input[i].depth)
-            return lt_error(LT_ENOMEM, "no memory for the names of %d images", list->n);
-    }
-    return LT_OK;
+    for (int i = 0; i < list->n && !st; i++)
+        st = depth_of(arena, o->depth, S_ISDIR(s.st_mode), &list->input[i]);
+    return st;
 }
 
 lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict_list *out)
@@ -220,5 +242,6 @@ lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict
     }
     st = st == LT_ENOMEM ? st : give_names(arena, &all, out);
     free(all.path);
+    st = st ? st : check_frames(out);
     return st || !o->depth ? st : find_depth(arena, o, out);
 }

@@ -29,6 +29,9 @@ typedef struct {
     int n, skipped;                 /* skipped: inputs that are no file and no folder with images */
 } predict_list;
 
+/* A frame's results are called FILM-000001 and so on. */
+enum { PREDICT_FRAME_DIGITS = 6 };
+
 lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict_list *out);
 
 /* ---- predict_view.c: the image, upright, with boxes and a camera --------------------------------------- */

@@ -88,7 +88,7 @@ static lt_status add_all(const predictor_labels *l, sums *s)
     return LT_OK;
 }
 
-static lt_status mean_mesh(const sums *s, int64_t n, const lt_hand_model *model,
+static lt_status mean_mesh(const sums *s, int64_t n, const lt_hand_model *model, const int tips[5],
                            mean_predictor *out)
 {
     double R[POSE], beta[BETA], joints[3 * LT_HAND_JOINTS], keypoints[3 * J];
@@ -103,7 +103,7 @@ static lt_status mean_mesh(const sums *s, int64_t n, const lt_hand_model *model,
     lt_hand_pose(model, R, beta, NULL, vertices, joints);
     for (int k = 0; k < 3 * V; k++)
         out->vertices[k / 3][k % 3] = (float)(vertices[k] - joints[k % 3]);
-    lt_hand_keypoints(vertices, joints, lt_hand_tips_ho3d, LT_HAND_SIMPLE_ORDER, keypoints);
+    lt_hand_keypoints(vertices, joints, tips, LT_HAND_SIMPLE_ORDER, keypoints);
     for (int k = 0; k < 3 * J; k++)
         out->joints[k / 3][k % 3] = (float)(keypoints[k] - joints[k % 3]);
     lt_release(vertices);
@@ -122,7 +122,7 @@ static void mean_objects(const sums *s, mean_predictor *out)
     }
 }
 
-lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model *model,
+lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model *model, const int tips[5],
                              mean_predictor *out)
 {
     sums s = { 0 };
@@ -135,7 +135,7 @@ lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model
     if (st)
         return st;
     mean_objects(&s, out);
-    return mean_mesh(&s, labels->n, model, out);
+    return mean_mesh(&s, labels->n, model, tips, out);
 }
 
 void mean_predictor_hand(const mean_predictor *m, const float wrist[3], float *joints,

@@ -42,12 +42,13 @@ typedef struct {
  * Rotations are averaged as matrices and brought to the nearest rotation (the chordal mean).
  *
  *   model    the hand whose mesh is posed
+ *   tips     five of its vertices, as in lt_hand_keypoints
  *   out      the caller's
  *
  * Sums run in the order of the samples. Errors: LT_EINVAL: no samples, a label that is not
  * finite, an object that is no number below PREDICTOR_OBJECTS; the line names the sample.
  */
-lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model *model,
+lt_status mean_predictor_fit(const predictor_labels *labels, const lt_hand_model *model, const int tips[5],
                              mean_predictor *out);
 
 /* mean_predictor_hand - joints (21, 3) and vertices (778, 3) for a sample with this wrist */

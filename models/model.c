@@ -33,7 +33,7 @@ lt_status model_create(const model_class *cls, const char *where, const struct c
                        const lt_hand_layer *hand, lt_params *set, model *out)
 {
     lt_arena *arena = lt_params_arena(set);
-    model m = { .cls = cls, .params = set, .self = lt_arena_alloc(arena, cls->size) };
+    model m = { .cls = cls, .params = set, .hand = hand, .self = lt_arena_alloc(arena, cls->size) };
     lt_status st = m.self ? lt_config_read(arena, where, config, cls->keys, m.self)
                           : lt_error(LT_ENOMEM, "%s: no memory for the model", where);
 

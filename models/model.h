@@ -104,6 +104,8 @@ struct model {
     model_crop crop;
     model_pose pose;
     bool depth;                     /* it has the input "depth" */
+    bool bilinear;                  /* its crops are sampled between pixels, not from the nearest; of the data's config */
+    const lt_hand_layer *hand;      /* that its graphs pose; NULL for a classifier */
     const lt_int8_table *int8;      /* layers that read 8-bit integers in inference; NULL: none */
 };
 

@@ -50,7 +50,7 @@ static uint32_t crc_all(const lt_named_array *entry, size_t n, const lt_text_pai
 
 /* ---- writing ------------------------------------------------------------------------------------------ */
 
-enum { META = 16 };             /* and some for the check sum and a table */
+enum { META = 17 };             /* and some for the check sum and a table */
 
 typedef struct {
     lt_arena *arena;
@@ -100,6 +100,14 @@ static void put_int(contents *c, const char *key, int64_t value)
     put(c, key, lt_arena_printf(c->arena, "%" PRId64, value));
 }
 
+/* Which vertices of the hand the data's annotation calls finger tips. */
+static void put_tips(contents *c, const lt_hand_layer *hand)
+{
+    const int *t = lt_hand_layer_tables(hand).tips;
+
+    put(c, "tips", lt_arena_printf(c->arena, "%d %d %d %d %d", t[0], t[1], t[2], t[3], t[4]));
+}
+
 static bool describe(contents *c, const model *m, const char *config, const checkpoint_state *s)
 {
     char best[LT_JSON_NUMBER];
@@ -118,6 +126,8 @@ static bool describe(contents *c, const model *m, const char *config, const chec
     put_int(c, "validated", s->validated);
     put(c, "best", lt_arena_strdup(c->arena, lt_json_number(s->best_mm, best)));
     put(c, "isa", lt_isa_name(lt_k->isa));
+    if (m->hand)
+        put_tips(c, m->hand);
     return !c->no_memory;
 }
 
@@ -402,15 +412,29 @@ lt_status checkpoint_save_int8(const char *path, const char *from, const model *
     return st;
 }
 
-lt_status checkpoint_config(lt_arena *arena, const char *path, const char **config, int64_t *step)
+static lt_status get_tips(const lt_safetensors *f, int tips[5])
+{
+    const char *text = lt_safetensors_meta(f, "tips");
+    int end = 0;
+
+    memcpy(tips, lt_hand_tips_ho3d, sizeof(lt_hand_tips_ho3d));
+    if (!text)
+        return LT_OK;
+    if (sscanf(text, "%4d %4d %4d %4d %4d%n", &tips[0], &tips[1], &tips[2], &tips[3], &tips[4], &end) != 5 || text[end])
+        return lt_error(LT_EFORMAT, "%s: metadata \"tips\" is not five vertices", f->path);
+    return LT_OK;
+}
+
+lt_status checkpoint_head_read(lt_arena *arena, const char *path, checkpoint_head *out)
 {
     lt_safetensors f;
     lt_status st = read_file(arena, path, &f);
 
     if (st)
         return st;
-    *config = lt_safetensors_meta(&f, "config");
-    if (!*config)
+    out->config = lt_safetensors_meta(&f, "config");
+    if (!out->config)
         return lt_error(LT_EFORMAT, "%s: carries no configuration", path);
-    return step ? get_int(&f, "step", step) : LT_OK;
+    st = get_tips(&f, out->tips);
+    return st ? st : get_int(&f, "step", &out->step);
 }

@@ -4,8 +4,8 @@
  * and as metadata where it was. The same run gives the same bytes, whenever and wherever it is made.
  *
  * Metadata keys: "format" (palmar-checkpoint), "version", "model", "variant", "config" (JSON), "step", "epoch",
- * "next", "seed", "skipped", "optim_steps", "validated", "best", "isa", "crc32" (of everything else); in one that
- * is made for inference, "int8" (train/int8_table.h).
+ * "next", "seed", "skipped", "optim_steps", "validated", "best", "isa", "tips" (vertices of the hand), "crc32" (of
+ * everything else); in one that is made for inference, "int8" (train/int8_table.h).
  */
 #ifndef TRAIN_CHECKPOINT_H
 #define TRAIN_CHECKPOINT_H
@@ -63,11 +63,14 @@ lt_status checkpoint_load_model(const char *path, model *m);
  */
 lt_status checkpoint_save_int8(const char *path, const char *from, const model *m);
 
-/**
- * checkpoint_config - the configuration that a checkpoint carries, as JSON text in the arena, and the step
- * it is of (may be NULL)
- */
-lt_status checkpoint_config(lt_arena *arena, const char *path, const char **config, int64_t *step);
+/* What must be known before a checkpoint's model can be made. */
+typedef struct {
+    const char *config;             /* JSON text, in the arena */
+    int64_t step;
+    int tips[5];                    /* vertices that its hand layer took for finger tips; HO3D's where it does not say */
+} checkpoint_head;
+
+lt_status checkpoint_head_read(lt_arena *arena, const char *path, checkpoint_head *out);
 
 /* checkpoint_bytes - about how large the file will be */
 size_t checkpoint_bytes(const model *m, const lt_optim *optim);

@@ -294,9 +294,11 @@ lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, l
     if (!where)
         return lt_error(LT_ENOMEM, "%s: no memory", c->path);
     st = model_create(c->model, where, c->model_keys, hand, set, out);
-    if (st == LT_OK)
-        out->cls->init(out, (uint64_t)c->loop.seed);
-    return st;
+    if (st)
+        return st;
+    out->bilinear = c->data.bilinear;
+    out->cls->init(out, (uint64_t)c->loop.seed);
+    return LT_OK;
 }
 
 /* ---- writing ------------------------------------------------------------------------------------------ */

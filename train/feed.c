@@ -39,6 +39,7 @@ void feed_options(const model *m, hand_object_options *o)
     o->cells = m->cells;
     o->crop = m->crop == MODEL_CROP_UNION ? HAND_OBJECT_UNION : HAND_OBJECT_BOXES;
     o->depth = m->depth;
+    o->bilinear = m->bilinear;
 }
 
 lt_status feed_check(const model_record *r)

@@ -49,11 +49,12 @@ static const char *optimiser_of(const cJSON *config)
 static lt_status check_optimiser(const trainer *t, const char *path)
 {
     cJSON *had = NULL, *have = train_config_json(&t->config, &t->model);
-    const char *text, *before, *now;
-    lt_status st = checkpoint_config(t->arena, path, &text, NULL);
+    const char *before, *now;
+    checkpoint_head head;
+    lt_status st = checkpoint_head_read(t->arena, path, &head);
 
     if (st == LT_OK)
-        st = lt_json_parse(path, text, strlen(text), &had);
+        st = lt_json_parse(path, head.config, strlen(head.config), &had);
     before = optimiser_of(had), now = optimiser_of(have);
     if (st == LT_OK && before && now && strcmp(before, now) != 0)
         st = lt_error(LT_EINVAL, "%s: optim.kind: %s, but the run to resume has %s", t->config.path, now, before);

@@ -22,7 +22,8 @@
 static lt_status load_config(trainer *t)
 {
     const train_options *o = t->opt;
-    const char *own = lt_path_join(t->arena, o->out, "config.json"), *text;
+    const char *own = lt_path_join(t->arena, o->out, "config.json");
+    checkpoint_head head;
     lt_status st;
 
     if (o->config)
@@ -31,8 +32,8 @@ static lt_status load_config(trainer *t)
         return lt_error(LT_EINVAL, "no configuration given");
     if (!*o->resume || (own && access(own, R_OK) == 0))
         return train_config_load(t->arena, o->out, o->set, o->n_set, &t->config);
-    st = checkpoint_config(t->arena, o->resume, &text, NULL);
-    return st ? st : train_config_parse(t->arena, o->resume, text, o->set, o->n_set, &t->config);
+    st = checkpoint_head_read(t->arena, o->resume, &head);
+    return st ? st : train_config_parse(t->arena, o->resume, head.config, o->set, o->n_set, &t->config);
 }
 
 /* The resolved configuration as one line, the same for the same settings. */

@@ -26,6 +26,10 @@ grep -q 'left hands on the hand model' "$here/info.txt"
 [ "$(wc -l <"$here/hpe.txt")" = 4 ]
 ./palmar eval --pred "$here/hpe.txt" --data "$here/data" 2>/dev/null | grep -q '^relative_mpjpe_mm: '
 
+# A sample twice is one too many.
+head -n 1 "$here/hpe.txt" >>"$here/hpe.txt"
+./palmar eval --pred "$here/hpe.txt" --data "$here/data" 2>&1 | grep -q 'two lines for sample'
+
 # Its file of object poses has what is in the hand alone.
 ./palmar eval "$here/run" --data "$here/data" --submit "$here/poses.csv" 2>/dev/null
 ./palmar eval --pred "$here/poses.csv" --data "$here/data" >"$here/bop.txt" 2>/dev/null

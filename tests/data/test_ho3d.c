@@ -245,18 +245,24 @@ START_TEST(evaluation_sample)
 }
 END_TEST
 
-static void truth(const char *file, int frames, int points)
+/* From the annotated wrist on along x, `off` metres too far. */
+static void truth_at(double off, const char *file, int frames, int points)
 {
     FILE *f = fopen(at(file), "w");
 
     for (int i = 0; i < frames; i++) {
         fprintf(f, i ? ", [" : "[[");
         for (int k = 0; k < points; k++)
-            fprintf(f, "%s[%g, 0.25, -5e-1]", k ? ", " : "", 0.001 * k);
+            fprintf(f, "%s[%g, -0.02, -6e-1]", k ? ", " : "", 0.05 + off + 0.001 * k);
         fprintf(f, "]");
     }
     fprintf(f, "]\n");
     fclose(f);
+}
+
+static void truth(const char *file, int frames, int points)
+{
+    truth_at(0, file, frames, points);
 }
 
 START_TEST(evaluation_truth)
@@ -269,9 +275,31 @@ START_TEST(evaluation_truth)
     d = open_split("evaluation");
     ok(dataset_read(d, 0, 0, arena, &s));
     ck_assert(s.flags & SAMPLE_JOINTS && s.flags & SAMPLE_VERTICES);
-    near(s.joints[4], (const double[]){ .016, -.25, .5 }, 3, 1e-7);     /* the thumb's tip is MANO's 16 */
-    near(s.vertices[777], (const double[]){ .777, -.25, .5 }, 3, 1e-6);
+    near(s.joints[4], (const double[]){ .066, .02, .6 }, 3, 1e-7);      /* the thumb's tip is MANO's 16 */
+    near(s.vertices[777], (const double[]){ .827, .02, .6 }, 3, 1e-6);
     near(s.root, (const double[]){ .05, .02, .6 }, 3, 1e-7);            /* from the annotation */
+    dataset_free(d);
+}
+END_TEST
+
+/* Truth of another frame, or in another unit, is not this one's. */
+START_TEST(truth_of_another_frame)
+{
+    const char *meta_path = at("evaluation/ABF10/meta/0123.pkl");
+    dataset *d;
+    dataset_sample s;
+
+    truth_at(0.005, "evaluation_xyz.json", 1, 21);
+    d = open_split("evaluation");
+    ok(dataset_read(d, 0, 0, arena, &s));
+    near(s.root, (const double[]){ .05, .02, .6 }, 3, 1e-7);            /* from the annotation */
+    dataset_free(d);
+    truth_at(0.05, "evaluation_xyz.json", 1, 21);
+    d = open_split("evaluation");
+    ck_assert_int_eq(dataset_read(d, 0, 0, arena, &s), LT_EFORMAT);
+    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: its wrist is 0.05 m from that of evaluation_xyz.json at "
+                                                      "0, expected the same place; is the truth in the order of "
+                                                      "evaluation.txt, in metres?", meta_path));
     dataset_free(d);
 }
 END_TEST
@@ -338,6 +366,16 @@ START_TEST(lists_broken)
     text_file("train.txt", "0123\n");
     open_fails("train", lt_arena_printf(arena, "%s: entry 1 is \"0123\", expected SEQUENCE/FRAME, such as "
                                         "ABF10/0123", at("train.txt")));
+}
+END_TEST
+
+START_TEST(list_with_a_byte_0)
+{
+    FILE *f = fopen(at("train.txt"), "wb");
+
+    fwrite("ABF10/0123\n\0ABF10/0124\n", 1, 23, f);
+    fclose(f);
+    open_fails("train", lt_arena_printf(arena, "%s: a byte 0 in the list, expected lines SEQUENCE/FRAME", at("train.txt")));
 }
 END_TEST
 
@@ -447,6 +485,17 @@ START_TEST(depth_missing)
 }
 END_TEST
 
+/* A photograph in its place is none, with or without colours. */
+START_TEST(depth_is_a_picture)
+{
+    const char *path = at("train/ABF10/depth/0123.png");
+
+    picture("train/ABF10/depth/0123.png", false, 640, 480);
+    read_fails("train", lt_arena_printf(arena, "%s: 3 channels of 8 bits, a picture, expected one of 16, depth in "
+                                        "millimetres, or HO3D's 3 of 8, of which blue is 0", path));
+}
+END_TEST
+
 /* Hand in the upper left corner, object beside it, an arm below in neither's colour. */
 static void mask(const char *path, bool jpg, int width, int height)
 {
@@ -508,6 +557,7 @@ END_TEST
 
 /* An item of the annotation in place of the right one, and what is said of it. */
 static const float zeros[64], not_a_number[3] = { 0, NAN, 0 }, near_camera[3] = { 0, 0, 0.3f };
+static const float enormous[10] = { 0, 1e6f }, millimetres[63] = { 0, 0, -600 };
 static const float skewed[9] = { 600, 2, 320, 0, 600, 240, 0, 0, 1 };
 static const struct {
     bool evaluation;
@@ -520,6 +570,9 @@ static const struct {
     { false, "handPose", LT_PW_ARRAY, 45, 0, zeros, NULL, "handPose" },
     { false, "handPose", LT_PW_NONE, 0, 0, NULL, NULL,
       ": handPose is None, expected 48 numbers: this frame is not annotated, so it should not be listed" },
+    { false, "handBeta", LT_PW_ARRAY, 10, 0, enormous, NULL, ": handBeta: number 1 is 1e+06, expected less than 100" },
+    { false, "handJoints3D", LT_PW_ARRAY, 21, 3, millimetres, NULL,
+      ": handJoints3D: number 2 is -600, expected less than 100" },
     { false, "handJoints3D", LT_PW_ARRAY, 20, 3, zeros, NULL, "handJoints3D" },
     { false, "handJoints3D", LT_PW_ARRAY, 3, 0, wrist, NULL, "handJoints3D" },
     { false, "camMat", LT_PW_ARRAY, 3, 2, zeros, NULL, "camMat" },
@@ -655,9 +708,11 @@ int main(void)
     tcase_add_test(c, object);
     tcase_add_test(c, evaluation_sample);
     tcase_add_test(c, evaluation_truth);
+    tcase_add_test(c, truth_of_another_frame);
     tcase_add_test(c, hand_only);
     tcase_add_test(c, folders_missing);
     tcase_add_test(c, lists_broken);
+    tcase_add_test(c, list_with_a_byte_0);
     tcase_add_test(c, models_missing);
     tcase_add_test(c, models_beyond_ho3d);
     tcase_add_test(c, model_incomplete);
@@ -665,6 +720,7 @@ int main(void)
     tcase_add_test(c, truth_cut_anywhere);
     tcase_add_test(c, images_missing_or_broken);
     tcase_add_test(c, depth_missing);
+    tcase_add_test(c, depth_is_a_picture);
     tcase_add_loop_test(c, foreground, 0, 3);
     tcase_add_test(c, foreground_missing_or_broken);
     tcase_add_loop_test(c, annotation_wrong, 0, LT_COUNT(wrong));

@@ -477,12 +477,17 @@ START_TEST(depth_is_wrong)
     ck_assert_msg(strstr(lt_last_error(), "trained without depth"), "%s", lt_last_error());
     o.depth = in("depths");
     ck_assert_int_eq(lt_make_dirs(o.depth), LT_OK);
-    write_depth("depths/a.png", 500, 0, false);              /* b has none: it is skipped */
+    write_depth("depths/a.png", 500, 0, false);         /* b has none: it is skipped */
     ck_assert_int_eq(predict(o, 2, input, &sum), LT_EFORMAT);
     ck_assert(sum.written == 1 && sum.skipped == 1);
     ck_assert_msg(strstr(said, "depths/b.png"), "%s", said);
-    write_png("depths/a.png", false);                   /* colour of 8 bits is taken for HO3D's; gray of 8 is not */
+    write_png("depths/a.png", false);                   /* the picture itself */
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_EFORMAT);
+    ck_assert_msg(strstr(said, "a picture, expected"), "%s", said);
+    write_depth("depths/a.png", 500, 0, false);
     ck_assert_int_eq(predict(o, 1, input, NULL), LT_OK);
+    ck_assert_int_eq(predict(o, 2, (const char *[]){ in("a.png"), in("a.png") }, NULL), LT_EINVAL);
+    ck_assert_msg(strstr(lt_last_error(), "a second image of this name"), "%s", lt_last_error());
     tiny_model_fini(&unified);
 }
 END_TEST
@@ -670,6 +675,22 @@ START_TEST(film_with_bad_fits)
 }
 END_TEST
 
+/* A picture whose results a film's frames would have. */
+START_TEST(film_beside_its_frame)
+{
+    const char *const names[] = { "clip-000001.png", "clip-0000012.png", "clip-1.png", "clip-000001x.png" };
+
+    fclose(fopen(in("clip.avi"), "w"));
+    for (size_t i = 0; i < LT_COUNT(names); i++) {
+        const char *const input[] = { in(names[i]), in("clip.avi") };
+
+        write_png(names[i], false);
+        ck_assert_int_ne(predict((predict_options){ 0 }, 2, input, NULL), LT_OK);
+        ck_assert_int_eq(i < 2, strstr(lt_last_error(), "would have the same results") != NULL);
+    }
+}
+END_TEST
+
 static double joint_of(const cJSON *root, int joint, int d)
 {
     return cJSON_GetArrayItem(cJSON_GetArrayItem(get(root, "hand.joints3d_m"), joint), d)->valuedouble;
@@ -756,6 +777,7 @@ int main(void)
     tcase_add_test(t, film);
     tcase_add_test(t, film_of_a_symmetric_thing);
     tcase_add_test(t, film_with_bad_fits);
+    tcase_add_test(t, film_beside_its_frame);
     tcase_add_test(t, film_of_stills);
 #ifdef HAVE_OPENCV
     tcase_add_test(t, film_file);

@@ -76,7 +76,7 @@ START_TEST(mean_of_hands)
     float p[J][3], v[V][3];
     mean_predictor m;
 
-    ck_assert_int_eq(mean_predictor_fit(&labels, hand, &m), LT_OK);
+    ck_assert_int_eq(mean_predictor_fit(&labels, hand, lt_hand_tips_ho3d, &m), LT_OK);
     mean_predictor_hand(&m, wrist, p[0], v[0]);
     for (int k = 0; k < 3; k++) {
         ck_assert_float_eq(p[8][k], v[lt_hand_tips_ho3d[1]][k]);        /* the mesh's own index tip */
@@ -95,7 +95,7 @@ START_TEST(mean_of_objects)
     eval_pose p, none;
     float wanted[9];
 
-    ck_assert_int_eq(mean_predictor_fit(&labels, hand, &m), LT_OK);
+    ck_assert_int_eq(mean_predictor_fit(&labels, hand, lt_hand_tips_ho3d, &m), LT_OK);
     ck_assert_int_eq(m.object[3].n, 2);
     ck_assert_int_eq(m.object[5].n, 1);
     p = mean_predictor_object(&m, 3, wrist);
@@ -130,22 +130,22 @@ START_TEST(bad_labels)
     mean_predictor m;
 
     l.n = 0;
-    ck_assert_int_eq(mean_predictor_fit(&l, hand, &m), LT_EINVAL);
+    ck_assert_int_eq(mean_predictor_fit(&l, hand, lt_hand_tips_ho3d, &m), LT_EINVAL);
     l.n = N;
     l.object = NULL;
-    ck_assert_int_eq(mean_predictor_fit(&l, hand, &m), LT_OK);
+    ck_assert_int_eq(mean_predictor_fit(&l, hand, lt_hand_tips_ho3d, &m), LT_OK);
     ck_assert_int_eq(m.object[3].n, 0);
     object[2] = PREDICTOR_OBJECTS;
-    ck_assert_int_eq(mean_predictor_fit(&labels, hand, &m), LT_EINVAL);
+    ck_assert_int_eq(mean_predictor_fit(&labels, hand, lt_hand_tips_ho3d, &m), LT_EINVAL);
     ck_assert_str_eq(lt_last_error(), "mean pose: training sample 2 has object 32, want one below 32");
     object[2] = 3;
     t[2][1] = NAN;
-    ck_assert_int_eq(mean_predictor_fit(&labels, hand, &m), LT_EINVAL);
+    ck_assert_int_eq(mean_predictor_fit(&labels, hand, lt_hand_tips_ho3d, &m), LT_EINVAL);
     beta[1][9] = INFINITY;
-    ck_assert_int_eq(mean_predictor_fit(&labels, hand, &m), LT_EINVAL);
+    ck_assert_int_eq(mean_predictor_fit(&labels, hand, lt_hand_tips_ho3d, &m), LT_EINVAL);
     ck_assert_str_eq(lt_last_error(), "mean pose: hand of training sample 1 is not finite");
     lt_alloc_fail_at(1);
-    ck_assert_int_ne(mean_predictor_fit(&l, hand, &m), LT_OK);
+    ck_assert_int_ne(mean_predictor_fit(&l, hand, lt_hand_tips_ho3d, &m), LT_OK);
 }
 END_TEST
 

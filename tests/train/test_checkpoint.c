@@ -78,10 +78,9 @@ START_TEST(table_in_a_checkpoint)
 {
     const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
     checkpoint_state found;
-    const char *config;
+    checkpoint_head head;
     lt_optim *optim;
     small_model s;
-    int64_t step;
 
     small_model_init(&s);
     ck_assert(lt_param_need_grad(lt_params_find(s.set, "trunk.conv1.weight")));
@@ -98,9 +97,10 @@ START_TEST(table_in_a_checkpoint)
 
         ck_assert(r && r->scale == layers[i].range.scale && r->has_negative == layers[i].range.has_negative);
     }
-    ck_assert_int_eq(checkpoint_config(s.arena, int8_path, &config, &step), LT_OK);
-    ck_assert_str_eq(config, "{\"a\": 1}");
-    ck_assert_int_eq(step, 7);
+    ck_assert_int_eq(checkpoint_head_read(s.arena, int8_path, &head), LT_OK);
+    ck_assert_str_eq(head.config, "{\"a\": 1}");
+    ck_assert_int_eq(head.step, 7);
+    ck_assert_mem_eq(head.tips, lt_hand_layer_tables(s.m.hand).tips, sizeof(head.tips));
     ck_assert_int_eq(checkpoint_save_int8(path, int8_path, &s.m), LT_OK);       /* a table that it had is replaced */
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
     ck_assert_int_eq(checkpoint_load(path, &s.m, optim, &found), LT_EINVAL);
