@@ -107,7 +107,7 @@ static lt_status compile(bench *b)
 
     b->record.g = lt_graph_new();
     if (!b->record.g)
-        return LT_ENOMEM;
+        return lt_last_status();
     b->o.m->cls->record(b->o.m, b->o.train, &b->record);
     lt_kernels_use(b->o.kernels);
     st = find_table(b, &table);
@@ -117,10 +117,10 @@ static lt_status compile(bench *b)
                                                           .replace_grads = true, .parts = b->parts,
                                                           .consume_params = b->o.alone, .int8 = table });
     if (!b->plan)
-        return lt_graph_status(b->record.g) ? lt_graph_status(b->record.g) : LT_ENOMEM;
+        return lt_last_status();
     if (has_step(b))
         b->optim = lt_optim_new(b->o.m->params, &adam);
-    return has_step(b) && !b->optim ? LT_ENOMEM : LT_OK;
+    return has_step(b) && !b->optim ? lt_last_status() : LT_OK;
 }
 
 lt_status bench_new(const bench_options *o, bench **out)

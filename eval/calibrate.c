@@ -177,7 +177,7 @@ static lt_status walk(const calibrate_options *o, job *j, const lt_compile_opts 
 
     j->plan = lt_compile(j->record.g, opts);
     if (!j->plan)
-        return lt_graph_status(j->record.g) ? lt_graph_status(j->record.g) : LT_ENOMEM;
+        return lt_last_status();
     st = o->walk(o->ctx, j->plan, &j->record, run, j);
     lt_plan_free(j->plan);
     return st == LT_OK && j->seen.no_memory ? lt_error(LT_ENOMEM, "no memory to calibrate") : st;
@@ -192,7 +192,7 @@ static lt_status walk_beside(const calibrate_options *o, job *j, const lt_int8_t
     j->table = table;
     j->rounded = lt_compile(j->record.g, &(lt_compile_opts){ .int8 = table });
     if (!j->rounded)
-        return LT_ENOMEM;
+        return lt_last_status();
     st = walk(o, j, &exact, compare);
     lt_plan_free(j->rounded);
     return st;

@@ -54,7 +54,7 @@ static lt_status make(const model *m, int batch, bool alone, estimator **out)
     }
     if (!e->plan) {
         estimator_free(e);
-        return LT_ENOMEM;
+        return lt_last_status();
     }
     find_outputs(e);
     *out = e;

@@ -153,9 +153,7 @@ typedef struct {
 static lt_status compile(lt_graph *g, lt_plan **out)
 {
     *out = lt_compile(g, NULL);
-    if (*out)
-        return LT_OK;
-    return lt_graph_status(g) ? lt_graph_status(g) : lt_error(LT_ENOMEM, "no memory to compare");
+    return *out ? LT_OK : lt_last_status();
 }
 
 static lt_status open_pair(const export_options *o, lt_arena *arena, const char *path, int batch, pair *p)
@@ -164,7 +162,7 @@ static lt_status open_pair(const export_options *o, lt_arena *arena, const char 
 
     p->theirs = lt_graph_new();
     if (st == LT_OK && !p->theirs)
-        st = LT_ENOMEM;
+        st = lt_last_status();
     if (st == LT_OK)
         st = lt_onnx_import(arena, p->theirs, &p->file, batch, &p->ports);
     if (st == LT_OK)

@@ -3,23 +3,23 @@
 
 #include "train/feed.h"
 
-lt_status compiled_new(const model *m, int batch, compiled_kind kind, compiled *out)
+lt_status compiled_new(const model *m, int batch, bool train, compiled *out)
 {
-    const int parts = kind == COMPILED_TRAIN ? feed_parts(m, batch) : 1;
+    const int parts = train ? feed_parts(m, batch) : 1;
     compiled c = { .record = { .g = lt_graph_new(), .batch = batch / parts }, .parts = parts };
-    lt_compile_opts opts = { .train = kind == COMPILED_TRAIN, .replace_grads = true, .parts = parts };
+    lt_compile_opts opts = { .train = train, .replace_grads = true, .parts = parts };
     lt_status st;
 
     if (!c.record.g)
         return lt_error(LT_ENOMEM, "no memory for the graph");
-    m->cls->record(m, kind != COMPILED_INFER, &c.record);
+    m->cls->record(m, true, &c.record);
     st = lt_graph_status(c.record.g);
     if (st == LT_OK)
         st = feed_check(&c.record);
     if (st == LT_OK) {
-        opts.loss = kind == COMPILED_TRAIN ? c.record.loss : NULL;
+        opts.loss = train ? c.record.loss : NULL;
         c.plan = lt_compile(c.record.g, &opts);
-        st = c.plan ? LT_OK : LT_ENOMEM;            /* the graph was sound */
+        st = c.plan ? LT_OK : lt_last_status();
     }
     if (st)
         compiled_free(&c);

@@ -9,21 +9,15 @@
 #include "libtensor/graph/plan.h"
 #include "models/model.h"
 
-typedef enum {
-    COMPILED_TRAIN,                 /* losses, and their gradients */
-    COMPILED_CHECK,                 /* inference with the losses beside the outputs */
-    COMPILED_INFER,                 /* outputs alone: only image and boxes are inputs */
-} compiled_kind;
-
 typedef struct {
     model_record record;            /* of a part; owns the graph */
     lt_plan *plan;
     int parts;
 } compiled;
 
-/* compiled_new - record and compile m for batches of `batch`. Errors: those of lt_compile; inputs that
- * hand-object data do not have. m must outlive it. */
-lt_status compiled_new(const model *m, int batch, compiled_kind kind, compiled *out);
+/* compiled_new - record and compile m for batches of `batch`: to train, or outputs and losses alone. Errors: those of
+ * lt_compile; inputs that hand-object data do not have. m must outlive it. */
+lt_status compiled_new(const model *m, int batch, bool train, compiled *out);
 void compiled_free(compiled *c);
 
 /* compiled_output - where the plan keeps an output, or NULL when the model has none of that name */

@@ -112,10 +112,10 @@ static lt_status compile_plans(trainer *t)
 {
     const int batch = t->config.optim.batch / t->config.optim.shards;
     const lt_optim_opts opts = optim_opts(&t->config.optim);
-    lt_status st = compiled_new(&t->model, batch, COMPILED_TRAIN, &t->train);
+    lt_status st = compiled_new(&t->model, batch, true, &t->train);
 
     if (st == LT_OK && t->source.check_count)
-        st = compiled_new(&t->model, batch, COMPILED_CHECK, &t->check);
+        st = compiled_new(&t->model, batch, false, &t->check);
     if (st)
         return st;
     t->sum = tree_sum_new(t->params, t->config.optim.shards);

@@ -8,6 +8,7 @@
 enum { LINE_MAX_BYTES = 1024 };
 
 static _Thread_local char last_error[LINE_MAX_BYTES];
+static _Thread_local lt_status last_status;
 
 /* A file's name or text may hold anything; what reaches the terminal holds no control codes. */
 static void make_printable(char *s)
@@ -24,7 +25,7 @@ lt_status lt_verror(lt_status status, const char *fmt, va_list args)
     vsnprintf(line, sizeof(line), fmt, args);
     make_printable(line);
     memcpy(last_error, line, sizeof(line));
-    return status;
+    return last_status = status;
 }
 
 lt_status lt_error(lt_status status, const char *fmt, ...)
@@ -51,4 +52,9 @@ lt_status lt_error_prefix(lt_status status, const char *fmt, ...)
 const char *lt_last_error(void)
 {
     return last_error;
+}
+
+lt_status lt_last_status(void)
+{
+    return last_status;
 }

@@ -45,6 +45,9 @@ LT_API lt_status lt_error_prefix(lt_status status, const char *fmt, ...) LT_PRIN
  * next lt_error on this thread. */
 LT_API const char *lt_last_error(void);
 
+/* lt_last_status - the status that the last line was remembered with, for what returns NULL instead of one */
+LT_API lt_status lt_last_status(void);
+
 #ifdef __cplusplus
 }
 #endif

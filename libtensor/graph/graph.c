@@ -10,7 +10,7 @@
 static _Thread_local struct {
     const char *file;
     int line, depth;
-} here = { "?", 0, 0 };
+} here;
 
 void lt_here_enter(const char *file, int line)
 {
@@ -18,6 +18,20 @@ void lt_here_enter(const char *file, int line)
         here.file = file;
         here.line = line;
     }
+}
+
+const char *lt_where(const char *file, int line, char out[LT_WHERE])
+{
+    out[0] = '\0';
+    if (file)
+        snprintf(out, LT_WHERE, " (%s:%d)", file, line);
+    return out;
+}
+
+/* What passes record is called from nowhere. */
+static const char *here_file(void)
+{
+    return here.depth ? here.file : NULL;
 }
 
 lt_tensor *lt_here_leave(lt_tensor *result)
@@ -303,7 +317,7 @@ static lt_node *node_new(lt_graph *g, const lt_op *op, const void *attr, size_t 
     n->n_in = n_in;
     n->n_out = op->n_out ? op->n_out : 1;
     memcpy(n->in, in, (size_t)n_in * sizeof(*in));
-    n->file = here.file;
+    n->file = here_file();
     n->line = here.line;
     n->name = layer_name(g, n);
     for (int i = 0; i < n->n_out; i++) {
@@ -358,13 +372,14 @@ static bool infer(lt_graph *g, const lt_node *n)
 lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes, lt_tensor *const *in, int n_in)
 {
     lt_graph *g = graph_of(in, n_in);
+    char where[LT_WHERE];
     lt_node *n;
 
     if (!g || g->status)
         return g ? g->harmless : NULL;
     if (n_in > LT_MAX_IN) {
-        refuse(g, "%s: %d inputs, at most %d are possible (%s:%d)", op->name, n_in, LT_MAX_IN, here.file,
-               here.line);
+        refuse(g, "%s: %d inputs, at most %d are possible%s", op->name, n_in, LT_MAX_IN,
+               lt_where(here_file(), here.line, where));
         return g->harmless;
     }
     n = node_new(g, op, attr, attr_bytes, in, n_in);
@@ -401,14 +416,14 @@ lt_status lt_fail(lt_call *c, const char *fmt, ...)
 {
     const lt_node *n = c->node;
     lt_graph *g = graph_of(n->in, n->n_in);
-    char why[640], line[1024];
+    char why[640], line[1024], where[LT_WHERE];
     va_list args;
 
     va_start(args, fmt);
     vsnprintf(why, sizeof(why), fmt, args);
     va_end(args);
-    snprintf(line, sizeof(line), "%s%s%s%s: %s (%s:%d)", n->op->name, *n->name ? " \"" : "", n->name,
-             *n->name ? "\"" : "", why, n->file, n->line);
+    snprintf(line, sizeof(line), "%s%s%s%s: %s%s", n->op->name, *n->name ? " \"" : "", n->name,
+             *n->name ? "\"" : "", why, lt_where(n->file, n->line, where));
     remember(g, LT_ESHAPE, line);
     return LT_ESHAPE;
 }

@@ -24,14 +24,14 @@ lt_status lt_onnx_fail(lt_onnx *w, lt_status status, const char *fmt, ...)
 
 void lt_onnx_refuse(lt_onnx *w, const char *fmt, ...)
 {
-    char why[512];
+    char why[512], where[LT_WHERE];
     va_list args;
 
     va_start(args, fmt);
     vsnprintf(why, sizeof(why), fmt, args);
     va_end(args);
-    lt_onnx_fail(w, LT_EINVAL, "%s%s%s%s: %s (%s:%d)", w->at->op->name, *w->at->name ? " \"" : "", w->at->name,
-                 *w->at->name ? "\"" : "", why, w->at->file, w->at->line);
+    lt_onnx_fail(w, LT_EINVAL, "%s%s%s%s: %s%s", w->at->op->name, *w->at->name ? " \"" : "", w->at->name,
+                 *w->at->name ? "\"" : "", why, lt_where(w->at->file, w->at->line, where));
 }
 
 void *lt_onnx_alloc(lt_onnx *w, size_t count, size_t size)

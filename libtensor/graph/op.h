@@ -162,7 +162,7 @@ struct lt_node {
     int n_in, n_out;
     lt_tensor *in[LT_MAX_IN], *outs[LT_MAX_OUT];
     const char *name;               /* the layer: "fpn.hand.lateral3", or "" */
-    const char *file;               /* where it was recorded */
+    const char *file;               /* where it was recorded; NULL: not by a call that says so (LT_HERE) */
     int line;
     int id;
     bool constant;                  /* lt_is_constant of its results */

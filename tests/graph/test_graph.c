@@ -27,6 +27,26 @@ START_TEST(the_first_mistake_is_kept)
 }
 END_TEST
 
+static lt_status infer_bare(lt_call *c)
+{
+    return lt_want_rank(c, 0, "input", 2);
+}
+
+static const lt_op bare_op = { .name = "bare", .infer = infer_bare };
+
+/* An op without LT_HERE does not blame the last call that had it. */
+START_TEST(a_place_that_is_not_known)
+{
+    lt_tensor *x = lt_input(g, "x", LT_F32, 1, (int64_t[]){ 3 });
+
+    lt_relu(x);
+    lt_apply(&bare_op, NULL, 0, &x, 1);
+    ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
+    ck_assert_str_eq(lt_last_error(), "bare: input is (3), want 2 dimensions");
+    ck_assert_int_eq(lt_last_status(), LT_ESHAPE);
+}
+END_TEST
+
 START_TEST(scopes_name_layers_without_parameters)
 {
     lt_scope(g, "head");
@@ -587,6 +607,7 @@ int main(void)
 
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, the_first_mistake_is_kept);
+    tcase_add_test(tc, a_place_that_is_not_known);
     tcase_add_test(tc, scopes_name_layers_without_parameters);
     tcase_add_test(tc, inputs_of_impossible_size);
     tcase_add_test(tc, products_of_sizes_that_overflow);
