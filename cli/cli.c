@@ -135,9 +135,8 @@ int cli_stop_requested(void)
     return stop_signal;
 }
 
-int cli_fail(lt_status status)
+int cli_exit_code(lt_status status, int signal)
 {
-    fprintf(stderr, "palmar: %s\n", lt_last_error());
     switch (status) {
     case LT_OK:
         return 0;
@@ -147,10 +146,16 @@ int cli_fail(lt_status status)
     case LT_ENUMERIC:
         return 3;
     case LT_ESTOPPED:
-        return stop_signal ? 128 + stop_signal : 1;
+        return signal ? 128 + signal : 1;
     default:
         return 1;
     }
+}
+
+int cli_fail(lt_status status)
+{
+    fprintf(stderr, "palmar: %s\n", lt_last_error());
+    return cli_exit_code(status, stop_signal);
 }
 
 static double now(void)

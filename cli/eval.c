@@ -306,8 +306,7 @@ static lt_status score_objects(const eval_args *a, const dataset *d, lt_arena *a
 /* Object poses are asked for in every key frame, hand joints where a hand is annotated. */
 static lt_status score_dexycb(const eval_args *a, lt_arena *arena)
 {
-    const size_t n = strlen(a->pred);
-    const bool poses = n >= 4 && !strcmp(a->pred + n - 4, ".csv");
+    const bool poses = lt_ends_with(a->pred, ".csv");
     dataset *d = NULL;
     cli_hand hand;
     lt_status st = cli_hand_open(a->hand, NULL, &hand);

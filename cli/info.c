@@ -6,6 +6,7 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/body_file.h"
+#include "libtensor/io/file.h"
 #include "libtensor/io/hand_file.h"
 #include "libtensor/io/json.h"
 #include "libtensor/io/npz.h"
@@ -101,7 +102,7 @@ static const struct argp argp = {
     "  palmar info MANO_RIGHT.pkl", NULL, NULL, NULL,
 };
 
-/* Print the value as JSON, or as text: one "key  value" a line, lists of objects as rows. */
+/* One "key  value" a line, lists of objects as rows */
 static void print_text(const cJSON *v, int indent)
 {
     const cJSON *item;
@@ -334,13 +335,6 @@ static void add_hand_check(lt_arena *arena, const char *path, cJSON *root)
     }
 }
 
-static bool ends_with(const char *text, const char *end)
-{
-    const size_t n = strlen(text), m = strlen(end);
-
-    return n >= m && strcmp(text + n - m, end) == 0;
-}
-
 static lt_status info_file(const char *name, cJSON *root)
 {
     lt_arena *arena = lt_arena_new();
@@ -357,14 +351,14 @@ static lt_status info_file(const char *name, cJSON *root)
         return st;
     }
     cJSON_AddStringToObject(root, "file", path);
-    if (ends_with(path, ".safetensors")) {
+    if (lt_ends_with(path, ".safetensors")) {
         st = info_safetensors(arena, path, root);
-    } else if (ends_with(path, ".npz") || ends_with(path, ".pkl")) {
-        st = ends_with(path, ".npz") ? info_npz(arena, path, root) : info_pickle(arena, path, root);
+    } else if (lt_ends_with(path, ".npz") || lt_ends_with(path, ".pkl")) {
+        st = lt_ends_with(path, ".npz") ? info_npz(arena, path, root) : info_pickle(arena, path, root);
         if (st == LT_OK)
             add_hand_check(arena, path, root);
-    } else if (ends_with(path, ".pth") || ends_with(path, ".pt") || ends_with(path, ".tar") ||
-               ends_with(path, ".ckpt")) {
+    } else if (lt_ends_with(path, ".pth") || lt_ends_with(path, ".pt") || lt_ends_with(path, ".tar") ||
+               lt_ends_with(path, ".ckpt")) {
         st = info_torch(arena, path, root);
     } else {
         st = lt_error(LT_EINVAL, "%s: want a file ending in .safetensors, .npz, .pkl, .pth, .pt, .ckpt or .pth.tar, "

@@ -133,5 +133,5 @@ int cmd_train(int argc, char **argv)
     st = train_run(&a.o, &r);
     if (st)
         fprintf(stderr, "palmar: %s\n", lt_last_error());
-    return train_exit_code(st, r.signal);
+    return cli_exit_code(st, r.signal);
 }

@@ -5,6 +5,7 @@
 #include "data/background.h"
 #include "data/crop.h"
 #include "data/depth.h"
+#include "libtensor/geometry/box21.h"
 
 #include <math.h>
 #include <string.h>
@@ -46,32 +47,37 @@ static void *slots(hand_object_batch *b, size_t per, size_t size, bool *ok)
     return p;
 }
 
+/* The arrays that a sample fills, numbers of each; all but the scratch and what is not float. */
+typedef struct { float **p; size_t per; } field;
+enum { FIELDS = 16 };
+
+static void fields_of(hand_object_batch *b, field out[FIELDS])
+{
+    const size_t pixels = (size_t)b->size * (size_t)b->size, cells = (size_t)b->cells * (size_t)b->cells;
+    const field all[FIELDS] = {
+        { &b->image, 3 * pixels }, { &b->depth, pixels }, { &b->mask, cells }, { &b->weight, 1 },
+        { &b->hand_box, 4 }, { &b->joints2d, 2 * LT_HAND_KEYPOINTS }, { &b->rotation, 9 * LT_HAND_JOINTS },
+        { &b->beta, LT_HAND_BETAS }, { &b->joints, 3 * LT_HAND_KEYPOINTS }, { &b->wrist, 3 },
+        { &b->object_box, 4 }, { &b->points2d, 2 * LT_BOX_POINTS }, { &b->R, 9 }, { &b->t, 3 },
+        { &b->affine, 6 }, { &b->K, 9 },
+    };
+
+    memcpy(out, all, sizeof(all));
+}
+
 static bool allocate(hand_object_batch *b)
 {
-    const size_t f = sizeof(float), pixels = (size_t)b->size * (size_t)b->size;
+    field f[FIELDS];
     bool ok = true;
 
-    b->image = slots(b, 3 * pixels, f, &ok);
-    b->depth = slots(b, pixels, f, &ok);
-    b->hand_box = slots(b, 4, f, &ok);
-    b->object_box = slots(b, 4, f, &ok);
-    b->joints2d = slots(b, 21 * 2, f, &ok);
-    b->rotation = slots(b, 16 * 9, f, &ok);
-    b->beta = slots(b, 10, f, &ok);
-    b->points2d = slots(b, 21 * 2, f, &ok);
-    b->mask = slots(b, (size_t)b->cells * (size_t)b->cells, f, &ok);
-    b->weight = slots(b, 1, f, &ok);
-    b->affine = slots(b, 6, f, &ok);
-    b->K = slots(b, 9, f, &ok);
-    b->wrist = slots(b, 3, f, &ok);
-    b->joints = slots(b, 21 * 3, f, &ok);
-    b->R = slots(b, 9, f, &ok);
-    b->t = slots(b, 3, f, &ok);
+    fields_of(b, f);
+    for (int k = 0; k < FIELDS; k++)
+        *f[k].p = slots(b, f[k].per, sizeof(float), &ok);
     b->object = slots(b, 1, sizeof(*b->object), &ok);
     b->flags = slots(b, 1, sizeof(*b->flags), &ok);
     b->vertices = slots(b, 1, sizeof(*b->vertices), &ok);
     b->index = slots(b, 1, sizeof(*b->index), &ok);
-    b->scratch = slots(b, pixels, f, &ok);
+    b->scratch = slots(b, (size_t)b->size * (size_t)b->size, sizeof(float), &ok);
     return ok;
 }
 
@@ -92,17 +98,12 @@ hand_object_batch *hand_object_batch_new(int capacity, int size, int cells)
 
 static void clear_slot(hand_object_batch *b, int slot, int64_t index)
 {
-    const size_t i = (size_t)slot, pixels = (size_t)b->size * (size_t)b->size;
-    const size_t cells = (size_t)b->cells * (size_t)b->cells;
-    struct { float *p; size_t per; } all[] = {
-        { b->image, 3 * pixels }, { b->depth, pixels }, { b->hand_box, 4 }, { b->object_box, 4 }, { b->joints2d, 42 },
-        { b->rotation, 144 }, { b->beta, 10 }, { b->points2d, 42 }, { b->mask, cells },
-        { b->weight, 1 }, { b->affine, 6 }, { b->K, 9 }, { b->wrist, 3 }, { b->joints, 63 },
-        { b->R, 9 }, { b->t, 3 },
-    };
+    const size_t i = (size_t)slot;
+    field f[FIELDS];
 
-    for (size_t k = 0; k < LT_COUNT(all); k++)
-        memset(all[k].p + i * all[k].per, 0, all[k].per * sizeof(float));
+    fields_of(b, f);
+    for (int k = 0; k < FIELDS; k++)
+        memset(*f[k].p + i * f[k].per, 0, f[k].per * sizeof(float));
     b->object[i] = -1;
     b->flags[i] = 0;
     b->vertices[i] = NULL;

@@ -17,6 +17,14 @@ void mirror_rotation(float R[9])
     R[6] = -R[6];
 }
 
+void mirror_pose(double R[9], double t[3])
+{
+    for (int i = 0; i < 9; i++)
+        if ((i % 3 == 0) != (i / 3 == 0))
+            R[i] = -R[i];
+    t[0] = -t[0];
+}
+
 void mirror_camera(lt_camera *camera, int width)
 {
     camera->cx = width - 1 - camera->cx;

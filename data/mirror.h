@@ -24,6 +24,9 @@ void mirror_point(float p[3]);
 void mirror_rotation(float R[9]);
 void mirror_camera(lt_camera *camera, int width);
 
+/* mirror_pose - of an object, in place: what places the mirrored model */
+void mirror_pose(double R[9], double t[3]);
+
 /**
  * mirror_sample - all of s in place, SAMPLE_MIRRORED flipped
  *

@@ -4,6 +4,7 @@
 #include "data/mirror.h"
 #include "eval/hpe_file.h"
 #include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
 #include "libtensor/io/number.h"
 
 #include <math.h>
@@ -23,13 +24,6 @@ struct dexycb_results {
 
 /* ---- writing ---- */
 
-static bool ends_in(const char *text, const char *end)
-{
-    const size_t n = strlen(text), m = strlen(end);
-
-    return n >= m && strcmp(text + n - m, end) == 0;
-}
-
 lt_status dexycb_results_open(const char *path, dexycb_results **out)
 {
     static const char *const ending[] = { ".txt", ".csv", ".json" };
@@ -37,7 +31,7 @@ lt_status dexycb_results_open(const char *path, dexycb_results **out)
     lt_status st;
     int k = 0;
 
-    while (k < 3 && !ends_in(path, ending[k]))
+    while (k < 3 && !lt_ends_with(path, ending[k]))
         k++;
     if (k == 3)
         return lt_error(LT_EINVAL,
@@ -73,7 +67,7 @@ static void add_bop(FILE *f, const dexycb_result *r)
     if (!r->place.keyframe || !r->has_object)
         return;
     if (r->mirrored)
-        eval_pose_mirror(&p);
+        mirror_pose(p.R, p.t);
     fprintf(f, "%d,%d,%d", r->place.scene, r->place.image, object);
     put(f, ",", r->score);
     for (int i = 0; i < 9; i++)

@@ -5,6 +5,7 @@
 #include "eval/zip_entry.h"
 #include "libtensor/geometry/hand_model.h"
 #include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
 
 #include <errno.h>
 #include <math.h>
@@ -72,13 +73,6 @@ static void put_points(ho3d_submission *s, bool first, int n, const float *x)
     put(s, "]");
 }
 
-static bool ends_in(const char *text, const char *end)
-{
-    const size_t n = strlen(text), m = strlen(end);
-
-    return n >= m && strcmp(text + n - m, end) == 0;
-}
-
 /* A file beside path that goes away by itself. */
 static lt_status open_spool(const char *path, FILE **out)
 {
@@ -111,7 +105,7 @@ lt_status ho3d_submission_open(const char *path, int64_t n_expected, ho3d_submis
     st = lt_atomic_open(&s->file, path);
     if (!st)
         st = open_spool(path, &s->spool);
-    if (!st && ends_in(path, ".zip"))
+    if (!st && lt_ends_with(path, ".zip"))
         st = zip_entry_new(s->file.stream, "pred.json", &s->zip);
     if (st) {
         ho3d_submission_abort(s);

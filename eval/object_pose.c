@@ -26,14 +26,6 @@ eval_pose eval_pose_of(const float R[9], const float t[3])
     return p;
 }
 
-void eval_pose_mirror(eval_pose *pose)
-{
-    for (int i = 0; i < 9; i++)
-        if ((i % 3 == 0) != (i / 3 == 0))
-            pose->R[i] = -pose->R[i];
-    pose->t[0] = -pose->t[0];
-}
-
 void eval_pose_of_model(eval_pose *pose, bool mirrored)
 {
     for (int i = 0; i < 9 && mirrored; i += 3)

@@ -27,9 +27,6 @@ void eval_pose_apply(const eval_pose *pose, int n, const double *x, double *out)
 /* eval_pose_of - the same pose in double */
 eval_pose eval_pose_of(const float R[9], const float t[3]);
 
-/* eval_pose_mirror - what a mirror x -> -x makes of it, placing the mirrored model; in place, its own inverse */
-void eval_pose_mirror(eval_pose *pose);
-
 /* eval_pose_of_model - where the sample is mirrored, R and t place the mirrored model: make R place the model
  * itself, R diag(-1, 1, 1), in place. Distances between points of two such poses are those outside of the mirror. */
 void eval_pose_of_model(eval_pose *pose, bool mirrored);

@@ -3,6 +3,7 @@
 #include "eval/predict_internal.h"
 
 #include "data/hand_object.h"
+#include "data/mirror.h"
 #include "data/synth/objects.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/rotation.h"
@@ -171,15 +172,6 @@ static lt_status run(predict_solver *s, const predict_view *v, const float (*con
 
 /* ---- back out of the mirror ----------------------------------------------------------------------------- */
 
-/* R = M R M with M = diag(-1, 1, 1) */
-static void unmirror_rotation(double R[9])
-{
-    static const int odd[4] = { 1, 2, 3, 6 };
-
-    for (int i = 0; i < 4; i++)
-        R[odd[i]] = -R[odd[i]];
-}
-
 static void unmirror(int width, predict_result *r)
 {
     for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
@@ -192,8 +184,7 @@ static void unmirror(int width, predict_result *r)
         r->control2d[i][0] = (float)(width - 1) - r->control2d[i][0];
     for (int j = 0; j < LT_HAND_JOINTS; j++)
         lt_mirror_axis_angle(r->theta + 3 * j);
-    unmirror_rotation(r->e.object.R);
-    r->e.object.t[0] = -r->e.object.t[0];
+    mirror_pose(r->e.object.R, r->e.object.t);
 }
 
 static void read_theta(predict_result *r)

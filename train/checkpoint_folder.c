@@ -145,20 +145,13 @@ lt_status checkpoint_alias(const char *folder, const char *name, const char *pat
     return st;
 }
 
-static bool ends_with(const char *text, const char *end)
-{
-    const size_t n = strlen(text), m = strlen(end);
-
-    return n >= m && strcmp(text + n - m, end) == 0;
-}
-
 static void remove_leftovers(lt_arena *arena, const char *folder)
 {
     DIR *dir = opendir(folder);
     const struct dirent *e;
 
     while (dir && (e = readdir(dir))) {
-        const char *path = ends_with(e->d_name, ".tmp") && strstr(e->d_name, SUFFIX)
+        const char *path = lt_ends_with(e->d_name, ".tmp") && strstr(e->d_name, SUFFIX)
             ? lt_path_join(arena, folder, e->d_name) : NULL;
 
         if (path)

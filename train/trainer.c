@@ -241,20 +241,3 @@ lt_status train_run(const train_options *o, train_result *out)
     signals_restore();
     return st;
 }
-
-int train_exit_code(lt_status st, int signal)
-{
-    switch (st) {
-    case LT_OK:
-        return 0;
-    case LT_ENUMERIC:
-        return 3;
-    case LT_ENOMEM:
-    case LT_ENOSPC:
-        return 4;
-    case LT_ESTOPPED:
-        return 128 + signal;
-    default:
-        return 1;
-    }
-}

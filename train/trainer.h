@@ -14,7 +14,7 @@ typedef struct {
     const char *out;                /* folder of the run; made when it is missing */
     const char *resume;             /* NULL: a new run; "": from the newest sound checkpoint of out; else
                                        from this file */
-    const char *init;               /* NULL, or a safetensors file with initial weights */
+    const char *init;               /* NULL, or what weights_init takes: safetensors, PyTorch's, a run */
     bool dry_run;                   /* open and build everything, say what it takes, stop */
     bool quiet;                     /* nothing but trouble on progress */
     FILE *progress;                 /* NULL: stderr */
@@ -50,8 +50,5 @@ typedef struct {
  * without a finite gradient; LT_ENOSPC, LT_ENOMEM; LT_ESTOPPED after a signal.
  */
 lt_status train_run(const train_options *o, train_result *out);
-
-/* train_exit_code - what the command ends with: 0; 1 input; 3 numerical stop; 4 disk or memory; 128 + signal */
-int train_exit_code(lt_status st, int signal);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/weights.h"
 
+#include "libtensor/io/file.h"
 #include "libtensor/io/weights_file.h"
 #include "models/weight_names.h"
 #include "train/checkpoint.h"
@@ -36,17 +37,10 @@ static lt_param *param_named(const match *a, const char *name)
     return p || !a->block ? p : param_in(a, a->block, name);
 }
 
-static bool ends_with(const char *text, const char *end)
-{
-    const size_t n = strlen(text), m = strlen(end);
-
-    return n >= m && strcmp(text + n - m, end) == 0;
-}
-
 /* What every file of its kind has besides, and no network needs. */
 static bool passed_over(const char *name)
 {
-    return ends_with(name, ".num_batches_tracked") || strncmp(name, "optim.", 6) == 0;
+    return lt_ends_with(name, ".num_batches_tracked") || strncmp(name, "optim.", 6) == 0;
 }
 
 static lt_status check_array(const match *a, const lt_named_array *e, const lt_param *p)

@@ -2,6 +2,7 @@
 /* Takes as DexYCB has them: all cameras in one sequence, both hands, things on the table. */
 #include "data/synth/layout.h"
 
+#include "data/mirror.h"
 #include "data/synth/rig.h"
 #include "data/synth/write_dexycb.h"
 #include "libtensor/geometry/rotation.h"
@@ -114,15 +115,6 @@ static lt_status begin_take(const synth_session *s, const synth_take *take, cons
     };
     list_objects(d, stage);
     return synth_dexycb_make_folders(s->opt->out, &d->sequence);
-}
-
-static void mirror_pose(double R[9], double t[3])
-{
-    static const int sign[9] = { 1, -1, -1, -1, 1, 1, -1, 1, 1 };
-
-    for (int i = 0; i < 9; i++)
-        R[i] *= sign[i];
-    t[0] = -t[0];
 }
 
 /* Poses of all objects in the shot's camera; the picture is a right hand's still. */

@@ -23,14 +23,6 @@ const char *const synth_dexycb_serial[SYNTH_DEXYCB_CAMERAS] = {
 
 /* ---- the mirror ---- */
 
-static void mirror_rotation_d(double R[9])
-{
-    static const int sign[9] = { 1, -1, -1, -1, 1, 1, -1, 1, 1 };
-
-    for (int i = 0; i < 9; i++)
-        R[i] *= sign[i];
-}
-
 void synth_dexycb_mirror(synth_picture *p, uint8_t *rgb, float *depth, uint8_t *label)
 {
     mirror_plane(rgb, W, H, 3);
@@ -47,8 +39,7 @@ void synth_dexycb_mirror(synth_picture *p, uint8_t *rgb, float *depth, uint8_t *
         p->vertices[i][0] = -p->vertices[i][0];
         p->contact.nearest[i][0] = -p->contact.nearest[i][0];
     }
-    mirror_rotation_d(p->R);
-    p->t[0] = -p->t[0];
+    mirror_pose(p->R, p->t);
 }
 
 /* ---- a frame ---- */

@@ -136,6 +136,13 @@ char *lt_path_join(lt_arena *arena, const char *folder, const char *name)
     return lt_arena_printf(arena, "%s%s%s", folder, folder[n - 1] == '/' ? "" : "/", name);
 }
 
+bool lt_ends_with(const char *text, const char *end)
+{
+    const size_t n = strlen(text), m = strlen(end);
+
+    return n >= m && strcmp(text + n - m, end) == 0;
+}
+
 char *lt_path_folder(lt_arena *arena, const char *path)
 {
     const char *slash = strrchr(path, '/');

@@ -46,6 +46,9 @@ LT_API lt_status lt_make_dirs(const char *path);
  * when there is no memory */
 LT_API char *lt_path_join(lt_arena *arena, const char *folder, const char *name);
 
+/* lt_ends_with - of a path or name: whether it has this ending */
+LT_API bool lt_ends_with(const char *text, const char *end);
+
 /* lt_path_folder - what stands before the last '/' of path, "." when there is none; in the arena */
 LT_API char *lt_path_folder(lt_arena *arena, const char *path);
 

@@ -5,6 +5,7 @@
  *
  * Source: pytorch torch/serialization.py (_load), caffe2/serialize/inline_container.h.
  */
+#include "libtensor/io/file.h"
 #include "libtensor/io/torch_internal.h"
 #include "libtensor/io/zip_read.h"
 
@@ -25,13 +26,6 @@ typedef struct {
     size_t n;
 } archive;
 
-static bool ends_with(const char *text, const char *end)
-{
-    const size_t n = strlen(text), m = strlen(end);
-
-    return n >= m && strcmp(text + n - m, end) == 0;
-}
-
 static const char *behind(const char *name, const char *prefix)
 {
     const size_t n = strlen(prefix);
@@ -44,7 +38,7 @@ static lt_status find_root(archive *a)
     const char *found = NULL;
 
     for (size_t i = 0; i < a->zip.n && !found; i++)
-        if (ends_with(a->zip.entry[i].name, "/data.pkl"))
+        if (lt_ends_with(a->zip.entry[i].name, "/data.pkl"))
             found = a->zip.entry[i].name;
     if (!found)
         return lt_error(LT_EFORMAT, "%s: a zip archive without data.pkl: no checkpoint of PyTorch", a->t->path);

@@ -25,7 +25,7 @@ lt_status pass_fuse(lt_graph *g);
 /* pass_fuse_for_training - the same where there is a backward pass, with tails, then with what is before */
 lt_status pass_fuse_for_training(lt_graph *g);
 
-/* pass_block - let chains of nodes keep their maps in blocks of channels; after pass_fuse. Changes the order's ids. */
+/* pass_block - let chains of nodes keep their maps in blocks of channels; after pass_fuse. Renumbers the nodes. */
 lt_status pass_block(lt_graph *g);
 
 /* pass_pair - let products and convolutions take over those before them; after pass_block */
