@@ -9,17 +9,15 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MAX_SET = 64 };
 enum { RUNS = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE, INT8 };
 
 typedef struct {
     const char *model, *layer, *config, *mode;
     const char *compare;            /* another instruction set; NULL: none */
-    const char *set[MAX_SET];
-    int n_set, batch, runs;
+    cli_overrides over;
+    int batch, runs;
     double seconds;
     bool json, profile, int8;
-    char variant[64];
 } bench_args;
 
 static const struct argp_option options[] = {
@@ -41,13 +39,6 @@ static const struct argp_option options[] = {
     { 0 },
 };
 
-static void add_set(bench_args *a, struct argp_state *state, const char *text)
-{
-    if (a->n_set == MAX_SET)
-        argp_error(state, "at most %d overrides", MAX_SET);
-    a->set[a->n_set++] = text;
-}
-
 static error_t parse(int key, char *arg, struct argp_state *state)
 {
     bench_args *a = state->input;
@@ -64,20 +55,17 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case JSON: a->json = true; break;
     case PROFILE: a->profile = true; break;
     case INT8: a->int8 = true; break;
-    case SET: add_set(a, state, arg); break;
+    case SET: cli_override(state, &a->over, arg); break;
     case MODE:
         if (strcmp(arg, "infer") && strcmp(arg, "train") && strcmp(arg, "both"))
             argp_error(state, "--mode: found \"%s\", want infer, train or both", arg);
         a->mode = arg;
         break;
-    case VARIANT:
-        snprintf(a->variant, sizeof(a->variant), "model.variant=%s", arg);
-        add_set(a, state, a->variant);
-        break;
+    case VARIANT: cli_override_variant(state, &a->over, arg); break;
     case ARGP_KEY_END:
         if (a->int8 && (a->layer || strcmp(a->mode, "infer")))
             argp_error(state, "--int8: for the inference of a model, without --layer and --mode");
-        if (a->layer && (a->model || a->config || a->n_set))
+        if (a->layer && (a->model || a->config || a->over.n))
             argp_error(state, "--layer: --model, --variant, --config and --set are for models");
         break;
     default: return ARGP_ERR_UNKNOWN;
@@ -122,7 +110,7 @@ static lt_status subject_new(const bench_args *a, const cli_hand *hand, subject 
 {
     *s = (subject){ .copies = 0 };
     if (!a->layer)
-        return cli_model_new(a->model ? a->model : "hocat", a->config, a->set, a->n_set, hand, &s->params, &s->m);
+        return cli_model_new(a->model ? a->model : "hocat", a->config, &a->over, hand, &s->params, &s->m);
     s->params = lt_params_new();
     return s->params ? layer_new(a->layer, hand->layer, s->params, &s->m, &s->copies)
                      : lt_error(LT_ENOMEM, "no memory for the layer");

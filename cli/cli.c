@@ -53,6 +53,19 @@ int cli_number(struct argp_state *state, const char *option, const char *text, i
     return (int)cli_whole(state, option, text, lo, hi);
 }
 
+void cli_override(struct argp_state *state, cli_overrides *o, const char *text)
+{
+    if (o->n == LT_COUNT(o->set))
+        argp_error(state, "at most %zu overrides", LT_COUNT(o->set));
+    o->set[o->n++] = text;
+}
+
+void cli_override_variant(struct argp_state *state, cli_overrides *o, const char *name)
+{
+    snprintf(o->variant, sizeof(o->variant), "model.variant=%s", name);
+    cli_override(state, o, o->variant);
+}
+
 void cli_threads(struct argp_state *state, const char *text)
 {
     lt_set_threads(cli_number(state, "threads", text, 1, 1024));
@@ -235,7 +248,7 @@ static const cJSON *model_group(cJSON *root)
     return group;
 }
 
-lt_status cli_model_new(const char *name, const char *config, const char *const *set, int n_set,
+lt_status cli_model_new(const char *name, const char *config, const cli_overrides *over,
                         const cli_hand *hand, lt_params **params, model *out)
 {
     const model_class *cls;
@@ -245,8 +258,8 @@ lt_status cli_model_new(const char *name, const char *config, const char *const 
     *params = NULL;
     if (st == LT_OK)
         st = read_config(config, &root);
-    for (int i = 0; st == LT_OK && i < n_set; i++)
-        st = lt_config_set(root, set[i]);
+    for (int i = 0; st == LT_OK && i < over->n; i++)
+        st = lt_config_set(root, over->set[i]);
     if (st == LT_OK) {
         *params = lt_params_new();
         st = *params ? model_create(cls, config ? config : "model", model_group(root), hand->layer, *params, out)

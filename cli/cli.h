@@ -43,6 +43,17 @@ double cli_real(struct argp_state *state, const char *option, const char *text, 
 double cli_whole(struct argp_state *state, const char *option, const char *text, double lo, double hi);
 int cli_number(struct argp_state *state, const char *option, const char *text, int lo, int hi);
 
+/* What is said of a config on the command line. */
+typedef struct {
+    const char *set[128];           /* "key=value" */
+    int n;
+    char variant[64];               /* room for one of them */
+} cli_overrides;
+
+/* cli_override - one more, borrowed; cli_override_variant - "model.variant=NAME" */
+void cli_override(struct argp_state *state, cli_overrides *o, const char *text);
+void cli_override_variant(struct argp_state *state, cli_overrides *o, const char *name);
+
 /* cli_threads - the --threads option: sets the number of threads */
 void cli_threads(struct argp_state *state, const char *text);
 
@@ -80,10 +91,10 @@ void cli_hand_close(cli_hand *h);
 /**
  * cli_model_new - a model by name with a config, initialised from seed 0
  *
- * config is a file with a "model" group, or NULL; assignments (n of "key=value") go on top.
+ * config is a file with a "model" group, or NULL; what `over` says goes on top.
  * *params is the caller's to free.
  */
-lt_status cli_model_new(const char *name, const char *config, const char *const *set, int n_set,
+lt_status cli_model_new(const char *name, const char *config, const cli_overrides *over,
                         const cli_hand *hand, lt_params **params, model *out);
 
 /* A trained model, and what it was trained with. */

@@ -10,16 +10,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_SET = 32 };
 enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON, INT8, CALIBRATION, CALIBRATION_SAMPLES };
 
 typedef struct {
     const char *checkpoint, *model, *config, *init, *hand, *format, *out, *samples;
-    const char *set[MAX_SET];
-    int n_set, batch;
+    cli_overrides over;
+    int batch;
     cli_int8 int8;
     bool json;
-    char variant[64];
 } export_args;
 
 static const struct argp_option options[] = {
@@ -45,13 +43,6 @@ static const struct argp_option options[] = {
     { 0 },
 };
 
-static void add_set(export_args *a, struct argp_state *state, const char *text)
-{
-    if (a->n_set == MAX_SET)
-        argp_error(state, "at most %d overrides", MAX_SET);
-    a->set[a->n_set++] = text;
-}
-
 static const char *ending(const char *path)
 {
     const char *dot = strrchr(path, '.');
@@ -63,7 +54,7 @@ static void check_usage(export_args *a, struct argp_state *state)
 {
     if (!a->checkpoint == !a->model)
         argp_error(state, "want a checkpoint or a run's folder, or --model NAME");
-    if (a->checkpoint && (a->config || a->n_set || a->init))
+    if (a->checkpoint && (a->config || a->over.n || a->init))
         argp_error(state, "--variant, --config, --set and --init go with --model; a checkpoint has them in it");
     if (!a->out)
         argp_error(state, "want -o FILE");
@@ -91,15 +82,12 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case HAND: a->hand = arg; break;
     case INIT: a->init = arg; break;
     case SAMPLES: a->samples = arg; break;
-    case SET: add_set(a, state, arg); break;
+    case SET: cli_override(state, &a->over, arg); break;
     case JSON: a->json = true; break;
     case INT8: a->int8.wanted = true; break;
     case CALIBRATION: a->int8.data = arg; break;
     case CALIBRATION_SAMPLES: a->int8.samples = cli_number(state, "calibration-samples", arg, 1, 100000); break;
-    case VARIANT:
-        snprintf(a->variant, sizeof(a->variant), "model.variant=%s", arg);
-        add_set(a, state, a->variant);
-        break;
+    case VARIANT: cli_override_variant(state, &a->over, arg); break;
     case ARGP_KEY_ARG:
         if (a->checkpoint)
             argp_error(state, "one checkpoint at a time");
@@ -194,7 +182,7 @@ static lt_status from_name(const export_args *a)
     lt_status st = cli_hand_open(a->hand, NULL, &hand);
 
     if (st == LT_OK)
-        st = cli_model_new(a->model, a->config, a->set, a->n_set, &hand, &params, &m);
+        st = cli_model_new(a->model, a->config, &a->over, &hand, &params, &m);
     if (st == LT_OK && a->init)
         st = weights_init(hand.arena, a->init, &m, &r);
     if (st == LT_OK && a->init)

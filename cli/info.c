@@ -24,15 +24,13 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { MAX_SET = 64 };
 enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES, SETUP, HAND, HAND_LEFT, INIT };
 
 typedef struct {
     const char *model, *config, *data, *setup, *hand, *hand_left, *file, *init;
-    const char *set[MAX_SET];
-    int n_set, samples;
+    cli_overrides over;
+    int samples;
     bool system, json;
-    char variant[64];
 } info_args;
 
 static const struct argp_option options[] = {
@@ -68,14 +66,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case SAMPLES: a->samples = cli_number(state, "samples", arg, 0, 1000000); break;
     case SYSTEM: a->system = true; break;
     case JSON: a->json = true; break;
-    case VARIANT:
-        snprintf(a->variant, sizeof(a->variant), "model.variant=%s", arg);
-        arg = a->variant;               /* fall through */
-    case SET:
-        if (a->n_set == MAX_SET)
-            argp_error(state, "at most %d overrides", MAX_SET);
-        a->set[a->n_set++] = arg;
-        break;
+    case VARIANT: cli_override_variant(state, &a->over, arg); break;
+    case SET: cli_override(state, &a->over, arg); break;
     case ARGP_KEY_ARG:
         if (a->file)
             argp_error(state, "one file at a time");
@@ -209,7 +201,7 @@ static lt_status info_model(const info_args *a, cJSON *root)
 
     if (st)
         return st;
-    st = cli_model_new(a->model, a->config, a->set, a->n_set, &hand, &params, &m);
+    st = cli_model_new(a->model, a->config, &a->over, &hand, &params, &m);
     if (st == LT_OK)
         st = model_json(&m, root);
     if (st == LT_OK && a->init)

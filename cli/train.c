@@ -7,13 +7,11 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { MAX_SET = 128 };
 enum { DATA = 256, HAND, SET, RESUME, INIT, DRY_RUN, KEYS };
 
 typedef struct {
     train_options o;
-    const char *set[MAX_SET];
-    int n_set;
+    cli_overrides over;
     char data[4096], hand[4096];
     char config[4096];
     bool keys;
@@ -36,13 +34,6 @@ static const struct argp_option options[] = {
     { "keys", KEYS, NULL, 0, "list every key of a config with its default and meaning", 0 },
     { 0 },
 };
-
-static void add_set(train_args *a, struct argp_state *state, const char *text)
-{
-    if (a->n_set == MAX_SET)
-        argp_error(state, "at most %d overrides", MAX_SET);
-    a->set[a->n_set++] = text;
-}
 
 /* hocat-tiny -> .../models/hocat/configs/tiny.json, installed or in the source tree */
 static const char *find_config(const char *name, char *path, size_t n)
@@ -88,18 +79,18 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 'o': a->o.out = arg; break;
     case 'q': a->o.quiet = true; break;
     case 't': cli_threads(state, arg); break;
-    case SET: add_set(a, state, arg); break;
+    case SET: cli_override(state, &a->over, arg); break;
     case RESUME: a->o.resume = arg ? arg : ""; break;
     case INIT: a->o.init = arg; break;
     case DRY_RUN: a->o.dry_run = true; break;
     case KEYS: a->keys = true; break;
     case DATA:
         snprintf(a->data, sizeof(a->data), "data.dir=%s", arg);
-        add_set(a, state, a->data);
+        cli_override(state, &a->over, a->data);
         break;
     case HAND:
         snprintf(a->hand, sizeof(a->hand), "data.hand=%s", arg);
-        add_set(a, state, a->hand);
+        cli_override(state, &a->over, a->hand);
         break;
     case ARGP_KEY_ARG: argp_error(state, "\"%s\": options only; the data go behind --data", arg); break;
     case ARGP_KEY_END: check(a, state); break;
@@ -128,8 +119,8 @@ int cmd_train(int argc, char **argv)
         train_config_help(stdout);
         return 0;
     }
-    a.o.set = a.set;
-    a.o.n_set = a.n_set;
+    a.o.set = a.over.set;
+    a.o.n_set = a.over.n;
     st = train_run(&a.o, &r);
     if (st)
         fprintf(stderr, "palmar: %s\n", lt_last_error());

@@ -142,7 +142,7 @@ static bool live_step(lt_plan *p, int i)
     return false;
 }
 
-/* Inputs are there before the first step; they, outputs and asked-for gradients stay after the last. */
+/* Inputs, outputs and asked-for gradients stay after the last step. */
 static bool live_forever(lt_plan *p)
 {
     bool ok = true;
@@ -150,10 +150,8 @@ static bool live_forever(lt_plan *p)
     for (int i = 0; ok && i < p->g->n_tensors; i++) {
         const lt_tensor *t = p->g->tensor[i];
 
-        if (t->kind == LT_INPUT)
-            ok = use_value(p, t, 0);
         if (t->kind == LT_INPUT || (t->is_output && plan_root(p, t)->value >= 0))
-            ok = ok && use_value(p, t, p->n_steps);
+            ok = use_value(p, t, p->n_steps);
         if (t->kind == LT_INPUT && t->wants_grad && p->tensor[i].grad >= 0)
             ok = ok && use_grad(p, t, p->n_steps);
     }

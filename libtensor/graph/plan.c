@@ -101,19 +101,13 @@ static lt_status allocate_info(lt_plan *p)
 
 static lt_status add_forward(lt_plan *p)
 {
-    bool *constant = lt_arena_array(p->arena, (size_t)p->g->n_nodes, sizeof(*constant));
-
-    if (!constant)
-        return lt_error(LT_ENOMEM, "no memory to compile the graph");
-    if (!p->train)
-        pass_fold_constants(p->g, constant);
     for (int k = 0; k < p->g->n_nodes; k++) {
         lt_node *n = p->g->node[k];
 
         if (!n || lt_op_is_view(n->op))
             continue;
-        p->node[k].constant = constant[k];
-        if (constant[k])
+        p->node[k].constant = !p->train && n->constant;
+        if (p->node[k].constant)
             p->prologue[p->n_prologue++] = (plan_step){ .kind = STEP_FORWARD, .node = n };
         else if (!plan_add_step(p, STEP_FORWARD, n))
             return lt_error(LT_ENOMEM, "no memory to compile the graph");

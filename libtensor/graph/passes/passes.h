@@ -35,7 +35,4 @@ lt_status pass_pair(lt_graph *g);
  * integers; after pass_pair */
 lt_status pass_prepare(lt_graph *g, const lt_int8_table *int8);
 
-/* pass_fold_constants - constant[id of node] says which nodes run once, before everything else */
-void pass_fold_constants(const lt_graph *g, bool *constant);
-
 #endif
