@@ -3,6 +3,7 @@
 
 #include "train/trainer.h"
 
+#include <cjson/cJSON.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -70,6 +71,18 @@ static void check(train_args *a, struct argp_state *state)
         argp_error(state, "--resume goes on with the run's own weights, --init begins with others; give one of them");
 }
 
+/* A folder may be called 2024 or true, which as a value of a config would be no text: ./2024 is. */
+static void override_path(train_args *a, struct argp_state *state, const char *key, const char *path, char *room,
+                          size_t size)
+{
+    cJSON *value = cJSON_ParseWithOpts(path, NULL, true);
+
+    if (snprintf(room, size, "%s=%s%s", key, value ? "./" : "", path) >= (int)size)
+        argp_error(state, "%s: too long a name", path);
+    cJSON_Delete(value);
+    cli_override(state, &a->over, room);
+}
+
 static error_t parse(int key, char *arg, struct argp_state *state)
 {
     train_args *a = state->input;
@@ -84,14 +97,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case INIT: a->o.init = arg; break;
     case DRY_RUN: a->o.dry_run = true; break;
     case KEYS: a->keys = true; break;
-    case DATA:
-        snprintf(a->data, sizeof(a->data), "data.dir=%s", arg);
-        cli_override(state, &a->over, a->data);
-        break;
-    case HAND:
-        snprintf(a->hand, sizeof(a->hand), "data.hand=%s", arg);
-        cli_override(state, &a->over, a->hand);
-        break;
+    case DATA: override_path(a, state, "data.dir", arg, a->data, sizeof(a->data)); break;
+    case HAND: override_path(a, state, "data.hand", arg, a->hand, sizeof(a->hand)); break;
     case ARGP_KEY_ARG: argp_error(state, "\"%s\": options only; the data go behind --data", arg); break;
     case ARGP_KEY_END: check(a, state); break;
     default: return ARGP_ERR_UNKNOWN;
@@ -103,7 +110,7 @@ static const struct argp argp = {
     options, parse, NULL,
     "Train a model. The weights after step k depend on config and data alone, not on threads, stops or "
     "resumes.\v"
-    "SIGINT and SIGTERM save and stop; SIGUSR1 saves and goes on.\n\n"
+    "SIGINT, SIGTERM and SIGHUP save and stop; SIGUSR1 saves and goes on.\n\n"
     "  palmar train --config hocat-tiny --data data/tiny --out runs/tiny\n"
     "  palmar train --resume --out runs/tiny", NULL, NULL, NULL,
 };

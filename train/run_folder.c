@@ -34,17 +34,14 @@ static const char readme[] =
     "checkpoints/  step-NNNNNN.safetensors, the newest few; last and best are further names of\n"
     "              two of them; palmar train --resume goes on from the newest sound one\n";
 
+/* One that was stopped before its first checkpoint left nothing to go on from, and is begun again. */
 static lt_status refuse_old_run(const trainer *t)
 {
-    const char *log = lt_path_join(t->arena, t->opt->out, "log.jsonl");
     const char *const *paths;
-    lt_status st;
     int n;
+    const lt_status st = checkpoint_list(t->arena, t->checkpoints, &paths, &n);
 
-    if (!log)
-        return lt_error(LT_ENOMEM, "%s: no memory", t->opt->out);
-    st = checkpoint_list(t->arena, t->checkpoints, &paths, &n);
-    if (st == LT_OK && (n || access(log, F_OK) == 0))
+    if (st == LT_OK && n)
         return lt_error(LT_EINVAL, "%s: holds a run already; go on with --resume, or choose another --out",
                         t->opt->out);
     return st;

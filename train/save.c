@@ -38,26 +38,38 @@ lt_status trainer_save(trainer *t)
 
 /* ---- resume ------------------------------------------------------------------------------------------- */
 
-static const char *optimiser_of(const cJSON *config)
+/* What one optimiser keeps of its past means nothing to another, and batches are counted in batches of one size. */
+static lt_status check_optim(const trainer *t, const cJSON *had, const cJSON *have)
 {
-    const cJSON *optim = cJSON_GetObjectItemCaseSensitive(config, "optim");
+    static const char *const keys[] = { "kind", "batch" };
+    const cJSON *before = cJSON_GetObjectItemCaseSensitive(had, "optim");
+    const cJSON *now = cJSON_GetObjectItemCaseSensitive(have, "optim");
 
-    return cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(optim, "kind"));
+    for (size_t i = 0; i < LT_COUNT(keys); i++) {
+        const cJSON *a = cJSON_GetObjectItemCaseSensitive(before, keys[i]);
+        const cJSON *b = cJSON_GetObjectItemCaseSensitive(now, keys[i]);
+
+        if (!a || !b || cJSON_Compare(a, b, true))
+            continue;
+        if (cJSON_IsString(a) && cJSON_IsString(b))
+            return lt_error(LT_EINVAL, "%s: optim.%s: %s, but the run to resume has %s", t->config.path, keys[i],
+                            b->valuestring, a->valuestring);
+        return lt_error(LT_EINVAL, "%s: optim.%s: %g, but the run to resume has %g", t->config.path, keys[i],
+                        b->valuedouble, a->valuedouble);
+    }
+    return LT_OK;
 }
 
-/* What one optimiser keeps of its past means nothing to another. */
-static lt_status check_optimiser(const trainer *t, const char *path)
+static lt_status check_same_run(const trainer *t, const char *path)
 {
     cJSON *had = NULL, *have = train_config_json(&t->config, &t->model);
-    const char *before, *now;
     checkpoint_head head;
     lt_status st = checkpoint_head_read(t->arena, path, &head);
 
     if (st == LT_OK)
         st = lt_json_parse(path, head.config, strlen(head.config), &had);
-    before = optimiser_of(had), now = optimiser_of(have);
-    if (st == LT_OK && before && now && strcmp(before, now) != 0)
-        st = lt_error(LT_EINVAL, "%s: optim.kind: %s, but the run to resume has %s", t->config.path, now, before);
+    if (st == LT_OK)
+        st = check_optim(t, had, have);
     cJSON_Delete(had);
     cJSON_Delete(have);
     return st;
@@ -65,7 +77,7 @@ static lt_status check_optimiser(const trainer *t, const char *path)
 
 static lt_status load(trainer *t, const char *path)
 {
-    const lt_status st = check_optimiser(t, path);
+    const lt_status st = check_same_run(t, path);
 
     return st ? st : checkpoint_load(path, &t->model, t->optim, &t->state);
 }
@@ -102,7 +114,8 @@ static lt_status load_newest(trainer *t)
             return st;
         progress_warn(&t->progress, "%s; taking the checkpoint before it", lt_last_error());
     }
-    return lt_error(LT_EINVAL, "%s: no sound checkpoint to resume from", t->checkpoints);
+    return lt_error(LT_EINVAL, n ? "%s: no sound checkpoint to resume from"
+                                 : "%s: no checkpoint to resume from; begin again without --resume", t->checkpoints);
 }
 
 lt_status trainer_resume(trainer *t)

@@ -205,12 +205,14 @@ static void describe_data(trainer *t)
 {
     const train_source *s = &t->source;
     const train_optim_config *o = &t->config.optim;
+    const int *tips = s->train->tips;
 
     progress_note(&t->progress, "data         %s%s, %s: %" PRId64 " to train on, %" PRId64 " %s%s to validate",
                   s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
                   s->check_count, s->evaluation ? "of " : "held back", s->evaluation ? s->evaluation->split : "");
-    progress_note(&t->progress, "hand         %s%s, finger tips %.2f mm from the annotated",
-                  s->hands.name, s->hand->synthetic && !s->hands.embedded ? " (synthetic)" : "", s->tips_rms_mm);
+    progress_note(&t->progress, "hand         %s%s, finger tips (vertices %d %d %d %d %d) %.2f mm from the annotated",
+                  s->hands.name, s->hand->synthetic && !s->hands.embedded ? " (synthetic)" : "", tips[0], tips[1],
+                  tips[2], tips[3], tips[4], s->tips_rms_mm);
     if (s->hands.embedded)
         progress_note(&t->progress, "             %s", hands_note());
     progress_note(&t->progress, "steps        %" PRId64 " of %d samples in %d shard%s, %" PRId64 " an epoch",

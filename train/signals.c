@@ -1,12 +1,21 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/signals.h"
 
+#include "libtensor/base/common.h"
+
 #include <signal.h>
 #include <stddef.h>
 
 static volatile sig_atomic_t stop, save;
-static struct sigaction before[3];
-static const int number[3] = { SIGINT, SIGTERM, SIGUSR1 };
+
+static void on_stop(int sig);
+static void on_broken_pipe(int sig);
+static void on_save(int sig);
+
+static const struct { int number; void (*handler)(int); } caught[] = {
+    { SIGINT, on_stop }, { SIGTERM, on_stop }, { SIGHUP, on_stop }, { SIGPIPE, on_broken_pipe }, { SIGUSR1, on_save },
+};
+static struct sigaction before[LT_COUNT(caught)];
 
 static void on_stop(int sig)
 {
@@ -15,6 +24,12 @@ static void on_stop(int sig)
         raise(sig);
     }
     stop = sig;
+}
+
+/* Nobody reads what is printed; more of it comes before the run has saved. */
+static void on_broken_pipe(int sig)
+{
+    stop = stop ? stop : sig;
 }
 
 static void on_save(int sig)
@@ -26,18 +41,20 @@ static void on_save(int sig)
 void signals_install(void)
 {
     stop = save = 0;
-    for (int i = 0; i < 3; i++) {
-        struct sigaction a = { .sa_handler = number[i] == SIGUSR1 ? on_save : on_stop, .sa_flags = SA_RESTART };
+    for (size_t i = 0; i < LT_COUNT(caught); i++) {
+        struct sigaction a = { .sa_handler = caught[i].handler, .sa_flags = SA_RESTART };
 
         sigemptyset(&a.sa_mask);
-        sigaction(number[i], &a, &before[i]);
+        sigaction(caught[i].number, &a, &before[i]);
+        if (before[i].sa_handler == SIG_IGN)            /* as nohup has it */
+            sigaction(caught[i].number, &before[i], NULL);
     }
 }
 
 void signals_restore(void)
 {
-    for (int i = 0; i < 3; i++)
-        sigaction(number[i], &before[i], NULL);
+    for (size_t i = 0; i < LT_COUNT(caught); i++)
+        sigaction(caught[i].number, &before[i], NULL);
 }
 
 int signals_stop(void)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Asked from outside to stop or to save. The handlers only set flags, which the trainer polls; a second
- * SIGINT or SIGTERM ends the process at once, as if there were no handler.
+ * SIGINT, SIGTERM or SIGHUP ends the process at once, as if there were no handler. A pipe that nobody reads any more
+ * (SIGPIPE) stops as well. What was ignored before stays so.
  */
 #ifndef TRAIN_SIGNALS_H
 #define TRAIN_SIGNALS_H
@@ -11,7 +12,7 @@
 void signals_install(void);
 void signals_restore(void);         /* what was there before signals_install */
 
-/* signals_stop - the SIGINT or SIGTERM that came since signals_install; 0: none */
+/* signals_stop - the first signal to stop that came since signals_install; 0: none */
 int signals_stop(void);
 
 /* signals_take_save - whether SIGUSR1 came since the last call */

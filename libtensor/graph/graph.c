@@ -95,6 +95,8 @@ bool lt_shape_fits_memory(const lt_shape *s)
 {
     size_t bytes = sizeof(double);
 
+    if (s->rank < 0 || s->rank > LT_MAX_RANK)
+        return false;
     for (int i = 0; i < s->rank; i++)
         if (s->dim[i] < 0 || !lt_size_mul(bytes, (size_t)s->dim[i], &bytes) || bytes > PTRDIFF_MAX)
             return false;
@@ -254,6 +256,9 @@ lt_tensor *lt_output(lt_tensor *t, const char *name)
 
 lt_tensor *lt_want_grad(lt_tensor *input)
 {
+    if (input->kind == LT_RESULT)
+        refuse(input->graph, "a gradient is wanted of \"%s\", a result; only inputs and parameters have one afterwards",
+               input->name);
     input->wants_grad = true;
     return input;
 }

@@ -27,6 +27,10 @@ char *lt_shape_text(const lt_shape *s, char buf[LT_SHAPE_TEXT])
 {
     int n = snprintf(buf, LT_SHAPE_TEXT, "(");
 
+    if (s->rank < 0 || s->rank > LT_MAX_RANK) {
+        snprintf(buf, LT_SHAPE_TEXT, "(of %d dimensions)", s->rank);
+        return buf;
+    }
     for (int i = 0; i < s->rank; i++)
         n += snprintf(buf + n, (size_t)(LT_SHAPE_TEXT - n), i ? ", %lld" : "%lld", (long long)s->dim[i]);
     snprintf(buf + n, (size_t)(LT_SHAPE_TEXT - n), ")");

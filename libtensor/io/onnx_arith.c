@@ -5,6 +5,8 @@
 #include "libtensor/io/onnx_import.h"
 #include "libtensor/ops/broadcast.h"
 
+#include <math.h>
+
 /* ---- element by element ------------------------------------------------------------------------------------- */
 
 static void by_element(const lt_call *c, int64_t at, size_t n, double (*fn)(double))
@@ -52,8 +54,11 @@ static void max_row(const lt_call *c, int64_t row)
     const lt_real *y = (const lt_real *)c->in[1]->data + broadcast_row(&b, 1, row);
     lt_real *out = (lt_real *)c->out->data + row * b.inner;
 
-    for (int64_t i = 0; i < b.inner; i++)
-        out[i] = x[i * b.step[0]] > y[i * b.step[1]] ? x[i * b.step[0]] : y[i * b.step[1]];
+    for (int64_t i = 0; i < b.inner; i++) {
+        const lt_real p = x[i * b.step[0]], q = y[i * b.step[1]];
+
+        out[i] = p > q || isnan(p) ? p : q;
+    }
 }
 
 static void by_broadcast_row(const lt_call *c, op_row_fn fn)

@@ -243,10 +243,10 @@ static lt_status status_of(const lt_graph *g, const lt_onnx_node *n)
     return st ? lt_error_prefix(st == LT_ENOMEM ? st : LT_EFORMAT, "%s \"%s\"", n->op, n->name) : LT_OK;
 }
 
-static lt_status record_node(lt_arena *arena, lt_graph *g, const lt_onnx_node *n, const table *values)
+static lt_status record_node(lt_arena *arena, lt_graph *g, int64_t opset, const lt_onnx_node *n, const table *values)
 {
     const onnx_rule *rule = onnx_rule_find(n->op);
-    onnx_call c = { .arena = arena, .g = g, .node = n };
+    onnx_call c = { .arena = arena, .g = g, .opset = opset, .node = n };
 
     if (!rule)
         return lt_error(LT_EFORMAT, "%s \"%s\": this operator is not understood", n->op, n->name);
@@ -326,7 +326,7 @@ lt_status lt_onnx_import(lt_arena *arena, lt_graph *g, const lt_onnx_model *m, i
     for (int i = 0; st == LT_OK && i < m->n_tensors; i++)
         st = add_constant(arena, &values, &m->tensor[i]);
     for (int i = 0; st == LT_OK && i < m->n_nodes; i++)
-        st = record_node(arena, g, &m->node[i], &values);
+        st = record_node(arena, g, m->opset, &m->node[i], &values);
     for (int i = 0; st == LT_OK && i < m->n_outputs; i++)
         st = add_output(&values, &m->output[i], &ports->output[i]);
     return st && m->path ? lt_error_prefix(st, "%s", m->path) : st;

@@ -26,6 +26,7 @@ enum { ONNX_MAX_SIZE = 1 << 20 };       /* of a window, a map, a range: larger i
 typedef struct {
     lt_arena *arena;
     lt_graph *g;
+    int64_t opset;                  /* whose defaults count */
     const lt_onnx_node *node;
     onnx_value *in[ONNX_MAX_IN];    /* NULL: left out */
     int n_in;

@@ -209,10 +209,11 @@ static void roi_align(onnx_call *c)
     lt_tensor *x = onnx_tensor(c, 0), *boxes = onnx_tensor(c, 1), *image = image_column(c);
     const int out_h = onnx_attr_int(c, "output_height", 1, 1, ONNX_MAX_SIZE);
     const int out_w = onnx_attr_int(c, "output_width", 1, 1, ONNX_MAX_SIZE);
+    const char *usual = c->opset < 16 ? "output_half_pixel" : "half_pixel";
 
     onnx_attr_int(c, "sampling_ratio", 0, 0, 0);
     if (!onnx_attr_is(c, "mode", "avg", "avg")
-        || !onnx_attr_is(c, "coordinate_transformation_mode", "half_pixel", "output_half_pixel"))
+        || !onnx_attr_is(c, "coordinate_transformation_mode", usual, "output_half_pixel"))
         onnx_fail(c, "\"avg\" with \"output_half_pixel\" is read");
     if (!image)
         onnx_fail(c, "images' indices are no whole numbers");

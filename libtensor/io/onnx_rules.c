@@ -22,6 +22,7 @@ static void binary(onnx_call *c, lt_tensor *(*op)(lt_tensor *a, lt_tensor *b))
     lt_tensor *a = onnx_tensor(c, 0), *b = onnx_tensor(c, 1);
 
     c->out.t = a && b ? op(a, b) : NULL;
+    c->out.whole = a && b && c->in[0]->whole && c->in[1]->whole;
 }
 
 static void relu(onnx_call *c) { unary(c, lt_relu); }
@@ -32,7 +33,14 @@ static void square_root(onnx_call *c) { unary(c, onnx_sqrt); }
 static void add(onnx_call *c) { binary(c, lt_add); }
 static void subtract(onnx_call *c) { binary(c, lt_sub); }
 static void multiply(onnx_call *c) { binary(c, lt_mul); }
-static void divide(onnx_call *c) { binary(c, onnx_div); }
+
+static void divide(onnx_call *c)
+{
+    binary(c, onnx_div);
+    if (c->out.whole)
+        onnx_fail(c, "of whole numbers; of reals is read");
+}
+
 static void larger(onnx_call *c) { binary(c, onnx_max); }
 
 static void leaky_relu(onnx_call *c)

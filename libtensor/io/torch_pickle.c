@@ -204,11 +204,26 @@ static lt_pvalue *bad_tensor(lt_pmachine *m)
     return m->none;
 }
 
-/* (storage, offset, size, stride, ...) */
+/* Views that negate or conjugate what is stored say so in a dictionary at the end. */
+static bool is_marked(const lt_pvalue *args)
+{
+    const lt_pvalue *marks = args->n >= 7 ? args->u.item[6] : NULL;
+    int64_t neg = 0, conj = 0;
+
+    if (!marks || marks->kind != LT_PDICT)
+        return false;
+    return (lt_pint(lt_pdict_get(marks, "neg"), &neg) && neg) || (lt_pint(lt_pdict_get(marks, "conj"), &conj) && conj);
+}
+
+/* (storage, offset, size, stride, requires_grad, hooks, marks) */
 static lt_pvalue *call_tensor(lt_pmachine *m, const lt_pvalue *args)
 {
     lt_torch_storage *s = args->n >= 4 ? storage_of(args->u.item[0]) : NULL;
 
+    if (s && is_marked(args)) {
+        lt_pm_fail(m, "a tensor that is a negated or conjugated view; save it resolved (torch.resolve_neg)");
+        return m->none;
+    }
     return s ? tensor(m, args, s) : bad_tensor(m);
 }
 

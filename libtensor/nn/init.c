@@ -110,7 +110,7 @@ static void init_bias(const lt_params *set, lt_param *p, uint64_t seed)
 {
     const lt_param *weight = weight_beside(set, p);
 
-    if (weight && weight->shape.rank >= 2)
+    if (weight && weight->shape.rank >= 2 && lt_param_numel(weight))
         lt_init_uniform(p, seed, 1 / sqrt(lt_fan_in(weight)));
     else
         lt_init_constant(p, 0);

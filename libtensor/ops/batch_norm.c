@@ -201,8 +201,10 @@ void norm_collect(const lt_call *c, int64_t ch)
     const norm_measure *m = norm_saved(c, ch);
     const double *sum = sums_of(c, GRADIENT_SUMS, ch)->sum;
     const double n = norm_count(c), share = (double)count(c) / n;
-    const double add[] = { [WEIGHT] = sum[1] * m->rstd, [BIAS] = sum[0], [MEAN] = share * m->mean,
-                           [VAR] = share * (n > 1 ? m->var * n / (n - 1) : m->var) };
+    const bool some = n > 1;                            /* one value says nothing of the others: running ones stay */
+    const double add[] = { [WEIGHT] = sum[1] * m->rstd, [BIAS] = sum[0],
+                           [MEAN] = share * (some ? m->mean : (double)value(c, MEAN)[ch]),
+                           [VAR] = share * (some ? m->var * n / (n - 1) : (double)value(c, VAR)[ch]) };
 
     for (int i = WEIGHT; i <= VAR; i++)
         if (c->din[i])

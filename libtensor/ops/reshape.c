@@ -13,6 +13,9 @@ static lt_status reshape_infer(lt_call *c)
     const reshape_attr *a = c->attr;
     char from[LT_SHAPE_TEXT], to[LT_SHAPE_TEXT];
 
+    if (a->shape.rank < 0 || a->shape.rank > LT_MAX_RANK)
+        return lt_fail(c, "%s does not become %s: want at most %d", lt_shape_text(&c->in[0]->shape, from),
+                       lt_shape_text(&a->shape, to), LT_MAX_RANK);
     if (lt_shape_numel(&a->shape) != lt_numel(c->in[0]))
         return lt_fail(c, "%s does not become %s: another number of elements",
                        lt_shape_text(&c->in[0]->shape, from), lt_shape_text(&a->shape, to));

@@ -13,7 +13,14 @@ mkdir -p "$here"
 
 # 3 subjects x 8 sequences x 2 cameras, a frame each; the fifth sequence of each object is for evaluation.
 ./palmar train --config hocat-tiny --data "$here/data" --out "$here/run" --quiet \
-    --set optim.steps=2 --set optim.batch=4 --set model.width=8 --set train.validate_samples=4
+    --set optim.steps=2 --set optim.batch=4 --set model.width=8 --set train.validate_samples=1000 --set data.bilinear=true
+
+# What is scored is what was validated: finger tips, sampling and all.
+pa_mpjpe() { sed -n 's/.*"pa_mpjpe_mm": *\([0-9]*\.[0-9]\{4\}\).*/\1/p' | head -n 1; }
+validated=$(pa_mpjpe <"$here/run/log.jsonl")
+scored=$(./palmar eval "$here/run" --data "$here/data" --split val --no-bench --json 2>/dev/null | tr ',' '\n' | pa_mpjpe)
+[ -n "$validated" ] && [ "$validated" = "$scored" ]
+
 ./palmar eval "$here/run" --data "$here/data" --no-bench >"$here/tables.txt" 2>/dev/null
 grep -q 'DexYCB s0.*split test; 4 samples, 0 failed' "$here/tables.txt"
 

@@ -105,6 +105,9 @@ START_TEST(losses_that_cannot_be)
     ck_assert_str_eq(lt_last_error(), "the loss is (3), want one number");
     ck_assert_ptr_null(lt_compile(g, &(lt_compile_opts){ .train = true, .loss = lt_scalar(g, 1) }));
     ck_assert_str_eq(lt_last_error(), "the loss is \"constant\" itself, want a result");
+    x = lt_reshape(input("one", LT_SHAPE(1)), (lt_shape){ 0 });
+    ck_assert_ptr_null(lt_compile(g, &(lt_compile_opts){ .train = true, .loss = x }));
+    ck_assert_str_eq(lt_last_error(), "the loss is \"one\" itself, want a result");
 }
 END_TEST
 

@@ -170,7 +170,7 @@ static lt_onnx_model *model_of(lt_arena *arena, const char *text, lt_shape shape
     script *s = lt_arena_alloc(arena, sizeof(*s));
     lt_onnx_port *port = lt_arena_array(arena, 2, sizeof(*port));
 
-    *s = (script){ .arena = arena, .at = text };
+    *s = (script){ .arena = arena, .at = text, .m = { .opset = 17 } };
     while (*s->at)
         take_node(s);
     port[0] = (lt_onnx_port){ "x", LT_ONNX_FLOAT, shape };
@@ -242,6 +242,8 @@ static const struct {
     { "y = Elu(x) alpha=1.0", LT_SHAPE(2), "(2) 0 1" },
     { "y = LeakyRelu(x)", LT_SHAPE(2), "(2) 0 1" },
     { "y = Max(x, {1})", LT_SHAPE(3), "(3) 1 1 2" },
+    { "y = Max(x, {nan})", LT_SHAPE(2), "(2) nan nan" },
+    { "y = Max({nan, 5}, x)", LT_SHAPE(2), "(2) nan 5" },
     { "y = Div(x, {2})", LT_SHAPE(3), "(3) 0 0.5 1" },
     { "y = Div(x, {2})", LT_SHAPE(0, 3), "(0, 3)" },
     { "s = Sqrt(x); y = Erf(s)", LT_SHAPE(2), "(2) 0 0.8427" },
@@ -352,6 +354,7 @@ static const struct {
     { "y = GridSample(x, ones(1, 1, 1, 2)) padding_mode=border", MAP, "\"bilinear\" with \"zeros\" is read" },
     { "y = GridSample(x, ones(1, 1, 1, 2)) align_corners=1", MAP, "\"align_corners\" is 1, want 0 to 0" },
     { "y = GridSample(x, [1])", MAP, "input 1 holds whole numbers" },
+    { "i = Cast(x) to=7; d = Div(i, i); y = Cast(d) to=1", LT_SHAPE(2), "of whole numbers; of reals is read" },
     { "y = RoiAlign(x, ones(1, 4), [0])", MAP, "\"avg\" with \"output_half_pixel\" is read" },
     { "y = RoiAlign(x, ones(1, 4), [0]) mode=max" ROI, MAP, "\"avg\" with \"output_half_pixel\" is read" },
     { "y = RoiAlign(x, ones(1, 4), #0)" ROI, MAP, "images' indices are no list" },
@@ -449,6 +452,21 @@ START_TEST(one_value_is_one_output)
 END_TEST
 
 /* What has no memory says so; it is no mistake of the file's. */
+/* Before set 16 RoiAlign had no attribute for its half pixel, and none. */
+START_TEST(defaults_of_older_sets)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_onnx_model *m = model_of(arena, "y = RoiAlign(x, ones(1, 4), [0])", MAP);
+    lt_graph *g = lt_graph_new();
+    lt_onnx_ports ports;
+
+    m->opset = 15;
+    check_ok(lt_onnx_import(arena, g, m, 1, &ports));
+    lt_graph_free(g);
+    lt_arena_free(arena);
+}
+END_TEST
+
 static lt_status import_without_memory(const lt_onnx_model *m, int room, long fail_at)
 {
     lt_arena *arena = arena_with_room(room);
@@ -482,6 +500,7 @@ static void add(TCase *tc)
     tcase_add_loop_test(tc, computes, 0, LT_COUNT(values));
     tcase_add_loop_test(tc, refuses, 0, LT_COUNT(refusals));
     tcase_add_test(tc, one_value_is_one_output);
+    tcase_add_test(tc, defaults_of_older_sets);
     tcase_add_loop_test(tc, without_memory, 0, LT_COUNT(values));
 }
 

@@ -393,7 +393,28 @@ START_TEST(of_another_model)
     expect(&o, LT_EINVAL, "holds a run already");
     o.out = tree_at("nothing");
     o.resume = "";
-    expect(&o, LT_EINVAL, "no sound checkpoint");
+    expect(&o, LT_EINVAL, "no checkpoint to resume from; begin again without --resume");
+    o = options("mine");
+    o.resume = "";
+    with("optim.batch=2");
+    o.n_set = n_set;
+    expect(&o, LT_EINVAL, "optim.batch: 2, but the run to resume has 4");
+}
+END_TEST
+
+/* Stopped before its first checkpoint, a run is begun again in its folder. */
+START_TEST(before_the_first_checkpoint)
+{
+    train_options o;
+
+    with("optim.steps=1");
+    o = options("killed");
+    run_ok(&o);
+    ck_assert_int_eq(unlink(tree_at(last_of("killed"))), 0);
+    ck_assert_int_eq(unlink(tree_at("killed/checkpoints/step-000001.safetensors")), 0);
+    ck_assert(there("killed/log.jsonl"));
+    run_ok(&o);
+    ck_assert(there("killed/checkpoints/step-000001.safetensors"));
 }
 END_TEST
 
@@ -535,6 +556,7 @@ int main(int argc, char **argv)
     tcase_add_test(c, disk_full);
     tcase_add_test(c, damaged_newest);
     tcase_add_test(c, of_another_model);
+    tcase_add_test(c, before_the_first_checkpoint);
     tcase_add_test(c, resume_refused);
     tcase_add_test(c, initial_weights);
     tcase_add_test(c, validation_without_truth);
