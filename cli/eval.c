@@ -313,6 +313,9 @@ static lt_status score_dexycb(const eval_args *a, lt_arena *arena)
     const dataset_options o = { .root = a->data, .split = a->split, .models = a->models, .setup = a->setup,
                                 .filter = poses ? "every" : "valid", .hand = hand.model, .left = hand.left };
 
+    if (!st && !poses && !lt_ends_with(a->pred, ".txt"))
+        st = lt_error(LT_EINVAL, "%s: which result file of DexYCB's? .txt of hand joints (HPE) and .csv of object poses (BOP) "
+                      "are scored", a->pred);
     if (!st)
         st = dataset_open(&o, &d);
     if (!st)

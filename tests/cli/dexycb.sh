@@ -33,6 +33,8 @@ grep -q 'left hands on the hand model' "$here/info.txt"
 [ "$(wc -l <"$here/hpe.txt")" = 4 ]
 ./palmar eval --pred "$here/hpe.txt" --data "$here/data" 2>/dev/null | grep -q '^relative_mpjpe_mm: '
 
+./palmar eval --pred "$here/data/manifest.json" --data "$here/data" 2>&1 | grep -q 'are scored'
+
 # A sample twice is one too many.
 head -n 1 "$here/hpe.txt" >>"$here/hpe.txt"
 ./palmar eval --pred "$here/hpe.txt" --data "$here/data" 2>&1 | grep -q 'two lines for sample'
