@@ -67,7 +67,7 @@ static void check_together(const eval_args *a, struct argp_state *state)
     if (a->checkpoint && a->pred)
         argp_error(state, "a checkpoint or --pred, not both");
     if (a->pred && (scoring || a->submit || a->filter))
-        argp_error(state, "--pred takes --data, --split, --setup, --models, --hand and --out: the whole file is scored");
+        argp_error(state, "--pred takes --data, --split, --setup, --models, --hand, --out: the whole file is scored");
     if (a->submit && scoring)
         argp_error(state, "--submit writes the whole split and scores nothing: no --limit, --json or --max-pa-mpjpe");
 }
@@ -164,7 +164,8 @@ static lt_status check_limit(const evaluation *e, double max_mm)
     return LT_OK;
 }
 
-static lt_status write_files(const cli_checkpoint *c, const evaluate_options *o, const evaluation *e, const char *folder)
+static lt_status write_files(const cli_checkpoint *c, const evaluate_options *o, const evaluation *e,
+                             const char *folder)
 {
     const char *pictures = lt_path_join(c->arena, folder, "pictures.png");
     lt_status st = pictures ? evaluation_write(e, folder) : lt_error(LT_ENOMEM, "no memory to write the scores");
@@ -314,8 +315,8 @@ static lt_status score_dexycb(const eval_args *a, lt_arena *arena)
                                 .filter = poses ? "every" : "valid", .hand = hand.model, .left = hand.left };
 
     if (!st && !poses && !lt_ends_with(a->pred, ".txt"))
-        st = lt_error(LT_EINVAL, "%s: which result file of DexYCB's? .txt of hand joints (HPE) and .csv of object poses (BOP) "
-                      "are scored", a->pred);
+        st = lt_error(LT_EINVAL, "%s: which result file of DexYCB's? .txt of hand joints (HPE) and .csv of object "
+                      "poses (BOP) are scored", a->pred);
     if (!st)
         st = dataset_open(&o, &d);
     if (!st)

@@ -122,7 +122,8 @@ static lt_status numbers(const lt_pvalue *meta, const char *path, const char *ke
     st = lt_pfloats(v, key, out, n);
     for (size_t i = 0; i < n && !st; i++)
         if (fabsf(out[i]) >= most)
-            st = lt_error(LT_EFORMAT, "%s: number %zu is %g, expected less than %g", key, i, (double)out[i], (double)most);
+            st = lt_error(LT_EFORMAT, "%s: number %zu is %g, expected less than %g", key, i, (double)out[i],
+                          (double)most);
     return st ? lt_error_prefix(st, "%s", path) : LT_OK;
 }
 

@@ -82,8 +82,8 @@ lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int h
     if (!st)
         st = check_size(path, &img, width, height);
     if (!st && !is_depth(&img, n))
-        st = lt_error(LT_EFORMAT, "%s: %d channels of %d bits%s, expected one of 16, depth in millimetres, or HO3D's 3 of "
-                      "8, of which blue is 0", path, img.channels, img.bits, img.channels == 3 ? ", a picture" : "");
+        st = lt_error(LT_EFORMAT, "%s: %d channels of %d bits%s, expected one of 16, depth in millimetres, or HO3D's 3 "
+                      "of 8, of which blue is 0", path, img.channels, img.bits, img.channels == 3 ? ", a picture" : "");
     if (!st)
         st = lt_arena_try(arena, n * sizeof(*depth), (void **)&depth);
     if (st)

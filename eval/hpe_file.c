@@ -57,7 +57,8 @@ lt_status hpe_file_read(lt_arena *arena, const char *path, hpe_file *out)
     out->line = rows;
     for (int64_t i = 1; i < out->n; i++)
         if (out->line[i].index == out->line[i - 1].index)
-            return lt_error(LT_EFORMAT, "%s: two lines for sample %lld, expected one", path, (long long)out->line[i].index);
+            return lt_error(LT_EFORMAT, "%s: two lines for sample %lld, expected one", path,
+                            (long long)out->line[i].index);
     return LT_OK;
 }
 

@@ -184,8 +184,8 @@ static lt_status check_frames(const predict_list *list)
     for (int f = 0; f < list->n; f++)
         for (int i = 0; i < list->n && list->input[f].film; i++)
             if (is_frame_of(list->input[f].name, list->input[i].name))
-                return lt_error(LT_EINVAL, "%s and a frame of %s would have the same results, %s.json; predict one at a "
-                                "time, each to its own --out", list->input[i].path, list->input[f].path,
+                return lt_error(LT_EINVAL, "%s and a frame of %s would have the same results, %s.json; predict one at "
+                                "a time, each to its own --out", list->input[i].path, list->input[f].path,
                                 list->input[i].name);
     return LT_OK;
 }
@@ -201,8 +201,8 @@ static lt_status depth_of(lt_arena *arena, const char *depth, bool folder, predi
     if (!stem || !in->depth)
         return lt_error(LT_ENOMEM, "%s: no memory", in->path);
     if (folder && strcmp(stem, in->name) != 0)
-        return lt_error(LT_EINVAL, "%s: a second image of this name, and depth goes by names; predict one folder at a time",
-                        in->path);
+        return lt_error(LT_EINVAL, "%s: a second image of this name, and depth goes by names; predict one folder at a "
+                        "time", in->path);
     return LT_OK;
 }
 

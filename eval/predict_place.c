@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where the hand is: its shape put where the heat maps see its joints, and at the depth that a sensor measures there. */
+/* Where the hand is: its shape put where the heat maps see its joints, and as far away as a sensor measures them. */
 #include "eval/predict_internal.h"
 
 #include "eval/metrics.h"

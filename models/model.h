@@ -76,7 +76,7 @@ typedef struct model_class {
     const char *const *variants;    /* NULL-terminated; the first is the default */
     const lt_config_key *keys;      /* of the "model" group of a config */
     const char *const *blocks;      /* name prefixes of the parts, for listings; NULL-terminated */
-    const char *const *twins;       /* (2) blocks of one network: published weights for the first begin the second as well,
+    const char *const *twins;       /* (2) blocks of one network: published weights for the first begin the second too,
                                      * whose first layer may look at one channel instead of three; NULL: none */
     const double *mean, *deviation; /* (3) of red, green, blue in [0, 1]: what an image is normalised by before it
                                      * is the input; NULL: by nothing */
@@ -104,7 +104,7 @@ struct model {
     model_crop crop;
     model_pose pose;
     bool depth;                     /* it has the input "depth" */
-    bool bilinear;                  /* its crops are sampled between pixels, not from the nearest; of the data's config */
+    bool bilinear;                  /* its crops are sampled between pixels, not from the nearest: data.bilinear */
     const lt_hand_layer *hand;      /* that its graphs pose; NULL for a classifier */
     const lt_int8_table *int8;      /* layers that read 8-bit integers in inference; NULL: none */
 };

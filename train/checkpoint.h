@@ -67,7 +67,7 @@ lt_status checkpoint_save_int8(const char *path, const char *from, const model *
 typedef struct {
     const char *config;             /* JSON text, in the arena */
     int64_t step;
-    int tips[5];                    /* vertices that its hand layer took for finger tips; HO3D's where it does not say */
+    int tips[5];                    /* vertices that its hand layer took for finger tips; HO3D's if it does not say */
 } checkpoint_head;
 
 lt_status checkpoint_head_read(lt_arena *arena, const char *path, checkpoint_head *out);

@@ -29,7 +29,8 @@ extern "C" {
 LT_API lt_status lt_hand_translation(const lt_camera *cam, int n, const double *X, const double *uv,
                                      const double *weight, double t[3]);
 
-/* lt_hand_translation_at - the same where the depth t[2] is known: t[0] and t[1] alone are sought. One point is enough. */
+/* lt_hand_translation_at - the same where the depth t[2] is known: t[0] and t[1] alone are sought, for which one point
+ * is enough */
 LT_API lt_status lt_hand_translation_at(const lt_camera *cam, int n, const double *X, const double *uv,
                                         const double *weight, double depth, double t[3]);
 

@@ -24,7 +24,7 @@ struct lt_graph {
 enum { LT_WHERE = 256 };
 const char *lt_where(const char *file, int line, char out[LT_WHERE]);
 
-/* lt_graph_add_tensor, lt_graph_add_node - append a tensor or node made by hand; false without memory (kept in the graph) */
+/* lt_graph_add_tensor, lt_graph_add_node - append one made by hand; false without memory (kept in the graph) */
 bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t);
 bool lt_graph_add_node(lt_graph *g, lt_node *n);
 

@@ -13,12 +13,14 @@ mkdir -p "$here"
 
 # 3 subjects x 8 sequences x 2 cameras, a frame each; the fifth sequence of each object is for evaluation.
 ./palmar train --config hocat-tiny --data "$here/data" --out "$here/run" --quiet \
-    --set optim.steps=2 --set optim.batch=4 --set model.width=8 --set train.validate_samples=1000 --set data.bilinear=true
+    --set optim.steps=2 --set optim.batch=4 --set model.width=8 --set train.validate_samples=1000 \
+    --set data.bilinear=true
 
 # What is scored is what was validated: finger tips, sampling and all.
 pa_mpjpe() { sed -n 's/.*"pa_mpjpe_mm": *\([0-9]*\.[0-9]\{4\}\).*/\1/p' | head -n 1; }
 validated=$(pa_mpjpe <"$here/run/log.jsonl")
-scored=$(./palmar eval "$here/run" --data "$here/data" --split val --no-bench --json 2>/dev/null | tr ',' '\n' | pa_mpjpe)
+./palmar eval "$here/run" --data "$here/data" --split val --no-bench --json >"$here/scores.json" 2>/dev/null
+scored=$(tr ',' '\n' <"$here/scores.json" | pa_mpjpe)
 [ -n "$validated" ] && [ "$validated" = "$scored" ]
 
 ./palmar eval "$here/run" --data "$here/data" --no-bench >"$here/tables.txt" 2>/dev/null
@@ -36,8 +38,8 @@ grep -q 'left hands on the hand model' "$here/info.txt"
 ./palmar eval --pred "$here/data/manifest.json" --data "$here/data" 2>&1 | grep -q 'are scored'
 
 # A sample twice is one too many.
-head -n 1 "$here/hpe.txt" >>"$here/hpe.txt"
-./palmar eval --pred "$here/hpe.txt" --data "$here/data" 2>&1 | grep -q 'two lines for sample'
+cat "$here/hpe.txt" "$here/hpe.txt" >"$here/twice.txt"
+./palmar eval --pred "$here/twice.txt" --data "$here/data" 2>&1 | grep -q 'two lines for sample'
 
 # Its file of object poses has what is in the hand alone.
 ./palmar eval "$here/run" --data "$here/data" --submit "$here/poses.csv" 2>/dev/null

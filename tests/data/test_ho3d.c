@@ -297,8 +297,8 @@ START_TEST(truth_of_another_frame)
     truth_at(0.05, "evaluation_xyz.json", 1, 21);
     d = open_split("evaluation");
     ck_assert_int_eq(dataset_read(d, 0, 0, arena, &s), LT_EFORMAT);
-    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: its wrist is 0.05 m from that of evaluation_xyz.json at "
-                                                      "0, expected the same place; is the truth in the order of "
+    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: its wrist is 0.05 m from that of evaluation_xyz.json "
+                                                      "at 0, expected the same place; is the truth in the order of "
                                                       "evaluation.txt, in metres?", meta_path));
     dataset_free(d);
 }
@@ -375,7 +375,8 @@ START_TEST(list_with_a_byte_0)
 
     fwrite("ABF10/0123\n\0ABF10/0124\n", 1, 23, f);
     fclose(f);
-    open_fails("train", lt_arena_printf(arena, "%s: a byte 0 in the list, expected lines SEQUENCE/FRAME", at("train.txt")));
+    open_fails("train", lt_arena_printf(arena, "%s: a byte 0 in the list, expected lines SEQUENCE/FRAME",
+                                        at("train.txt")));
 }
 END_TEST
 

@@ -405,7 +405,7 @@ static void write_depth(const char *name, int from, int slope, bool packed)
 
     ck_assert_int_eq(lt_image_init(arena, WIDTH, HEIGHT, packed ? 3 : 1, packed ? 8 : 16, &img), LT_OK);
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
-        const int mm = from + slope * (i % WIDTH), raw = 8 * mm;         /* HO3D's step is an eighth of a millimetre, nearly */
+        const int mm = from + slope * (i % WIDTH), raw = 8 * mm;        /* HO3D's step is an eighth of one, nearly */
 
         if (packed)
             img.data[3 * i] = (uint8_t)raw, img.data[3 * i + 1] = (uint8_t)(raw >> 8);
