@@ -46,7 +46,7 @@ void signals_install(void)
 
         sigemptyset(&a.sa_mask);
         sigaction(caught[i].number, &a, &before[i]);
-        if (before[i].sa_handler == SIG_IGN)            /* as nohup has it */
+        if (caught[i].number == SIGHUP && before[i].sa_handler == SIG_IGN)         /* as nohup has it */
             sigaction(caught[i].number, &before[i], NULL);
     }
 }

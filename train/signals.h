@@ -2,7 +2,7 @@
 /*
  * Asked from outside to stop or to save. The handlers only set flags, which the trainer polls; a second
  * SIGINT, SIGTERM or SIGHUP ends the process at once, as if there were no handler. A pipe that nobody reads any more
- * (SIGPIPE) stops as well. What was ignored before stays so.
+ * (SIGPIPE) stops as well. A SIGHUP that is ignored, as nohup has it, stays so.
  */
 #ifndef TRAIN_SIGNALS_H
 #define TRAIN_SIGNALS_H
