@@ -223,20 +223,15 @@ static lt_status read_evaluation_hand(const ho3d *h, int64_t index, const lt_pva
         st = numbers(meta, path, "handBoundingBox", MOST_PIXELS, s->hand_box, 4);
     if (st)
         return st;
-    from_gl(root, s->root);
-    if (h->xyz) {
-        const float (*joint)[3] = (const float (*)[3])(h->xyz + index * LT_HAND_KEYPOINTS * 3);
-
-        st = same_wrist(path, index, s->root, joint[0]);
-        set_joints(joint, s);
-    }
+    if (h->xyz)
+        set_joints((const float (*)[3])(h->xyz + index * LT_HAND_KEYPOINTS * 3), s);
     if (h->vertices) {
         s->vertices = (const float (*)[3])(h->vertices + index * LT_HAND_VERTICES * 3);
         s->flags |= SAMPLE_VERTICES;
     }
     from_gl(root, s->root);
     s->flags |= SAMPLE_HAND_BOX | SAMPLE_ROOT;
-    return st;
+    return h->xyz ? same_wrist(path, index, s->root, s->joints[0]) : LT_OK;
 }
 
 static lt_status read_object(const ho3d *h, const lt_pvalue *meta, const char *path, dataset_sample *s)

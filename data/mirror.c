@@ -19,9 +19,10 @@ void mirror_rotation(float R[9])
 
 void mirror_pose(double R[9], double t[3])
 {
-    for (int i = 0; i < 9; i++)
-        if ((i % 3 == 0) != (i / 3 == 0))
-            R[i] = -R[i];
+    R[1] = -R[1];
+    R[2] = -R[2];
+    R[3] = -R[3];
+    R[6] = -R[6];
     t[0] = -t[0];
 }
 

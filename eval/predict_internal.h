@@ -87,18 +87,18 @@ void predict_solver_free(predict_solver *s);
 lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_options *o, const predict_view *v,
                         const predict_object *object, predict_result *out);
 
+/* predict_trusted - whether 2D and 3D joints agree to a tenth of the hand's box */
+bool predict_trusted(const predict_view *v, const predict_result *r);
+
+/* predict_reproject - joints2d and agreement_px from the joints */
+void predict_reproject(const predict_view *v, predict_result *r);
+
 /* ---- predict_place.c -------------------------------------------------------------------------------------- */
 
 /* predict_place_hand - joints and vertices from the wrist to the camera's axes; r->placed
  * Source: Bandi and Thomas 2025 name none; weighted least squares over the joints, and the depth image's word on how
  * far away they are. */
 void predict_place_hand(const predict_view *v, predict_result *r);
-
-/* predict_trusted - whether 2D and 3D joints agree to a tenth of the hand's box */
-bool predict_trusted(const predict_view *v, const predict_result *r);
-
-/* predict_reproject - joints2d and agreement_px from the joints */
-void predict_reproject(const predict_view *v, predict_result *r);
 
 /* ---- predict_smooth.c: a film, frame after frame ------------------------------------------------------------ */
 

@@ -70,6 +70,7 @@ typedef struct {
     int tips[5];                    /* vertices that its hand layer took for finger tips; HO3D's if it does not say */
 } checkpoint_head;
 
+/* checkpoint_head_read - errors: those of reading; LT_EFORMAT where the file is no checkpoint or says it wrongly */
 lt_status checkpoint_head_read(lt_arena *arena, const char *path, checkpoint_head *out);
 
 /* checkpoint_bytes - about how large the file will be */

@@ -8,15 +8,6 @@
 
 static volatile sig_atomic_t stop, save;
 
-static void on_stop(int sig);
-static void on_broken_pipe(int sig);
-static void on_save(int sig);
-
-static const struct { int number; void (*handler)(int); } caught[] = {
-    { SIGINT, on_stop }, { SIGTERM, on_stop }, { SIGHUP, on_stop }, { SIGPIPE, on_broken_pipe }, { SIGUSR1, on_save },
-};
-static struct sigaction before[LT_COUNT(caught)];
-
 static void on_stop(int sig)
 {
     if (stop) {
@@ -37,6 +28,11 @@ static void on_save(int sig)
     (void)sig;
     save = 1;
 }
+
+static const struct { int number; void (*handler)(int); } caught[] = {
+    { SIGINT, on_stop }, { SIGTERM, on_stop }, { SIGHUP, on_stop }, { SIGPIPE, on_broken_pipe }, { SIGUSR1, on_save },
+};
+static struct sigaction before[LT_COUNT(caught)];
 
 void signals_install(void)
 {

@@ -157,8 +157,8 @@ static int search(const problem *p, double R[9], double t[3])
     return best;
 }
 
-/* Solves on the inliers of pose->R, pose->t, which holds the answer afterwards: itself where that of all inliers is
- * further from them than inliers may be, as it is of points of which many are the same. */
+/* Solves on the inliers of pose->R, pose->t, which holds the answer afterwards. Of points of which many are the same
+ * that may explain less than the draw did: where its mean error is no inlier's, the draw's pose stays. */
 static lt_status solve_inliers(const problem *p, lt_pnp_pose *pose, double *X, double *uv)
 {
     lt_pnp_pose all = *pose;

@@ -92,16 +92,17 @@ lt_status lt_hand_translation(const lt_camera *cam, int n, const double *X, cons
 {
     double found[3] = { 0 };
     lt_status st = check(cam, n, 2, X, uv, weight);
+    normal s;
 
-    if (!st) {
-        const normal s = sum_up(cam, n, X, uv, weight);
-
-        st = solve(&s, found);
-    }
+    if (st)
+        return st;
+    s = sum_up(cam, n, X, uv, weight);
+    st = solve(&s, found);
     st = st ? st : check_in_front(n, X, weight, found);
-    if (!st)
-        memcpy(t, found, sizeof(found));
-    return st;
+    if (st)
+        return st;
+    memcpy(t, found, sizeof(found));
+    return LT_OK;
 }
 
 lt_status lt_hand_translation_at(const lt_camera *cam, int n, const double *X, const double *uv,

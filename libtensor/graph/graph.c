@@ -20,6 +20,12 @@ void lt_here_enter(const char *file, int line)
     }
 }
 
+lt_tensor *lt_here_leave(lt_tensor *result)
+{
+    here.depth--;
+    return result;
+}
+
 const char *lt_where(const char *file, int line, char out[LT_WHERE])
 {
     out[0] = '\0';
@@ -32,12 +38,6 @@ const char *lt_where(const char *file, int line, char out[LT_WHERE])
 static const char *here_file(void)
 {
     return here.depth ? here.file : NULL;
-}
-
-lt_tensor *lt_here_leave(lt_tensor *result)
-{
-    here.depth--;
-    return result;
 }
 
 /* ---- a graph and its tensors ---------------------------------------------------------------------- */

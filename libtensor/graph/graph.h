@@ -34,7 +34,7 @@ LT_API lt_tensor *lt_scalar(lt_graph *g, double value);
 /* lt_output - t will be readable after each run, under this name; returns t */
 LT_API lt_tensor *lt_output(lt_tensor *t, const char *name);
 
-/* lt_want_grad - the gradient of an input is wanted too (lt_plan_grad); returns it */
+/* lt_want_grad - the gradient of an input is wanted too (lt_plan_grad); returns it. A result is a mistake. */
 LT_API lt_tensor *lt_want_grad(lt_tensor *input);
 
 /* lt_scope - name the layers recorded from now on that have no parameter of their own; "" for none */

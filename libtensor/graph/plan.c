@@ -28,7 +28,7 @@ plan_step *plan_add_step(lt_plan *p, step_kind kind, lt_node *node)
 }
 
 /* What a view is a view of */
-static const lt_tensor *what_is_seen(const lt_tensor *t)
+static const lt_tensor *viewed(const lt_tensor *t)
 {
     while (t->kind == LT_RESULT && lt_op_is_view(t->node->op))
         t = t->node->in[0];
@@ -49,8 +49,8 @@ static lt_status check(const lt_graph *g, const lt_compile_opts *o)
     if (o->loss && o->loss->graph != g)
         return o->loss->graph->status ? lt_graph_status(o->loss->graph)
                                       : lt_error(LT_EINVAL, "the loss belongs to another graph");
-    if (o->train && what_is_seen(o->loss)->kind != LT_RESULT)
-        return lt_error(LT_EINVAL, "the loss is \"%s\" itself, want a result", what_is_seen(o->loss)->name);
+    if (o->train && viewed(o->loss)->kind != LT_RESULT)
+        return lt_error(LT_EINVAL, "the loss is \"%s\" itself, want a result", viewed(o->loss)->name);
     if (o->loss && lt_numel(o->loss) != 1)
         return lt_error(LT_ESHAPE, "the loss is %s, want one number", lt_shape_text(&o->loss->shape, text));
     return LT_OK;

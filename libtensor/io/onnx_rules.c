@@ -33,6 +33,7 @@ static void square_root(onnx_call *c) { unary(c, onnx_sqrt); }
 static void add(onnx_call *c) { binary(c, lt_add); }
 static void subtract(onnx_call *c) { binary(c, lt_sub); }
 static void multiply(onnx_call *c) { binary(c, lt_mul); }
+static void larger(onnx_call *c) { binary(c, onnx_max); }
 
 static void divide(onnx_call *c)
 {
@@ -40,8 +41,6 @@ static void divide(onnx_call *c)
     if (c->out.whole)
         onnx_fail(c, "of whole numbers; of reals is read");
 }
-
-static void larger(onnx_call *c) { binary(c, onnx_max); }
 
 static void leaky_relu(onnx_call *c)
 {
