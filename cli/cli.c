@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 
 #include "data/hands.h"
+#include "libtensor/base/clock.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/json.h"
@@ -14,7 +15,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 /* ---- arguments ---------------------------------------------------------------------------------------- */
@@ -171,22 +171,14 @@ int cli_fail(lt_status status)
     return cli_exit_code(status, stop_signal);
 }
 
-static double now(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 void cli_progress(const char *what, int64_t done, int64_t total)
 {
     static double last;
     const bool terminal = isatty(STDERR_FILENO);
 
-    if (done < total && now() - last < (terminal ? 0.2 : 10))
+    if (done < total && lt_clock() - last < (terminal ? 0.2 : 10))
         return;
-    last = now();
+    last = lt_clock();
     fprintf(stderr, terminal ? "\r\033[K%s %lld/%lld" : "%s %lld/%lld\n", what, (long long)done, (long long)total);
     if (terminal && done >= total)
         fputc('\n', stderr);

@@ -104,8 +104,6 @@ void background_keep(const dataset_sample *s, const double A[6], float *out, int
 
 /* ---- surfaces ---- */
 
-static const double PI = 3.14159265358979323846;
-
 /* A number in [0, 1) for a place of the grid. */
 static double hash(uint32_t seed, int x, int y)
 {
@@ -145,7 +143,7 @@ typedef struct {
 static surface draw_surface(lt_rng *rng)
 {
     surface f = { .kind = (pattern)lt_rng_below(rng, PATTERNS) };
-    const double angle = lt_rng_range(rng, -PI, PI), spread = lt_rng_uniform(rng);
+    const double angle = lt_rng_range(rng, -M_PI, M_PI), spread = lt_rng_uniform(rng);
     const double level = lt_rng_range(rng, 0.05, 0.9), tint = lt_rng_range(rng, 0, 0.35);
 
     for (int k = 0; k < 3; k++) {
@@ -208,7 +206,7 @@ typedef struct {
 static thing draw_thing(lt_rng *rng)
 {
     thing t = { .look = draw_surface(rng) };
-    const double angle = lt_rng_range(rng, 0, PI), size = exp(lt_rng_range(rng, log(0.03), log(0.3)));
+    const double angle = lt_rng_range(rng, 0, M_PI), size = exp(lt_rng_range(rng, log(0.03), log(0.3)));
     const double slim = lt_rng_range(rng, 0.3, 1);
 
     t.x = lt_rng_uniform(rng);
@@ -224,7 +222,7 @@ static thing draw_thing(lt_rng *rng)
 
 static scene draw_scene(lt_rng *rng)
 {
-    const double angle = lt_rng_range(rng, -PI, PI), from = lt_rng_range(rng, -PI, PI);
+    const double angle = lt_rng_range(rng, -M_PI, M_PI), from = lt_rng_range(rng, -M_PI, M_PI);
     const double fall = lt_rng_range(rng, 0, 0.6);
     scene s;
 

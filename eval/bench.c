@@ -3,6 +3,7 @@
 
 #include "eval/calibrate.h"
 #include "libtensor/base/arena.h"
+#include "libtensor/base/clock.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/graph/plan.h"
@@ -15,7 +16,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
-#include <time.h>
 
 enum { WARM_UP = 3, MIN_RUNS = 3, MAX_RUNS = 10000 };
 static const double PEAK_MS = 20;
@@ -160,14 +160,6 @@ void bench_free(bench *b)
 
 /* ---- measuring ---------------------------------------------------------------------------------------- */
 
-static double now_ms(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
-}
-
 static void run_once(bench *b)
 {
     lt_run(b->plan);
@@ -216,12 +208,12 @@ static bench_result measure(bench *b, int runs, double seconds)
 
     lt_kernels_use(b->o.kernels);
     r.fma_before = lt_fma_peak_gflops(PEAK_MS);
-    start = now_ms();
-    while (r.runs < runs && (r.runs < MIN_RUNS || now_ms() - start < 1e3 * seconds)) {
-        const double t = now_ms();
+    start = lt_clock();
+    while (r.runs < runs && (r.runs < MIN_RUNS || lt_clock() - start < seconds)) {
+        const double t = lt_clock();
 
         run_once(b);
-        b->ms[r.runs++] = (now_ms() - t) / copies;
+        b->ms[r.runs++] = 1e3 * (lt_clock() - t) / copies;
     }
     r.fma_after = lt_fma_peak_gflops(PEAK_MS);
     qsort(b->ms, (size_t)r.runs, sizeof(*b->ms), by_value);

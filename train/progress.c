@@ -1,22 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/progress.h"
 
+#include "libtensor/base/clock.h"
+
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <sys/ioctl.h>
-#include <time.h>
 #include <unistd.h>
 
 static const double TERMINAL_SECONDS = 0.1, PLAIN_SECONDS = 10;
-
-double progress_clock(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 void progress_init(train_progress *p, FILE *f, bool quiet)
 {
@@ -79,7 +72,7 @@ static int columns(FILE *f)
 
 void progress_step(train_progress *p, const train_step_record *r, const train_progress_state *s, bool now)
 {
-    const double t = progress_clock();
+    const double t = lt_clock();
     line l = { .n = 0 };
 
     if (p->quiet || (!now && t - p->last < (p->terminal ? TERMINAL_SECONDS : PLAIN_SECONDS)))

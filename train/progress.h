@@ -36,7 +36,4 @@ void progress_warn(train_progress *p, const char *fmt, ...) LT_PRINTF(2, 3);
 /* progress_end - finish the line that stands there */
 void progress_end(train_progress *p);
 
-/* progress_clock - monotonic seconds */
-double progress_clock(void);
-
 #endif

@@ -4,6 +4,7 @@
  */
 #include "train/trainer_internal.h"
 
+#include "libtensor/base/clock.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 #include "train/checkpoint_folder.h"
@@ -31,7 +32,7 @@ lt_status trainer_save(trainer *t)
     if (st)
         return st;
     t->saved_step = t->state.step;
-    t->saved_at = progress_clock();
+    t->saved_at = lt_clock();
     t->improved = false;
     return LT_OK;
 }

@@ -7,6 +7,7 @@
 #include "libtensor/io/hand_file.h"
 #include "train/feed.h"
 
+#include <math.h>
 #include <unistd.h>
 
 /* What validation looks at: HO3D's evaluation joints came years after the data, and where they are not, it takes
@@ -55,7 +56,7 @@ static hand_object_options train_options_of(const train_config *c)
 
     o.centre_jitter = d->centre_jitter;
     o.scale_jitter = d->scale_jitter;
-    o.rotation = d->rotation_deg * 3.14159265358979323846 / 180;
+    o.rotation = d->rotation_deg * M_PI / 180;
     o.rotation_chance = d->rotation_chance;
     o.colour = (augment_limits){ d->blur, d->brightness, d->contrast, d->saturation, d->hue };
     o.background = d->background;

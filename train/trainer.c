@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/trainer_internal.h"
 
+#include "libtensor/base/clock.h"
 #include "train/signals.h"
 #include "train/validate.h"
 
@@ -79,7 +80,7 @@ static bool save_is_due(const trainer *t)
     if (t->state.step == t->first_step)
         return false;
     return every(t->state.step, c->checkpoint_steps)
-        || (c->checkpoint_minutes > 0 && progress_clock() - t->saved_at > 60 * c->checkpoint_minutes);
+        || (c->checkpoint_minutes > 0 && lt_clock() - t->saved_at > 60 * c->checkpoint_minutes);
 }
 
 /* Validate, save, stop: whatever stands at this step. LT_ESTOPPED when a signal came and all is saved. */
@@ -123,7 +124,7 @@ static lt_status next_batch(trainer *t, hand_object_batch **b)
 /* Smooth the time of a step, so that the rate and the time left do not jump. */
 static void clock_step(trainer *t, double began)
 {
-    const double now = progress_clock(), took = now - began;
+    const double now = lt_clock(), took = now - began;
 
     t->step_seconds = t->step_seconds > 0 ? 0.9 * t->step_seconds + 0.1 * took : took;
     t->record.seconds = now - t->began_at;
@@ -147,7 +148,7 @@ static lt_status report(trainer *t, bool last)
 
 static lt_status one_step(trainer *t)
 {
-    const double began = progress_clock();
+    const double began = lt_clock();
     hand_object_batch *b;
     lt_status st, logged;
 
@@ -198,7 +199,7 @@ static lt_status train(trainer *t)
         st = start_loader(t);
     if (st)
         return st;
-    t->began_at = t->saved_at = progress_clock();
+    t->began_at = t->saved_at = lt_clock();
     t->first_step = t->state.step;
     st = loop(t);
     if (st == LT_OK)

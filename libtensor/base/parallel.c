@@ -11,15 +11,17 @@
 #define _GNU_SOURCE
 #include "libtensor/base/parallel.h"
 
+#include "libtensor/base/clock.h"
 #include "libtensor/base/cpu.h"
 
 #include <pthread.h>
 #include <sched.h>
 #include <signal.h>
 #include <stdatomic.h>
-#include <time.h>
 
-enum { SPIN_NS = 100 * 1000, LOOKS = 32, MAX_WORKERS = 1023, LINE = 64 };
+static const double SPIN_SECONDS = 100e-6;
+
+enum { LOOKS = 32, MAX_WORKERS = 1023, LINE = 64 };
 
 /* The region in one word: its number, whether it still takes workers, and how many are in it. */
 #define REGION(number) ((uint64_t)(number) << 32)
@@ -89,24 +91,16 @@ static void pause_a_little(void)
 #endif
 }
 
-/* In nanoseconds; a pause takes 10 to 40 of them, and more on some CPUs, so they cannot be counted instead. */
-static int64_t now(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
-/* A turn of a spinning loop; false when it has spun for long enough. *end starts as 0. */
-static bool spin(int turn, int64_t *end)
+/* A turn of a spinning loop; false when it has spun for long enough: turns cannot be counted instead, as a pause takes
+ * 10 to 40 ns, and more on some CPUs. *end starts as 0. */
+static bool spin(int turn, double *end)
 {
     pause_a_little();
     if (turn % LOOKS)
         return true;
     if (*end == 0)
-        *end = now() + SPIN_NS;
-    return now() < *end;
+        *end = lt_clock() + SPIN_SECONDS;
+    return lt_clock() < *end;
 }
 
 static void run_serially(int64_t n, lt_task_fn fn, void *ctx)
@@ -147,7 +141,7 @@ static bool is_new(uint64_t state, uint32_t seen)
 
 static uint64_t wait_for_region(uint32_t seen)
 {
-    int64_t end = 0;
+    double end = 0;
     uint64_t state;
 
     for (int i = 1; spin(i, &end); i++) {
@@ -259,7 +253,7 @@ static void open_region(int64_t n, int team)
 static void close_region(void)
 {
     uint64_t state = atomic_fetch_or(&pool.state, CLOSED);
-    int64_t end = 0;
+    double end = 0;
 
     for (int i = 1; INSIDE(state) && spin(i, &end); i++)
         state = atomic_load(&pool.state);

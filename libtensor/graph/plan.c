@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/base/clock.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/passes/passes.h"
 #include "libtensor/graph/plan_internal.h"
@@ -6,7 +7,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 /* ---- compiling ------------------------------------------------------------------------------------ */
 
@@ -270,20 +270,12 @@ void plan_run_step(lt_plan *p, plan_step *s)
     }
 }
 
-static double now(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static void run_timed(lt_plan *p, plan_step *s)
 {
-    const double start = now();
+    const double start = lt_clock();
 
     plan_run_step(p, s);
-    s->seconds += now() - start;
+    s->seconds += lt_clock() - start;
 }
 
 static void start_backward(lt_plan *p, int step)

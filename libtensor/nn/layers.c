@@ -43,6 +43,13 @@ lt_tensor *(lt_conv_layer_forward)(const lt_conv_layer *m, lt_tensor *x)
     return lt_conv2d(x, use(x, m->weight), use(x, m->bias), &m->opts);
 }
 
+lt_tensor *(lt_conv_layer_on_rows)(const lt_conv_layer *m, lt_tensor *x)
+{
+    const lt_shape *s = &m->weight->shape;
+
+    return lt_linear(x, lt_reshape(use(x, m->weight), LT_SHAPE(s->dim[0], s->dim[1])), use(x, m->bias));
+}
+
 lt_linear_layer lt_linear_layer_new(lt_params *set, const char *prefix, int64_t in, int64_t out, bool bias)
 {
     return (lt_linear_layer){
@@ -106,4 +113,16 @@ lt_tensor *(lt_se_layer_gate)(const lt_se_layer *m, lt_tensor *means)
 lt_tensor *(lt_se_layer_forward)(const lt_se_layer *m, lt_tensor *x)
 {
     return lt_mul(x, lt_se_layer_gate(m, lt_global_avg_pool(x)));
+}
+
+lt_tensor *(lt_map_to_tokens)(lt_tensor *map)
+{
+    const int64_t B = lt_dim(map, 0), C = lt_dim(map, 1), T = lt_dim(map, 2) * lt_dim(map, 3);
+
+    return lt_permute(lt_reshape(map, LT_SHAPE(B, C, T)), (int[]){ 0, 2, 1 });
+}
+
+lt_tensor *(lt_tokens_to_map)(lt_tensor *tokens, int64_t H, int64_t W)
+{
+    return lt_reshape(lt_permute(tokens, (int[]){ 0, 2, 1 }), LT_SHAPE(lt_dim(tokens, 0), lt_dim(tokens, 2), H, W));
 }

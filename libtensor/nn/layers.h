@@ -26,6 +26,9 @@ LT_API lt_conv_layer lt_conv_layer_new(lt_params *set, const char *prefix, int64
                                        bool bias, const lt_conv_opts *opts);
 LT_API lt_tensor *lt_conv_layer_forward(const lt_conv_layer *m, lt_tensor *x);
 
+/* lt_conv_layer_on_rows - a 1 x 1 convolution without groups, on rows (..., C) -> (..., O): a linear layer */
+LT_API lt_tensor *lt_conv_layer_on_rows(const lt_conv_layer *m, lt_tensor *x);
+
 typedef struct {
     lt_param *weight, *bias;        /* (N, K), (N) or NULL */
 } lt_linear_layer;
@@ -64,12 +67,21 @@ LT_API lt_tensor *lt_se_layer_forward(const lt_se_layer *m, lt_tensor *x);
 /* lt_se_layer_gate - what the map is multiplied with: means (B, C) -> (B, C, 1, 1) */
 LT_API lt_tensor *lt_se_layer_gate(const lt_se_layer *m, lt_tensor *means);
 
+/* lt_map_to_tokens - (B, C, H, W) -> (B, H W, C): a transformer's rows, one for each position */
+LT_API lt_tensor *lt_map_to_tokens(lt_tensor *map);
+
+/* lt_tokens_to_map - (B, H W, C) -> (B, C, H, W) */
+LT_API lt_tensor *lt_tokens_to_map(lt_tensor *tokens, int64_t H, int64_t W);
+
 #define lt_conv_layer_forward(...) LT_HERE(lt_conv_layer_forward(__VA_ARGS__))
+#define lt_conv_layer_on_rows(...) LT_HERE(lt_conv_layer_on_rows(__VA_ARGS__))
 #define lt_linear_layer_forward(...) LT_HERE(lt_linear_layer_forward(__VA_ARGS__))
 #define lt_batch_norm_layer_forward(...) LT_HERE(lt_batch_norm_layer_forward(__VA_ARGS__))
 #define lt_layer_norm_layer_forward(...) LT_HERE(lt_layer_norm_layer_forward(__VA_ARGS__))
 #define lt_se_layer_forward(...) LT_HERE(lt_se_layer_forward(__VA_ARGS__))
 #define lt_se_layer_gate(...) LT_HERE(lt_se_layer_gate(__VA_ARGS__))
+#define lt_map_to_tokens(...) LT_HERE(lt_map_to_tokens(__VA_ARGS__))
+#define lt_tokens_to_map(...) LT_HERE(lt_tokens_to_map(__VA_ARGS__))
 
 #ifdef __cplusplus
 }

@@ -73,7 +73,7 @@ typedef struct {
     lt_schedule_kind kind;
     double lr;                      /* the highest */
     double gamma;                   /* LT_STEP_LR: times gamma every `every` epochs */
-    int every;
+    int every;                      /* 1 and more */
     double min_lr;                  /* LT_COSINE_LR: where it ends after epochs */
     int epochs;
     double warmup;                  /* epochs of a linear rise from 0 in front; 0: none */

@@ -5,7 +5,6 @@
 
 static double after_warmup(const lt_schedule *s, double epoch)
 {
-    const double pi = 3.14159265358979323846;
     double done;
 
     switch (s->kind) {
@@ -14,7 +13,7 @@ static double after_warmup(const lt_schedule *s, double epoch)
     case LT_COSINE_LR:
         done = s->epochs > s->warmup ? (epoch - s->warmup) / (s->epochs - s->warmup) : 1;
         done = done < 0 ? 0 : done > 1 ? 1 : done;
-        return s->min_lr + 0.5 * (s->lr - s->min_lr) * (1 + cos(pi * done));
+        return s->min_lr + 0.5 * (s->lr - s->min_lr) * (1 + cos(M_PI * done));
     case LT_CONSTANT_LR:
         break;
     }

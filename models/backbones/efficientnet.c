@@ -90,20 +90,12 @@ static lt_tensor *conv_bn(const lt_conv_layer *conv, const lt_batch_norm_layer *
     return lt_batch_norm_layer_forward(bn, lt_conv_layer_forward(conv, x));
 }
 
-/* On means a 1x1 convolution is a linear layer. */
-static lt_tensor *on_means(const lt_conv_layer *conv, lt_tensor *x)
-{
-    lt_tensor *w = lt_use(x->graph, conv->weight);
-
-    return lt_linear(x, lt_reshape(w, LT_SHAPE(lt_dim(w, 0), lt_dim(w, 1))), lt_use(x->graph, conv->bias));
-}
-
 /* x sigmoid(excite silu(squeeze mean(x))) */
 static lt_tensor *gated(const efficientnet_block *b, lt_tensor *x)
 {
-    lt_tensor *gate = on_means(&b->squeeze, lt_global_avg_pool(x));                     /* (B, narrow) */
+    lt_tensor *gate = lt_conv_layer_on_rows(&b->squeeze, lt_global_avg_pool(x));        /* (B, narrow) */
 
-    gate = lt_sigmoid(on_means(&b->excite, lt_silu(gate)));                             /* (B, hidden) */
+    gate = lt_sigmoid(lt_conv_layer_on_rows(&b->excite, lt_silu(gate)));                /* (B, hidden) */
     return lt_mul(x, lt_reshape(gate, LT_SHAPE(lt_dim(gate, 0), lt_dim(gate, 1), 1, 1)));
 }
 

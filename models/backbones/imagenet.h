@@ -5,6 +5,9 @@
 
 #include "libtensor/ops/ops.h"
 
+/* imagenet_mean, imagenet_deviation - of its images in [0, 1], by which torchvision's weights have them */
+extern const double imagenet_mean[3], imagenet_deviation[3];
+
 /* imagenet_normalise - image (B, 3, H, W) in [0, 1] */
 lt_tensor *imagenet_normalise(lt_tensor *image);
 

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "models/classifiers/classifier.h"
 
-const double classifier_mean[3] = { 0.485, 0.456, 0.406 }, classifier_deviation[3] = { 0.229, 0.224, 0.225 };
-
 const char *const classifier_variants[] = { "full", NULL };
 
 lt_tensor *classifier_image(model_record *r, int size)

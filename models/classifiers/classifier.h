@@ -10,9 +10,6 @@
 
 extern const model_class resnet50_class, efficientnet_b0_class;
 
-/* classifier_mean, classifier_deviation - of ImageNet's images, by which torchvision's weights have them */
-extern const double classifier_mean[3], classifier_deviation[3];
-
 /* classifier_variants - there is one: "full" */
 extern const char *const classifier_variants[];
 

@@ -2,6 +2,7 @@
 /* EfficientNet-B0 as torchvision has it: 5,288,548 parameters at full size. */
 #include "libtensor/nn/init.h"
 #include "models/backbones/efficientnet.h"
+#include "models/backbones/imagenet.h"
 #include "models/classifiers/classifier.h"
 
 #include <math.h>
@@ -71,6 +72,6 @@ const model_class efficientnet_b0_class = {
     .paper = "Tan and Le 2019, ICML, pages 6105-6114",
     .task = MODEL_CLASSIFIER,
     .variants = classifier_variants, .keys = keys, .blocks = blocks,
-    .mean = classifier_mean, .deviation = classifier_deviation,
+    .mean = imagenet_mean, .deviation = imagenet_deviation,
     .build = build, .init = init, .record = record,
 };

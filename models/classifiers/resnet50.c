@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* ResNet-50 as torchvision has it: 25,557,032 parameters at full size. */
 #include "libtensor/nn/init.h"
+#include "models/backbones/imagenet.h"
 #include "models/backbones/resnet.h"
 #include "models/classifiers/classifier.h"
 
@@ -65,6 +66,6 @@ const model_class resnet50_class = {
     .paper = "He et al. 2016, CVPR, pages 770-778",
     .task = MODEL_CLASSIFIER,
     .variants = classifier_variants, .keys = keys, .blocks = blocks,
-    .mean = classifier_mean, .deviation = classifier_deviation,
+    .mean = imagenet_mean, .deviation = imagenet_deviation,
     .build = build, .init = init, .record = record,
 };

@@ -11,7 +11,7 @@
 enum { HOCAT_MAX_DEPTH = 8 };
 
 typedef struct {
-    lt_param *q_weight, *q_bias, *k_weight, *k_bias, *v_weight, *v_bias;    /* 1x1 convolutions */
+    lt_conv_layer q, k, v;          /* 1 x 1 */
     lt_layer_norm_layer norm;
     lt_linear_layer fc1, fc2;
 } hocat_block;

@@ -119,20 +119,6 @@ static void init(const model *self, uint64_t seed)
 
 /* ---- the data flow of the paper, top to bottom ---------------------------------------------------------- */
 
-/* (B, C, H, W) -> (B, H W, C) */
-static lt_tensor *to_tokens(lt_tensor *map)
-{
-    const int64_t B = lt_dim(map, 0), C = lt_dim(map, 1), T = lt_dim(map, 2) * lt_dim(map, 3);
-
-    return lt_permute(lt_reshape(map, LT_SHAPE(B, C, T)), (int[]){ 0, 2, 1 });
-}
-
-static lt_tensor *to_map(lt_tensor *tokens, int cells)
-{
-    return lt_reshape(lt_permute(tokens, (int[]){ 0, 2, 1 }),
-                      LT_SHAPE(lt_dim(tokens, 0), lt_dim(tokens, 2), cells, cells));
-}
-
 /* F_rgb A_rgb + F_depth A_depth, or what the variant leaves of it */
 static lt_tensor *features(const unified *m, lt_tensor *image, lt_tensor *depth)
 {
@@ -149,7 +135,7 @@ static lt_tensor *features(const unified *m, lt_tensor *image, lt_tensor *depth)
 
 static hand_object_out forward(const unified *m, lt_tensor *image, lt_tensor *depth)
 {
-    lt_tensor *tokens = to_tokens(features(m, image, depth));                           /* (B, 784, 80) */
+    lt_tensor *tokens = lt_map_to_tokens(features(m, image, depth));                    /* (B, 784, 80) */
     lt_tensor *places = lt_cell_places(image->graph, m->cells, m->cells);
     lt_tensor *hand = deformable_encoder_forward(&m->hand_encoder, tokens, places);     /* (B, 784, 64) */
     lt_tensor *object = deformable_encoder_forward(&m->object_encoder, tokens, places);
@@ -157,9 +143,9 @@ static hand_object_out forward(const unified *m, lt_tensor *image, lt_tensor *de
 
     if (m->config.variant != UNIFIED_NO_CROSS_ATTENTION)
         cross_attention_forward(&m->cross, &hand, &object);
-    out.heat = unified_hourglass_forward(&m->hourglass, to_map(hand, m->cells));
+    out.heat = unified_hourglass_forward(&m->hourglass, lt_tokens_to_map(hand, m->cells, m->cells));
     out.mano = mano_regressor_forward(&m->mano, mesh_encoder_forward(&m->mesh, &out.heat));
-    out.object = object_head_forward(&m->object, to_map(object, m->cells));
+    out.object = object_head_forward(&m->object, lt_tokens_to_map(object, m->cells, m->cells));
     return out;
 }
 

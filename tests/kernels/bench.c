@@ -5,26 +5,18 @@
  */
 #include "tests/kernels/checkasm.h"
 
+#include "libtensor/base/clock.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv.h"
 #include "libtensor/kernels/gemm.h"
 
 #include <cblas.h>
 #include <string.h>
-#include <time.h>
 
 enum { MOST_RUNS = 200 };
 
 typedef void (*run_fn)(void *ctx);
 typedef struct { double median, best; } timing;     /* seconds */
-
-static double now(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static int by_size(const void *a, const void *b)
 {
@@ -36,16 +28,16 @@ static int by_size(const void *a, const void *b)
 static timing measure(run_fn fn, void *ctx)
 {
     double run[MOST_RUNS];
-    const double end = now() + 0.25;
+    const double end = lt_clock() + 0.25;
     int n = 0;
 
     fn(ctx);
     do {
-        const double start = now();
+        const double start = lt_clock();
 
         fn(ctx);
-        run[n++] = now() - start;
-    } while (n < MOST_RUNS && (n < 3 || now() < end));
+        run[n++] = lt_clock() - start;
+    } while (n < MOST_RUNS && (n < 3 || lt_clock() < end));
     qsort(run, (size_t)n, sizeof(run[0]), by_size);
     return (timing){ run[n / 2], run[0] };
 }

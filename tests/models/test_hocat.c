@@ -200,8 +200,8 @@ START_TEST(an_idle_block_is_the_identity)
     lt_tensor *out = lt_output(hocat_attention_forward(&m->attention, hand, object), "out");
 
     for (int i = 0; i < m->attention.depth; i++) {
-        lt_init_constant(m->attention.block[i].v_weight, 0);
-        lt_init_constant(m->attention.block[i].v_bias, 0);
+        lt_init_constant(m->attention.block[i].v.weight, 0);
+        lt_init_constant(m->attention.block[i].v.bias, 0);
         lt_init_constant(m->attention.block[i].fc2.weight, 0);
         lt_init_constant(m->attention.block[i].fc2.bias, 0);
     }

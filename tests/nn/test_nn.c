@@ -137,6 +137,32 @@ START_TEST(squeeze_and_excitation)
 }
 END_TEST
 
+/* A map's positions in rows and back; on rows a 1 x 1 convolution is what it is on the map. */
+START_TEST(tokens_are_a_maps_positions)
+{
+    const lt_conv_layer conv = lt_conv_layer_new(set, "conv", 3, 2, 1, true, NULL);
+    lt_graph *g = lt_graph_new();
+    lt_tensor *x = lt_input(g, "x", LT_F32, 4, (int64_t[]){ 2, 3, 2, 4 });
+    lt_tensor *tokens = lt_output(lt_map_to_tokens(x), "tokens");
+    lt_tensor *rows = lt_output(lt_tokens_to_map(lt_conv_layer_on_rows(&conv, tokens), 2, 4), "rows");
+    lt_tensor *map = lt_output(lt_conv_layer_forward(&conv, x), "map");
+    lt_plan *p = lt_compile(g, NULL);
+    lt_real *in = lt_plan_data(p, x);
+
+    lt_init_default(set, 3);
+    lt_plan_refresh(p);
+    for (int i = 0; i < 48; i++)
+        in[i] = (lt_real)i;
+    lt_run(p);
+    for (int i = 0; i < 48; i++)                        /* token t of image b, channel c */
+        ck_assert(((lt_real *)lt_plan_data(p, tokens))[i] == i / 24 * 24 + i % 3 * 8 + i % 24 / 3);
+    for (int i = 0; i < 32; i++)
+        ck_assert_double_eq_tol(((lt_real *)lt_plan_data(p, rows))[i], ((lt_real *)lt_plan_data(p, map))[i], 1e-5);
+    lt_plan_free(p);
+    lt_graph_free(g);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("nn");
@@ -150,6 +176,7 @@ int main(void)
     tcase_add_test(tc, draws_have_the_promised_spread);
     tcase_add_test(tc, norms_start_as_the_identity);
     tcase_add_test(tc, draws_do_not_depend_on_order);
+    tcase_add_test(tc, tokens_are_a_maps_positions);
     tcase_add_test(tc, squeeze_and_excitation);
     suite_add_tcase(suite, tc);
     srunner_run_all(runner, CK_NORMAL);

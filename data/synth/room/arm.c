@@ -13,7 +13,6 @@ enum {
     FOLDS = 96,                                 /* rings of the sleeve */
 };
 
-static const double PI = 3.14159265358979323846;
 static const float BLEND = 0.05f;               /* metres over which the loop becomes an ellipse */
 static const float RING = 0.008f;               /* between rings of the skin */
 static const float TUCK = 0.03f;                /* skin under the sleeve */
@@ -125,7 +124,7 @@ static void section(const arm_frame *f, float s, float *wide, float *thin)
 /* Point i around the ring at s of a smooth arm, grow metres outside the skin. */
 static void arm_point(const arm_frame *f, float s, int i, float grow, float out[3])
 {
-    const float angle = f->phase + f->side * (float)(2 * PI * (i % AROUND) / AROUND);
+    const float angle = f->phase + f->side * (float)(2 * M_PI * (i % AROUND) / AROUND);
     float center[3], x[3], y[3], wide, thin;
 
     ring_frame(f, s, center, x, y);

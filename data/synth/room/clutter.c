@@ -10,7 +10,6 @@
 #include <math.h>
 #include <string.h>
 
-static const double PI = 3.14159265358979323846;
 static const double origin[3] = { 0, 0, 0 };
 
 enum { SEGMENTS = 40 };
@@ -35,7 +34,7 @@ static void add(lt_arena *arena, clutter *c, lt_mesh mesh, synth_material materi
 
 static double draw_turn(lt_rng *r)
 {
-    return lt_rng_range(r, 0, 2 * PI);
+    return lt_rng_range(r, 0, 2 * M_PI);
 }
 
 static float draw(lt_rng *r, double lo, double hi)
@@ -120,7 +119,7 @@ static lt_mesh handle(lt_arena *arena, float radius, float h)
     float path[13][3], thick[13];
 
     for (int i = 0; i < 13; i++) {
-        const double a = -0.5 * PI + PI * i / 12;
+        const double a = -0.5 * M_PI + M_PI * i / 12;
 
         path[i][0] = radius - 0.003f + 0.026f * (float)cos(a);
         path[i][1] = 0;
@@ -185,7 +184,7 @@ static void make_bowl(lt_arena *arena, lt_rng *r, clutter *c)
     float profile[16][2];
 
     for (int i = 0; i < 8; i++) {
-        const double a = 0.5 * PI * (i + 1) / 8;
+        const double a = 0.5 * M_PI * (i + 1) / 8;
 
         profile[i][0] = radius * (float)sin(a);
         profile[i][1] = h * (1 - (float)cos(a));
@@ -206,7 +205,7 @@ static void make_fruit(lt_arena *arena, lt_rng *r, clutter *c)
     float profile[18][2], lowest = 0;
 
     for (int i = 0; i < 18; i++) {
-        const double a = PI * i / 17, pull = 1 - dimple * exp(-12 * (1 - fabs(cos(a))));
+        const double a = M_PI * i / 17, pull = 1 - dimple * exp(-12 * (1 - fabs(cos(a))));
 
         profile[i][0] = radius * (float)sin(a) + 1e-5f;
         profile[i][1] = radius * -0.92f * (float)(cos(a) * pull);

@@ -4,8 +4,6 @@
 
 #include <string.h>
 
-static const double PI = 3.14159265358979323846;
-
 lt_mesh primitive_alloc(lt_arena *arena, int n_vertices, int n_faces)
 {
     lt_mesh m = { .n_vertices = n_vertices, .n_faces = n_faces };
@@ -114,7 +112,7 @@ lt_mesh primitive_lathe(lt_arena *arena, const float (*profile)[2], int n, int s
 
     for (int k = 0; k < m.n_vertices; k++) {
         const int s = k / row / 2, end = k / row % 2, i = k % row;
-        const double angle = 2 * PI * (i % segments) / segments;
+        const double angle = 2 * M_PI * (i % segments) / segments;
         const float c = (float)cos(angle), d = (float)sin(angle), *p = profile[s + end];
         float normal[2];
 
@@ -185,7 +183,7 @@ lt_mesh primitive_tube(lt_arena *arena, const float (*path)[3], const float *rad
         normalise3(x);
         cross3(along, x, y);
         for (int i = 0; i <= segments; i++) {
-            const double angle = 2 * PI * (i % segments) / segments;
+            const double angle = 2 * M_PI * (i % segments) / segments;
             const float u = radius[r] * (float)cos(angle), v = flat * radius[r] * (float)sin(angle);
 
             for (int c = 0; c < 3; c++)

@@ -11,8 +11,6 @@
 #include <math.h>
 #include <string.h>
 
-static const double PI = 3.14159265358979323846;
-
 enum { MAX_THINGS = 12 };
 
 typedef struct {
@@ -58,7 +56,7 @@ static synth_material matt(synth_texture *texture, double specular, double shini
 /* A sheet stands up against a wall: its x runs along the wall, its y up, its front into the room. */
 static void wall_rotation(int wall, double R[9])
 {
-    const double a = -0.5 * PI * wall, c = cos(a), s = sin(a);
+    const double a = -0.5 * M_PI * wall, c = cos(a), s = sin(a);
     const double M[9] = { c, 0, s, s, 0, -c, 0, 1, 0 };
 
     memcpy(R, M, sizeof(M));
@@ -112,7 +110,7 @@ static void decorate(builder *b, int wall, double distance)
 static void furnish(builder *b, int wall, double distance)
 {
     static const double lo[3] = { 0.4, 0.2, 0.5 }, hi[3] = { 1.1, 0.4, 1.7 };
-    const double c = cos(-0.5 * PI * wall), s = sin(-0.5 * PI * wall), R[9] = { c, -s, 0, s, c, 0, 0, 0, 1 };
+    const double c = cos(-0.5 * M_PI * wall), s = sin(-0.5 * M_PI * wall), R[9] = { c, -s, 0, s, c, 0, 0, 0, 1 };
     const bool wooden = lt_rng_below(&b->r, 3) > 0;
     double size[3], t[3];
 
@@ -271,7 +269,7 @@ static double draw(lt_rng *r, const double range[2])
 static void add_lamp(builder *b, const lamp_range *k, double azimuth, double strength)
 {
     synth_light *l = &b->room->light[b->room->n_lights++];
-    const double up = draw(&b->r, k->degrees) * PI / 180, distance = draw(&b->r, k->distance);
+    const double up = draw(&b->r, k->degrees) * M_PI / 180, distance = draw(&b->r, k->distance);
     const double kelvin = draw(&b->r, k->kelvin), share = draw(&b->r, k->strength);
 
     l->position[0] = b->room->focus[0] + distance * cos(up) * cos(azimuth);
@@ -292,7 +290,7 @@ static void build_lamps(builder *b)
     const double strength = lt_rng_range(&b->r, 0.65, 1.05), ambient = lt_rng_range(&b->r, 0.22, 0.42);
     const double day = lt_rng_range(&b->r, 4200, 7000), floor = lt_rng_range(&b->r, 3200, 5200);
     const int n = 1 + (int)lt_rng_below(&b->r, 3);
-    double azimuth = lt_rng_range(&b->r, 0, 2 * PI);
+    double azimuth = lt_rng_range(&b->r, 0, 2 * M_PI);
 
     for (int i = 0; i < n; i++) {
         add_lamp(b, &ranges[i], azimuth, strength);
