@@ -68,6 +68,9 @@ static void check_together(const eval_args *a, struct argp_state *state)
         argp_error(state, "a checkpoint or --pred, not both");
     if (a->pred && (scoring || a->submit || a->filter))
         argp_error(state, "--pred takes --data, --split, --setup, --models, --hand, --out: the whole file is scored");
+    if (a->filter && !strcmp(a->filter, "every") && !a->submit)
+        argp_error(state, "--filter every has frames without a hand, which --submit alone takes: want valid, hfl-net or "
+                   "hoisdf");
     if (a->submit && scoring)
         argp_error(state, "--submit writes the whole split and scores nothing: no --limit, --json or --max-pa-mpjpe");
 }
@@ -190,6 +193,8 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
     st = evaluate(o, &e);
     if (st)
         return st;
+    if (o->training && !evaluation_summary(e, EVALUATE_MEAN_POSE).label)
+        fprintf(stderr, "no mean-pose row: %s: no label of the training split can be read\n", a->data);
     st = print(e, a->json);
     if (st == LT_OK)
         st = write_files(c, o, e, folder);
@@ -206,6 +211,8 @@ static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const ch
     o.models = a->models ? a->models : o.models;
     o.setup = a->setup ? a->setup : o.setup;
     o.filter = a->filter ? a->filter : o.filter;
+    if (!a->submit && o.filter && !strcmp(o.filter, "every"))
+        o.filter = "valid";                             /* where there is no hand, none is scored */
     o.vertices = !a->submit;
     return dataset_open(&o, out);
 }

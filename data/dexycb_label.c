@@ -10,8 +10,12 @@
 
 enum { HAND = 255 };                /* in seg; objects have their YCB ids, all else is 0 */
 
-/* n numbers of an array of that shape; a NaN is an error too. */
-static lt_status numbers(const lt_npz *npz, const char *key, int rank, const int64_t *shape, float *out, size_t n)
+/* What coefficients and places (metres) stay far below, unless the unit is another. */
+static const float MOST = 100, MOST_PIXELS = 1e6f;
+
+/* n numbers below `most` of an array of that shape; a NaN is an error too. */
+static lt_status numbers(const lt_npz *npz, const char *key, int rank, const int64_t *shape, float most, float *out,
+                         size_t n)
 {
     const lt_array *a;
     char found[64], wanted[64];
@@ -27,8 +31,9 @@ static lt_status numbers(const lt_npz *npz, const char *key, int rank, const int
     }
     lt_array_to_float(a, out, n);
     for (size_t i = 0; i < n; i++)
-        if (!(fabsf(out[i]) < 1e6f))
-            return lt_error(LT_EFORMAT, "%s: %s: number %zu is %g", npz->path, key, i, (double)out[i]);
+        if (!(fabsf(out[i]) < most))
+            return lt_error(LT_EFORMAT, "%s: %s: number %zu is %g, expected less than %g", npz->path, key, i,
+                            (double)out[i], (double)most);
     return LT_OK;
 }
 
@@ -44,12 +49,12 @@ static lt_status read_hand(const lt_npz *npz, dexycb_label *out)
 {
     static const int64_t pose[2] = { 1, 51 }, joints[3] = { 1, LT_HAND_KEYPOINTS, 3 },
                          joints2d[3] = { 1, LT_HAND_KEYPOINTS, 2 };
-    lt_status st = numbers(npz, "pose_m", 2, pose, out->pose, 51);
+    lt_status st = numbers(npz, "pose_m", 2, pose, MOST, out->pose, 51);
 
     if (!st)
-        st = numbers(npz, "joint_3d", 3, joints, out->joints[0], LT_HAND_KEYPOINTS * 3);
+        st = numbers(npz, "joint_3d", 3, joints, MOST, out->joints[0], LT_HAND_KEYPOINTS * 3);
     if (!st)
-        st = numbers(npz, "joint_2d", 3, joints2d, out->joints2d[0], LT_HAND_KEYPOINTS * 2);
+        st = numbers(npz, "joint_2d", 3, joints2d, MOST_PIXELS, out->joints2d[0], LT_HAND_KEYPOINTS * 2);
     if (!st)
         out->hand = !all(out->joints[0], LT_HAND_KEYPOINTS * 3, -1) && !all(out->pose, 51, 0);
     return st;
@@ -59,7 +64,7 @@ static lt_status read_objects(const lt_npz *npz, const dexycb_sequence *q, float
 {
     const int64_t shape[3] = { q->n_objects, 3, 4 };
 
-    return numbers(npz, "pose_y", 3, shape, out[0], (size_t)q->n_objects * 12);
+    return numbers(npz, "pose_y", 3, shape, MOST, out[0], (size_t)q->n_objects * 12);
 }
 
 /* [R|t] of an object; R is a rotation but for what float and a labeller's rounding leave of it. */

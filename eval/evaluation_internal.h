@@ -58,10 +58,4 @@ struct evaluation {
     eval_breakdown *breakdown;                  /* of the model's errors */
 };
 
-typedef lt_status (*evaluate_batch_fn)(void *ctx, const hand_object_batch *b, int64_t done);
-
-/* evaluate_each_batch - call fn for all batches of the split, in its order, cropped as in testing; done: samples before
- * the batch. Errors: a sample that cannot be read, LT_ESTOPPED, those of fn. */
-lt_status evaluate_each_batch(const evaluate_options *o, evaluate_batch_fn fn, void *ctx);
-
 #endif

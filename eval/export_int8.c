@@ -2,7 +2,7 @@
 #include "eval/export_int8.h"
 
 #include "eval/bench.h"
-#include "eval/evaluation_internal.h"
+#include "eval/each_batch.h"
 #include "train/checkpoint.h"
 #include "train/feed.h"
 
@@ -39,7 +39,7 @@ static lt_status walk(void *ctx, const lt_plan *p, const model_record *r, void (
     feed_job j = { p, r, run, run_ctx };
     lt_status st = feed_check(r);
 
-    return st ? st : evaluate_each_batch(&samples, feed_one, &j);
+    return st ? st : eval_each_batch(&samples, feed_one, &j);
 }
 
 static lt_status write_table(const export_int8_options *o, const char *path, const calibration *c, size_t *bytes)

@@ -32,13 +32,13 @@ static lt_status parse_line(const char *path, int64_t number, const char *text, 
     for (; *end == ',' && n < 3 * J; n++) {
         const char *from = end + 1;
         x = lt_strtod(from, &end);
-        if (end == from)
+        if (end == from || !isfinite(x))
             break;
         out->joints[n / 3][n % 3] = (float)(x / 1000);
     }
     end += strspn(end, " \r");
     if (n != 3 * J || *end)
-        return lt_error(LT_EFORMAT, "%s:%lld: %d numbers after the index, expected %d", path, (long long)number, n,
+        return lt_error(LT_EFORMAT, "%s:%lld: %d numbers after the index, expected %d, all finite", path, (long long)number, n,
                         3 * J);
     return LT_OK;
 }

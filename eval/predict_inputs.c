@@ -42,26 +42,20 @@ static bool is_image_name(const char *name)
     return false;
 }
 
-/* ---- a growing list of paths; the arena owns the text, the pointers are ours --------------------------- */
+/* ---- paths ---------------------------------------------------------------------------------------------- */
 
 typedef struct {
     char **path;
-    size_t n, capacity;
+    size_t n, room;
 } paths;
 
-static lt_status add_path(paths *p, char *path)
+static lt_status add_path(lt_arena *arena, paths *p, char *path)
 {
-    if (p->n == p->capacity) {
-        const size_t capacity = p->capacity ? 2 * p->capacity : 64;
-        char **more = realloc(p->path, capacity * sizeof(*more));
+    char **longer = lt_arena_grow(arena, p->path, p->n, &p->room, sizeof(*longer));
 
-        if (!more)
-            return lt_error(LT_ENOMEM, "no memory for a list of %zu images", p->n);
-        p->path = more;
-        p->capacity = capacity;
-    }
-    if (!path)
+    if (!longer || !path)
         return lt_error(LT_ENOMEM, "no memory for a list of %zu images", p->n);
+    p->path = longer;
     p->path[p->n++] = path;
     return LT_OK;
 }
@@ -82,7 +76,7 @@ static lt_status add_folder(lt_arena *arena, const char *folder, paths *all)
         return lt_error(LT_EIO, "%s: %s", folder, strerror(errno));
     while (!st && (entry = readdir(dir)))
         if (is_image_name(entry->d_name))
-            st = add_path(all, lt_path_join(arena, folder, entry->d_name));
+            st = add_path(arena, all, lt_path_join(arena, folder, entry->d_name));
     closedir(dir);
     if (st)
         return st;
@@ -100,7 +94,7 @@ static lt_status add_input(lt_arena *arena, const char *input, paths *all)
         return lt_error(LT_EIO, "%s: %s", input, strerror(errno));
     if (S_ISDIR(s.st_mode))
         return add_folder(arena, input, all);
-    return add_path(all, lt_arena_strdup(arena, input));
+    return add_path(arena, all, lt_arena_strdup(arena, input));
 }
 
 /* ---- names ---------------------------------------------------------------------------------------------- */
@@ -241,7 +235,6 @@ lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict
         }
     }
     st = st == LT_ENOMEM ? st : give_names(arena, &all, out);
-    free(all.path);
     st = st ? st : check_frames(out);
     return st || !o->depth ? st : find_depth(arena, o, out);
 }

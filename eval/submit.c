@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Result files for the official scorers: what a model sees in a split, as HO3D's and DexYCB's toolkits take it. */
-#include "eval/evaluation_internal.h"
-
 #include "data/crop.h"
 #include "eval/dexycb_files.h"
+#include "eval/each_batch.h"
+#include "eval/estimator.h"
+#include "eval/ho3d_score.h"
 #include "eval/ho3d_submission.h"
 
 #include <string.h>
@@ -93,7 +94,7 @@ lt_status evaluate_submission(const evaluate_options *o, const char *path)
     if (st == LT_OK)
         st = open_file(&j, path);
     if (st == LT_OK)
-        st = evaluate_each_batch(o, submit_batch, &j);
+        st = eval_each_batch(o, submit_batch, &j);
     st = j.ho3d || j.dexycb ? end_file(&j, st) : st;
     estimator_free(j.estimator);
     lt_arena_free(arena);

@@ -58,22 +58,14 @@ static int newest_first(const void *a, const void *b)
 static lt_status scan(lt_arena *arena, const char *folder, DIR *dir, int64_t **steps, int *n)
 {
     const struct dirent *e;
-    int capacity = 0;
+    size_t room = 0;
 
     while ((e = readdir(dir))) {
-        int64_t *more;
-
         if (step_of(e->d_name) < 0)
             continue;
-        if (*n == capacity) {
-            capacity = capacity ? 2 * capacity : 64;
-            more = lt_arena_array(arena, (size_t)capacity, sizeof(*more));
-            if (!more)
-                return lt_error(LT_ENOMEM, "%s: no memory", folder);
-            if (*n)
-                memcpy(more, *steps, (size_t)*n * sizeof(*more));
-            *steps = more;
-        }
+        *steps = lt_arena_grow(arena, *steps, (size_t)*n, &room, sizeof(**steps));
+        if (!*steps)
+            return lt_error(LT_ENOMEM, "%s: no memory", folder);
         (*steps)[(*n)++] = step_of(e->d_name);
     }
     if (*n)

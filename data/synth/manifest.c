@@ -13,18 +13,14 @@
 
 lt_status synth_manifest_add(synth_manifest *m, const synth_file *file, int n)
 {
-    if (m->n + n > m->capacity) {
-        const int64_t more = 2 * m->capacity + 1024 + n;
-        synth_file *grown = lt_arena_array(m->arena, (size_t)more, sizeof(*grown));
-        if (!grown)
-            return lt_error(LT_ENOMEM, "synth: no memory for a list of %lld files", (long long)more);
-        if (m->n)
-            memcpy(grown, m->file, (size_t)m->n * sizeof(*grown));
-        m->file = grown;
-        m->capacity = more;
+    for (int i = 0; i < n; i++) {
+        synth_file *longer = lt_arena_grow(m->arena, m->file, (size_t)m->n, &m->room, sizeof(*longer));
+
+        if (!longer)
+            return lt_error(LT_ENOMEM, "synth: no memory for a list of %lld files", (long long)m->n + 1);
+        m->file = longer;
+        m->file[m->n++] = file[i];
     }
-    memcpy(m->file + m->n, file, (size_t)n * sizeof(*file));
-    m->n += n;
     return LT_OK;
 }
 

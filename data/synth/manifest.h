@@ -15,7 +15,8 @@ extern "C" {
 
 typedef struct {
     lt_arena *arena;
-    int64_t n, capacity;
+    int64_t n;
+    size_t room;
     synth_file *file;
 } synth_manifest;
 

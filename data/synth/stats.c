@@ -12,16 +12,11 @@
 
 lt_status synth_stats_add(synth_stats *s, const synth_visibility *frame)
 {
-    if (s->n == s->capacity) {
-        const int64_t more = s->capacity ? 2 * s->capacity : 256;
-        synth_visibility *grown = lt_arena_array(s->arena, (size_t)more, sizeof(*grown));
-        if (!grown)
-            return lt_error(LT_ENOMEM, "synth: no memory for the figures of %lld frames", (long long)more);
-        if (s->n)
-            memcpy(grown, s->frame, (size_t)s->n * sizeof(*grown));
-        s->frame = grown;
-        s->capacity = more;
-    }
+    synth_visibility *longer = lt_arena_grow(s->arena, s->frame, (size_t)s->n, &s->room, sizeof(*longer));
+
+    if (!longer)
+        return lt_error(LT_ENOMEM, "synth: no memory for the figures of %lld frames", (long long)s->n + 1);
+    s->frame = longer;
     s->frame[s->n++] = *frame;
     return LT_OK;
 }

@@ -13,7 +13,8 @@ extern "C" {
 
 typedef struct {
     lt_arena *arena;
-    int64_t n, capacity;
+    int64_t n;
+    size_t room;
     synth_visibility *frame;
 } synth_stats;
 

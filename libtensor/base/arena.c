@@ -202,6 +202,22 @@ void *lt_arena_array(lt_arena *arena, size_t count, size_t size)
     return lt_size_mul(count, size, &bytes) ? lt_arena_alloc(arena, bytes) : NULL;
 }
 
+void *lt_arena_grow(lt_arena *arena, void *list, size_t used, size_t *room, size_t size)
+{
+    const size_t more = *room ? 2 * *room : 64;
+    void *copy;
+
+    if (used < *room)
+        return list;
+    copy = lt_arena_array(arena, more, size);
+    if (!copy)
+        return NULL;
+    if (used)
+        memcpy(copy, list, used * size);
+    *room = more;
+    return copy;
+}
+
 lt_status lt_arena_try(lt_arena *arena, size_t bytes, void **out)
 {
     void *p = lt_arena_alloc(arena, bytes);

@@ -32,7 +32,14 @@ LT_API void *lt_arena_alloc(lt_arena *arena, size_t bytes);
 /* lt_arena_array - lt_arena_alloc of count * size bytes; NULL also when that product overflows */
 LT_API void *lt_arena_array(lt_arena *arena, size_t count, size_t size);
 
-/* lt_arena_try - the same for amounts that a file asks for: LT_ENOMEM and a line when refused */
+/*
+ * lt_arena_grow - a list that is added to: list itself, or when all *room are used a copy with twice the room
+ *   list, room      NULL and 0 to begin with
+ *   The copies left behind stay in the arena, together no more than the list. NULL when there is no memory.
+ */
+LT_API void *lt_arena_grow(lt_arena *arena, void *list, size_t used, size_t *room, size_t size);
+
+/* lt_arena_try - as lt_arena_alloc for amounts that a file asks for: LT_ENOMEM and a line when refused */
 LT_API lt_status lt_arena_try(lt_arena *arena, size_t bytes, void **out);
 
 /* lt_arena_strdup, lt_arena_printf - text in the arena; NULL when there is no memory */

@@ -103,30 +103,15 @@ bool lt_shape_fits_memory(const lt_shape *s)
     return true;
 }
 
-/* Make room for one more pointer; doubling leaves at most the list's own size behind in the arena. */
-static bool room(lt_graph *g, void ***list, int n, int *cap)
+bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t)
 {
-    const int bigger = *cap ? 2 * *cap : 256;
-    void **copy;
+    lt_tensor **list = lt_arena_grow(g->arena, g->tensor, (size_t)g->n_tensors, &g->tensors_room, sizeof(*list));
 
-    if (n < *cap)
-        return true;
-    copy = lt_arena_array(g->arena, (size_t)bigger, sizeof(*copy));
-    if (!copy) {
+    if (!list) {
         remember(g, LT_ENOMEM, "no memory to record the graph");
         return false;
     }
-    if (n)
-        memcpy(copy, *list, (size_t)n * sizeof(*copy));
-    *list = copy;
-    *cap = bigger;
-    return true;
-}
-
-bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t)
-{
-    if (!room(g, (void ***)&g->tensor, g->n_tensors, &g->cap_tensors))
-        return false;
+    g->tensor = list;
     t->id = g->n_tensors;
     g->tensor[g->n_tensors++] = t;
     return true;
@@ -144,8 +129,13 @@ static bool all_constant(const lt_node *n)
 
 bool lt_graph_add_node(lt_graph *g, lt_node *n)
 {
-    if (!room(g, (void ***)&g->node, g->n_nodes, &g->cap_nodes))
+    lt_node **list = lt_arena_grow(g->arena, g->node, (size_t)g->n_nodes, &g->nodes_room, sizeof(*list));
+
+    if (!list) {
+        remember(g, LT_ENOMEM, "no memory to record the graph");
         return false;
+    }
+    g->node = list;
     n->id = g->n_nodes;
     n->constant = all_constant(n);
     g->node[g->n_nodes++] = n;

@@ -11,9 +11,11 @@
 struct lt_graph {
     lt_arena *arena;
     lt_tensor **tensor;             /* by id */
-    int n_tensors, cap_tensors;
+    int n_tensors;
+    size_t tensors_room;
     lt_node **node;                 /* in the order of execution; NULL where a pass removed one */
-    int n_nodes, cap_nodes;
+    int n_nodes;
+    size_t nodes_room;
     const char *scope;
     lt_status status;
     char error[1024];

@@ -12,7 +12,7 @@ struct lt_onnx {
     lt_arena *arena;
     const lt_graph *g, *twin;
     lt_onnx_model model;
-    int cap_nodes, cap_tensors;
+    size_t nodes_room, tensors_room;
     const char **value;             /* of each tensor, by id; NULL where it is not described yet */
     const lt_node *at;              /* the node that is being described */
     int part;                       /* values of its inside so far */

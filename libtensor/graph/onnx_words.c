@@ -10,18 +10,14 @@ enum { MAX_ATTRS = 8 };
 
 /* ---- operators and their attributes --------------------------------------------------------------------------- */
 
-/* Room for one more in a list that doubles; old places stay behind in the arena. */
-static void *grown(lt_onnx *w, void *list, int n, int *cap, size_t size)
+/* Room for one more in a list. */
+static void *grown(lt_onnx *w, void *list, int n, size_t *room, size_t size)
 {
-    void *bigger;
+    void *longer = w->status ? NULL : lt_arena_grow(w->arena, list, (size_t)n, room, size);
 
-    if (n < *cap)
-        return list;
-    *cap = *cap ? 2 * *cap : 64;
-    bigger = lt_onnx_alloc(w, (size_t)*cap, size);
-    if (bigger && n)
-        memcpy(bigger, list, (size_t)n * size);
-    return bigger;
+    if (!longer && !w->status)
+        lt_onnx_fail(w, LT_ENOMEM, "no memory to describe the model");
+    return longer;
 }
 
 const char *lt_onnx_put(lt_onnx *w, const char *op, const char *const *in, int n_in)
@@ -30,7 +26,7 @@ const char *lt_onnx_put(lt_onnx *w, const char *op, const char *const *in, int n
         .op = op, .name = lt_onnx_part_name(w), .n_in = n_in, .n_out = 1,
         .in = lt_onnx_alloc(w, (size_t)n_in, sizeof(*node.in)), .out = lt_onnx_alloc(w, 1, sizeof(*node.out)),
     };
-    lt_onnx_node *list = grown(w, w->model.node, w->model.n_nodes, &w->cap_nodes, sizeof(*list));
+    lt_onnx_node *list = grown(w, w->model.node, w->model.n_nodes, &w->nodes_room, sizeof(*list));
 
     if (w->status)
         return "";
@@ -122,7 +118,7 @@ static const void *as_floats(lt_onnx *w, const lt_real *x, int64_t n)
 const char *lt_onnx_add_tensor(lt_onnx *w, const char *name, lt_onnx_type type, lt_shape shape, const void *data,
                                bool reals)
 {
-    lt_onnx_tensor *list = grown(w, w->model.tensor, w->model.n_tensors, &w->cap_tensors, sizeof(*list));
+    lt_onnx_tensor *list = grown(w, w->model.tensor, w->model.n_tensors, &w->tensors_room, sizeof(*list));
     const void *bytes = reals ? as_floats(w, data, lt_shape_numel(&shape)) : data;
 
     if (w->status)

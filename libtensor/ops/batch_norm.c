@@ -176,8 +176,7 @@ static void recompute_channel(const lt_call *c, int64_t ch)
 
 static void by_channel(const lt_call *c, op_row_fn fn)
 {
-    if (count(c))
-        op_by_row(c, lt_dim(c->out, 1), count(c), fn);
+    op_by_row(c, lt_dim(c->out, 1), count(c), fn);
 }
 
 static void forward_share(const lt_call *c)
@@ -200,8 +199,8 @@ void norm_collect(const lt_call *c, int64_t ch)
 {
     const norm_measure *m = norm_saved(c, ch);
     const double *sum = sums_of(c, GRADIENT_SUMS, ch)->sum;
-    const double n = norm_count(c), share = (double)count(c) / n;
-    const bool some = n > 1;                            /* one value says nothing of the others: running ones stay */
+    const double n = norm_count(c), share = 1.0 / (c->part ? c->n_parts : 1);
+    const bool some = n > 1;                            /* one value says nothing of others: running ones stay */
     const double add[] = { [WEIGHT] = sum[1] * m->rstd, [BIAS] = sum[0],
                            [MEAN] = share * (some ? m->mean : (double)value(c, MEAN)[ch]),
                            [VAR] = share * (some ? m->var * n / (n - 1) : (double)value(c, VAR)[ch]) };

@@ -164,6 +164,28 @@ START_TEST(arenas_clear_blocks_used_again)
 }
 END_TEST
 
+START_TEST(lists_grow_and_keep_what_they_hold)
+{
+    lt_arena *a = lt_arena_new();
+    size_t room = 0;
+    int *list = NULL;
+
+    for (int i = 0; i < 1000; i++) {
+        int *longer = lt_arena_grow(a, list, (size_t)i, &room, sizeof(*list));
+
+        ck_assert(longer && room > (size_t)i && room <= (size_t)(2 * i + 64));
+        list = longer;
+        list[i] = i;
+    }
+    for (int i = 0; i < 1000; i++)
+        ck_assert_int_eq(list[i], i);
+    room = SIZE_MAX / 2;                                /* twice as many do not fit any memory */
+    ck_assert_ptr_null(lt_arena_grow(a, list, room, &room, sizeof(*list)));
+    ck_assert(room == SIZE_MAX / 2);
+    lt_arena_free(a);
+}
+END_TEST
+
 START_TEST(allocations_fail_on_demand)
 {
     void *p;
@@ -261,6 +283,7 @@ int main(void)
     tcase_add_test(tc, arenas_use_memory_again);
     tcase_add_test(tc, arenas_keep_used_and_spare_blocks_apart);
     tcase_add_test(tc, arenas_clear_blocks_used_again);
+    tcase_add_test(tc, lists_grow_and_keep_what_they_hold);
     tcase_add_test(tc, allocations_fail_on_demand);
     tcase_add_test(tc, error_lines);
     tcase_add_test(tc, every_task_runs_once);

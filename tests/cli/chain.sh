@@ -75,6 +75,7 @@ says 1 'not a regular file' ./palmar eval --pred "$here/pipe" --data "$here/data
 says 4 'File too large' sh -c "ulimit -f 100; exec ./palmar export '$here/run' -o '$here/large.onnx'"
 says 4 'standard output' sh -c 'exec ./palmar info --model hocat >/dev/full'
 says 2 'no --limit' ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.zip" --limit 2
+says 2 'frames without a hand' ./palmar eval "$here/run" --data "$here/data" --filter every
 says 2 'the whole file is scored' ./palmar eval --pred "$here/p.zip" --data "$here/data" --max-pa-mpjpe 1
 says 2 'takes no checkpoint' ./palmar eval "$here/run" --claims="$here"
 says 1 'want at most 0.00' ./palmar eval "$here/run" --data "$here/data" --no-bench --max-pa-mpjpe 0

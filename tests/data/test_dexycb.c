@@ -588,7 +588,7 @@ START_TEST(hpe_file)
         ck_assert_double_eq_tol(scores[i], i % 2, i % 2 ? 0.01 : 1e-3);     /* no distance is 0 but by chance */
     text_file("bad.txt", "0,1,2,3\n");
     ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
-    ck_assert_ptr_nonnull(strstr(lt_last_error(), "bad.txt:1: 3 numbers after the index, expected 63"));
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "bad.txt:1: 3 numbers after the index, expected 63, all finite"));
     text_file("bad.txt", "x\n");
     ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
     *strchr(text, '\n') = 0;
@@ -1038,7 +1038,10 @@ START_TEST(sample_is_broken)
     pose_object(&l, 0);
     l.joints[4][1] = NAN;
     write_label(frame(0, "labels", 2, "npz"), &l);
-    read_fails(2, "joint_3d: number 13 is nan");
+    read_fails(2, "joint_3d: number 13 is nan, expected less than 100");
+    l.joints[4][1] = 110;                               /* millimetres */
+    write_label(frame(0, "labels", 2, "npz"), &l);
+    read_fails(2, "joint_3d: number 13 is 110, expected less than 100");
     text_file(frame(0, "labels", 2, "npz"), "PK");
     read_fails(2, "labels_000002.npz");
     ck_assert_int_eq(unlink(at(frame(0, "labels", 2, "npz"))), 0);

@@ -254,6 +254,25 @@ START_TEST(statistics_of_a_layer_used_twice)
 }
 END_TEST
 
+/* A batch of no or one value says nothing of a spread: running statistics stay. */
+START_TEST(statistics_of_a_batch_too_small)
+{
+    const lt_batch_norm_layer bn = lt_batch_norm_layer_new(set, "bn", 1);
+    lt_graph *g = lt_graph_new();
+    lt_tensor *x = lt_input(g, "x", LT_F32, 2, (int64_t[]){ _i, 1 });
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){
+        .loss = lt_sum(lt_batch_norm_layer_forward(&bn, x)), .train = true });
+
+    bn.running_mean->data[0] = 5;
+    bn.running_var->data[0] = 2;
+    lt_run(p);
+    lt_statistics_update(set, 1);
+    ck_assert(bn.running_mean->data[0] == 5 && bn.running_var->data[0] == 2);
+    lt_plan_free(p);
+    lt_graph_free(g);
+}
+END_TEST
+
 int main(void)
 {
     Suite *suite = suite_create("optim");
@@ -265,6 +284,7 @@ int main(void)
     tcase_add_loop_test(tc, pytorch_agrees, 0, (int)LT_COUNT(kinds));
     tcase_add_test(tc, state_resumes);
     tcase_add_test(tc, statistics_of_a_layer_used_twice);
+    tcase_add_loop_test(tc, statistics_of_a_batch_too_small, 0, 2);
     tcase_add_test(tc, the_average_follows);
     tcase_add_test(tc, what_has_no_gradient_stays);
     tcase_add_loop_test(tc, rate_of_a_parameter, 0, 3);

@@ -225,7 +225,8 @@ static lt_status rebuild(block_pass *b, int n_nodes)
         if (b->g->node[k] && add_node(b, b->g->node[k]))
             return LT_ENOMEM;
     b->g->node = b->order;
-    b->g->n_nodes = b->g->cap_nodes = b->n;
+    b->g->n_nodes = b->n;
+    b->g->nodes_room = (size_t)b->n;
     for (int k = 0; k < b->n; k++)
         b->order[k]->id = k;
     return LT_OK;
