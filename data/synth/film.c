@@ -133,21 +133,20 @@ static lt_status prepare(filming *f)
     const synth_run *r = f->run;
     const synth_take *take = f->take;
     const int number = (int)(take - r->session.cast.take);
-    const uint64_t stream = lt_rng_mix(TAKE, (uint64_t)number);
     const synth_subject *who = &r->session.subject[take->subject];
     const synth_prop *what = find_prop(r, take, take->object);
+    synth_grasp *grasp = lt_arena_array(f->arena, (size_t)take->rounds, sizeof(*grasp));
     synth_camera cameras[SYNTH_MAX_CAMERAS];
-    const synth_setting setting = setting_of(r, take, cameras);
-    synth_grasp *grasp;
-    lt_status st;
+    const synth_stage_spec spec = {
+        .hand = r->session.hand, .subject = who, .prop = what, .grasp = grasp, .n_grasps = take->rounds,
+        .n_frames = take->frames, .n_cameras = r->session.cast.n_cameras, .number = number,
+        .setting = setting_of(r, take, cameras), .seed = r->session.opt->seed,
+        .stream = lt_rng_mix(TAKE, (uint64_t)number),
+    };
+    lt_status st = grasp ? choose_grasps(f->arena, r, who, what, spec.stream, take->rounds, grasp)
+                         : lt_error(LT_ENOMEM, "synth: no memory for a take");
 
-    grasp = lt_arena_array(f->arena, (size_t)take->rounds, sizeof(*grasp));
-    st = grasp ? choose_grasps(f->arena, r, who, what, stream, take->rounds, grasp)
-               : lt_error(LT_ENOMEM, "synth: no memory for a take");
-    if (!st)
-        st = synth_stage_new(f->arena, r->session.hand, who, what, grasp, take->rounds, take->frames, number,
-                             r->session.cast.n_cameras, &setting, r->session.opt->seed, stream, &f->stage);
-    return st;
+    return st ? st : synth_stage_new(f->arena, &spec, &f->stage);
 }
 
 static void prepare_task(void *ctx, int64_t i)

@@ -265,33 +265,33 @@ static lt_status move(lt_arena *arena, synth_stage *s, const synth_grasp *grasp,
     return st ? st : synth_sequence_join(arena, round, n, &s->sequence);
 }
 
-lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
-                          const synth_prop *prop, const synth_grasp *grasp, int n_grasps, int n_frames, int number,
-                          int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream, synth_stage *out)
+lt_status synth_stage_new(lt_arena *arena, const synth_stage_spec *spec, synth_stage *out)
 {
-    synth_stage s = { .hand = hand, .subject = subject, .prop = prop, .n_kept = n_frames,
-                      .n_cameras = n_cameras, .n_views = n_cameras == 1 && !setting->camera ? n_grasps : 1,
-                      .depth_unit = setting->depth_unit, .seed = seed, .stream = stream };
+    const int n = spec->n_frames;
+    const bool carried = spec->n_cameras == 1 && !spec->setting.camera;
+    synth_stage s = { .hand = spec->hand, .subject = spec->subject, .prop = spec->prop, .n_kept = n,
+                      .n_cameras = spec->n_cameras, .n_views = carried ? spec->n_grasps : 1,
+                      .depth_unit = spec->setting.depth_unit, .seed = spec->seed, .stream = spec->stream };
     synth_sight *sight;
     synth_room *room = NULL;
     lt_status st;
 
-    st = move(arena, &s, grasp, n_grasps);
+    st = move(arena, &s, spec->grasp, spec->n_grasps);
     if (st)
         return st;
-    s.kept = choose_moments(arena, &s.sequence, n_grasps, n_frames);
-    sight = lt_arena_array(arena, (size_t)n_frames, sizeof(*sight));
+    s.kept = choose_moments(arena, &s.sequence, spec->n_grasps, n);
+    sight = lt_arena_array(arena, (size_t)n, sizeof(*sight));
     if (!s.kept || !sight)
         return lt_error(LT_ENOMEM, "synth: no memory for a take");
-    for (int k = 0; k < n_frames; k++)
+    for (int k = 0; k < n; k++)
         look_at(&s, &s.sequence.moment[s.kept[k]], &sight[k]);
-    st = furnish(arena, sight, setting, &s, &room);
+    st = furnish(arena, sight, &spec->setting, &s, &room);
     if (st)
         return st;
-    st = place_cameras(arena, sight, setting, number, &s);
+    st = place_cameras(arena, sight, &spec->setting, spec->number, &s);
     if (st)
         return st;
-    if (!synth_room_paint(room, s.camera, n_cameras * s.n_views) || !synth_texture_paint(s.cloth))
+    if (!synth_room_paint(room, s.camera, s.n_cameras * s.n_views) || !synth_texture_paint(s.cloth))
         return lt_error(LT_ENOMEM, "synth: no memory for a room");
     *out = s;
     return LT_OK;

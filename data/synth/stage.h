@@ -50,6 +50,22 @@ typedef struct {
     double depth_unit;                          /* metres in a step of its depth images */
 } synth_setting;
 
+/* A subject handles a prop. */
+typedef struct {
+    const lt_hand_model *hand;
+    const synth_subject *subject;
+    const synth_prop *prop;
+    const synth_grasp *grasp;                   /* n_grasps in the prop's frame, for this subject's hand: the object is
+                                                 * taken with one after the other */
+    int n_grasps;
+    int n_frames;                               /* to keep, spread evenly over the motion */
+    int n_cameras;                              /* several stand still; one alone is in somebody's hand, who walks on
+                                                 * from grasp to grasp */
+    int number;                                 /* of the take in its dataset */
+    synth_setting setting;                      /* of its layout */
+    uint64_t seed, stream;
+} synth_stage_spec;
+
 /* A take. Read-only once made: frames of it can be drawn on any number of threads. */
 typedef struct {
     const lt_hand_model *hand;
@@ -70,23 +86,9 @@ typedef struct {
     uint64_t seed, stream;
 } synth_stage;
 
-/**
- * synth_stage_new - a take of a subject with a prop
- *
- *   grasp        n_grasps in the prop's frame, for this subject's hand: the object is taken with one after the
- *                other
- *   n_frames     to keep, spread evenly over the motion
- *   n_cameras    several stand still; one alone is in somebody's hand, who walks on from grasp to grasp
- *   number       of the take in its dataset
- *   setting      of its layout
- *   out          lives in the arena; subject, prop and hand must outlive it
- *
- * A function of its arguments. Errors: LT_ENOMEM.
- */
-lt_status synth_stage_new(lt_arena *arena, const lt_hand_model *hand, const synth_subject *subject,
-                          const synth_prop *prop, const synth_grasp *grasp, int n_grasps, int n_frames, int number,
-                          int n_cameras, const synth_setting *setting, uint64_t seed, uint64_t stream,
-                          synth_stage *out);
+/* synth_stage_new - the take of a specification, of which alone it is a function; it lives in the arena, and subject, prop
+ * and hand must outlive it. Errors: LT_ENOMEM. */
+lt_status synth_stage_new(lt_arena *arena, const synth_stage_spec *spec, synth_stage *out);
 
 /* synth_stage_view - the index in camera and sensor of frame k of a camera */
 int synth_stage_view(const synth_stage *s, int camera, int k);

@@ -312,8 +312,9 @@ static void film(shot *s)
     ok(synth_prop_new(arena, 9, false, 3, &s->prop));
     ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     ok(synth_grasp_sample(ctx, 5, NULL, &grasp));
-    ok(synth_stage_new(arena, hand, &s->subject, &s->prop, &grasp, 1, FRAMES, 0, 1,
-                       &(synth_setting){ .depth_unit = HO3D_DEPTH_UNIT }, 3, 4, &s->stage));
+    ok(synth_stage_new(arena, &(synth_stage_spec){
+        .hand = hand, .subject = &s->subject, .prop = &s->prop, .grasp = &grasp, .n_grasps = 1, .n_frames = FRAMES,
+        .n_cameras = 1, .setting.depth_unit = HO3D_DEPTH_UNIT, .seed = 3, .stream = 4 }, &s->stage));
     s->frame = synth_frame_new(W, H);
     s->depth = lt_arena_array(arena, (size_t)W * H, sizeof(float));
     synth_stage_pose(&s->stage, &s->stage.sequence.moment[s->stage.kept[K]], &posed);
@@ -597,8 +598,9 @@ START_TEST(rounds_have_their_frames)
     for (int i = 0; i < 3; i++)
         ok(synth_grasp_sample(ctx, (uint64_t)(5 + i), NULL, &grasp[i]));
     for (int n = 5; n <= 6; n++) {
-        ok(synth_stage_new(arena, hand, &s->subject, &s->prop, grasp, 3, n, 0, 1,
-                           &(synth_setting){ .depth_unit = HO3D_DEPTH_UNIT }, 3, 4, &stage));
+        ok(synth_stage_new(arena, &(synth_stage_spec){
+            .hand = hand, .subject = &s->subject, .prop = &s->prop, .grasp = grasp, .n_grasps = 3, .n_frames = n,
+            .n_cameras = 1, .setting.depth_unit = HO3D_DEPTH_UNIT, .seed = 3, .stream = 4 }, &stage));
         for (int k = 1; k < n; k++)
             ck_assert_int_gt(stage.kept[k], stage.kept[k - 1]);
     }
