@@ -123,13 +123,15 @@ static int64_t out_place(int64_t bands, const tiling *t, int64_t m)
 
 /* ---- input ------------------------------------------------------------------------------------------ */
 
-/* Rows 4 ty + i of the part and what borders on it, i < 4, dealt to q[i][j][ty][tx]: column 4 tx + j, j < 6. The same
- * rows of the next plane, which comes next, are fetched meanwhile. */
+/* Rows 4 ty + i of the part and what borders on it, i < 4, dealt to q[i][j][ty][tx]: column 4 tx + j, j < 6. What the
+ * last tiles have beyond that is 0: nobody may have written it. The same rows of the next plane, which comes next, are
+ * fetched meanwhile. */
 static void deal_band(const tiling *t, const lt_real *plane, int64_t ty0, int64_t rows, lt_real *q,
                       int64_t phase)
 {
     enum { LINE = LT_ALIGN / (int)sizeof(lt_real) };
     const int64_t left = lt_max_i64(0, t->x0 - 1), right = lt_min_i64(t->map_w, t->x0 + t->w + 1);
+    const int64_t below = lt_min_i64(t->map_h, t->y0 + t->h + 1);
     const size_t bytes = (size_t)(right - left) * sizeof(lt_real);
     lt_real line[4 * MOST_TILES + 2 * SLACK], *inner = line + left - (t->x0 - 1);
 
@@ -138,7 +140,7 @@ static void deal_band(const tiling *t, const lt_real *plane, int64_t ty0, int64_
         const int64_t y = t->y0 + 4 * ty0 + r - 1;
         const lt_real *row = plane + y * t->map_w + left;
 
-        if (y >= 0 && y < t->map_h) {
+        if (y >= 0 && y < below) {
             for (int64_t i = 0; i < right - left; i += LINE)
                 __builtin_prefetch(row + t->map_h * t->map_w + i);
             memcpy(inner, row, bytes);

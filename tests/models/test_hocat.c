@@ -4,6 +4,7 @@
 #include "libtensor/nn/init.h"
 #include "models/hocat/hocat.h"
 #include "tests/eval/tiny_model.h"
+#include "tests/models/stale.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -91,17 +92,17 @@ static lt_real *data(const char *output)
 
 static lt_real boxes[] = { 10, 8, 50, 60, 4, 4, 33, 30 };       /* of two images */
 
-static void fill_inputs(void)
+static void fill_inputs(const model_record *record, const lt_plan *p)
 {
     lt_rng rng = lt_rng_make(3, 0);
 
-    for (int i = 0; i < r.inputs.n; i++) {
-        const lt_tensor *x = r.inputs.port[i].tensor;
-        lt_real *v = lt_plan_data(plan, x);
+    for (int i = 0; i < record->inputs.n; i++) {
+        const lt_tensor *x = record->inputs.port[i].tensor;
+        lt_real *v = lt_plan_data(p, x);
 
         for (int64_t k = 0; k < lt_numel(x); k++)
             v[k] = (lt_real)lt_rng_uniform(&rng);
-        if (strstr(r.inputs.port[i].name, "_box"))
+        if (strstr(record->inputs.port[i].name, "_box"))
             memcpy(v, boxes, sizeof(boxes));
     }
 }
@@ -111,9 +112,23 @@ static void run(void)
     t.m.cls->record(&t.m, false, &r);
     plan = lt_compile(r.g, NULL);
     ck_assert_msg(plan != NULL, "%s", lt_last_error());
-    fill_inputs();
+    fill_inputs(&r, plan);
     lt_run(plan);
 }
+
+/* P2 is computed in boxes: whatever their sides, what lies outside them is of no influence. */
+START_TEST(nothing_stale)
+{
+    lt_rng rng = lt_rng_make(9, 0);
+
+    run();
+    for (int k = 0; k < 20; k++) {
+        for (int i = 0; i < 8; i++)
+            boxes[i] = (lt_real)(i % 4 < 2 ? lt_rng_range(&rng, 0, 35) : boxes[i - 2] + lt_rng_range(&rng, 4, 28));
+        expect_nothing_stale(plan, &r, fill_inputs);
+    }
+}
+END_TEST
 
 /* Flat heat maps mean the middle of the box. */
 START_TEST(no_logits_no_opinion)
@@ -282,7 +297,7 @@ START_TEST(maps_in_boxes_or_whole)
     memcpy(boxes, usual, sizeof(boxes));
     run();                                              /* leaves its maps in the plan's memory */
     memcpy(boxes, placed[_i], sizeof(boxes));
-    fill_inputs();
+    fill_inputs(&r, plan);
     lt_run(plan);
     read_outputs(plan, &r, within);
     for (int64_t k = 0; k < count_outputs(); k++) {
@@ -302,7 +317,7 @@ static void gradients(bool whole_maps, bool no_recompute, lt_real *out)
     t.m.cls->record(&t.m, true, &r);
     plan = lt_compile(r.g, &(lt_compile_opts){ .loss = r.loss, .train = true, .no_recompute = no_recompute });
     ck_assert_msg(plan != NULL, "%s", lt_last_error());
-    fill_inputs();
+    fill_inputs(&r, plan);
     lt_params_zero_grad(t.params);
     lt_run(plan);
     for (lt_param *p = lt_params_first(t.params); p; p = p->next)
@@ -383,7 +398,7 @@ static void run_against(const lt_real R_0[9])
     static const lt_real bent[9] = { 0.8f, 0, 0.6f, 0, 1, 0, -0.6f, 0, 0.8f };
     lt_real *truth;
 
-    fill_inputs();
+    fill_inputs(&r, plan);
     truth = lt_plan_data(plan, model_port_find(&r.inputs, "rotation"));
     for (int i = 0; i < 2 * LT_HAND_JOINTS; i++)
         memcpy(truth + 9 * i, i % LT_HAND_JOINTS ? bent : R_0, sizeof(bent));
@@ -422,6 +437,7 @@ int main(void)
     suite_add_tcase(suite, sizes);
     tcase_set_timeout(tc, 0);
     tcase_add_checked_fixture(tc, start, stop);
+    tcase_add_test(tc, nothing_stale);
     tcase_add_test(tc, no_logits_no_opinion);
     tcase_add_test(tc, no_object_output_means_cell_centres);
     tcase_add_test(tc, no_pose_means_the_template);

@@ -5,6 +5,7 @@
 #include "libtensor/nn/init.h"
 #include "models/unified/unified.h"
 #include "tests/eval/tiny_model.h"
+#include "tests/models/stale.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -243,6 +244,8 @@ START_TEST(fused_and_plain_agree)
                           "%s[%d]: %g, plain %g", r.outputs.port[i].name, (int)k, (double)a[k], (double)b[k]);
     }
     ck_assert_int_lt(lt_plan_steps(plan), lt_plan_steps(plain));
+    expect_nothing_stale(plan, &r, fill_inputs);
+    expect_nothing_stale(plain, &r, fill_inputs);
     lt_plan_free(plan);
     lt_plan_free(plain);
     lt_graph_free(r.g);
