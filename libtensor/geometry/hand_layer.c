@@ -118,6 +118,8 @@ lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const i
         if (tips[i] < 0 || tips[i] >= V)
             return lt_error(LT_EINVAL, "hand layer: finger tip %d is vertex %d, want 0 to %d", i, tips[i],
                             V - 1);
+    if (lt_kernels_init())                  /* its tables are packed for the kernels that will read them */
+        return lt_last_status();
     layer = lt_arena_alloc(arena, sizeof(*layer));
     whole = layer;
     for (int i = 0; whole && i < V; i++)

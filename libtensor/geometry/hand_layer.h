@@ -51,7 +51,7 @@ LT_API void lt_hand_keypoints(const double *vertices, const double *joints, cons
 typedef struct lt_hand_layer lt_hand_layer;
 
 /* lt_hand_layer_new - lays out `model` (copied) in the arena; tips as in lt_hand_keypoints.
- * LT_ENOMEM; LT_EINVAL when a tip is no vertex. */
+ * LT_ENOMEM; LT_EINVAL when a tip is no vertex, and as lt_kernels_init. */
 LT_API lt_status lt_hand_layer_new(lt_arena *arena, const lt_hand_model *model, const int tips[5],
                                    lt_hand_layer **out);
 

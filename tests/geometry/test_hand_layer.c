@@ -32,7 +32,6 @@ static void fill_real(uint32_t seed, lt_real *out, size_t n)
 
 static void make_hand(void)
 {
-    ck_assert_int_eq(lt_kernels_init(), LT_OK);
     arena = lt_arena_new();
     hand = lt_arena_alloc(arena, sizeof(*hand));
     hashed_hand(hand);
@@ -235,6 +234,16 @@ START_TEST(any_instruction_set)
 }
 END_TEST
 
+/* Whoever makes a layer before anything else has it packed for the kernels that will run it. */
+START_TEST(packed_for_the_kernels_in_use)
+{
+    const lt_isa made_for = lt_k->isa;
+
+    ck_assert_int_eq(lt_kernels_init(), LT_OK);
+    ck_assert_int_eq(made_for, lt_k->isa);
+}
+END_TEST
+
 START_TEST(root_rotation_is_rigid)
 {
     const double aa[3] = { .7, -1.1, .4 };
@@ -367,6 +376,7 @@ int main(void)
     tcase_add_test(c, many_are_as_each_alone);
     tcase_add_test(c, a_crowd_is_as_each_alone);
     tcase_add_test(c, any_instruction_set);
+    tcase_add_test(c, packed_for_the_kernels_in_use);
     tcase_add_test(c, root_rotation_is_rigid);
     tcase_add_test(c, slope);
     tcase_add_test(c, gradients_add);
