@@ -30,7 +30,9 @@ static lt_status find_file(const char *path, cli_checkpoint *c)
         return run ? LT_OK : lt_error(LT_ENOMEM, "no memory to open %s", path);
     run[slash - path] = '\0';
     n = strlen(run);
-    if (n > sizeof(folder) - 1 && strcmp(run + n - (sizeof(folder) - 1), folder) == 0)
+    if (!strcmp(run, folder + 1))
+        c->run = ".";
+    else if (n > sizeof(folder) - 1 && strcmp(run + n - (sizeof(folder) - 1), folder) == 0)
         run[n - (sizeof(folder) - 1)] = '\0';
     return LT_OK;
 }

@@ -61,3 +61,23 @@ lt_status eval_csv_commit(eval_csv *w)
 {
     return lt_atomic_commit(&w->file);
 }
+
+char *eval_csv_field(char **line)
+{
+    char *const field = *line, *to = field, *from = field;
+    bool quoted = false;
+
+    if (!field)
+        return NULL;
+    for (; *from && (quoted || *from != ','); from++) {
+        const bool twice = quoted && from[0] == '"' && from[1] == '"';
+
+        if (*from == '"' && !twice)
+            quoted = !quoted;
+        else
+            *to++ = *(from += twice);
+    }
+    *line = *from ? from + 1 : NULL;
+    *to = '\0';
+    return field;
+}

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Files of errors as tables of their worst lines. */
+#include "eval/csv.h"
 #include "eval/report_internal.h"
 
 #include <math.h>
@@ -18,6 +19,18 @@ static int by_error(const void *a, const void *b)
     return (y > x) - (y < x);
 }
 
+/* The second field of a line, NaN where it is no number */
+static double error_of(lt_arena *arena, const char *line)
+{
+    char *rest = lt_arena_strdup(arena, line), *end = NULL, *number;
+    double x;
+
+    eval_csv_field(&rest);
+    number = eval_csv_field(&rest);
+    x = number ? strtod(number, &end) : NAN;
+    return number && end > number ? x : NAN;
+}
+
 /* Lines behind the heading whose second field is a number; text is cut into lines */
 static entry *take_entries(lt_arena *arena, char *text, int *n)
 {
@@ -30,13 +43,8 @@ static entry *take_entries(lt_arena *arena, char *text, int *n)
     *n = 0;
     strtok(text, "\n");
     for (char *line; list && (line = strtok(NULL, "\n")); ) {
-        const char *comma = strchr(line, ',');
-        char *end;
-
-        if (!comma)
-            continue;
-        list[*n] = (entry){ line, strtod(comma + 1, &end) };
-        *n += end > comma + 1 && isfinite(list[*n].error_mm);
+        list[*n] = (entry){ line, error_of(arena, line) };
+        *n += isfinite(list[*n].error_mm);
     }
     return list;
 }
@@ -46,7 +54,7 @@ static void put_cells(FILE *f, lt_arena *arena, const char *line, const char *ce
     char *copy = lt_arena_strdup(arena, line);
 
     fputs("<tr>", f);
-    for (char *part; copy && (part = strsep(&copy, ",")); ) {
+    for (char *part; (part = eval_csv_field(&copy)); ) {
         fprintf(f, "<%s>", cell);
         html_text(f, part);
         fprintf(f, "</%s>", cell);

@@ -125,6 +125,7 @@ static bool describe(contents *c, const model *m, const char *config, const chec
     put_int(c, "optim_steps", s->optim_steps);
     put_int(c, "validated", s->validated);
     put(c, "best", lt_arena_strdup(c->arena, lt_json_number(s->best_mm, best)));
+    put_int(c, "best_step", s->best_step);
     put(c, "isa", lt_isa_name(lt_k->isa));
     if (m->hand)
         put_tips(c, m->hand);
@@ -296,6 +297,8 @@ static lt_status get_state(const lt_safetensors *f, checkpoint_state *out)
         st = get_int(f, "optim_steps", &out->optim_steps);
     if (st == LT_OK)
         st = get_int(f, "validated", &out->validated);
+    if (st == LT_OK)
+        st = get_int(f, "best_step", &out->best_step);
     if (st == LT_OK)
         st = get_int(f, "epoch", &epoch);
     if (st == LT_OK)

@@ -4,8 +4,8 @@
  * and as metadata where it was. The same run gives the same bytes, whenever and wherever it is made.
  *
  * Metadata keys: "format" (palmar-checkpoint), "version", "model", "variant", "config" (JSON), "step", "epoch",
- * "next", "seed", "skipped", "optim_steps", "validated", "best", "isa", "tips" (vertices of the hand), "crc32" (of
- * everything else); in one that is made for inference, "int8" (train/int8_table.h).
+ * "next", "seed", "skipped", "optim_steps", "validated", "best", "best_step", "isa", "tips" (vertices of the hand),
+ * "crc32" (of everything else); in one that is made for inference, "int8" (train/int8_table.h).
  */
 #ifndef TRAIN_CHECKPOINT_H
 #define TRAIN_CHECKPOINT_H
@@ -23,6 +23,7 @@ typedef struct {
     uint64_t seed;
     int64_t validated;              /* the step of the last validation; 0 before one */
     double best_mm;                 /* the lowest PA-MPJPE of a validation so far; infinite before one */
+    int64_t best_step;              /* of that validation; 0 before one */
 } checkpoint_state;
 
 /* What stands before a weight's name in that of its average over a run's steps */

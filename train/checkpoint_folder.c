@@ -153,7 +153,7 @@ static void remove_leftovers(lt_arena *arena, const char *folder)
         closedir(dir);
 }
 
-lt_status checkpoint_prune(const char *folder, int keep)
+lt_status checkpoint_prune(const char *folder, int64_t step, int keep)
 {
     lt_arena *arena = lt_arena_new();
     const char *const *paths = NULL;
@@ -161,8 +161,8 @@ lt_status checkpoint_prune(const char *folder, int keep)
     lt_status st = arena ? checkpoint_list(arena, folder, &paths, &n)
                          : lt_error(LT_ENOMEM, "%s: no memory", folder);
 
-    for (int i = keep; st == LT_OK && i < n; i++)
-        if (unlink(paths[i]) != 0 && errno != ENOENT)
+    for (int i = 0; st == LT_OK && i < n; i++)
+        if (checkpoint_step(paths[i]) <= step && keep-- <= 0 && unlink(paths[i]) != 0 && errno != ENOENT)
             st = lt_error(LT_EIO, "%s: %s", paths[i], strerror(errno));
     if (st == LT_OK)
         remove_leftovers(arena, folder);

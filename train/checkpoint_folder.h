@@ -29,7 +29,8 @@ const char *checkpoint_last(lt_arena *arena, const char *path);
  */
 lt_status checkpoint_alias(const char *folder, const char *name, const char *path);
 
-/* checkpoint_prune - remove all step files but the newest keep, and what a killed run left half written */
-lt_status checkpoint_prune(const char *folder, int keep);
+/* checkpoint_prune - of the files up to a step remove all but the newest keep, and what a killed run left half written;
+ * later ones are no more than what the run could not go on from */
+lt_status checkpoint_prune(const char *folder, int64_t step, int keep);
 
 #endif

@@ -28,7 +28,7 @@ lt_status trainer_save(trainer *t)
     if (st == LT_OK && t->improved)
         st = checkpoint_alias(t->checkpoints, "best.safetensors", path);
     if (st == LT_OK)
-        st = checkpoint_prune(t->checkpoints, t->config.loop.keep);
+        st = checkpoint_prune(t->checkpoints, t->state.step, t->config.loop.keep);
     if (st)
         return st;
     t->saved_step = t->state.step;
@@ -130,6 +130,7 @@ lt_status trainer_resume(trainer *t)
         return lt_error(LT_EINVAL, "%s: train.seed: %d, but the run to resume has %" PRIu64, t->config.path,
                         t->config.loop.seed, t->state.seed);
     t->saved_step = *from ? -1 : t->state.step;
+    t->improved = t->state.validated && t->state.best_step == t->state.step;       /* its second name may be missing */
     return LT_OK;
 }
 

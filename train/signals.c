@@ -2,6 +2,7 @@
 #include "train/signals.h"
 
 #include "libtensor/base/common.h"
+#include "libtensor/io/atomic_file.h"
 
 #include <signal.h>
 #include <stddef.h>
@@ -11,6 +12,7 @@ static volatile sig_atomic_t stop, save;
 static void on_stop(int sig)
 {
     if (stop) {
+        lt_atomic_unlink_all();
         signal(sig, SIG_DFL);
         raise(sig);
     }

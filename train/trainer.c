@@ -57,6 +57,7 @@ static lt_status validate(trainer *t)
     t->state.validated = t->state.step;
     if (v.pa_mpjpe_mm < t->state.best_mm) {
         t->state.best_mm = v.pa_mpjpe_mm;
+        t->state.best_step = v.step;
         t->improved = true;
     }
     train_log_validation(&t->log, &v);
@@ -75,7 +76,7 @@ static bool save_is_due(const trainer *t)
 {
     const train_loop_config *c = &t->config.loop;
 
-    if (t->improved || signals_take_save() || stop_asked())
+    if (t->improved || signals_take_save())
         return true;
     if (t->state.step == t->first_step)
         return false;
@@ -87,18 +88,16 @@ static bool save_is_due(const trainer *t)
 static lt_status between_steps(trainer *t)
 {
     lt_status st = LT_OK;
+    bool stopping;
 
     if (!stop_asked() && validation_is_due(t))
         st = validate(t);
     if (st && st != LT_ESTOPPED)
         return st;
-    if (save_is_due(t)) {
-        st = trainer_save(t);
-        if (st)
-            return st;
-    }
-    if (!stop_asked())
-        return LT_OK;
+    stopping = stop_asked();            /* once: a signal from here on finds the next step */
+    st = stopping || save_is_due(t) ? trainer_save(t) : LT_OK;
+    if (st || !stopping)
+        return st;
     return lt_error(LT_ESTOPPED, "stopped by signal %d at step %" PRId64 "; go on with --resume",
                     signals_stop(), t->state.step);
 }

@@ -31,6 +31,9 @@ static lt_status infer(lt_call *c)
     if (a->k < 1 || a->stride < 1 || a->pad < 0 || a->pad > a->k / 2)
         return lt_fail(c, "window %d, stride %d, pad %d: want k >= 1, stride >= 1, 0 <= pad <= k / 2", a->k,
                        a->stride, a->pad);
+    if (lt_dim(x, 3) && lt_dim(x, 2) > INT32_MAX / lt_dim(x, 3))
+        return lt_fail(c, "a map of %lld x %lld, want less than 2^31 places", (long long)lt_dim(x, 2),
+                       (long long)lt_dim(x, 3));
     if (lt_dim(x, 2) < 1 || lt_dim(x, 3) < 1 || out_size(lt_dim(x, 2), a) < 1 || out_size(lt_dim(x, 3), a) < 1)
         return lt_fail(c, "a %d x %d window does not fit a %lld x %lld map", a->k, a->k,
                        (long long)lt_dim(x, 2), (long long)lt_dim(x, 3));

@@ -31,6 +31,20 @@ START_TEST(csv)
 }
 END_TEST
 
+START_TEST(fields_of_a_line)
+{
+    char text[] = "\"odd,\"\"name\"\"\",inf,,\"\",x\"y,", *rest = text;
+
+    ck_assert_str_eq(eval_csv_field(&rest), "odd,\"name\"");
+    ck_assert_str_eq(eval_csv_field(&rest), "inf");
+    ck_assert_str_eq(eval_csv_field(&rest), "");
+    ck_assert_str_eq(eval_csv_field(&rest), "");
+    ck_assert_str_eq(eval_csv_field(&rest), "xy,");         /* no line of ours: a quote that nobody closes */
+    ck_assert_ptr_null(eval_csv_field(&rest));
+    ck_assert_ptr_null(eval_csv_field(&rest));
+}
+END_TEST
+
 START_TEST(no_folder)
 {
     static const char *const metric[] = { "x" };
@@ -48,6 +62,7 @@ int main(void)
     int failed;
 
     tcase_add_test(t, csv);
+    tcase_add_test(t, fields_of_a_line);
     tcase_add_test(t, no_folder);
     suite_add_tcase(s, t);
     r = srunner_create(s);

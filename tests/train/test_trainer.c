@@ -371,6 +371,51 @@ START_TEST(damaged_newest)
 }
 END_TEST
 
+/* What is saved after going back behind damaged files stays, though they have higher numbers. */
+START_TEST(damaged_newest_and_one_kept)
+{
+    stop_at at = { 5, SIGTERM };
+    train_options o;
+
+    with("optim.steps=6");
+    with("train.checkpoint_steps=2");
+    o = options("one");
+    run_ok(&o);
+    damage("one/checkpoints/step-000006.safetensors", 300000);
+    with("train.keep=1");
+    o = options("one");
+    o.resume = "";
+    o.progress = tmpfile();
+    o.before_step = raise_signal;
+    o.ctx = &at;
+    expect(&o, LT_ESTOPPED, "at step 5");
+    ck_assert(there("one/checkpoints/step-000005.safetensors"));
+    o.before_step = NULL;
+    run_ok(&o);
+    same_file(last_of("one"), "one/checkpoints/step-000006.safetensors");
+    fclose(o.progress);
+}
+END_TEST
+
+/* Killed between a checkpoint's names, a run gives it the missing one when it goes on. */
+START_TEST(best_is_named_again)
+{
+    train_options o;
+
+    with("optim.steps=3");
+    with("train.validate_steps=3");
+    with("train.validate_samples=4");
+    o = options("best");
+    run_ok(&o);
+    ck_assert_int_eq(unlink(tree_at("best/checkpoints/best.safetensors")), 0);
+    with("optim.steps=4");
+    o = options("best");
+    o.resume = "";
+    run_ok(&o);
+    same_file("best/checkpoints/best.safetensors", "best/checkpoints/step-000003.safetensors");
+}
+END_TEST
+
 START_TEST(of_another_model)
 {
     train_options o;
@@ -555,6 +600,8 @@ int main(int argc, char **argv)
     tcase_add_test(c, too_many_bad_steps);
     tcase_add_test(c, disk_full);
     tcase_add_test(c, damaged_newest);
+    tcase_add_test(c, damaged_newest_and_one_kept);
+    tcase_add_test(c, best_is_named_again);
     tcase_add_test(c, of_another_model);
     tcase_add_test(c, before_the_first_checkpoint);
     tcase_add_test(c, resume_refused);
