@@ -63,7 +63,7 @@ static lt_status walk(const compiled *c, loader *l, compiled_visit visit, void *
 lt_status compiled_walk(const compiled *c, const loader_source *source, int threads, double tolerate,
                         compiled_visit visit, void *ctx, bool (*stop)(void))
 {
-    const loader_options o = { .batch = c->record.batch, .threads = threads, .ahead = 2,
+    const loader_options o = { .batch = c->record.batch, .threads = threads, .ahead = COMPILED_AHEAD,
                                .tolerate = tolerate };
     loader *l;
     lt_status st = loader_new(source, &o, (loader_position){ 0 }, &l);

@@ -23,6 +23,8 @@ void compiled_free(compiled *c);
 /* compiled_output - where the plan keeps an output, or NULL when the model has none of that name */
 const lt_real *compiled_output(const compiled *c, const char *name);
 
+enum { COMPILED_AHEAD = 2 };            /* batches that compiled_walk prepares ahead */
+
 /**
  * compiled_walk - run through all samples of a source in order
  *

@@ -133,6 +133,19 @@ static void count_steps(trainer *t)
         t->total_steps = lt_min_i64(t->total_steps, o->steps);
 }
 
+/* What the process holds at this moment; 0 where the system does not tell. */
+static size_t resident_bytes(void)
+{
+    FILE *f = fopen("/proc/self/statm", "r");
+    unsigned long pages = 0;
+
+    if (f && fscanf(f, "%*u %lu", &pages) != 1)
+        pages = 0;
+    if (f)
+        fclose(f);
+    return pages * (size_t)sysconf(_SC_PAGESIZE);
+}
+
 lt_status trainer_init(trainer *t, const train_options *o)
 {
     lt_status st;
@@ -146,6 +159,7 @@ lt_status trainer_init(trainer *t, const train_options *o)
     st = load_config(t);
     if (st == LT_OK)
         st = train_source_open(t->arena, &t->config, &t->source);
+    t->resident = resident_bytes();             /* the program, and what it knows of the data */
     if (st == LT_OK)
         st = build_model(t);
     if (st)
@@ -183,14 +197,14 @@ size_t trainer_plan_bytes(const trainer *t)
 static size_t batch_bytes(const trainer *t)
 {
     const size_t side = (size_t)t->model.image_size;
-    const size_t batches = (size_t)t->config.data.ahead + 1;
+    const size_t batches = (size_t)t->config.data.ahead + 1 + (t->check.plan ? COMPILED_AHEAD + 1 : 0);
 
     return batches * (size_t)t->config.optim.batch * side * side * 4 * sizeof(float);
 }
 
 size_t trainer_bytes(const trainer *t)
 {
-    size_t n = trainer_plan_bytes(t) + batch_bytes(t) + tree_sum_bytes(t->sum) + lt_arena_bytes(t->arena)
+    size_t n = t->resident + trainer_plan_bytes(t) + batch_bytes(t) + tree_sum_bytes(t->sum)
         + lt_arena_bytes(lt_params_arena(t->params));
 
     for (int i = 0; i < lt_optim_state_count(t->optim); i++) {

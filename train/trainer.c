@@ -46,6 +46,13 @@ static lt_status score(trainer *t, train_validation *v)
     return st;
 }
 
+static lt_status flush_log(trainer *t)
+{
+    const lt_status st = train_log_flush(&t->log);
+
+    return st ? lt_error_prefix(st, "%s", t->opt->out) : LT_OK;
+}
+
 static lt_status validate(trainer *t)
 {
     train_validation v = { .step = t->state.step, .epoch = (int64_t)t->state.position.epoch };
@@ -67,7 +74,7 @@ static lt_status validate(trainer *t)
                   " samples%s", v.step, v.pa_mpjpe_mm, v.mpjpe_mm, loss, v.samples, t->improved ? ", best" : "");
     if (t->opt->validated)
         t->opt->validated(t->opt->ctx, &v);
-    return train_log_flush(&t->log);
+    return flush_log(t);
 }
 
 /* ---- between steps ------------------------------------------------------------------------------------ */
@@ -142,7 +149,7 @@ static lt_status report(trainer *t, bool last)
     progress_step(&t->progress, &t->record, &s, last || here == 20);
     if (last || t->record.bad || every(t->state.step, t->config.loop.log_every))
         train_log_step(&t->log, &t->record);
-    return train_log_flush(&t->log);
+    return flush_log(t);
 }
 
 static lt_status one_step(trainer *t)
@@ -162,6 +169,18 @@ static lt_status one_step(trainer *t)
     return st ? st : logged;
 }
 
+/* What ends a run between two steps costs none of them; the first line is the one that counts. */
+static lt_status keep_steps(trainer *t, lt_status st)
+{
+    char line[1024];
+
+    if (st == LT_ESTOPPED || st == LT_ENUMERIC || t->state.step == t->first_step || t->state.step == t->saved_step)
+        return st;
+    snprintf(line, sizeof(line), "%s", lt_last_error());
+    trainer_save(t);
+    return lt_error(st, "%s", line);
+}
+
 static lt_status loop(trainer *t)
 {
     lt_status st = between_steps(t);
@@ -171,7 +190,7 @@ static lt_status loop(trainer *t)
         if (st == LT_OK)
             st = between_steps(t);
     }
-    return st ? st : trainer_save(t);
+    return st ? keep_steps(t, st) : trainer_save(t);
 }
 
 /* ---- from the beginning to the end -------------------------------------------------------------------- */

@@ -36,6 +36,7 @@ typedef struct {
     checkpoint_state state;
     int64_t steps_of_epoch, total_steps, first_step;
     int64_t saved_step;             /* of the last checkpoint, -1 before */
+    size_t resident;                /* of the process, before the model was made */
     double saved_at, began_at, step_seconds;
     int bad_in_a_row, samples_warned;
     train_step_record record;       /* of the last step */
@@ -46,7 +47,7 @@ typedef struct {
 lt_status trainer_init(trainer *t, const train_options *o);
 void trainer_fini(trainer *t);
 size_t trainer_plan_bytes(const trainer *t);
-size_t trainer_bytes(const trainer *t);         /* plans, batches, parameters, optimiser */
+size_t trainer_bytes(const trainer *t);         /* program, data's list, plans, batches, parameters, optimiser */
 void trainer_describe(trainer *t);
 
 /* run_folder.c: config.json, env.json, README.txt. Refuses a folder that holds a run, unless going on, and one where
