@@ -21,10 +21,10 @@ typedef struct {
 } bench_args;
 
 static const struct argp_option options[] = {
-    { "model", 'm', "NAME", 0, "hocat", 0 },
+    { "model", 'm', "NAME", 0, "hocat (default), unified, resnet50 or efficientnet_b0", 0 },
     { "layer", LAYER, "LAYER", 0, "a single layer instead, with cold weights; see below", 0 },
     { "variant", VARIANT, "NAME", 0, "of the model; default the config's, else full", 0 },
-    { "config", 'c', "FILE", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
+    { "config", 'c', "FILE|NAME|RUN", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key of the config, as model.width=16; may be repeated", 0 },
     { "mode", MODE, "MODE", 0, "infer (default), train, or both", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 1", 0 },
@@ -45,7 +45,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
     switch (key) {
     case 'm': a->model = arg; break;
-    case 'c': a->config = arg; break;
+    case 'c': a->config = cli_find_config(state, arg); break;
     case 'b': a->batch = cli_number(state, "batch", arg, 1, 1024); break;
     case 't': cli_threads(state, arg); break;
     case RUNS: a->runs = cli_number(state, "runs", arg, 3, 10000); break;
@@ -110,7 +110,7 @@ static lt_status subject_new(const bench_args *a, const cli_hand *hand, subject 
 {
     *s = (subject){ .copies = 0 };
     if (!a->layer)
-        return cli_model_new(a->model ? a->model : "hocat", a->config, &a->over, hand, &s->params, &s->m);
+        return cli_model_new(a->model, a->config, &a->over, hand, &s->params, &s->m);
     s->params = lt_params_new();
     return s->params ? layer_new(a->layer, hand->layer, s->params, &s->m, &s->copies)
                      : lt_error(LT_ENOMEM, "no memory for the layer");

@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 /* ---- arguments ---------------------------------------------------------------------------------------- */
@@ -222,6 +223,28 @@ void cli_hand_close(cli_hand *h)
     h->arena = NULL;
 }
 
+const char *cli_find_config(struct argp_state *state, const char *name)
+{
+    static const char *const roots[] = { PALMAR_DATADIR, PALMAR_SRCDIR };
+    static char path[4096];
+    const char *dash = strchr(name, '-');
+    struct stat s;
+
+    if (stat(name, &s) == 0 && S_ISDIR(s.st_mode)) {
+        snprintf(path, sizeof(path), "%s/config.json", name);
+        return path;
+    }
+    if (access(name, F_OK) == 0 || strchr(name, '/'))
+        return name;
+    for (size_t i = 0; dash && i < LT_COUNT(roots); i++) {
+        snprintf(path, sizeof(path), "%s/models/%.*s/configs/%s.json", roots[i], (int)(dash - name), name, dash + 1);
+        if (access(path, R_OK) == 0)
+            return path;
+    }
+    argp_error(state, "no config \"%s\": neither a file nor one that comes with palmar, as hocat-tiny does", name);
+    return NULL;
+}
+
 static lt_status read_config(const char *config, cJSON **root)
 {
     if (config)
@@ -230,31 +253,33 @@ static lt_status read_config(const char *config, cJSON **root)
     return *root ? LT_OK : lt_error(LT_ENOMEM, "no memory for a config");
 }
 
-/* The "model" group without its name, which chose the class. */
-static const cJSON *model_group(cJSON *root)
+/* Whose config it is: a model of another name would find its keys strange. */
+static lt_status find_model(const char *name, const char *config, cJSON *group, const model_class **out)
 {
-    cJSON *group = cJSON_GetObjectItemCaseSensitive(root, "model");
+    const char *own = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(group, "name"));
 
-    if (cJSON_IsObject(group))
-        cJSON_DeleteItemFromObjectCaseSensitive(group, "name");
-    return group;
+    if (name && own && strcmp(name, own))
+        return lt_error(LT_EINVAL, "%s: a config of %s, but --model is %s", config, own, name);
+    return model_find(name ? name : own ? own : "hocat", out);
 }
 
 lt_status cli_model_new(const char *name, const char *config, const cli_overrides *over,
                         const cli_hand *hand, lt_params **params, model *out)
 {
     const model_class *cls;
-    cJSON *root = NULL;
-    lt_status st = model_find(name, &cls);
+    cJSON *root = NULL, *group;
+    lt_status st = read_config(config, &root);
 
     *params = NULL;
-    if (st == LT_OK)
-        st = read_config(config, &root);
     for (int i = 0; st == LT_OK && i < over->n; i++)
         st = lt_config_set(root, over->set[i]);
+    group = cJSON_GetObjectItemCaseSensitive(root, "model");
+    if (st == LT_OK)
+        st = find_model(name, config, group, &cls);
     if (st == LT_OK) {
+        cJSON_DeleteItemFromObjectCaseSensitive(group, "name");
         *params = lt_params_new();
-        st = *params ? model_create(cls, config ? config : "model", model_group(root), hand->layer, *params, out)
+        st = *params ? model_create(cls, config ? config : "model", group, hand->layer, *params, out)
                      : lt_error(LT_ENOMEM, "no memory for the model");
     }
     if (st == LT_OK)

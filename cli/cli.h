@@ -2,7 +2,7 @@
 /*
  * What the subcommands of `palmar` share. Each is a function over its own arguments that returns the
  * process's exit code: 0 done, 1 bad input or failed work, 2 bad usage, 3 numerical stop, 4 no resources,
- * 130 and 143 stopped by SIGINT and SIGTERM after saving.
+ * 128 and its number stopped by a signal after saving.
  */
 #ifndef CLI_CLI_H
 #define CLI_CLI_H
@@ -89,10 +89,14 @@ typedef struct {
 lt_status cli_hand_open(const char *path, const int *tips, cli_hand *out);
 void cli_hand_close(cli_hand *h);
 
+/* cli_find_config - the config that a user means: a file, the one in a run's folder, or by its name ("hocat-tiny") one
+ * that comes with palmar; a usage error when there is none. Valid until called again. */
+const char *cli_find_config(struct argp_state *state, const char *name);
+
 /**
- * cli_model_new - a model by name with a config, initialised from seed 0
+ * cli_model_new - a model with a config, initialised from seed 0
  *
- * config is a file with a "model" group, or NULL; what `over` says goes on top.
+ * config is a file with a "model" group, or NULL; name NULL: of that group, else HOCAT. What `over` says goes on top.
  * *params is the caller's to free.
  */
 lt_status cli_model_new(const char *name, const char *config, const cli_overrides *over,

@@ -33,9 +33,10 @@ static const struct argp_option options[] = {
     { "calibration-samples", CALIBRATION_SAMPLES, "N", 0,
       "for --int8: training samples that are looked at; default 64", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default the one it was trained with", 0 },
-    { "model", 'm', "NAME", 0, "a model with weights of --init, or untrained, instead of a checkpoint", 0 },
+    { "model", 'm', "NAME", 0, "hocat, unified, resnet50 or efficientnet_b0, with weights of --init or untrained, instead of a "
+      "checkpoint", 0 },
     { "variant", VARIANT, "NAME", 0, "of --model; default the config's, else full", 0 },
-    { "config", 'c', "FILE", 0, "for --model: a config whose \"model\" group to use; default the paper's size", 0 },
+    { "config", 'c', "FILE|NAME|RUN", 0, "for --model: a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "for --model: override a key of the config, as model.width=16", 0 },
     { "init", INIT, "FILE", 0, "for --model: weights by name, from safetensors or a checkpoint of PyTorch", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
@@ -76,7 +77,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 'o': a->out = arg; break;
     case 'b': a->batch = cli_number(state, "batch", arg, 0, 1024); break;
     case 'm': a->model = arg; break;
-    case 'c': a->config = arg; break;
+    case 'c': a->config = cli_find_config(state, arg); break;
     case 't': cli_threads(state, arg); break;
     case FORMAT: a->format = arg; break;
     case HAND: a->hand = arg; break;

@@ -34,9 +34,9 @@ typedef struct {
 } info_args;
 
 static const struct argp_option options[] = {
-    { "model", 'm', "NAME", 0, "parameters and multiply-adds of a model, by block", 0 },
+    { "model", 'm', "NAME", 0, "parameters and multiply-adds of a model, by block: hocat, unified, resnet50 or efficientnet_b0", 0 },
     { "variant", VARIANT, "NAME", 0, "of that model", 0 },
-    { "config", 'c', "FILE", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
+    { "config", 'c', "FILE|NAME|RUN", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key of the config; may be repeated", 0 },
     { "init", INIT, "FILE", 0, "with --model: what --init FILE of palmar train would load, miss and leave over", 0 },
     { "data", DATA, "DIR", 0, "a dataset: version, splits, objects, a self-test on some samples", 0 },
@@ -57,7 +57,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
     switch (key) {
     case 'm': a->model = arg; break;
-    case 'c': a->config = arg; break;
+    case 'c': a->config = cli_find_config(state, arg); break;
     case INIT: a->init = arg; break;
     case DATA: a->data = arg; break;
     case SETUP: a->setup = arg; break;

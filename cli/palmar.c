@@ -42,7 +42,7 @@ static void print_help(FILE *f)
             "  palmar train --config hocat-tiny --data data/tiny --out runs/tiny\n"
             "  palmar eval runs/tiny --data data/tiny\n\n"
             "Exit codes: 0 done, 1 bad input or failed work, 2 bad usage, 3 numbers went bad,\n"
-            "4 no memory or disk, 130 and 143 stopped by a signal after saving.\n");
+            "4 no memory or disk, 128 and its number after a signal (130, 143), when all is saved.\n");
 }
 
 static const command *find(const char *name)

@@ -6,7 +6,6 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <string.h>
-#include <unistd.h>
 
 enum { DATA = 256, HAND, SET, RESUME, INIT, DRY_RUN, KEYS };
 
@@ -14,7 +13,6 @@ typedef struct {
     train_options o;
     cli_overrides over;
     char data[4096], hand[4096];
-    char config[4096];
     bool keys;
 } train_args;
 
@@ -35,29 +33,6 @@ static const struct argp_option options[] = {
     { "keys", KEYS, NULL, 0, "list every key of a config with its default and meaning", 0 },
     { 0 },
 };
-
-/* hocat-tiny -> .../models/hocat/configs/tiny.json, installed or in the source tree */
-static const char *find_config(const char *name, char *path, size_t n)
-{
-    static const char *const roots[] = { PALMAR_DATADIR, PALMAR_SRCDIR };
-    const char *dash = strchr(name, '-');
-
-    if (access(name, F_OK) == 0 || strchr(name, '/'))
-        return name;
-    for (size_t i = 0; dash && i < LT_COUNT(roots); i++) {
-        snprintf(path, n, "%s/models/%.*s/configs/%s.json", roots[i], (int)(dash - name), name, dash + 1);
-        if (access(path, R_OK) == 0)
-            return path;
-    }
-    return NULL;
-}
-
-static void choose_config(train_args *a, struct argp_state *state, const char *name)
-{
-    a->o.config = find_config(name, a->config, sizeof(a->config));
-    if (!a->o.config)
-        argp_error(state, "no config \"%s\": neither a file nor one that comes with palmar, as hocat-tiny does", name);
-}
 
 static void check(train_args *a, struct argp_state *state)
 {
@@ -88,7 +63,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     train_args *a = state->input;
 
     switch (key) {
-    case 'c': choose_config(a, state, arg); break;
+    case 'c': a->o.config = cli_find_config(state, arg); break;
     case 'o': a->o.out = arg; break;
     case 'q': a->o.quiet = true; break;
     case 't': cli_threads(state, arg); break;

@@ -291,9 +291,9 @@ static lt_status add_sequences(tree *t)
         d->total += (int64_t)d->sequence[i].frames * d->n_cameras;
     }
     if (!st && !d->total)
-        st = lt_error(LT_EINVAL, "%s: split %s of s%d has no samples: the dataset has %d subjects of %d sequences, "
-                      "seen by %d cameras", d->base.root, dexycb_split_name(d->split), d->split.setup, t->n_subjects,
-                      t->n_sequences, d->n_serials);
+        st = lt_error(LT_EINVAL, "%s: split %s of s%d has no samples: the dataset has %d subjects of %d sequences, and "
+                      "%d of these are in it, seen by %d of its cameras", d->base.root, dexycb_split_name(d->split),
+                      d->split.setup, t->n_subjects, t->n_sequences, d->n_sequences, d->n_cameras);
     return st;
 }
 

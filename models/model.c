@@ -26,7 +26,9 @@ lt_status model_find(const char *name, const model_class **out)
         }
     }
     near = lt_nearest_name(name, names, n);
-    return lt_error(LT_EINVAL, "no such model \"%s\"; did you mean \"%s\"?", name, near ? near : names[0]);
+    if (near)
+        return lt_error(LT_EINVAL, "no such model \"%s\"; did you mean \"%s\"?", name, near);
+    return lt_error(LT_EINVAL, "no such model \"%s\"; there are hocat, unified, resnet50 and efficientnet_b0", name);
 }
 
 lt_status model_create(const model_class *cls, const char *where, const struct cJSON *config,

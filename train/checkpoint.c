@@ -50,7 +50,7 @@ static uint32_t crc_all(const lt_named_array *entry, size_t n, const lt_text_pai
 
 /* ---- writing ------------------------------------------------------------------------------------------ */
 
-enum { META = 17 };             /* and some for the check sum and a table */
+enum { META = 18 };             /* and some for the check sum and a table */
 
 typedef struct {
     lt_arena *arena;

@@ -210,10 +210,11 @@ static lt_status blame_override(const train_config *c, const char *const *set, i
 
     snprintf(line, sizeof(line), "%s", lt_last_error());
     for (int i = 0; i < n_set && strncmp(line, c->path, path) == 0; i++) {
-        const size_t key = strcspn(set[i], "=");
+        const size_t key = strcspn(set[i], "="), group = strcspn(set[i], ".=");
         const char *about = line + path + strspn(line + path, ": ");
 
-        if (strncmp(about, set[i], key) == 0 && about[key] == ':')
+        if ((strncmp(about, set[i], key) == 0 && about[key] == ':')
+            || (strncmp(about, set[i], group) == 0 && about[group] == ':'))
             return lt_error(st, "--set %s", about);
     }
     return st;

@@ -22,6 +22,9 @@ struct lt_graph {
     lt_tensor *harmless;            /* what calls return after a mistake */
 };
 
+/* lt_shape_fits_memory - no dimension is negative, and the bytes of the largest type can be counted */
+bool lt_shape_fits_memory(const lt_shape *s);
+
 /* lt_where - " (file:line)", or "" where file is NULL */
 enum { LT_WHERE = 256 };
 const char *lt_where(const char *file, int line, char out[LT_WHERE]);

@@ -181,7 +181,8 @@ LT_API lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes,
 
 /* lt_become - let a node be another op's from now on, with a copy of attr and other inputs; for passes. False, and
  * nothing changed, without memory. */
-bool lt_become(lt_node *node, const lt_op *op, const void *attr, size_t attr_bytes, lt_tensor *const *in, int n_in);
+LT_API bool lt_become(lt_node *node, const lt_op *op, const void *attr, size_t attr_bytes, lt_tensor *const *in,
+                      int n_in);
 
 /* lt_result - another output of the node that made t: lt_result(t, 1) is its second */
 LT_API lt_tensor *lt_result(lt_tensor *t, int i);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/graph/param.h"
 
+#include "libtensor/graph/internal.h"
+
 #include <stdio.h>
 #include <string.h>
 

@@ -74,9 +74,6 @@ LT_API size_t lt_dtype_size(lt_dtype dtype);
 /* lt_nbytes - bytes of the tensor's data */
 LT_API size_t lt_nbytes(const lt_tensor *t);
 
-/* lt_shape_fits_memory - no dimension is negative, and the bytes of the largest type can be counted */
-bool lt_shape_fits_memory(const lt_shape *s);
-
 /* lt_shape_text - "(2, 3, 8)" in buf, which is returned */
 enum { LT_SHAPE_TEXT = 160 };
 LT_API char *lt_shape_text(const lt_shape *s, char buf[LT_SHAPE_TEXT]);

@@ -25,7 +25,7 @@ typedef struct {
  *
  *   f        filled on success; ends in lt_atomic_commit or lt_atomic_abort, exactly one of them
  *
- * The data goes to "path.NUMBER.tmp" in the same folder, which must exist (lt_make_dirs). A file that
+ * The data goes to "path.PROCESS-NUMBER.tmp" in the same folder, which must exist (lt_make_dirs). A file that
  * is already at path keeps its contents until the commit, and its permission bits after it.
  *
  * Errors: LT_EIO (no such folder, not writable, path is a folder), LT_EINVAL (a name that is too long), LT_ENOSPC,

@@ -16,6 +16,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#define MODULE_HINT ", its module where it was installed or where PALMAR_MODULES says"
+
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static const lt_opencv *opencv;                 /* NULL: there is none */
 
@@ -69,7 +71,8 @@ lt_status lt_opencv_decode(lt_arena *arena, const char *name, const uint8_t *byt
 
     pthread_once(&once, find_module);
     if (!opencv)
-        return lt_error(LT_EFORMAT, "%s: neither PNG nor JPEG; other formats need a build with OpenCV", name);
+        return lt_error(LT_EFORMAT, "%s: neither PNG nor JPEG; other formats need a build with OpenCV%s", name,
+                        MODULE_HINT);
     if (opencv->decode(bytes, n, make_room, &r, error))
         return r.status ? r.status : lt_error(LT_EFORMAT, "%s: %s", name, error);
     *out = r.img;
@@ -94,7 +97,8 @@ lt_status lt_film_open(const char *path, lt_film **out)
         return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
     pthread_once(&once, find_module);
     if (!opencv)
-        return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV; or make images of it first", path);
+        return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV%s; or make images of it first", path,
+                        MODULE_HINT);
     f = lt_alloc(sizeof(*f));
     if (!f)
         return lt_error(LT_ENOMEM, "%s: no memory", path);

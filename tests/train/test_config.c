@@ -63,6 +63,7 @@ START_TEST(slips)
     refuse("{" MODEL ", \"optm\": {} }", NULL, "run.json: optm: no such group; did you mean \"optim\"?");
     refuse("{" MODEL ", \"zzzzzzz\": {} }", NULL,
            "run.json: zzzzzzz: no such group; there are model, data, optim, train");
+    refuse("{" MODEL "}", "optm.lr=1", "--set optm: no such group; did you mean \"optim\"?");
     refuse("{}", NULL, "run.json: model.name: want the name of a model, such as \"hocat\"");
     refuse("{" MODEL "}", "model.name=resnet50", "--set model.name: resnet50 is a classifier: palmar bench and "
            "info know it, but there is no data to train it on");
