@@ -110,6 +110,14 @@ static void init_head(lt_param *p, uint64_t seed)
         lt_init_normal(p, seed, 0.01);
 }
 
+/* A heat map's cells sum to 1, and features do not: times its side it weighs, from the first step on, about as much as
+ * what it is added to. */
+static void scale_heatmaps(lt_param *weight, int side)
+{
+    for (int64_t i = 0; i < lt_param_numel(weight); i++)
+        weight->data[i] *= (lt_real)side;
+}
+
 static void init(const model *self, uint64_t seed)
 {
     static const char *const heads[] = { "hocat.", "hand_head.", "hand_encoder.", "mano.", "object_head." };
@@ -122,6 +130,8 @@ static void init(const model *self, uint64_t seed)
         for (size_t i = 0; m->config.head_init == HOCAT_HFL_INIT && i < LT_COUNT(heads); i++)
             if (strncmp(p->name, heads[i], strlen(heads[i])) == 0)
                 init_head(p, seed);
+    if (m->config.head_init == HOCAT_DEFAULT_INIT)
+        scale_heatmaps(m->encoder.heatmap_conv.weight, m->config.roi);
     if (m->config.identity_pose)
         identity_pose_init(m->mano.pose.bias);
 }
