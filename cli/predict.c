@@ -107,6 +107,11 @@ static const struct argp argp = {
     NULL, NULL, NULL,
 };
 
+static bool stop(void)
+{
+    return cli_stop_requested();
+}
+
 static lt_status run(const predict_args *a, const cli_checkpoint *c)
 {
     const predict_options o = {
@@ -115,7 +120,7 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
         .camera = a->has_camera ? &a->camera : NULL, .depth = a->depth,
-        .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps, .alone = true,
+        .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps, .alone = true, .stop = stop,
         .messages = stderr,
     };
     predict_summary sum = { 0, 0 };
@@ -133,6 +138,7 @@ int cmd_predict(int argc, char **argv)
     lt_status st;
 
     cli_parse("predict", &argp, argc, argv, &a);
+    cli_catch_signals();
     st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
     if (st == LT_OK)
         st = run(&a, &c);

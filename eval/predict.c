@@ -78,7 +78,7 @@ static lt_status predict_one(const predict_job *j, lt_arena *arena, predict_smoo
     return st;
 }
 
-/* Counts what was written and what was skipped; an error where nothing after it would do better. */
+/* Counts what was written and what was skipped; an error where nothing after it would do better, or is wanted. */
 static lt_status count(const predict_job *j, lt_status st, bool unread)
 {
     if (st && !unread)
@@ -87,7 +87,7 @@ static lt_status count(const predict_job *j, lt_status st, bool unread)
     j->sum->skipped += st != LT_OK;
     if (st)
         predict_say(j->o, "skipped: %s", lt_last_error());
-    return LT_OK;
+    return j->o->stop && j->o->stop() ? lt_error(LT_ESTOPPED, "predict: stopped") : LT_OK;
 }
 
 static lt_status predict_image(const predict_job *j, predict_smoother *smoother, const predict_input *in)

@@ -36,6 +36,7 @@ typedef struct {
                                      * says by itself */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back */
     bool alone;                     /* nothing else uses the model's weights, now or later: less memory */
+    bool (*stop)(void);             /* asked behind each image, whose files are whole by then; NULL: never */
     FILE *messages;                 /* what was assumed, skipped or not found; NULL: nobody is told */
 } predict_options;
 
@@ -71,7 +72,7 @@ typedef struct {
  * joints of the heat maps; without a solution between 0.05 and 10 m the hand is put 0.6 m away in its box.
  *
  * Errors: an unreadable image is named, skipped and counted, and when all are done the call returns
- * LT_EFORMAT. At once: LT_EINVAL (unknown object, nothing to do), LT_ENUMERIC (damaged
+ * LT_EFORMAT. At once: LT_ESTOPPED by o->stop, LT_EINVAL (unknown object, nothing to do), LT_ENUMERIC (damaged
  * weights), LT_EIO, LT_ENOSPC, LT_ENOMEM.
  * sum may be NULL.
  */

@@ -19,9 +19,10 @@ static const struct {
     const char *model, *config;
 } sizes[] = {
     { "hocat", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 2, \"heads\": 2, "
-               "\"mlp_ratio\": 1, \"head_init\": \"default\"}" },
+               "\"mlp_ratio\": 1, \"head_init\": \"default\", \"identity_pose\": true}" },
     { "hocat", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, \"heads\": 4, "
-               "\"mlp_ratio\": 2, \"imagenet_norm\": true, \"head_init\": \"default\", \"se_place\": \"none\"}" },
+               "\"mlp_ratio\": 2, \"imagenet_norm\": true, \"head_init\": \"default\", \"identity_pose\": true, "
+               "\"se_place\": \"none\"}" },
     { "resnet50", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 2, 1, 1], \"classes\": 10}" },
     { "efficientnet_b0", "{\"image_size\": 64, \"classes\": 10}" },
     { "unified", "{\"image_size\": 96, \"width\": 8, \"layers\": 1, \"heads\": 2, \"points\": 2}" },

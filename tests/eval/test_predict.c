@@ -257,6 +257,25 @@ START_TEST(folders)
 }
 END_TEST
 
+static bool at_once(void)
+{
+    return true;
+}
+
+/* Stopped, it leaves whole what it has written, and says so. */
+START_TEST(stopped)
+{
+    const char *const inputs[] = { in("a.png"), in("b.png") };
+    predict_summary sum;
+
+    write_png("a.png", false);
+    write_png("b.png", false);
+    ck_assert_int_eq(predict((predict_options){ .stop = at_once }, 2, inputs, &sum), LT_ESTOPPED);
+    ck_assert_int_eq(sum.written, 1);
+    ck_assert(exists("out/a.json") && exists("out/a.overlay.png") && !exists("out/b.json"));
+}
+END_TEST
+
 START_TEST(wrong)
 {
     const crop_box outside = { 500, 500, 600, 600 };
@@ -766,6 +785,7 @@ int main(void)
     tcase_add_test(t, formats);
     tcase_add_test(t, defaults);
     tcase_add_test(t, folders);
+    tcase_add_test(t, stopped);
     tcase_add_test(t, wrong);
     tcase_add_test(t, not_finite);
     tcase_add_test(t, mirror);
