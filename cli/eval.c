@@ -69,8 +69,8 @@ static void check_together(const eval_args *a, struct argp_state *state)
     if (a->pred && (scoring || a->submit || a->filter))
         argp_error(state, "--pred takes --data, --split, --setup, --models, --hand, --out: the whole file is scored");
     if (a->filter && !strcmp(a->filter, "every") && !a->submit)
-        argp_error(state, "--filter every has frames without a hand, which --submit alone takes: want valid, hfl-net or "
-                   "hoisdf");
+        argp_error(state, "--filter every has frames without a hand, which --submit alone takes: want valid, hfl-net "
+                   "or hoisdf");
     if (a->submit && scoring)
         argp_error(state, "--submit writes the whole split and scores nothing: no --limit, --json or --max-pa-mpjpe");
 }

@@ -120,7 +120,8 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
         .camera = a->has_camera ? &a->camera : NULL, .depth = a->depth,
-        .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps, .alone = true, .stop = stop,
+        .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps,
+        .alone = true, .stop = stop,
         .messages = stderr,
     };
     predict_summary sum = { 0, 0 };

@@ -10,7 +10,8 @@
 enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT };
 
 static const struct argp_option options[] = {
-    { "preset", 'p', "NAME", 0, "tiny (where none is named), small, or the one called default: subjects, objects, sequences; "
+    { "preset", 'p', "NAME", 0,
+      "tiny (where none is named), small, or the one called default: subjects, objects, sequences; "
       "demo: as many grasps as some minutes can make; pretrain: as many grasps as frames, for first weights", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },

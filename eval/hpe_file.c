@@ -38,8 +38,8 @@ static lt_status parse_line(const char *path, int64_t number, const char *text, 
     }
     end += strspn(end, " \r");
     if (n != 3 * J || *end)
-        return lt_error(LT_EFORMAT, "%s:%lld: %d numbers after the index, expected %d, all finite", path, (long long)number, n,
-                        3 * J);
+        return lt_error(LT_EFORMAT, "%s:%lld: %d numbers after the index, expected %d, all finite", path,
+                        (long long)number, n, 3 * J);
     return LT_OK;
 }
 

@@ -28,7 +28,7 @@ lt_status model_find(const char *name, const model_class **out)
     near = lt_nearest_name(name, names, n);
     if (near)
         return lt_error(LT_EINVAL, "no such model \"%s\"; did you mean \"%s\"?", name, near);
-    return lt_error(LT_EINVAL, "no such model \"%s\"; there are hocat, unified, resnet50 and efficientnet_b0", name);
+    return lt_error(LT_EINVAL, "no such model \"%s\"; palmar help info names them", name);
 }
 
 lt_status model_create(const model_class *cls, const char *where, const struct cJSON *config,

@@ -86,8 +86,8 @@ typedef struct {
     uint64_t seed, stream;
 } synth_stage;
 
-/* synth_stage_new - the take of a specification, of which alone it is a function; it lives in the arena, and subject, prop
- * and hand must outlive it. Errors: LT_ENOMEM. */
+/* synth_stage_new - the take of a specification, of which alone it is a function; it lives in the arena, and subject,
+ * prop and hand must outlive it. Errors: LT_ENOMEM. */
 lt_status synth_stage_new(lt_arena *arena, const synth_stage_spec *spec, synth_stage *out);
 
 /* synth_stage_view - the index in camera and sensor of frame k of a camera */

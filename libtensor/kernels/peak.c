@@ -3,7 +3,6 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/kernels.h"
 
-
 enum { ROUNDS = 20000, MOST_THREADS = 1024 };
 
 typedef struct { double end; double done[MOST_THREADS]; } reading;
