@@ -13,8 +13,6 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { LABEL = 0x4c41424c };
-
 /* ---- preparing ---- */
 
 static lt_status need_empty_folder(const char *path)
@@ -64,8 +62,7 @@ static lt_status make_props(synth_run *r)
         synth_file file[4];
         lt_status st = synth_report(r, "objects");
         if (!st)
-            st = synth_prop_new(r->session.arena, r->session.cast.object[i], r->session.opt->alias_ycb,
-                                lt_rng_mix(r->session.opt->seed, LABEL), p);
+            st = synth_prop_new(r->session.arena, r->session.cast.object[i], r->session.opt->alias_ycb, p);
         if (!st)
             st = synth_write_model(r->session.opt->out, p->name, &p->mesh, (const uint8_t (*)[3])p->rgb,
                                    SYNTH_TEXTURE, p->points, SYNTH_POINTS, file);

@@ -36,12 +36,12 @@ lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh);
  *
  *   rgb      SYNTH_TEXTURE rows of SYNTH_TEXTURE sRGB pixels; the top row is v = 1; owned by the arena
  *
- * Colours are the object's own; the print is drawn from seed, and breaks the symmetry of every object
- * whose class does not hold for the texture.
+ * Colours are the object's own; the print is drawn by its id, the same in every dataset, and breaks the
+ * symmetry of every object whose class does not hold for the texture.
  *
  * Errors: as above.
  */
-lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint64_t seed, uint8_t (**rgb)[3]);
+lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint8_t (**rgb)[3]);
 
 /**
  * synth_object_points - SYNTH_POINTS points spread over the surface, each as far as can be from the others

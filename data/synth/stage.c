@@ -12,7 +12,7 @@
 #include <string.h>
 
 /* Uses of a stage's stream. */
-enum { MOTION = 1, VIEW, ROOM, ARM, SENSOR, NOISE, DEPTH_NOISE, SHUTTER, LABEL, TABLE };
+enum { MOTION = 1, VIEW, ROOM, ARM, SENSOR, NOISE, DEPTH_NOISE, SHUTTER, TABLE };
 
 enum { ARM_BALLS = 12, BALLS = 1 + LT_HAND_KEYPOINTS + ARM_BALLS };
 
@@ -22,14 +22,14 @@ static const double FRAMES_PER_SECOND = 30;
 
 /* ---- props ---- */
 
-lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed, synth_prop *out)
+lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, synth_prop *out)
 {
     const ycb_object *ycb = ycb_find(ycb_id);
     float (*points)[3];
     lt_status st = synth_object_new(arena, ycb_id, &out->mesh);
 
     if (!st)
-        st = synth_object_texture(arena, ycb_id, lt_rng_mix(seed, LABEL), &out->rgb);
+        st = synth_object_texture(arena, ycb_id, &out->rgb);
     if (!st)
         st = synth_object_points(arena, &out->mesh, &points);
     if (!st)

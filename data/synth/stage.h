@@ -34,8 +34,8 @@ typedef struct {
     bool mirrored;                              /* mesh, points, box, index and sdf are mirror images, x -> -x */
 } synth_prop;
 
-/* synth_prop_new - object ycb_id with a label drawn from seed; alias: under its real name */
-lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, uint64_t seed, synth_prop *out);
+/* synth_prop_new - object ycb_id; alias: under its real name */
+lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, synth_prop *out);
 
 /* synth_prop_mirror - p in the mirror: what a left hand holds, where the take is filmed as a right hand's */
 lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *out);

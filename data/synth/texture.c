@@ -12,6 +12,8 @@
 
 enum { SIZE = SYNTH_TEXTURE };
 
+static const uint64_t PRINT = 0x3ebd25666fd8d71f;       /* any: an object looks the same in every dataset */
+
 typedef struct { uint8_t rgb[3]; } color;
 typedef struct { double x0, y0, x1, y1; } rect;         /* pixels, y down */
 
@@ -371,7 +373,7 @@ static void paint(canvas *c, const ycb_object *o)
     }
 }
 
-lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint64_t seed, uint8_t (**rgb)[3])
+lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint8_t (**rgb)[3])
 {
     const ycb_object *o = ycb_find(ycb_id);
     canvas c = { 0 };
@@ -381,7 +383,7 @@ lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint64_t seed, uint8
     c.px = lt_arena_array(arena, (size_t)SIZE * SIZE, sizeof(*c.px));
     if (!c.px)
         return lt_error(LT_ENOMEM, "no memory for a texture");
-    c.rng = lt_rng_make(seed, (uint64_t)ycb_id);
+    c.rng = lt_rng_make(PRINT, (uint64_t)ycb_id);
     c.ink = &recipes[ycb_id - 1];
     paint(&c, o);
     *rgb = c.px;

@@ -309,7 +309,7 @@ static void film(shot *s)
     const ho3d_options o = { .root = at("one"), .split = "train" };
 
     synth_subject_draw(hand, 3, 1, &s->subject);
-    ok(synth_prop_new(arena, 9, false, 3, &s->prop));
+    ok(synth_prop_new(arena, 9, false, &s->prop));
     ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     ok(synth_grasp_sample(ctx, 5, NULL, &grasp));
     ok(synth_stage_new(arena, &(synth_stage_spec){
@@ -593,7 +593,7 @@ START_TEST(rounds_have_their_frames)
     synth_stage stage;
 
     synth_subject_draw(hand, 3, 1, &s->subject);
-    ok(synth_prop_new(arena, 9, false, 3, &s->prop));
+    ok(synth_prop_new(arena, 9, false, &s->prop));
     ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     for (int i = 0; i < 3; i++)
         ok(synth_grasp_sample(ctx, (uint64_t)(5 + i), NULL, &grasp[i]));

@@ -111,7 +111,7 @@ START_TEST(things_on_the_table)
     synth_ball ball[12] = { { { 0, 0, 0.1 }, 0.12 }, { { 0.1, -0.2, 0.2 }, 0.2 } };
     lt_rng rng = lt_rng_make(1, 2);
 
-    ok(synth_prop_new(arena, 9, false, 3, &prop));
+    ok(synth_prop_new(arena, 9, false, &prop));
     for (int n = 2; n < 8; n++) {
         synth_settled at;
         double lowest = INFINITY;
@@ -145,7 +145,7 @@ START_TEST(left_hands_hold)
     ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &right));
     left = lt_arena_alloc(arena, sizeof(*left));
     synth_hand_mirror(right, left);
-    ok(synth_prop_new(arena, 14, false, 3, &mug));
+    ok(synth_prop_new(arena, 14, false, &mug));
     ok(synth_prop_mirror(arena, &mug, &mirrored));
     ck_assert(mirrored.mirrored && !mug.mirrored);
     ck_assert_float_eq_tol((float)mirrored.box.lo[0], -(float)mug.box.hi[0], 1e-7f);
