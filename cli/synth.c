@@ -53,6 +53,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case ARGP_KEY_END:
         if (!o->out)
             argp_error(state, "where to? give --out DIR");
+        if (o->png && o->layout == SYNTH_DEXYCB)
+            argp_error(state, "--png is for --layout ho3d: DexYCB's images are JPEG");
         break;
     default: return ARGP_ERR_UNKNOWN;
     }

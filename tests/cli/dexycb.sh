@@ -8,6 +8,8 @@ mkdir -p "$here"
 
 ./palmar synth --layout dexycb --preset tiny --frames 60 --out "$here/data" 2>/dev/null
 [ -s "$here/data/synthetic.json" ]
+./palmar synth --layout dexycb --png --out "$here/png" 2>&1 | grep -q 'images are JPEG'
+[ ! -e "$here/png" ]
 [ -s "$here/data/manifest.json" ]
 [ -s "$here"/data/calibration/intrinsics/836212060125_640x480.yml ]
 

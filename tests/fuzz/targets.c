@@ -3,6 +3,7 @@
 #define _GNU_SOURCE                     /* memfd_create */
 #include "tests/fuzz/fuzz.h"
 
+#include "data/ho3d_points.h"
 #include "eval/bop_file.h"
 #include "eval/hpe_file.h"
 #include "eval/models_info.h"
@@ -310,6 +311,26 @@ static void run_hpe(lt_arena *arena, const uint8_t *bytes, size_t n)
     close(f.fd);
 }
 
+/* Frames of two points and of one: as many bytes as make a difference to the reader. */
+static void run_points(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    static const int points[2] = { 2, 1 };
+    const memory_file f = memory_file_of(bytes, n);
+    ho3d_points *file;
+
+    (void)arena;
+    if (ho3d_points_open(f.path, points, 2, &file) == LT_OK) {
+        for (int list = 0; list < 2; list++) {
+            float out[2][3];
+            bool more = true;
+            while (more && ho3d_points_next(file, &out[0][0], &more) == LT_OK)
+                sink = out[list ? 0 : 1][2];
+        }
+        ho3d_points_close(file);
+    }
+    close(f.fd);
+}
+
 static void run_models_info(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     const memory_file f = memory_file_of(bytes, n);
@@ -342,6 +363,7 @@ const fuzz_target fuzz_targets[] = {
     { "hand_file", run_hand_file, fuzz_torch, 32768 },
     { "bop", run_bop, NULL, 4096 },
     { "hpe", run_hpe, NULL, 4096 },
+    { "points", run_points, NULL, 4096 },
     { "models_info", run_models_info, NULL, 4096 },
     { 0 },
 };
