@@ -8,7 +8,6 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* ---- the keys ----------------------------------------------------------------------------------------- */
 
@@ -251,11 +250,8 @@ lt_status train_config_load(lt_arena *arena, const char *path, const char *const
                             train_config *out)
 {
     train_config c = { .path = lt_arena_strdup(arena, path) };
-    struct stat info;
     lt_status st;
 
-    if (c.path && stat(path, &info) == 0 && S_ISDIR(info.st_mode))
-        c.path = lt_path_join(arena, path, "config.json");
     if (!c.path)
         return lt_error(LT_ENOMEM, "%s: no memory", path);
     st = lt_json_read(c.path, &c.tree);

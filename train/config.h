@@ -60,7 +60,7 @@ typedef struct {
  * train_config_load - read a configuration
  *
  *   arena   owns the texts of the config
- *   path    a JSON file, or the folder of a run, whose config.json is taken
+ *   path    a JSON file
  *   set     n_set overrides like "optim.lr=3e-4", applied in order
  *
  * End with train_config_fini. Errors: LT_EINVAL with the place and, for a key that does not exist, the nearest that

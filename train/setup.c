@@ -30,8 +30,10 @@ static lt_status load_config(trainer *t)
         return train_config_load(t->arena, o->config, o->set, o->n_set, &t->config);
     if (!o->resume)
         return lt_error(LT_EINVAL, "no configuration given");
-    if (!*o->resume || (own && access(own, R_OK) == 0))
-        return train_config_load(t->arena, o->out, o->set, o->n_set, &t->config);
+    if (!own)
+        return lt_error(LT_ENOMEM, "%s: no memory", o->out);
+    if (!*o->resume || access(own, R_OK) == 0)
+        return train_config_load(t->arena, own, o->set, o->n_set, &t->config);
     st = checkpoint_head_read(t->arena, o->resume, &head);
     return st ? st : train_config_parse(t->arena, o->resume, head.config, o->set, o->n_set, &t->config);
 }
