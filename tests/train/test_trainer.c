@@ -192,6 +192,37 @@ START_TEST(resume_is_exact)
 }
 END_TEST
 
+static void hide_pictures(void *ctx, int64_t step, lt_params *params)
+{
+    (void)params;
+    if (step == *(const int64_t *)ctx)
+        rename(tree_at("train/SYN1MB10/rgb"), tree_at("train/SYN1MB10/gone"));
+}
+
+/* Data that go while a run is on end it, and cost no step that was taken. */
+START_TEST(lost_data)
+{
+    int64_t step = 3;
+    train_options o;
+
+    with("optim.steps=40");
+    with("data.tolerate=0");
+    o = options("unbroken");
+    run_ok(&o);
+    o = options("broken");
+    o.before_step = hide_pictures;
+    o.ctx = &step;
+    expect(&o, LT_EIO, "train/SYN1MB10/rgb");
+    ck_assert(there(last_of("broken")));
+    rename(tree_at("train/SYN1MB10/gone"), tree_at("train/SYN1MB10/rgb"));
+    o.before_step = NULL;
+    o.config = NULL;
+    o.resume = "";
+    run_ok(&o);
+    same_file(last_of("unbroken"), last_of("broken"));
+}
+END_TEST
+
 START_TEST(usr1_saves_and_goes_on)
 {
     stop_at at = { 2, SIGUSR1 };
@@ -594,6 +625,7 @@ int main(int argc, char **argv)
     tcase_add_unchecked_fixture(c, setup, tree_remove);
     tcase_add_checked_fixture(c, begin, NULL);
     tcase_add_loop_test(c, resume_is_exact, 0, (int)LT_COUNT(configs));
+    tcase_add_test(c, lost_data);
     tcase_add_test(c, usr1_saves_and_goes_on);
     tcase_add_test(c, shards_repeat);
     tcase_add_test(c, bad_steps_change_nothing);
