@@ -4,12 +4,7 @@
 #define TESTS_EVAL_TINY_MODEL_H
 
 #include "data/synth/hand.h"
-#include "libtensor/io/json.h"
-#include "models/model.h"
-
-#include <check.h>
-#include <cjson/cJSON.h>
-#include <string.h>
+#include "tests/models/model_of.h"
 
 typedef struct {
     lt_arena *arena;
@@ -26,18 +21,11 @@ static const char tiny_unified[] __attribute__((unused)) =
 
 static inline void tiny_model_of(tiny_model *t, const char *name, const char *text)
 {
-    const model_class *cls;
-    cJSON *config;
-
     t->arena = lt_arena_new();
-    t->params = lt_params_new();
     ck_assert_int_eq(synth_hand_new(t->arena, SYNTH_HAND_MANO_LIKE, &t->hand), LT_OK);
     ck_assert_int_eq(lt_hand_layer_new(t->arena, t->hand, lt_hand_tips_ho3d, &t->layer), LT_OK);
-    ck_assert_int_eq(lt_json_parse("tiny", text, strlen(text), &config), LT_OK);
-    ck_assert_int_eq(model_find(name, &cls), LT_OK);
-    ck_assert_int_eq(model_create(cls, "tiny", config, t->layer, t->params, &t->m), LT_OK);
-    cls->init(&t->m, 1);
-    cJSON_Delete(config);
+    t->params = model_of(name, text, t->layer, &t->m);
+    t->m.cls->init(&t->m, 1);
 }
 
 static inline void tiny_model_init(tiny_model *t)

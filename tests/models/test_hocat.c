@@ -28,17 +28,6 @@ static const struct {
     { "object_head", 1002687 }, { "hocat", 2893824 },
 };
 
-static lt_params *params_of(const char *text, const lt_hand_layer *layer, model *m)
-{
-    lt_params *set = lt_params_new();
-    cJSON *config;
-
-    ck_assert_int_eq(lt_json_parse("test", text, strlen(text), &config), LT_OK);
-    ck_assert_msg(model_create(&hocat_class, "test", config, layer, set, m) == LT_OK, "%s", lt_last_error());
-    cJSON_Delete(config);
-    return set;
-}
-
 START_TEST(parameter_totals)
 {
     tiny_model t;
@@ -46,7 +35,7 @@ START_TEST(parameter_totals)
     model m;
 
     tiny_model_init(&t);
-    set = params_of(variants[_i].config, ((const hocat *)t.m.self)->mano.hand, &m);
+    set = model_of("hocat", variants[_i].config, ((const hocat *)t.m.self)->mano.hand, &m);
     ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, ""), variants[_i].total);
     for (size_t i = 0; i < LT_COUNT(parts); i++)
         if (lt_params_count(set, LT_WEIGHT, parts[i].prefix))

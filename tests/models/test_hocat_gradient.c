@@ -4,12 +4,10 @@
  * object's features in HOCAT's loss of the hand. */
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/json.h"
-#include "models/model.h"
 #include "tests/geometry/hashed_hand.h"
+#include "tests/models/model_of.h"
 
 #include <check.h>
-#include <cjson/cJSON.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -57,26 +55,19 @@ static void leave_whole_cells(void)
 
 static void start(int i)
 {
-    const char *text = models[i].config;
-    const model_class *cls;
     lt_rng rng = lt_rng_make(5, 0);
     lt_hand_model *hand;
     lt_hand_layer *layer;
-    cJSON *config;
 
     arena = lt_arena_new();
-    params = lt_params_new();
     hand = lt_arena_alloc(arena, sizeof(*hand));
     hashed_hand(hand);
     ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
-    ck_assert_int_eq(lt_json_parse("tiny", text, strlen(text), &config), LT_OK);
-    ck_assert_msg(!model_find(models[i].model, &cls), "%s", lt_last_error());
-    ck_assert_msg(!model_create(cls, "tiny", config, layer, params, &m), "%s", lt_last_error());
-    cJSON_Delete(config);
-    cls->init(&m, 1);
+    params = model_of(models[i].model, models[i].config, layer, &m);
+    m.cls->init(&m, 1);
     leave_whole_cells();
     r = (model_record){ .g = lt_graph_new(), .batch = BATCH };
-    cls->record(&m, true, &r);
+    m.cls->record(&m, true, &r);
     plan = lt_compile(r.g, &(lt_compile_opts){ .loss = r.loss, .train = true });
     ck_assert_msg(plan != NULL, "%s", lt_last_error());
     for (int k = 0; k < r.inputs.n; k++)

@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The models against their PyTorch twins of scripts/peers: names, sizes, inference, loss, gradients. */
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/json.h"
 #include "libtensor/io/npz.h"
-#include "models/model.h"
 #include "tests/geometry/hashed_hand.h"
+#include "tests/models/model_of.h"
 
 #include <check.h>
-#include <cjson/cJSON.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -96,21 +94,15 @@ static void read_vectors(const char *name)
 
 static void open_twin(int i)
 {
-    const model_class *cls;
     lt_hand_model *hand;
     lt_hand_layer *layer;
-    cJSON *config;
 
     arena = lt_arena_new();
     hand = lt_arena_alloc(arena, sizeof(*hand));
-    params = lt_params_new();
     read_vectors(twins[i].model);
     hashed_hand(hand);
     ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
-    ck_assert_int_eq(lt_json_parse("twin", twins[i].config, strlen(twins[i].config), &config), LT_OK);
-    ck_assert_int_eq(model_find(twins[i].model, &cls), LT_OK);
-    ck_assert_msg(model_create(cls, "twin", config, layer, params, &m) == LT_OK, "%s", lt_last_error());
-    cJSON_Delete(config);
+    params = model_of(twins[i].model, twins[i].config, layer, &m);
     for (lt_param *p = lt_params_first(params); p; p = p->next)
         fill_parameter(p);
 }

@@ -33,17 +33,6 @@ static const struct {
 
 static const double MACS = 1948898816;
 
-static lt_params *params_of(const char *text, const lt_hand_layer *layer, model *m)
-{
-    lt_params *set = lt_params_new();
-    cJSON *config;
-
-    ck_assert_int_eq(lt_json_parse("test", text, strlen(text), &config), LT_OK);
-    ck_assert_msg(model_create(&unified_class, "test", config, layer, set, m) == LT_OK, "%s", lt_last_error());
-    cJSON_Delete(config);
-    return set;
-}
-
 START_TEST(parameter_totals)
 {
     tiny_model t;
@@ -51,7 +40,7 @@ START_TEST(parameter_totals)
     model m;
 
     tiny_model_init(&t);
-    set = params_of(variants[_i].config, t.layer, &m);
+    set = model_of("unified", variants[_i].config, t.layer, &m);
     ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, ""), variants[_i].total);
     for (size_t i = 0; i < LT_COUNT(parts); i++)
         if (lt_params_count(set, LT_WEIGHT, parts[i].prefix))
@@ -72,7 +61,7 @@ START_TEST(multiply_adds)
     model m;
 
     tiny_model_init(&t);
-    set = params_of("{}", t.layer, &m);
+    set = model_of("unified", "{}", t.layer, &m);
     m.cls->record(&m, false, &r);
     plan = lt_compile(r.g, NULL);
     ck_assert_msg(plan != NULL, "%s", lt_last_error());

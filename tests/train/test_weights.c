@@ -2,29 +2,15 @@
 /* Initial weights from other people's files: every published name finds its parameter, and only that. */
 #include "data/synth/hand.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
 #include "libtensor/io/safetensors.h"
 #include "models/weight_names.h"
 #include "tests/io/hostile.h"
+#include "tests/models/model_of.h"
 #include "tests/train/weight_names.h"
 #include "train/config.h"
 #include "train/weights.h"
 
-#include <cjson/cJSON.h>
 #include <math.h>
-
-/* A model of its own set, from the text of its config group. */
-static lt_params *make(const char *name, const char *config, model *out)
-{
-    lt_params *set = lt_params_new();
-    cJSON *group = cJSON_Parse(config);
-    const model_class *cls;
-
-    check_ok(model_find(name, &cls));
-    check_ok(model_create(cls, "test", group, NULL, set, out));
-    cJSON_Delete(group);
-    return set;
-}
 
 static const char small_resnet[] = "{ \"width\": 8, \"classes\": 4, \"image_size\": 32 }";
 
@@ -57,7 +43,7 @@ START_TEST(every_name)
         list[i].name = families[_i].theirs[i];
     f = weight_family_of(list, (size_t)families[_i].n);
     ck_assert_str_eq(f->name, families[_i].family);
-    set = make(families[_i].model, families[_i].config, &m);
+    set = model_of(families[_i].model, families[_i].config, NULL, &m);
     for (int i = 0; i < families[_i].n; i++) {
         ck_assert_msg(weight_name(f, list[i].name, name), "%s has no name of ours", list[i].name);
         ck_assert_str_eq(name, families[_i].ours[i]);
@@ -90,7 +76,7 @@ START_TEST(no_name)
         ck_assert(f->mark);
         if (!weight_name(f, cases[i].theirs, name))
             continue;
-        set = make("efficientnet_b0", "{}", &m);
+        set = model_of("efficientnet_b0", "{}", NULL, &m);
         ck_assert_msg(!lt_params_find(set, name), "%s became %s", cases[i].theirs, name);
         lt_params_free(set);
     }
@@ -104,7 +90,7 @@ START_TEST(from_pytorch)
     lt_arena *arena = lt_arena_new();
     weights_report r;
     model m;
-    lt_params *set = make("resnet50", small_resnet, &m);
+    lt_params *set = model_of("resnet50", small_resnet, NULL, &m);
 
     put_file(in_folder("stem.pth"), resnet_stem, sizeof(resnet_stem));
     check_ok(weights_init(arena, in_folder("stem.pth"), &m, &r));
@@ -122,11 +108,11 @@ START_TEST(from_pytorch)
     ck_assert_str_eq(weights_list(arena, r.left_over, 0), "none");
     ck_assert_ptr_nonnull(strstr(weights_list(arena, r.missing, r.n_missing), " and 256 more"));
     lt_params_free(set);
-    set = make("resnet50", "{ \"width\": 16, \"classes\": 4, \"image_size\": 32 }", &m);
+    set = model_of("resnet50", "{ \"width\": 16, \"classes\": 4, \"image_size\": 32 }", NULL, &m);
     check_error(weights_init(arena, in_folder("stem.pth"), &m, &r), LT_EINVAL,
                 "\"module.conv1.weight\" is (8, 3, 7, 7), the model's \"conv1.weight\" is (16, 3, 7, 7)");
     lt_params_free(set);
-    set = make("efficientnet_b0", "{}", &m);
+    set = model_of("efficientnet_b0", "{}", NULL, &m);
     check_error(weights_init(arena, in_folder("stem.pth"), &m, &r), LT_EINVAL, "none of its 5 arrays");
     lt_params_free(set);
     lt_arena_free(arena);
@@ -150,7 +136,7 @@ START_TEST(translated)
     lt_arena *arena = lt_arena_new();
     weights_report r;
     model m;
-    lt_params *set = make("efficientnet_b0", "{}", &m);
+    lt_params *set = model_of("efficientnet_b0", "{}", NULL, &m);
 
     check_ok(lt_safetensors_write(in_folder("e.safetensors"), list, LT_COUNT(list), NULL, 0));
     check_ok(weights_init(arena, in_folder("e.safetensors"), &m, &r));
@@ -175,7 +161,7 @@ START_TEST(refused)
     lt_arena *arena = lt_arena_new();
     weights_report r;
     model m;
-    lt_params *set = make("resnet50", small_resnet, &m);
+    lt_params *set = model_of("resnet50", small_resnet, NULL, &m);
 
     check_ok(lt_safetensors_write(in_folder("twice.safetensors"), list, 2, NULL, 0));
     check_error(weights_init(arena, in_folder("twice.safetensors"), &m, &r), LT_EFORMAT,
@@ -273,7 +259,7 @@ START_TEST(from_a_run)
     lt_arena *arena = lt_arena_new();
     weights_report r;
     model m;
-    lt_params *set = make("resnet50", small_resnet, &m);
+    lt_params *set = model_of("resnet50", small_resnet, NULL, &m);
 
     check_error(weights_init(arena, in_folder("."), &m, &r), LT_EIO, "/checkpoints/last.safetensors: No such file");
     check_ok(lt_make_dirs(in_folder("run/checkpoints")));

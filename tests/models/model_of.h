@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A model from the text of its config group. */
+#ifndef TESTS_MODELS_MODEL_OF_H
+#define TESTS_MODELS_MODEL_OF_H
+
+#include "libtensor/io/json.h"
+#include "models/model.h"
+
+#include <check.h>
+#include <cjson/cJSON.h>
+#include <string.h>
+
+/* Its parameters, not yet initialised: a set of its own. layer may be NULL for a model without hands. */
+static inline lt_params *model_of(const char *name, const char *text, const lt_hand_layer *layer, model *out)
+{
+    lt_params *set = lt_params_new();
+    const model_class *cls;
+    cJSON *config;
+
+    ck_assert_msg(lt_json_parse("test", text, strlen(text), &config) == LT_OK, "%s", lt_last_error());
+    ck_assert_msg(model_find(name, &cls) == LT_OK, "%s", lt_last_error());
+    ck_assert_msg(model_create(cls, "test", config, layer, set, out) == LT_OK, "%s", lt_last_error());
+    cJSON_Delete(config);
+    return set;
+}
+
+#endif
