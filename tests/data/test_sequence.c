@@ -245,6 +245,9 @@ START_TEST(casts)
     }
     ck_assert_int_eq(c.n_subjects, 10);
     ck_assert_int_eq(c.n_objects, 10);
+    ok(synth_cast_plan(SYNTH_PRETRAIN, 0, &c));
+    for (int i = 0; i < 240; i++)
+        ck_assert_int_eq(c.take[i].subject, i);             /* a hand of its own to each sequence */
     ok(synth_cast_plan(SYNTH_TINY, 14, &c));
     ck_assert_int_eq(c.take[0].frames, 3);
     ck_assert_int_eq(c.take[5].frames, 2);
