@@ -112,6 +112,14 @@ static void spread(int begin, int of, int n, int *kept)
         kept[k] = first + k * stride;
 }
 
+/* A round's only frame: another part of the motion each time, reaching, lifting or putting back, all alike often. */
+static int any_part(int round, int of)
+{
+    const double golden = 0.6180339887498949, turns = (round + 0.5) * golden;
+
+    return (int)((turns - floor(turns)) * of);
+}
+
 /* Frame k is moment kept[k]: as many of each round where n allows it, else n of the whole motion. */
 static int *choose_moments(lt_arena *arena, const synth_sequence *q, int rounds, int n)
 {
@@ -128,7 +136,10 @@ static int *choose_moments(lt_arena *arena, const synth_sequence *q, int rounds,
         int of = 0;
         while (begin + of < q->n && q->moment[begin + of].round == round)
             of++;
-        spread(begin, of, each, kept + round * each);
+        if (each == 1)
+            kept[round] = begin + any_part(round, of);
+        else
+            spread(begin, of, each, kept + round * each);
         begin += of;
     }
     return kept;

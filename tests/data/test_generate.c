@@ -584,7 +584,23 @@ START_TEST(a_frame_returns)
 }
 END_TEST
 
-/* Of each grasp as many frames, where that is possible; else evenly spread over all. */
+/* Where frame k is in its round: 0 where the hand begins to reach, 1 where it has let go. */
+static double part_of_round(const synth_stage *stage, int k)
+{
+    const synth_moment *m = stage->sequence.moment;
+    const int at = stage->kept[k];
+    int from = at, to = at;
+
+    while (from > 0 && m[from - 1].round == k)
+        from--;
+    while (to < stage->sequence.n && m[to].round == k)
+        to++;
+    ck_assert_int_eq(m[at].round, k);
+    return (double)(at - from) / (to - from);
+}
+
+/* Of each grasp as many frames, where that is possible; else evenly spread over all. A single one shows another part
+ * of the motion each time. */
 START_TEST(rounds_have_their_frames)
 {
     shot *s = lt_arena_alloc(arena, sizeof(*s));
@@ -597,12 +613,14 @@ START_TEST(rounds_have_their_frames)
     ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     for (int i = 0; i < 3; i++)
         ok(synth_grasp_sample(ctx, (uint64_t)(5 + i), NULL, &grasp[i]));
-    for (int n = 5; n <= 6; n++) {
+    for (int n = 3; n <= 6; n++) {
         ok(synth_stage_new(arena, &(synth_stage_spec){
             .hand = hand, .subject = &s->subject, .prop = &s->prop, .grasp = grasp, .n_grasps = 3, .n_frames = n,
             .n_cameras = 1, .setting.depth_unit = HO3D_DEPTH_UNIT, .seed = 3, .stream = 4 }, &stage));
         for (int k = 1; k < n; k++)
             ck_assert_int_gt(stage.kept[k], stage.kept[k - 1]);
+        for (int k = 0; n == 3 && k < n; k++)
+            ck_assert_double_eq_tol(part_of_round(&stage, k), fmod((k + 0.5) * 0.618, 1), 0.02);
     }
     for (int k = 0; k < 6; k++)
         ck_assert_int_eq(stage.sequence.moment[stage.kept[k]].round, k / 2);
