@@ -143,6 +143,24 @@ typedef struct {
     lt_real *dq, *dk, *dv;              /* each may be NULL */
 } lt_attend_grad;
 
+/* Attention of one head: y_i = sum over j of softmax_j(q_i . k_j) v_j */
+typedef struct {
+    lt_attend_packing packing, grad_packing;
+
+    /* attend: the results of `rows` queries, ld apart. q was packed times log2(e), as scores are powers of two in here;
+     * k and v are all keys (at least 1) and values, packed. stats[2 * rows], not for NULL: the largest score and
+     * 1 / the sum of 2^(score - largest). As with softmax a NaN or +inf among a row's scores, or nothing but -inf,
+     * makes its result NaN. The exponentials are within 3 ulp. Each sum is one chain of multiply-adds, with LT_ISA_AMX
+     * in wide heads within 1e-6 of the terms' sizes from that.
+     * attend_grad: adds to dq, dk and dv what g's queries and keys give, after making the scores again. */
+    void (*attend)(lt_real *y, int64_t ld, lt_real *stats, const lt_real *q, const lt_real *k,
+                   const lt_real *v, int64_t rows, int64_t keys, int64_t d);
+    void (*attend_grad)(const lt_attend_grad *g);
+} lt_attention_kernels;
+
+/* Channels of a head from which on a tile's sums are long enough to pay */
+enum { LT_WIDE_HEAD = 32 };
+
 /* Rows that are weighed sums of rows of a map: row r sums weight[t * stride + r] times the d numbers at
  * x + at[t * stride + r] * ldx over t < taps, in their order. */
 typedef struct {
@@ -329,18 +347,8 @@ typedef struct lt_kernels {
     void (*layer_norm_grad)(lt_real *dx, lt_real *dgamma, lt_real *dbeta, const lt_real *dy,
                             const lt_real *x, const lt_real *gamma, const lt_real *stats, size_t n);
 
-    /* ---- attention of one head: y_i = sum over j of softmax_j(q_i . k_j) v_j ------------------------ */
-    lt_attend_packing attend_packing, attend_grad_packing;
-
-    /* attend: the results of `rows` queries, ld apart. q was packed times log2(e), as scores are powers of two in here;
-     * k and v are all keys (at least 1) and values, packed. stats[2 * rows], not for NULL: the largest score and
-     * 1 / the sum of 2^(score - largest). As with softmax a NaN or +inf among a row's scores, or nothing but -inf,
-     * makes its result NaN. The exponentials are within 3 ulp. Each sum is one chain of multiply-adds, with LT_ISA_AMX
-     * within 1e-6 of the terms' sizes from that.
-     * attend_grad: adds to dq, dk and dv what g's queries and keys give, after making the scores again. */
-    void (*attend)(lt_real *y, int64_t ld, lt_real *stats, const lt_real *q, const lt_real *k,
-                   const lt_real *v, int64_t rows, int64_t keys, int64_t d);
-    void (*attend_grad)(const lt_attend_grad *g);
+    /* ---- attention: heads below LT_WIDE_HEAD channels, then the others; see lt_attention_of ---------- */
+    lt_attention_kernels attention[2];
 
     /* ---- rows and columns: y and x do not overlap --------------------------------------------------- */
     /* skin: n vertices, LT_SKIN_GROUP to a group, under the joints' frames, each a matrix A (3, 3) and then s (3). x
@@ -548,6 +556,12 @@ typedef struct lt_kernels {
 
 /* lt_k - the table in use. Valid after lt_kernels_init. */
 LT_API extern const lt_kernels *lt_k;
+
+/* lt_attention_of - what attention with heads of d channels is done with */
+static inline const lt_attention_kernels *lt_attention_of(const lt_kernels *k, int64_t d)
+{
+    return &k->attention[d >= LT_WIDE_HEAD];
+}
 
 /**
  * lt_kernels_init - choose the table once: the best this CPU can do, or what PALMAR_ISA names

@@ -54,15 +54,20 @@ static lt_status infer(lt_call *c)
     return op_same_shape(c);
 }
 
+static const lt_attention_kernels *kernels_of(const sizes *s)
+{
+    return lt_attention_of(lt_k, s->d);
+}
+
 /* Elements of n packed rows of a head: for results, and for gradients */
 static int64_t packed(const sizes *s, lt_attend_part part, int64_t n)
 {
-    return lt_k->attend_packing.packed(part, n, s->d);
+    return kernels_of(s)->packing.packed(part, n, s->d);
 }
 
 static int64_t grad_packed(const sizes *s, lt_attend_part part, int64_t n)
 {
-    return lt_k->attend_grad_packing.packed(part, n, s->d);
+    return kernels_of(s)->grad_packing.packed(part, n, s->d);
 }
 
 /* What one task works on: one head of one image. */
@@ -103,15 +108,15 @@ static void pack_unit(const sizes *s, lt_attend_part part, lt_real *out, const l
                       lt_real factor)
 {
     if (from < n)
-        lt_k->attend_packing.pack(part, out + packed(s, part, from), x + from * s->C, s->C,
-                                  lt_min_i64(LT_ATTEND_UNIT, n - from), s->d, factor);
+        kernels_of(s)->packing.pack(part, out + packed(s, part, from), x + from * s->C, s->C,
+                                    lt_min_i64(LT_ATTEND_UNIT, n - from), s->d, factor);
 }
 
 /* ---- forward ------------------------------------------------------------------------------------------ */
 
 static int64_t tasks_of(const sizes *s)
 {
-    return lt_ceil_div(s->T, lt_k->attend_packing.queries);
+    return lt_ceil_div(s->T, kernels_of(s)->packing.queries);
 }
 
 static int64_t units_of(const sizes *s)
@@ -156,11 +161,11 @@ static void forward_task(void *ctx, int64_t task)
     const sizes s = sizes_of(c);
     const head h = head_of(c, task / tasks_of(&s));
     const packed_head p = packed_of(c, &h);
-    const int64_t at_once = lt_k->attend_packing.queries, t = task % tasks_of(&s) * at_once;
+    const int64_t at_once = kernels_of(&s)->packing.queries, t = task % tasks_of(&s) * at_once;
     lt_real *stats = stats_of(c, &h);
 
-    lt_k->attend((lt_real *)c->out->data + h.q_at + t * s.C, s.C, stats ? stats + 2 * t : NULL,
-                 p.q + packed(&s, LT_ATTEND_Q, t), p.k, p.v, lt_min_i64(at_once, s.T - t), s.S, s.d);
+    kernels_of(&s)->attend((lt_real *)c->out->data + h.q_at + t * s.C, s.C, stats ? stats + 2 * t : NULL,
+                           p.q + packed(&s, LT_ATTEND_Q, t), p.k, p.v, lt_min_i64(at_once, s.T - t), s.S, s.d);
 }
 
 static void forward(const lt_call *c)
@@ -184,7 +189,7 @@ enum { VECTOR = LT_ALIGN / sizeof(lt_real) };           /* so that each task's s
 
 static int64_t backward_elements(const sizes *s)
 {
-    const int keys = lt_k->attend_grad_packing.keys;
+    const int keys = kernels_of(s)->grad_packing.keys;
 
     return grad_packed(s, LT_ATTEND_Q, s->T) + grad_packed(s, LT_ATTEND_DY, s->T) + lt_ceil_div(s->T, VECTOR) * VECTOR
            + grad_packed(s, LT_ATTEND_K, keys) + grad_packed(s, LT_ATTEND_V, keys);
@@ -192,22 +197,24 @@ static int64_t backward_elements(const sizes *s)
 
 static gradient_scratch scratch_of(const lt_call *c, const head *h)
 {
+    const int keys = kernels_of(&h->s)->grad_packing.keys;
     gradient_scratch g = { .q = (lt_real *)c->work + h->number * backward_elements(&h->s) };
 
     g.dy = g.q + grad_packed(&h->s, LT_ATTEND_Q, h->s.T);
     g.k = g.dy + grad_packed(&h->s, LT_ATTEND_DY, h->s.T);
-    g.v = g.k + grad_packed(&h->s, LT_ATTEND_K, lt_k->attend_grad_packing.keys);
-    g.mean = g.v + grad_packed(&h->s, LT_ATTEND_V, lt_k->attend_grad_packing.keys);
+    g.v = g.k + grad_packed(&h->s, LT_ATTEND_K, keys);
+    g.mean = g.v + grad_packed(&h->s, LT_ATTEND_V, keys);
     return g;
 }
 
 static void pack_queries(const lt_call *c, const head *h, const gradient_scratch *g)
 {
     const sizes *s = &h->s;
+    const lt_attend_packing *packing = &kernels_of(s)->grad_packing;
     const lt_real *y = (const lt_real *)c->out->data + h->q_at, *dy = c->dout + h->q_at;
 
-    lt_k->attend_grad_packing.pack(LT_ATTEND_Q, g->q, at(c, Q, h->q_at), s->C, s->T, s->d, scale_of(s));
-    lt_k->attend_grad_packing.pack(LT_ATTEND_DY, g->dy, dy, s->C, s->T, s->d, 1);
+    packing->pack(LT_ATTEND_Q, g->q, at(c, Q, h->q_at), s->C, s->T, s->d, scale_of(s));
+    packing->pack(LT_ATTEND_DY, g->dy, dy, s->C, s->T, s->d, 1);
     for (int64_t t = 0; t < s->T; t++)
         g->mean[t] = (lt_real)lt_k->dot(dy + t * s->C, y + t * s->C, (size_t)s->d);
 }
@@ -228,12 +235,12 @@ static lt_real *din(const lt_call *c, int i, int64_t offset)
 static void backward_keys(const lt_call *c, const head *h, int64_t j, int64_t n, const gradient_scratch *g)
 {
     const sizes *s = &h->s;
-    const int64_t k_at = h->k_at + j * s->C;
+    const int64_t k_at = h->k_at + j * s->C, at_once = kernels_of(s)->grad_packing.queries;
 
-    for (int64_t t = 0; t < s->T; t += lt_k->attend_grad_packing.queries) {
+    for (int64_t t = 0; t < s->T; t += at_once) {
         const int64_t q_at = h->q_at + t * s->C;
         const lt_attend_grad a = {
-            .d = s->d, .ld = s->C, .rows = lt_min_i64(lt_k->attend_grad_packing.queries, s->T - t), .keys = n,
+            .d = s->d, .ld = s->C, .rows = lt_min_i64(at_once, s->T - t), .keys = n,
             .packed_q = g->q + grad_packed(s, LT_ATTEND_Q, t), .packed_k = g->k, .packed_v = g->v,
             .packed_dy = g->dy + grad_packed(s, LT_ATTEND_DY, t),
             .q = at(c, Q, q_at), .k = at(c, K, k_at), .dy = c->dout + q_at,
@@ -241,7 +248,7 @@ static void backward_keys(const lt_call *c, const head *h, int64_t j, int64_t n,
             .dq = din(c, Q, q_at), .dk = din(c, K, k_at), .dv = din(c, V, k_at),
         };
 
-        lt_k->attend_grad(&a);
+        kernels_of(s)->attend_grad(&a);
     }
 }
 
@@ -250,17 +257,18 @@ static void backward_task(void *ctx, int64_t task)
     const lt_call *c = ctx;
     const head h = head_of(c, task);
     const sizes *s = &h.s;
+    const lt_attend_packing *packing = &kernels_of(s)->grad_packing;
     const gradient_scratch g = scratch_of(c, &h);
 
     pack_queries(c, &h, &g);
     start(c, Q, s, h.q_at, s->T);
     start(c, K, s, h.k_at, s->S);
     start(c, V, s, h.k_at, s->S);
-    for (int64_t j = 0; j < s->S; j += lt_k->attend_grad_packing.keys) {
-        const int64_t n = lt_min_i64(lt_k->attend_grad_packing.keys, s->S - j), k_at = h.k_at + j * s->C;
+    for (int64_t j = 0; j < s->S; j += packing->keys) {
+        const int64_t n = lt_min_i64(packing->keys, s->S - j), k_at = h.k_at + j * s->C;
 
-        lt_k->attend_grad_packing.pack(LT_ATTEND_K, g.k, at(c, K, k_at), s->C, n, s->d, 1);
-        lt_k->attend_grad_packing.pack(LT_ATTEND_V, g.v, at(c, V, k_at), s->C, n, s->d, 1);
+        packing->pack(LT_ATTEND_K, g.k, at(c, K, k_at), s->C, n, s->d, 1);
+        packing->pack(LT_ATTEND_V, g.v, at(c, V, k_at), s->C, n, s->d, 1);
         backward_keys(c, &h, j, n, &g);
     }
 }

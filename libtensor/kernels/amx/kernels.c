@@ -11,7 +11,6 @@
 void lt_kernels_add_amx(lt_kernels *k)
 {
     add_attention(k);
-    add_attention_grad(k);
     add_product(k);
     k->isa = LT_ISA_AMX;
 }
