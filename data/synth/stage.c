@@ -112,17 +112,19 @@ static void spread(int begin, int of, int n, int *kept)
         kept[k] = first + k * stride;
 }
 
-/* A round's only frame: another part of the motion each time, reaching, lifting or putting back, all alike often. */
-static int any_part(int round, int of)
+/* A grasp's only frame: another part of the motion each time, reaching, lifting or putting back, all alike often.
+ * number: of the grasp in its dataset */
+static int any_part(int number, int of)
 {
-    const double golden = 0.6180339887498949, turns = (round + 0.5) * golden;
+    const double golden = 0.6180339887498949, turns = (number + 0.5) * golden;
 
     return (int)((turns - floor(turns)) * of);
 }
 
 /* Frame k is moment kept[k]: as many of each round where n allows it, else n of the whole motion. */
-static int *choose_moments(lt_arena *arena, const synth_sequence *q, int rounds, int n)
+static int *choose_moments(lt_arena *arena, const synth_sequence *q, const synth_stage_spec *spec, int n)
 {
+    const int rounds = spec->n_grasps;
     int *kept = lt_arena_array(arena, (size_t)n, sizeof(*kept));
     const int each = n / rounds;
 
@@ -137,7 +139,7 @@ static int *choose_moments(lt_arena *arena, const synth_sequence *q, int rounds,
         while (begin + of < q->n && q->moment[begin + of].round == round)
             of++;
         if (each == 1)
-            kept[round] = begin + any_part(round, of);
+            kept[round] = begin + any_part(spec->number * rounds + round, of);
         else
             spread(begin, of, each, kept + round * each);
         begin += of;
@@ -290,7 +292,7 @@ lt_status synth_stage_new(lt_arena *arena, const synth_stage_spec *spec, synth_s
     st = move(arena, &s, spec->grasp, spec->n_grasps);
     if (st)
         return st;
-    s.kept = choose_moments(arena, &s.sequence, spec->n_grasps, n);
+    s.kept = choose_moments(arena, &s.sequence, spec, n);
     sight = lt_arena_array(arena, (size_t)n, sizeof(*sight));
     if (!s.kept || !sight)
         return lt_error(LT_ENOMEM, "synth: no memory for a take");
