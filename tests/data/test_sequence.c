@@ -225,7 +225,7 @@ END_TEST
 
 START_TEST(casts)
 {
-    static const int sequences[] = { 6, 48, 199, 246, 200 }, frames[] = { 96, 2304, 3184, 11808, 14000 };
+    static const int sequences[] = { 6, 48, 151, 246, 200 }, frames[] = { 96, 2304, 2416, 11808, 14000 };
     static const int rounds[] = { 1, 24, 8, 48, 1 };
     synth_cast c;
 
