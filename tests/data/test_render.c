@@ -454,6 +454,42 @@ START_TEST(far_texture_is_grey)     /* a fine checkerboard far away: its mean, e
 }
 END_TEST
 
+/* A glossy striped wall behind a ball that throws its shadow on it. */
+static void striped_wall(float grain, float (*light)[3])
+{
+    static uint8_t stripes[32][32][3];
+    lt_mesh *wall = plane(1, 1, 0, 0);
+    synth_instance in[2] = { instance(wall, 0, 0, 0, 0), instance(sphere(0.1, 20), 0, 0, 0.6, 5) };
+
+    for (int i = 0; i < 32 * 32; i++)
+        memset(stripes[i / 32][i % 32], i % 2 ? 255 : 50, 3);
+    wall->uv = lt_arena_array(arena, 4, sizeof(*wall->uv));
+    for (int i = 0; i < 4; i++) {
+        wall->uv[i][0] = i == 1 || i == 2;
+        wall->uv[i][1] = i >= 2;
+    }
+    in[0].material = (synth_material){ .albedo = { 1, 1, 1 }, .specular = 0.2f, .shininess = 40, .grain = grain,
+                                       .texture = synth_texture_new(arena, stripes[0][0], 32, 32) };
+    render(in, 2);
+    memcpy(light, frame->radiance, N * sizeof(*light));
+}
+
+START_TEST(shared_light_is_right)   /* grain, however faint, has each pixel lit alone; a pixel is 7 mm here */
+{
+    static float shared[N][3], alone[N][3];
+    int equal = 0, far = 0;         /* far: where a shadow begins between a square's middle and its pixels */
+
+    striped_wall(0, shared);
+    striped_wall(1e-6f, alone);
+    for (int i = 0; i < N; i++) {
+        equal += shared[i][1] == alone[i][1];
+        far += fabsf(shared[i][1] - alone[i][1]) > 0.03f * alone[i][1];
+    }
+    ck_assert_int_lt(far, N / 200);
+    ck_assert_int_lt(equal, N / 2);
+}
+END_TEST
+
 START_TEST(sensor_is_srgb)
 {
 
@@ -724,6 +760,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, bad_scenes);
     tcase_add_test(t, without_memory);
     tcase_add_test(t, far_texture_is_grey);
+    tcase_add_test(t, shared_light_is_right);
     tcase_add_test(t, sensor_is_srgb);
     tcase_add_test(t, motion_smears_what_moves);
     tcase_add_test(t, room_leaves_room);

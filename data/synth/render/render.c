@@ -4,7 +4,7 @@
  *
  * Hand, target object and all the rest are drawn into three layers of 2 x 2 samples per pixel; the
  * nearest layer wins, and the first two are at once the amodal masks. A pixel is lit once for each
- * triangle that its four samples see.
+ * triangle that its four samples see; four pixels that all see the same one, out of penumbrae, share their light.
  */
 #include "data/synth/render/occlusion.h"
 #include "data/synth/render/shade.h"
@@ -13,7 +13,7 @@
 
 #include <string.h>
 
-enum { SAMPLES = 4 };
+enum { SAMPLES = 4, SQUARE = 4 };         /* of a pixel; along a side of two by two pixels */
 
 enum { REST, HAND, OBJECT, LAYERS };
 
@@ -198,6 +198,12 @@ static void merge_layers(layer *layers)
 static const int sample_at[SAMPLES] = { 0, 1, TILE, TILE + 1 };
 static const float sample_x[SAMPLES] = { 0, 1, 0, 1 }, sample_y[SAMPLES] = { 0, 0, 1, 1 };
 
+typedef struct {
+    int at;                         /* its first sample in the tile */
+    float x, y;                     /* and in the grid */
+    size_t i;                       /* its place in the frame */
+} pixel;
+
 static const raster_triangle *triangle_of(const render_job *job, uint32_t id)
 {
     return &job->s->list.triangle[id - 1];
@@ -212,14 +218,16 @@ static bool same_triangle(const layer *l, int at)
 
 /* Depth at the pixel's centre: of a triangle that covers it, else the mean of the samples that show
  * wanted (as instance labels; -1: all). */
-static float center_depth(const render_job *job, const layer *l, int at, float x, float y, int wanted)
+static float center_depth(const render_job *job, const layer *l, const pixel *p, int wanted)
 {
+    const float x = p->x + 0.5f, y = p->y + 0.5f;
+    const int at = p->at;
     float sum = 0, best = 0;
     v4 b;
     int n = 0;
 
     if (same_triangle(l, at))
-        return l->id[at] ? 1 / raster_corner(triangle_of(job, l->id[at]), x + 0.5f, y + 0.5f, &b) : 0;
+        return l->id[at] ? 1 / raster_corner(triangle_of(job, l->id[at]), x, y, &b) : 0;
     for (int k = 0; k < SAMPLES; k++) {
         const uint32_t id = l->id[at + sample_at[k]];
         const raster_triangle *t = id ? triangle_of(job, id) : NULL;
@@ -227,7 +235,7 @@ static float center_depth(const render_job *job, const layer *l, int at, float x
 
         if (!t || (wanted >= 0 && job->scene->instance[t->instance].label != wanted))
             continue;
-        w = raster_corner(t, x + 0.5f, y + 0.5f, &b);
+        w = raster_corner(t, x, y, &b);
         if (b[0] >= 0 && b[1] >= 0 && b[2] >= 0 && w > best)
             best = w;
         sum += l->inv_z[at + sample_at[k]];
@@ -262,15 +270,14 @@ static int find_winner(const render_job *job, const layer *l, int at)
     return label[best] < 0 ? -1 : best;
 }
 
-static void amodal_pixel(const render_job *job, const layer *l, int at, float x, float y, uint8_t *mask,
-                         float *depth)
+static void amodal_pixel(const render_job *job, const layer *l, const pixel *p, uint8_t *mask, float *depth)
 {
     int n = 0;
 
     for (int k = 0; l->used && k < SAMPLES; k++)
-        n += l->id[at + sample_at[k]] != 0;
-    *mask = n >= SAMPLES / 2 ? 255 : 0;
-    *depth = *mask ? center_depth(job, l, at, x, y, -1) : 0;
+        n += l->id[p->at + sample_at[k]] != 0;
+    mask[p->i] = n >= SAMPLES / 2 ? 255 : 0;
+    depth[p->i] = mask[p->i] ? center_depth(job, l, p, -1) : 0;
 }
 
 /* What is seen and what would be seen agree: the depth is the one of the whole surface, and a label
@@ -283,18 +290,19 @@ static void agree(float *depth, uint8_t *mask, float *alone)
     *alone = *depth;
 }
 
-static void label_pixel(const render_job *job, const layer *l, int at, float x, float y, size_t i)
+static void label_pixel(const render_job *job, const layer *l, const pixel *p)
 {
     synth_frame *f = job->frame;
-    const int winner = find_winner(job, l, at);
+    const int winner = find_winner(job, l, p->at);
+    const size_t i = p->i;
     const synth_instance *in;
 
     f->depth[i] = 0;
     f->label[i] = f->moving[i] = 0;
     if (winner < 0)
         return;
-    in = &job->scene->instance[triangle_of(job, l->id[at + sample_at[winner]])->instance];
-    f->depth[i] = center_depth(job, l, at, x, y, in->label);
+    in = &job->scene->instance[triangle_of(job, l->id[p->at + sample_at[winner]])->instance];
+    f->depth[i] = center_depth(job, l, p, in->label);
     f->label[i] = in->label;
     f->moving[i] = in->moving;
     if (layer_of(job->scene, in) == HAND)
@@ -303,82 +311,147 @@ static void label_pixel(const render_job *job, const layer *l, int at, float x, 
         agree(&f->depth[i], &f->object_mask[i], &f->object_depth[i]);
 }
 
+/* ---- light ----------------------------------------------------------------------------------- */
+
 /* A hash of the pixel in 0..1 whose neighbours differ evenly.           [Jimenez 2014] */
-static float dither(int x, int y)
+static float dither(const pixel *p)
 {
-    const float f = 0.06711056f * (float)x + 0.00583715f * (float)y;
+    const float f = 0.06711056f * (p->x / 2) + 0.00583715f * (p->y / 2);
     const float g = 52.9829189f * (f - (float)floor_int(f));
 
     return g - (float)floor_int(g);
 }
 
-/* Light of each triangle seen: what crevices dim into radiance, the rest into work. Taken at the
- * middle of each triangle's samples, weighted by their number. */
-static void light_pixel(const render_job *job, const layer *l, int at, float x, float y, size_t i)
+/* What crevices dim goes into radiance, the rest into work. */
+static void put(const render_job *job, size_t i, shade_sent light)
 {
-    v4 ambient = v4_all(0), direct = v4_all(0);
-    const float spin = dither((int)x / 2, (int)y / 2);
+    v4_to3(light.ambient, job->frame->radiance[i]);
+    v4_to3(light.direct, job->frame->work[0][i]);
+}
+
+/* Light of each triangle seen, taken at the middle of its samples and weighted by their number. */
+static void light_pixel(const render_job *job, const layer *l, const pixel *p)
+{
+    shade_sent sum = { v4_all(0), v4_all(0) };
     shade_shadow shadow = { .instance = -1 };
     bool done[SAMPLES] = { false };
 
-    if (l->id[at] && same_triangle(l, at)) {
-        const shade_light lit = shade(&job->s->shade, triangle_of(job, l->id[at]), x + 0.5f, y + 0.5f, 2,
-                                      spin, &shadow);
-        v4_to3(lit.ambient, job->frame->radiance[i]);
-        v4_to3(lit.direct, job->frame->work[0][i]);
-        return;
-    }
     for (int k = 0; k < SAMPLES; k++) {
-        const uint32_t id = l->id[at + sample_at[k]];
+        const uint32_t id = l->id[p->at + sample_at[k]];
         float mx = 0, my = 0, n = 0;
 
         if (done[k] || id == 0)
             continue;
         for (int j = k; j < SAMPLES; j++)
-            if (l->id[at + sample_at[j]] == id) {
+            if (l->id[p->at + sample_at[j]] == id) {
                 done[j] = true;
                 mx += sample_x[j];
                 my += sample_y[j];
                 n++;
             }
-        const shade_light lit = shade(&job->s->shade, triangle_of(job, id), x + mx / n, y + my / n, 2,
-                                      spin, &shadow);
+        const shade_sent one = shade(&job->s->shade, triangle_of(job, id), p->x + mx / n, p->y + my / n, 2,
+                                     dither(p), &shadow);
 
-        ambient += lit.ambient * v4_all(n / SAMPLES);
-        direct += lit.direct * v4_all(n / SAMPLES);
+        sum.ambient += one.ambient * v4_all(n / SAMPLES);
+        sum.direct += one.direct * v4_all(n / SAMPLES);
     }
-    v4_to3(ambient, job->frame->radiance[i]);
-    v4_to3(direct, job->frame->work[0][i]);
+    put(job, p->i, sum);
+}
+
+/* The triangle that all samples of two by two pixels show; NULL: they show several, or none. */
+static const raster_triangle *only_triangle(const render_job *job, const layer *l, int at)
+{
+    const uint32_t id = l->id[at];
+    bool same = id != 0;
+
+    for (int row = 0; row < SQUARE; row++)
+        for (int k = 0; k < SQUARE; k++)
+            same &= l->id[at + row * TILE + k] == id;
+    return same ? triangle_of(job, id) : NULL;
+}
+
+/* Two by two pixels at once, false where each needs a light of its own. */
+static bool light_square(const render_job *job, const layer *l, const pixel *p)
+{
+    const raster_triangle *t = only_triangle(job, l, p->at);
+    const size_t below = p->i + (size_t)job->frame->width;
+    shade_sent light[4];
+
+    if (!t || !shade_square(&job->s->shade, t, p->x + 0.5f, p->y + 0.5f, 2, dither(p), light))
+        return false;
+    put(job, p->i, light[0]);
+    put(job, p->i + 1, light[1]);
+    put(job, below, light[2]);
+    put(job, below + 1, light[3]);
+    return true;
+}
+
+/* ---- a tile ---------------------------------------------------------------------------------- */
+
+/* Its pixels in the frame, the ends excluded. */
+typedef struct { int x0, y0, x1, y1; } area;
+
+static area area_of(const render_job *job, int tile)
+{
+    const synth_frame *f = job->frame;
+    const int tiles_x = job->s->list.tiles_x, x = tile % tiles_x * TILE / 2, y = tile / tiles_x * TILE / 2;
+
+    return (area){ x, y, x + TILE / 2 < f->width ? x + TILE / 2 : f->width,
+                   y + TILE / 2 < f->height ? y + TILE / 2 : f->height };
+}
+
+static pixel pixel_of(const render_job *job, const area *a, int x, int y)
+{
+    return (pixel){ .at = 2 * ((y - a->y0) * TILE + x - a->x0), .x = 2 * (float)x, .y = 2 * (float)y,
+                    .i = (size_t)y * (size_t)job->frame->width + (size_t)x };
+}
+
+static void label_area(const render_job *job, const area *a, layer *layers)
+{
+    synth_frame *f = job->frame;
+
+    for (int y = a->y0; y < a->y1; y++)
+        for (int x = a->x0; x < a->x1; x++) {
+            const pixel p = pixel_of(job, a, x, y);
+
+            amodal_pixel(job, &layers[HAND], &p, f->hand_mask, f->hand_depth);
+            amodal_pixel(job, &layers[OBJECT], &p, f->object_mask, f->object_depth);
+        }
+    merge_layers(layers);
+    for (int y = a->y0; y < a->y1; y++)
+        for (int x = a->x0; x < a->x1; x++) {
+            const pixel p = pixel_of(job, a, x, y);
+
+            label_pixel(job, &layers[REST], &p);
+        }
+}
+
+static void light_area(const render_job *job, const area *a, const layer *l)
+{
+    for (int y = a->y0; y < a->y1; y += 2)
+        for (int x = a->x0; x < a->x1; x += 2) {
+            const pixel first = pixel_of(job, a, x, y);
+
+            if (light_square(job, l, &first))
+                continue;
+            for (int k = 0; k < 4; k++) {
+                const pixel p = pixel_of(job, a, x + k % 2, y + k / 2);
+
+                if (x + k % 2 < a->x1 && y + k / 2 < a->y1)
+                    light_pixel(job, l, &p);
+            }
+        }
 }
 
 static void render_tile(void *ctx, int64_t tile)
 {
     const render_job *job = ctx;
-    synth_frame *f = job->frame;
-    const int tiles_x = job->s->list.tiles_x;
-    const int left = (int)tile % tiles_x * TILE, top = (int)tile / tiles_x * TILE;
+    const area a = area_of(job, (int)tile);
     layer layers[LAYERS];
 
     draw_layers(job, (int)tile, layers);
-    for (int pass = 0; pass < 2; pass++) {
-        if (pass == 1)
-            merge_layers(layers);
-        for (int y = top; y < top + TILE && y / 2 < f->height; y += 2)
-            for (int x = left; x < left + TILE && x / 2 < f->width; x += 2) {
-                const size_t i = (size_t)(y / 2) * (size_t)f->width + (size_t)(x / 2);
-                const int at = (y - top) * TILE + x - left;
-
-                if (pass == 0) {
-                    amodal_pixel(job, &layers[HAND], at, (float)x, (float)y, &f->hand_mask[i],
-                                 &f->hand_depth[i]);
-                    amodal_pixel(job, &layers[OBJECT], at, (float)x, (float)y, &f->object_mask[i],
-                                 &f->object_depth[i]);
-                } else {
-                    label_pixel(job, &layers[REST], at, (float)x, (float)y, i);
-                    light_pixel(job, &layers[REST], at, (float)x, (float)y, i);
-                }
-            }
-    }
+    label_area(job, &a, layers);
+    light_area(job, &a, &layers[REST]);
 }
 
 /* ---- the whole picture ----------------------------------------------------------------------- */

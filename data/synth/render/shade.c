@@ -13,13 +13,25 @@
 /* How far light creeps through skin, as a share of the half turn from lit to unlit. */
 static const v4 creep = { 0.28f, 0.11f, 0.07f, 0 };
 
+/* A place on a triangle. */
+typedef struct {
+    const synth_instance *in;
+    const raster_triangle *t;
+    const int32_t *v;               /* the triangle's corners in the mesh */
+    v4 b;                           /* barycentric coordinates */
+    float z;
+} place;
+
 typedef struct {
     const synth_material *material;
     v4 p, n;                        /* n towards the side that is seen */
     v4 view;                        /* towards the eye */
-    v4 albedo;
-    v4 tint;                        /* of what is mirrored: white, or the albedo for metal */
 } surface;
+
+/* Light on a surface, whatever its colour: what it scatters, and what it mirrors to the eye. */
+typedef struct {
+    struct { v4 scattered, mirrored; } ambient, direct;
+} light;
 
 /* ---- the scene in single precision ----------------------------------------------------------- */
 
@@ -139,64 +151,79 @@ static v4 uv_of(const float uv[2])
     return (v4){ uv[0], uv[1], 0, 0 };
 }
 
-/* uv = sum e_i uv_i / sum e_i, so its slope follows from the slopes of both sums. */
-static v4 sample_texture(const synth_texture *texture, const raster_triangle *t, float (*mesh_uv)[2],
-                         const int32_t *corner, v4 b, float z, float step)
+static place find_place(const shade_scene *s, const raster_triangle *t, float x, float y)
 {
-    const v4 a[3] = { uv_of(mesh_uv[corner[0]]), uv_of(mesh_uv[corner[1]]), uv_of(mesh_uv[corner[2]]) };
-    const v4 uv = blend(a[0], a[1], a[2], b), per_pixel = v4_all(z * step);
-    const v4 dx = blend(a[0] - uv, a[1] - uv, a[2] - uv, t->e[0] * per_pixel);
-    const v4 dy = blend(a[0] - uv, a[1] - uv, a[2] - uv, t->e[1] * per_pixel);
+    const synth_instance *in = &s->scene->instance[t->instance];
+    place out = { .in = in, .t = t, .v = in->mesh->face[t->face] };
 
-    return texture_sample(texture, uv, dx, dy);
-}
-
-static v4 find_albedo(const synth_instance *in, const raster_triangle *t, v4 b, float z, float step)
-{
-    const lt_mesh *m = in->mesh;
-    const int32_t *v = m->face[t->face];
-    v4 out = v4_of3(in->material.albedo);
-
-    if (m->color)
-        out *= blend3((const float (*)[3])m->color, v, b);
-    if (in->material.texture && m->uv)
-        out *= sample_texture(in->material.texture, t, m->uv, v, b, z, step);
+    out.z = 1 / raster_corner(t, x, y, &out.b);
+    out.b *= v4_all(out.z);
     return out;
 }
 
-static void add_grain(const synth_instance *in, const int32_t v[3], v4 b, float pixel,
-                      surface *out)
+static bool has_texture(const place *at)
 {
-    const float (*rest)[3] = in->rest ? in->rest : (const float (*)[3])in->mesh->vertex;
-    float q[3], albedo[3], n[3];
-
-    v4_to3(blend3(rest, v, b), q);
-    v4_to3(out->albedo, albedo);
-    v4_to3(out->n, n);
-    grain_apply(q, in->material.grain, pixel, albedo, n);
-    out->albedo = v4_of3(albedo);
-    out->n = v4_of3(n);
+    return at->in->material.texture && at->in->mesh->uv;
 }
 
-static surface find_surface(const shade_scene *s, const raster_triangle *t, float x, float y, float step)
+/* uv at the triangle's corners */
+static void corner_uv(const place *at, v4 uv[3])
 {
-    const synth_instance *in = &s->scene->instance[t->instance];
-    const int32_t *v = in->mesh->face[t->face];
-    const size_t first = s->first[t->instance];
-    const v4 *p = s->position + first;
-    surface out = { .material = &in->material };
-    v4 b;
-    const float z = 1 / raster_corner(t, x, y, &b);
+    for (int i = 0; i < 3; i++)
+        uv[i] = uv_of(at->in->mesh->uv[at->v[i]]);
+}
 
-    b *= v4_all(z);
-    out.p = blend(p[v[0]], p[v[1]], p[v[2]], b);
-    out.n = find_normal(s, t, first, v, b);
-    out.albedo = find_albedo(in, t, b, z, step);
-    if (in->material.grain > 0)
-        add_grain(in, v, b, z / (float)s->scene->camera.fx, &out);
+/* uv = sum e_i uv_i / sum e_i, so its slope follows from the slopes of both sums. */
+static texture_footprint find_footprint(const place *at, float step)
+{
+    const v4 per_pixel = v4_all(at->z * step), *e = at->t->e;
+    v4 a[3], uv;
+
+    if (!has_texture(at))
+        return (texture_footprint){ 0 };
+    corner_uv(at, a);
+    uv = blend(a[0], a[1], a[2], at->b);
+    return texture_cover(at->in->material.texture, blend(a[0] - uv, a[1] - uv, a[2] - uv, e[0] * per_pixel),
+                         blend(a[0] - uv, a[1] - uv, a[2] - uv, e[1] * per_pixel));
+}
+
+static v4 find_albedo(const place *at, const texture_footprint *footprint)
+{
+    const lt_mesh *m = at->in->mesh;
+    v4 out = v4_of3(at->in->material.albedo), a[3];
+
+    if (m->color)
+        out *= blend3((const float (*)[3])m->color, at->v, at->b);
+    if (!has_texture(at))
+        return out;
+    corner_uv(at, a);
+    return out * texture_sample(at->in->material.texture, blend(a[0], a[1], a[2], at->b), footprint);
+}
+
+static void add_grain(const shade_scene *s, const place *at, v4 *albedo, v4 *normal)
+{
+    const synth_instance *in = at->in;
+    const float (*rest)[3] = in->rest ? in->rest : (const float (*)[3])in->mesh->vertex;
+    float q[3], color[3], n[3];
+
+    v4_to3(blend3(rest, at->v, at->b), q);
+    v4_to3(*albedo, color);
+    v4_to3(*normal, n);
+    grain_apply(q, in->material.grain, at->z / (float)s->scene->camera.fx, color, n);
+    *albedo = v4_of3(color);
+    *normal = v4_of3(n);
+}
+
+static surface find_surface(const shade_scene *s, const place *at)
+{
+    const size_t first = s->first[at->t->instance];
+    const v4 *p = s->position + first;
+    surface out = { .material = &at->in->material };
+
+    out.p = blend(p[at->v[0]], p[at->v[1]], p[at->v[2]], at->b);
+    out.n = find_normal(s, at->t, first, at->v, at->b);
     out.view = s->eye - out.p;
     v4_normalise3(&out.view);
-    out.tint = v4_all(1) + v4_all(in->material.metal) * (out.albedo - v4_all(1));
     return out;
 }
 
@@ -219,16 +246,15 @@ static v4 surroundings(const shade_scene *s, v4 d, float softness)
     return s->ground + v4_all(h) * (s->sky - s->ground);
 }
 
-static v4 find_ambient(const shade_scene *sc, const surface *s)
+static void add_ambient(const shade_scene *sc, const surface *s, light *out)
 {
     const synth_material *m = s->material;
     const float nv = v4_dot3(s->n, s->view);
-    const v4 diffuse = s->albedo * v4_all(1 - m->metal) * surroundings(sc, s->n, 1);
 
-    if (m->specular <= 0)
-        return diffuse;
-    return diffuse + v4_all(1.6f * fresnel(m, nv)) * s->tint *
-                         surroundings(sc, v4_all(2 * nv) * s->n - s->view, 0.5f);
+    out->ambient.scattered = surroundings(sc, s->n, 1);
+    if (m->specular > 0)
+        out->ambient.mirrored = v4_all(1.6f * fresnel(m, nv)) *
+                                surroundings(sc, v4_all(2 * nv) * s->n - s->view, 0.5f);
 }
 
 /* Blinn's lobe, scaled so that it sends out no more than it receives. */
@@ -257,34 +283,97 @@ static v4 diffuse_cosine(const surface *s, float nl, float lit)
     return k * (v4_all(0.75f) + v4_all(0.25f) * k) * (v4_all(lit) + w * v4_all(lit * (1 - lit)));
 }
 
-static v4 find_direct(const shade_scene *sc, int index, const surface *s, float spin, shade_shadow *shadow)
+static void add_direct(const shade_scene *sc, int index, const surface *s, float spin, shade_shadow *shadow,
+                       light *out)
 {
-    float *lit = &shadow->lit[index], shine, nl, distance, fall;
-    v4 l = sc->lamp[index] - s->p;
+    float *lit = &shadow->lit[index], nl, distance;
+    v4 l = sc->lamp[index] - s->p, color;
 
     distance = v4_normalise3(&l);
-    fall = sc->distance2[index] / most(distance * distance, 1e-4f);
     nl = v4_dot3(s->n, l);
     if (nl < -creep[0] * s->material->translucency)
-        return v4_all(0);
+        return;
     if (*lit < 0)
         *lit = shadow_at(&sc->shadow[index], s->p, s->n, spin);
     if (*lit == 0)
-        return v4_all(0);
-    shine = nl > 0 ? nl * highlight(s, l) * *lit : 0;
-    return v4_all(fall) * sc->color[index] *
-           (s->albedo * v4_all(1 - s->material->metal) * diffuse_cosine(s, nl, *lit) + v4_all(shine) * s->tint);
+        return;
+    color = v4_all(sc->distance2[index] / most(distance * distance, 1e-4f)) * sc->color[index];
+    out->direct.scattered += color * diffuse_cosine(s, nl, *lit);
+    if (nl > 0)
+        out->direct.mirrored += color * v4_all(nl * highlight(s, l) * *lit);
 }
 
-shade_light shade(const shade_scene *sc, const raster_triangle *t, float x, float y, float step,
-                  float spin, shade_shadow *shadow)
+static light find_light(const shade_scene *sc, const surface *s, float spin, shade_shadow *shadow)
 {
-    const surface s = find_surface(sc, t, x, y, step);
-    shade_light out = { find_ambient(sc, &s), v4_all(0) };
+    light out = { 0 };
 
-    if (shadow->instance != t->instance)
-        *shadow = (shade_shadow){ t->instance, { -1, -1, -1, -1 } };
+    add_ambient(sc, s, &out);
     for (int i = 0; i < sc->scene->n_lights; i++)
-        out.direct += find_direct(sc, i, &s, spin, shadow);
+        add_direct(sc, i, s, spin, shadow, &out);
     return out;
+}
+
+/* What is mirrored is white, or has the albedo's colour for metal, which scatters nothing. */
+static shade_sent send(const synth_material *m, v4 albedo, const light *l)
+{
+    const v4 scatter = albedo * v4_all(1 - m->metal), tint = v4_all(1) + v4_all(m->metal) * (albedo - v4_all(1));
+
+    return (shade_sent){ scatter * l->ambient.scattered + tint * l->ambient.mirrored,
+                         scatter * l->direct.scattered + tint * l->direct.mirrored };
+}
+
+static shade_shadow no_shadow(const raster_triangle *t)
+{
+    return (shade_shadow){ t->instance, { -1, -1, -1, -1 } };
+}
+
+shade_sent shade(const shade_scene *sc, const raster_triangle *t, float x, float y, float step,
+                 float spin, shade_shadow *shadow)
+{
+    const place at = find_place(sc, t, x, y);
+    const synth_material *m = &at.in->material;
+    const texture_footprint footprint = find_footprint(&at, step);
+    surface s = find_surface(sc, &at);
+    v4 albedo = find_albedo(&at, &footprint);
+    light l;
+
+    if (m->grain > 0)
+        add_grain(sc, &at, &albedo, &s.n);
+    if (shadow->instance != t->instance)
+        *shadow = no_shadow(t);
+    l = find_light(sc, &s, spin, shadow);
+    return send(m, albedo, &l);
+}
+
+static bool in_penumbra(const shade_scene *sc, const shade_shadow *shadow)
+{
+    for (int i = 0; i < sc->scene->n_lights; i++)
+        if (shadow->lit[i] > 0 && shadow->lit[i] < 1)
+            return true;
+    return false;
+}
+
+bool shade_square(const shade_scene *sc, const raster_triangle *t, float x, float y, float step, float spin,
+                  shade_sent out[4])
+{
+    const place middle = find_place(sc, t, x + step / 2, y + step / 2);
+    const synth_material *m = &middle.in->material;
+    shade_shadow shadow = no_shadow(t);
+    texture_footprint footprint;
+    surface s;
+    light l;
+
+    if (m->grain > 0)
+        return false;
+    s = find_surface(sc, &middle);
+    l = find_light(sc, &s, spin, &shadow);
+    if (in_penumbra(sc, &shadow))
+        return false;
+    footprint = find_footprint(&middle, step);
+    for (int k = 0; k < 4; k++) {
+        const place at = find_place(sc, t, x + step * (float)(k % 2), y + step * (float)(k / 2));
+
+        out[k] = send(m, find_albedo(&at, &footprint), &l);
+    }
+    return true;
 }

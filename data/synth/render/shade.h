@@ -23,7 +23,7 @@ typedef struct {
 } shade_scene;
 
 /* What a surface sends to the eye, kept apart because only the first is dimmed in crevices. */
-typedef struct { v4 ambient, direct; } shade_light;
+typedef struct { v4 ambient, direct; } shade_sent;
 
 /* A pixel's shadows, looked up once and used by all fragments of one instance. */
 typedef struct {
@@ -35,7 +35,13 @@ bool shade_prepare(shade_scene *s, const synth_scene *scene, const shadow_map *s
 void shade_fini(shade_scene *s);
 
 /* shade - triangle t at sample (x, y); step is the distance between pixels in samples */
-shade_light shade(const shade_scene *s, const raster_triangle *t, float x, float y, float step,
-                  float spin, shade_shadow *shadow);
+shade_sent shade(const shade_scene *s, const raster_triangle *t, float x, float y, float step,
+                 float spin, shade_shadow *shadow);
+
+/* shade_square - triangle t at two by two pixels, the first at sample (x, y), the next two beside and below it: the
+ * colour of each, and one light for all of them. False where that would show: in a penumbra, and on skin, whose grain
+ * bends the light. */
+bool shade_square(const shade_scene *s, const raster_triangle *t, float x, float y, float step, float spin,
+                  shade_sent out[4]);
 
 #endif

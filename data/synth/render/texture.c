@@ -172,31 +172,40 @@ static v4 bilinear(const mip *m, float u, float v)
 
 /* A long footprint is covered by up to four probes along it, each as wide as it is narrow. Between two
  * levels only the middle half is blended: the ends are near enough to one of them. */
-v4 texture_sample(const synth_texture *t, v4 uv, v4 dx, v4 dy)
+texture_footprint texture_cover(const synth_texture *t, v4 dx, v4 dy)
 {
     const float w = (float)t->level[0].width, h = (float)t->level[0].height;
     const float x2 = dx[0] * dx[0] * w * w + dx[1] * dx[1] * h * h;
     const float y2 = dy[0] * dy[0] * w * w + dy[1] * dy[1] * h * h;
-    const v4 axis = x2 > y2 ? dx : dy;
     const float major = most(most(x2, y2), 1e-12f), minor = most(least(x2, y2), 1e-12f);
-    const int probes = (int)least(sqrtf(major / minor) + 0.4f, MAX_PROBES);
+    const int probes = (int)least(sqrtf(major / minor) + 0.4f, MAX_PROBES), top = t->levels - 1;
     const float lod = 0.5f * log2f(most(major / (float)(probes * probes), 1));
-    const int top = t->levels - 1;
-    const int level = lod < (float)top ? (int)lod : top, next = level < top ? level + 1 : top;
-    const float mix = within(2 * (least(lod, (float)top) - (float)level) - 0.5f, 0, 1);
-    v4 sum = v4_all(0);
+    texture_footprint f = { .axis = x2 > y2 ? dx : dy };
 
     assert(t->levels);              /* synth_texture_paint */
-    if (!(fabsf(uv[0]) < 1e6f && fabsf(uv[1]) < 1e6f && lod < 1e6f))
-        return sum;
-    for (int i = 0; i < probes; i++) {
-        const float s = ((float)i + 0.5f) / (float)probes - 0.5f;
-        const float u = uv[0] + s * axis[0], v = uv[1] + s * axis[1];
+    if (!(lod < 1e6f))
+        return f;
+    f.probes = probes;
+    f.level = lod < (float)top ? (int)lod : top;
+    f.next = f.level < top ? f.level + 1 : top;
+    f.mix = within(2 * (least(lod, (float)top) - (float)f.level) - 0.5f, 0, 1);
+    return f;
+}
 
-        if (mix < 1)
-            sum += v4_all(1 - mix) * bilinear(&t->level[level], u, v);
-        if (mix > 0)
-            sum += v4_all(mix) * bilinear(&t->level[next], u, v);
+v4 texture_sample(const synth_texture *t, v4 uv, const texture_footprint *f)
+{
+    v4 sum = v4_all(0);
+
+    if (!(f->probes && fabsf(uv[0]) < 1e6f && fabsf(uv[1]) < 1e6f))
+        return sum;
+    for (int i = 0; i < f->probes; i++) {
+        const float s = ((float)i + 0.5f) / (float)f->probes - 0.5f;
+        const float u = uv[0] + s * f->axis[0], v = uv[1] + s * f->axis[1];
+
+        if (f->mix < 1)
+            sum += v4_all(1 - f->mix) * bilinear(&t->level[f->level], u, v);
+        if (f->mix > 0)
+            sum += v4_all(f->mix) * bilinear(&t->level[f->next], u, v);
     }
-    return sum * v4_all(1 / (65535 * (float)probes));
+    return sum * v4_all(1 / (65535 * (float)f->probes));
 }
