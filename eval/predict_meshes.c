@@ -6,7 +6,9 @@
 #include "libtensor/io/mesh_io.h"
 #include "libtensor/io/ply.h"
 
+#include <errno.h>
 #include <string.h>
+#include <unistd.h>
 
 /* The triangles of the hand; those of a left one look outwards after a swap. */
 static lt_status hand_faces(lt_arena *arena, const predict_options *o, int32_t (**out)[3])
@@ -56,18 +58,35 @@ static lt_status pose_object(lt_arena *arena, const predict_case *s, lt_mesh *ou
     return LT_OK;
 }
 
-/* One file for each: NAME.hand.obj, NAME.object.ply. */
+/* A file for each: NAME.hand.obj, NAME.object.ply. */
+static lt_status mesh_path(lt_arena *arena, const predict_case *s, const char *what, const char **name,
+                           const char **path)
+{
+    const char *ending = lt_arena_printf(arena, ".%s.%s", what, s->o->format == PREDICT_OBJ ? "obj" : "ply");
+
+    return ending ? predict_file_name(arena, s, ending, name, path) : lt_error(LT_ENOMEM, "%s: no memory", s->v->path);
+}
+
 static lt_status write_alone(lt_arena *arena, const predict_case *s, const char *what, const lt_mesh *mesh,
                              const char **name)
 {
-    const bool obj = s->o->format == PREDICT_OBJ;
-    const char *path, *ending = lt_arena_printf(arena, ".%s.%s", what, obj ? "obj" : "ply");
-    const lt_status st = ending ? predict_file_name(arena, s, ending, name, &path)
-                                : lt_error(LT_ENOMEM, "%s: no memory", s->v->path);
+    const char *path;
+    const lt_status st = mesh_path(arena, s, what, name, &path);
 
     if (st)
         return st;
-    return obj ? lt_obj_write(path, mesh, NULL) : lt_ply_write_mesh(path, mesh);
+    return s->o->format == PREDICT_OBJ ? lt_obj_write(path, mesh, NULL) : lt_ply_write_mesh(path, mesh);
+}
+
+/* What an earlier prediction of the same image left, where this one finds no object */
+static lt_status remove_object(lt_arena *arena, const predict_case *s)
+{
+    const char *name, *path;
+    const lt_status st = mesh_path(arena, s, "object", &name, &path);
+
+    if (!st && unlink(path) && errno != ENOENT)
+        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    return st;
 }
 
 /* Both in one scene. object: NULL where it was not found */
@@ -95,5 +114,7 @@ lt_status predict_write_meshes(lt_arena *arena, const predict_case *s, const lt_
     if (!st && s->o->format == PREDICT_GLB)
         return write_scene(arena, s, hand, found ? &object : NULL, out);
     st = st ? st : write_alone(arena, s, "hand", hand, &out->hand);
-    return st || !found ? st : write_alone(arena, s, "object", &object, &out->object);
+    if (st)
+        return st;
+    return found ? write_alone(arena, s, "object", &object, &out->object) : remove_object(arena, s);
 }

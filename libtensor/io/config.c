@@ -5,6 +5,7 @@
 
 #include <cjson/cJSON.h>
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 static int key_count(const lt_config_key *keys)
@@ -20,14 +21,19 @@ static lt_status unknown_key(const char *where, const char *name, const lt_confi
 {
     const char *names[128];
     const char *near;
+    char all[512] = "none";
+    size_t length = 0;
     int n = 0;
 
-    for (; keys[n].name && n < (int)LT_COUNT(names); n++)
+    for (; keys[n].name && n < (int)LT_COUNT(names); n++) {
         names[n] = keys[n].name;
+        if (length < sizeof(all))
+            length += (size_t)snprintf(all + length, sizeof(all) - length, "%s%s", n ? ", " : "", keys[n].name);
+    }
     near = lt_nearest_name(name, names, (size_t)n);
     if (near)
         return lt_error(LT_EINVAL, "%s.%s: no such key; did you mean \"%s\"?", where, name, near);
-    return lt_error(LT_EINVAL, "%s.%s: no such key", where, name);
+    return lt_error(LT_EINVAL, "%s.%s: no such key; there are: %s", where, name, all);
 }
 
 static lt_status check_names(const char *where, const cJSON *object, const lt_config_key *keys)

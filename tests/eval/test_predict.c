@@ -171,6 +171,18 @@ START_TEST(one_image)
 }
 END_TEST
 
+START_TEST(no_old_object_stays)       /* beside a prediction that knows of none */
+{
+    const char *const input[] = { in("a.png") };
+
+    write_png("a.png", false);
+    ck_assert_int_eq(predict((predict_options){ .object = "mug" }, 1, input, NULL), LT_OK);
+    ck_assert_int_eq(lt_write_file(in("out/a.object.obj"), "", 0), LT_OK);
+    ck_assert_int_eq(predict((predict_options){ 0 }, 1, input, NULL), LT_OK);
+    ck_assert(!exists("out/a.object.obj"));
+}
+END_TEST
+
 /* The same hand in each format: the object of an untrained model may or may not be found. */
 START_TEST(formats)
 {
@@ -782,6 +794,7 @@ int main(void)
     tcase_add_checked_fixture(t, start, stop);
     tcase_set_timeout(t, 120);
     tcase_add_test(t, one_image);
+    tcase_add_test(t, no_old_object_stays);
     tcase_add_test(t, formats);
     tcase_add_test(t, defaults);
     tcase_add_test(t, folders);

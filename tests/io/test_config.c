@@ -78,7 +78,7 @@ static const struct {
 } slips[] = {
     { "[]", "f.json: want an object of keys" },
     { "{\"cuont\": 1}", "f.json.cuont: no such key; did you mean \"count\"?" },
-    { "{\"zzzzzzzzz\": 1}", "f.json.zzzzzzzzz: no such key" },
+    { "{\"zzzzzzzzz\": 1}", "f.json.zzzzzzzzz: no such key; there are: count, any, rate, on, name, kind, box" },
     { "{\"count\": \"1\"}", "f.json.count: found \"1\", want a number" },
     { "{\"count\": 1e999}", "f.json.count: found null, want a number" },
     { "{\"count\": 1.5}", "f.json.count: found 1.5, want a whole number" },
