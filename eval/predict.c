@@ -140,11 +140,20 @@ static lt_status predict_frame(const predict_job *j, lt_film *film, predict_smoo
     return st;
 }
 
+/* What a film says of its length is an estimate in some formats. */
+static void say_cut(const predict_job *j, const predict_input *in, int64_t read, int64_t frames)
+{
+    if (read > 0 && read < frames * 9 / 10)
+        predict_say(j->o, "%s: says that it has %lld frames, but only %lld could be read: it may be cut off", in->path,
+                    (long long)frames, (long long)read);
+}
+
 static lt_status predict_film(const predict_job *j, const predict_input *in)
 {
     const int before = j->sum->written + j->sum->skipped;
     predict_smoother smoother = { 0 };
     bool more = true;
+    int read;
     lt_film *film;
     lt_status st = lt_film_open(in->path, &film);
 
@@ -156,8 +165,11 @@ static lt_status predict_film(const predict_job *j, const predict_input *in)
         predict_say(j->o, "%s: does not say its frames per second, so they are not smoothed; --fps does", in->path);
     for (int k = 1; !st && more; k++)
         st = predict_frame(j, film, smoother.dt > 0 ? &smoother : NULL, in, k, &more);
+    read = j->sum->written + j->sum->skipped - before;
+    if (!st)
+        say_cut(j, in, read, lt_film_frames(film));
     lt_film_close(film);
-    if (st || j->sum->written + j->sum->skipped > before)
+    if (st || read)
         return st;
     return count(j, lt_error(LT_EFORMAT, "%s: a film without frames", in->path), true);
 }

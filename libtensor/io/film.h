@@ -25,10 +25,13 @@ LT_API void lt_film_close(lt_film *film);
 /* lt_film_fps - frames per second as the film says; 0 where it does not */
 LT_API double lt_film_fps(const lt_film *film);
 
+/* lt_film_frames - how many frames the film says it has; 0 where it does not. It may be off by some. */
+LT_API int64_t lt_film_frames(const lt_film *film);
+
 /**
  * lt_film_next - the next frame, RGB of 8 bits, upright, in the arena; *more is false when there is none
  *
- * A film that breaks off ends there: OpenCV does not tell the two apart.
+ * A film that breaks off ends there: OpenCV does not tell the two apart, but lt_film_frames may.
  * Errors: LT_EFORMAT: beyond the limits of lt_image_read; LT_ENOMEM.
  */
 LT_API lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more);

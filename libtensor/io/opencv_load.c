@@ -84,7 +84,7 @@ lt_status lt_opencv_decode(lt_arena *arena, const char *name, const uint8_t *byt
 struct lt_film {
     void *film;
     char *path;
-    double fps;
+    double fps, frames;
 };
 
 lt_status lt_film_open(const char *path, lt_film **out)
@@ -105,7 +105,7 @@ lt_status lt_film_open(const char *path, lt_film **out)
     *f = (lt_film){ .path = strdup(path) };
     if (!f->path)
         st = lt_error(LT_ENOMEM, "%s: no memory", path);
-    else if (!(f->film = opencv->film_open(path, &f->fps, error)))
+    else if (!(f->film = opencv->film_open(path, &f->fps, &f->frames, error)))
         st = lt_error(LT_EFORMAT, "%s: %s", path, error);
     if (st)
         lt_film_close(f);
@@ -127,6 +127,11 @@ void lt_film_close(lt_film *film)
 double lt_film_fps(const lt_film *film)
 {
     return film->fps > 0 && film->fps < 1e4 ? film->fps : 0;
+}
+
+int64_t lt_film_frames(const lt_film *film)
+{
+    return film->frames > 0 && film->frames < 1e9 ? (int64_t)film->frames : 0;
 }
 
 lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more)

@@ -88,7 +88,7 @@ static int decode(const uint8_t *bytes, size_t n, lt_opencv_room room, void *ctx
 static const char NO_FILM[] = "not a film that can be read";
 
 /* Of OpenCV's readers those for files: the others look for cameras. FFmpeg would tell its troubles on stderr. */
-static void *film_open(const char *path, double *fps, char error[256])
+static void *film_open(const char *path, double *fps, double *frames, char error[256])
 {
     std::unique_ptr<cv::VideoCapture> film;
     const int failed = guarded(error, NO_FILM, [&] {
@@ -97,8 +97,11 @@ static void *film_open(const char *path, double *fps, char error[256])
         film.reset(new cv::VideoCapture(path, cv::CAP_FFMPEG));
         if (!film->isOpened())
             film->open(path, cv::CAP_OPENCV_MJPEG);
-        *fps = film->isOpened() ? film->get(cv::CAP_PROP_FPS) : 0;
-        return film->isOpened() ? 0 : refuse(error, NO_FILM);
+        if (!film->isOpened())
+            return refuse(error, NO_FILM);
+        *fps = film->get(cv::CAP_PROP_FPS);
+        *frames = film->get(cv::CAP_PROP_FRAME_COUNT);
+        return 0;
     });
 
     return failed ? nullptr : film.release();

@@ -767,6 +767,25 @@ START_TEST(film_file)
     check_files("clip-000003", root);
     cJSON_Delete(root);
     ck_assert(!exists("out/clip-000004.json"));
+    ck_assert(!strstr(said, "cut off"));
+}
+END_TEST
+
+/* Half a film is read as far as it goes, and what is missing is said. */
+START_TEST(film_cut_off)
+{
+    const char *const input[] = { in("clip.avi") };
+    const lt_image img = picture(false);
+    predict_summary sum;
+    struct stat all;
+
+    avi_write(arena, input[0], &img, 25, 8);
+    ck_assert_int_eq(stat(input[0], &all), 0);
+    ck_assert_int_eq(truncate(input[0], all.st_size / 2), 0);
+    ck_assert_int_eq(predict((predict_options){ 0 }, 1, input, &sum), LT_OK);
+    ck_assert_int_ge(sum.written, 3);
+    ck_assert_int_lt(sum.written, 5);
+    ck_assert_msg(strstr(said, "clip.avi: says that it has 8 frames, but only"), "%s", said);
 }
 END_TEST
 
@@ -814,6 +833,7 @@ int main(void)
     tcase_add_test(t, film_of_stills);
 #ifdef HAVE_OPENCV
     tcase_add_test(t, film_file);
+    tcase_add_test(t, film_cut_off);
 #endif
     tcase_add_test(t, film_that_is_none);
     suite_add_tcase(s, t);

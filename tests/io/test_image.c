@@ -173,6 +173,7 @@ START_TEST(film)
               &(lt_image){ .width = 16, .height = 8, .channels = 3, .bits = 8, .data = pixels }, 25, 2);
     check_ok(lt_film_open(in_folder("f.avi"), &f));
     ck_assert_double_eq(lt_film_fps(f), 25);
+    ck_assert_int_eq(lt_film_frames(f), 2);
     check_ok(lt_film_next(f, arena, &img, &more));
     ck_assert(more && img.width == 16 && img.height == 8 && img.channels == 3 && abs(img.data[0] - 200) < 3);
     lt_alloc_fail_at(1);
