@@ -103,6 +103,9 @@ lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt
     if (!lt_shape_fits_memory(&shape))
         return refuse(set, lt_error(LT_ESHAPE, "parameter \"%s\" is %s, which no memory holds", full,
                                     lt_shape_text(&shape, text)));
+    if (lt_shape_numel(&shape) == 0)
+        return refuse(set, lt_error(LT_ESHAPE, "parameter \"%s\" is %s, want at least one value", full,
+                                    lt_shape_text(&shape, text)));
     p->data = lt_arena_array(set->arena, (size_t)lt_shape_numel(&shape), sizeof(lt_real));
     if (!p->data)
         return refuse(set, lt_error(LT_ENOMEM, "parameter \"%s\": no memory for %lld values", full,

@@ -96,9 +96,11 @@ lt_tensor *(lt_layer_norm_layer_forward)(const lt_layer_norm_layer *m, lt_tensor
 
 lt_se_layer lt_se_layer_new(lt_params *set, const char *prefix, int64_t channels, int reduction)
 {
+    const int64_t narrow = reduction > 0 ? channels / reduction : 0;
+
     return (lt_se_layer){
-        .fc1 = lt_linear_layer_new(set, lt_name(set, "%s.fc1", prefix), channels, channels / reduction, false),
-        .fc2 = lt_linear_layer_new(set, lt_name(set, "%s.fc2", prefix), channels / reduction, channels, false),
+        .fc1 = lt_linear_layer_new(set, lt_name(set, "%s.fc1", prefix), channels, narrow, false),
+        .fc2 = lt_linear_layer_new(set, lt_name(set, "%s.fc2", prefix), narrow, channels, false),
     };
 }
 

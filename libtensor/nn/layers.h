@@ -61,6 +61,7 @@ typedef struct {
     lt_linear_layer fc1, fc2;
 } lt_se_layer;
 
+/* lt_se_layer_new - channels / reduction in the middle, at least one: else the set has LT_ESHAPE */
 LT_API lt_se_layer lt_se_layer_new(lt_params *set, const char *prefix, int64_t channels, int reduction);
 LT_API lt_tensor *lt_se_layer_forward(const lt_se_layer *m, lt_tensor *x);
 

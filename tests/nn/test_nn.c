@@ -54,6 +54,16 @@ START_TEST(names_are_taken_once)
 }
 END_TEST
 
+START_TEST(nothing_is_without_values)
+{
+    static const int reduction[] = { 0, -1, 17 };
+
+    lt_se_layer_new(set, "se", 16, reduction[_i]);
+    ck_assert_int_eq(lt_params_status(set), LT_ESHAPE);
+    ck_assert_str_eq(lt_last_error(), "parameter \"se.fc1.weight\" is (0, 16), want at least one value");
+}
+END_TEST
+
 static void moments(const lt_param *p, double *mean, double *deviation)
 {
     double sum = 0, squares = 0;
@@ -173,6 +183,7 @@ int main(void)
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, layers_register_what_pytorch_calls_them);
     tcase_add_test(tc, names_are_taken_once);
+    tcase_add_loop_test(tc, nothing_is_without_values, 0, 3);
     tcase_add_test(tc, draws_have_the_promised_spread);
     tcase_add_test(tc, norms_start_as_the_identity);
     tcase_add_test(tc, draws_do_not_depend_on_order);
