@@ -41,9 +41,9 @@ LT_API void lt_params_free(lt_params *set);
 /**
  * lt_params_add - a zeroed parameter named prefix.name (name alone when prefix is empty)
  *
- * The first problem (a name taken, no memory) is kept in the set, and the parameter returned for it and
- * after it is a harmless stand-in. Ask lt_params_status when the model is complete; a graph that uses a parameter of
- * such a set has its error.
+ * The first problem (a name taken, a shape without values, no memory) is kept in the set, and the parameter returned
+ * for it and after it is a harmless stand-in. Ask lt_params_status when the model is complete; a graph that uses a
+ * parameter of such a set has its error.
  */
 LT_API lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt_param_kind kind,
                                lt_shape shape);

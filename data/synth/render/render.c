@@ -14,7 +14,8 @@
 
 #include <string.h>
 
-enum { SAMPLES = 4, SQUARE = 4 };         /* of a pixel; along a side of two by two pixels */
+enum { SAMPLES = 4 };               /* of a pixel */
+enum { SQUARE = 4 };                /* samples along a side of two by two pixels */
 
 enum { REST, HAND, OBJECT, LAYERS };
 
