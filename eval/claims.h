@@ -18,12 +18,12 @@ extern "C" {
 
 struct cJSON;
 
-/* In the paper's table `better` has a lower value than `worse` in the metric of scores.json. */
+/* In the paper's table `better` comes out ahead of `worse` in the metric of scores.json. */
 typedef struct {
     const char *source;             /* "HOCAT, Table 5" */
     const char *model, *better, *worse;
     const char *metric;             /* "pa_mpjpe_mm" */
-    double paper_better, paper_worse;
+    double paper_better, paper_worse;   /* which of them is larger says whether less or more is better */
 } eval_claim;
 
 /* eval_claim_at - the i-th of all claims, NULL past the last */

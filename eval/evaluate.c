@@ -7,6 +7,7 @@
 
 #include "libtensor/base/parallel.h"
 
+#include <math.h>
 #include <string.h>
 
 static void *array(evaluation *e, size_t n, size_t size)
@@ -199,6 +200,13 @@ static void to_opengl(void *ctx, int64_t s)
     ho3d_vertices_from_camera(r->vertices[s][0], r->gl_vertices[s][0]);
 }
 
+/* Too few pairs are no pose, which no distance is near enough for [Bandi and Thomas 2025, section 3]; HOCAT's pose
+ * then is R = I, t = (0, 0, 1), and scored as that. */
+static bool without_pose(const evaluation *e, const score_set *set, int s)
+{
+    return set == &e->set[EVALUATE_MODEL] && e->o.m->pose == MODEL_POSE_REFINED && e->estimates[s].object_inliers == 0;
+}
+
 static void count_objects(evaluation *e, score_set *set, int n)
 {
     const dataset_object *objects = e->o.data->objects;
@@ -214,7 +222,7 @@ static void count_objects(evaluation *e, score_set *set, int n)
                                    e->by_object[k]->hfl_symmetry && e->symmetric[i].symmetric ? err->adds_estimate
                                                                                               : err->add,
                                    objects[i].diagonal);
-        set->adds[set->n_adds++] = err->adds_true;
+        set->adds[set->n_adds++] = without_pose(e, set, s) ? INFINITY : err->adds_true;
         eval_share_add(&set->add01, err->add <= 0.1 * objects[i].diagonal);
         eval_mean_add(&set->add, err->add);
     }

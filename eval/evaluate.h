@@ -31,6 +31,7 @@ typedef struct {
     double mpjpe_mm, rigid_pa_mpjpe_mm;         /* DexYCB protocol: wrist-relative */
     double add01;                               /* % of all samples with ADD <= 0.1 diameter */
     double add_mm;                              /* mean ADD; infinite when one pose failed */
+    double adds_below_2cm, adds_auc;            /* ADD-S: share below 2 cm, area up to 0.1 m; NAN: no objects */
     double no_pose;                             /* % of samples without an object pose */
 } evaluate_summary;
 

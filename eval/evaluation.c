@@ -9,7 +9,23 @@
 #include "libtensor/io/json.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <string.h>
+
+/* The share of objects with an ADD-S below so many metres */
+static double adds_below(const score_set *set, double limit)
+{
+    int64_t close = 0;
+
+    for (int64_t i = 0; i < set->n_adds; i++)
+        close += set->adds[i] < limit;
+    return (double)close / (double)set->n_adds;
+}
+
+static double adds_auc(const score_set *set)
+{
+    return set->n_adds ? eval_auc_ycb(set->n_adds, set->adds, 0.1) : NAN;
+}
 
 evaluate_summary evaluation_summary(const evaluation *e, int row)
 {
@@ -29,6 +45,8 @@ evaluate_summary evaluation_summary(const evaluation *e, int row)
     s.rigid_pa_mpjpe_mm = dexycb[DEXYCB_RIGID_MEAN];
     s.add01 = 100 * eval_share_value(&set->add01);
     s.add_mm = 1e3 * eval_mean_value(&set->add);
+    s.adds_below_2cm = adds_below(set, 0.02);
+    s.adds_auc = adds_auc(set);
     s.no_pose = 100.0 * (double)set->no_pose / (double)e->samples;
     return s;
 }
@@ -47,17 +65,13 @@ static void set_objects(const evaluation *e, const eval_table *t, const score_se
             eval_row_objects(t, &set->shares[k], row);
 }
 
-/* ADD-S of all objects together: the area up to 0.1 m, and the share within 2 cm */
+/* ADD-S of all objects together */
 static void set_adds(const eval_table *t, const score_set *set, eval_row *row)
 {
-    int64_t close = 0;
-
-    if (set->n_adds == 0 || eval_find_column(t, "AUC") == EVAL_NO_ROW)
+    if (set->n_adds == 0)
         return;
-    for (int64_t i = 0; i < set->n_adds; i++)
-        close += set->adds[i] < 0.02;
-    set_column(t, row, "ADD-S<2cm", (double)close / (double)set->n_adds);
-    set_column(t, row, "AUC", eval_auc_ycb(set->n_adds, set->adds, 0.1));
+    set_column(t, row, "ADD-S<2cm", adds_below(set, 0.02));
+    set_column(t, row, "AUC", adds_auc(set));
 }
 
 /* What is the model's, not its predictions': its size and its speed. */
@@ -80,6 +94,20 @@ static bool about_hands(const eval_table *t)
     return !eval_table_by_object(t) && (!about_dexycb(t) || eval_find_column(t, "MPJPE") != EVAL_NO_ROW);
 }
 
+/* The paper's row that a variant reproduces; none for predictors that see nothing. */
+static int against(const evaluation *e, const eval_table *t, int row)
+{
+    return row == EVALUATE_MODEL ? eval_table_own_row(t, e->o.m->variant) : EVAL_NO_ROW;
+}
+
+/* The note column of the model's row: what it sees, or what the paper says of the row that it reproduces. */
+static const char *note_of(const evaluation *e, const eval_table *t)
+{
+    if (t->note && strcmp(t->note, "input") == 0)
+        return e->o.m->depth ? "RGB-D" : "RGB";
+    return t->row[against(e, t, EVALUATE_MODEL)].note;
+}
+
 /* Row `set` of a table; what the table does not ask for is left out. */
 static eval_row row_of(const evaluation *e, const eval_table *t, const score_set *set)
 {
@@ -90,12 +118,14 @@ static eval_row row_of(const evaluation *e, const eval_table *t, const score_set
     dexycb_scorer_scores(set->dexycb, dexycb);
     set_objects(e, t, set, &row);
     if (about_hands(t) && about_dexycb(t))
-        eval_row_dexycb(&row, dexycb, EVAL_RIGID);
+        eval_row_dexycb(&row, dexycb, t->procrustes);
     else if (about_hands(t))
         eval_row_ho3d(&row, ho3d);
     set_adds(t, set, &row);
-    if (set == &e->set[EVALUATE_MODEL])
+    if (set == &e->set[EVALUATE_MODEL]) {
         set_size(e, t, &row);
+        row.note = note_of(e, t);
+    }
     return row;
 }
 
@@ -103,12 +133,6 @@ static eval_row row_of(const evaluation *e, const eval_table *t, const score_set
 static bool belongs(const evaluation *e, const eval_table *t)
 {
     return e->o.data->synthetic || strncmp(e->o.data->kind, t->data, 4) == 0;
-}
-
-/* The paper's row that a variant reproduces; none for predictors that see nothing. */
-static int against(const evaluation *e, const eval_table *t, int row)
-{
-    return row == EVALUATE_MODEL ? eval_table_own_row(t, e->o.m->variant) : EVAL_NO_ROW;
 }
 
 static int results_of(const evaluation *e, const eval_table *t, eval_result out[EVALUATE_ROWS])
@@ -143,7 +167,9 @@ static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
         p.symmetry = eval_symmetry_name(t->hfl_symmetry ? EVAL_SYM_HFL : EVAL_SYM_NONE);
         p.alignment = "none";
     } else if (about_hands(t) && about_dexycb(t)) {
-        p.alignment = "MPJPE: wrist on wrist; PAMPJPE: similarity per sample, no reflections";
+        p.alignment = t->procrustes == EVAL_RIGID
+            ? "MPJPE: wrist on wrist; PAMPJPE: similarity per sample, no reflections"
+            : "MPJPE: wrist on wrist; PA-MPJPE: similarity per sample, reflections allowed";
     } else if (about_hands(t)) {
         p.alignment = "similarity per sample, reflections allowed; joints and vertices each on their own";
     } else {
@@ -188,6 +214,8 @@ static cJSON *summary_json(const evaluate_summary *s)
     cJSON_AddNumberToObject(o, "rigid_pa_mpjpe_mm", s->rigid_pa_mpjpe_mm);
     cJSON_AddNumberToObject(o, "add01_percent", s->add01);
     cJSON_AddNumberToObject(o, "add_mm", s->add_mm);
+    cJSON_AddNumberToObject(o, "adds_below_2cm", s->adds_below_2cm);
+    cJSON_AddNumberToObject(o, "adds_auc", s->adds_auc);
     cJSON_AddNumberToObject(o, "no_object_pose_percent", s->no_pose);
     return o;
 }

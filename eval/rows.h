@@ -20,8 +20,7 @@ extern "C" {
 void eval_row_ho3d(eval_row *row, const double scores[HO3D_SCORES]);
 
 /* eval_row_dexycb - the first two columns of the DexYCB hand tables (hocat-3, unified-5,
- * unified-8) in mm: wrist on wrist, and after Procrustes of this kind (the papers':
- * EVAL_RIGID) */
+ * unified-8) in mm: wrist on wrist, and after Procrustes of this kind (the table's) */
 void eval_row_dexycb(eval_row *row, const double scores[DEXYCB_SCORES], eval_procrustes_kind kind);
 
 /* Shares of correct poses by object, for the tables with a column per object (hocat-2,

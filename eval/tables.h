@@ -10,6 +10,7 @@
 #ifndef EVAL_TABLES_H
 #define EVAL_TABLES_H
 
+#include "eval/metrics.h"
 #include "libtensor/base/common.h"
 #include "libtensor/base/status.h"
 
@@ -48,6 +49,7 @@ typedef struct {
     int n_columns;
     const eval_row *row;
     int n_rows;
+    eval_procrustes_kind procrustes;    /* DexYCB's PA-MPJPE */
     bool hfl_symmetry;              /* shares of objects: HFL's symmetric ones by ADD-S */
     bool columns_down;              /* wide tables are printed with a line per column */
 } eval_table;

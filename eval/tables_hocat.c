@@ -110,6 +110,7 @@ const eval_table eval_hocat_tables[] = {
         .data = "DexYCB", .note = "object too",
         .remark = "the paper's text has 13.79 mm MPJPE for HOCAT; it does not name the "
                   "split (s0 by lineage)",
+        .procrustes = EVAL_RIGID,
         .column = hocat_3_columns, .n_columns = LT_COUNT(hocat_3_columns),
         .row = hocat_3_rows, .n_rows = LT_COUNT(hocat_3_rows),
     },

@@ -64,7 +64,7 @@ const eval_table eval_unified_tables[] = {
     },
     {
         .id = "unified-5", .title = "Unified RGB-D estimator, Table 5: hand pose",
-        .data = "DexYCB", .note = "input",
+        .data = "DexYCB", .note = "input", .procrustes = EVAL_REFLECT,
         .column = unified_5_columns, .n_columns = LT_COUNT(unified_5_columns),
         .row = unified_5_rows, .n_rows = LT_COUNT(unified_5_rows),
     },
@@ -77,7 +77,7 @@ const eval_table eval_unified_tables[] = {
     },
     {
         .id = "unified-8", .title = "Unified RGB-D estimator, Table 8: ablation",
-        .data = "DexYCB", .note = "option",
+        .data = "DexYCB", .note = "option", .procrustes = EVAL_REFLECT,
         .column = unified_8_columns, .n_columns = LT_COUNT(unified_8_columns),
         .row = unified_8_rows, .n_rows = LT_COUNT(unified_8_rows),
     },

@@ -32,6 +32,13 @@ grep -q 'DexYCB s0.*split test; 4 samples, 0 failed' "$here/tables.txt"
 grep -q 'right hands on the hand model' "$here/info.txt"
 grep -q 'left hands on the hand model' "$here/info.txt"
 
+# An object that the unified estimator finds no pose of is a miss, wherever the stand-in for a pose would be.
+./palmar train --config unified-tiny --data "$here/data" --out "$here/blind" --quiet \
+    --set optim.steps=1 --set optim.batch=4 --set train.validate_every=0 --set data.contact_mm=0
+./palmar eval "$here/blind" --data "$here/data" --no-bench >"$here/blind.txt" 2>/dev/null
+grep -q '"no_object_pose_percent":[[:space:]]*100$' "$here/blind/eval/scores.json"
+grep -q '^| unified (synthetic) .*| full .*| *0\.00 | *0\.00 |$' "$here/blind/eval/table.md"
+
 # The toolkit's result file of hand joints, and its score.
 ./palmar eval "$here/run" --data "$here/data" --submit "$here/hpe.txt" 2>/dev/null
 [ "$(wc -l <"$here/hpe.txt")" = 4 ]
