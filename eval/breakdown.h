@@ -17,7 +17,7 @@ typedef struct {
     const char *object;             /* NULL: none, then add and add01 are not looked at */
     const double *joints, *truth;   /* (21, 3) */
     double add;                     /* of the object; infinite without a pose */
-    bool add01;                     /* whether that is at most a tenth of the diameter */
+    bool add01;                     /* whether it is right by ADD-0.1D */
 } eval_breakdown_sample;
 
 /* eval_breakdown_new - empty, in the arena; NULL without memory */

@@ -2,6 +2,7 @@
 /*
  * Scoring: batches of a split through the model and the two predictors that see no image.
  */
+#include "data/crop.h"
 #include "eval/each_batch.h"
 #include "eval/evaluation_internal.h"
 
@@ -46,9 +47,8 @@ static bool objects_new(evaluation *e)
 {
     const dataset *d = e->o.data;
 
-    e->plain = array(e, (size_t)d->n_objects, sizeof(*e->plain));
-    e->symmetric = array(e, (size_t)d->n_objects, sizeof(*e->symmetric));
-    for (int i = 0; e->plain && e->symmetric && i < d->n_objects; i++) {
+    e->object = array(e, (size_t)d->n_objects, sizeof(*e->object));
+    for (int i = 0; e->object && i < d->n_objects; i++) {
         const dataset_object *o = &d->objects[i];
         double *points = array(e, (size_t)o->n_points * 3, sizeof(*points));
 
@@ -56,10 +56,11 @@ static bool objects_new(evaluation *e)
             return false;
         for (int k = 0; k < 3 * o->n_points; k++)
             points[k] = o->point[k / 3][k % 3];
-        e->plain[i] = e->symmetric[i] = (eval_object){ .n_points = o->n_points, .point = points };
-        e->symmetric[i].symmetric = eval_is_symmetric(EVAL_SYM_HFL, o->ycb_id);
+        e->object[i] = (eval_object){
+            .n_points = o->n_points, .point = points, .symmetric = eval_is_symmetric(EVAL_SYM_HFL, o->ycb_id),
+        };
     }
-    return e->plain && e->symmetric;
+    return e->object;
 }
 
 static void find_object_tables(evaluation *e)
@@ -168,11 +169,25 @@ static void pose_vertices(const evaluation *e, const hand_object_batch *b, int s
             out[v][d] = (float)(vertices[v][d] - joints[0][d] + b->wrist[3 * s + d]);
 }
 
+/* DexYCB's tables by HFL-Net take symmetric objects by ADD-S, and pixels of the image; HO3D's ADD and pixels of the
+ * crop. */
+static bool by_dexycb(const evaluation *e)
+{
+    return strncmp(e->o.data->kind, "DexYCB", 6) == 0;
+}
+
+static lt_camera camera_of(const evaluation *e, const hand_object_batch *b, int s)
+{
+    const float *K = b->K + 9 * s;
+
+    if (by_dexycb(e))
+        return crop_whole_camera(b->affine + 6 * s, K);
+    return (lt_camera){ .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] };
+}
+
 static lt_status read_truth(evaluation *e, const hand_object_batch *b)
 {
     for (int s = 0; s < b->count; s++) {
-        const float *K = b->K + 9 * s;
-
         if (!(b->flags[s] & SAMPLE_JOINTS) || (!b->vertices[s] && !(b->flags[s] & SAMPLE_HAND_POSE)))
             return lt_error(LT_EINVAL, "%s: no ground truth for %s; want evaluation_xyz.json and "
                             "evaluation_verts.json beside evaluation.txt", e->o.data->root,
@@ -187,7 +202,7 @@ static lt_status read_truth(evaluation *e, const hand_object_batch *b)
         e->flags[s] = b->flags[s];
         e->which[s] = b->object[s];
         e->control[s] = b->object[s] < 0 ? NULL : dataset_control(&e->o.data->objects[b->object[s]], b->flags[s]);
-        e->camera[s] = (lt_camera){ .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] };
+        e->camera[s] = camera_of(e, b, s);
     }
     return LT_OK;
 }
@@ -207,6 +222,14 @@ static bool without_pose(const evaluation *e, const score_set *set, int s)
     return set == &e->set[EVALUATE_MODEL] && e->o.m->pose == MODEL_POSE_REFINED && e->estimates[s].object_inliers == 0;
 }
 
+/* Whether sample s of the batch is right by ADD-0.1D, the protocol of its dataset */
+static bool within_tenth(const evaluation *e, int s)
+{
+    const eval_object_errors *err = &e->rows.object_errors[s];
+
+    return (by_dexycb(e) ? err->add_or_adds : err->add) <= 0.1 * e->o.data->objects[e->which[s]].diagonal;
+}
+
 static void count_objects(evaluation *e, score_set *set, int n)
 {
     const dataset_object *objects = e->o.data->objects;
@@ -219,12 +242,13 @@ static void count_objects(evaluation *e, score_set *set, int n)
             continue;
         for (int k = 0; k < e->n_by_object; k++)
             eval_object_shares_add(e->by_object[k], &set->shares[k], objects[i].name,
-                                   e->by_object[k]->hfl_symmetry && e->symmetric[i].symmetric ? err->adds_estimate
-                                                                                              : err->add,
-                                   objects[i].diagonal);
+                                   e->by_object[k]->hfl_symmetry ? err->add_or_adds : err->add, objects[i].diagonal);
         set->adds[set->n_adds++] = without_pose(e, set, s) ? INFINITY : err->adds_true;
-        eval_share_add(&set->add01, err->add <= 0.1 * objects[i].diagonal);
+        eval_share_add(&set->add01, within_tenth(e, s));
+        eval_share_add(&set->rep5, err->reprojection_px <= 5 && !without_pose(e, set, s));
         eval_mean_add(&set->add, err->add);
+        eval_mean_add(&set->oce, err->oce);
+        eval_mean_add(&set->mce, err->mce);
     }
 }
 
@@ -241,7 +265,7 @@ static lt_status score_rows(evaluation *e, score_set *set, int n)
     if (st)
         return st;
     dexycb_scorer_add(set->dexycb, n, p->joints[0][0], g->joints[0][0], p->relative_errors);
-    st = eval_object_measure(e->plain, n, e->which, p->object, g->object, e->camera, p->object_errors);
+    st = eval_object_measure(e->object, n, e->which, p->object, g->object, e->camera, p->object_errors);
     if (st == LT_OK)
         count_objects(e, set, n);
     return st;
@@ -255,7 +279,7 @@ static lt_status break_down(evaluation *e, int64_t done, int s)
     const eval_breakdown_sample sample = {
         .name = e->names[done + s], .object = object ? object->name : NULL, .joints = joints, .truth = truth,
         .add = e->rows.object_errors[s].add,
-        .add01 = object && e->rows.object_errors[s].add <= 0.1 * object->diagonal,
+        .add01 = object && within_tenth(e, s),
     };
 
     eval_widen(3 * LT_HAND_KEYPOINTS, e->rows.joints[s][0], joints);

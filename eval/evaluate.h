@@ -29,8 +29,9 @@ typedef struct {
     const char *label;
     double pa_mpjpe_mm, pa_mpvpe_mm, f5, f15;   /* HO3D protocol; F in % */
     double mpjpe_mm, rigid_pa_mpjpe_mm;         /* DexYCB protocol: wrist-relative */
-    double add01;                               /* % of all samples with ADD <= 0.1 diameter */
-    double add_mm;                              /* mean ADD; infinite when one pose failed */
+    double add01;                               /* % with ADD <= 0.1 diameter; DexYCB's symmetric objects: ADD-S */
+    double rep5;                                /* % reprojected within 5 px of the crop, DexYCB's of the image */
+    double add_mm, oce_mm, mce_mm;              /* means, see eval/object_pose.h; infinite when one pose failed */
     double adds_below_2cm, adds_auc;            /* ADD-S: share below 2 cm, area up to 0.1 m; NAN: no objects */
     double no_pose;                             /* % of samples without an object pose */
 } evaluate_summary;

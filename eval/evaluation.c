@@ -44,6 +44,9 @@ evaluate_summary evaluation_summary(const evaluation *e, int row)
     s.mpjpe_mm = dexycb[DEXYCB_RELATIVE_MEAN];
     s.rigid_pa_mpjpe_mm = dexycb[DEXYCB_RIGID_MEAN];
     s.add01 = 100 * eval_share_value(&set->add01);
+    s.rep5 = 100 * eval_share_value(&set->rep5);
+    s.oce_mm = 1e3 * eval_mean_value(&set->oce);
+    s.mce_mm = 1e3 * eval_mean_value(&set->mce);
     s.add_mm = 1e3 * eval_mean_value(&set->add);
     s.adds_below_2cm = adds_below(set, 0.02);
     s.adds_auc = adds_auc(set);
@@ -213,7 +216,10 @@ static cJSON *summary_json(const evaluate_summary *s)
     cJSON_AddNumberToObject(o, "mpjpe_mm", s->mpjpe_mm);
     cJSON_AddNumberToObject(o, "rigid_pa_mpjpe_mm", s->rigid_pa_mpjpe_mm);
     cJSON_AddNumberToObject(o, "add01_percent", s->add01);
+    cJSON_AddNumberToObject(o, "rep5_percent", s->rep5);
     cJSON_AddNumberToObject(o, "add_mm", s->add_mm);
+    cJSON_AddNumberToObject(o, "oce_mm", s->oce_mm);
+    cJSON_AddNumberToObject(o, "mce_mm", s->mce_mm);
     cJSON_AddNumberToObject(o, "adds_below_2cm", s->adds_below_2cm);
     cJSON_AddNumberToObject(o, "adds_auc", s->adds_auc);
     cJSON_AddNumberToObject(o, "no_object_pose_percent", s->no_pose);

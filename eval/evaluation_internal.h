@@ -22,8 +22,8 @@ typedef struct {
     eval_object_shares shares[EVALUATE_OBJECT_TABLES];      /* of the tables by object */
     double *adds;                   /* (n_adds) ADD-S of each sample with an object, metres */
     int64_t n_adds;
-    eval_share add01;
-    eval_mean_of add;
+    eval_share add01, rep5;
+    eval_mean_of add, oce, mce;
     int64_t no_pose;
 } score_set;
 
@@ -43,7 +43,7 @@ struct evaluation {
     score_set set[EVALUATE_ROWS];
     mean_predictor mean;
     bool has_mean;
-    eval_object *plain, *symmetric;             /* by the dataset's objects: ADD; HFL's list */
+    eval_object *object;                        /* the dataset's, symmetric by HFL-Net's list */
     const eval_table *by_object[EVALUATE_OBJECT_TABLES];    /* of the model's tables; n_by_object of them */
     int n_by_object;
     int64_t samples;

@@ -207,11 +207,6 @@ double eval_rotation_error_deg(const eval_pose *e, const eval_pose *g)
     return or_infinite(lt_rot_angle(g->R, e->R) * (180 / M_PI));
 }
 
-double eval_translation_error(const eval_pose *e, const eval_pose *g)
-{
-    return or_infinite(lt_vec3_distance(e->t, g->t));
-}
-
 double eval_reprojection_px(int n, const double *x, const eval_pose *e, const eval_pose *g,
                             const lt_camera *camera, double z_eps)
 {
@@ -224,7 +219,7 @@ double eval_reprojection_px(int n, const double *x, const eval_pose *e, const ev
 
 double eval_oce(const eval_pose *e, const eval_pose *g)
 {
-    return eval_translation_error(e, g);
+    return or_infinite(lt_vec3_distance(e->t, g->t));
 }
 
 /* The box of the posed points, along the axes of the camera. */

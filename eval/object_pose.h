@@ -84,7 +84,6 @@ double eval_mspd(int n, const double *x, const eval_pose *e, const eval_pose *g,
 /* ---- rotation, translation, image, boxes ------------------------------------------------- */
 
 double eval_rotation_error_deg(const eval_pose *e, const eval_pose *g);
-double eval_translation_error(const eval_pose *e, const eval_pose *g);
 
 /* eval_reprojection_px - mean pixel distance of the projected points. z_eps is added to the
  * depth that is divided by: 0, or 1e-5 as Semi-Hand-Object and HFL-Net do. REP-5: the share

@@ -16,7 +16,7 @@ typedef struct {
     atomic_bool no_memory;
 } job;
 
-static const eval_object_errors nothing = { NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN };
+static const eval_object_errors nothing = { NAN, NAN, NAN, NAN, NAN, NAN, NAN, NAN };
 
 static void measure(void *ctx, int64_t i)
 {
@@ -33,9 +33,8 @@ static void measure(void *ctx, int64_t i)
     if (eval_adds(EVAL_FROM_TRUE, o->n_points, o->point, e, g, &r->adds_true)
         || eval_adds(EVAL_FROM_ESTIMATE, o->n_points, o->point, e, g, &r->adds_estimate))
         atomic_store(&j->no_memory, true);
-    r->add01 = o->symmetric ? r->adds_estimate : r->add;
+    r->add_or_adds = o->symmetric ? r->adds_estimate : r->add;
     r->rotation_deg = eval_rotation_error_deg(e, g);
-    r->translation = eval_translation_error(e, g);
     r->reprojection_px = eval_reprojection_px(o->n_points, o->point, e, g, &j->camera[i], 1e-5);
     r->oce = eval_oce(e, g);
     r->mce = eval_mce(o->n_points, o->point, e, g);

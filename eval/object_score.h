@@ -22,8 +22,8 @@ typedef struct {
 typedef struct {
     double add;
     double adds_true, adds_estimate;        /* ADD-S in both directions, see eval_adds_direction */
-    double add01;                   /* what ADD-0.1D looks at: add, or adds_estimate if symmetric */
-    double rotation_deg, translation;
+    double add_or_adds;             /* add, or adds_estimate if symmetric: ADD-0.1D on DexYCB [HFL-Net] */
+    double rotation_deg;
     double reprojection_px;         /* depth plus 1e-5, as Semi-Hand-Object and HFL-Net; REP-5: <= 5 */
     double oce, mce;
 } eval_object_errors;

@@ -49,7 +49,6 @@ START_TEST(half_turn_and_a_shift)
     ck_assert_double_eq_tol(eval_mspd(5, model, &e, &truth, 0, NULL, &camera), 125.299641, TOL);
     ck_assert_double_eq_tol(eval_mspd(5, model, &e, &truth, 1, &half_turn, &camera), 10, TOL);
     ck_assert_double_eq_tol(eval_rotation_error_deg(&e, &truth), 180, TOL);
-    ck_assert_double_eq_tol(eval_translation_error(&e, &truth), .01, TOL);
     ck_assert_double_eq_tol(eval_reprojection_px(5, model, &e, &truth, &camera, 0), 95.151178, TOL);
     ck_assert_double_eq_tol(eval_oce(&e, &truth), .01, TOL);
     ck_assert_double_eq_tol(eval_mce(5, model, &e, &truth), .01, TOL);
@@ -64,7 +63,6 @@ START_TEST(small_turn_and_a_shift)
     ck_assert_double_eq_tol(add, .009775, TOL);
     ck_assert_double_eq_tol(adds(EVAL_FROM_TRUE, &e), .009775, TOL);
     ck_assert_double_eq_tol(eval_rotation_error_deg(&e, &truth), 10, TOL);
-    ck_assert_double_eq_tol(eval_translation_error(&e, &truth), .004583, TOL);
     ck_assert_double_eq_tol(eval_reprojection_px(5, model, &e, &truth, &camera, 0), 8.616860, TOL);
     ck_assert_double_eq_tol(eval_reprojection_px(5, model, &e, &truth, &camera, 1e-5), 8.616725, TOL);
     ck_assert_double_eq_tol(eval_oce(&e, &truth), .004583, TOL);
@@ -135,7 +133,7 @@ START_TEST(random_poses)
     found[3] = eval_mssd(50, x, &e, &g, 1, &half_turn);
     found[4] = eval_mspd(50, x, &e, &g, 1, &half_turn, &wide);
     found[5] = eval_rotation_error_deg(&e, &g);
-    found[6] = eval_translation_error(&e, &g);
+    found[6] = eval_oce(&e, &g);
     found[7] = eval_reprojection_px(50, x, &e, &g, &wide, 1e-5);
     found[8] = eval_mce(50, x, &e, &g);
     found[9] = eval_diameter(EVAL_BBOX_DIAG, 50, x);
@@ -197,7 +195,7 @@ START_TEST(not_numbers_are_failures)
     ck_assert(isinf(eval_mspd(5, model, &e, &truth, 0, NULL, &camera)));
     ck_assert(isinf(eval_reprojection_px(5, model, &e, &truth, &camera, 1e-5)));
     ck_assert(isinf(eval_mce(5, model, &e, &truth)));
-    ck_assert(isinf(_i % 2 ? eval_rotation_error_deg(&e, &truth) : eval_translation_error(&e, &truth)));
+    ck_assert(isinf(_i % 2 ? eval_rotation_error_deg(&e, &truth) : eval_oce(&e, &truth)));
     ck_assert(isnan(eval_add(0, NULL, &truth, &truth)));
     lt_alloc_fail_at(1);
     ck_assert_int_eq(eval_adds(EVAL_FROM_TRUE, 5, model, &truth, &truth, &d), LT_ENOMEM);
@@ -226,17 +224,17 @@ START_TEST(all_at_once)
     ck_assert_int_eq(memcmp(one, many, sizeof(one)), 0);
     for (int i = 0; i < N; i++) {
         if (i == 2) {
-            ck_assert(isnan(one[i].add01) && isnan(one[i].mce));
+            ck_assert(isnan(one[i].add_or_adds) && isnan(one[i].mce));
             continue;
         }
         ck_assert_double_eq(one[i].add, eval_add(5, model, &e[i], &truth));
         ck_assert_double_eq(one[i].adds_true, adds(EVAL_FROM_TRUE, &e[i]));
-        ck_assert_double_eq(one[i].add01, which[i] ? adds(EVAL_FROM_ESTIMATE, &e[i]) : one[i].add);
+        ck_assert_double_eq(one[i].add_or_adds, which[i] ? adds(EVAL_FROM_ESTIMATE, &e[i]) : one[i].add);
         ck_assert_double_eq(one[i].reprojection_px,
                             eval_reprojection_px(5, model, &e[i], &truth, &camera, 1e-5));
         ck_assert_double_eq(one[i].rotation_deg, eval_rotation_error_deg(&e[i], &truth));
         ck_assert_double_eq(one[i].mce, eval_mce(5, model, &e[i], &truth));
-        ck_assert_double_eq(one[i].oce, one[i].translation);
+        ck_assert_double_eq(one[i].oce, eval_oce(&e[i], &truth));
     }
     lt_alloc_fail_at(2);
     ck_assert_int_eq(eval_object_measure(objects, N, which, e, g, cameras, many), LT_ENOMEM);
