@@ -68,6 +68,8 @@ static lt_status predict_one(const predict_job *j, lt_arena *arena, predict_smoo
     st = predict_view_open(arena, j->o, in, frame, &v);
     *unread = only_this_image(st) || st == LT_EIO;
     st = st ? st : predict_solve(j->solver, arena, j->o, &v, j->object, r);
+    if (st && smoother)
+        predict_smooth_missed(smoother);
     if (st)
         return st;
     if (smoother)

@@ -113,6 +113,9 @@ typedef struct {
  * cannot be trusted, or an object that was not found, is predicted for 15 frames. object: NULL: none was asked for. */
 void predict_smooth(predict_smoother *s, const predict_view *v, const predict_object *object, predict_result *r);
 
+/* predict_smooth_missed - the next frame could not be read: as one in which nothing was seen */
+void predict_smooth_missed(predict_smoother *s);
+
 /* ---- predict_overlay.c, predict_meshes.c, predict_files.c: what is written ------------------------------ */
 
 /* All that is known about one image; object NULL when none was asked for. */

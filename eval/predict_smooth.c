@@ -24,18 +24,24 @@ static void move_hand(const predict_smoother *s, predict_result *r)
     r->placed = true;
 }
 
-static void smooth_hand(predict_smoother *s, const predict_view *v, predict_result *r)
+/* joints: where the hand is seen; NULL: it is not */
+static void step_hand(predict_smoother *s, const float (*joints)[3])
 {
-    const bool seen = predict_trusted(v, r);
-
-    s->missed = seen ? 0 : s->missed + 1;
+    s->missed = joints ? 0 : s->missed + 1;
     if (s->missed > COAST)
         memset(s->joint, 0, sizeof(s->joint));
     for (int j = 0; j < LT_HAND_KEYPOINTS; j++) {
-        const double at[3] = { r->e.joints[j][0], r->e.joints[j][1], r->e.joints[j][2] };
+        double at[3];
 
-        lt_point_filter_step(&s->joint[j], s->dt, seen ? at : NULL);
+        for (int d = 0; joints && d < 3; d++)
+            at[d] = joints[j][d];
+        lt_point_filter_step(&s->joint[j], s->dt, joints ? at : NULL);
     }
+}
+
+static void smooth_hand(predict_smoother *s, const predict_view *v, predict_result *r)
+{
+    step_hand(s, predict_trusted(v, r) ? r->e.joints : NULL);
     if (s->joint[0].started)
         move_hand(s, r);
 }
@@ -74,4 +80,10 @@ void predict_smooth(predict_smoother *s, const predict_view *v, const predict_ob
     if (object)
         smooth_object(s, object, r);
     predict_reproject(v, r);
+}
+
+void predict_smooth_missed(predict_smoother *s)
+{
+    step_hand(s, NULL);
+    lt_pose_filter_step(&s->object, s->dt, NULL);
 }

@@ -658,6 +658,32 @@ START_TEST(film)
 }
 END_TEST
 
+/* Frames that cannot be read take their time like any others, and count among the 15. */
+START_TEST(film_with_unreadable_frames)
+{
+    const predict_view v = { .camera = { 600, 600, 320, 240 }, .hand_box = { 0, 0, 300, 300 } };
+    predict_smoother s = { .dt = 1.0 / 30 };
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+
+    for (int k = 0; k < LOST; k++) {
+        frame_of(k, &v, r);
+        predict_smooth(&s, &v, &thing, r);
+    }
+    for (int k = LOST; k < FOUND - 1; k++)
+        predict_smooth_missed(&s);
+    frame_of(FOUND - 1, &v, r);
+    predict_smooth(&s, &v, &thing, r);
+    ck_assert(r->placed && r->object_found);
+    ck_assert_double_eq_tol(r->e.joints[3][0], 0.009 * (FOUND - 1) + 0.003, 2e-3);
+    ck_assert_double_eq_tol(r->e.object.t[0], 0.009 * (FOUND - 1), 2e-3);
+    for (int k = 0; k < 5; k++)
+        predict_smooth_missed(&s);
+    frame_of(LOST, &v, r);
+    predict_smooth(&s, &v, &thing, r);
+    ck_assert(!r->placed && !r->object_found);
+}
+END_TEST
+
 /* A box that looks the same turned half about z through its middle, seen so in every other frame: it is not lost, does
  * not turn, and stays where it is. */
 START_TEST(film_of_a_symmetric_thing)
@@ -827,6 +853,7 @@ int main(void)
     tcase_add_test(t, depth_is_wrong);
     tcase_add_test(t, place);
     tcase_add_test(t, film);
+    tcase_add_test(t, film_with_unreadable_frames);
     tcase_add_test(t, film_of_a_symmetric_thing);
     tcase_add_test(t, film_with_bad_fits);
     tcase_add_test(t, film_beside_its_frame);
