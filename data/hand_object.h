@@ -3,7 +3,8 @@
  * Batches for estimators that look at one crop with a hand and an object: the sample preparation from an
  * image and its annotation to the arrays that the network and the losses take.
  *
- * Source: Semi-Hand-Object and HFL-Net, dataset/ho3d.py and dataset/dex_ycb.py; Bandi and Thomas 2025, section 4.
+ * Source: Semi-Hand-Object and HFL-Net, dataset/ho3d.py and dataset/dex_ycb_object_test.py; Bandi and Thomas 2025,
+ * section 4.
  */
 #ifndef DATA_HAND_OBJECT_H
 #define DATA_HAND_OBJECT_H

@@ -5,7 +5,7 @@
  * With M = diag(-1, 1, 1): points p -> M p, rotations R -> M R M, columns u -> width - 1 - u. Each function
  * is its own inverse. What M does to an object's pose fits the mirrored model: M (R x + t) = (M R M) (M x) + M t.
  *
- * Source: HFL-Net dataset/dex_ycb.py, HOISDF data/dexycb.py.
+ * Source: HFL-Net dataset/dex_ycb_object_test.py, HOISDF data/dexycb.py.
  */
 #ifndef DATA_MIRROR_H
 #define DATA_MIRROR_H

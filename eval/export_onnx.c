@@ -46,7 +46,8 @@ static void describe_image(meta *m, const model *mo)
     if (!mo->depth)
         return;
     add(m, "depth.layout", "NCHW, one channel, the image's pixels");
-    add(m, "depth.value", "(metres - the median over the object) / 0.3, cut to -1 .. 1");
+    add(m, "depth.value", "(metres - the median over the object, or over the crop's middle third where its mask is not "
+        "known) / 0.3, cut to -1 .. 1");
     add(m, "depth.unknown", "1");
 }
 

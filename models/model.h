@@ -27,7 +27,7 @@ typedef struct {
  * One recorded graph of a model. Inputs that every hand-object model has, by name:
  *   "image" (B, 3, S, S) in [0, 1]
  * that some have:
- *   "hand_box", "object_box" (B, 4) crop pixels      "depth" (B, 1, S, S) in [-1, 1], of the crop's middle
+ *   "hand_box", "object_box" (B, 4) crop pixels      "depth" (B, 1, S, S) in [-1, 1], see depth_crop
  * and for losses:
  *   "joints2d" (B, 21, 2)   "rotation" (B, 16, 3, 3)   "beta" (B, 10)   "points2d" (B, 21, 2)
  *   "mask" (B, cells, cells)   "weight" (B)

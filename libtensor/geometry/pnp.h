@@ -62,7 +62,8 @@ typedef struct {
     double min_depth_m;         /* 0; refined: 0.05. A translation nearer than this is no pose. */
 } lt_pnp_opts;
 
-/* lt_pnp_opencv - what OpenCV's solvePnPRansac does by default with SOLVEPNP_EPNP */
+/* lt_pnp_opencv - what OpenCV's solvePnPRansac does by default with SOLVEPNP_EPNP; but see lt_pnp_ransac on the fit to
+ * all inliers */
 LT_API lt_pnp_opts lt_pnp_opencv(void);
 
 /* lt_pnp_refined - the same with the guards and the refinement in the comments above */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Tokens of a map with learned positions, three layers of deformable attention over them, and the projection
+ * Tokens of a map with learned positions, layers of deformable attention over them, and the projection
  * behind: one branch's encoder.
  *
  * Source: Bandi and Thomas 2025, Table 2; Zhu et al. 2021, "Deformable DETR", section 4.
