@@ -5,6 +5,7 @@
 #include "libtensor/base/clock.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 
 #include <cjson/cJSON.h>
@@ -175,7 +176,7 @@ int cli_fail(lt_status status)
 void cli_progress(const char *what, int64_t done, int64_t total)
 {
     static double last;
-    const bool terminal = isatty(STDERR_FILENO);
+    const bool terminal = lt_is_terminal(STDERR_FILENO);
 
     if (done < total && lt_clock() - last < (terminal ? 0.2 : 10))
         return;

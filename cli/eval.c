@@ -36,7 +36,8 @@ static const struct argp_option options[] = {
     { "filter", FILTER, "NAME", 0, "DexYCB: valid, every, hfl-net or hoisdf; default the run's", 0 },
     { "models", MODELS, "DIR", 0, "the objects' models; default the run's, else in the dataset's folder, or "
       "beside it", 0 },
-    { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the embedded one", 0 },
+    { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training, for --pred $PALMAR_HAND, "
+      "else the embedded one", 0 },
     { "out", 'o', "DIR", 0, "where the tables, scores, errors by sample, joint, object and sequence, and pictures go; "
       "default eval in the run's folder", 0 },
     { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
@@ -195,9 +196,9 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
         return st;
     if (o->training && !evaluation_summary(e, EVALUATE_MEAN_POSE).label)
         fprintf(stderr, "no mean-pose row: %s: no label of the training split can be read\n", a->data);
-    st = print(e, a->json);
+    st = write_files(c, o, e, folder);                  /* first: whoever reads what is printed may stop at any line */
     if (st == LT_OK)
-        st = write_files(c, o, e, folder);
+        st = print(e, a->json);
     if (st == LT_OK)
         st = check_limit(e, a->max_pa_mpjpe_mm);
     evaluation_free(e);

@@ -32,7 +32,7 @@ static const struct argp_option options[] = {
       "object are lost; default unrelated images. A film says it by itself", 0 },
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
-    { "hand", HAND, "FILE", 0, "hand model; default the one of the training, $PALMAR_HAND, or the embedded one", 0 },
+    { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
     { "out", 'o', "DIR", 0, "where the results go; default predictions", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { 0 },

@@ -12,6 +12,8 @@
 #define OFFERED "MANO_RIGHT.pkl and MANO_LEFT.pkl are offered by their authors, after registration, at " \
                 "https://mano.is.tue.mpg.de"
 
+static const char EMBEDDED[] = "embedded";
+
 const char *hands_note(void)
 {
     return "using the embedded synthetic hand; " OFFERED ", and are named by --hand, data.hand or PALMAR_HAND";
@@ -90,6 +92,11 @@ static lt_status open_files(lt_arena *arena, const char *path, hands *h)
     return h->right ? LT_OK : mirrored(arena, h->left, &h->right);
 }
 
+bool hands_are_embedded(const hands *h)
+{
+    return strcmp(h->path, EMBEDDED) == 0;
+}
+
 lt_status hands_open(lt_arena *arena, const char *path, hands *out)
 {
     hands h = { .name = "embedded synthetic hand" };
@@ -97,8 +104,15 @@ lt_status hands_open(lt_arena *arena, const char *path, hands *out)
 
     if (!path || !*path)
         path = getenv("PALMAR_HAND");
-    h.embedded = !path || !*path;
-    st = h.embedded ? synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &h.right) : open_files(arena, path, &h);
+    if (!path || !*path)
+        path = EMBEDDED;
+    if (strcmp(path, EMBEDDED) == 0) {
+        h.path = EMBEDDED;
+        st = synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &h.right);
+    } else {
+        h.path = lt_path_whole(arena, path);
+        st = h.path ? open_files(arena, path, &h) : lt_error(LT_ENOMEM, "no memory for the hand model");
+    }
     if (st == LT_OK)
         *out = h;
     return st;

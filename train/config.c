@@ -26,7 +26,7 @@ static const lt_config_key data_keys[] = {
     { DATA(objects), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
       .doc = "folder of the object models; empty: models/ in the dataset, or beside it" },
     { DATA(hand), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
-      .doc = "hand model, MANO's .pkl, a .npz, or the folder of MANO's; empty: $PALMAR_HAND, or the embedded hand" },
+      .doc = "hand model: MANO's .pkl, a .npz, the folder of MANO's, or embedded; empty: $PALMAR_HAND, else embedded" },
     { DATA(hand_left), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
       .doc = "DexYCB: left hand model, whose components left hands' poses are in; empty: the file beside the right "
              "one's, or that one's mirror image" },

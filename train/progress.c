@@ -2,6 +2,7 @@
 #include "train/progress.h"
 
 #include "libtensor/base/clock.h"
+#include "libtensor/io/file.h"
 
 #include <inttypes.h>
 #include <stdarg.h>
@@ -13,10 +14,10 @@ static const double TERMINAL_SECONDS = 0.1, PLAIN_SECONDS = 10;
 
 void progress_init(train_progress *p, FILE *f, bool quiet)
 {
-    const char *plain = getenv("NO_COLOR"), *term = getenv("TERM");
+    const char *plain = getenv("NO_COLOR");
 
-    *p = (train_progress){ .f = f, .quiet = quiet, .terminal = isatty(fileno(f)), .last = -1e9 };
-    p->colour = p->terminal && !(plain && *plain) && term && term[0] != 'd';        /* "dumb" */
+    *p = (train_progress){ .f = f, .quiet = quiet, .terminal = lt_is_terminal(fileno(f)), .last = -1e9 };
+    p->colour = p->terminal && !(plain && *plain);
 }
 
 /* ---- the line ----------------------------------------------------------------------------------------- */
@@ -52,15 +53,16 @@ static void add_duration(line *l, double seconds)
         add(l, "%" PRId64 "m%02" PRId64 "s", s / 60, s % 60);
 }
 
+/* The losses' many parts last, where a narrow terminal ends the line. */
 static void compose(line *l, const train_step_record *r, const train_progress_state *s)
 {
-    add(l, "epoch %" PRId64 "/%" PRId64 "  step %" PRId64 "/%" PRId64 "  loss %.4g", r->epoch + 1, s->epochs,
-        s->step_of_epoch, s->steps_of_epoch, r->loss);
-    for (int i = 0; i < r->n_parts; i++)
-        add(l, "%s%s %.3g", i ? " " : " (", r->part_name[i], r->part[i]);
-    add(l, "%s  lr %.2g  %.1f img/s  ETA ", r->n_parts ? ")" : "", r->lr, r->img_per_s);
+    add(l, "epoch %" PRId64 "/%" PRId64 "  step %" PRId64 "/%" PRId64 "  loss %.4g  lr %.2g  %.1f img/s  ETA ",
+        r->epoch + 1, s->epochs, s->step_of_epoch, s->steps_of_epoch, r->loss, r->lr, r->img_per_s);
     add_duration(l, s->eta_seconds);
     add(l, "  skipped %" PRId64, s->skipped);
+    for (int i = 0; i < r->n_parts; i++)
+        add(l, "%s%s %.3g", i ? " " : "  (", r->part_name[i], r->part[i]);
+    add(l, "%s", r->n_parts ? ")" : "");
 }
 
 static int columns(FILE *f)

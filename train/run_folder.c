@@ -108,6 +108,24 @@ static lt_status write_env(const trainer *t, const char *path)
     return st;
 }
 
+/* Of a run that goes on with other data than it had nothing else would tell. */
+static void compare_data(trainer *t, const char *env)
+{
+    cJSON *old = NULL;
+    const char *was;
+    char now[16] = "";
+    const char *of;
+
+    if (access(env, R_OK) != 0 || lt_json_read(env, &old))
+        return;
+    data_hash(t, now, &of);
+    was = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(old, "data_crc32"));
+    if (was && strcmp(was, now))
+        progress_warn(&t->progress, "%s holds other data than the run had: the CRC-32 of %s is %s, and was %s",
+                      t->config.data.dir, of ? of : "its list", now, was);
+    cJSON_Delete(old);
+}
+
 lt_status run_folder_make(trainer *t)
 {
     const char *config = lt_path_join(t->arena, t->opt->out, "config.json");
@@ -121,9 +139,11 @@ lt_status run_folder_make(trainer *t)
         st = lt_make_dirs(t->checkpoints);
     if (st == LT_OK)
         st = lock(t);
-    if (st == LT_OK)
+    if (st == LT_OK && t->opt->resume)
+        compare_data(t, env);
+    if (st == LT_OK && t->state.step < t->total_steps)
         st = write_config(t, config);
-    if (st == LT_OK)
+    if (st == LT_OK && t->state.step < t->total_steps)
         st = write_env(t, env);
     if (st == LT_OK)
         st = lt_write_file(about, readme, sizeof(readme) - 1);

@@ -148,6 +148,20 @@ static size_t resident_bytes(void)
     return pages * (size_t)sysconf(_SC_PAGESIZE);
 }
 
+/* So that the run's config finds the same data and hands from any folder, and whatever $PALMAR_HAND says then */
+static lt_status keep_paths(trainer *t)
+{
+    train_data_config *d = &t->config.data;
+
+    d->hand = t->source.hands.path;
+    d->dir = lt_path_whole(t->arena, d->dir);
+    if (*d->objects)
+        d->objects = lt_path_whole(t->arena, d->objects);
+    if (*d->hand_left)
+        d->hand_left = lt_path_whole(t->arena, d->hand_left);
+    return d->dir && d->objects && d->hand_left ? LT_OK : lt_error(LT_ENOMEM, "no memory to begin");
+}
+
 lt_status trainer_init(trainer *t, const train_options *o)
 {
     lt_status st;
@@ -161,6 +175,8 @@ lt_status trainer_init(trainer *t, const train_options *o)
     st = load_config(t);
     if (st == LT_OK)
         st = train_source_open(t->arena, &t->config, &t->source);
+    if (st == LT_OK)
+        st = keep_paths(t);
     t->resident = resident_bytes();             /* the program, and what it knows of the data */
     if (st == LT_OK)
         st = build_model(t);
@@ -227,9 +243,9 @@ static void describe_data(trainer *t)
                   s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
                   s->check_count, s->evaluation ? "of " : "held back", s->evaluation ? s->evaluation->split : "");
     progress_note(&t->progress, "hand         %s%s, finger tips (vertices %d %d %d %d %d) %.2f mm from the annotated",
-                  s->hands.name, s->hand->synthetic && !s->hands.embedded ? " (synthetic)" : "", tips[0], tips[1],
+                  s->hands.name, s->hand->synthetic && !hands_are_embedded(&s->hands) ? " (synthetic)" : "", tips[0], tips[1],
                   tips[2], tips[3], tips[4], s->tips_rms_mm);
-    if (s->hands.embedded)
+    if (hands_are_embedded(&s->hands))
         progress_note(&t->progress, "             %s", hands_note());
     progress_note(&t->progress, "steps        %" PRId64 " of %d samples in %d shard%s, %" PRId64 " an epoch",
                   t->total_steps, o->batch, o->shards, o->shards > 1 ? "s" : "", t->steps_of_epoch);

@@ -204,17 +204,21 @@ static lt_status start_loader(trainer *t)
         .seed = t->state.seed, .tolerate = c->data.tolerate,
     };
 
+    if (t->state.position.next > t->source.train_count)
+        return lt_error(LT_EINVAL, "%s: stopped at sample %lld of an epoch, but %s has %lld to train on; --data says "
+                        "where the run's own data are", t->opt->out, (long long)t->state.position.next,
+                        c->data.dir, (long long)t->source.train_count);
     return loader_new(&source, &o, t->state.position, &t->loader);
 }
 
 static lt_status train(trainer *t)
 {
-    lt_status st = run_folder_make(t);
+    lt_status st = start_loader(t);             /* first: a position that the data do not have leaves the folder alone */
 
     if (st == LT_OK)
-        st = train_log_open(t->arena, t->opt->out, t->state.step, &t->log);
+        st = run_folder_make(t);
     if (st == LT_OK)
-        st = start_loader(t);
+        st = train_log_open(t->arena, t->opt->out, t->state.step, &t->log);
     if (st)
         return st;
     t->began_at = t->saved_at = lt_clock();

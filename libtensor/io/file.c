@@ -6,6 +6,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -154,6 +155,15 @@ char *lt_path_folder(lt_arena *arena, const char *path)
     return lt_arena_printf(arena, "%.*s", (int)(slash - path), path);
 }
 
+char *lt_path_whole(lt_arena *arena, const char *path)
+{
+    char *whole = realpath(path, NULL);
+    char *kept = lt_arena_strdup(arena, whole ? whole : path);
+
+    free(whole);
+    return kept;
+}
+
 bool lt_path_is_inside(const char *name)
 {
     const char *p = name;
@@ -169,4 +179,11 @@ bool lt_path_is_inside(const char *name)
         p += *p == '/';
     }
     return true;
+}
+
+bool lt_is_terminal(int fd)
+{
+    const char *term = getenv("TERM");
+
+    return isatty(fd) && term && strcmp(term, "dumb") != 0;
 }

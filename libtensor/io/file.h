@@ -46,11 +46,18 @@ LT_API lt_status lt_make_dirs(const char *path);
  * when there is no memory */
 LT_API char *lt_path_join(lt_arena *arena, const char *folder, const char *name);
 
+/* lt_is_terminal - whether fd is a terminal that can draw a line again: TERM=dumb cannot */
+LT_API bool lt_is_terminal(int fd);
+
 /* lt_ends_with - of a path or name: whether it has this ending */
 LT_API bool lt_ends_with(const char *text, const char *end);
 
 /* lt_path_folder - what stands before the last '/' of path, "." when there is none; in the arena */
 LT_API char *lt_path_folder(lt_arena *arena, const char *path);
+
+/* lt_path_whole - the path from the root, which says the same in any folder; what is not there stays as it is. In the
+ * arena, NULL without memory */
+LT_API char *lt_path_whole(lt_arena *arena, const char *path);
 
 /**
  * lt_path_is_inside - may a name that was read from a file be joined to a trusted folder?

@@ -47,7 +47,7 @@ START_TEST(pairs)
     write_hands(in_folder("r"), true, false);
     write_hands(in_folder("l"), false, true);
     open_path(arena, in_folder("both"), "MANO_RIGHT.pkl", &h);
-    ck_assert(h.left && h.left->left && !h.right->left && !h.embedded);
+    ck_assert(h.left && h.left->left && !h.right->left && !hands_are_embedded(&h));
     ck_assert(lt_hand_left_is_flipped(h.left, h.right));
     open_path(arena, in_folder("both"), "MANO_LEFT.pkl", &h);
     ck_assert(h.left && h.left->left && !h.right->left);
@@ -72,14 +72,17 @@ START_TEST(without_a_path)
 
     unsetenv("PALMAR_HAND");
     check_ok(hands_open(arena, NULL, &h));
-    ck_assert(h.embedded && h.right->synthetic && !h.left);
+    ck_assert(hands_are_embedded(&h) && h.right->synthetic && !h.left);
     ck_assert_str_eq(h.name, "embedded synthetic hand");
     ck_assert_ptr_nonnull(strstr(hands_note(), "MANO_RIGHT.pkl"));
     ck_assert_ptr_nonnull(strstr(hands_note(), "https://mano.is.tue.mpg.de"));
     write_hands(in_folder("env"), true, false);
     setenv("PALMAR_HAND", in_folder("env"), 1);
     check_ok(hands_open(arena, "", &h));
-    ck_assert(!h.embedded && !h.right->synthetic);
+    ck_assert(!hands_are_embedded(&h) && !h.right->synthetic);
+    ck_assert_ptr_nonnull(strstr(h.path, in_folder("env")));
+    check_ok(hands_open(arena, "embedded", &h));
+    ck_assert(hands_are_embedded(&h) && h.right->synthetic);
     setenv("PALMAR_HAND", "/none/MANO_RIGHT.pkl", 1);
     check_error(hands_open(arena, NULL, &h), LT_EIO, "/none/MANO_RIGHT.pkl: no such file; MANO_RIGHT.pkl and");
     check_error(hands_open(arena, NULL, &h), LT_EIO, "without it the embedded hand is used");
