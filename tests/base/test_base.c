@@ -4,9 +4,8 @@
 #include "libtensor/base/cpu.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
+#include "tests/suite.h"
 
-#include <check.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* Known answers of philox4x32-10 from the Random123 distribution. */
@@ -269,13 +268,8 @@ START_TEST(instruction_sets_have_names)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *suite = suite_create("base");
-    TCase *tc = tcase_create("base");
-    SRunner *runner = srunner_create(suite);
-    int failed;
-
     tcase_add_loop_test(tc, philox_known_answers, 0, 3);
     tcase_add_test(tc, a_draw_is_a_function_of_its_index);
     tcase_add_test(tc, draws_stay_in_range);
@@ -289,9 +283,9 @@ int main(void)
     tcase_add_test(tc, every_task_runs_once);
     tcase_add_test(tc, sizes_know_when_they_overflow);
     tcase_add_test(tc, instruction_sets_have_names);
-    suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("base", add_tests);
 }

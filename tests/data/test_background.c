@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Backgrounds: what stays of a picture, and what is drawn around it. */
 #include "data/background.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -202,14 +202,8 @@ START_TEST(they_differ)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("background");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
-    suite_add_tcase(s, c);
     tcase_add_test(c, mask_is_smooth);
     tcase_add_test(c, edge_is_soft);
     tcase_add_test(c, forearm_stays);
@@ -218,8 +212,9 @@ int main(void)
     tcase_add_test(c, mixed_in_its_share);
     tcase_add_loop_test(c, any_size, 0, 8);
     tcase_add_test(c, they_differ);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("background", add_tests);
 }

@@ -5,8 +5,8 @@
 #include "data/synth/hand.h"
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -283,23 +283,18 @@ static void teardown(void)
     lt_arena_free(arena);
 }
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("check");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
     tcase_add_unchecked_fixture(c, setup, teardown);
     tcase_set_timeout(c, 0);
-    suite_add_tcase(s, c);
     tcase_add_loop_test(c, names_the_slip, 0, LT_COUNT(cases));
     tcase_add_test(c, nothing_is_wrong);
     tcase_add_test(c, says_when_it_does_not_know);
     tcase_add_test(c, counts_files_and_samples);
-    srunner_set_fork_status(r, CK_NOFORK);      /* the threads that parallel loops leave do not survive a fork */
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    setenv("CK_FORK", "no", 1);         /* the threads that parallel loops leave do not survive a fork */
+    return run_suite("check", add_tests);
 }

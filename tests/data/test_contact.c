@@ -4,10 +4,9 @@
 #include "data/depth.h"
 #include "data/synth/hand.h"
 #include "libtensor/geometry/hand_layer.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- contact: a flat square 0, 4, 6 ... mm above the hand's highest point --------------------------------- */
@@ -66,7 +65,7 @@ START_TEST(close_hands_are_kept)
 
     ck_assert_int_eq(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand), LT_OK);
     measure_hand();
-    ck_assert_msg(contact_select(&d, hand, SAMPLES, 5e-3, arena, &index, &n) == LT_OK, "%s", lt_last_error());
+    check_ok(contact_select(&d, hand, SAMPLES, 5e-3, arena, &index, &n));
     ck_assert_int_eq(n, 2);
     ck_assert_int_eq(index[0], 0);
     ck_assert_int_eq(index[1], 1);
@@ -137,20 +136,15 @@ START_TEST(unknown_depth)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("contact");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
-    suite_add_tcase(s, c);
     tcase_add_test(c, close_hands_are_kept);
     tcase_add_test(c, depth_about_its_middle);
     tcase_add_test(c, depth_about_the_object);
     tcase_add_test(c, unknown_depth);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("contact", add_tests);
 }

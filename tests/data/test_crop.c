@@ -4,8 +4,8 @@
 #include "data/crop.h"
 #include "data/silhouette.h"
 #include "tests/data/augment_vectors.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -364,14 +364,8 @@ START_TEST(jitter_is_keyed_and_stays_in_range)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("crop");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
-    suite_add_tcase(s, c);
     tcase_add_test(c, box_is_cut_to_whole_centre);
     tcase_add_test(c, window_is_clamped);
     tcase_add_test(c, window_outside_is_a_pixel);
@@ -387,8 +381,9 @@ int main(void)
     tcase_add_test(c, colours);
     tcase_add_test(c, nothing_changes_nothing);
     tcase_add_test(c, jitter_is_keyed_and_stays_in_range);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("crop", add_tests);
 }

@@ -14,8 +14,8 @@
 #include "libtensor/io/json.h"
 #include "libtensor/io/mesh_io.h"
 #include "libtensor/io/npz.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -25,7 +25,6 @@
 
 enum { W = 640, H = 480 };
 
-static char root[64];
 static lt_arena *arena;
 static lt_hand_model *right, *left;
 
@@ -36,29 +35,24 @@ static const char *const serial[8] = {
 
 static const char *at(const char *path)
 {
-    return lt_arena_printf(arena, "%s/%s", root, path);
-}
-
-static void ok(lt_status st)
-{
-    ck_assert_msg(st == LT_OK, "%s", lt_last_error());
+    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
 }
 
 static void text_file(const char *path, const char *text)
 {
-    ok(lt_write_file(at(path), text, strlen(text)));
+    check_ok(lt_write_file(at(path), text, strlen(text)));
 }
 
 /* ---- calibration and folders ---- */
 
 static void calibration(int subjects, int cameras)
 {
-    ok(lt_make_dirs(at("calibration/intrinsics")));
+    check_ok(lt_make_dirs(at("calibration/intrinsics")));
     for (int c = 0; c < cameras; c++)
         text_file(lt_arena_printf(arena, "calibration/intrinsics/%s_640x480.yml", serial[c]),
                   "color:\n  fx: 613.0762\n  fy: 611.9990\n  ppx: 313.0280\n  ppy: 245.0087\ndepth: {fx: 1}\n");
     for (int s = 0; s < subjects; s++) {
-        ok(lt_make_dirs(at(lt_arena_printf(arena, "calibration/mano_subject-%02d", s + 1))));
+        check_ok(lt_make_dirs(at(lt_arena_printf(arena, "calibration/mano_subject-%02d", s + 1))));
         text_file(lt_arena_printf(arena, "calibration/mano_subject-%02d/mano.yml", s + 1),
                   "betas:\n- 0.5\n- -1\n- 0.25\n- 0\n- 0\n- 0\n- 0\n- 0\n- 0\n- 0.125\n");
     }
@@ -75,7 +69,7 @@ static void meta(int subject, int sequence, int cameras, int frames, bool is_lef
     const char *folder = sequence_folder(subject, sequence);
     char text[1024], *p = text;
 
-    ok(lt_make_dirs(at(folder)));
+    check_ok(lt_make_dirs(at(folder)));
     p += sprintf(p, "extrinsics: '20200702_151821'\nmano_calib:\n- subject-%02d\nmano_sides:\n- %s\nnum_frames: %d\n"
                  "serials:\n", subject + 1, is_left ? "left" : "right", frames);
     for (int c = 0; c < cameras; c++)
@@ -86,20 +80,16 @@ static void meta(int subject, int sequence, int cameras, int frames, bool is_lef
 
 static void setup(void)
 {
-    strcpy(root, "/tmp/test_dexycb_XXXXXX");
-    ck_assert_ptr_nonnull(mkdtemp(root));
+    make_scratch_folder();
     arena = lt_arena_new();
-    ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &right));
+    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &right));
     left = lt_arena_alloc(arena, sizeof(*left));
     synth_hand_mirror(right, left);
 }
 
 static void teardown(void)
 {
-    char command[128];
-
-    snprintf(command, sizeof(command), "rm -rf %s", root);
-    ck_assert_int_eq(system(command), 0);
+    remove_scratch_folder();
     lt_arena_free(arena);
 }
 
@@ -107,11 +97,11 @@ static void teardown(void)
 
 static dataset *open_list(const char *s, const char *split)
 {
-    const dexycb_options o = { .root = root, .setup = s, .split = split, .filter = DEXYCB_EVERY, .hand = right,
-                               .no_objects = true };
+    const dexycb_options o = { .root = scratch_folder, .setup = s, .split = split, .filter = DEXYCB_EVERY,
+                               .hand = right, .no_objects = true };
     dataset *d = NULL;
 
-    ok(dexycb_open(&o, &d));
+    check_ok(dexycb_open(&o, &d));
     return d;
 }
 
@@ -263,7 +253,7 @@ static void write_label(const char *path, const label *l)
         { "joint_2d", lt_array_make(LT_ELEM_F4, 3, j2, l->joints2d) },
     };
 
-    ok(lt_npz_write(at(path), a, LT_COUNT(a), true));
+    check_ok(lt_npz_write(at(path), a, LT_COUNT(a), true));
 }
 
 static label no_hand(label l)
@@ -287,14 +277,14 @@ static void write_pictures(int sequence, int number)
 {
     lt_image rgb, depth;
 
-    ok(lt_image_init(arena, W, H, 3, 8, &rgb));
-    ok(lt_image_init(arena, W, H, 1, 16, &depth));
+    check_ok(lt_image_init(arena, W, H, 3, 8, &rgb));
+    check_ok(lt_image_init(arena, W, H, 1, 16, &depth));
     for (int i = 0; i < W * H; i++) {
         memset(rgb.data + 3 * i, i % W / 3, 3);
         ((uint16_t *)(void *)depth.data)[i] = (uint16_t)(i % W == 7 ? 0 : 1000 + i % W);
     }
-    ok(lt_jpeg_write(at(frame(sequence, "color", number, "jpg")), &rgb, 95));
-    ok(lt_png_write(at(frame(sequence, "aligned_depth_to_color", number, "png")), &depth));
+    check_ok(lt_jpeg_write(at(frame(sequence, "color", number, "jpg")), &rgb, 95));
+    check_ok(lt_png_write(at(frame(sequence, "aligned_depth_to_color", number, "png")), &depth));
 }
 
 static void model(const char *name)
@@ -304,9 +294,9 @@ static void model(const char *name)
     const lt_mesh mesh = { .n_vertices = 4, .n_faces = 4, .vertex = vertex, .face = face };
     const char *folder = lt_arena_printf(arena, "models/%s", name);
 
-    ok(lt_make_dirs(at(folder)));
-    ok(lt_obj_write(at(lt_arena_printf(arena, "%s/textured_simple.obj", folder)), &mesh, NULL));
-    ok(lt_xyz_write(at(lt_arena_printf(arena, "%s/points.xyz", folder)), (const float (*)[3])vertex, 4));
+    check_ok(lt_make_dirs(at(folder)));
+    check_ok(lt_obj_write(at(lt_arena_printf(arena, "%s/textured_simple.obj", folder)), &mesh, NULL));
+    check_ok(lt_xyz_write(at(lt_arena_printf(arena, "%s/points.xyz", folder)), (const float (*)[3])vertex, 4));
 }
 
 static bool is_left_sequence(int q)
@@ -336,7 +326,7 @@ static void small_tree(void)
     model("006_mustard_bottle");
     for (int q = 0; q < 5; q++) {
         meta(0, q, 1, 6, is_left_sequence(q));
-        ok(lt_make_dirs(at(lt_arena_printf(arena, "%s/%s", sequence_folder(0, q), serial[0]))));
+        check_ok(lt_make_dirs(at(lt_arena_printf(arena, "%s/%s", sequence_folder(0, q), serial[0]))));
         for (int f = 0; f < 6; f++) {
             const label l = label_of(q, f);
             write_label(frame(q, "labels", f, "npz"), &l);
@@ -347,10 +337,11 @@ static void small_tree(void)
 
 static dataset *open_small(dexycb_filter filter)
 {
-    const dexycb_options o = { .root = root, .setup = "s0", .split = "train", .filter = filter, .hand = right };
+    const dexycb_options o = { .root = scratch_folder, .setup = "s0", .split = "train", .filter = filter,
+                               .hand = right };
     dataset *d = NULL;
 
-    ok(dexycb_open(&o, &d));
+    check_ok(dexycb_open(&o, &d));
     return d;
 }
 
@@ -381,7 +372,7 @@ START_TEST(right_hand)
     d = open_small(DEXYCB_EVERY);
     ck_assert_int_eq(d->count, 24);
     ck_assert(d->synthetic);
-    ok(dataset_read(d, 2, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
+    check_ok(dataset_read(d, 2, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
     ck_assert_int_eq(s.flags, SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT | SAMPLE_OBJECT | SAMPLE_DEPTH);
     pose_label(false, &l);
     pose_sample(&s, k);
@@ -397,7 +388,7 @@ START_TEST(right_hand)
     ck_assert_int_eq(s.rgb[3 * 600], 200);
     ck_assert_double_eq(s.camera.cy, 245.0087);
     ck_assert_str_eq(d->objects[s.object].name, "006_mustard_bottle");
-    ok(dataset_read(d, 2, 0, arena, &s));
+    check_ok(dataset_read(d, 2, 0, arena, &s));
     ck_assert_ptr_null(s.depth);
     dataset_free(d);
 }
@@ -415,7 +406,7 @@ START_TEST(left_hand)
     small_tree();
     d = open_small(DEXYCB_VALID);
     ck_assert_int_eq(d->count, 18);
-    ok(dataset_read(d, 6, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
+    check_ok(dataset_read(d, 6, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
     ck_assert(s.flags & SAMPLE_MIRRORED);
     pose_label(true, &l);
     pose_object(&l, 0.004f);
@@ -453,9 +444,9 @@ START_TEST(foreground)
 
     small_tree();
     d = open_small(DEXYCB_VALID);
-    ok(dataset_read(d, is_left ? 6 : 0, 0, arena, &s));
+    check_ok(dataset_read(d, is_left ? 6 : 0, 0, arena, &s));
     ck_assert_ptr_null(s.foreground);
-    ok(dataset_read(d, is_left ? 6 : 0, SAMPLE_FOREGROUND, arena, &s));
+    check_ok(dataset_read(d, is_left ? 6 : 0, SAMPLE_FOREGROUND, arena, &s));
     ck_assert(s.flags & SAMPLE_FOREGROUND);
     ck_assert_int_eq(!!(s.flags & SAMPLE_MIRRORED), is_left);
     ck_assert_int_eq(s.foreground_width, W);
@@ -476,14 +467,14 @@ START_TEST(foreground_is_broken)
     lt_named_array a[5];
 
     small_tree();
-    ok(lt_npz_read(arena, path, &npz));
+    check_ok(lt_npz_read(arena, path, &npz));
     for (int i = 0; i < 5; i++)
         a[i] = npz.entry[i];
     ck_assert_str_eq(a[0].name, "seg");
     a[0].array = lt_array_make(LT_ELEM_U1, 2, shape, segmentation());
-    ok(lt_npz_write(path, a, 5, true));
+    check_ok(lt_npz_write(path, a, 5, true));
     d = open_small(DEXYCB_VALID);
-    ok(dataset_read(d, 0, 0, arena, &s));
+    check_ok(dataset_read(d, 0, 0, arena, &s));
     ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
     ck_assert_str_eq(lt_last_error(),
                      lt_arena_printf(arena, "%s: seg is (120, 160), expected bytes of shape (480, 640)", path));
@@ -494,24 +485,24 @@ END_TEST
 /* A left model of its own is used for the components. */
 START_TEST(left_model)
 {
-    dexycb_options o = { .root = root, .setup = "s0", .split = "train", .hand = right };
+    dexycb_options o = { .root = scratch_folder, .setup = "s0", .split = "train", .hand = right };
     dataset *with, *without;
     dataset_sample a, b;
 
     small_tree();
-    ok(dexycb_open(&o, &without));
+    check_ok(dexycb_open(&o, &without));
     o.left = left;
-    ok(dexycb_open(&o, &with));
-    ok(dataset_annotation(with, 6, arena, &a));
-    ok(dataset_annotation(without, 6, arena, &b));
+    check_ok(dexycb_open(&o, &with));
+    check_ok(dataset_annotation(with, 6, arena, &a));
+    check_ok(dataset_annotation(without, 6, arena, &b));
     for (int i = 0; i < 16 * 9; i++)
         ck_assert_float_eq_tol(a.rotation[i / 9][i % 9], b.rotation[i / 9][i % 9], 1e-6f);
     for (int k = 0; k < 45; k++)
         for (int i = 0; i < 45; i++)
             left->hands_components[k][i] *= 2;
     dataset_free(with);
-    ok(dexycb_open(&o, &with));
-    ok(dataset_annotation(with, 6, arena, &a));
+    check_ok(dexycb_open(&o, &with));
+    check_ok(dataset_annotation(with, 6, arena, &a));
     ck_assert_float_eq(a.rotation[0][1], b.rotation[0][1]);
     ck_assert_float_gt(fabsf(a.rotation[1][1] - b.rotation[1][1]), 1e-3f);
     dataset_free(with);
@@ -526,7 +517,7 @@ START_TEST(tips_of_the_toolkit)
 
     small_tree();
     d = open_small(DEXYCB_VALID);
-    ok(dataset_check_tips(d, right, &rms));
+    check_ok(dataset_check_tips(d, right, &rms));
     ck_assert_double_lt(rms, 1e-3);
     ck_assert_mem_eq(d->tips, lt_hand_tips_dexycb, sizeof(lt_hand_tips_dexycb));
     dataset_free(d);
@@ -540,11 +531,11 @@ static void write_results(const dataset *d, const char *path)
 {
     dexycb_results *f;
 
-    ok(dexycb_results_open(path, &f));
+    check_ok(dexycb_results_open(path, &f));
     for (int64_t i = 0; i < d->count; i++) {
         dexycb_result r = { .place = dexycb_place_of(d, i), .width = W, .seconds = -1, .has_object = true, .score = 0.5 };
         dataset_sample s;
-        ok(dataset_annotation(d, i, arena, &s));
+        check_ok(dataset_annotation(d, i, arena, &s));
         r.mirrored = s.flags & SAMPLE_MIRRORED;
         r.camera = s.camera;
         r.joints = (const float (*)[3])s.joints;
@@ -554,7 +545,7 @@ static void write_results(const dataset *d, const char *path)
             r.object.t[k] = s.t[k];
         dexycb_results_add(f, &r);
     }
-    ok(dexycb_results_close(f));
+    check_ok(dexycb_results_close(f));
 }
 
 static char *text_of(const char *path)
@@ -562,7 +553,7 @@ static char *text_of(const char *path)
     static uint8_t *bytes;
     size_t n;
 
-    ok(lt_read_file(arena, path, 1 << 20, &bytes, &n));
+    check_ok(lt_read_file(arena, path, 1 << 20, &bytes, &n));
     return (char *)bytes;
 }
 
@@ -583,7 +574,7 @@ START_TEST(hpe_file)
     ck_assert_int_eq(sscanf(strstr(text, "\n6,") + 3, "%lf", &x), 1);
     ck_assert_double_eq_tol(x, 1000 * l.joints[0][0], 1e-3);        /* sample 6 is a left hand */
     ck_assert_ptr_null(strstr(text, "\n12,"));                     /* and 12 to 17 have none */
-    ok(dexycb_score_hpe(d, at("hpe.txt"), scores));
+    check_ok(dexycb_score_hpe(d, at("hpe.txt"), scores));
     for (int i = 0; i < DEXYCB_SCORES; i++)
         ck_assert_double_eq_tol(scores[i], i % 2, i % 2 ? 0.01 : 1e-3);     /* no distance is 0 but by chance */
     text_file("bad.txt", "0,1,2,3\n");
@@ -592,7 +583,7 @@ START_TEST(hpe_file)
     text_file("bad.txt", "x\n");
     ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
     *strchr(text, '\n') = 0;
-    ok(lt_write_file(at("bad.txt"), text, strlen(text) + 1));
+    check_ok(lt_write_file(at("bad.txt"), text, strlen(text) + 1));
     ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "bad.txt: found a NUL byte, expected text"));
     text_file("bad.txt", text);
@@ -641,7 +632,7 @@ static bop_recalls recalls(const dataset *d, const char *name)
 {
     bop_recalls r;
 
-    ok(bop_score(d, at(name), NULL, NULL, NULL, &r));
+    check_ok(bop_score(d, at(name), NULL, NULL, NULL, &r));
     return r;
 }
 
@@ -811,25 +802,25 @@ START_TEST(bop_models_info)
     small_tree();
     put_bottles("turned.csv", true, 0);
     d = open_small(DEXYCB_EVERY);
-    ok(dexycb_models_info(d, arena, &path));
+    check_ok(dexycb_models_info(d, arena, &path));
     ck_assert_ptr_null(path);
     ck_assert_double_lt(recall(d, "turned.csv").mssd, 0.5);
 
-    ok(lt_make_dirs(at("models/bop")));
+    check_ok(lt_make_dirs(at("models/bop")));
     text_file("models/bop/models_info.json", lt_arena_printf(arena, info, 117));
-    ok(dexycb_models_info(d, arena, &path));
+    check_ok(dexycb_models_info(d, arena, &path));
     ck_assert_str_eq(path, at("models/bop/models_info.json"));
-    ok(bop_score(d, at("turned.csv"), path, NULL, NULL, &r));
+    check_ok(bop_score(d, at("turned.csv"), path, NULL, NULL, &r));
     ck_assert(r.grasped.mssd == 1 && r.grasped.mspd == 1);
     ck_assert_double_lt(r.grasped.vsd, 1);
 
-    ok(lt_make_dirs(at("bop/s0/models_eval")));
+    check_ok(lt_make_dirs(at("bop/s0/models_eval")));
     text_file("bop/s0/models_eval/models_info.json", lt_arena_printf(arena, info, 900));
-    ok(dexycb_models_info(d, arena, &path));
+    check_ok(dexycb_models_info(d, arena, &path));
     ck_assert_str_eq(path, at("bop/s0/models_eval/models_info.json"));
     put_bottles("off.csv", false, 0.04f);
     ck_assert_double_lt(recall(d, "off.csv").mssd, 0.5);
-    ok(bop_score(d, at("off.csv"), path, NULL, NULL, &r));
+    check_ok(bop_score(d, at("off.csv"), path, NULL, NULL, &r));
     ck_assert_double_eq(r.grasped.mssd, 1);
 
     text_file("bop/s0/models_eval/models_info.json", "{\"2\": {\"diameter\": 269}}");
@@ -870,7 +861,7 @@ START_TEST(coco_file)
     small_tree();
     d = open_small(DEXYCB_VALID);
     write_results(d, at("coco.json"));
-    ok(lt_json_read(at("coco.json"), &list));
+    check_ok(lt_json_read(at("coco.json"), &list));
     ck_assert_int_eq(cJSON_GetArraySize(list), 18);
     item = cJSON_GetArrayItem(list, 7);
     ck_assert_int_eq(cJSON_GetObjectItem(item, "image_id")->valueint, 7);
@@ -910,7 +901,7 @@ START_TEST(filters)
     ck_assert_int_eq(d->count, 1);
     ck_assert_int_eq(dexycb_place_of(d, 0).image, 0);
     dataset_free(d);
-    ok(dexycb_parse_filter("hoisdf", &f));
+    check_ok(dexycb_parse_filter("hoisdf", &f));
     ck_assert_int_eq(f, DEXYCB_HOISDF);
     ck_assert_int_eq(dexycb_parse_filter("all", &f), LT_EINVAL);
 }
@@ -919,7 +910,8 @@ END_TEST
 /* In testing, HFL-Net keeps a hand out of view, with the whole picture as its box. */
 START_TEST(hfl_test_box)
 {
-    const dexycb_options o = { .root = root, .setup = "s0", .split = "val", .filter = DEXYCB_HFL, .hand = right };
+    const dexycb_options o = { .root = scratch_folder, .setup = "s0", .split = "val", .filter = DEXYCB_HFL,
+                               .hand = right };
     dataset *d;
     dataset_sample s;
     label l;
@@ -930,11 +922,11 @@ START_TEST(hfl_test_box)
     for (int i = 0; i < 21; i++)
         l.joints2d[i][1] -= 2000;
     write_label(frame(4, "labels", 1, "npz"), &l);
-    ok(dexycb_open(&o, &d));
+    check_ok(dexycb_open(&o, &d));
     ck_assert_int_eq(d->count, 6);
-    ok(dataset_annotation(d, 0, arena, &s));
+    check_ok(dataset_annotation(d, 0, arena, &s));
     ck_assert(!(s.flags & SAMPLE_HAND_BOX));
-    ok(dataset_annotation(d, 1, arena, &s));
+    check_ok(dataset_annotation(d, 1, arena, &s));
     ck_assert(s.flags & SAMPLE_HAND_BOX);
     ck_assert_float_eq(s.hand_box[0], 0);
     ck_assert_float_eq(s.hand_box[2], W - 1);
@@ -946,7 +938,7 @@ END_TEST
 
 static void open_fails(const char *setup_name, const char *split, lt_status want, const char *reason)
 {
-    const dexycb_options o = { .root = root, .setup = setup_name, .split = split, .hand = right };
+    const dexycb_options o = { .root = scratch_folder, .setup = setup_name, .split = split, .hand = right };
     dataset *d;
 
     ck_assert_int_eq(dexycb_open(&o, &d), want);
@@ -997,7 +989,7 @@ START_TEST(tree_is_broken)
     if (broken[_i].text) {
         text_file(broken[_i].path, broken[_i].text);
     } else {
-        snprintf(command, sizeof(command), "rm -r %s/%s", root, broken[_i].path);
+        snprintf(command, sizeof(command), "rm -r %s/%s", scratch_folder, broken[_i].path);
         ck_assert_int_eq(system(command), 0);
     }
     open_fails("s0", "train", broken[_i].st, broken[_i].reason);
@@ -1018,7 +1010,7 @@ static void read_fails(int index, const char *reason)
     dataset_sample s;
 
     ck_assert_int_eq(d->count, 18);
-    ok(dataset_read(d, index + 1, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
+    check_ok(dataset_read(d, index + 1, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
     ck_assert_int_ne(dataset_read(d, index, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s), LT_OK);
     ck_assert_msg(strstr(lt_last_error(), reason), "\"%s\" lacks \"%s\"", lt_last_error(), reason);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "000002"));
@@ -1054,24 +1046,19 @@ START_TEST(pictures_are_broken)
     lt_image small;
 
     small_tree();
-    ok(lt_image_init(arena, 320, 240, 3, 8, &small));
-    ok(lt_png_write(at(frame(0, "aligned_depth_to_color", 2, "png")), &small));
+    check_ok(lt_image_init(arena, 320, 240, 3, 8, &small));
+    check_ok(lt_png_write(at(frame(0, "aligned_depth_to_color", 2, "png")), &small));
     read_fails(2, "image of 320 x 240, expected 640 x 480");
-    ok(lt_image_init(arena, W, H, 1, 8, &small));
-    ok(lt_png_write(at(frame(0, "aligned_depth_to_color", 2, "png")), &small));
+    check_ok(lt_image_init(arena, W, H, 1, 8, &small));
+    check_ok(lt_png_write(at(frame(0, "aligned_depth_to_color", 2, "png")), &small));
     read_fails(2, "1 channels of 8 bits, expected one of 16");
     text_file(frame(0, "color", 2, "jpg"), "");
     read_fails(2, "color_000002.jpg");
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *suite = suite_create("dexycb");
-    TCase *c = tcase_create("dexycb");
-    SRunner *r;
-    int failed;
-
     tcase_set_timeout(c, 0);
     tcase_add_checked_fixture(c, setup, teardown);
     tcase_add_test(c, official_lists);
@@ -1096,10 +1083,9 @@ int main(void)
     tcase_add_test(c, empty_split);
     tcase_add_test(c, sample_is_broken);
     tcase_add_test(c, pictures_are_broken);
-    suite_add_tcase(suite, c);
-    r = srunner_create(suite);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("dexycb", add_tests);
 }

@@ -17,8 +17,8 @@
 #include "libtensor/io/image.h"
 #include "libtensor/io/json.h"
 #include "libtensor/io/pickle.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
@@ -29,18 +29,12 @@
 
 enum { W = SYNTH_WIDTH, H = SYNTH_HEIGHT };
 
-static char root[64];
 static lt_arena *arena;
 static lt_hand_model *hand;
 
-static void ok(lt_status st)
-{
-    ck_assert_msg(st == LT_OK, "%s", lt_last_error());
-}
-
 static const char *at(const char *path)
 {
-    return lt_arena_printf(arena, "%s/%s", root, path);
+    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
 }
 
 static synth_options tiny(const char *folder)
@@ -53,20 +47,16 @@ static void setup(void)
 {
     synth_options o;
 
-    strcpy(root, "/tmp/test_generate_XXXXXX");
-    ck_assert_ptr_nonnull(mkdtemp(root));
+    make_scratch_folder();
     arena = lt_arena_new();
     o = tiny("data");
-    ok(synth_generate(&o, NULL));
-    ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
+    check_ok(synth_generate(&o, NULL));
+    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
 }
 
 static void teardown(void)
 {
-    char command[128];
-
-    snprintf(command, sizeof(command), "rm -rf %s", root);
-    ck_assert_int_eq(system(command), 0);
+    remove_scratch_folder();
     lt_arena_free(arena);
 }
 
@@ -75,7 +65,7 @@ static dataset *open_split(const char *split)
     const ho3d_options o = { .root = at("data"), .split = split, .vertices = true };
     dataset *d = NULL;
 
-    ok(ho3d_open(&o, &d));
+    check_ok(ho3d_open(&o, &d));
     return d;
 }
 
@@ -87,7 +77,7 @@ static void crc_holds(const char *path, const char *want)
     size_t n;
     char text[16];
 
-    ok(lt_read_file(arena, lt_arena_printf(arena, "%s/%s", at("data"), path), LT_FILE_MAX, &bytes, &n));
+    check_ok(lt_read_file(arena, lt_arena_printf(arena, "%s/%s", at("data"), path), LT_FILE_MAX, &bytes, &n));
     snprintf(text, sizeof(text), "%08lx", crc32_z(0, bytes, n));
     ck_assert_str_eq(text, want);
 }
@@ -98,7 +88,7 @@ START_TEST(manifest)
     const cJSON *file;
     int n = 0;
 
-    ok(lt_json_read(at("data/manifest.json"), &j));
+    check_ok(lt_json_read(at("data/manifest.json"), &j));
     ck_assert(cJSON_IsTrue(cJSON_GetObjectItem(j, "synthetic")));
     ck_assert_str_eq(cJSON_GetObjectItem(j, "seed")->valuestring, "11");
     cJSON_ArrayForEach(file, cJSON_GetObjectItem(j, "files_crc32")) {
@@ -115,7 +105,7 @@ static void keys_are(const char *path, const char *const *want, size_t n)
 {
     const lt_pvalue *v;
 
-    ok(lt_pickle_read(arena, path, &v));
+    check_ok(lt_pickle_read(arena, path, &v));
     ck_assert_int_eq(v->kind, LT_PDICT);
     ck_assert_uint_eq(v->n, n);
     for (size_t i = 0; i < n; i++)
@@ -140,7 +130,7 @@ START_TEST(annotation_keys)
     for (int i = 0; i < 2; i++) {
         dataset *d = open_split(cases[i].split);
         const char *name = dataset_name(d, 0), *slash = strchr(name, '/');
-        keys_are(lt_arena_printf(arena, "%s/data/%s/%.*s/meta%s.pkl", root, cases[i].split,
+        keys_are(lt_arena_printf(arena, "%s/data/%s/%.*s/meta%s.pkl", scratch_folder, cases[i].split,
                                  (int)(slash - name), name, slash), cases[i].keys, cases[i].n);
         dataset_free(d);
     }
@@ -154,10 +144,10 @@ START_TEST(same_seed_same_bytes)
     size_t n, m;
 
     lt_set_threads(1);
-    ok(synth_generate(&o, NULL));
+    check_ok(synth_generate(&o, NULL));
     lt_set_threads(0);
-    ok(lt_read_file(arena, at("data/manifest.json"), LT_FILE_MAX, &a, &n));
-    ok(lt_read_file(arena, at("again/manifest.json"), LT_FILE_MAX, &b, &m));
+    check_ok(lt_read_file(arena, at("data/manifest.json"), LT_FILE_MAX, &a, &n));
+    check_ok(lt_read_file(arena, at("again/manifest.json"), LT_FILE_MAX, &b, &m));
     ck_assert_uint_eq(n, m);
     ck_assert_mem_eq(a, b, n);
 }
@@ -204,12 +194,12 @@ START_TEST(reads_as_ho3d)
     ck_assert(d->synthetic);
     ck_assert_int_eq(d->count, 4);
     ck_assert_int_eq(d->n_objects, 3);
-    ok(dataset_check_tips(d, hand, &rms));
+    check_ok(dataset_check_tips(d, hand, &rms));
     ck_assert_double_lt(rms, 0.01);
     ck_assert_int_eq(d->tips[0], 728);
     for (int64_t i = 0; i < d->count; i++) {
         dataset_sample s;
-        ok(dataset_read(d, i, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
+        check_ok(dataset_read(d, i, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
         ck_assert_int_ge(s.object, 0);
         ck_assert_ptr_nonnull(strstr(d->objects[s.object].name, "syn_"));
     }
@@ -229,13 +219,13 @@ START_TEST(truth_is_perfect)
     for (int64_t i = 0; i < d->count; i++) {
         float joints[21 * 3], verts[LT_HAND_VERTICES * 3];
         dataset_sample s;
-        ok(dataset_read(d, i, 0, arena, &s));
+        check_ok(dataset_read(d, i, 0, arena, &s));
         ho3d_joints_from_camera(&s.joints[0][0], joints);
         ho3d_vertices_from_camera(&s.vertices[0][0], verts);
         for (int k = 0; k < 3; k++)
             ck_assert_float_eq_tol(s.root[k], s.joints[0][k], 1e-6);
-        ok(ho3d_scorer_add(perfect, 1, joints, verts, joints, verts, NULL));
-        ok(ho3d_scorer_add(zero, 1, none, none, joints, verts, NULL));
+        check_ok(ho3d_scorer_add(perfect, 1, joints, verts, joints, verts, NULL));
+        check_ok(ho3d_scorer_add(zero, 1, none, none, joints, verts, NULL));
     }
     ho3d_scorer_scores(perfect, score);
     ck_assert_double_eq(score[HO3D_XYZ_MEAN], 0);
@@ -262,8 +252,8 @@ START_TEST(makes_batches)
 
     for (int run = 0; run < 2; run++) {
         hand_object_batch *b;
-        ok(loader_new(&source, &o, (loader_position){ 0 }, &l));
-        ok(loader_next(l, &batch));
+        check_ok(loader_new(&source, &o, (loader_position){ 0 }, &l));
+        check_ok(loader_next(l, &batch));
         b = batch;
         ck_assert_int_eq(b->count, 3);
         for (int i = 0; i < b->count; i++) {
@@ -309,28 +299,28 @@ static void film(shot *s)
     const ho3d_options o = { .root = at("one"), .split = "train" };
 
     synth_subject_draw(hand, 3, 1, &s->subject);
-    ok(synth_prop_new(arena, 9, false, &s->prop));
-    ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
-    ok(synth_grasp_sample(ctx, 5, NULL, &grasp));
-    ok(synth_stage_new(arena, &(synth_stage_spec){
+    check_ok(synth_prop_new(arena, 9, false, &s->prop));
+    check_ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
+    check_ok(synth_grasp_sample(ctx, 5, NULL, &grasp));
+    check_ok(synth_stage_new(arena, &(synth_stage_spec){
         .hand = hand, .subject = &s->subject, .prop = &s->prop, .grasp = &grasp, .n_grasps = 1, .n_frames = FRAMES,
         .n_cameras = 1, .setting.depth_unit = HO3D_DEPTH_UNIT, .seed = 3, .stream = 4 }, &s->stage));
     s->frame = synth_frame_new(W, H);
     s->depth = lt_arena_array(arena, (size_t)W * H, sizeof(float));
     synth_stage_pose(&s->stage, &s->stage.sequence.moment[s->stage.kept[K]], &posed);
-    ok(synth_stage_film(&s->stage, 0, K, &posed, s->frame, s->depth));
+    check_ok(synth_stage_film(&s->stage, 0, K, &posed, s->frame, s->depth));
     s->picture = (synth_picture){ .sequence = "SYN1PM00", .frame = 77, .rgb = &s->frame->rgb[0][0],
                                   .depth = s->depth, .label = s->frame->label };
     synth_annotate(&s->stage, 0, K, &posed, &s->picture);
     synth_hand_parts(hand, part);
     synth_look(&s->picture, s->frame, SYNTH_MANIPULATE, part, &s->visibility);
-    ok(synth_make_sequence(at("one"), "SYN1PM00", false));
-    ok(synth_write_model(at("one"), s->prop.name, &s->prop.mesh, (const uint8_t (*)[3])s->prop.rgb,
+    check_ok(synth_make_sequence(at("one"), "SYN1PM00", false));
+    check_ok(synth_write_model(at("one"), s->prop.name, &s->prop.mesh, (const uint8_t (*)[3])s->prop.rgb,
                          SYNTH_TEXTURE, s->prop.points, SYNTH_POINTS, file));
-    ok(synth_write_picture(at("one"), &s->picture, true, 0, file));
-    ok(lt_write_file(at("one/train.txt"), "SYN1PM00/0077\n", 14));
-    ok(ho3d_open(&o, &s->d));
-    ok(dataset_read(s->d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s->sample));
+    check_ok(synth_write_picture(at("one"), &s->picture, true, 0, file));
+    check_ok(lt_write_file(at("one/train.txt"), "SYN1PM00/0077\n", 14));
+    check_ok(ho3d_open(&o, &s->d));
+    check_ok(dataset_read(s->d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s->sample));
 }
 
 static void vertices_return(const shot *s)
@@ -394,7 +384,7 @@ static void masks_return(const shot *s)
     lt_image seg;
     int hands = 0, objects = 0;
 
-    ok(lt_image_read(arena, at("one/train/SYN1PM00/seg/0077.png"), &seg));
+    check_ok(lt_image_read(arena, at("one/train/SYN1PM00/seg/0077.png"), &seg));
     ck_assert_int_eq(seg.width, W / 4);
     ck_assert_int_eq(seg.height, H / 4);
     for (int y = 0; y < H / 4; y++)
@@ -422,7 +412,7 @@ static void depth_lies_on_the_hand(const shot *s)
     for (int i = 0; i < LT_HAND_VERTICES; i++)
         for (int k = 0; k < 3; k++)
             mesh.vertex[i][k] = (float)s->picture.vertices[i][k];
-    ok(lt_mesh_index_new(arena, &mesh, &index));
+    check_ok(lt_mesh_index_new(arena, &mesh, &index));
     for (int i = 0; i < W * H; i += 7) {
         const double uv[2] = { i % W, i / W };
         double p[3];
@@ -478,16 +468,16 @@ static dataset *dexycb_of(const shot *s)
     dataset *d;
 
     synth_rig_mirror(&camera[1], 1);                    /* the second camera sees the mirrored scene */
-    ok(synth_dexycb_write_intrinsics(dir, camera, 2, &files));
-    ok(synth_dexycb_write_extrinsics(dir, "e", camera, 2, &files));
-    ok(synth_dexycb_write_mano(dir, "m", s->picture.beta, &files));
-    ok(synth_write_model(dir, s->prop.name, &s->prop.mesh, (const uint8_t (*)[3])s->prop.rgb, SYNTH_TEXTURE,
+    check_ok(synth_dexycb_write_intrinsics(dir, camera, 2, &files));
+    check_ok(synth_dexycb_write_extrinsics(dir, "e", camera, 2, &files));
+    check_ok(synth_dexycb_write_mano(dir, "m", s->picture.beta, &files));
+    check_ok(synth_write_model(dir, s->prop.name, &s->prop.mesh, (const uint8_t (*)[3])s->prop.rgb, SYNTH_TEXTURE,
                          s->prop.points, SYNTH_POINTS, file));
     for (int i = 0; i < 5; i++) {
         q.folder = lt_arena_printf(arena, "20260101-subject-01/20260101_10000%d", i);
         q.left = i == 1;
-        ok(synth_dexycb_make_folders(dir, &q));
-        ok(synth_dexycb_write_sequence(dir, &q, pose_m, pose_y, &files));
+        check_ok(synth_dexycb_make_folders(dir, &q));
+        check_ok(synth_dexycb_write_sequence(dir, &q, pose_m, pose_y, &files));
         if (i > 1)
             continue;
         *p = s->picture;
@@ -500,10 +490,11 @@ static dataset *dexycb_of(const shot *s)
         memcpy(f.R[0], p->R, sizeof(p->R));
         memcpy(f.t[0], p->t, sizeof(p->t));
         f.camera = i;
-        ok(synth_dexycb_write_frame(dir, &f, 95, file));
+        check_ok(synth_dexycb_write_frame(dir, &f, 95, file));
     }
-    ok(synth_manifest_text(&files, dir, "synthetic.json", "{\"subjects\": 1, \"sequences\": 5}"));
-    ok(dexycb_open(&(dexycb_options){ .root = dir, .setup = "s0", .split = "train", .filter = DEXYCB_EVERY, .hand = hand }, &d));
+    check_ok(synth_manifest_text(&files, dir, "synthetic.json", "{\"subjects\": 1, \"sequences\": 5}"));
+    check_ok(dexycb_open(&(dexycb_options){ .root = dir, .setup = "s0", .split = "train", .filter = DEXYCB_EVERY,
+                                            .hand = hand }, &d));
     return d;
 }
 
@@ -540,7 +531,7 @@ static void layouts_agree(const shot *s)
     mesh_of(a, va);
     for (int i = 0; i < 2; i++) {
         dataset_sample b;
-        ok(dataset_read(d, numbers[i], SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &b));
+        check_ok(dataset_read(d, numbers[i], SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &b));
         ck_assert_int_eq(!!(b.flags & SAMPLE_MIRRORED), i == 1);
         same(a->joints[0], b.joints[0], 3, 1e-6f);
         for (int j = 0; j < LT_HAND_KEYPOINTS; j++)
@@ -609,12 +600,12 @@ START_TEST(rounds_have_their_frames)
     synth_stage stage;
 
     synth_subject_draw(hand, 3, 1, &s->subject);
-    ok(synth_prop_new(arena, 9, false, &s->prop));
-    ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
+    check_ok(synth_prop_new(arena, 9, false, &s->prop));
+    check_ok(synth_grasp_ctx_new(arena, 9, &s->prop.mesh, NULL, hand, s->subject.beta, &ctx));
     for (int i = 0; i < 3; i++)
-        ok(synth_grasp_sample(ctx, (uint64_t)(5 + i), NULL, &grasp[i]));
+        check_ok(synth_grasp_sample(ctx, (uint64_t)(5 + i), NULL, &grasp[i]));
     for (int n = 3; n <= 6; n++) {
-        ok(synth_stage_new(arena, &(synth_stage_spec){
+        check_ok(synth_stage_new(arena, &(synth_stage_spec){
             .hand = hand, .subject = &s->subject, .prop = &s->prop, .grasp = grasp, .n_grasps = 3, .n_frames = n,
             .n_cameras = 1, .number = 7, .setting.depth_unit = HO3D_DEPTH_UNIT, .seed = 3, .stream = 4 }, &stage));
         for (int k = 1; k < n; k++)
@@ -627,16 +618,10 @@ START_TEST(rounds_have_their_frames)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("generate");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
     tcase_add_unchecked_fixture(c, setup, teardown);
     tcase_set_timeout(c, 600);
-    suite_add_tcase(s, c);
     tcase_add_test(c, manifest);
     tcase_add_test(c, annotation_keys);
     tcase_add_test(c, same_seed_same_bytes);
@@ -647,9 +632,10 @@ int main(void)
     tcase_add_test(c, makes_batches);
     tcase_add_test(c, a_frame_returns);
     tcase_add_test(c, rounds_have_their_frames);
-    srunner_set_fork_status(r, CK_NOFORK);      /* the threads of setup do not survive a fork */
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    setenv("CK_FORK", "no", 1);         /* the threads of setup do not survive a fork */
+    return run_suite("generate", add_tests);
 }

@@ -9,8 +9,8 @@
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/mesh_ops.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <string.h>
 
@@ -231,7 +231,7 @@ static void check_grasp(const synth_grasp *g, const double *beta, const lt_mesh_
 static void draw_grasps(const synth_grasp_ctx *ctx, uint64_t first, int n, synth_grasp_stats *stats, synth_grasp *out)
 {
     for (int i = 0; i < n; i++)
-        ck_assert_msg(synth_grasp_sample(ctx, first + (uint64_t)i, stats, &out[i]) == LT_OK, "%s", lt_last_error());
+        check_ok(synth_grasp_sample(ctx, first + (uint64_t)i, stats, &out[i]));
 }
 
 START_TEST(grasps_hold)
@@ -301,13 +301,8 @@ START_TEST(left_hand)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    Suite *s = suite_create("grasp");
-    TCase *t = tcase_create("all");
-    SRunner *r;
-    int failed;
-
     tcase_add_unchecked_fixture(t, setup_hand, teardown_hand);
     tcase_set_timeout(t, 0);
     tcase_add_loop_test(t, sdf_distance, 0, (int)LT_COUNT(grasped));
@@ -319,11 +314,10 @@ int main(void)
     tcase_add_loop_test(t, every_object, 1, 22);
     tcase_add_test(t, another_hand);
     tcase_add_test(t, left_hand);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_set_fork_status(r, CK_NOFORK);              /* OpenMP's threads do not survive a fork */
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? 1 : 0;
+}
+
+int main(void)
+{
+    setenv("CK_FORK", "no", 1);         /* OpenMP's threads do not survive a fork */
+    return run_suite("grasp", add_tests);
 }

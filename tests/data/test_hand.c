@@ -7,8 +7,8 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -596,11 +596,8 @@ static void build_models(void)
     model = profiles[0];
 }
 
-static Suite *hand_suite(void)
+static void add_tests(TCase *t)
 {
-    Suite *s = suite_create("hand");
-    TCase *t = tcase_create("all");
-
     tcase_set_timeout(t, 0);
     tcase_add_loop_test(t, one_disc, 0, 2);
     tcase_add_test(t, wrist_loop);
@@ -626,20 +623,14 @@ static Suite *hand_suite(void)
     tcase_add_test(t, colours);
     tcase_add_test(t, same_bits);
     tcase_add_test(t, no_memory);
-    suite_add_tcase(s, t);
-    return s;
 }
 
 int main(void)
 {
-    SRunner *r;
     int failed;
 
     build_models();
-    r = srunner_create(hand_suite());
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
+    failed = run_suite("hand", add_tests);
     lt_arena_free(arena);
-    return failed ? 1 : 0;
+    return failed;
 }

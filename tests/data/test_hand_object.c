@@ -2,8 +2,8 @@
 /* Sample preparation: every array of a batch against the map that made its crop. */
 #include "data/crop.h"
 #include "data/hand_object.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -59,7 +59,7 @@ static hand_object_batch *prepare(const hand_object_options *o, uint64_t epoch, 
     hand_object_batch *b = hand_object_batch_new(2, S, CELLS);
 
     ck_assert_ptr_nonnull(b);
-    ck_assert_msg(hand_object_prepare(&sample, o, epoch, index, b, slot) == LT_OK, "%s", lt_last_error());
+    check_ok(hand_object_prepare(&sample, o, epoch, index, b, slot));
     return b;
 }
 
@@ -415,15 +415,9 @@ START_TEST(outside_is_grey_and_far)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("hand_object");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
     tcase_add_checked_fixture(c, setup, teardown);
-    suite_add_tcase(s, c);
     tcase_add_loop_test(c, points_are_mapped, 0, 2);
     tcase_add_test(c, hand_turns_with_the_crop);
     tcase_add_test(c, test_crop);
@@ -437,8 +431,9 @@ int main(void)
     tcase_add_loop_test(c, union_of_both, 0, 20);
     tcase_add_test(c, union_shows_points_where_they_are);
     tcase_add_test(c, outside_is_grey_and_far);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("hand_object", add_tests);
 }

@@ -4,7 +4,7 @@
 #include "data/synth/hand.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/hand_file.h"
-#include "tests/io/hostile.h"
+#include "tests/suite.h"
 
 /* Files of a folder: a right hand that says it is MANO's, and its mirror image with the released sign. */
 static void write_hands(const char *folder, bool right, bool left)
@@ -92,6 +92,8 @@ END_TEST
 
 static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, pairs);
     tcase_add_test(tc, without_a_path);
 }

@@ -7,8 +7,8 @@
 #include "libtensor/io/mesh_io.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/pickle.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,42 +19,36 @@ enum { W = 640, H = 480 };
 
 /* ---- a tree ---- */
 
-static char root[64];
 static lt_arena *arena;
 
 static const char *at(const char *path)
 {
-    return lt_arena_printf(arena, "%s/%s", root, path);
-}
-
-static void ok(lt_status st)
-{
-    ck_assert_msg(st == LT_OK, "%s", lt_last_error());
+    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
 }
 
 static void text_file(const char *path, const char *text)
 {
-    ok(lt_write_file(at(path), text, strlen(text)));
+    check_ok(lt_write_file(at(path), text, strlen(text)));
 }
 
 static void picture(const char *path, bool jpg, int width, int height)
 {
     lt_image img;
 
-    ok(lt_image_init(arena, width, height, 3, 8, &img));
+    check_ok(lt_image_init(arena, width, height, 3, 8, &img));
     for (size_t i = 0; i < lt_image_bytes(&img); i++)
         img.data[i] = (uint8_t)(i / 3 % 251);
-    ok(jpg ? lt_jpeg_write(at(path), &img, 95) : lt_png_write(at(path), &img));
+    check_ok(jpg ? lt_jpeg_write(at(path), &img, 95) : lt_png_write(at(path), &img));
 }
 
 static void depth_picture(const char *path)
 {
     lt_image img;
 
-    ok(lt_image_init(arena, W, H, 3, 8, &img));
+    check_ok(lt_image_init(arena, W, H, 3, 8, &img));
     img.data[0] = 0x10;
     img.data[1] = 0x27;
-    ok(lt_png_write(at(path), &img));
+    check_ok(lt_png_write(at(path), &img));
 }
 
 /* The annotation. Joint i of the file's order lies i mm to the right of the wrist. */
@@ -105,7 +99,7 @@ static void meta(const char *path, bool evaluation, const lt_pwrite *change)
     for (int i = 0; change && i < KEYS; i++)
         if (!strcmp(item[i].key, change->key))
             item[i] = *change;
-    ok(lt_pickle_write_dict(at(path), item, KEYS));
+    check_ok(lt_pickle_write_dict(at(path), item, KEYS));
 }
 
 static void model(const char *name)
@@ -114,9 +108,9 @@ static void model(const char *name)
     int32_t face[4][3] = { { 0, 2, 1 }, { 0, 1, 3 }, { 0, 3, 2 }, { 1, 2, 3 } };
     const lt_mesh mesh = { .n_vertices = 4, .n_faces = 4, .vertex = vertex, .face = face };
 
-    ok(lt_make_dirs(at(lt_arena_printf(arena, "models/%s", name))));
-    ok(lt_obj_write(at(lt_arena_printf(arena, "models/%s/textured_simple.obj", name)), &mesh, NULL));
-    ok(lt_xyz_write(at(lt_arena_printf(arena, "models/%s/points.xyz", name)), (const float (*)[3])vertex, 4));
+    check_ok(lt_make_dirs(at(lt_arena_printf(arena, "models/%s", name))));
+    check_ok(lt_obj_write(at(lt_arena_printf(arena, "models/%s/textured_simple.obj", name)), &mesh, NULL));
+    check_ok(lt_xyz_write(at(lt_arena_printf(arena, "models/%s/points.xyz", name)), (const float (*)[3])vertex, 4));
 }
 
 static void make_split(const char *split, bool jpg)
@@ -124,7 +118,7 @@ static void make_split(const char *split, bool jpg)
     static const char *const folder[] = { "rgb", "depth", "meta" };
 
     for (int i = 0; i < 3; i++)
-        ok(lt_make_dirs(lt_arena_printf(arena, "%s/%s/ABF10/%s", root, split, folder[i])));
+        check_ok(lt_make_dirs(lt_arena_printf(arena, "%s/%s/ABF10/%s", scratch_folder, split, folder[i])));
     picture(lt_arena_printf(arena, "%s/ABF10/rgb/0123.%s", split, jpg ? "jpg" : "png"), jpg, W, H);
     depth_picture(lt_arena_printf(arena, "%s/ABF10/depth/0123.png", split));
     meta(lt_arena_printf(arena, "%s/ABF10/meta/0123.pkl", split), !strcmp(split, "evaluation"), NULL);
@@ -133,8 +127,7 @@ static void make_split(const char *split, bool jpg)
 
 static void setup(void)
 {
-    strcpy(root, "/tmp/test_ho3d_XXXXXX");
-    ck_assert_ptr_nonnull(mkdtemp(root));
+    make_scratch_folder();
     arena = lt_arena_new();
     model("006_mustard_bottle");
     make_split("train", true);
@@ -143,19 +136,16 @@ static void setup(void)
 
 static void teardown(void)
 {
-    char command[128];
-
-    snprintf(command, sizeof(command), "rm -rf %s", root);
-    ck_assert_int_eq(system(command), 0);
+    remove_scratch_folder();
     lt_arena_free(arena);
 }
 
 static dataset *open_split(const char *split)
 {
-    const ho3d_options o = { .root = root, .split = split, .vertices = true };
+    const ho3d_options o = { .root = scratch_folder, .split = split, .vertices = true };
     dataset *d = NULL;
 
-    ok(ho3d_open(&o, &d));
+    check_ok(ho3d_open(&o, &d));
     return d;
 }
 
@@ -179,7 +169,7 @@ START_TEST(train_sample)
     ck_assert_str_eq(d->kind, "HO3D v3");
     ck_assert_int_eq(d->count, 1);
     ck_assert(!d->synthetic);
-    ok(dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
+    check_ok(dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
     ck_assert_str_eq(s.name, "ABF10/0123");
     ck_assert_int_eq(s.flags, SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT | SAMPLE_OBJECT | SAMPLE_DEPTH);
     near(s.joints2d[0], first, 2, 1e-4);
@@ -206,7 +196,7 @@ START_TEST(object)
     double p[3], R[9], uv[2];
     int area = 0;
 
-    ok(dataset_read(d, 0, SAMPLE_OBJECT, arena, &s));
+    check_ok(dataset_read(d, 0, SAMPLE_OBJECT, arena, &s));
     ck_assert_ptr_null(s.depth);
     ck_assert_int_eq(s.object, 0);
     o = &d->objects[0];
@@ -235,7 +225,7 @@ START_TEST(evaluation_sample)
     dataset_sample s;
 
     ck_assert_str_eq(d->kind, "HO3D v2");
-    ok(dataset_read(d, 0, 0, arena, &s));
+    check_ok(dataset_read(d, 0, 0, arena, &s));
     ck_assert_int_eq(s.flags, SAMPLE_ROOT | SAMPLE_HAND_BOX | SAMPLE_OBJECT);
     ck_assert_ptr_null(s.silhouette);
     near(s.hand_box, (const double[]){ 300.5, 200, 400, 310 }, 4, 1e-5);
@@ -273,7 +263,7 @@ START_TEST(evaluation_truth)
     truth("evaluation_xyz.json", 1, 21);
     truth("evaluation_verts.json", 1, 778);
     d = open_split("evaluation");
-    ok(dataset_read(d, 0, 0, arena, &s));
+    check_ok(dataset_read(d, 0, 0, arena, &s));
     ck_assert(s.flags & SAMPLE_JOINTS && s.flags & SAMPLE_VERTICES);
     near(s.joints[4], (const double[]){ .066, .02, .6 }, 3, 1e-7);      /* the thumb's tip is MANO's 16 */
     near(s.vertices[777], (const double[]){ .827, .02, .6 }, 3, 1e-6);
@@ -291,7 +281,7 @@ START_TEST(truth_of_another_frame)
 
     truth_at(0.005, "evaluation_xyz.json", 1, 21);
     d = open_split("evaluation");
-    ok(dataset_read(d, 0, 0, arena, &s));
+    check_ok(dataset_read(d, 0, 0, arena, &s));
     near(s.root, (const double[]){ .05, .02, .6 }, 3, 1e-7);            /* from the annotation */
     dataset_free(d);
     truth_at(0.05, "evaluation_xyz.json", 1, 21);
@@ -306,12 +296,12 @@ END_TEST
 
 START_TEST(hand_only)
 {
-    const ho3d_options o = { .root = root, .split = "train", .no_objects = true };
+    const ho3d_options o = { .root = scratch_folder, .split = "train", .no_objects = true };
     dataset *d;
     dataset_sample s;
 
-    ok(ho3d_open(&o, &d));
-    ok(dataset_read(d, 0, SAMPLE_OBJECT, arena, &s));
+    check_ok(ho3d_open(&o, &d));
+    check_ok(dataset_read(d, 0, SAMPLE_OBJECT, arena, &s));
     ck_assert_int_eq(s.object, -1);
     ck_assert(!(s.flags & SAMPLE_OBJECT));
     dataset_free(d);
@@ -322,7 +312,7 @@ END_TEST
 
 static void open_fails(const char *split, const char *line)
 {
-    const ho3d_options o = { .root = root, .split = split, .vertices = true };
+    const ho3d_options o = { .root = scratch_folder, .split = split, .vertices = true };
     dataset *d;
 
     ck_assert_int_ne(ho3d_open(&o, &d), LT_OK);
@@ -342,7 +332,7 @@ static void read_fails(const char *split, const char *line)
 START_TEST(folders_missing)
 {
     const ho3d_options o = { .root = "/nonexistent/HO3D", .split = "train" };
-    const ho3d_options other = { .root = root, .split = "test" };
+    const ho3d_options other = { .root = scratch_folder, .split = "test" };
     dataset *d;
 
     ck_assert_int_eq(ho3d_open(&o, &d), LT_EIO);
@@ -384,12 +374,12 @@ START_TEST(models_missing)
 {
     ck_assert_int_eq(rename(at("models"), at("elsewhere")), 0);
     open_fails("train", lt_arena_printf(arena, "%s/models: no such folder, nor %s/../models; put the YCB "
-                                        "models there (HO3D's page links them), or name their folder", root,
-                                        root));
-    ok(lt_make_dirs(at("models")));
+                                        "models there (HO3D's page links them), or name their folder", scratch_folder,
+                                        scratch_folder));
+    check_ok(lt_make_dirs(at("models")));
     open_fails("train", lt_arena_printf(arena, "%s/models: has none of the object models (such as "
                                         "002_master_chef_can); they are the YCB models of PoseCNN, to be had from "
-                                        "the DexYCB and HO3D pages", root));
+                                        "the DexYCB and HO3D pages", scratch_folder));
 }
 END_TEST
 
@@ -449,11 +439,11 @@ START_TEST(truth_cut_anywhere)
     float *out;
 
     for (size_t n = 0; n < sizeof(whole) - 1; n++) {
-        ok(lt_write_file(at("cut.json"), whole, n));
+        check_ok(lt_write_file(at("cut.json"), whole, n));
         ck_assert_int_eq(ho3d_read_truth(arena, at("cut.json"), 1, 2, &out), LT_EFORMAT);
     }
     text_file("cut.json", whole);
-    ok(ho3d_read_truth(arena, at("cut.json"), 1, 2, &out));
+    check_ok(ho3d_read_truth(arena, at("cut.json"), 1, 2, &out));
     ck_assert_float_eq(out[5], 6);
 }
 END_TEST
@@ -502,12 +492,12 @@ static void mask(const char *path, bool jpg, int width, int height)
 {
     lt_image img;
 
-    ok(lt_make_dirs(at("train/ABF10/seg")));
-    ok(lt_image_init(arena, width, height, 3, 8, &img));
+    check_ok(lt_make_dirs(at("train/ABF10/seg")));
+    check_ok(lt_image_init(arena, width, height, 3, 8, &img));
     for (int y = 0; y < height / 2; y++)
         for (int x = 0; x < width / 2; x++)
             img.data[3 * (y * width + x) + (y >= height / 4 ? 1 : x < width / 4 ? 0 : 2)] = 255;
-    ok(jpg ? lt_jpeg_write(at(path), &img, 95) : lt_png_write(at(path), &img));
+    check_ok(jpg ? lt_jpeg_write(at(path), &img, 95) : lt_png_write(at(path), &img));
 }
 
 START_TEST(foreground)
@@ -521,9 +511,9 @@ START_TEST(foreground)
     dataset_sample s;
 
     mask(file[_i].path, file[_i].jpg, w, h);
-    ok(dataset_read(d, 0, 0, arena, &s));
+    check_ok(dataset_read(d, 0, 0, arena, &s));
     ck_assert_ptr_null(s.foreground);
-    ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
+    check_ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
     ck_assert(s.flags & SAMPLE_FOREGROUND);
     ck_assert_int_eq(s.foreground_width, w);
     ck_assert_int_eq(s.foreground_height, h);
@@ -541,7 +531,7 @@ START_TEST(foreground_missing_or_broken)
     dataset *d = open_split("train");
     dataset_sample s;
 
-    ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
+    check_ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
     ck_assert(!(s.flags & SAMPLE_FOREGROUND));
     ck_assert_ptr_null(s.foreground);
     mask("train/ABF10/seg/0123.png", false, 160, 100);
@@ -551,7 +541,7 @@ START_TEST(foreground_missing_or_broken)
     ck_assert_int_eq(truncate(path, 60), 0);
     ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), path));
-    ok(dataset_read(d, 0, 0, arena, &s));
+    check_ok(dataset_read(d, 0, 0, arena, &s));
     dataset_free(d);
 }
 END_TEST
@@ -622,7 +612,7 @@ START_TEST(annotation_of_other_shapes)
 
     meta("train/ABF10/meta/0123.pkl", false, &item);
     d = open_split("train");
-    ok(dataset_read(d, 0, 0, arena, &s));
+    check_ok(dataset_read(d, 0, 0, arena, &s));
     ck_assert_mem_eq(s.beta, beta, sizeof(beta));
     dataset_free(d);
 }
@@ -634,7 +624,7 @@ START_TEST(annotation_missing_key)
 
     set_items(item, false);
     item[4].key = "pose";
-    ok(lt_pickle_write_dict(at("train/ABF10/meta/0123.pkl"), item, KEYS));
+    check_ok(lt_pickle_write_dict(at("train/ABF10/meta/0123.pkl"), item, KEYS));
     {
         dataset *d = open_split("train");
         dataset_sample s;
@@ -663,7 +653,7 @@ START_TEST(no_such_sample)
     dataset_sample s;
 
     ck_assert_int_eq(dataset_read(d, 1, 0, arena, &s), LT_EINVAL);
-    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: no sample 1, there are 1", root));
+    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: no sample 1, there are 1", scratch_folder));
     dataset_free(d);
     dataset_free(NULL);
 }
@@ -672,7 +662,7 @@ END_TEST
 /* Whichever block is refused, there is an answer and nothing is lost. */
 START_TEST(without_memory)
 {
-    const ho3d_options o = { .root = root, .split = "train" };
+    const ho3d_options o = { .root = scratch_folder, .split = "train" };
     long n = 0;
     lt_status st;
 
@@ -695,16 +685,10 @@ START_TEST(without_memory)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("ho3d");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
     tcase_add_checked_fixture(c, setup, teardown);
     tcase_set_timeout(c, 60);
-    suite_add_tcase(s, c);
     tcase_add_test(c, train_sample);
     tcase_add_test(c, object);
     tcase_add_test(c, evaluation_sample);
@@ -730,8 +714,9 @@ int main(void)
     tcase_add_test(c, behind_the_camera);
     tcase_add_test(c, no_such_sample);
     tcase_add_test(c, without_memory);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("ho3d", add_tests);
 }

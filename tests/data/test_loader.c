@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The loader: order, resume, shares, failures; the same on any number of threads. */
 #include "data/loader.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -72,7 +72,7 @@ static loader *open_loader(const world *w, int64_t count, loader_options o, load
     const loader_source s = source(w, count);
     loader *l = NULL;
 
-    ck_assert_msg(loader_new(&s, &o, at, &l) == LT_OK, "%s", lt_last_error());
+    check_ok(loader_new(&s, &o, at, &l));
     return l;
 }
 
@@ -81,7 +81,7 @@ static void collect(loader *l, int64_t *out, int n)
 {
     for (int i = 0; i < n;) {
         void *batch;
-        ck_assert_msg(loader_next(l, &batch) == LT_OK, "%s", lt_last_error());
+        check_ok(loader_next(l, &batch));
         if (!batch)
             out[i++] = -1;
         for (int k = 0; batch && k < ((seen *)batch)->count && i < n; k++)
@@ -296,15 +296,9 @@ START_TEST(bad_options)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("loader");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
     tcase_set_timeout(c, 120);
-    suite_add_tcase(s, c);
     tcase_add_test(c, threads_do_not_matter);
     tcase_add_test(c, an_epoch_is_a_permutation);
     tcase_add_test(c, evaluation_goes_in_order);
@@ -315,8 +309,9 @@ int main(void)
     tcase_add_test(c, too_many_torn_samples);
     tcase_add_test(c, closes_at_any_time);
     tcase_add_test(c, bad_options);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("loader", add_tests);
 }

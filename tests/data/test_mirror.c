@@ -2,8 +2,8 @@
 /* Samples in the mirror: what is projected there is the picture of before, turned over. */
 #include "data/mirror.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <string.h>
 
@@ -137,21 +137,15 @@ START_TEST(twice_is_nothing)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("mirror");
-    TCase *c = tcase_create("mirror");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(c, projects_to_the_mirrored_pixels);
     tcase_add_test(c, turns_rotations_as_axis_angles);
     tcase_add_test(c, silhouette_turns_over);
     tcase_add_test(c, twice_is_nothing);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("mirror", add_tests);
 }

@@ -4,8 +4,8 @@
  */
 #include "data/synth/objects.h"
 #include "data/ycb.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,7 +29,7 @@ static void make(int id)
 {
     object = ycb_find(id);
     ck_assert_ptr_nonnull(object);
-    ck_assert_msg(synth_object_new(arena, id, &mesh) == LT_OK, "%s", lt_last_error());
+    check_ok(synth_object_new(arena, id, &mesh));
 }
 
 START_TEST(table)
@@ -207,13 +207,8 @@ START_TEST(bad_id)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    Suite *s = suite_create("objects");
-    TCase *t = tcase_create("all");
-    SRunner *r;
-    int failed;
-
     tcase_add_checked_fixture(t, setup, teardown);
     tcase_set_timeout(t, 0);
     tcase_add_loop_test(t, table, 1, YCB_COUNT + 1);
@@ -226,10 +221,9 @@ int main(void)
     tcase_add_loop_test(t, same_again, 1, YCB_COUNT + 1);
     tcase_add_loop_test(t, points, 1, YCB_COUNT + 1);
     tcase_add_test(t, bad_id);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? 1 : 0;
+}
+
+int main(void)
+{
+    return run_suite("objects", add_tests);
 }

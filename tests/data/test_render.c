@@ -4,10 +4,9 @@
 #include "data/synth/render.h"
 #include "data/synth/room.h"
 #include "libtensor/base/parallel.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { W = 160, H = 120, N = W * H };
@@ -744,6 +743,8 @@ END_TEST
 
 static void add_tests(TCase *t)
 {
+    tcase_add_checked_fixture(t, setup, teardown);
+    tcase_set_timeout(t, 0);
     tcase_add_test(t, plane_depth);
     tcase_add_test(t, sphere_depth);
     tcase_add_test(t, moved_camera);
@@ -775,17 +776,5 @@ static void add_tests(TCase *t)
 
 int main(void)
 {
-    Suite *s = suite_create("render");
-    TCase *t = tcase_create("render");
-    SRunner *r = srunner_create(s);
-    int failed;
-
-    tcase_add_checked_fixture(t, setup, teardown);
-    tcase_set_timeout(t, 0);
-    add_tests(t);
-    suite_add_tcase(s, t);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+    return run_suite("render", add_tests);
 }

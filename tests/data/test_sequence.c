@@ -8,8 +8,8 @@
 #include "data/synth/view.h"
 #include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <string.h>
 
@@ -19,11 +19,6 @@ static synth_subject subject;
 static lt_mesh object;
 static synth_grasp grasp;
 
-static void ok(lt_status st)
-{
-    ck_assert_msg(st == LT_OK, "%s", lt_last_error());
-}
-
 /* A hand beside a mustard bottle, bent as if it held it: contact is not what is tested here. */
 static void setup(void)
 {
@@ -31,8 +26,8 @@ static void setup(void)
     double R[9], at[3] = { 0.0, 0.14, 0.0 }, J0[3];
 
     arena = lt_arena_new();
-    ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
-    ok(synth_object_new(arena, 5, &object));
+    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
+    check_ok(synth_object_new(arena, 5, &object));
     synth_subject_draw(hand, 1, 0, &subject);
     memcpy(J0, subject.rest_wrist, sizeof(J0));
     memset(&grasp, 0, sizeof(grasp));
@@ -57,7 +52,7 @@ static synth_sequence make(uint64_t stream, int min_moments)
     synth_sequence s;
 
     memcpy(spec.rest_wrist, subject.rest_wrist, sizeof(spec.rest_wrist));
-    ok(synth_sequence_new(arena, &spec, &s));
+    check_ok(synth_sequence_new(arena, &spec, &s));
     return s;
 }
 
@@ -105,7 +100,7 @@ START_TEST(rounds_follow_each_other)
     const synth_sequence part[2] = { make(3, 48), make(4, 60) };
     synth_sequence all;
 
-    ok(synth_sequence_join(arena, part, 2, &all));
+    check_ok(synth_sequence_join(arena, part, 2, &all));
     ck_assert_int_eq(all.n, part[0].n + part[1].n);
     ck_assert_int_eq(all.held, part[0].held);
     for (int t = 0; t < all.n; t++) {
@@ -231,7 +226,7 @@ START_TEST(casts)
 
     for (int p = 0; p < (int)LT_COUNT(frames); p++) {
         int all = 0;
-        ok(synth_cast_plan((synth_preset)p, 0, &c));
+        check_ok(synth_cast_plan((synth_preset)p, 0, &c));
         ck_assert_int_eq(c.n_takes * c.n_cameras, sequences[p]);
         for (int i = 0; i < c.n_takes; i++) {
             ck_assert_int_eq(c.take[i].rounds, rounds[p]);
@@ -245,13 +240,13 @@ START_TEST(casts)
     }
     ck_assert_int_eq(c.n_subjects, 10);
     ck_assert_int_eq(c.n_objects, 10);
-    ok(synth_cast_plan(SYNTH_PRETRAIN, 0, &c));
+    check_ok(synth_cast_plan(SYNTH_PRETRAIN, 0, &c));
     for (int i = 0; i < 240; i++)
         ck_assert_int_eq(c.take[i].subject, i);             /* a hand of its own to each sequence */
-    ok(synth_cast_plan(SYNTH_TINY, 14, &c));
+    check_ok(synth_cast_plan(SYNTH_TINY, 14, &c));
     ck_assert_int_eq(c.take[0].frames, 3);
     ck_assert_int_eq(c.take[5].frames, 2);
-    ok(synth_cast_plan(SYNTH_SMALL, 96, &c));
+    check_ok(synth_cast_plan(SYNTH_SMALL, 96, &c));
     ck_assert_int_eq(c.take[0].rounds, 2);                  /* no more than frames */
     ck_assert_int_eq(synth_cast_plan(SYNTH_TINY, 5, &c), LT_EINVAL);
     ck_assert_str_eq(lt_last_error(), "5 frames: preset tiny has 6 sequences, and each needs 1 to 199 frames");
@@ -262,23 +257,17 @@ START_TEST(presets)
 {
     synth_preset p;
 
-    ok(synth_parse_preset("small", &p));
+    check_ok(synth_parse_preset("small", &p));
     ck_assert_int_eq(p, SYNTH_SMALL);
     ck_assert_int_eq(synth_parse_preset("huge", &p), LT_EINVAL);
     ck_assert_str_eq(lt_last_error(), "no preset \"huge\": tiny, small, demo, pretrain or default");
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("sequence");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
     tcase_add_unchecked_fixture(c, setup, teardown);
     tcase_set_timeout(c, 120);
-    suite_add_tcase(s, c);
     tcase_add_loop_test(c, motion_keeps_its_limits, 0, 2);
     tcase_add_test(c, motion_is_as_long_as_asked);
     tcase_add_test(c, rounds_follow_each_other);
@@ -288,8 +277,9 @@ int main(void)
     tcase_add_test(c, way_is_cleared);
     tcase_add_test(c, casts);
     tcase_add_test(c, presets);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("sequence", add_tests);
 }

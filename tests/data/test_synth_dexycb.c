@@ -8,8 +8,8 @@
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,11 +26,6 @@ static void teardown(void)
     lt_arena_free(arena);
 }
 
-static void ok(lt_status st)
-{
-    ck_assert_msg(st == LT_OK, "%s", lt_last_error());
-}
-
 /* Five trials of each object, the fifth for evaluation as s0 has it; half of the hands left; 2 to 4 things beside. */
 START_TEST(takes_are_counted_as_dexycb_counts)
 {
@@ -38,7 +33,7 @@ START_TEST(takes_are_counted_as_dexycb_counts)
     synth_cast *c = lt_arena_alloc(arena, sizeof(*c));
     int left = 0;
 
-    ok(synth_cast_plan_dexycb((synth_preset)_i, 0, 7, c));
+    check_ok(synth_cast_plan_dexycb((synth_preset)_i, 0, 7, c));
     for (int i = 0; i < c->n_takes; i++) {
         const synth_take *t = &c->take[i];
         const int per_subject = c->n_takes / c->n_subjects, sequence = i % per_subject;
@@ -64,7 +59,7 @@ START_TEST(default_is_dexycb_sized)
 {
     synth_cast *c = lt_arena_alloc(arena, sizeof(*c));
 
-    ok(synth_cast_plan_dexycb(SYNTH_DEFAULT, 0, 1, c));
+    check_ok(synth_cast_plan_dexycb(SYNTH_DEFAULT, 0, 1, c));
     ck_assert_int_eq(c->n_takes, 1000);
     ck_assert_int_eq(c->n_cameras, 8);
     for (int i = 0; i < c->n_takes; i++)
@@ -111,7 +106,7 @@ START_TEST(things_on_the_table)
     synth_ball ball[12] = { { { 0, 0, 0.1 }, 0.12 }, { { 0.1, -0.2, 0.2 }, 0.2 } };
     lt_rng rng = lt_rng_make(1, 2);
 
-    ok(synth_prop_new(arena, 9, false, &prop));
+    check_ok(synth_prop_new(arena, 9, false, &prop));
     for (int n = 2; n < 8; n++) {
         synth_settled at;
         double lowest = INFINITY;
@@ -142,16 +137,16 @@ START_TEST(left_hands_hold)
     double R[16 * 9], trans[3], v[LT_HAND_VERTICES][3], j[16][3];
     int touching = 0;
 
-    ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &right));
+    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &right));
     left = lt_arena_alloc(arena, sizeof(*left));
     synth_hand_mirror(right, left);
-    ok(synth_prop_new(arena, 14, false, &mug));
-    ok(synth_prop_mirror(arena, &mug, &mirrored));
+    check_ok(synth_prop_new(arena, 14, false, &mug));
+    check_ok(synth_prop_mirror(arena, &mug, &mirrored));
     ck_assert(mirrored.mirrored && !mug.mirrored);
     ck_assert_float_eq_tol((float)mirrored.box.lo[0], -(float)mug.box.hi[0], 1e-7f);
-    ok(synth_grasp_ctx_new(arena, 14, &mirrored.mesh, &mirrored.sdf, right, NULL, &ctx));
+    check_ok(synth_grasp_ctx_new(arena, 14, &mirrored.mesh, &mirrored.sdf, right, NULL, &ctx));
     synth_grasp_ctx_mirror(ctx);
-    ok(synth_grasp_sample(ctx, 9, NULL, &g));
+    check_ok(synth_grasp_sample(ctx, 9, NULL, &g));
     for (int i = 0; i < 16; i++) {
         double aa[3] = { g.pose[3 * i], g.pose[3 * i + 1], g.pose[3 * i + 2] };
         lt_mirror_axis_angle(aa);
@@ -168,23 +163,18 @@ START_TEST(left_hands_hold)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("synth_dexycb");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
     tcase_add_checked_fixture(c, setup, teardown);
     tcase_set_timeout(c, 0);
-    suite_add_tcase(s, c);
     tcase_add_loop_test(c, takes_are_counted_as_dexycb_counts, SYNTH_TINY, SYNTH_DEFAULT + 1);
     tcase_add_test(c, default_is_dexycb_sized);
     tcase_add_test(c, ring);
     tcase_add_test(c, things_on_the_table);
     tcase_add_test(c, left_hands_hold);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("synth_dexycb", add_tests);
 }

@@ -7,8 +7,8 @@
 #include "libtensor/io/atomic_file.h"
 #include "tests/eval/lcg.h"
 #include "tests/eval/vsd_vectors.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -233,23 +233,17 @@ START_TEST(too_many_symmetries)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("bop");
-    Suite *s = suite_create("bop");
-    SRunner *r;
-    int failed;
-
     tcase_add_loop_test(t, like_numpy, 0, 4);
     tcase_add_test(t, same_and_nothing);
     tcase_add_test(t, symmetries);
     tcase_add_test(t, info_of_models);
     tcase_add_loop_test(t, damaged_info, 0, (int)LT_COUNT(damaged));
     tcase_add_test(t, too_many_symmetries);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("bop", add_tests);
 }

@@ -3,25 +3,21 @@
 #include "eval/breakdown.h"
 
 #include "libtensor/io/file.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 static double truth[3 * LT_HAND_KEYPOINTS];
 static lt_arena *arena;
-static char folder[] = "test_breakdown.XXXXXX";
 
 static const char *read_back(const char *name)
 {
-    const char *path = lt_path_join(arena, folder, name);
     uint8_t *bytes;
     size_t n;
 
-    ck_assert_msg(!lt_read_file(arena, path, LT_FILE_MAX, &bytes, &n), "%s", lt_last_error());
-    unlink(path);
+    check_ok(lt_read_file(arena, in_folder(name), LT_FILE_MAX, &bytes, &n));
     return (const char *)bytes;
 }
 
@@ -48,7 +44,7 @@ static void add(eval_breakdown *b, const char *name, const char *object, double 
 static void start(void)
 {
     arena = lt_arena_new();
-    ck_assert(mkdtemp(folder));
+    make_scratch_folder();
     for (int i = 0; i < 3 * LT_HAND_KEYPOINTS; i++)
         truth[i] = 0.1 * sin(1.7 * i) + 0.5;
 }
@@ -56,7 +52,7 @@ static void start(void)
 static void stop(void)
 {
     lt_arena_free(arena);
-    rmdir(folder);
+    remove_scratch_folder();
 }
 
 /* Wrist on wrist only the tip errs, by 12 mm: a 21st of it in the mean. */
@@ -69,7 +65,7 @@ START_TEST(groups)
     add(b, "A/0002", "003_cracker_box", 0.02, 0.03);
     add(b, "B/0001", "025_mug", 0, INFINITY);
     add(b, "A/0003", NULL, 0, 0);
-    ck_assert_int_eq(eval_breakdown_write(b, folder), LT_OK);
+    ck_assert_int_eq(eval_breakdown_write(b, scratch_folder), LT_OK);
     text = read_back("per-joint.csv");
     has(text, "joint,pa_mpjpe_mm,mpjpe_mm\nwrist,");
     has(text, ",0\nthumb CMC,");
@@ -92,7 +88,7 @@ START_TEST(failures)
     const eval_breakdown_sample s = { .name = "0001", .joints = joints, .truth = truth };
 
     ck_assert_int_eq(eval_breakdown_add(b, &s), LT_OK);
-    ck_assert_int_eq(eval_breakdown_write(b, folder), LT_OK);
+    ck_assert_int_eq(eval_breakdown_write(b, scratch_folder), LT_OK);
     has(read_back("per-joint.csv"), "wrist,,\n");
     ck_assert_str_eq(read_back("per-object.csv"), "object,pa_mpjpe_mm,mpjpe_mm,add_mm,add01_percent,samples\n");
     has(read_back("per-sequence.csv"), "\n0001,,,,,1\n");
@@ -100,20 +96,14 @@ START_TEST(failures)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("breakdown");
-    Suite *s = suite_create("breakdown");
-    SRunner *r;
-    int failed;
-
     tcase_add_checked_fixture(t, start, stop);
     tcase_add_test(t, groups);
     tcase_add_test(t, failures);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("breakdown", add_tests);
 }

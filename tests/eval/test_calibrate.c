@@ -5,8 +5,8 @@
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/ops/ops.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -153,20 +153,14 @@ START_TEST(walk_that_fails)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("calibrate");
-    TCase *c = tcase_create("all");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(c, ranges);
     tcase_add_test(c, printed);
     tcase_add_test(c, walk_that_fails);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("calibrate", add_tests);
 }

@@ -3,9 +3,9 @@
 #include "eval/claims.h"
 #include "libtensor/io/file.h"
 #include "models/model.h"
+#include "tests/suite.h"
 
 #include <cjson/cJSON.h>
-#include <check.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -215,23 +215,17 @@ START_TEST(claims_name_variants)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("claims");
-    Suite *s = suite_create("claims");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, pairs);
     tcase_add_test(t, ties_and_failures);
     tcase_add_test(t, higher_is_ahead);
     tcase_add_test(t, printed);
     tcase_add_test(t, bad_input);
     tcase_add_test(t, claims_name_variants);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("claims", add_tests);
 }

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* CSV files of errors. */
 #include "eval/csv.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -54,20 +53,14 @@ START_TEST(no_folder)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("csv");
-    Suite *s = suite_create("csv");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, csv);
     tcase_add_test(t, fields_of_a_line);
     tcase_add_test(t, no_folder);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("csv", add_tests);
 }

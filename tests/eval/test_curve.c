@@ -3,10 +3,9 @@
 #include "eval/curve.h"
 
 #include "libtensor/base/arena.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 
 #define TOL 1e-6
 
@@ -127,23 +126,17 @@ START_TEST(no_memory)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("curve");
-    Suite *s = suite_create("curve");
-    SRunner *r;
-    int failed;
-
     tcase_add_loop_test(t, pck_values, 0, 3);
     tcase_add_test(t, median_of_points);
     tcase_add_test(t, pck_extremes);
     tcase_add_test(t, means_and_shares);
     tcase_add_loop_test(t, ycb_area, 0, 7);
     tcase_add_test(t, no_memory);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("curve", add_tests);
 }

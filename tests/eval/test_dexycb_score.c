@@ -7,8 +7,8 @@
 #include "libtensor/geometry/hand_model.h"
 #include "tests/eval/dexycb_vectors.h"
 #include "tests/eval/predictions.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -110,21 +110,15 @@ START_TEST(result_line)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("dexycb_score");
-    Suite *s = suite_create("dexycb_score");
-    SRunner *r;
-    int failed;
-
     tcase_add_loop_test(t, like_numpy, 0, 5);
     tcase_add_test(t, threads_and_calls);
     tcase_add_test(t, failures_and_nothing);
     tcase_add_test(t, result_line);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("dexycb_score", add_tests);
 }

@@ -3,8 +3,8 @@
 #include "eval/estimator.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -151,20 +151,15 @@ START_TEST(pixels)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("estimator");
-    TCase *c = tcase_create("all");
-    SRunner *run = srunner_create(s);
-    int failed;
-
-    suite_add_tcase(s, c);
     tcase_add_checked_fixture(c, setup, teardown);
     tcase_add_loop_test(c, every_cell_counts, 0, 2);
     tcase_add_test(c, not_a_number);
     tcase_add_test(c, pixels);
-    srunner_run_all(run, CK_ENV);
-    failed = srunner_ntests_failed(run);
-    srunner_free(run);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("estimator", add_tests);
 }

@@ -9,7 +9,7 @@
 #include "libtensor/io/onnx.h"
 #include "libtensor/io/safetensors.h"
 #include "libtensor/ops/ops.h"
-#include "tests/io/hostile.h"
+#include "tests/suite.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -361,8 +361,10 @@ START_TEST(weights_are_written_bit_by_bit)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, every_model_is_what_its_file_is);
     tcase_add_test(tc, every_op_has_an_onnx_form);
     tcase_add_test(tc, every_op_is_in_the_table);
@@ -376,5 +378,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("export", add);
+    return run_suite("export", add_tests);
 }

@@ -4,13 +4,12 @@
 #include "data/ho3d_points.h"
 #include "eval/ho3d_files.h"
 #include "eval/ho3d_submission.h"
-#include "tests/io/hostile.h"
 
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/hand_model.h"
 #include "libtensor/io/number.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <string.h>
 
@@ -269,8 +268,10 @@ START_TEST(stopping)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_checked_fixture(tc, setup, teardown);
     tcase_add_test(tc, scores_of_json_and_zip);
     tcase_add_test(tc, other_lengths);
@@ -284,5 +285,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("ho3d_files", add);
+    return run_suite("ho3d_files", add_tests);
 }

@@ -6,8 +6,8 @@
 #include "libtensor/base/parallel.h"
 #include "tests/eval/ho3d_vectors.h"
 #include "tests/eval/predictions.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -200,13 +200,8 @@ START_TEST(no_memory)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("ho3d_score");
-    Suite *s = suite_create("ho3d_score");
-    SRunner *r;
-    int failed;
-
     tcase_add_loop_test(t, like_the_official_script, 0, 5);
     tcase_add_test(t, perfect_predictions);
     tcase_add_test(t, threads_and_calls);
@@ -215,10 +210,9 @@ int main(void)
     tcase_add_test(t, score_file);
     tcase_add_test(t, from_our_axes_and_order);
     tcase_add_test(t, no_memory);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("ho3d_score", add_tests);
 }

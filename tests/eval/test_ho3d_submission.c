@@ -3,8 +3,8 @@
 #include "eval/ho3d_submission.h"
 
 #include "libtensor/geometry/hand_model.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <cjson/cJSON.h>
 #include <dirent.h>
 #include <math.h>
@@ -169,23 +169,17 @@ START_TEST(given_up)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("ho3d_submission");
-    Suite *s = suite_create("ho3d_submission");
-    SRunner *r;
-    int failed;
-
     tcase_add_checked_fixture(t, setup, teardown);
     tcase_add_test(t, json);
     tcase_add_test(t, zipped);
     tcase_add_test(t, wrong_samples);
     tcase_add_loop_test(t, wrong_count, 0, 2);
     tcase_add_test(t, given_up);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("ho3d_submission", add_tests);
 }

@@ -5,10 +5,9 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define TOL 1e-6
@@ -262,13 +261,8 @@ START_TEST(no_memory)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("metrics");
-    Suite *s = suite_create("metrics");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, plain_and_root_relative);
     tcase_add_loop_test(t, procrustes_of_both_kinds, 0, 2);
     tcase_add_test(t, mirror_images);
@@ -283,10 +277,9 @@ int main(void)
     tcase_add_loop_test(t, not_numbers_are_failures, 0, 2);
     tcase_add_test(t, medians);
     tcase_add_test(t, no_memory);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("metrics", add_tests);
 }

@@ -8,10 +8,9 @@
 #include "libtensor/geometry/rotation.h"
 #include "tests/eval/lcg.h"
 #include "tests/eval/object_vectors.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #define TOL 1e-6
@@ -242,13 +241,8 @@ START_TEST(all_at_once)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("object_pose");
-    Suite *s = suite_create("object_pose");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, half_turn_and_a_shift);
     tcase_add_test(t, small_turn_and_a_shift);
     tcase_add_test(t, directions);
@@ -258,10 +252,9 @@ int main(void)
     tcase_add_test(t, equal_poses);
     tcase_add_loop_test(t, not_numbers_are_failures, 0, 4);
     tcase_add_test(t, all_at_once);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("object_pose", add_tests);
 }

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From photographs to files: names, defaults, JSON, meshes, mirrored hands, and inputs that are none. */
-#define _GNU_SOURCE                     /* nftw */
 #include <config.h>
 #include "eval/predict_internal.h"
 
@@ -13,8 +12,8 @@
 #include "libtensor/io/ply.h"
 #include "tests/eval/tiny_model.h"
 #include "tests/io/avi.h"
+#include "tests/suite.h"
 
-#include <ftw.h>
 #include <math.h>
 #include <stdlib.h>
 #include <unistd.h>
@@ -23,17 +22,11 @@ enum { WIDTH = 100, HEIGHT = 80 };
 
 static tiny_model tiny;
 static lt_arena *arena;
-static char folder[] = "test_predict.XXXXXX";
 static char *said;                      /* messages of the last run */
 
 static const char *in(const char *name)
 {
-    return lt_path_join(arena, folder, name);
-}
-
-static bool exists(const char *name)
-{
-    return access(in(name), F_OK) == 0;
+    return lt_path_join(arena, scratch_folder, name);
 }
 
 /* A picture without symmetry. */
@@ -87,7 +80,7 @@ static cJSON *numbers(const char *name)
 {
     cJSON *root;
 
-    ck_assert_msg(!lt_json_read(in(name), &root), "%s", lt_last_error());
+    check_ok(lt_json_read(in(name), &root));
     return root;
 }
 
@@ -126,7 +119,7 @@ static void check_files(const char *name, const cJSON *root)
                                  &mesh, NULL), LT_OK);
     ck_assert_int_eq(mesh.n_vertices, LT_HAND_VERTICES);
     ck_assert_int_eq(mesh.n_faces, LT_HAND_FACES);
-    ck_assert_int_eq(exists(lt_arena_printf(arena, "out/%s.object.obj", name)),
+    ck_assert_int_eq(exists(in(lt_arena_printf(arena, "out/%s.object.obj", name))),
                      cJSON_IsTrue(get(root, "object.found")));
 }
 
@@ -179,7 +172,7 @@ START_TEST(no_old_object_stays)       /* beside a prediction that knows of none 
     ck_assert_int_eq(predict((predict_options){ .object = "mug" }, 1, input, NULL), LT_OK);
     ck_assert_int_eq(lt_write_file(in("out/a.object.obj"), "", 0), LT_OK);
     ck_assert_int_eq(predict((predict_options){ 0 }, 1, input, NULL), LT_OK);
-    ck_assert(!exists("out/a.object.obj"));
+    ck_assert(!exists(in("out/a.object.obj")));
 }
 END_TEST
 
@@ -209,8 +202,8 @@ START_TEST(formats)
     ck_assert_mem_eq(bytes, "glTF", 4);
     root = numbers("out/a.json");
     ck_assert_str_eq(text(root, "hand.vertices_file"), "a.glb");
-    ck_assert_int_eq(exists("out/a.object.obj"), cJSON_IsTrue(get(root, "object.found")));
-    ck_assert_int_eq(exists("out/a.object.ply"), cJSON_IsTrue(get(root, "object.found")));
+    ck_assert_int_eq(exists(in("out/a.object.obj")), cJSON_IsTrue(get(root, "object.found")));
+    ck_assert_int_eq(exists(in("out/a.object.ply")), cJSON_IsTrue(get(root, "object.found")));
     cJSON_Delete(root);
 }
 END_TEST
@@ -260,10 +253,10 @@ START_TEST(folders)
     ck_assert(strstr(lt_last_error(), "4 of 8"));
     ck_assert_int_eq(sum.written, 4);
     ck_assert_int_eq(sum.skipped, 4);
-    ck_assert(exists("out/a b \xc3\xbc.json") && exists("out/b.json"));
-    ck_assert(exists("out/b-2.json") && exists("out/b-3.json"));
-    ck_assert(!exists("out/bad.json") && !exists("out/bad.hand.obj") && !exists("out/.hidden.json"));
-    ck_assert(!exists("out/b.overlay.json"));
+    ck_assert(exists(in("out/a b \xc3\xbc.json")) && exists(in("out/b.json")));
+    ck_assert(exists(in("out/b-2.json")) && exists(in("out/b-3.json")));
+    ck_assert(!exists(in("out/bad.json")) && !exists(in("out/bad.hand.obj")) && !exists(in("out/.hidden.json")));
+    ck_assert(!exists(in("out/b.overlay.json")));
     ck_assert(strstr(said, "bad.jpg") && strstr(said, "c.png") && strstr(said, "missing.png"));
     ck_assert(strstr(said, "empty: no images"));
 }
@@ -284,7 +277,7 @@ START_TEST(stopped)
     write_png("b.png", false);
     ck_assert_int_eq(predict((predict_options){ .stop = at_once }, 2, inputs, &sum), LT_ESTOPPED);
     ck_assert_int_eq(sum.written, 1);
-    ck_assert(exists("out/a.json") && exists("out/a.overlay.png") && !exists("out/b.json"));
+    ck_assert(exists(in("out/a.json")) && exists(in("out/a.overlay.png")) && !exists(in("out/b.json")));
 }
 END_TEST
 
@@ -303,7 +296,7 @@ START_TEST(wrong)
     ck_assert_int_eq(predict((predict_options){ .object = "cracker_box", .models = in("nowhere") }, 1, input,
                      NULL), LT_EIO);
     ck_assert_int_eq(predict((predict_options){ .left = false }, 0, input, NULL), LT_EINVAL);
-    ck_assert(!exists("out/one.json"));
+    ck_assert(!exists(in("out/one.json")));
 }
 END_TEST
 
@@ -315,7 +308,7 @@ START_TEST(not_finite)
     write_png("one.png", false);
     lt_params_first(tiny.params)->data[0] = NAN;
     ck_assert_int_eq(predict((predict_options){ .left = false }, 1, input, NULL), LT_ENUMERIC);
-    ck_assert(!exists("out/one.json"));
+    ck_assert(!exists(in("out/one.json")));
 }
 END_TEST
 
@@ -523,19 +516,11 @@ START_TEST(depth_is_wrong)
 }
 END_TEST
 
-static int remove_one(const char *path, const struct stat *s, int kind, struct FTW *f)
-{
-    (void)s;
-    (void)kind;
-    (void)f;
-    return remove(path);
-}
-
 static void start(void)
 {
     setenv("PALMAR_MODULES", MODULES, 1);
     arena = lt_arena_new();
-    ck_assert(mkdtemp(folder));
+    make_scratch_folder();
     tiny_model_init(&tiny);
 }
 
@@ -544,7 +529,7 @@ static void stop(void)
     tiny_model_fini(&tiny);
     free(said);
     lt_arena_free(arena);
-    nftw(folder, remove_one, 8, FTW_DEPTH | FTW_PHYS);
+    remove_scratch_folder();
 }
 
 /* ---- where the hand is --------------------------------------------------------------------------------- */
@@ -792,7 +777,7 @@ START_TEST(film_file)
     ck_assert_str_eq(text(root, "image") + strlen(input[0]), "#3");
     check_files("clip-000003", root);
     cJSON_Delete(root);
-    ck_assert(!exists("out/clip-000004.json"));
+    ck_assert(!exists(in("out/clip-000004.json")));
     ck_assert(!strstr(said, "cut off"));
 }
 END_TEST
@@ -829,13 +814,8 @@ START_TEST(film_that_is_none)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("predict");
-    Suite *s = suite_create("predict");
-    SRunner *r;
-    int failed;
-
     tcase_add_checked_fixture(t, start, stop);
     tcase_set_timeout(t, 120);
     tcase_add_test(t, one_image);
@@ -863,10 +843,9 @@ int main(void)
     tcase_add_test(t, film_cut_off);
 #endif
     tcase_add_test(t, film_that_is_none);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("predict", add_tests);
 }

@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Boxes, cameras and object names as people type them. */
 #include "eval/predict.h"
+#include "tests/suite.h"
 
-#include <check.h>
-#include <stdlib.h>
 #include <string.h>
 
 START_TEST(boxes)
@@ -75,21 +74,15 @@ START_TEST(objects)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("predict_args");
-    Suite *s = suite_create("predict_args");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, boxes);
     tcase_add_test(t, cameras);
     tcase_add_test(t, formats);
     tcase_add_test(t, objects);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("predict_args", add_tests);
 }

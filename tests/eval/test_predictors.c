@@ -5,8 +5,8 @@
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -149,22 +149,16 @@ START_TEST(bad_labels)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    TCase *c = tcase_create("predictors");
-    Suite *s = suite_create("predictors");
-    SRunner *r;
-    int failed;
-
     tcase_add_checked_fixture(c, setup, teardown);
     tcase_add_test(c, mean_of_hands);
     tcase_add_test(c, mean_of_objects);
     tcase_add_test(c, zeros);
     tcase_add_test(c, bad_labels);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("predictors", add_tests);
 }

@@ -3,7 +3,7 @@
 #include "eval/report.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/io/file.h"
-#include "tests/io/hostile.h"
+#include "tests/suite.h"
 
 #define EVIL "<script>alert(1)</script>\\u0007"
 
@@ -168,8 +168,10 @@ START_TEST(odd_files)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, a_scored_run);
     tcase_add_test(tc, nothing_from_a_file_is_markup);
     tcase_add_test(tc, a_run_that_is_not_scored);
@@ -179,5 +181,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("report", add);
+    return run_suite("report", add_tests);
 }

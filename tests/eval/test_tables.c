@@ -4,8 +4,8 @@
 #include "eval/tables.h"
 
 #include "libtensor/base/arena.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdlib.h>
@@ -247,13 +247,8 @@ START_TEST(no_memory)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    TCase *c = tcase_create("tables");
-    Suite *s = suite_create("tables");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(c, tables_are_whole);
     tcase_add_loop_test(c, averages_agree, 0, 2);
     tcase_add_test(c, finding);
@@ -264,10 +259,9 @@ int main(void)
     tcase_add_test(c, paper_alone);
     tcase_add_test(c, json);
     tcase_add_test(c, no_memory);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("tables", add_tests);
 }

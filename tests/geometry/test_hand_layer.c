@@ -7,9 +7,7 @@
 
 #include "tests/geometry/hand_layer_vectors.h"
 #include "tests/geometry/hashed_hand.h"
-
-#include <check.h>
-#include <stdlib.h>
+#include "tests/suite.h"
 
 enum { V = LT_HAND_VERTICES, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, K = LT_HAND_KEYPOINTS };
 
@@ -361,13 +359,8 @@ START_TEST(bad_tip)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("hand_layer " LT_REAL_FMT);
-    TCase *c = tcase_create("all");
-    SRunner *run;
-    int failed;
-
     tcase_add_checked_fixture(c, make_hand, free_hand);
     tcase_add_test(c, values);
     tcase_add_test(c, plain_formula_agrees);
@@ -384,10 +377,9 @@ int main(void)
     tcase_add_test(c, gradient);
 #endif
     tcase_add_test(c, bad_tip);
-    suite_add_tcase(s, c);
-    run = srunner_create(s);
-    srunner_run_all(run, CK_ENV);
-    failed = srunner_ntests_failed(run);
-    srunner_free(run);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("hand_layer " LT_REAL_FMT, add_tests);
 }

@@ -4,8 +4,8 @@
 #include "libtensor/geometry/kalman.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -279,14 +279,8 @@ START_TEST(uncertainty_lies_along_the_camera)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("kalman");
-    TCase *c = tcase_create("all");
-    SRunner *r = srunner_create(s);
-    int failed;
-
-    suite_add_tcase(s, c);
     tcase_add_test(c, joints_gain);
     tcase_add_test(c, steady_motion_is_followed);
     tcase_add_test(c, jumps_are_gated);
@@ -295,8 +289,9 @@ int main(void)
     tcase_add_test(c, signs_and_symmetries_change_nothing);
     tcase_add_test(c, wild_poses_are_gated);
     tcase_add_test(c, uncertainty_lies_along_the_camera);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("kalman", add_tests);
 }

@@ -4,8 +4,7 @@
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/kd_tree.h"
 #include "libtensor/geometry/mat3.h"
-
-#include <check.h>
+#include "tests/suite.h"
 
 enum { MOST = 1000, QUERIES = 200 };
 
@@ -99,20 +98,15 @@ START_TEST(no_memory)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *s = suite_create("kd_tree");
-    TCase *tc = tcase_create("kd_tree");
-    SRunner *r = srunner_create(s);
-    int failed;
-
     tcase_add_loop_test(tc, nearest_of_scattered_points, 0, 13);
     tcase_add_loop_test(tc, nearest_of_regular_points, 0, 4);
     tcase_add_test(tc, far_and_no_numbers);
     tcase_add_loop_test(tc, no_memory, 1, 3);
-    suite_add_tcase(s, tc);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("kd_tree", add_tests);
 }

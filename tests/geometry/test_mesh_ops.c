@@ -2,9 +2,7 @@
 /* Mesh questions, against brute force and against shapes whose answers are known. */
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/mesh_ops.h"
-
-#include <check.h>
-#include <stdlib.h>
+#include "tests/suite.h"
 
 enum { RINGS = 24, SIDES = 32, TUBE = RINGS * SIDES, SOUP = 500 };
 
@@ -269,15 +267,8 @@ START_TEST(no_memory)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("mesh_ops");
-    TCase *c = tcase_create("all");
-    SRunner *run;
-    int failed;
-
-    make_tube();
-    make_soup();
     tcase_add_test(c, normals_point_outwards);
     tcase_add_test(c, lonely_vertices_have_a_normal);
     tcase_add_test(c, area_of_a_torus);
@@ -288,10 +279,11 @@ int main(void)
     tcase_add_test(c, farthest_points_spread);
     tcase_add_test(c, bad_meshes);
     tcase_add_test(c, no_memory);
-    suite_add_tcase(s, c);
-    run = srunner_create(s);
-    srunner_run_all(run, CK_ENV);
-    failed = srunner_ntests_failed(run);
-    srunner_free(run);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    make_tube();
+    make_soup();
+    return run_suite("mesh_ops", add_tests);
 }

@@ -5,10 +5,9 @@
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/pnp.h"
 #include "libtensor/geometry/rotation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <stdio.h>
-#include <stdlib.h>
 
 enum { REPEATS = 10, MANY = REPEATS * LT_BOX_POINTS };
 
@@ -395,13 +394,8 @@ START_TEST(rubbish)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("pnp");
-    TCase *c = tcase_create("all");
-    SRunner *run;
-    int failed;
-
     tcase_set_timeout(c, 0);
     tcase_add_test(c, exact_poses);
     tcase_add_test(c, outliers);
@@ -416,10 +410,9 @@ int main(void)
     tcase_add_test(c, flat_things_are_in_front);
     tcase_add_test(c, no_memory);
     tcase_add_test(c, rubbish);
-    suite_add_tcase(s, c);
-    run = srunner_create(s);
-    srunner_run_all(run, CK_ENV);
-    failed = srunner_ntests_failed(run);
-    srunner_free(run);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("pnp", add_tests);
 }

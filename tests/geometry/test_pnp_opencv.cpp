@@ -8,10 +8,9 @@
 #include <opencv2/calib3d.hpp>
 
 #include <cstdio>
-#include <cstdlib>
 #include <vector>
 
-#include <check.h>              /* last: its macro fail() would break iostream */
+#include "tests/suite.h"        /* last: Check's macro fail() would break iostream */
 
 namespace {
 
@@ -147,20 +146,14 @@ START_TEST(same_quality_behind_ransac)
 }
 END_TEST
 
-int main()
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("pnp_opencv");
-    TCase *c = tcase_create("all");
-    SRunner *run;
-    int failed;
-
     tcase_set_timeout(c, 0);
     tcase_add_test(c, same_epnp);
     tcase_add_test(c, same_quality_behind_ransac);
-    suite_add_tcase(s, c);
-    run = srunner_create(s);
-    srunner_run_all(run, CK_ENV);
-    failed = srunner_ntests_failed(run);
-    srunner_free(run);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main()
+{
+    return run_suite("pnp_opencv", add_tests);
 }

@@ -3,9 +3,7 @@
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/procrustes.h"
 #include "libtensor/geometry/rotation.h"
-
-#include <check.h>
-#include <stdlib.h>
+#include "tests/suite.h"
 
 enum { N = 5 };
 
@@ -180,13 +178,8 @@ START_TEST(degenerate)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("procrustes");
-    TCase *c = tcase_create("all");
-    SRunner *run;
-    int failed;
-
     tcase_add_test(c, both_on_v5);
     tcase_add_test(c, mirror);
     tcase_add_test(c, zero_prediction);
@@ -194,10 +187,9 @@ int main(void)
     tcase_add_test(c, scale_and_translation);
     tcase_add_test(c, rigid_recovers_motion);
     tcase_add_test(c, degenerate);
-    suite_add_tcase(s, c);
-    run = srunner_create(s);
-    srunner_run_all(run, CK_ENV);
-    failed = srunner_ntests_failed(run);
-    srunner_free(run);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("procrustes", add_tests);
 }

@@ -6,9 +6,7 @@
 #include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/geometry/svd3.h"
-
-#include <check.h>
-#include <stdlib.h>
+#include "tests/suite.h"
 
 static void expect_near(const double *got, const double *want, int n, double tol)
 {
@@ -338,13 +336,8 @@ START_TEST(control_points)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("rotation");
-    TCase *c = tcase_create("all");
-    SRunner *run;
-    int failed;
-
     tcase_add_test(c, rodrigues_vector);
     tcase_add_test(c, axis_angle_round_trip);
     tcase_add_test(c, half_turns);
@@ -359,10 +352,9 @@ int main(void)
     tcase_add_test(c, mirrored_rotation);
     tcase_add_test(c, crops);
     tcase_add_test(c, control_points);
-    suite_add_tcase(s, c);
-    run = srunner_create(s);
-    srunner_run_all(run, CK_ENV);
-    failed = srunner_ntests_failed(run);
-    srunner_free(run);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("rotation", add_tests);
 }

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The translation that puts points where they are seen. */
 #include "libtensor/geometry/translation.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 
 enum { N = 6 };
 
@@ -129,22 +128,16 @@ START_TEST(refused)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    TCase *c = tcase_create("translation");
-    Suite *s = suite_create("translation");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(c, exact);
     tcase_add_test(c, stationary);
     tcase_add_test(c, weights);
     tcase_add_test(c, known_depth);
     tcase_add_test(c, refused);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("translation", add_tests);
 }

@@ -5,10 +5,9 @@
 #include "libtensor/base/rng.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/ops/ops.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { B = 2, C = 16, H = 17, W = 15, O = 24, MOST = B * 40 * H * W };
@@ -260,23 +259,17 @@ START_TEST(nonfinite)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("blocks");
-    Suite *s = suite_create("blocks");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, a_chain);
     tcase_add_test(t, from_an_image);
     tcase_add_test(t, seen_from_outside);
     tcase_add_test(t, too_short);
     tcase_add_test(t, refresh);
     tcase_add_test(t, nonfinite);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("blocks", add_tests);
 }

@@ -3,9 +3,9 @@
 #include "tests/graph/graphs.h"
 
 #include "libtensor/graph/int8.h"
+#include "tests/suite.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 typedef struct { lt_plan *fused, *plain; } both;
 
@@ -286,13 +286,8 @@ START_TEST(dropout_takes_a_relu_over)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *suite = suite_create("fuse");
-    SRunner *runner = srunner_create(suite);
-    TCase *tc = tcase_create("plans");
-    int failed;
-
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, tails_fuse);
     tcase_add_loop_test(tc, activations_fuse, 0, 7);
@@ -305,9 +300,9 @@ int main(void)
     tcase_add_test(tc, products_stay_apart_where_they_must);
     tcase_add_test(tc, what_is_read_twice_does_not_fuse);
     tcase_add_loop_test(tc, dropout_takes_a_relu_over, 0, 2);
-    suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("fuse", add_tests);
 }

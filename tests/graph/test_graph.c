@@ -3,6 +3,7 @@
 #include "tests/graph/graphs.h"
 
 #include "libtensor/optim/optim.h"
+#include "tests/suite.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -605,8 +606,6 @@ int main(void)
 {
     Suite *suite = suite_create("graph");
     TCase *tc = tcase_create("one graph"), *many = tcase_create("many graphs");
-    SRunner *runner = srunner_create(suite);
-    int failed;
 
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, the_first_mistake_is_kept);
@@ -639,8 +638,5 @@ int main(void)
     tcase_add_loop_test(many, sharing_memory_changes_no_bit, 0, 60);
     tcase_add_loop_test(many, every_allocation_may_fail, 0, 2);
     suite_add_tcase(suite, many);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+    return run_tests(suite);
 }

@@ -4,10 +4,9 @@
 #include "libtensor/base/rng.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/ops/ops.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { B = 2, C = 20, H = 13, W = 11, O = 24, FEATURES = 32, OUT = 5 };
@@ -243,22 +242,16 @@ START_TEST(observed_and_compared)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("int8");
-    Suite *s = suite_create("int8");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, layers_of_the_table);
     tcase_add_test(t, near_the_exact_plan);
     tcase_add_test(t, same_bits);
     tcase_add_test(t, refresh);
     tcase_add_test(t, observed_and_compared);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("int8", add_tests);
 }

@@ -4,9 +4,9 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan_internal.h"
 #include "tests/graph/graphs.h"
+#include "tests/suite.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 enum { BATCH = 6, CHANNELS = 20, SIZE = 21 };
 
@@ -264,13 +264,8 @@ START_TEST(every_allocation_may_fail)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *suite = suite_create("parts");
-    TCase *tc = tcase_create("parts");
-    SRunner *runner = srunner_create(suite);
-    int failed;
-
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_loop_test(tc, parts_are_the_whole, 2, 4);
     tcase_add_test(tc, what_is_shared_stays);
@@ -279,9 +274,9 @@ int main(void)
     tcase_add_test(tc, parts_draw_numbers_of_their_own);
     tcase_add_test(tc, plans_that_have_no_parts);
     tcase_add_test(tc, every_allocation_may_fail);
-    suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("parts", add_tests);
 }

@@ -2,9 +2,8 @@
 /* What is computed once, before the runs, is still there in every run. */
 #include "libtensor/graph/plan.h"
 #include "libtensor/ops/ops.h"
+#include "tests/suite.h"
 
-#include <check.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { N = 64 };
@@ -86,19 +85,13 @@ START_TEST(packed_parameters_may_go)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("prologue");
-    Suite *s = suite_create("prologue");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, constants_last);
     tcase_add_test(t, packed_parameters_may_go);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("prologue", add_tests);
 }

@@ -8,13 +8,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
-
-#include <check.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
+#include "tests/suite.h"
 
 typedef lt_status reader(lt_arena *arena, const uint8_t *bytes, size_t n);
 
@@ -109,68 +103,6 @@ static inline void check_refused(reader *read, const void *bytes, size_t n, cons
 {
     ck_assert(attempt(read, bytes, n) != LT_OK);
     ck_assert_msg(strstr(lt_last_error(), reason), "\"%s\" lacks \"%s\"", lt_last_error(), reason);
-}
-
-#define check_ok(call) \
-    do { \
-        const lt_status check_st = (call); \
-        ck_assert_msg(check_st == LT_OK, "%s: %s", #call, lt_last_error()); \
-    } while (0)
-
-#define check_error(call, status, reason) \
-    do { \
-        ck_assert_int_eq((call), (status)); \
-        ck_assert_msg(strstr(lt_last_error(), (reason)), "\"%s\" lacks \"%s\"", lt_last_error(), (reason)); \
-    } while (0)
-
-/* A folder of this test program's own, and names in it; the folder goes when the program ends. */
-static char scratch_folder[] = "/tmp/palmar-io-XXXXXX";
-
-static inline const char *in_folder(const char *name)
-{
-    static char paths[8][256];
-    static int next;
-    char *path = paths[next++ % 8];
-
-    snprintf(path, sizeof(paths[0]), "%s/%s", scratch_folder, name);
-    return path;
-}
-
-static inline void put_file(const char *path, const void *bytes, size_t n)
-{
-    FILE *f = fopen(path, "wb");
-
-    ck_assert_ptr_nonnull(f);
-    ck_assert_uint_eq(fwrite(bytes, 1, n, f), n);
-    fclose(f);
-}
-
-static inline bool exists(const char *path)
-{
-    struct stat info;
-
-    return stat(path, &info) == 0;
-}
-
-static inline int run_suite(const char *name, void (*add)(TCase *))
-{
-    Suite *suite = suite_create(name);
-    TCase *tc = tcase_create(name);
-    char command[64];
-    SRunner *runner;
-    int failed;
-
-    if (!mkdtemp(scratch_folder))
-        return 1;
-    tcase_set_timeout(tc, 0);
-    add(tc);
-    suite_add_tcase(suite, tc);
-    runner = srunner_create(suite);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    snprintf(command, sizeof(command), "rm -r %s", scratch_folder);
-    return system(command) != 0 || failed != 0;
 }
 
 #endif

@@ -3,7 +3,7 @@
 #include "libtensor/io/body_file.h"
 #include "libtensor/io/hand_file.h"
 #include "libtensor/io/npz.h"
-#include "tests/io/hostile.h"
+#include "tests/suite.h"
 
 #include <math.h>
 
@@ -127,6 +127,8 @@ END_TEST
 
 static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_loop_test(tc, body, 0, 2);
     tcase_add_test(tc, wrong);
     tcase_add_test(tc, left_shape);

@@ -257,8 +257,9 @@ START_TEST(overriding_without_memory_says_so)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
     tcase_add_checked_fixture(tc, setup, teardown);
     tcase_add_test(tc, what_is_missing_is_the_default);
     tcase_add_test(tc, each_type_is_read);
@@ -273,5 +274,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("config", add);
+    return run_suite("config", add_tests);
 }

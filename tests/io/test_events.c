@@ -3,7 +3,7 @@
 #include "libtensor/io/events.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/protobuf.h"
-#include "tests/io/hostile.h"
+#include "tests/suite.h"
 
 #include <dirent.h>
 #include <math.h>
@@ -178,8 +178,10 @@ START_TEST(going_on)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, checksums);
     tcase_add_test(tc, scalars);
     tcase_add_test(tc, going_on);
@@ -187,5 +189,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("events", add);
+    return run_suite("events", add_tests);
 }

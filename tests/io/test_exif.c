@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What cameras write beside the picture, whole, cut, and bent. */
 #include "libtensor/io/exif.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -123,22 +123,16 @@ START_TEST(turn)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *t)
 {
-    TCase *t = tcase_create("exif");
-    Suite *s = suite_create("exif");
-    SRunner *r;
-    int failed;
-
     tcase_add_test(t, values);
     tcase_add_test(t, cut);
     tcase_add_test(t, bent);
     tcase_add_test(t, hostile);
     tcase_add_test(t, turn);
-    suite_add_tcase(s, t);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("exif", add_tests);
 }

@@ -2,11 +2,12 @@
 /* Files: atomic writing, folders, paths, and reading whole ones. */
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "tests/io/hostile.h"
+#include "tests/suite.h"
 
 #include <dirent.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 static int files_in_folder(void)
 {
@@ -248,8 +249,10 @@ START_TEST(only_regular_files)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, old_until_commit);
     tcase_add_test(tc, abort_leaves_nothing);
     tcase_add_test(tc, unlink_all_leaves_nothing);
@@ -266,5 +269,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("file", add);
+    return run_suite("file", add_tests);
 }

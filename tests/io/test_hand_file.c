@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Hand models on disk: both forms read to the same numbers; a wrong array is named. */
+#include "libtensor/base/rng.h"
 #include "libtensor/io/hand_file.h"
 #include "libtensor/io/npz.h"
 #include "libtensor/io/pickle.h"
-#include "tests/io/hostile.h"
+#include "tests/suite.h"
 
 enum { V = LT_HAND_VERTICES, F = LT_HAND_FACES, J = LT_HAND_JOINTS, P = LT_HAND_PCA, KEYS = 8 };
 
@@ -129,8 +130,10 @@ START_TEST(wrong_arrays)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_loop_test(tc, npz_form, 0, 4);
     tcase_add_test(tc, pickle_form);
     tcase_add_test(tc, wrong_arrays);
@@ -138,5 +141,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("hand_file", add);
+    return run_suite("hand_file", add_tests);
 }

@@ -9,6 +9,7 @@
 #include "tests/io/io_vectors.h"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 static lt_status read_image(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
@@ -275,8 +276,10 @@ START_TEST(cannot_be_made)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_loop_test(tc, foreign_png, 0, LT_COUNT(pngs));
     tcase_add_test(tc, foreign_jpeg);
     tcase_add_test(tc, other_formats);
@@ -291,5 +294,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("image", add);
+    return run_suite("image", add_tests);
 }

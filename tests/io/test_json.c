@@ -166,8 +166,10 @@ START_TEST(did_you_mean)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, errors_have_places);
     tcase_add_test(tc, many_values);
     tcase_add_test(tc, damage);
@@ -180,5 +182,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("json", add);
+    return run_suite("json", add_tests);
 }

@@ -3,6 +3,8 @@
 #include "libtensor/io/mesh_io.h"
 #include "tests/io/hostile.h"
 
+#include <unistd.h>
+
 static lt_status read_obj(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     lt_mesh mesh;
@@ -202,8 +204,10 @@ START_TEST(xyz)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, obj);
     tcase_add_test(tc, the_first_texture);
     tcase_add_test(tc, corners_apart);
@@ -215,5 +219,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("mesh_io", add);
+    return run_suite("mesh_io", add_tests);
 }

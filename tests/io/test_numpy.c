@@ -346,8 +346,10 @@ START_TEST(big_zeros)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, elements);
     tcase_add_test(tc, halves);
     tcase_add_test(tc, integers);
@@ -363,5 +365,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("numpy", add);
+    return run_suite("numpy", add_tests);
 }

@@ -674,8 +674,10 @@ START_TEST(without_memory)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_loop_test(tc, every_protocol, 0, LT_COUNT(protocols));
     tcase_add_loop_test(tc, damage, 0, LT_COUNT(protocols));
     tcase_add_test(tc, spec_vectors);
@@ -699,5 +701,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("pickle", add);
+    return run_suite("pickle", add_tests);
 }

@@ -330,6 +330,8 @@ END_TEST
 
 static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_loop_test(tc, every_format, 0, LT_COUNT(files));
     tcase_add_test(tc, refused);
     tcase_add_loop_test(tc, mesh_round_trip, 0, 4);

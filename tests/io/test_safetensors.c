@@ -160,8 +160,10 @@ START_TEST(not_written)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, spec_vector);
     tcase_add_test(tc, round_trip);
     tcase_add_test(tc, lies);
@@ -171,5 +173,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("safetensors", add);
+    return run_suite("safetensors", add_tests);
 }

@@ -402,6 +402,8 @@ END_TEST
 
 static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_loop_test(tc, each_type_and_stride, 0, LT_COUNT(everything));
     tcase_add_test(tc, names_of_folders);
     tcase_add_test(tc, before_0_1_10);

@@ -214,8 +214,9 @@ START_TEST(without_memory)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
     tcase_add_loop_test(tc, tensors_are_named, 0, 4);
     tcase_add_loop_test(tc, a_view_is_a_storage, 0, 2);
     tcase_add_test(tc, nothing_at_all_is_read);
@@ -227,5 +228,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("torch_tar", add);
+    return run_suite("torch_tar", add_tests);
 }

@@ -378,6 +378,8 @@ END_TEST
 
 static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_loop_test(tc, written_and_read, 0, LT_COUNT(kinds));
     tcase_add_loop_test(tc, without_a_folder, 0, WRITERS);
     tcase_add_loop_test(tc, without_a_disk, 0, WRITERS);

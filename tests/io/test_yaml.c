@@ -3,7 +3,6 @@
 #include "libtensor/io/yaml.h"
 #include "tests/io/hostile.h"
 
-#include <check.h>
 #include <string.h>
 
 static lt_arena *arena;
@@ -243,8 +242,10 @@ START_TEST(stands_cuts_and_flips)
 }
 END_TEST
 
-static void add(TCase *tc)
+static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_checked_fixture(tc, setup, teardown);
     tcase_add_test(tc, reads_meta);
     tcase_add_test(tc, reads_extrinsics);
@@ -260,5 +261,5 @@ static void add(TCase *tc)
 
 int main(void)
 {
-    return run_suite("yaml", add);
+    return run_suite("yaml", add_tests);
 }

@@ -5,8 +5,8 @@
 
 #include "libtensor/io/json.h"
 #include "models/model.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <cjson/cJSON.h>
 #include <string.h>
 
@@ -17,9 +17,9 @@ static inline lt_params *model_of(const char *name, const char *text, const lt_h
     const model_class *cls;
     cJSON *config;
 
-    ck_assert_msg(lt_json_parse("test", text, strlen(text), &config) == LT_OK, "%s", lt_last_error());
-    ck_assert_msg(model_find(name, &cls) == LT_OK, "%s", lt_last_error());
-    ck_assert_msg(model_create(cls, "test", config, layer, set, out) == LT_OK, "%s", lt_last_error());
+    check_ok(lt_json_parse("test", text, strlen(text), &config));
+    check_ok(model_find(name, &cls));
+    check_ok(model_create(cls, "test", config, layer, set, out));
     cJSON_Delete(config);
     return set;
 }

@@ -5,6 +5,7 @@
 #include "models/hocat/hocat.h"
 #include "tests/eval/tiny_model.h"
 #include "tests/models/stale.h"
+#include "tests/suite.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -418,8 +419,6 @@ int main(void)
 {
     Suite *suite = suite_create("hocat");
     TCase *sizes = tcase_create("sizes"), *tc = tcase_create("tiny");
-    SRunner *runner = srunner_create(suite);
-    int failed;
 
     tcase_set_timeout(sizes, 0);
     tcase_add_loop_test(sizes, parameter_totals, 0, (int)LT_COUNT(variants));
@@ -438,8 +437,5 @@ int main(void)
     tcase_add_test(tc, recomputing_changes_no_bit);
     tcase_add_test(tc, the_local_loss_does_not_see_the_wrist);
     suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+    return run_tests(suite);
 }

@@ -6,10 +6,9 @@
 #include "libtensor/graph/plan.h"
 #include "tests/geometry/hashed_hand.h"
 #include "tests/models/model_of.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 
 enum { BATCH = 2 };
 
@@ -145,18 +144,13 @@ START_TEST(every_block)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *s = suite_create("hocat_gradient");
-    TCase *tc = tcase_create("double");
-    SRunner *runner = srunner_create(s);
-    int failed;
-
     tcase_set_timeout(tc, 600);
     tcase_add_loop_test(tc, every_block, 0, (int)LT_COUNT(models));
-    suite_add_tcase(s, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("hocat_gradient", add_tests);
 }

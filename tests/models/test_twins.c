@@ -4,8 +4,8 @@
 #include "libtensor/io/npz.h"
 #include "tests/geometry/hashed_hand.h"
 #include "tests/models/model_of.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -89,7 +89,7 @@ static void read_vectors(const char *name)
     const char *srcdir = getenv("srcdir");
     const char *path = lt_arena_printf(arena, "%s/tests/vectors/models/%s.npz", srcdir ? srcdir : "..", name);
 
-    ck_assert_msg(lt_npz_read(arena, path, &npz) == LT_OK, "%s", lt_last_error());
+    check_ok(lt_npz_read(arena, path, &npz));
 }
 
 static void open_twin(int i)
@@ -132,7 +132,7 @@ static const lt_array *vector(const char *name)
 {
     const lt_array *a;
 
-    ck_assert_msg(lt_npz_get(&npz, name, &a) == LT_OK, "%s", lt_last_error());
+    check_ok(lt_npz_get(&npz, name, &a));
     return a;
 }
 
@@ -258,22 +258,16 @@ START_TEST(full_size)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *s = suite_create("twins");
-    TCase *tc = tcase_create("twins");
-    SRunner *runner;
-    int failed;
-
     tcase_set_timeout(tc, 300);
     tcase_add_loop_test(tc, names_and_sizes, 0, (int)LT_COUNT(twins));
     tcase_add_loop_test(tc, inference, 0, (int)LT_COUNT(twins));
     tcase_add_loop_test(tc, training_step, 0, (int)LT_COUNT(twins));
     tcase_add_loop_test(tc, full_size, 0, (int)LT_COUNT(published));
-    suite_add_tcase(s, tc);
-    runner = srunner_create(s);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("twins", add_tests);
 }

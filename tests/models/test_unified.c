@@ -6,6 +6,7 @@
 #include "models/unified/unified.h"
 #include "tests/eval/tiny_model.h"
 #include "tests/models/stale.h"
+#include "tests/suite.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -284,13 +285,8 @@ START_TEST(threads_change_no_bit)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *suite = suite_create("unified");
-    TCase *tc = tcase_create("unified");
-    SRunner *runner = srunner_create(suite);
-    int failed;
-
     tcase_set_timeout(tc, 0);
     tcase_add_loop_test(tc, parameter_totals, 0, (int)LT_COUNT(variants));
     tcase_add_test(tc, multiply_adds);
@@ -300,9 +296,9 @@ int main(void)
     tcase_add_test(tc, offsets_learn_slowly);
     tcase_add_test(tc, fused_and_plain_agree);
     tcase_add_test(tc, threads_change_no_bit);
-    suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("unified", add_tests);
 }

@@ -3,10 +3,9 @@
 #include "libtensor/graph/plan.h"
 #include "libtensor/nn/init.h"
 #include "libtensor/nn/layers.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 static lt_params *set;
@@ -173,13 +172,8 @@ START_TEST(tokens_are_a_maps_positions)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *suite = suite_create("nn");
-    TCase *tc = tcase_create("nn");
-    SRunner *runner = srunner_create(suite);
-    int failed;
-
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, layers_register_what_pytorch_calls_them);
     tcase_add_test(tc, names_are_taken_once);
@@ -189,9 +183,9 @@ int main(void)
     tcase_add_test(tc, draws_do_not_depend_on_order);
     tcase_add_test(tc, tokens_are_a_maps_positions);
     tcase_add_test(tc, squeeze_and_excitation);
-    suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("nn", add_tests);
 }

@@ -3,8 +3,8 @@
 
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/onnx.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -51,7 +51,7 @@ static recorded record(const op_case *c)
         r.out[i] = lt_output(lt_result(out, i), name);
         r.empty |= lt_numel(r.out[i]) == 0;
     }
-    ck_assert_msg(lt_graph_status(r.g) == LT_OK, "%s", lt_last_error());
+    check_ok(lt_graph_status(r.g));
     return r;
 }
 

@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The gradient check is checked: one op with an honest gradient, and copies of it with a planted fault. */
 #include "tests/ops/gradient.h"
-
-#include <check.h>
-#include <stdlib.h>
+#include "tests/suite.h"
 
 /* y = a b */
 static lt_status infer(lt_call *c)
@@ -79,17 +77,12 @@ START_TEST(planted_faults_are_found)
 }
 END_TEST
 
+static void add_tests(TCase *tc)
+{
+    tcase_add_loop_test(tc, planted_faults_are_found, 0, (int)LT_COUNT(backward));
+}
+
 int main(void)
 {
-    Suite *suite = suite_create("gradient check");
-    TCase *tc = tcase_create("gradient check");
-    SRunner *runner = srunner_create(suite);
-    int failed;
-
-    tcase_add_loop_test(tc, planted_faults_are_found, 0, (int)LT_COUNT(backward));
-    suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+    return run_suite("gradient check", add_tests);
 }

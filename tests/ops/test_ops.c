@@ -6,8 +6,8 @@
 #include "libtensor/io/npz.h"
 #include "tests/ops/onnx_way.h"
 #include "tests/ops/op_run.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -166,7 +166,7 @@ START_TEST(values)
     snprintf(path, sizeof(path), "%s/tests/vectors/ops/%s.npz", getenv("srcdir") ? getenv("srcdir") : "..",
              v.s->name);
     if (!v.c->no_vectors) {
-        ck_assert_msg(lt_npz_read(arena, path, &v.npz) == LT_OK, "%s", lt_last_error());
+        check_ok(lt_npz_read(arena, path, &v.npz));
         for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AMX; isa++) {
             lt_kernels k;
 
@@ -301,14 +301,8 @@ static void print_isas(void)
     printf("\n");
 }
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *suite = suite_create("ops");
-    TCase *tc = tcase_create("ops");
-    SRunner *runner = srunner_create(suite);
-    int failed;
-
-    print_isas();
     tcase_set_timeout(tc, 0);
     tcase_add_loop_test(tc, values, 0, n_cases());
     tcase_add_test(tc, wrong_values_are_noticed);
@@ -316,9 +310,10 @@ int main(void)
     tcase_add_loop_test(tc, gradients_one_at_a_time, 0, n_cases());
     tcase_add_loop_test(tc, through_onnx, 0, n_cases());
     tcase_add_loop_test(tc, bad_input, 0, n_bad_cases());
-    suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    print_isas();
+    return run_suite("ops", add_tests);
 }

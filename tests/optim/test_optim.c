@@ -4,10 +4,9 @@
 #include "libtensor/nn/layers.h"
 #include "libtensor/optim/optim.h"
 #include "tests/optim/optim_vectors.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { N = 5, STEPS = 6 };
@@ -273,13 +272,8 @@ START_TEST(statistics_of_a_batch_too_small)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *tc)
 {
-    Suite *suite = suite_create("optim");
-    TCase *tc = tcase_create("optim");
-    SRunner *runner = srunner_create(suite);
-    int failed;
-
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_loop_test(tc, pytorch_agrees, 0, (int)LT_COUNT(kinds));
     tcase_add_test(tc, state_resumes);
@@ -291,9 +285,9 @@ int main(void)
     tcase_add_test(tc, the_norm_tells_of_bad_gradients);
     tcase_add_test(tc, schedules);
     tcase_add_test(tc, running_statistics);
-    suite_add_tcase(suite, tc);
-    srunner_run_all(runner, CK_NORMAL);
-    failed = srunner_ntests_failed(runner);
-    srunner_free(runner);
-    return failed ? EXIT_FAILURE : EXIT_SUCCESS;
+}
+
+int main(void)
+{
+    return run_suite("optim", add_tests);
 }

@@ -3,11 +3,11 @@
  * that read 8-bit integers. */
 #include "data/synth/hand.h"
 #include "libtensor/base/parallel.h"
+#include "tests/suite.h"
 #include "train/checkpoint.h"
 #include "train/config.h"
 #include "train/int8_table.h"
 
-#include <check.h>
 #include <math.h>
 #include <string.h>
 #include <unistd.h>
@@ -144,21 +144,15 @@ START_TEST(damaged_table)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("checkpoint");
-    TCase *c = tcase_create("all");
-    SRunner *r;
-    int failed;
-
     tcase_set_timeout(c, 0);
     tcase_add_loop_test(c, weights_or_their_average, 0, 2);
     tcase_add_test(c, table_in_a_checkpoint);
     tcase_add_loop_test(c, damaged_table, 0, LT_COUNT(damaged));
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("checkpoint", add_tests);
 }

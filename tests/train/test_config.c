@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The configuration of a run: overrides, slips of the pen, and that what is written reads back. */
 #include "libtensor/io/json.h"
+#include "tests/suite.h"
 #include "train/config.h"
 
-#include <check.h>
 #include <cjson/cJSON.h>
 #include <stdlib.h>
 #include <string.h>
@@ -97,22 +97,16 @@ START_TEST(help_names_every_key)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("config");
-    TCase *c = tcase_create("all");
-    SRunner *r;
-    int failed;
-
     tcase_add_checked_fixture(c, setup, teardown);
     tcase_add_test(c, defaults_are_the_papers);
     tcase_add_test(c, overrides);
     tcase_add_test(c, slips);
     tcase_add_test(c, help_names_every_key);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("config", add_tests);
 }

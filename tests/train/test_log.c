@@ -3,37 +3,32 @@
 #define _GNU_SOURCE                     /* memmem */
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
+#include "tests/suite.h"
 #include "train/log.h"
 #include "train/progress.h"
 
-#include <check.h>
 #include <dirent.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static char root[64];
 static lt_arena *arena;
 
 static void setup(void)
 {
-    strcpy(root, "/tmp/test_log_XXXXXX");
-    ck_assert_ptr_nonnull(mkdtemp(root));
+    make_scratch_folder();
     arena = lt_arena_new();
 }
 
 static void teardown(void)
 {
-    char command[128];
-
-    snprintf(command, sizeof(command), "rm -rf %s", root);
-    ck_assert_int_eq(system(command), 0);
+    remove_scratch_folder();
     lt_arena_free(arena);
 }
 
 static void put(const char *name, const char *text)
 {
-    ck_assert_int_eq(lt_write_file(lt_path_join(arena, root, name), text, strlen(text)), LT_OK);
+    put_file(in_folder(name), text, strlen(text));
 }
 
 static const char *get(const char *name)
@@ -41,7 +36,7 @@ static const char *get(const char *name)
     uint8_t *bytes;
     size_t n;
 
-    ck_assert_int_eq(lt_read_file(arena, lt_path_join(arena, root, name), LT_FILE_MAX, &bytes, &n), LT_OK);
+    check_ok(lt_read_file(arena, in_folder(name), LT_FILE_MAX, &bytes, &n));
     return (const char *)bytes;
 }
 
@@ -56,7 +51,7 @@ START_TEST(cut_and_append)
 
     put("log.jsonl", "{\"step\":1,\"x\":1}\n{\"step\":2,\"x\":1}\n{\"step\":3,\"x\":1}\n{\"step\":4,\"x");
     put("metrics.csv", "step,pa\n2,1.5\n4,1.25\n6,1.");
-    ck_assert_int_eq(train_log_open(arena, root, 2, &l), LT_OK);
+    ck_assert_int_eq(train_log_open(arena, scratch_folder, 2, &l), LT_OK);
     train_log_step(&l, &one_step);
     ck_assert_int_eq(train_log_flush(&l), LT_OK);
     train_log_close(&l);
@@ -73,7 +68,7 @@ START_TEST(torn)
     train_log l;
 
     put("log.jsonl", "{\"step\":1}\n{\"step\":2}\n{\"st");
-    ck_assert_int_eq(train_log_open(arena, root, 100, &l), LT_OK);
+    ck_assert_int_eq(train_log_open(arena, scratch_folder, 100, &l), LT_OK);
     train_log_close(&l);
     ck_assert_str_eq(get("log.jsonl"), "{\"step\":1}\n{\"step\":2}\n");
 }
@@ -85,7 +80,7 @@ START_TEST(validation_lines)
                                  .loss = NAN, .part_name = { "a" }, .part = { NAN }, .n_parts = 1 };
     train_log l;
 
-    ck_assert_int_eq(train_log_open(arena, root, 0, &l), LT_OK);
+    ck_assert_int_eq(train_log_open(arena, scratch_folder, 0, &l), LT_OK);
     train_log_validation(&l, &v);
     train_log_validation(&l, &v);
     train_log_close(&l);
@@ -98,7 +93,7 @@ END_TEST
 /* All of a folder's only file, whatever its name */
 static const char *only_file(const char *folder, size_t *n)
 {
-    DIR *d = opendir(lt_path_join(arena, root, folder));
+    DIR *d = opendir(in_folder(folder));
     const char *path = NULL;
     uint8_t *bytes;
 
@@ -106,7 +101,7 @@ static const char *only_file(const char *folder, size_t *n)
     for (struct dirent *e; (e = readdir(d)); )
         if (e->d_name[0] != '.') {
             ck_assert_ptr_null(path);
-            path = lt_arena_printf(arena, "%s/%s/%s", root, folder, e->d_name);
+            path = lt_arena_printf(arena, "%s/%s/%s", scratch_folder, folder, e->d_name);
         }
     closedir(d);
     ck_assert_ptr_nonnull(path);
@@ -125,7 +120,7 @@ START_TEST(curves_for_tensorboard)
     train_log l;
     size_t n;
 
-    ck_assert_int_eq(train_log_open(arena, root, 0, &l), LT_OK);
+    ck_assert_int_eq(train_log_open(arena, scratch_folder, 0, &l), LT_OK);
     train_log_step(&l, &one_step);
     train_log_validation(&l, &v);
     ck_assert_int_eq(train_log_flush(&l), LT_OK);
@@ -173,13 +168,8 @@ START_TEST(plain_progress)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("log");
-    TCase *c = tcase_create("all");
-    SRunner *r;
-    int failed;
-
     tcase_add_checked_fixture(c, setup, teardown);
     tcase_add_test(c, cut_and_append);
     tcase_add_test(c, torn);
@@ -187,10 +177,9 @@ int main(void)
     tcase_add_test(c, curves_for_tensorboard);
     tcase_add_test(c, spikes);
     tcase_add_test(c, plain_progress);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("log", add_tests);
 }

@@ -40,12 +40,12 @@ static void begin(void)
 {
     lt_set_threads(1);
     n_set = 0;
-    with(lt_arena_printf(tree_arena, "data.dir=\"%s\"", tree_root));
+    with(lt_arena_printf(tree_arena, "data.dir=\"%s\"", scratch_folder));
 }
 
 static void run_ok(const train_options *o)
 {
-    tree_ok(train_run(o, NULL));
+    check_ok(train_run(o, NULL));
 }
 
 static void expect(const train_options *o, lt_status want, const char *words)
@@ -63,7 +63,7 @@ static const char *last_of(const char *run)
 
 static void read_back(const char *path, uint8_t **bytes, size_t *n)
 {
-    tree_ok(lt_read_file(tree_arena, tree_at(path), LT_FILE_MAX, bytes, n));
+    check_ok(lt_read_file(tree_arena, tree_at(path), LT_FILE_MAX, bytes, n));
 }
 
 static void same_file(const char *a, const char *b)
@@ -75,11 +75,6 @@ static void same_file(const char *a, const char *b)
     read_back(b, &y, &m);
     ck_assert_uint_eq(n, m);
     ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
-}
-
-static bool there(const char *path)
-{
-    return access(tree_at(path), F_OK) == 0;
 }
 
 static int lines_of(const char *path)
@@ -213,7 +208,7 @@ START_TEST(lost_data)
     o.before_step = hide_pictures;
     o.ctx = &step;
     expect(&o, LT_EIO, "train/SYN1MB10/rgb");
-    ck_assert(there(last_of("broken")));
+    ck_assert(exists(tree_at(last_of("broken"))));
     rename(tree_at("train/SYN1MB10/gone"), tree_at("train/SYN1MB10/rgb"));
     o.before_step = NULL;
     o.config = NULL;
@@ -233,8 +228,8 @@ START_TEST(usr1_saves_and_goes_on)
     o.before_step = raise_signal;
     o.ctx = &at;
     run_ok(&o);
-    ck_assert(there("usr1/checkpoints/step-000002.safetensors"));
-    ck_assert(there("usr1/checkpoints/step-000004.safetensors"));
+    ck_assert(exists(tree_at("usr1/checkpoints/step-000002.safetensors")));
+    ck_assert(exists(tree_at("usr1/checkpoints/step-000004.safetensors")));
 }
 END_TEST
 
@@ -296,7 +291,7 @@ START_TEST(bad_steps_change_nothing)
     o.before_step = spoil;
     o.ctx = &p;
     o.progress = tmpfile();
-    tree_ok(train_run(&o, &r));
+    check_ok(train_run(&o, &r));
     ck_assert_int_eq(r.skipped, 2);
     ck_assert_int_eq(r.step, 7);
     ck_assert(isfinite(r.loss));
@@ -318,8 +313,8 @@ START_TEST(too_many_bad_steps)
     o.ctx = &p;
     o.progress = tmpfile();
     expect(&o, LT_ENUMERIC, "step 6: 3 steps in a row without a finite gradient; the first bad tensor is ");
-    ck_assert(!there("fatal/checkpoints/step-000006.safetensors"));
-    ck_assert(there("fatal/checkpoints/step-000003.safetensors"));
+    ck_assert(!exists(tree_at("fatal/checkpoints/step-000006.safetensors")));
+    ck_assert(exists(tree_at("fatal/checkpoints/step-000003.safetensors")));
     ck_assert_int_eq(lines_of("fatal/log.jsonl"), 6);
     fclose(o.progress);
 }
@@ -377,7 +372,7 @@ static void damage(const char *path, size_t at)
     read_back(path, &bytes, &n);
     bytes[at < n ? at : n - 1] ^= 16;
     unlink(tree_at(path));                      /* last is a name of the same file */
-    tree_ok(lt_write_file(tree_at(path), bytes, n));
+    check_ok(lt_write_file(tree_at(path), bytes, n));
 }
 
 START_TEST(damaged_newest)
@@ -420,7 +415,7 @@ START_TEST(damaged_newest_and_one_kept)
     o.before_step = raise_signal;
     o.ctx = &at;
     expect(&o, LT_ESTOPPED, "at step 5");
-    ck_assert(there("one/checkpoints/step-000005.safetensors"));
+    ck_assert(exists(tree_at("one/checkpoints/step-000005.safetensors")));
     o.before_step = NULL;
     run_ok(&o);
     same_file(last_of("one"), "one/checkpoints/step-000006.safetensors");
@@ -488,9 +483,9 @@ START_TEST(before_the_first_checkpoint)
     run_ok(&o);
     ck_assert_int_eq(unlink(tree_at(last_of("killed"))), 0);
     ck_assert_int_eq(unlink(tree_at("killed/checkpoints/step-000001.safetensors")), 0);
-    ck_assert(there("killed/log.jsonl"));
+    ck_assert(exists(tree_at("killed/log.jsonl")));
     run_ok(&o);
-    ck_assert(there("killed/checkpoints/step-000001.safetensors"));
+    ck_assert(exists(tree_at("killed/checkpoints/step-000001.safetensors")));
 }
 END_TEST
 
@@ -536,7 +531,7 @@ START_TEST(initial_weights)
     train_options o = options("init");
     char text[4096] = "";
 
-    tree_ok(lt_safetensors_write(tree_at("init.safetensors"), e, 2, NULL, 0));
+    check_ok(lt_safetensors_write(tree_at("init.safetensors"), e, 2, NULL, 0));
     o.init = tree_at("init.safetensors");
     o.dry_run = true;
     o.quiet = false;
@@ -548,9 +543,9 @@ START_TEST(initial_weights)
     ck_assert_ptr_nonnull(strstr(text, ": trunk.bn1.weight, trunk.bn1.bias, "));
     ck_assert_ptr_nonnull(strstr(text, "left over  1: fc.weight"));
     ck_assert_ptr_nonnull(strstr(text, "HO3D v3 (synthetic), "));
-    ck_assert(!there("init"));                                  /* a dry run leaves nothing */
+    ck_assert(!exists(tree_at("init")));                                  /* a dry run leaves nothing */
     e[0].array.shape[0] = 4;
-    tree_ok(lt_safetensors_write(tree_at("init.safetensors"), e, 2, NULL, 0));
+    check_ok(lt_safetensors_write(tree_at("init.safetensors"), e, 2, NULL, 0));
     expect(&o, LT_EINVAL, "\"conv1.weight\" is (4, 3, 7, 7), the model's \"trunk.conv1.weight\" is (8, 3, 7, 7)");
     fclose(o.progress);
 }
@@ -577,7 +572,7 @@ START_TEST(validation_without_truth)
     ck_assert_int_eq(v.samples, 4);
     ck_assert_msg(isfinite(v.loss) && v.pa_mpjpe_mm > 0 && v.mpjpe_mm > 0, "%g %g %g", v.loss, v.pa_mpjpe_mm,
                   v.mpjpe_mm);
-    ck_assert(there("held/checkpoints/best.safetensors"));
+    ck_assert(exists(tree_at("held/checkpoints/best.safetensors")));
     ck_assert_int_eq(lines_of("held/metrics.csv"), 2);
     set[n_set - 2] = "train.validate_samples=14";
     o = options("none");
@@ -595,7 +590,7 @@ START_TEST(background_without_masks)
     with("optim.steps=1");
     o.n_set = n_set;
     expect(&o, LT_EINVAL, lt_arena_printf(tree_arena, "data.background: SYN1MB10/0000 has no mask of hand and object, "
-                                          "which HO3D keeps in %s/train/SEQUENCE/seg", tree_root));
+                                          "which HO3D keeps in %s/train/SEQUENCE/seg", scratch_folder));
     with("data.augment=false");
     o.n_set = n_set;
     run_ok(&o);
@@ -612,15 +607,8 @@ static void wait_passively(char **argv)
     execv("/proc/self/exe", argv);
 }
 
-int main(int argc, char **argv)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("trainer");
-    TCase *c = tcase_create("runs");
-    SRunner *r;
-    int failed;
-
-    (void)argc;
-    wait_passively(argv);
     tcase_set_timeout(c, 0);
     tcase_add_unchecked_fixture(c, setup, tree_remove);
     tcase_add_checked_fixture(c, begin, NULL);
@@ -642,10 +630,11 @@ int main(int argc, char **argv)
     tcase_add_test(c, background_without_masks);
     tcase_add_test(c, threads_do_not_matter);
     tcase_add_loop_test(c, nor_do_they_for_what_comes_with_palmar, 0, 2);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(int argc, char **argv)
+{
+    (void)argc;
+    wait_passively(argv);
+    return run_suite("trainer", add_tests);
 }

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The tree of shard numbers: its order of additions, for any number of shards. */
+#include "tests/suite.h"
 #include "train/tree_sum.h"
-
-#include <check.h>
 
 enum { N = 33 };
 
@@ -66,19 +65,13 @@ START_TEST(owners)
 }
 END_TEST
 
-int main(void)
+static void add_tests(TCase *c)
 {
-    Suite *s = suite_create("tree_sum");
-    TCase *c = tcase_create("all");
-    SRunner *r;
-    int failed;
-
     tcase_add_loop_test(c, order, 1, 18);
     tcase_add_test(c, owners);
-    suite_add_tcase(s, c);
-    r = srunner_create(s);
-    srunner_run_all(r, CK_NORMAL);
-    failed = srunner_ntests_failed(r);
-    srunner_free(r);
-    return failed != 0;
+}
+
+int main(void)
+{
+    return run_suite("tree_sum", add_tests);
 }

@@ -4,8 +4,8 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/safetensors.h"
 #include "models/weight_names.h"
-#include "tests/io/hostile.h"
 #include "tests/models/model_of.h"
+#include "tests/suite.h"
 #include "tests/train/weight_names.h"
 #include "train/config.h"
 #include "train/weights.h"
@@ -279,6 +279,8 @@ END_TEST
 
 static void add_tests(TCase *tc)
 {
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_loop_test(tc, every_name, 0, LT_COUNT(families));
     tcase_add_test(tc, no_name);
     tcase_add_test(tc, from_pytorch);

@@ -10,25 +10,15 @@
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/atomic_file.h"
-
-#include <check.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
+#include "tests/suite.h"
 
 enum { TREE_TRAIN = 14, TREE_EVALUATION = 5 };
 
-static char tree_root[64];
 static lt_arena *tree_arena;
-
-static inline void tree_ok(lt_status st)
-{
-    ck_assert_msg(st == LT_OK, "%s", lt_last_error());
-}
 
 static inline const char *tree_at(const char *path)
 {
-    return lt_arena_printf(tree_arena, "%s/%s", tree_root, path);
+    return lt_arena_printf(tree_arena, "%s/%s", scratch_folder, path);
 }
 
 static inline void tree_pose(const lt_hand_model *hand, synth_picture *p, lt_rng *rng)
@@ -63,7 +53,7 @@ static inline void tree_picture(const lt_hand_model *hand, synth_picture *p, int
     p->evaluation = evaluation;
     p->sequence = evaluation ? "SYN2MB11" : "SYN1MB10";
     tree_pose(hand, p, &rng);
-    tree_ok(synth_write_picture(tree_root, p, false, 90, files));
+    check_ok(synth_write_picture(scratch_folder, p, false, 90, files));
 }
 
 static inline void tree_list(const char *split, const char *sequence, int n)
@@ -72,7 +62,7 @@ static inline void tree_list(const char *split, const char *sequence, int n)
 
     for (int i = 0; i < n; i++)
         sprintf(text + strlen(text), "%s/%04d\n", sequence, i);
-    tree_ok(lt_write_file(tree_at(lt_arena_printf(tree_arena, "%s.txt", split)), text, strlen(text)));
+    check_ok(lt_write_file(tree_at(lt_arena_printf(tree_arena, "%s.txt", split)), text, strlen(text)));
 }
 
 static inline void tree_model(const char *name, lt_box *box)
@@ -81,9 +71,9 @@ static inline void tree_model(const char *name, lt_box *box)
     synth_file files[4];
     lt_mesh mesh;
 
-    tree_ok(synth_object_new(tree_arena, 5, &mesh));
-    tree_ok(lt_box_from_points(mesh.n_vertices, mesh.vertex[0], box));
-    tree_ok(synth_write_model(tree_root, name, &mesh, (const uint8_t (*)[3])texture, 2,
+    check_ok(synth_object_new(tree_arena, 5, &mesh));
+    check_ok(lt_box_from_points(mesh.n_vertices, mesh.vertex[0], box));
+    check_ok(synth_write_model(scratch_folder, name, &mesh, (const uint8_t (*)[3])texture, 2,
                               (const float (*)[3])mesh.vertex, mesh.n_vertices, files));
 }
 
@@ -91,19 +81,19 @@ static inline void tree_splits(const lt_hand_model *hand, synth_picture *p, bool
 {
     synth_truth t;
 
-    tree_ok(synth_make_sequence(tree_root, "SYN1MB10", false));
-    tree_ok(synth_make_sequence(tree_root, "SYN2MB11", true));
+    check_ok(synth_make_sequence(scratch_folder, "SYN1MB10", false));
+    check_ok(synth_make_sequence(scratch_folder, "SYN2MB11", true));
     for (int i = 0; i < TREE_TRAIN; i++)
         tree_picture(hand, p, i, false);
     if (truth)
-        tree_ok(synth_truth_open(&t, tree_root));
+        check_ok(synth_truth_open(&t, scratch_folder));
     for (int i = 0; i < TREE_EVALUATION; i++) {
         tree_picture(hand, p, i, true);
         if (truth)
             synth_truth_add(&t, (const double (*)[3])p->joints, (const double (*)[3])p->vertices);
     }
     if (truth)
-        tree_ok(synth_truth_commit(&t));
+        check_ok(synth_truth_commit(&t));
     tree_list("train", "SYN1MB10", TREE_TRAIN);
     tree_list("evaluation", "SYN2MB11", TREE_EVALUATION);
 }
@@ -126,8 +116,7 @@ static inline void tree_make(bool truth)
     synth_picture *p;
     lt_hand_model *hand;
 
-    strcpy(tree_root, "/tmp/test_train_XXXXXX");
-    ck_assert_ptr_nonnull(mkdtemp(tree_root));
+    make_scratch_folder();
     tree_arena = lt_arena_new();
     p = lt_arena_alloc(tree_arena, sizeof(*p));
     *p = (synth_picture){
@@ -136,19 +125,16 @@ static inline void tree_make(bool truth)
         .depth = lt_arena_array(tree_arena, SYNTH_WIDTH * SYNTH_HEIGHT, sizeof(float)),
         .label = lt_arena_alloc(tree_arena, SYNTH_WIDTH * SYNTH_HEIGHT),
     };
-    tree_ok(synth_hand_new(tree_arena, SYNTH_HAND_MANO_LIKE, &hand));
+    check_ok(synth_hand_new(tree_arena, SYNTH_HAND_MANO_LIKE, &hand));
     tree_model(p->object, &p->box);
     tree_splits(hand, p, truth);
-    tree_ok(lt_write_file(tree_at("tiny.json"), tree_config, sizeof(tree_config) - 1));
-    tree_ok(lt_write_file(tree_at("unified.json"), tree_unified, sizeof(tree_unified) - 1));
+    check_ok(lt_write_file(tree_at("tiny.json"), tree_config, sizeof(tree_config) - 1));
+    check_ok(lt_write_file(tree_at("unified.json"), tree_unified, sizeof(tree_unified) - 1));
 }
 
 static inline void tree_remove(void)
 {
-    char command[128];
-
-    snprintf(command, sizeof(command), "rm -rf %s", tree_root);
-    ck_assert_int_eq(system(command), 0);
+    remove_scratch_folder();
     lt_arena_free(tree_arena);
 }
 
