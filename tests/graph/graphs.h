@@ -6,8 +6,8 @@
 #include "libtensor/graph/plan.h"
 #include "libtensor/nn/init.h"
 #include "libtensor/nn/layers.h"
+#include "tests/suite.h"
 
-#include <check.h>
 #include <string.h>
 
 static lt_graph *g;
@@ -55,6 +55,53 @@ static inline int steps_of(const lt_plan *p, const char *op, const char *phase)
     }
     return n;
 }
+
+/* ---- layers of values that do not matter, and what an inference plan makes of them ---- */
+
+static inline lt_tensor *weight(const char *layer, const char *name, lt_shape shape)
+{
+    lt_param *p = lt_params_add(set, layer, name, LT_WEIGHT, shape);
+    lt_rng r = lt_rng_make(3, (uint64_t)lt_param_numel(p));
+
+    for (int64_t i = 0; i < lt_param_numel(p); i++)
+        p->data[i] = (lt_real)lt_rng_range(&r, -0.2, 0.2);
+    return lt_use(g, p);
+}
+
+static inline lt_tensor *conv(const char *layer, lt_tensor *x, int64_t outputs, int k, int stride)
+{
+    lt_tensor *w = weight(layer, "weight", LT_SHAPE(outputs, lt_dim(x, 1), k, k));
+
+    return lt_conv2d(x, w, weight(layer, "bias", LT_SHAPE(outputs)),
+                     &(lt_conv_opts){ .pad = k / 2, .stride = stride });
+}
+
+static inline lt_tensor *linear(const char *layer, lt_tensor *x, int64_t outputs)
+{
+    lt_tensor *w = weight(layer, "weight", LT_SHAPE(outputs, lt_dim(x, -1)));
+
+    return lt_linear(x, w, weight(layer, "bias", LT_SHAPE(outputs)));
+}
+
+static inline lt_plan *compile_filled(const lt_tensor *x, const lt_compile_opts *opts)
+{
+    lt_plan *p = lt_compile(g, opts);
+
+    ck_assert_msg(p != NULL, "%s", lt_last_error());
+    fill(p, x, 0);
+    return p;
+}
+
+static inline void compute(const lt_tensor *x, const lt_tensor *y, const lt_compile_opts *opts, lt_real *out)
+{
+    lt_plan *p = compile_filled(x, opts);
+
+    lt_run(p);
+    memcpy(out, lt_plan_data(p, y), (size_t)lt_numel(y) * sizeof(*out));
+    lt_plan_free(p);
+}
+
+/* ---- gradients ---- */
 
 /* The gradients of a plan's run, one behind the other; those of parameters are cleared for the next plan. */
 static inline int64_t run_for_gradients(lt_plan *p, const lt_tensor *x, lt_real *out)

@@ -3,7 +3,6 @@
 #include "tests/graph/graphs.h"
 
 #include "libtensor/graph/int8.h"
-#include "tests/suite.h"
 
 #include <math.h>
 

@@ -3,7 +3,6 @@
 #include "tests/graph/graphs.h"
 
 #include "libtensor/optim/optim.h"
-#include "tests/suite.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -364,6 +363,8 @@ START_TEST(the_first_bad_tensor_has_a_name)
 }
 END_TEST
 
+/* ---- infinities, NaNs, large windows ---------------------------------------------------------------- */
+
 /* A NaN is the largest of its windows, and takes their gradient. */
 START_TEST(a_nan_wins_its_windows)
 {
@@ -379,8 +380,6 @@ START_TEST(a_nan_wins_its_windows)
     lt_plan_free(p);
 }
 END_TEST
-
-/* ---- randomness ------------------------------------------------------------------------------------ */
 
 /* Alone, and behind a convolution */
 START_TEST(relu_of_minus_infinity)
@@ -418,6 +417,8 @@ START_TEST(roi_align_reads_all_of_a_large_bin)
     lt_plan_free(p);
 }
 END_TEST
+
+/* ---- randomness ------------------------------------------------------------------------------------ */
 
 START_TEST(dropout_draws_by_step)
 {

@@ -4,7 +4,6 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan_internal.h"
 #include "tests/graph/graphs.h"
-#include "tests/suite.h"
 
 #include <math.h>
 
