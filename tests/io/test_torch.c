@@ -381,25 +381,6 @@ START_TEST(shared_modules)
 }
 END_TEST
 
-START_TEST(without_memory)
-{
-    for (long at = 1; at < 1000; at++) {
-        lt_arena *arena = lt_arena_new();
-        lt_torch_file f;
-        lt_status st;
-
-        lt_alloc_fail_at(at);
-        st = lt_torch_parse(arena, "x.pth", torch_module, sizeof(torch_module), &f);
-        lt_alloc_fail_at(0);
-        lt_arena_free(arena);
-        if (st == LT_OK)
-            return;
-        ck_assert_int_eq(st, LT_ENOMEM);
-    }
-    ck_abort_msg("never succeeded");
-}
-END_TEST
-
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
@@ -416,7 +397,6 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, streams);
     tcase_add_test(tc, names);
     tcase_add_test(tc, shared_modules);
-    tcase_add_test(tc, without_memory);
 }
 
 int main(void)
