@@ -30,14 +30,14 @@ typedef struct {
 } eval_args;
 
 static const struct argp_option options[] = {
-    { "data", DATA, "DIR", 0, "the dataset, HO3D or DexYCB", 0 },
+    { "data", DATA, "DIR", 0, "the dataset, HO3D or DexYCB; default the run's", 0 },
     { "split", SPLIT, "NAME", 0, "evaluation (default; DexYCB: test), val, or train", 0 },
     { "setup", SETUP, "NAME", 0, "DexYCB: s0 to s3; default the run's", 0 },
     { "filter", FILTER, "NAME", 0, "DexYCB: valid, every, hfl-net or hoisdf; default the run's", 0 },
     { "models", MODELS, "DIR", 0, "the objects' models; default the run's, else in the dataset's folder, or "
       "beside it", 0 },
-    { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training, for --pred $PALMAR_HAND, "
-      "else the embedded one", 0 },
+    { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training; with "
+      "--pred $PALMAR_HAND, else the embedded one", 0 },
     { "out", 'o', "DIR", 0, "where the tables, scores, errors by sample, joint, object and sequence, and pictures go; "
       "default eval in the run's folder", 0 },
     { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
@@ -61,10 +61,10 @@ static void check_together(const eval_args *a, struct argp_state *state)
 {
     const bool scoring = a->json || a->limit || isfinite(a->max_pa_mpjpe_mm);
 
-    if (a->claims && (a->checkpoint || a->pred || a->submit || a->data))
-        argp_error(state, "--claims reads scored runs: it takes no checkpoint, --data, --pred or --submit");
-    if (!a->claims && (!(a->checkpoint || a->pred) || !a->data))
-        argp_error(state, "want a checkpoint or a run's folder, or --pred FILE; and --data DIR");
+    if (a->claims && (a->checkpoint || a->pred || a->submit || a->data || a->limit || isfinite(a->max_pa_mpjpe_mm)))
+        argp_error(state, "--claims reads scored runs: it takes no checkpoint, and of the options --json alone");
+    if (!a->claims && !a->checkpoint && !(a->pred && a->data))
+        argp_error(state, "want a checkpoint or a run's folder, or --pred FILE and --data DIR");
     if (a->checkpoint && a->pred)
         argp_error(state, "a checkpoint or --pred, not both");
     if (a->pred && (scoring || a->submit || a->filter))
@@ -195,7 +195,7 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
     if (st)
         return st;
     if (o->training && !evaluation_summary(e, EVALUATE_MEAN_POSE).label)
-        fprintf(stderr, "no mean-pose row: %s: no label of the training split can be read\n", a->data);
+        fprintf(stderr, "no mean-pose row: %s: no label of the training split can be read\n", o->data->root);
     st = write_files(c, o, e, folder);                  /* first: whoever reads what is printed may stop at any line */
     if (st == LT_OK)
         st = print(e, a->json);
@@ -207,7 +207,8 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
 
 static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const char *split, dataset **out)
 {
-    dataset_options o = cli_checkpoint_data(c, a->data, split);
+    dataset_options o = cli_checkpoint_data(c, a->data ? a->data : c->config.data.dir, split);
+    lt_status st;
 
     o.models = a->models ? a->models : o.models;
     o.setup = a->setup ? a->setup : o.setup;
@@ -215,7 +216,11 @@ static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const ch
     if (!a->submit && o.filter && !strcmp(o.filter, "every"))
         o.filter = "valid";                             /* where there is no hand, none is scored */
     o.vertices = !a->submit;
-    return dataset_open(&o, out);
+    st = dataset_open(&o, out);
+    if (st == LT_OK && (a->setup || a->filter) && strncmp((*out)->kind, "DexYCB", 6) != 0)
+        st = lt_error(LT_EINVAL, "%s: is %s, and --setup and --filter choose among DexYCB's samples", o.root,
+                      (*out)->kind);
+    return st;
 }
 
 static lt_status run(const eval_args *a, const cli_checkpoint *c)
@@ -225,8 +230,11 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
         .m = &c->m, .hand = c->hand.model, .hand_name = c->hand.name, .checkpoint = c->path, .batch = a->batch,
         .limit = a->limit, .progress = show_progress,
     };
-    lt_status st = open_data(a, c, a->split, &data);
+    lt_status st;
 
+    if (!a->data)
+        fprintf(stderr, "data: %s, which the run was trained on\n", c->config.data.dir);
+    st = open_data(a, c, a->split, &data);
     if (st == LT_OK && !a->submit && open_data(a, c, "train", &training))
         fprintf(stderr, "no mean-pose row: %s\n", lt_last_error());
     o.data = data;

@@ -66,6 +66,8 @@ static void check_usage(export_args *a, struct argp_state *state)
         a->format = ending(a->out);
     if (strcmp(a->format, "onnx") != 0 && strcmp(a->format, "safetensors") != 0)
         argp_error(state, "format \"%s\"; want onnx or safetensors, by --format or as FILE's ending", a->format);
+    if (strcmp(a->format, "onnx") != 0 && (a->samples || a->batch))
+        argp_error(state, "--samples and --batch go with ONNX");
     if (a->int8.wanted && strcmp(a->format, "safetensors") != 0)
         argp_error(state, "--int8 is written as safetensors, not as %s", a->format);
 }
@@ -169,6 +171,8 @@ static lt_status from_checkpoint(const export_args *a)
     cli_checkpoint c;
     lt_status st = cli_checkpoint_open(a->checkpoint, a->hand, &c);
 
+    if (st == LT_OK && !a->int8.wanted && c.m.int8)
+        fprintf(stderr, "%s: its 8-bit ranges stay behind: what is written computes in floats\n", c.path);
     if (st == LT_OK)
         st = a->int8.wanted ? cli_export_int8(&a->int8, &c, a->out, a->json) : write_file(a, &c.m, c.hand.name);
     cli_checkpoint_close(&c);

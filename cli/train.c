@@ -23,8 +23,8 @@ static const struct argp_option options[] = {
     { "hand", HAND, "FILE", 0, "hand model: short for --set data.hand=FILE", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key, as optim.lr=3e-4; may be repeated", 0 },
     { "out", 'o', "DIR", 0, "the run's folder", 0 },
-    { "resume", RESUME, "FILE", OPTION_ARG_OPTIONAL,
-      "go on from FILE, or from the newest sound checkpoint of --out", 0 },
+    { "resume", RESUME, "FILE|RUN", OPTION_ARG_OPTIONAL,
+      "go on from FILE, or a run's last checkpoint; without one, from the newest sound one of --out", 0 },
     { "init", INIT, "FILE|RUN", 0, "initial weights: safetensors, a checkpoint of PyTorch (.pth, .pt), or a run's "
       "folder", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
@@ -74,7 +74,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case KEYS: a->keys = true; break;
     case DATA: override_path(a, state, "data.dir", arg, a->data, sizeof(a->data)); break;
     case HAND: override_path(a, state, "data.hand", arg, a->hand, sizeof(a->hand)); break;
-    case ARGP_KEY_ARG: argp_error(state, "\"%s\": options only; the data go behind --data", arg); break;
+    case ARGP_KEY_ARG:
+        argp_error(state, a->o.resume ? "\"%s\": the run that goes on is named by --out, one of its checkpoints by "
+                   "--resume=FILE" : "\"%s\": options only; the data go behind --data", arg);
+        break;
     case ARGP_KEY_END: check(a, state); break;
     default: return ARGP_ERR_UNKNOWN;
     }

@@ -276,7 +276,7 @@ void bench_compare(bench *a, bench *b, bench_result out[2])
 
 static const char *mode(const bench *b)
 {
-    return b->o.train ? "train" : "infer";
+    return b->o.train ? "train" : b->o.int8 || b->o.m->int8 ? "infer int8" : "infer";
 }
 
 /* A training step is the forward products, and about twice as many backward. */

@@ -6,6 +6,7 @@
 #include "eval/estimator.h"
 #include "eval/ho3d_score.h"
 #include "eval/ho3d_submission.h"
+#include "libtensor/io/file.h"
 
 #include <string.h>
 
@@ -64,6 +65,8 @@ static lt_status open_file(submission_job *j, const char *path)
 {
     if (!strncmp(j->o->data->kind, "DexYCB", 6))
         return dexycb_results_open(path, &j->dexycb);
+    if (!lt_ends_with(path, ".json") && !lt_ends_with(path, ".zip"))
+        return lt_error(LT_EINVAL, "%s: HO3D's result file is a .json, or a .zip with it in it", path);
     return ho3d_submission_open(path, j->o->data->count, &j->ho3d);
 }
 

@@ -84,11 +84,12 @@ static lt_status load(trainer *t, const char *path)
 }
 
 /* An older checkpoint than others of the folder would begin a second branch in it, and they would win. */
-static lt_status load_named(trainer *t, const char *path)
+static lt_status load_named(trainer *t, const char *named)
 {
+    const char *path = checkpoint_last(t->arena, named);
     const char *const *paths;
     int n;
-    lt_status st = load(t, path);
+    lt_status st = path ? load(t, path) : lt_error(LT_ENOMEM, "%s: no memory", named);
 
     if (st == LT_OK)
         st = checkpoint_list(t->arena, t->checkpoints, &paths, &n);

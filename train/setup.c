@@ -9,6 +9,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 #include "libtensor/kernels/kernels.h"
+#include "train/checkpoint_folder.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -22,7 +23,7 @@
 static lt_status load_config(trainer *t)
 {
     const train_options *o = t->opt;
-    const char *own = lt_path_join(t->arena, o->out, "config.json");
+    const char *own = lt_path_join(t->arena, o->out, "config.json"), *from;
     checkpoint_head head;
     lt_status st;
 
@@ -34,8 +35,9 @@ static lt_status load_config(trainer *t)
         return lt_error(LT_ENOMEM, "%s: no memory", o->out);
     if (!*o->resume || access(own, R_OK) == 0)
         return train_config_load(t->arena, own, o->set, o->n_set, &t->config);
-    st = checkpoint_head_read(t->arena, o->resume, &head);
-    return st ? st : train_config_parse(t->arena, o->resume, head.config, o->set, o->n_set, &t->config);
+    from = checkpoint_last(t->arena, o->resume);
+    st = from ? checkpoint_head_read(t->arena, from, &head) : lt_error(LT_ENOMEM, "%s: no memory", o->resume);
+    return st ? st : train_config_parse(t->arena, from, head.config, o->set, o->n_set, &t->config);
 }
 
 /* The resolved configuration as one line, the same for the same settings. */

@@ -67,6 +67,7 @@ says()
     fi
 }
 
+says 2 'is named by --out' ./palmar train --resume "$here/run"
 says 2 'give one of them' ./palmar train --resume --init "$here/int8.safetensors" --out "$here/run"
 says 2 'no config "hocat-tin"' ./palmar train --config hocat-tin --data "$here/data" --out "$here/none"
 says 1 'a dataset goes behind --data' ./palmar info "$here/data"
@@ -78,6 +79,9 @@ says 4 'standard output' sh -c 'exec ./palmar info --model hocat >/dev/full'
 says 2 'no --limit' ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.zip" --limit 2
 says 2 'frames without a hand' ./palmar eval "$here/run" --data "$here/data" --filter every
 says 2 'the whole file is scored' ./palmar eval --pred "$here/p.zip" --data "$here/data" --max-pa-mpjpe 1
+says 1 'choose among' ./palmar eval "$here/run" --data "$here/data" --setup s1
+says 1 'a .json, or a .zip' ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.txt"
+says 2 'go with ONNX' ./palmar export "$here/run" -o "$here/w.safetensors" --samples "$here/s.npz"
 says 2 'takes no checkpoint' ./palmar eval "$here/run" --claims="$here"
 says 1 'want at most 0.00' ./palmar eval "$here/run" --data "$here/data" --no-bench --max-pa-mpjpe 0
 says 1 'run/config.json' ./palmar eval "$here/run" --data "$here/data" --no-bench --out "$here/run/config.json"
