@@ -101,17 +101,16 @@ static const lt_config_key roi_align_keys[] = {
 static lt_tensor *roi_align_apply(const layer_use *u)
 {
     static const double corner[4] = { 0.2, 0.25, 0.7, 0.75 };
-    enum { MAX_BATCH = 1024 };
-    lt_real box[MAX_BATCH][5];
-    const int64_t n = lt_min_i64(lt_dim(u->in[0], 0), MAX_BATCH);
+    const int64_t n = lt_dim(u->in[0], 0);
+    lt_tensor *boxes;
+    lt_real *box = lt_constant_reals(u->in[0]->graph, LT_SHAPE(n, 5), &boxes);
 
-    for (int64_t b = 0; b < n; b++) {
-        box[b][0] = (lt_real)b;
+    for (int64_t b = 0; box && b < n; b++, box += 5) {
+        box[0] = (lt_real)b;
         for (int i = 0; i < 4; i++)
-            box[b][1 + i] = (lt_real)(corner[i] * MAP_SCALE * u->config->hw);
+            box[1 + i] = (lt_real)(corner[i] * MAP_SCALE * u->config->hw);
     }
-    return lt_roi_align(u->in[0], lt_constant(u->in[0]->graph, LT_F32, LT_SHAPE(n, 5), box), u->config->out,
-                        u->config->out, 1.0 / MAP_SCALE);
+    return lt_roi_align(u->in[0], boxes, u->config->out, u->config->out, 1.0 / MAP_SCALE);
 }
 
 /* ---- rows ---------------------------------------------------------------------------------------------- */

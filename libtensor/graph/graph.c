@@ -203,7 +203,8 @@ lt_tensor *lt_use(lt_graph *g, lt_param *p)
     return or_harmless(g, t);
 }
 
-lt_tensor *lt_constant(lt_graph *g, lt_dtype dtype, lt_shape shape, const void *values)
+/* A constant of zeros */
+static lt_tensor *constant_new(lt_graph *g, lt_dtype dtype, lt_shape shape)
 {
     char text[LT_SHAPE_TEXT];
     lt_tensor *t;
@@ -222,8 +223,22 @@ lt_tensor *lt_constant(lt_graph *g, lt_dtype dtype, lt_shape shape, const void *
         remember(g, LT_ENOMEM, "no memory for a constant");
         return g->harmless;
     }
-    memcpy(t->data, values, lt_nbytes(t));
     return t;
+}
+
+lt_tensor *lt_constant(lt_graph *g, lt_dtype dtype, lt_shape shape, const void *values)
+{
+    lt_tensor *t = constant_new(g, dtype, shape);
+
+    if (t != g->harmless)
+        memcpy(t->data, values, lt_nbytes(t));
+    return t;
+}
+
+lt_real *lt_constant_reals(lt_graph *g, lt_shape shape, lt_tensor **out)
+{
+    *out = constant_new(g, LT_F32, shape);
+    return (*out)->data;
 }
 
 lt_tensor *lt_scalar(lt_graph *g, double value)

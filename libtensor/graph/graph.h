@@ -31,6 +31,10 @@ LT_API lt_tensor *lt_use(lt_graph *g, lt_param *p);
 LT_API lt_tensor *lt_constant(lt_graph *g, lt_dtype dtype, lt_shape shape, const void *values);
 LT_API lt_tensor *lt_scalar(lt_graph *g, double value);
 
+/* lt_constant_reals - a constant *out of real numbers, to be filled in place: returns its elements, zeros so far; NULL
+ * after a mistake, where *out is as harmless as what lt_constant returns then */
+LT_API lt_real *lt_constant_reals(lt_graph *g, lt_shape shape, lt_tensor **out);
+
 /* lt_output - t will be readable after each run, under this name; returns t */
 LT_API lt_tensor *lt_output(lt_tensor *t, const char *name);
 

@@ -74,25 +74,37 @@ void onnx_no_memory(onnx_call *c)
         c->status = lt_error(LT_ENOMEM, "%s \"%s\": no memory", c->node->op, c->node->name);
 }
 
+/* A graph that cannot be is the file's mistake. */
+static lt_status status_of(const lt_graph *g, const lt_onnx_node *n)
+{
+    const lt_status st = lt_graph_status(g);
+
+    return st ? lt_error_prefix(st == LT_ENOMEM ? st : LT_EFORMAT, "%s \"%s\"", n->op, n->name) : LT_OK;
+}
+
+/* A constant to be filled, or NULL: what a rule says of the harmless tensor then does not count. */
+static lt_real *constant_new(onnx_call *c, lt_shape shape, lt_tensor **out)
+{
+    lt_real *x = lt_constant_reals(c->g, shape, out);
+
+    if (!x && c->status == LT_OK)
+        c->status = status_of(c->g, c->node);
+    return x;
+}
+
 /* Constants are tensors from when someone wants them as such: shapes and indices never are. */
 static lt_tensor *constant_tensor(onnx_call *c, const lt_onnx_tensor *k)
 {
     const size_t n = (size_t)lt_shape_numel(&k->shape);
-    lt_real *x = lt_alloc(n * sizeof(*x));
     lt_tensor *t;
+    lt_real *x = constant_new(c, k->shape, &t);
 
-    if (!x) {
-        onnx_no_memory(c);
-        return NULL;
-    }
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; x && i < n; i++) {
         float f;
 
         memcpy(&f, (const char *)k->data + i * sizeof(f), sizeof(f));
         x[i] = f;
     }
-    t = lt_constant(c->g, LT_F32, k->shape, x);
-    lt_release(x);
     return t;
 }
 
@@ -123,6 +135,18 @@ const int64_t *onnx_ints(onnx_call *c, int i, int *n)
     }
     *n = (int)lt_shape_numel(&c->in[i]->shape);
     return c->in[i]->ints;
+}
+
+lt_tensor *onnx_reals(onnx_call *c, int i, lt_shape shape)
+{
+    int n;
+    const int64_t *whole = onnx_ints(c, i, &n);
+    lt_tensor *t;
+    lt_real *x = constant_new(c, shape, &t);
+
+    for (int k = 0; x && k < n; k++)
+        x[k] = (lt_real)whole[k];
+    return t;
 }
 
 lt_shape onnx_shape(const onnx_call *c, int i)
@@ -233,14 +257,6 @@ static void find_inputs(onnx_call *c, const onnx_rule *rule, const table *values
             onnx_fail(c, "input %d is missing", i);
         c->in[i] = v;
     }
-}
-
-/* A graph that cannot be is the file's mistake. */
-static lt_status status_of(const lt_graph *g, const lt_onnx_node *n)
-{
-    const lt_status st = lt_graph_status(g);
-
-    return st ? lt_error_prefix(st == LT_ENOMEM ? st : LT_EFORMAT, "%s \"%s\"", n->op, n->name) : LT_OK;
 }
 
 static lt_status record_node(lt_arena *arena, lt_graph *g, int64_t opset, const lt_onnx_node *n, const table *values)

@@ -59,6 +59,9 @@ lt_tensor *onnx_tensor(onnx_call *c, int i);
 const int64_t *onnx_ints(onnx_call *c, int i, int *n);
 lt_shape onnx_shape(const onnx_call *c, int i);
 
+/* onnx_reals - the whole numbers of input i, known now, as a constant of this shape, which has as many elements */
+lt_tensor *onnx_reals(onnx_call *c, int i, lt_shape shape);
+
 /* onnx_axis - the attribute "axis", counted from the front, of input 0 */
 int onnx_axis(onnx_call *c, int64_t fallback);
 

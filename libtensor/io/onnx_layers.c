@@ -180,10 +180,6 @@ static void grid_sample(onnx_call *c)
 static lt_tensor *image_column(onnx_call *c)
 {
     const lt_shape s = onnx_shape(c, 2);
-    const int64_t *known;
-    lt_real *column;
-    lt_tensor *t;
-    int n;
 
     if (s.rank != 1) {
         onnx_fail(c, "images' indices are no list");
@@ -191,17 +187,7 @@ static lt_tensor *image_column(onnx_call *c)
     }
     if (!onnx_is_known(c, 2))
         return c->in[2]->whole ? lt_reshape(onnx_tensor(c, 2), LT_SHAPE(s.dim[0], 1)) : NULL;
-    known = onnx_ints(c, 2, &n);
-    column = lt_alloc((size_t)n * sizeof(*column));
-    if (!column) {
-        onnx_no_memory(c);
-        return NULL;
-    }
-    for (int i = 0; i < n; i++)
-        column[i] = (lt_real)known[i];
-    t = lt_constant(c->g, LT_F32, LT_SHAPE(n, 1), column);
-    lt_release(column);
-    return t;
+    return onnx_reals(c, 2, LT_SHAPE(s.dim[0], 1));
 }
 
 static void roi_align(onnx_call *c)

@@ -259,24 +259,6 @@ static void range(onnx_call *c)
     c->out.shape = LT_SHAPE(n);
 }
 
-static lt_tensor *reals_of(onnx_call *c)
-{
-    int n;
-    const int64_t *x = onnx_ints(c, 0, &n);
-    lt_real *y = lt_alloc((size_t)n * sizeof(*y));
-    lt_tensor *t;
-
-    if (!y) {
-        onnx_no_memory(c);
-        return NULL;
-    }
-    for (int i = 0; i < n; i++)
-        y[i] = (lt_real)x[i];
-    t = lt_constant(c->g, LT_F32, onnx_shape(c, 0), y);
-    lt_release(y);
-    return t;
-}
-
 /* Known numbers become constants; reals made whole are cut off, and remembered as such. */
 static void cast(onnx_call *c)
 {
@@ -286,7 +268,7 @@ static void cast(onnx_call *c)
     if (to != LT_ONNX_FLOAT && to != LT_ONNX_INT64 && to != LT_ONNX_INT32)
         onnx_fail(c, "to type %d; 1 (FLOAT), 6 (INT32), 7 (INT64) are read", to);
     if (onnx_is_known(c, 0) && to == LT_ONNX_FLOAT) {
-        c->out.t = reals_of(c);
+        c->out.t = onnx_reals(c, 0, s);
     } else if (onnx_is_known(c, 0)) {
         view(c, s);
     } else if (onnx_tensor(c, 0)) {

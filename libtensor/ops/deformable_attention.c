@@ -10,7 +10,6 @@
  * A task has some queries of one head: the places' corners and weights become a table, and then the head's
  * channels, which lie side by side, are summed by it. In backward a task owns a whole head of an image.
  */
-#include "libtensor/base/arena.h"
 #include "libtensor/ops/common.h"
 
 enum { VALUE, OFFSET, LOGIT, REFERENCE };
@@ -300,14 +299,12 @@ lt_tensor *(lt_deformable_attention)(lt_tensor *value, lt_tensor *offset, lt_ten
 lt_tensor *lt_cell_places(lt_graph *g, int h, int w)
 {
     const int64_t n = (int64_t)h * w;
-    lt_real *at = lt_alloc((size_t)(2 * n) * sizeof(*at));
     lt_tensor *t;
+    lt_real *at = lt_constant_reals(g, LT_SHAPE(n, 2), &t);
 
     for (int64_t i = 0; at && i < n; i++) {
         at[2 * i] = (lt_real)(i % w);
         at[2 * i + 1] = (lt_real)(i / w);
     }
-    t = lt_constant(g, LT_F32, at ? LT_SHAPE(n, 2) : LT_SHAPE(0, 2), at);     /* the wrong shape: refused */
-    lt_release(at);
     return t;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "models/heads/object_head.h"
 
-#include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/op.h"
 
@@ -31,11 +30,12 @@ static lt_tensor *conv_bn_act(const lt_conv_layer *conv, const lt_batch_norm_lay
 /* The centres of R cells in [0, 1], along the last dimension or the one before. */
 static lt_tensor *cell_centres(lt_graph *g, int64_t R, bool columns)
 {
-    lt_real centre[256];
+    lt_tensor *t;
+    lt_real *centre = lt_constant_reals(g, columns ? LT_SHAPE(1, R) : LT_SHAPE(R, 1), &t);
 
-    for (int64_t i = 0; i < R && i < (int64_t)LT_COUNT(centre); i++)
+    for (int64_t i = 0; centre && i < R; i++)
         centre[i] = (lt_real)(((double)i + 0.5) / (double)R);
-    return lt_constant(g, LT_F32, columns ? LT_SHAPE(1, R) : LT_SHAPE(R, 1), centre);
+    return t;
 }
 
 object_out object_head_forward(const object_head *m, lt_tensor *features)

@@ -165,6 +165,58 @@ START_TEST(parameters_of_impossible_size)
 }
 END_TEST
 
+/* ---- constants ------------------------------------------------------------------------------------ */
+
+START_TEST(constants_are_filled_in_place)
+{
+    lt_tensor *k, *nothing, *x, *y;
+    lt_real *v = lt_constant_reals(g, LT_SHAPE(2, 2), &k);
+    lt_plan *p;
+
+    for (int i = 0; i < 4; i++) {
+        ck_assert(v[i] == 0);
+        v[i] = (lt_real)i;
+    }
+    ck_assert_ptr_nonnull(lt_constant_reals(g, LT_SHAPE(0, 2), &nothing));
+    ck_assert_int_eq(lt_numel(nothing), 0);
+    x = input("x", LT_SHAPE(2, 2));
+    y = lt_output(lt_mul(x, k), "y");
+    p = lt_compile(g, NULL);
+    fill(p, x, 1);
+    lt_run(p);
+    for (int i = 0; i < 4; i++)
+        ck_assert(at(p, y, i) == at(p, x, i) * (lt_real)i);
+    lt_plan_free(p);
+}
+END_TEST
+
+/* After a mistake there is nothing to fill, and what is recorded with it is harmless. */
+START_TEST(constants_that_are_refused)
+{
+    lt_tensor *k;
+
+    ck_assert_ptr_null(lt_constant_reals(g, LT_SHAPE(-1), &k));
+    ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
+    ck_assert_str_eq(lt_last_error(), "a constant is (-1), which no memory holds");
+    lt_relu(k);
+    ck_assert_ptr_null(lt_constant_reals(g, LT_SHAPE(3), &k));
+    ck_assert_ptr_eq(lt_cell_places(g, 2, 2), k);
+    ck_assert_str_eq(lt_last_error(), "a constant is (-1), which no memory holds");
+}
+END_TEST
+
+/* 100 x 100 cells are a block of their own in the graph's arena. */
+START_TEST(constants_without_memory)
+{
+    lt_cell_places(g, 1, 1);
+    lt_alloc_fail_at(1);
+    lt_output(lt_relu(lt_cell_places(g, 100, 100)), "y");
+    lt_alloc_fail_at(0);
+    ck_assert_int_eq(lt_graph_status(g), LT_ENOMEM);
+    ck_assert_str_eq(lt_last_error(), "no memory for a constant");
+}
+END_TEST
+
 /* ---- passes --------------------------------------------------------------------------------------- */
 
 START_TEST(dead_code_goes)
@@ -621,6 +673,9 @@ int main(void)
     tcase_add_test(tc, a_plan_knows_its_own_tensors);
     tcase_add_test(tc, parameters_that_cannot_be);
     tcase_add_test(tc, parameters_of_impossible_size);
+    tcase_add_test(tc, constants_are_filled_in_place);
+    tcase_add_test(tc, constants_that_are_refused);
+    tcase_add_test(tc, constants_without_memory);
     tcase_add_test(tc, dead_code_goes);
     tcase_add_test(tc, constants_are_folded_and_refreshed);
     tcase_add_test(tc, diamonds_take_no_longer_than_chains);

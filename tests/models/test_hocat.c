@@ -142,6 +142,30 @@ START_TEST(no_object_output_means_cell_centres)
 }
 END_TEST
 
+/* A map of any width: more cells than any preset has. */
+START_TEST(cell_centres_of_a_wide_map)
+{
+    enum { WIDTH = 1000 };
+    lt_params *set = lt_params_new();
+    lt_graph *g = lt_graph_new();
+    object_head m;
+    object_out out;
+    lt_plan *p;
+
+    object_head_new(&m, set, "head", 2);
+    out = object_head_forward(&m, lt_input(g, "map", LT_F32, 4, (int64_t[]){ 1, 2, 1, WIDTH }));
+    lt_output(out.x, "x");
+    p = lt_compile(g, NULL);
+    ck_assert_msg(p != NULL, "%s", lt_last_error());
+    lt_run(p);
+    for (int i = 0; i < WIDTH; i++)
+        ck_assert_double_eq_tol(((const lt_real *)lt_plan_data(p, out.x))[i], (i + 0.5) / WIDTH, 1e-7);
+    lt_plan_free(p);
+    lt_graph_free(g);
+    lt_params_free(set);
+}
+END_TEST
+
 /* The identity for all joints and no shape: the template, seen from its wrist. */
 START_TEST(no_pose_means_the_template)
 {
@@ -422,6 +446,7 @@ int main(void)
 
     tcase_set_timeout(sizes, 0);
     tcase_add_loop_test(sizes, parameter_totals, 0, (int)LT_COUNT(variants));
+    tcase_add_test(sizes, cell_centres_of_a_wide_map);
     suite_add_tcase(suite, sizes);
     tcase_set_timeout(tc, 0);
     tcase_add_checked_fixture(tc, start, stop);
