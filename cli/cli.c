@@ -273,7 +273,7 @@ lt_status cli_model_new(const char *name, const char *config, const cli_override
 
     *params = NULL;
     for (int i = 0; st == LT_OK && i < over->n; i++)
-        st = lt_config_set(root, over->set[i]);
+        st = lt_config_set(root, "--set", over->set[i]);
     group = cJSON_GetObjectItemCaseSensitive(root, "model");
     if (st == LT_OK)
         st = find_model(name, config, group, &cls);

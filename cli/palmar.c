@@ -5,7 +5,7 @@
 #include "cli/cli.h"
 
 #include <config.h>
-#include "libtensor/io/json.h"
+#include "libtensor/io/nearest.h"
 #include "libtensor/kernels/kernels.h"
 
 #include <stdio.h>
@@ -55,15 +55,12 @@ static const command *find(const char *name)
 
 static int unknown(const char *name)
 {
-    const char *names[LT_COUNT(commands)], *near;
+    const char *names[LT_COUNT(commands)];
 
     for (size_t i = 0; i < LT_COUNT(commands); i++)
         names[i] = commands[i].name;
-    near = lt_nearest_name(name, names, LT_COUNT(commands));
-    if (near)
-        fprintf(stderr, "palmar: no such command \"%s\"; did you mean \"%s\"?\n", name, near);
-    else
-        fprintf(stderr, "palmar: no such command \"%s\"; palmar help lists them\n", name);
+    lt_unknown_name(name, names, LT_COUNT(commands), "palmar help lists them", "no such command \"%s\"", name);
+    fprintf(stderr, "palmar: %s\n", lt_last_error());
     return 2;
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/layers.h"
 
-#include "libtensor/io/json.h"
+#include "libtensor/io/nearest.h"
 #include "libtensor/nn/init.h"
 #include "libtensor/nn/layers.h"
 
@@ -283,7 +283,7 @@ static void record(const model *self, bool train, model_record *r)
 
 static lt_status find_kind(const char *text, size_t n, const layer_kind **out)
 {
-    const char *names[LT_COUNT(kinds)], *near;
+    const char *names[LT_COUNT(kinds)];
     char name[32];
 
     snprintf(name, sizeof(name), "%.*s", (int)n, text);
@@ -294,8 +294,7 @@ static lt_status find_kind(const char *text, size_t n, const layer_kind **out)
             return LT_OK;
         }
     }
-    near = lt_nearest_name(name, names, LT_COUNT(kinds));
-    return lt_error(LT_EINVAL, "--layer: no such layer \"%s\"; did you mean \"%s\"?", name, near ? near : names[0]);
+    return lt_unknown_name(name, names, LT_COUNT(kinds), NULL, "--layer: no such layer \"%s\"", name);
 }
 
 /* "c=256,k=3" as an object; empty for "" */
@@ -306,8 +305,9 @@ static lt_status read_pairs(lt_arena *arena, const char *text, cJSON *root)
 
     for (char *pair; st == LT_OK && (pair = strsep(&rest, ",")) != NULL;)
         if (*pair)
-            st = strchr(pair, '=') ? lt_config_set(root, pair)
-                                   : lt_error(LT_EINVAL, "--layer: found \"%s\", want key=value", pair);
+            st = *pair != '=' && strchr(pair, '=')
+                ? lt_config_set(root, "--layer", pair)
+                : lt_error(LT_EINVAL, "--layer: found \"%s\", want key=value", pair);
     return st;
 }
 

@@ -2,7 +2,7 @@
 /* Boxes, cameras and object names as people type them. */
 #include "eval/predict.h"
 
-#include "libtensor/io/json.h"
+#include "libtensor/io/nearest.h"
 #include "libtensor/io/number.h"
 
 #include <math.h>
@@ -69,20 +69,17 @@ lt_status predict_parse_format(const char *name, const char *text, predict_forma
 /* "no object of that name", with the nearest or, when none is near, all of them. */
 static lt_status unknown_object(const char *text)
 {
-    const char *full[YCB_COUNT], *plain[YCB_COUNT], *near;
-    char all[1024] = "";
+    const char *full[YCB_COUNT], *plain[YCB_COUNT];
+    char all[1024] = "there are:";
 
     for (int i = 0; i < YCB_COUNT; i++) {
         full[i] = ycb_find(i + 1)->name;
         plain[i] = full[i] + ID;
-        strncat(all, i ? " " : "", sizeof(all) - strlen(all) - 1);
+        strncat(all, " ", sizeof(all) - strlen(all) - 1);
         strncat(all, plain[i], sizeof(all) - strlen(all) - 1);
     }
-    near = lt_nearest_name(text, full, YCB_COUNT);
-    near = near ? near : lt_nearest_name(text, plain, YCB_COUNT);
-    if (near)
-        return lt_error(LT_EINVAL, "--object %s: no such object; did you mean \"%s\"?", text, near);
-    return lt_error(LT_EINVAL, "--object %s: no such object; there are: %s", text, all);
+    return lt_unknown_name(text, lt_nearest_name(text, full, YCB_COUNT) ? full : plain, YCB_COUNT, all,
+                           "--object %s: no such object", text);
 }
 
 lt_status predict_find_object(const char *text, const ycb_object **out)

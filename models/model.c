@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "models/model.h"
 
-#include "libtensor/io/json.h"
+#include "libtensor/io/nearest.h"
 #include "models/classifiers/classifier.h"
 #include "models/hocat/hocat.h"
 #include "models/unified/unified.h"
@@ -15,7 +15,7 @@ const model_class *const model_classes[] = {
 
 lt_status model_find(const char *name, const model_class **out)
 {
-    const char *names[16], *near;
+    const char *names[16];
     size_t n = 0;
 
     for (; model_classes[n]; n++) {
@@ -25,10 +25,7 @@ lt_status model_find(const char *name, const model_class **out)
             return LT_OK;
         }
     }
-    near = lt_nearest_name(name, names, n);
-    if (near)
-        return lt_error(LT_EINVAL, "no such model \"%s\"; did you mean \"%s\"?", name, near);
-    return lt_error(LT_EINVAL, "no such model \"%s\"; palmar help info names them", name);
+    return lt_unknown_name(name, names, n, "palmar help info names them", "no such model \"%s\"", name);
 }
 
 lt_status model_create(const model_class *cls, const char *where, const struct cJSON *config,

@@ -3,6 +3,7 @@
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
+#include "libtensor/io/nearest.h"
 #include "libtensor/optim/optim.h"
 
 #include <cjson/cJSON.h>
@@ -143,18 +144,15 @@ static lt_status check_groups(const char *path, const cJSON *tree)
     if (!cJSON_IsObject(tree))
         return lt_error(LT_EINVAL, "%s: want an object with the groups model, data, optim, train", path);
     cJSON_ArrayForEach(item, tree) {
-        const char *near = lt_nearest_name(item->string, groups, LT_COUNT(groups));
         size_t i = 0;
 
         while (i < LT_COUNT(groups) && strcmp(groups[i], item->string) != 0)
             i++;
         if (cJSON_GetObjectItemCaseSensitive(tree, item->string) != item)
             return lt_error(LT_EINVAL, "%s: %s: is there twice", path, item->string);
-        if (i == LT_COUNT(groups) && near)
-            return lt_error(LT_EINVAL, "%s: %s: no such group; did you mean \"%s\"?", path, item->string, near);
         if (i == LT_COUNT(groups))
-            return lt_error(LT_EINVAL, "%s: %s: no such group; there are model, data, optim, train", path,
-                            item->string);
+            return lt_unknown_name(item->string, groups, LT_COUNT(groups), "there are model, data, optim, train",
+                                   "%s: %s: no such group", path, item->string);
     }
     return LT_OK;
 }
@@ -226,7 +224,7 @@ static lt_status read_tree(lt_arena *arena, const char *const *set, int n_set, t
 
     if (cJSON_IsObject(c->tree))
         for (int i = 0; st == LT_OK && i < n_set; i++)
-            st = lt_config_set(c->tree, set[i]);
+            st = lt_config_set(c->tree, "--set", set[i]);
     if (st == LT_OK)
         st = check_groups(c->path, c->tree);
     if (st == LT_OK)

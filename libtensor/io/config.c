@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/io/config.h"
 
-#include "libtensor/io/json.h"
+#include "libtensor/io/nearest.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -20,9 +20,8 @@ static int key_count(const lt_config_key *keys)
 static lt_status unknown_key(const char *where, const char *name, const lt_config_key *keys)
 {
     const char *names[128];
-    const char *near;
-    char all[512] = "none";
-    size_t length = 0;
+    char all[512] = "there are: none";
+    size_t length = strlen("there are: ");
     int n = 0;
 
     for (; keys[n].name && n < (int)LT_COUNT(names); n++) {
@@ -30,10 +29,7 @@ static lt_status unknown_key(const char *where, const char *name, const lt_confi
         if (length < sizeof(all))
             length += (size_t)snprintf(all + length, sizeof(all) - length, "%s%s", n ? ", " : "", keys[n].name);
     }
-    near = lt_nearest_name(name, names, (size_t)n);
-    if (near)
-        return lt_error(LT_EINVAL, "%s.%s: no such key; did you mean \"%s\"?", where, name, near);
-    return lt_error(LT_EINVAL, "%s.%s: no such key; there are: %s", where, name, all);
+    return lt_unknown_name(name, names, (size_t)n, all, "%s.%s: no such key", where, name);
 }
 
 static lt_status check_names(const char *where, const cJSON *object, const lt_config_key *keys)
@@ -81,7 +77,6 @@ static lt_status read_number(const char *where, const lt_config_key *k, const cJ
 
 static lt_status read_choice(const char *where, const lt_config_key *k, const cJSON *v, int *out)
 {
-    const char *near;
     int n = 0;
 
     while (k->choices[n])
@@ -93,9 +88,8 @@ static lt_status read_choice(const char *where, const lt_config_key *k, const cJ
         }
     if (!cJSON_IsString(v))
         return wrong(where, k, "text", v);
-    near = lt_nearest_name(v->valuestring, k->choices, (size_t)n);
-    return lt_error(LT_EINVAL, "%s.%s: no such choice \"%s\"; did you mean \"%s\"?", where, k->name,
-                    v->valuestring, near ? near : k->choices[0]);
+    return lt_unknown_name(v->valuestring, k->choices, (size_t)n, NULL, "%s.%s: no such choice \"%s\"", where, k->name,
+                           v->valuestring);
 }
 
 static lt_status read_ints(const char *where, const lt_config_key *k, const cJSON *v, int *out)
@@ -222,7 +216,7 @@ static cJSON *child(cJSON *parent, const char *name)
     return c ? c : cJSON_AddObjectToObject(parent, name);
 }
 
-static lt_status put(cJSON *object, const char *key, const char *value)
+static lt_status put(cJSON *object, const char *where, const char *key, const char *value)
 {
     cJSON *v = cJSON_ParseWithOpts(value, NULL, true);
 
@@ -231,27 +225,27 @@ static lt_status put(cJSON *object, const char *key, const char *value)
     cJSON_DeleteItemFromObjectCaseSensitive(object, key);
     if (!v || !cJSON_AddItemToObject(object, key, v)) {
         cJSON_Delete(v);
-        return lt_error(LT_ENOMEM, "no memory for --set %s", key);
+        return lt_error(LT_ENOMEM, "no memory for %s %s", where, key);
     }
     return LT_OK;
 }
 
-lt_status lt_config_set(cJSON *root, const char *assignment)
+lt_status lt_config_set(cJSON *root, const char *where, const char *assignment)
 {
     const char *equals = strchr(assignment, '=');
     char path[256], *key = path, *dot;
 
     if (!equals || equals == assignment || (size_t)(equals - assignment) >= sizeof(path))
-        return lt_error(LT_EINVAL, "--set %s: want key=value, as in optim.lr=3e-4", assignment);
+        return lt_error(LT_EINVAL, "%s %s: want key=value, as in optim.lr=3e-4", where, assignment);
     memcpy(path, assignment, (size_t)(equals - assignment));
     path[equals - assignment] = '\0';
     for (; (dot = strchr(key, '.')); key = dot + 1) {
         *dot = '\0';
         root = child(root, key);
         if (!root)
-            return lt_error(LT_ENOMEM, "no memory for --set %s", assignment);
+            return lt_error(LT_ENOMEM, "no memory for %s %s", where, assignment);
         if (!cJSON_IsObject(root))
-            return lt_error(LT_EINVAL, "--set %s: %s is no group of keys", assignment, key);
+            return lt_error(LT_EINVAL, "%s %s: %s is no group of keys", where, assignment, key);
     }
-    return put(root, key, equals + 1);
+    return put(root, where, key, equals + 1);
 }

@@ -51,10 +51,12 @@ LT_API struct cJSON *lt_config_write(const lt_config_key *keys, const void *from
 /**
  * lt_config_set - put one override into a tree: "optim.lr=3e-4"
  *
+ *   where   whose override it is, for messages: "--set"
+ *
  * The value is JSON; what is no JSON is taken as text. Objects on the way are made when they are
  * missing; whether the key exists is lt_config_read's to say.
  */
-LT_API lt_status lt_config_set(struct cJSON *root, const char *assignment);
+LT_API lt_status lt_config_set(struct cJSON *root, const char *where, const char *assignment);
 
 #ifdef __cplusplus
 }

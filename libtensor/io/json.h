@@ -46,16 +46,6 @@ LT_API const char *lt_json_number(double x, char out[LT_JSON_NUMBER]);
 /* lt_json_print_string - text in quotes, escaped; bytes that are no UTF-8 become U+FFFD */
 LT_API void lt_json_print_string(FILE *f, const char *text);
 
-/**
- * lt_nearest_name - the name in list that was probably meant, or NULL when none is near
- *
- *   list     n names; borrowed, as is the result
- *
- * Nearest by edits (insert, delete, replace, swap neighbours), at most a third of the name's length and
- * at least 2; the first of equals wins. For "did you mean".
- */
-LT_API const char *lt_nearest_name(const char *name, const char *const *list, size_t n);
-
 #ifdef __cplusplus
 }
 #endif

@@ -45,6 +45,7 @@ refuses 1 'conv2d.kk: no such key; did you mean "k"' --layer conv2d:kk=3
 refuses 1 'conv2d.hw: ' --layer conv2d:hw=0
 refuses 1 'input has 3 channels' --layer conv2d:c=3,groups=2
 refuses 1 'found "hw", want key=value' --layer conv2d:hw
+refuses 1 '--layer: found "=3", want key=value' --layer conv2d:=3
 refuses 1 '--compare: ' --layer hand --compare sse
 refuses 2 'are for models' --layer hand --model hocat
 int8=$(bench --model resnet50 --set model.image_size=64 --set model.width=32 --int8 --profile)

@@ -145,7 +145,7 @@ START_TEST(overrides_are_put_into_the_tree)
     char longer[300];
 
     for (size_t i = 0; i < LT_COUNT(overrides); i++) {
-        const lt_status st = lt_config_set(root, overrides[i].set);
+        const lt_status st = lt_config_set(root, "--set", overrides[i].set);
         char *text = cJSON_PrintUnformatted(root);
 
         ck_assert(st == LT_OK || st == LT_EINVAL);
@@ -154,7 +154,7 @@ START_TEST(overrides_are_put_into_the_tree)
     }
     memset(longer, 'k', sizeof(longer));
     memcpy(longer + 256, "=1", 3);
-    check_error(lt_config_set(root, longer), LT_EINVAL, "want key=value");
+    check_error(lt_config_set(root, "--set", longer), LT_EINVAL, "want key=value");
     cJSON_Delete(root);
 }
 END_TEST
@@ -247,7 +247,7 @@ START_TEST(overriding_without_memory_says_so)
 
         fail_cjson_at(at + 1);
         root = cJSON_CreateObject();
-        st = lt_config_set(root, "a.b=words");
+        st = lt_config_set(root, "--set", "a.b=words");
         countdown = 0;
         ck_assert_msg(st == LT_OK || st == LT_ENOMEM, "allocation %ld: %s", at, lt_last_error());
         cJSON_Delete(root);

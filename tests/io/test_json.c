@@ -148,24 +148,6 @@ START_TEST(strings_are_escaped)
 }
 END_TEST
 
-START_TEST(did_you_mean)
-{
-    static const char *const list[] = { "lr", "steps", "batch_size", "weight_decay" };
-    char longer[500] = "";
-
-    ck_assert_str_eq(lt_nearest_name("lrr", list, 4), "lr");
-    ck_assert_str_eq(lt_nearest_name("step", list, 4), "steps");
-    ck_assert_str_eq(lt_nearest_name("setps", list, 4), "steps");
-    ck_assert_str_eq(lt_nearest_name("wieght_decy", list, 4), "weight_decay");
-    ck_assert_ptr_null(lt_nearest_name("colour", list, 4));
-    ck_assert_ptr_null(lt_nearest_name("x", list, 4));
-    ck_assert_ptr_null(lt_nearest_name("lr", list, 0));
-    memset(longer, 'l', sizeof(longer) - 1);
-    ck_assert_ptr_null(lt_nearest_name(longer, list, 4));
-    ck_assert_ptr_null(lt_nearest_name("lr", (const char *const[]){ longer }, 1));
-}
-END_TEST
-
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
@@ -177,7 +159,6 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, words_for_numbers);
     tcase_add_test(tc, round_trip);
     tcase_add_test(tc, strings_are_escaped);
-    tcase_add_test(tc, did_you_mean);
 }
 
 int main(void)
