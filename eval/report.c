@@ -45,6 +45,20 @@ static lt_status read_text(const report *r, const char *name, const char **text,
     return st;
 }
 
+static bool put_point(lt_arena *arena, report_series *s, double x, double y)
+{
+    double *xs = lt_arena_grow(arena, s->x, (size_t)s->n, &s->x_room, sizeof(*xs));
+    double *ys = lt_arena_grow(arena, s->y, (size_t)s->n, &s->y_room, sizeof(*ys));
+
+    if (!xs || !ys)
+        return false;
+    s->x = xs;
+    s->y = ys;
+    s->x[s->n] = x;
+    s->y[s->n++] = y;
+    return true;
+}
+
 static lt_status add_point(report *r, const char *group, const char *name, double x, double y)
 {
     const char *full = lt_arena_printf(r->arena, "%s%s%s", group, *group ? " " : "", name);
@@ -58,24 +72,7 @@ static lt_status add_point(report *r, const char *group, const char *name, doubl
         s = &r->curve[r->n_curves++];
         *s = (report_series){ .name = full };
     }
-    if (s && s->n == s->cap) {
-        const int cap = s->cap ? 2 * s->cap : 256;
-        double *xs = lt_arena_array(r->arena, (size_t)cap, sizeof(*xs)), *ys = lt_arena_array(r->arena, (size_t)cap,
-                                                                                              sizeof(*ys));
-
-        if (!xs || !ys)
-            return lt_error(LT_ENOMEM, "no memory for the curves");
-        if (s->n) {
-            memcpy(xs, s->x, (size_t)s->n * sizeof(*xs));
-            memcpy(ys, s->y, (size_t)s->n * sizeof(*ys));
-        }
-        *s = (report_series){ s->name, xs, ys, s->n, cap };
-    }
-    if (!s)
-        return lt_error(LT_ENOMEM, "no memory for the curves");
-    s->x[s->n] = x;
-    s->y[s->n++] = y;
-    return LT_OK;
+    return s && put_point(r->arena, s, x, y) ? LT_OK : lt_error(LT_ENOMEM, "no memory for the curves");
 }
 
 /* Every number of an object is a point of a curve, but for those that count steps. */

@@ -32,7 +32,8 @@ void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what);
 typedef struct {
     const char *name;
     double *x, *y;
-    int n, cap;
+    int n;
+    size_t x_room, y_room;
 } report_series;
 
 /* svg_curve - a diagram of its own, means of runs of points where there are many; a logarithmic axis where all values

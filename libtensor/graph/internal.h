@@ -33,6 +33,11 @@ const char *lt_where(const char *file, int line, char out[LT_WHERE]);
 bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t);
 bool lt_graph_add_node(lt_graph *g, lt_node *n);
 
+/* lt_graph_mark_needed - what outputs need, themselves included: needed[id] of each tensor of g
+ * lt_node_is_needed    - whether that includes a result of n */
+void lt_graph_mark_needed(const lt_graph *g, bool *needed);
+bool lt_node_is_needed(const lt_node *n, const bool *needed);
+
 /* lt_tensor_new - a tensor of g with this kind; NULL without memory */
 lt_tensor *lt_tensor_new(lt_graph *g, lt_tensor_kind kind, const char *name, lt_dtype dtype, lt_shape shape);
 

@@ -6,23 +6,16 @@
 #include "libtensor/graph/plan_internal.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* ---- buffers and their lives ---------------------------------------------------------------------- */
 
 static int buffer_new(lt_plan *p, size_t bytes)
 {
-    if (p->n_buffers == p->cap_buffers) {
-        const int cap = p->cap_buffers ? 2 * p->cap_buffers : 1024;
-        plan_buffer *more = lt_arena_array(p->arena, (size_t)cap, sizeof(*more));
+    plan_buffer *list = lt_arena_grow(p->arena, p->buffer, (size_t)p->n_buffers, &p->buffers_room, sizeof(*list));
 
-        if (!more)
-            return -1;
-        if (p->n_buffers)
-            memcpy(more, p->buffer, (size_t)p->n_buffers * sizeof(*more));
-        p->buffer = more;
-        p->cap_buffers = cap;
-    }
+    if (!list)
+        return -1;
+    p->buffer = list;
     bytes = (bytes + LT_ALIGN - 1) & ~(size_t)(LT_ALIGN - 1);
     p->buffer[p->n_buffers] = (plan_buffer){ .bytes = bytes ? bytes : LT_ALIGN, .first = -1, .same_as = -1 };
     return p->n_buffers++;

@@ -165,31 +165,6 @@ static lt_status check_twin(const lt_graph *g, const lt_graph *twin)
                 : lt_error(LT_EINVAL, "the graph is another one for another batch; give the batch a fixed size");
 }
 
-/* What outputs need, from the last node to the first */
-static void mark_needed(const lt_graph *g, bool *needed)
-{
-    for (int i = 0; i < g->n_tensors; i++)
-        needed[i] = g->tensor[i]->is_output;
-    for (int i = g->n_nodes - 1; i >= 0; i--) {
-        const lt_node *n = g->node[i];
-        bool wanted = false;
-
-        for (int k = 0; k < n->n_out; k++)
-            wanted |= needed[n->outs[k]->id];
-        for (int k = 0; wanted && k < n->n_in; k++)
-            if (n->in[k])
-                needed[n->in[k]->id] = true;
-    }
-}
-
-static bool is_needed(const lt_node *n, const bool *needed)
-{
-    for (int k = 0; k < n->n_out; k++)
-        if (needed[n->outs[k]->id])
-            return true;
-    return false;
-}
-
 /* All ops without an ONNX form at once, each named once */
 static void check_ops(lt_onnx *w, const bool *needed)
 {
@@ -201,7 +176,7 @@ static void check_ops(lt_onnx *w, const bool *needed)
         char word[80];
 
         snprintf(word, sizeof(word), " \"%s\"", op->name);
-        if (op->onnx || !is_needed(w->g->node[i], needed) || strstr(names, word))
+        if (op->onnx || !lt_node_is_needed(w->g->node[i], needed) || strstr(names, word))
             continue;
         if (n + strlen(word) + 1 < sizeof(names))
             n += (size_t)snprintf(names + n, sizeof(names) - n, "%s", word);
@@ -259,11 +234,11 @@ lt_status lt_onnx_describe(lt_arena *arena, const lt_graph *g, const lt_graph *t
     w.value = lt_onnx_alloc(&w, (size_t)g->n_tensors, sizeof(*w.value));
     if (w.status)
         return w.status;
-    mark_needed(g, needed);
+    lt_graph_mark_needed(g, needed);
     check_ops(&w, needed);
     describe_ports(&w, needed);
     for (int i = 0; w.status == LT_OK && i < g->n_nodes; i++)
-        if (is_needed(g->node[i], needed))
+        if (lt_node_is_needed(g->node[i], needed))
             describe_node(&w, g->node[i]);
     w.model.name = "graph";
     w.model.opset = LT_ONNX_OPSET;

@@ -12,17 +12,11 @@
 
 plan_step *plan_add_step(lt_plan *p, step_kind kind, lt_node *node)
 {
-    if (p->n_steps == p->cap_steps) {
-        const int cap = p->cap_steps ? 2 * p->cap_steps : 1024;
-        plan_step *more = lt_arena_array(p->arena, (size_t)cap, sizeof(*more));
+    plan_step *list = lt_arena_grow(p->arena, p->step, (size_t)p->n_steps, &p->steps_room, sizeof(*list));
 
-        if (!more)
-            return NULL;
-        if (p->n_steps)
-            memcpy(more, p->step, (size_t)p->n_steps * sizeof(*more));
-        p->step = more;
-        p->cap_steps = cap;
-    }
+    if (!list)
+        return NULL;
+    p->step = list;
     p->step[p->n_steps] = (plan_step){ .kind = kind, .node = node };
     return &p->step[p->n_steps++];
 }

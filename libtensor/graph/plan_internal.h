@@ -58,11 +58,13 @@ struct lt_plan {
     plan_tensor *tensor;            /* by id in g */
     plan_node *node;
     plan_step *step;
-    int n_steps, n_forward, cap_steps;
+    int n_steps, n_forward;
+    size_t steps_room;
     plan_step *prologue;
     int n_prologue;
     plan_buffer *buffer;
-    int n_buffers, cap_buffers;
+    int n_buffers;
+    size_t buffers_room;
     char *memory;
     size_t memory_bytes, fixed_bytes;
     lt_tensor *loss;
