@@ -18,16 +18,13 @@ enum { FIRST_OPSET = 13, LAST_OPSET = 20 };
 static lt_status make_int_list(onnx_reader *r, pb_span m, lt_onnx_attr *a, size_t *room)
 {
     void *list;
+    pb_field f;
     lt_status st = LT_OK;
 
     *room = 0;
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK && f.number == ATTR_INTS)
+    while (onnx_next(r, &m, &f, &st))
+        if (f.number == ATTR_INTS)
             *room += f.wire == PB_VARINT ? 1 : pb_size(f.body);
-    }
     if (st == LT_OK)
         st = onnx_take(r, m.at, *room, sizeof(int64_t), &list);
     if (st == LT_OK)
@@ -66,6 +63,7 @@ static lt_status take_attr(onnx_reader *r, const pb_field *field, lt_onnx_attr *
 {
     pb_span m = field->body;
     size_t room = 0;
+    pb_field f;
     lt_status st = onnx_want(r, field, PB_BYTES);
 
     a->name = a->text = "";
@@ -73,13 +71,8 @@ static lt_status take_attr(onnx_reader *r, const pb_field *field, lt_onnx_attr *
         st = make_int_list(r, m, a, &room);
     if (st == LT_OK && room > INT32_MAX)
         st = onnx_bad(r, field->at, "a list of more than 2^31 numbers");
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK)
-            st = attr_field(r, &f, room, a);
-    }
+    while (onnx_next(r, &m, &f, &st))
+        st = attr_field(r, &f, room, a);
     if (st == LT_OK && !is_read(a->kind))
         st = onnx_bad(r, field->at, "attribute \"%s\" is of kind %d; a number, numbers or a text are read, no "
                       "tensors or graphs", a->name, (int)a->kind);
@@ -108,7 +101,8 @@ static lt_status take_node(onnx_reader *r, const pb_field *field, lt_onnx_node *
 {
     pb_span m = field->body;
     const char *domain = "";
-    int count[32];
+    int count[ONNX_COUNTED];
+    pb_field f;
     lt_status st = onnx_want(r, field, PB_BYTES);
 
     n->op = n->name = "";
@@ -120,13 +114,8 @@ static lt_status take_node(onnx_reader *r, const pb_field *field, lt_onnx_node *
         st = onnx_take(r, field->at, (size_t)count[NODE_OUTPUT], sizeof(*n->out), &n->out);
     if (st == LT_OK)
         st = onnx_take(r, field->at, (size_t)count[NODE_ATTRIBUTE], sizeof(*n->attr), &n->attr);
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK)
-            st = node_field(r, &f, n, &domain);
-    }
+    while (onnx_next(r, &m, &f, &st))
+        st = node_field(r, &f, n, &domain);
     if (st == LT_OK && !is_standard(domain))
         st = onnx_bad(r, field->at, "operator \"%s\" is of \"%s\"; standard ones are read", n->op, domain);
     if (st == LT_OK && (!*n->op || n->n_out == 0))
@@ -140,17 +129,14 @@ static lt_status take_node(onnx_reader *r, const pb_field *field, lt_onnx_node *
 static lt_status enter(const onnx_reader *r, pb_span *m, int number)
 {
     pb_span found = { m->end, m->end };
+    pb_field f;
     lt_status st = LT_OK;
 
-    while (st == LT_OK && m->at < m->end) {
-        pb_field f;
-
-        st = onnx_next(r, m, &f);
-        if (st == LT_OK && f.number == number) {
+    while (onnx_next(r, m, &f, &st))
+        if (f.number == number) {
             st = onnx_want(r, &f, PB_BYTES);
             found = f.body;
         }
-    }
     *m = found;
     return st;
 }
@@ -158,14 +144,12 @@ static lt_status enter(const onnx_reader *r, pb_span *m, int number)
 /* A size, or -1 where it has a name or is not known */
 static lt_status take_dim(const onnx_reader *r, pb_span m, int64_t *dim)
 {
+    pb_field f;
     lt_status st = LT_OK;
 
     *dim = -1;
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK && f.number == DIM_VALUE)
+    while (onnx_next(r, &m, &f, &st)) {
+        if (f.number == DIM_VALUE)
             st = onnx_take_int(r, &f, dim);
         if (st == LT_OK && *dim < -1)
             st = onnx_bad(r, f.at, "a dimension below 0");
@@ -175,13 +159,11 @@ static lt_status take_dim(const onnx_reader *r, pb_span m, int64_t *dim)
 
 static lt_status take_dims(const onnx_reader *r, pb_span m, lt_shape *shape)
 {
+    pb_field f;
     lt_status st = LT_OK;
 
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st || f.number != SHAPE_DIM)
+    while (onnx_next(r, &m, &f, &st)) {
+        if (f.number != SHAPE_DIM)
             continue;
         st = onnx_want(r, &f, PB_BYTES);
         if (st == LT_OK && shape->rank == LT_MAX_RANK)
@@ -196,15 +178,13 @@ static lt_status take_tensor_type(const onnx_reader *r, pb_span m, lt_onnx_port 
 {
     int64_t type = 0;
     const uint8_t *at = m.at;
+    pb_field f;
     lt_status st = LT_OK;
 
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK && f.number == TENSOR_TYPE_ELEM)
+    while (onnx_next(r, &m, &f, &st)) {
+        if (f.number == TENSOR_TYPE_ELEM)
             st = onnx_take_int(r, &f, &type);
-        if (st == LT_OK && f.number == TENSOR_TYPE_SHAPE)
+        if (f.number == TENSOR_TYPE_SHAPE)
             st = onnx_want(r, &f, PB_BYTES) ? LT_EFORMAT : take_dims(r, f.body, &p->shape);
     }
     if (st == LT_OK && type != LT_ONNX_FLOAT && type != LT_ONNX_INT32)
@@ -216,16 +196,14 @@ static lt_status take_tensor_type(const onnx_reader *r, pb_span m, lt_onnx_port 
 static lt_status take_port(onnx_reader *r, const pb_field *field, lt_onnx_port *p)
 {
     pb_span m = field->body, type = { NULL, NULL };
+    pb_field f;
     lt_status st = onnx_want(r, field, PB_BYTES);
 
     p->name = "";
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK && f.number == VALUE_NAME)
+    while (onnx_next(r, &m, &f, &st)) {
+        if (f.number == VALUE_NAME)
             st = onnx_take_text(r, &f, &p->name);
-        if (st == LT_OK && f.number == VALUE_TYPE) {
+        if (f.number == VALUE_TYPE) {
             st = onnx_want(r, &f, PB_BYTES);
             type = f.body;
         }
@@ -241,7 +219,7 @@ static lt_status take_port(onnx_reader *r, const pb_field *field, lt_onnx_port *
 
 static lt_status make_lists(onnx_reader *r, pb_span m, lt_onnx_model *out)
 {
-    int n[32];
+    int n[ONNX_COUNTED];
     lt_status st = onnx_count_fields(r, m, n);
 
     if (st == LT_OK)
@@ -271,6 +249,7 @@ static lt_status graph_field(onnx_reader *r, const pb_field *f, lt_onnx_model *m
 static lt_status take_graph(onnx_reader *r, const pb_field *field, lt_onnx_model *out)
 {
     pb_span m = field->body;
+    pb_field f;
     lt_status st = onnx_want(r, field, PB_BYTES);
 
     if (st == LT_OK && r->has_graph)
@@ -278,13 +257,8 @@ static lt_status take_graph(onnx_reader *r, const pb_field *field, lt_onnx_model
     r->has_graph = true;
     if (st == LT_OK)
         st = make_lists(r, m, out);
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK)
-            st = graph_field(r, &f, out);
-    }
+    while (onnx_next(r, &m, &f, &st))
+        st = graph_field(r, &f, out);
     return st;
 }
 
@@ -293,15 +267,13 @@ static lt_status take_opset(onnx_reader *r, const pb_field *field, lt_onnx_model
     pb_span m = field->body;
     const char *domain = "";
     int64_t version = 0;
+    pb_field f;
     lt_status st = onnx_want(r, field, PB_BYTES);
 
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK && f.number == OPSET_DOMAIN)
+    while (onnx_next(r, &m, &f, &st)) {
+        if (f.number == OPSET_DOMAIN)
             st = onnx_take_text(r, &f, &domain);
-        if (st == LT_OK && f.number == OPSET_VERSION)
+        if (f.number == OPSET_VERSION)
             st = onnx_take_int(r, &f, &version);
     }
     if (st || !is_standard(domain))
@@ -316,16 +288,14 @@ static lt_status take_opset(onnx_reader *r, const pb_field *field, lt_onnx_model
 static lt_status take_meta(onnx_reader *r, const pb_field *field, lt_onnx_text *out)
 {
     pb_span m = field->body;
+    pb_field f;
     lt_status st = onnx_want(r, field, PB_BYTES);
 
     out->key = out->value = "";
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK && f.number == META_KEY)
+    while (onnx_next(r, &m, &f, &st)) {
+        if (f.number == META_KEY)
             st = onnx_take_text(r, &f, &out->key);
-        if (st == LT_OK && f.number == META_VALUE)
+        if (f.number == META_VALUE)
             st = onnx_take_text(r, &f, &out->value);
     }
     return st;
@@ -349,7 +319,8 @@ lt_status lt_onnx_parse(lt_arena *arena, const char *name, const uint8_t *bytes,
     onnx_reader r = { .arena = arena, .name = name, .bytes = bytes };
     lt_onnx_model m = { .path = lt_arena_strdup(arena, name), .producer = "", .version = "", .name = "" };
     pb_span all = { bytes, bytes + n };
-    int count[32];
+    int count[ONNX_COUNTED];
+    pb_field f;
     lt_status st;
 
     if (n > INT32_MAX)
@@ -360,13 +331,8 @@ lt_status lt_onnx_parse(lt_arena *arena, const char *name, const uint8_t *bytes,
     st = onnx_count_fields(&r, all, count);
     if (st == LT_OK)
         st = onnx_take(&r, bytes, (size_t)count[MODEL_META], sizeof(*m.meta), &m.meta);
-    while (st == LT_OK && all.at < all.end) {
-        pb_field f;
-
-        st = onnx_next(&r, &all, &f);
-        if (st == LT_OK)
-            st = model_field(&r, &f, &m);
-    }
+    while (onnx_next(&r, &all, &f, &st))
+        st = model_field(&r, &f, &m);
     if (st == LT_OK && (!r.has_graph || !m.opset))
         st = lt_error(LT_EFORMAT, "%s: no ONNX model: has no graph, or says no operator set", name);
     if (st == LT_OK)

@@ -41,11 +41,16 @@ lt_status onnx_take(onnx_reader *r, const uint8_t *at, size_t count, size_t size
     return LT_OK;
 }
 
-lt_status onnx_next(const onnx_reader *r, pb_span *m, pb_field *f)
+bool onnx_next(const onnx_reader *r, pb_span *m, pb_field *f, lt_status *st)
 {
-    const char *wrong = pb_next(m, f);
+    const char *wrong;
 
-    return wrong ? onnx_bad(r, f->at, "%s", wrong) : LT_OK;
+    if (*st || m->at >= m->end)
+        return false;
+    wrong = pb_next(m, f);
+    if (wrong)
+        *st = onnx_bad(r, f->at, "%s", wrong);
+    return !wrong;
 }
 
 lt_status onnx_want(const onnx_reader *r, const pb_field *f, pb_wire wire)
@@ -79,19 +84,16 @@ lt_status onnx_take_int(const onnx_reader *r, const pb_field *f, int64_t *out)
     return st;
 }
 
-lt_status onnx_count_fields(const onnx_reader *r, pb_span m, int n[32])
+lt_status onnx_count_fields(const onnx_reader *r, pb_span m, int n[ONNX_COUNTED])
 {
-    memset(n, 0, 32 * sizeof(*n));
-    while (m.at < m.end) {
-        pb_field f;
-        const lt_status st = onnx_next(r, &m, &f);
+    pb_field f;
+    lt_status st = LT_OK;
 
-        if (st)
-            return st;
-        if (f.number < 32)
+    memset(n, 0, ONNX_COUNTED * sizeof(*n));
+    while (onnx_next(r, &m, &f, &st))
+        if (f.number < ONNX_COUNTED)
             n[f.number]++;
-    }
-    return LT_OK;
+    return st;
 }
 
 lt_status onnx_add_ints(const onnx_reader *r, const pb_field *f, int64_t *list, int room, int *n)

@@ -104,15 +104,11 @@ lt_status onnx_take_tensor(onnx_reader *r, const pb_field *field, lt_onnx_tensor
     pb_span m = field->body;
     lt_status st = onnx_want(r, field, PB_BYTES);
     size_t numel = 0;
+    pb_field f;
 
     t->name = "";
-    while (st == LT_OK && m.at < m.end) {
-        pb_field f;
-
-        st = onnx_next(r, &m, &f);
-        if (st == LT_OK)
-            st = tensor_field(r, &f, &p, t);
-    }
+    while (onnx_next(r, &m, &f, &st))
+        st = tensor_field(r, &f, &p, t);
     if (st == LT_OK && p.type != LT_ONNX_FLOAT && p.type != LT_ONNX_INT32 && p.type != LT_ONNX_INT64)
         st = onnx_bad(r, p.at, "tensor \"%s\" is of type %jd; 1 (FLOAT), 6 (INT32), 7 (INT64) are read", t->name,
                  (intmax_t)p.type);
