@@ -35,7 +35,10 @@ typedef struct lt_pvalue lt_pvalue;
 struct lt_pvalue {
     lt_pkind kind;
     uint32_t mark;                  /* the reader's own */
-    size_t n;
+    union {
+        size_t n;
+        void *own;                  /* of an object that a reader made: its own */
+    };
     union {
         int64_t integer;
         double number;

@@ -5,6 +5,8 @@
  */
 #include "libtensor/io/pickle_dense.h"
 
+#include "libtensor/io/raw_array.h"
+
 #include <string.h>
 
 enum { NESTING_MAX = 16, ELEMENTS_MAX = 1 << 22 };
@@ -83,14 +85,13 @@ static lt_status select_elements(lt_arena *arena, const lt_pvalue *v, lt_array *
 /* transpose: the axes in another order, reversed when none is given */
 static lt_status transpose(lt_arena *arena, const lt_pvalue *axes, lt_array *a)
 {
-    const size_t n = lt_array_count(a);
-    double *out = lt_arena_array(arena, n, sizeof(*out));
-    int64_t stride[LT_ARRAY_MAX_RANK], index[LT_ARRAY_MAX_RANK] = { 0 }, step = 1;
+    const size_t n = lt_array_count(a), size = lt_elem_size(a->type);
+    uint64_t stride[LT_ARRAY_MAX_RANK], turned[LT_ARRAY_MAX_RANK], step = 1;
     lt_array order = { .rank = a->rank }, result = *a;
     unsigned seen = 0;
-    size_t from = 0;
 
-    if (!out)
+    result.data = lt_arena_array(arena, n, size);
+    if (!result.data)
         return lt_error(LT_ENOMEM, "no memory for %zu numbers", n);
     for (int d = 0; d < a->rank; d++)
         order.shape[d] = a->rank - 1 - d;
@@ -98,25 +99,17 @@ static lt_status transpose(lt_arena *arena, const lt_pvalue *axes, lt_array *a)
         return lt_error(LT_EFORMAT, "chumpy transpose with other axes than its array");
     for (int d = a->rank - 1; d >= 0; d--) {
         stride[d] = step;
-        step *= a->shape[d];
+        step *= (uint64_t)a->shape[d];
     }
     for (int d = 0; d < a->rank; d++) {
         if (order.shape[d] >= a->rank || seen & 1u << order.shape[d])
             return lt_error(LT_EFORMAT, "chumpy transpose with axes that are no permutation");
         seen |= 1u << order.shape[d];
         result.shape[d] = a->shape[order.shape[d]];
+        turned[d] = stride[order.shape[d]];
     }
-    for (size_t i = 0; i < n; i++) {
-        out[i] = lt_array_get(a, from);
-        for (int d = a->rank - 1; d >= 0; d--) {
-            from += (size_t)stride[order.shape[d]];
-            if (++index[d] < result.shape[d])
-                break;
-            from -= (size_t)(stride[order.shape[d]] * result.shape[d]);
-            index[d] = 0;
-        }
-    }
-    *a = lt_array_make(LT_ELEM_F8, result.rank, result.shape, out);
+    lt_copy_strided(result.data, a->data, size, result.rank, result.shape, turned);
+    *a = result;
     return LT_OK;
 }
 

@@ -82,51 +82,58 @@ bool lt_raw_bytes(const lt_raw_array *raw, size_t *out)
     return true;
 }
 
-static void copy_element(uint8_t *out, const uint8_t *in, const lt_raw_array *raw)
+void lt_swap_bytes(uint8_t *p, size_t n, size_t size)
 {
-    const size_t unit = raw->type == LT_ELEM_TEXT ? (raw->unicode ? 4 : 1) : raw->width;
+    for (size_t i = 0; i + size <= n; i += size) {
+        for (size_t k = 0; k < size / 2; k++) {
+            const uint8_t byte = p[i + k];
 
-    if (!raw->swap) {
-        memcpy(out, in, raw->width);
-        return;
+            p[i + k] = p[i + size - 1 - k];
+            p[i + size - 1 - k] = byte;
+        }
     }
-    for (size_t start = 0; start < raw->width; start += unit)
-        for (size_t i = 0; i < unit; i++)
-            out[start + i] = in[start + unit - 1 - i];
 }
 
-/* Walks the elements in C order; the source moves by the strides of Fortran order. */
-static void copy_fortran(uint8_t *out, const uint8_t *in, const lt_raw_array *raw, size_t count)
+void lt_copy_strided(uint8_t *to, const uint8_t *from, size_t size, int rank, const int64_t *shape,
+                     const uint64_t *stride)
 {
-    size_t stride[LT_ARRAY_MAX_RANK];
     int64_t index[LT_ARRAY_MAX_RANK] = { 0 };
-    size_t step = raw->width, from = 0;
+    size_t count = 1;
+    uint64_t at = 0;
 
-    for (int d = 0; d < raw->rank; d++) {
-        stride[d] = step;
-        step *= (size_t)raw->shape[d];
-    }
+    for (int d = 0; d < rank; d++)
+        count *= (size_t)shape[d];
     for (size_t i = 0; i < count; i++) {
-        copy_element(out + i * raw->width, in + from, raw);
-        for (int d = raw->rank - 1; d >= 0; d--) {
-            from += stride[d];
-            if (++index[d] < raw->shape[d])
+        memcpy(to + i * size, from + at * size, size);
+        for (int d = rank - 1; d >= 0; d--) {
+            at += stride[d];
+            if (++index[d] < shape[d])
                 break;
-            from -= stride[d] * (size_t)raw->shape[d];
+            at -= stride[d] * (uint64_t)shape[d];
             index[d] = 0;
         }
     }
 }
 
-static void copy_elements(uint8_t *out, const uint8_t *in, const lt_raw_array *raw, size_t count)
+static void copy_fortran(uint8_t *out, const uint8_t *in, const lt_raw_array *raw)
+{
+    uint64_t stride[LT_ARRAY_MAX_RANK], step = 1;
+
+    for (int d = 0; d < raw->rank; d++) {
+        stride[d] = step;
+        step *= (uint64_t)raw->shape[d];
+    }
+    lt_copy_strided(out, in, raw->width, raw->rank, raw->shape, stride);
+}
+
+static void copy_elements(uint8_t *out, const uint8_t *in, const lt_raw_array *raw, size_t bytes)
 {
     if (raw->fortran && raw->rank > 1)
-        copy_fortran(out, in, raw, count);
-    else if (!raw->swap)
-        memcpy(out, in, count * raw->width);
+        copy_fortran(out, in, raw);
     else
-        for (size_t i = 0; i < count; i++)
-            copy_element(out + i * raw->width, in + i * raw->width, raw);
+        memcpy(out, in, bytes);
+    if (raw->swap)
+        lt_swap_bytes(out, bytes, raw->type != LT_ELEM_TEXT ? raw->width : raw->unicode ? 4 : 1);
 }
 
 /* One element as NUL-terminated UTF-8; trailing NULs are padding. Returns the end, or NULL. */
@@ -185,7 +192,7 @@ lt_status lt_raw_load(lt_arena *arena, const lt_raw_array *raw, const uint8_t *b
     if (st)
         return st;
     if (n)
-        copy_elements(data, bytes, raw, count);
+        copy_elements(data, bytes, raw, n);
     if (raw->type == LT_ELEM_TEXT)
         return load_text(arena, raw, data, count, out);
     for (size_t i = 0; raw->type == LT_ELEM_BOOL && i < n; i++)

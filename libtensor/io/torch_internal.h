@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * The parts of the checkpoint reader: torch_pickle.c gives meaning to PyTorch's pickled functions,
- * torch_zip.c, torch_stream.c and torch_tar.c find the bytes of storages, torch_names.c names the result.
+ * torch_zip.c, torch_stream.c and torch_tar.c find the bytes of storages, torch_elements.c makes tensors of them,
+ * torch_names.c names the result.
  */
 #ifndef LT_IO_TORCH_INTERNAL_H
 #define LT_IO_TORCH_INTERNAL_H
@@ -67,10 +68,7 @@ bool lt_torch_type(const char *dotted, lt_elem *out);
 /* lt_torch_sorted - the mentions by key; NULL without memory */
 lt_torch_storage **lt_torch_sorted(lt_torch *t);
 
-/* lt_torch_spend - account for bytes made of the file's; LT_EFORMAT when they are too many */
-lt_status lt_torch_spend(lt_torch *t, size_t bytes);
-
-/* lt_torch_alloc - spend, and memory in the arena */
+/* lt_torch_alloc - memory in the arena for what is made of the file's bytes; LT_EFORMAT when that is too much of it */
 lt_status lt_torch_alloc(lt_torch *t, size_t bytes, uint8_t **out);
 
 /* lt_torch_native - n bytes of elements into this machine's order; bools become 0 or 1 */
