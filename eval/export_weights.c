@@ -4,6 +4,7 @@
 #include "libtensor/io/json.h"
 #include "libtensor/io/safetensors.h"
 #include "libtensor/io/utf8.h"
+#include "models/param_arrays.h"
 
 #include <cjson/cJSON.h>
 #include <string.h>
@@ -30,20 +31,6 @@ const char *export_text(lt_arena *arena, const char *text)
     return copy;
 }
 
-static lt_named_array *list_params(lt_arena *arena, const lt_params *set, size_t *n)
-{
-    lt_named_array *list;
-
-    *n = 0;
-    for (const lt_param *p = lt_params_first(set); p; p = p->next)
-        ++*n;
-    list = lt_arena_array(arena, *n, sizeof(*list));
-    *n = 0;
-    for (const lt_param *p = lt_params_first(set); list && p; p = p->next)
-        list[(*n)++] = (lt_named_array){ p->name, lt_array_make(LT_ELEM_F4, p->shape.rank, p->shape.dim, p->data) };
-    return list;
-}
-
 static lt_status compare(const char *path, const lt_named_array *list, size_t n)
 {
     lt_arena *arena = lt_arena_new();
@@ -65,7 +52,7 @@ lt_status export_weights(const export_options *o, const char *path, export_repor
 {
     lt_arena *arena = lt_arena_new();
     size_t n = 0;
-    lt_named_array *list = arena ? list_params(arena, o->m->params, &n) : NULL;
+    lt_named_array *list = arena ? param_arrays(arena, o->m->params, 0, &n) : NULL;
     const lt_text_pair meta[] = {
         { "format", "palmar-weights" }, { "model", o->m->cls->name }, { "variant", o->m->variant },
         { "config", arena ? export_config(arena, o->m) : NULL },

@@ -6,6 +6,7 @@
 #include "libtensor/io/number.h"
 #include "libtensor/io/safetensors.h"
 #include "libtensor/kernels/kernels.h"
+#include "models/param_arrays.h"
 #include "train/int8_table.h"
 
 #include <config.h>
@@ -61,30 +62,18 @@ typedef struct {
     bool no_memory;
 } contents;
 
-static lt_named_array named(const char *name, const lt_shape *shape, const lt_real *data)
-{
-    const lt_elem type = sizeof(lt_real) == sizeof(float) ? LT_ELEM_F4 : LT_ELEM_F8;
-
-    return (lt_named_array){ name, lt_array_make(type, shape->rank, shape->dim, data) };
-}
-
 /* optim: or NULL */
 static bool collect(contents *c, const model *m, const lt_optim *optim)
 {
     const int states = optim ? lt_optim_state_count(optim) : 0;
-    size_t n = (size_t)states;
 
-    for (const lt_param *p = lt_params_first(m->params); p; p = p->next)
-        n++;
-    c->entry = lt_arena_array(c->arena, n, sizeof(*c->entry));
+    c->entry = param_arrays(c->arena, m->params, (size_t)states, &c->n);
     if (!c->entry)
         return false;
-    for (const lt_param *p = lt_params_first(m->params); p; p = p->next)
-        c->entry[c->n++] = named(p->name, &p->shape, p->data);
     for (int i = 0; i < states; i++) {
         const lt_optim_state s = lt_optim_state_at(optim, i);
 
-        c->entry[c->n++] = named(s.name, &s.shape, s.data);
+        c->entry[c->n++] = (lt_named_array){ s.name, reals_array(&s.shape, s.data) };
     }
     return true;
 }
@@ -175,6 +164,10 @@ lt_status checkpoint_save(const char *path, const model *m, const lt_optim *opti
     return st;
 }
 
+/* In the header of a file: what an entry takes, name and shape and where its data is; all metadata, and a configuration
+ * takes most of that */
+enum { ENTRY_BYTES = 160, META_BYTES = 8192 };
+
 size_t checkpoint_bytes(const model *m, const lt_optim *optim)
 {
     size_t n = 0, names = 0;
@@ -186,7 +179,7 @@ size_t checkpoint_bytes(const model *m, const lt_optim *optim)
 
         n += (size_t)lt_shape_numel(&s.shape);
     }
-    return n * sizeof(lt_real) + 160 * names + 8192;
+    return n * sizeof(lt_real) + ENTRY_BYTES * names + META_BYTES;
 }
 
 /* ---- reading ------------------------------------------------------------------------------------------ */
@@ -221,27 +214,13 @@ static lt_status check_model(const lt_safetensors *f, const model *m)
     return LT_OK;
 }
 
-static bool fits(const lt_array *a, const lt_shape *shape)
-{
-    return a->type != LT_ELEM_TEXT && lt_array_has_shape(a, shape->rank, shape->dim);
-}
-
-static lt_status wrong_shape(const lt_safetensors *f, const char *array, const lt_array *a, const char *name,
-                             const lt_shape *shape)
-{
-    char have[160], want[LT_SHAPE_TEXT];
-
-    return lt_error(LT_EINVAL, "%s: \"%s\" is %s, the model's \"%s\" is %s", f->path, array,
-                    lt_array_shape_text(a, have, sizeof(have)), name, lt_shape_text(shape, want));
-}
-
 static lt_status check_entry(const lt_safetensors *f, const char *name, const lt_shape *shape)
 {
     const lt_array *a = lt_safetensors_find(f, name);
 
     if (!a)
         return lt_error(LT_EINVAL, "%s: has no \"%s\"; it is of another model or optimiser", f->path, name);
-    return fits(a, shape) ? LT_OK : wrong_shape(f, name, a, name, shape);
+    return array_check(f->path, name, a, name, shape);
 }
 
 static lt_status check_params(const lt_safetensors *f, const model *m)
@@ -263,14 +242,6 @@ static lt_status check_optim(const lt_safetensors *f, const lt_optim *optim)
         st = check_entry(f, s.name, &s.shape);
     }
     return st;
-}
-
-static void copy_array(const lt_array *a, lt_real *out)
-{
-    const size_t n = lt_array_count(a);
-
-    for (size_t i = 0; i < n; i++)
-        out[i] = (lt_real)lt_array_get(a, i);
 }
 
 static lt_status get_int(const lt_safetensors *f, const char *key, int64_t *out)
@@ -318,11 +289,11 @@ static lt_status get_state(const lt_safetensors *f, checkpoint_state *out)
 static void put_back(const lt_safetensors *f, const model *m, lt_optim *optim, const checkpoint_state *s)
 {
     for (lt_param *p = lt_params_first(m->params); p; p = p->next)
-        copy_array(lt_safetensors_find(f, p->name), p->data);
+        array_load(lt_safetensors_find(f, p->name), p->data);
     for (int i = 0; i < lt_optim_state_count(optim); i++) {
         const lt_optim_state state = lt_optim_state_at(optim, i);
 
-        copy_array(lt_safetensors_find(f, state.name), state.data);
+        array_load(lt_safetensors_find(f, state.name), state.data);
     }
     lt_optim_set_steps(optim, s->optim_steps);
 }
@@ -350,13 +321,23 @@ lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, che
     return st;
 }
 
-/* The average of a weight where the file has one, else the weight. */
-static const lt_array *best_of(lt_arena *arena, const lt_safetensors *f, const lt_param *p)
+const lt_named_array *checkpoint_average(const lt_named_array *entry, size_t n, const char *weight)
 {
-    const char *name = lt_arena_printf(arena, "%s%s", CHECKPOINT_AVERAGE, p->name);
-    const lt_array *ema = name ? lt_safetensors_find(f, name) : NULL;
+    static const char prefix[] = "optim.ema.";              /* as lt_optim_state_at has it */
+    const size_t length = strlen(prefix);
 
-    return ema && fits(ema, &p->shape) ? ema : lt_safetensors_find(f, p->name);
+    for (size_t i = 0; i < n; i++)
+        if (strncmp(entry[i].name, prefix, length) == 0 && strcmp(entry[i].name + length, weight) == 0)
+            return &entry[i];
+    return NULL;
+}
+
+/* The average of a weight where the file has one, else the weight. */
+static const lt_array *best_of(const lt_safetensors *f, const lt_param *p)
+{
+    const lt_named_array *average = checkpoint_average(f->entry, f->n, p->name);
+
+    return average && array_fits(&average->array, &p->shape) ? &average->array : lt_safetensors_find(f, p->name);
 }
 
 static lt_status read_table(const lt_safetensors *f, model *m)
@@ -380,7 +361,7 @@ lt_status checkpoint_load_model(const char *path, model *m)
     if (st == LT_OK)
         st = read_table(&f, m);
     for (lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
-        copy_array(best_of(arena, &f, p), p->data);
+        array_load(best_of(&f, p), p->data);
     lt_arena_free(arena);
     return st;
 }

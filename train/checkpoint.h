@@ -11,6 +11,7 @@
 #define TRAIN_CHECKPOINT_H
 
 #include "data/loader.h"
+#include "libtensor/io/array.h"
 #include "libtensor/optim/optim.h"
 #include "models/model.h"
 
@@ -25,9 +26,6 @@ typedef struct {
     double best_mm;                 /* the lowest PA-MPJPE of a validation so far; infinite before one */
     int64_t best_step;              /* of that validation; 0 before one */
 } checkpoint_state;
-
-/* What stands before a weight's name in that of its average over a run's steps */
-#define CHECKPOINT_AVERAGE "optim.ema."
 
 /**
  * checkpoint_save - write everything to path, atomically
@@ -47,6 +45,10 @@ lt_status checkpoint_save(const char *path, const model *m, const lt_optim *opti
  * no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both.
  */
 lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state);
+
+/* checkpoint_average - among a file's n arrays, the average over a run's steps of the weight of this name; NULL where
+ * the run kept none */
+const lt_named_array *checkpoint_average(const lt_named_array *entry, size_t n, const char *weight);
 
 /**
  * checkpoint_load_model - weights and running statistics alone, to evaluate or predict

@@ -3,6 +3,7 @@
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/weights_file.h"
+#include "models/param_arrays.h"
 #include "models/weight_names.h"
 #include "train/checkpoint.h"
 #include "train/checkpoint_folder.h"
@@ -45,15 +46,12 @@ static bool passed_over(const char *name)
 
 static lt_status check_array(const match *a, const lt_named_array *e, const lt_param *p)
 {
-    char have[160], want[LT_SHAPE_TEXT];
+    const lt_status st = array_check(a->file.path, e->name, &e->array, p->name, &p->shape);
 
-    if (e->array.type == LT_ELEM_TEXT || !lt_array_has_shape(&e->array, p->shape.rank, p->shape.dim))
-        return lt_error(LT_EINVAL, "%s: \"%s\" is %s, the model's \"%s\" is %s", a->file.path, e->name,
-                        lt_array_shape_text(&e->array, have, sizeof(have)), p->name, lt_shape_text(&p->shape, want));
-    for (size_t i = 0; i < lt_array_count(&e->array); i++)
+    for (size_t i = 0; !st && i < lt_array_count(&e->array); i++)
         if (!isfinite(lt_array_get(&e->array, i)))
             return lt_error(LT_EFORMAT, "%s: \"%s\" is not finite at %zu", a->file.path, e->name, i);
-    return LT_OK;
+    return st;
 }
 
 static bool is_taken(const match *a, const lt_param *p, size_t before)
@@ -109,16 +107,12 @@ static void choose_block(match *a, const weight_family *f)
 
 static lt_status find_average(match *a, const lt_named_array *e, const lt_param *p, size_t i)
 {
-    const size_t n = strlen(CHECKPOINT_AVERAGE);
+    const lt_named_array *average = checkpoint_average(a->file.entry, a->file.n, e->name);
 
-    for (size_t k = 0; k < a->file.n; k++) {
-        const lt_named_array *other = &a->file.entry[k];
-        if (strncmp(other->name, CHECKPOINT_AVERAGE, n) || strcmp(other->name + n, e->name))
-            continue;
-        a->average[i] = &other->array;
-        return check_array(a, other, p);
-    }
-    return LT_OK;
+    if (!average)
+        return LT_OK;
+    a->average[i] = &average->array;
+    return check_array(a, average, p);
 }
 
 static lt_status match_one(match *a, const weight_family *f, size_t i)
@@ -182,12 +176,6 @@ static lt_status list_missing(match *a)
     return LT_OK;
 }
 
-static void load(lt_param *p, const lt_array *from)
-{
-    for (size_t k = 0; k < lt_array_count(from); k++)
-        p->data[k] = (lt_real)lt_array_get(from, k);
-}
-
 /* The weights of all channels that were, summed for the one that is */
 static void load_summed(lt_param *p, const lt_array *from)
 {
@@ -206,11 +194,11 @@ static void load_one(const match *a, size_t i)
 {
     const lt_array *from = a->average[i] ? a->average[i] : &a->file.entry[i].array;
 
-    load(a->param[i], from);
+    array_load(from, a->param[i]->data);
     if (a->twin[i] && is_summed(from, a->twin[i]))
         load_summed(a->twin[i], from);
     else if (a->twin[i])
-        load(a->twin[i], from);
+        array_load(from, a->twin[i]->data);
 }
 
 lt_status weights_init(lt_arena *arena, const char *path, const model *m, weights_report *out)
