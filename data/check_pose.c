@@ -2,6 +2,7 @@
 /* The annotated hands against the hand model; and when they do not agree, the slips that people make. */
 #include "data/check.h"
 
+#include "data/hand_pose.h"
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
 
@@ -126,16 +127,14 @@ typedef struct {
 } measure;
 
 /* Sum of squared distances over the joints that are compared. */
-static double squared_error(const measure *m, const lt_hand_model *hand, const double (*aa)[3], const float *beta,
+static double squared_error(const measure *m, const lt_hand_model *hand, const double (*aa)[3], const double *beta,
                             const float (*joints)[3], int *compared)
 {
-    double R[LT_HAND_JOINTS * 9], b[LT_HAND_BETAS], posed[LT_HAND_JOINTS][3], key[J][3], sum = 0;
+    double R[LT_HAND_JOINTS * 9], posed[LT_HAND_JOINTS][3], key[J][3], sum = 0;
 
     for (int j = 0; j < LT_HAND_JOINTS; j++)
         lt_rot_from_axis_angle(aa[j], R + 9 * j);
-    for (int i = 0; i < LT_HAND_BETAS; i++)
-        b[i] = beta[i];
-    lt_hand_pose(hand, R, b, NULL, m->vertices[0], posed[0]);
+    lt_hand_pose(hand, R, beta, NULL, m->vertices[0], posed[0]);
     lt_hand_keypoints(m->vertices[0], posed[0], m->d->tips, LT_HAND_SIMPLE_ORDER, key[0]);
     *compared = 0;
     for (int i = 1; i < J; i++) {
@@ -153,21 +152,18 @@ static double squared_error(const measure *m, const lt_hand_model *hand, const d
 static double error_with(const measure *m, const dataset_sample *s, const slip *what, int *compared)
 {
     float joints[J][3];
-    double aa[LT_HAND_JOINTS][3];
+    double R[LT_HAND_JOINTS][9], beta[LT_HAND_BETAS], aa[LT_HAND_JOINTS][3];
     const reading r = { joints, aa, m->turned };
 
     memcpy(joints, s->joints, sizeof(joints));
-    for (int j = 0; j < LT_HAND_JOINTS; j++) {
-        double R[9];
-        for (int i = 0; i < 9; i++)
-            R[i] = s->rotation[j][i];
-        lt_rot_to_axis_angle(R, aa[j]);
-    }
+    hand_pose_widen(s->rotation[0], s->beta, R[0], beta);
+    for (int j = 0; j < LT_HAND_JOINTS; j++)
+        lt_rot_to_axis_angle(R[j], aa[j]);
     if (what) {
         *m->turned = *m->hand;
         what->turn(&r);
     }
-    return squared_error(m, what ? m->turned : m->hand, (const double (*)[3])aa, s->beta, (const float (*)[3])joints,
+    return squared_error(m, what ? m->turned : m->hand, (const double (*)[3])aa, beta, (const float (*)[3])joints,
                          compared);
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/contact.h"
 
+#include "data/hand_pose.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/mesh_ops.h"
 
 #include <math.h>
@@ -15,21 +15,6 @@ typedef struct {
     bool *close;                    /* of each sample */
     lt_status *status;
 } contact_job;
-
-/* The posed hand's vertices, its wrist where the annotation has it. */
-static void pose_hand(const lt_hand_model *hand, const dataset_sample *s, double (*vertices)[3])
-{
-    double R[LT_HAND_JOINTS * 9], beta[LT_HAND_BETAS], joints[LT_HAND_JOINTS][3];
-
-    for (int i = 0; i < LT_HAND_JOINTS * 9; i++)
-        R[i] = s->rotation[i / 9][i % 9];
-    for (int i = 0; i < LT_HAND_BETAS; i++)
-        beta[i] = s->beta[i];
-    lt_hand_pose(hand, R, beta, NULL, vertices[0], joints[0]);
-    for (int v = 0; v < LT_HAND_VERTICES; v++)
-        for (int k = 0; k < 3; k++)
-            vertices[v][k] += s->root[k] - joints[0][k];
-}
 
 /* x_model = A^T (x_cam - t): A is orthogonal, a mirror or not. */
 static void to_model(const float A[9], const float t[3], const double p[3], double out[3])
@@ -46,7 +31,7 @@ static bool touches(const contact_job *j, const dataset_sample *s)
 
     if ((s->flags & want) != want || s->object < 0)
         return false;
-    pose_hand(j->hand, s, vertices);
+    hand_pose_at(j->hand, s->rotation[0], s->beta, s->root, vertices);
     dataset_model_to_camera(s, A);
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
         to_model(A, s->t, vertices[v], p);

@@ -2,8 +2,8 @@
 /* Which samples of a split are used: the rules of the papers, from the labels alone. */
 #include "data/dexycb_internal.h"
 
+#include "data/hand_pose.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/hand_layer.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -44,22 +44,7 @@ bool dexycb_box_is_empty(const dexycb_label *l)
 
 /* ---- contact ---- */
 
-/* The posed hand's vertices, camera axes. */
-static void pose_hand(const lt_hand_model *hand, const dataset_sample *s, float (*out)[3])
-{
-    double R[9 * LT_HAND_JOINTS], beta[LT_HAND_BETAS], joints[LT_HAND_JOINTS][3], v[LT_HAND_VERTICES][3];
-
-    for (int i = 0; i < 9 * LT_HAND_JOINTS; i++)
-        R[i] = s->rotation[i / 9][i % 9];
-    for (int i = 0; i < LT_HAND_BETAS; i++)
-        beta[i] = s->beta[i];
-    lt_hand_pose(hand, R, beta, NULL, v[0], joints[0]);
-    for (int i = 0; i < LT_HAND_VERTICES; i++)
-        for (int k = 0; k < 3; k++)
-            out[i][k] = (float)(v[i][k] - joints[0][k]) + s->root[k];
-}
-
-static bool near_any(const float p[3], const float (*v)[3], int n)
+static bool near_any(const float p[3], const double (*v)[3], int n)
 {
     for (int i = 0; i < n; i++) {
         const double x = p[0] - v[i][0], y = p[1] - v[i][1], z = p[2] - v[i][2];
@@ -69,14 +54,14 @@ static bool near_any(const float p[3], const float (*v)[3], int n)
     return false;
 }
 
-static void extent(const float (*v)[3], int n, float lo[3], float hi[3])
+static void extent(const double (*v)[3], int n, double lo[3], double hi[3])
 {
     for (int k = 0; k < 3; k++) {
         lo[k] = INFINITY;
         hi[k] = -INFINITY;
         for (int i = 0; i < n; i++) {
-            lo[k] = fminf(lo[k], v[i][k] - (float)CONTACT);
-            hi[k] = fmaxf(hi[k], v[i][k] + (float)CONTACT);
+            lo[k] = fmin(lo[k], v[i][k] - CONTACT);
+            hi[k] = fmax(hi[k], v[i][k] + CONTACT);
         }
     }
 }
@@ -87,7 +72,7 @@ static bool touches(const dexycb *d, const lt_hand_model *hand, dexycb_spot spot
     const dataset_object *o = NULL;
     const float *R = l->object.R;
     dataset_sample s = { 0 };
-    float v[LT_HAND_VERTICES][3], lo[3], hi[3];
+    double v[LT_HAND_VERTICES][3], lo[3], hi[3];
 
     for (int i = 0; i < d->base.n_objects; i++)
         if (d->base.objects[i].ycb_id == spot.sequence->object[spot.sequence->grasped])
@@ -95,8 +80,8 @@ static bool touches(const dexycb *d, const lt_hand_model *hand, dexycb_spot spot
     if (!o || !l->object.known)
         return false;
     dexycb_fill_hand(d, spot, l, &s);
-    pose_hand(hand, &s, v);
-    extent((const float (*)[3])v, LT_HAND_VERTICES, lo, hi);
+    hand_pose_at(hand, s.rotation[0], s.beta, s.root, v);
+    extent((const double (*)[3])v, LT_HAND_VERTICES, lo, hi);
     for (int i = 0; i < o->mesh.n_vertices; i++) {
         const float *x = o->mesh.vertex[i];
         bool inside = true;
@@ -105,7 +90,7 @@ static bool touches(const dexycb *d, const lt_hand_model *hand, dexycb_spot spot
             p[k] = R[3 * k] * x[0] + R[3 * k + 1] * x[1] + R[3 * k + 2] * x[2] + l->object.t[k];
             inside = inside && p[k] >= lo[k] && p[k] <= hi[k];
         }
-        if (inside && near_any(p, (const float (*)[3])v, LT_HAND_VERTICES))
+        if (inside && near_any(p, (const double (*)[3])v, LT_HAND_VERTICES))
             return true;
     }
     return false;

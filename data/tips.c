@@ -2,7 +2,7 @@
 /* Finds out which vertices a dataset calls finger tips: five conventions have been in use. */
 #include "data/dataset.h"
 
-#include "libtensor/geometry/hand_layer.h"
+#include "data/hand_pose.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -28,13 +28,7 @@ typedef struct {
 /* Adds up, for each convention, the squared distances of the tips from the annotated ones. */
 static void add_errors(const lt_hand_model *hand, const dataset_sample *s, posed *p, double sum[CONVENTIONS])
 {
-    double R[LT_HAND_JOINTS * 9], beta[LT_HAND_BETAS];
-
-    for (int i = 0; i < LT_HAND_JOINTS * 9; i++)
-        R[i] = s->rotation[i / 9][i % 9];
-    for (int i = 0; i < LT_HAND_BETAS; i++)
-        beta[i] = s->beta[i];
-    lt_hand_pose(hand, R, beta, NULL, &p->vertices[0][0], &p->joints[0][0]);
+    hand_pose_label(hand, s->rotation[0], s->beta, p->vertices, p->joints);
     for (int c = 0; c < CONVENTIONS; c++)
         for (int f = 0; f < 5; f++)
             for (int k = 0; k < 3; k++) {

@@ -6,6 +6,7 @@
 #include "eval/each_batch.h"
 #include "eval/evaluation_internal.h"
 
+#include "data/hand_pose.h"
 #include "libtensor/base/parallel.h"
 
 #include <math.h>
@@ -157,16 +158,13 @@ static lt_status fit_mean(evaluation *e)
 /* The mesh of the annotated pose, where the dataset has the pose instead of the mesh. */
 static void pose_vertices(const evaluation *e, const hand_object_batch *b, int s, float (*out)[3])
 {
-    double R[9 * LT_HAND_JOINTS], beta[LT_HAND_BETAS], vertices[LT_HAND_VERTICES][3], joints[LT_HAND_JOINTS][3];
+    double vertices[LT_HAND_VERTICES][3];
 
-    for (int i = 0; i < 9 * LT_HAND_JOINTS; i++)
-        R[i] = b->rotation[9 * LT_HAND_JOINTS * s + i];
-    for (int i = 0; i < LT_HAND_BETAS; i++)
-        beta[i] = b->beta[LT_HAND_BETAS * s + i];
-    lt_hand_pose(e->o.hand, R, beta, NULL, vertices[0], joints[0]);
+    hand_pose_at(e->o.hand, b->rotation + 9 * LT_HAND_JOINTS * s, b->beta + LT_HAND_BETAS * s, b->wrist + 3 * s,
+                 vertices);
     for (int v = 0; v < LT_HAND_VERTICES; v++)
         for (int d = 0; d < 3; d++)
-            out[v][d] = (float)(vertices[v][d] - joints[0][d] + b->wrist[3 * s + d]);
+            out[v][d] = (float)vertices[v][d];
 }
 
 /* DexYCB's tables by HFL-Net take symmetric objects by ADD-S, and pixels of the image; HO3D's ADD and pixels of the
