@@ -2,7 +2,8 @@
 /* What of a crop is foreground, and backgrounds drawn from random numbers. */
 #include "data/background.h"
 
-#include <assert.h>
+#include "data/crop.h"
+
 #include <math.h>
 
 /* ---- what stays ---- */
@@ -43,8 +44,8 @@ static void keep_mask(const dataset_sample *s, const double back[6], float *out,
 
     for (int y = 0; y < size; y++)
         for (int x = 0; x < size; x++) {
-            double p[2] = { x + 0.5, y + 0.5 };
-            lt_affine_apply(back, p, p);
+            double p[2];
+            crop_place(back, x, y, p);
             out[(size_t)y * (size_t)size + (size_t)x] = (float)mask_between(s, p[0] * sx, p[1] * sy);
         }
 }
@@ -93,10 +94,8 @@ static void keep_arm(const dataset_sample *s, const double A[6], float *out, int
 void background_keep(const dataset_sample *s, const double A[6], float *out, int size)
 {
     double back[6];
-    const lt_status st = lt_affine_inverse(A, back);
 
-    assert(!st);                            /* a window's map always has one */
-    (void)st;
+    crop_inverse(A, back);
     keep_mask(s, back, out, size);
     if ((s->flags & SAMPLE_HAND_POSE) && (s->flags & SAMPLE_JOINTS))
         keep_arm(s, A, out, size);

@@ -56,8 +56,7 @@ void crop_affine(crop_window w, int size, double A[6])
     lt_affine_crop(w.cx, w.cy, w.side, w.angle, size, A);
 }
 
-/* The map back; a window's map always has one. */
-static void invert(const double A[6], double back[6])
+void crop_inverse(const double A[6], double back[6])
 {
     const lt_status st = lt_affine_inverse(A, back);
 
@@ -172,10 +171,10 @@ static void warp_bilinear(const double back[6], const uint8_t *rgb, int width, i
         scaled[i] = i / 255.0;
     for (int y = 0; y < size; y++)
         for (int x = 0; x < size; x++, out++) {
-            double p[2] = { x + 0.5, y + 0.5 }, c[3];
+            double p[2], c[3];
             around a;
 
-            lt_affine_apply(back, p, p);
+            crop_place(back, x, y, p);
             a = around_of(p[0], p[1]);
             if (a.x >= 0 && a.x + 1 < width && a.y >= 0 && a.y + 1 < height)
                 blend_inside(&a, rgb, row, scaled, c);
@@ -193,18 +192,10 @@ static void warp_row_nearest(const double back[6], const uint8_t *rgb, int width
     const size_t plane = (size_t)size * (size_t)size;
 
     for (int x = 0; x < size; x++) {
-        double p[2] = { x + 0.5, y + 0.5 };
-        const uint8_t *from;
+        const int64_t at = crop_source(back, width, height, x, y);
 
-        lt_affine_apply(back, p, p);
-        if (!(p[0] >= 0 && p[0] < width && p[1] >= 0 && p[1] < height)) {
-            for (size_t k = 0; k < 3; k++)
-                out[k * plane + (size_t)x] = outside[k];
-            continue;
-        }
-        from = rgb + 3 * ((size_t)(int)p[1] * (size_t)width + (size_t)(int)p[0]);
         for (size_t k = 0; k < 3; k++)
-            out[k * plane + (size_t)x] = scaled[from[k]];
+            out[k * plane + (size_t)x] = at < 0 ? outside[k] : scaled[rgb[3 * (size_t)at + k]];
     }
 }
 
@@ -227,7 +218,7 @@ void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, con
     const float *edge = outside ? outside : black;
     double back[6];
 
-    invert(A, back);
+    crop_inverse(A, back);
     if (bilinear)
         warp_bilinear(back, rgb, width, height, out, size, edge);
     else
@@ -238,14 +229,12 @@ void crop_warp(const double A[6], const uint8_t *rgb, int width, int height, con
 static bool masked(const double back[6], const uint8_t *mask, int width, int height, int size,
                    long x, long y)
 {
-    double p[2] = { (double)x + 0.5, (double)y + 0.5 };
+    int64_t at;
 
     if (x < 0 || x >= size || y < 0 || y >= size)
         return false;
-    lt_affine_apply(back, p, p);
-    if (!(p[0] >= 0 && p[0] < width && p[1] >= 0 && p[1] < height))
-        return false;
-    return mask[(size_t)p[1] * (size_t)width + (size_t)p[0]] != 0;
+    at = crop_source(back, width, height, (int)x, (int)y);
+    return at >= 0 && mask[at] != 0;
 }
 
 void crop_mask(const double A[6], const uint8_t *mask, int width, int height, int size,
@@ -255,7 +244,7 @@ void crop_mask(const double A[6], const uint8_t *mask, int width, int height, in
     const long w = lt_max_i64(1, lroundf(box.x1) - x0), h = lt_max_i64(1, lroundf(box.y1) - y0);
     double back[6];
 
-    invert(A, back);
+    crop_inverse(A, back);
     for (int i = 0; i < cells; i++)
         for (int j = 0; j < cells; j++)
             out[i * cells + j] = masked(back, mask, width, height, size,

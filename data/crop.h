@@ -37,6 +37,28 @@ crop_box crop_extent(const float (*point)[2], int n);
  * scaled by size / side, the centre put in the middle */
 void crop_affine(crop_window w, int size, double A[6]);
 
+/* crop_inverse - the map from crop to image; a window's map always has one. back may be A. */
+void crop_inverse(const double A[6], double back[6]);
+
+/* crop_place - where in the image the centre of crop pixel (x, y) lies; back is crop_inverse's */
+static inline void crop_place(const double back[6], int x, int y, double p[2])
+{
+    p[0] = x + 0.5;
+    p[1] = y + 0.5;
+    lt_affine_apply(back, p, p);
+}
+
+/* crop_source - the number of the image's pixel at that place, row by row; -1: it lies outside */
+static inline int64_t crop_source(const double back[6], int width, int height, int x, int y)
+{
+    double p[2];
+
+    crop_place(back, x, y, p);
+    if (!(p[0] >= 0 && p[0] < width && p[1] >= 0 && p[1] < height))
+        return -1;
+    return (int64_t)p[1] * width + (int64_t)p[0];
+}
+
 /* crop_points - n points mapped by A */
 void crop_points(const double A[6], const float (*in)[2], int n, float (*out)[2]);
 

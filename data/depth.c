@@ -1,24 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/depth.h"
 
-#include "libtensor/geometry/camera.h"
+#include "data/crop.h"
 
-#include <assert.h>
 #include <math.h>
 #include <stdlib.h>
 
 static const float RANGE = 0.30f;               /* metres on each side of the middle */
-
-/* The pixel of the image that crop pixel (x, y) sees, or -1. */
-static int64_t source_of(const double back[6], int width, int height, int x, int y)
-{
-    double p[2] = { x + 0.5, y + 0.5 };
-
-    lt_affine_apply(back, p, p);
-    if (!(p[0] >= 0 && p[0] < width && p[1] >= 0 && p[1] < height))
-        return -1;
-    return (int64_t)p[1] * width + (int64_t)p[0];
-}
 
 static int by_size(const void *a, const void *b)
 {
@@ -37,7 +25,7 @@ static float middle(const double back[6], const float *crop, const uint8_t *mask
         for (int x = low; x < high; x++) {
             const float z = crop[(size_t)y * (size_t)size + (size_t)x];
 
-            if (z > 0 && (!mask || mask[source_of(back, width, height, x, y)]))
+            if (z > 0 && (!mask || mask[crop_source(back, width, height, x, y)]))
                 scratch[n++] = z;
         }
     qsort(scratch, n, sizeof(*scratch), by_size);
@@ -50,13 +38,11 @@ void depth_crop(const double A[6], const float *depth, const uint8_t *mask, int 
     const size_t n = (size_t)size * (size_t)size;
     double back[6];
     float d = 0;
-    const lt_status st = lt_affine_inverse(A, back);
 
-    assert(!st);
-    (void)st;
+    crop_inverse(A, back);
     for (size_t i = 0; i < n; i++) {
         const int x = (int)(i % (size_t)size), y = (int)(i / (size_t)size);
-        const int64_t at = depth ? source_of(back, width, height, x, y) : -1;
+        const int64_t at = depth ? crop_source(back, width, height, x, y) : -1;
 
         out[i] = at >= 0 && isfinite(depth[at]) ? depth[at] : 0;
     }
