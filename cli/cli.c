@@ -16,7 +16,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 /* ---- arguments ---------------------------------------------------------------------------------------- */
@@ -229,9 +228,8 @@ const char *cli_find_config(struct argp_state *state, const char *name)
     static const char *const roots[] = { PALMAR_DATADIR, PALMAR_SRCDIR };
     static char path[4096];
     const char *dash = strchr(name, '-');
-    struct stat s;
 
-    if (stat(name, &s) == 0 && S_ISDIR(s.st_mode)) {
+    if (lt_is_folder(name)) {
         snprintf(path, sizeof(path), "%s/config.json", name);
         return path;
     }

@@ -12,7 +12,6 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 lt_status dataset_read(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
                        dataset_sample *out)
@@ -215,13 +214,6 @@ static lt_status load_object(lt_arena *arena, const char *folder, dataset_object
     return st ? st : measure(o, xyz);
 }
 
-static bool is_folder(const char *path)
-{
-    struct stat info;
-
-    return !stat(path, &info) && S_ISDIR(info.st_mode);
-}
-
 /* The folder of a model under either of its names into *folder, or NULL where there is none. */
 static lt_status find_model(lt_arena *arena, const char *dir, const char *name, const char **folder,
                             const char **found_as)
@@ -233,7 +225,7 @@ static lt_status find_model(lt_arena *arena, const char *dir, const char *name, 
         const char *path = names[i] ? lt_arena_printf(arena, "%s/%s", dir, names[i]) : NULL;
         if (!path)
             return lt_error(LT_ENOMEM, "%s: no memory", dir);
-        if (!is_folder(path))
+        if (!lt_is_folder(path))
             continue;
         *folder = path;
         *found_as = names[i];

@@ -5,10 +5,10 @@
 #include "data/mirror.h"
 #include "data/picture.h"
 #include "data/ycb.h"
+#include "libtensor/io/file.h"
 
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 /* ---- places ---- */
@@ -270,12 +270,11 @@ static void set_pose_spaces(dexycb *d, const lt_hand_model *right, const lt_hand
 static lt_status open_models(dexycb *d, const char *models)
 {
     const char *names[YCB_COUNT];
-    struct stat info;
 
     d->models = models ? lt_arena_strdup(d->arena, models) : lt_arena_printf(d->arena, "%s/models", d->base.root);
     if (!d->models)
         return lt_error(LT_ENOMEM, "%s: no memory", d->base.root);
-    if (stat(d->models, &info) || !S_ISDIR(info.st_mode))
+    if (!lt_is_folder(d->models))
         return lt_error(LT_EIO, "%s: no such folder; it comes with DexYCB (models.tar.gz), or name another", d->models);
     for (int id = 1; id <= YCB_COUNT; id++)
         names[id - 1] = ycb_find(id)->name;

@@ -19,13 +19,6 @@ const char *hands_note(void)
     return "using the embedded synthetic hand; " OFFERED ", and are named by --hand, data.hand or PALMAR_HAND";
 }
 
-static bool is_folder(const char *path)
-{
-    struct stat s;
-
-    return stat(path, &s) == 0 && S_ISDIR(s.st_mode);
-}
-
 /* The hand in a file that is wanted; the line of one that is not there says where to get it. */
 static lt_status read_hand(lt_arena *arena, const char *path, lt_hand_model **out)
 {
@@ -74,7 +67,7 @@ static lt_status open_files(lt_arena *arena, const char *path, hands *h)
     lt_hand_model *first, *second = NULL;
     lt_status st;
 
-    if (is_folder(path))
+    if (lt_is_folder(path))
         path = lt_path_join(arena, path, "MANO_RIGHT.pkl");
     if (!path)
         return lt_error(LT_ENOMEM, "no memory for the hand model");

@@ -14,7 +14,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 enum { WIDTH = 640, HEIGHT = 480 };
@@ -367,14 +366,13 @@ static lt_status split_list(ho3d *h, const char *path, char *text)
 static lt_status read_list(ho3d *h)
 {
     const char *path = lt_arena_printf(h->arena, "%s/%s.txt", h->base.root, h->base.split);
-    struct stat info;
     uint8_t *text;
     size_t n;
     lt_status st;
 
     if (!path)
         return lt_error(LT_ENOMEM, "%s: no memory", h->base.root);
-    if (stat(h->base.root, &info) || !S_ISDIR(info.st_mode))
+    if (!lt_is_folder(h->base.root))
         return lt_error(LT_EIO, "%s: no such folder; give the HO3D folder that holds train.txt, or make "
                         "a synthetic one with `palmar synth`", h->base.root);
     if (access(path, F_OK))
@@ -390,15 +388,14 @@ static lt_status open_models(ho3d *h, const ho3d_options *o)
 {
     const char *names[YCB_COUNT];
     int n = 0;
-    struct stat info;
 
     h->models = o->models ? lt_arena_strdup(h->arena, o->models)
                           : lt_arena_printf(h->arena, "%s/models", h->base.root);
-    if (h->models && !o->models && stat(h->models, &info))
+    if (h->models && !o->models && access(h->models, F_OK))
         h->models = lt_arena_printf(h->arena, "%s/../models", h->base.root);
     if (!h->models)
         return lt_error(LT_ENOMEM, "%s: no memory", h->base.root);
-    if (stat(h->models, &info) || !S_ISDIR(info.st_mode))
+    if (!lt_is_folder(h->models))
         return o->models ? lt_error(LT_EIO, "%s: no such folder; name that of the YCB models", h->models)
                          : lt_error(LT_EIO, "%s/models: no such folder, nor %s; put the YCB models there (HO3D's page "
                                     "links them), or name their folder", h->base.root, h->models);

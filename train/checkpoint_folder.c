@@ -10,7 +10,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 static const char SUFFIX[] = ".safetensors";
@@ -22,9 +21,7 @@ const char *checkpoint_name(lt_arena *arena, const char *folder, int64_t step)
 
 const char *checkpoint_last(lt_arena *arena, const char *path)
 {
-    struct stat s;
-
-    if (stat(path, &s) || !S_ISDIR(s.st_mode))
+    if (!lt_is_folder(path))
         return path;
     return lt_arena_printf(arena, "%s/checkpoints/last%s", path, SUFFIX);
 }

@@ -84,7 +84,7 @@ void lt_file_free(lt_file *f)
     lt_arena_free(f->memory);
 }
 
-static bool is_folder(const char *path)
+bool lt_is_folder(const char *path)
 {
     struct stat info;
 
@@ -98,7 +98,7 @@ static lt_status make_dir(const char *path)
     if (mkdir(path, 0777) == 0)
         return LT_OK;
     error = errno;
-    if (is_folder(path))                /* EEXIST, but also EROFS or EACCES high up in the path */
+    if (lt_is_folder(path))                /* EEXIST, but also EROFS or EACCES high up in the path */
         return LT_OK;
     if (error == EEXIST)
         error = ENOTDIR;

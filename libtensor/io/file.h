@@ -39,6 +39,9 @@ typedef struct {
 LT_API lt_status lt_file_load(lt_file *f, const char *path, size_t max_bytes);
 LT_API void lt_file_free(lt_file *f);
 
+/* lt_is_folder - whether path is a folder, or a link to one; false also where that cannot be found out */
+LT_API bool lt_is_folder(const char *path);
+
 /* lt_make_dirs - make folder path and those above it; one that is there already is fine */
 LT_API lt_status lt_make_dirs(const char *path);
 

@@ -195,11 +195,16 @@ START_TEST(dirs)
 
     check_ok(lt_make_dirs(in_folder("a/b//c/")));
     check_ok(lt_make_dirs(in_folder("a/b/c")));
-    ck_assert(exists(in_folder("a/b/c")));
+    ck_assert(lt_is_folder(in_folder("a/b/c")));
+    ck_assert_int_eq(symlink("a", in_folder("link")), 0);
+    ck_assert(lt_is_folder(in_folder("link")));
     put_file(in_folder("plain"), "x", 1);
+    ck_assert(!lt_is_folder(in_folder("plain")));
+    ck_assert(!lt_is_folder(in_folder("absent")));
     check_error(lt_make_dirs(in_folder("plain/d")), LT_EIO, "cannot make folder");
     check_error(lt_make_dirs(in_folder("plain")), LT_EIO, "Not a directory");
     ck_assert_int_eq(symlink("nowhere", in_folder("dangling")), 0);
+    ck_assert(!lt_is_folder(in_folder("dangling")));
     check_error(lt_make_dirs(in_folder("dangling")), LT_EIO, "Not a directory");
     snprintf(longer, sizeof(longer), "%s/%0300d", scratch_folder, 0);
     check_error(lt_make_dirs(longer), LT_EIO, "File name too long");
