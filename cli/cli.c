@@ -262,23 +262,33 @@ static lt_status find_model(const char *name, const char *config, cJSON *group, 
     return model_find(name ? name : own ? own : "hocat", out);
 }
 
+/* Here a config is its model alone: a key of another group would change nothing. */
+static lt_status set_key(cJSON *root, const char *assignment)
+{
+    if (strncmp(assignment, "model.", 6) != 0)
+        return lt_error(LT_EINVAL, "--set %s: want model.KEY=VALUE, as only the model is read here", assignment);
+    return lt_config_set(root, "--set", assignment);
+}
+
 lt_status cli_model_new(const char *name, const char *config, const cli_overrides *over,
                         const cli_hand *hand, lt_params **params, model *out)
 {
     const model_class *cls;
     cJSON *root = NULL, *group;
+    char where[4200];
     lt_status st = read_config(config, &root);
 
+    snprintf(where, sizeof(where), "%s%smodel", config ? config : "", config ? ": " : "");
     *params = NULL;
     for (int i = 0; st == LT_OK && i < over->n; i++)
-        st = lt_config_set(root, "--set", over->set[i]);
+        st = set_key(root, over->set[i]);
     group = cJSON_GetObjectItemCaseSensitive(root, "model");
     if (st == LT_OK)
         st = find_model(name, config, group, &cls);
     if (st == LT_OK) {
         cJSON_DeleteItemFromObjectCaseSensitive(group, "name");
         *params = lt_params_new();
-        st = *params ? model_create(cls, config ? config : "model", group, hand->layer, *params, out)
+        st = *params ? model_create(cls, where, group, hand->layer, *params, out)
                      : lt_error(LT_ENOMEM, "no memory for the model");
     }
     if (st == LT_OK)

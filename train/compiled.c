@@ -61,7 +61,7 @@ static lt_status walk(const compiled *c, loader *l, compiled_visit visit, void *
 }
 
 lt_status compiled_walk(const compiled *c, const loader_source *source, int threads, double tolerate,
-                        compiled_visit visit, void *ctx, bool (*stop)(void))
+                        compiled_visit visit, compiled_skipped skipped, void *ctx, bool (*stop)(void))
 {
     const loader_options o = { .batch = c->record.batch, .threads = threads, .ahead = COMPILED_AHEAD,
                                .tolerate = tolerate };
@@ -72,6 +72,8 @@ lt_status compiled_walk(const compiled *c, const loader_source *source, int thre
         return st;
     lt_plan_refresh(c->plan);
     st = walk(c, l, visit, ctx, stop);
+    for (int i = 0; st == LT_OK && i < loader_skipped(l); i++)
+        skipped(ctx, i, loader_skipped_line(l, i));
     loader_free(l);
     return st;
 }

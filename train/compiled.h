@@ -33,12 +33,14 @@ enum { COMPILED_AHEAD = 2 };            /* batches that compiled_walk prepares a
  *   tolerate   share of unreadable samples that is skipped
  *   visit      called after each run; sample i of the batch is at place i of the outputs, and those with
  *              b->weight[i] 0 do not count
+ *   skipped    told of each sample that could not be read, behind the last batch: the i-th, and why
  *   stop       asked before each batch, may be NULL; true: LT_ESTOPPED
  *
  * Parameters may have changed since the last walk. Errors: those of the loader.
  */
 typedef void (*compiled_visit)(void *ctx, const compiled *c, const hand_object_batch *b);
+typedef void (*compiled_skipped)(void *ctx, int i, const char *line);
 lt_status compiled_walk(const compiled *c, const loader_source *source, int threads, double tolerate,
-                        compiled_visit visit, void *ctx, bool (*stop)(void));
+                        compiled_visit visit, compiled_skipped skipped, void *ctx, bool (*stop)(void));
 
 #endif

@@ -137,6 +137,30 @@ const char *train_filter_name(const train_config *c)
 
 static const char *const groups[] = { "model", "data", "optim", "train" };
 
+/* The group that a key is in which was given without: "epochs"; NULL: none of these */
+static const char *group_of(const char *key)
+{
+    static const struct { const char *name; const lt_config_key *keys; } group[] = {
+        { "data", data_keys }, { "optim", optim_keys }, { "train", loop_keys },
+    };
+
+    for (size_t i = 0; i < LT_COUNT(group); i++)
+        for (const lt_config_key *k = group[i].keys; k->name; k++)
+            if (strcmp(k->name, key) == 0)
+                return group[i].name;
+    return NULL;
+}
+
+static lt_status unknown_group(const char *path, const char *name)
+{
+    const char *group = group_of(name);
+
+    if (group)
+        return lt_error(LT_EINVAL, "%s: %s: no such group; did you mean \"%s.%s\"?", path, name, group, name);
+    return lt_unknown_name(name, groups, LT_COUNT(groups), "there are model, data, optim, train",
+                           "%s: %s: no such group", path, name);
+}
+
 static lt_status check_groups(const char *path, const cJSON *tree)
 {
     const cJSON *item;
@@ -151,8 +175,7 @@ static lt_status check_groups(const char *path, const cJSON *tree)
         if (cJSON_GetObjectItemCaseSensitive(tree, item->string) != item)
             return lt_error(LT_EINVAL, "%s: %s: is there twice", path, item->string);
         if (i == LT_COUNT(groups))
-            return lt_unknown_name(item->string, groups, LT_COUNT(groups), "there are model, data, optim, train",
-                                   "%s: %s: no such group", path, item->string);
+            return unknown_group(path, item->string);
     }
     return LT_OK;
 }

@@ -245,12 +245,37 @@ static void describe_data(trainer *t)
                   s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
                   s->check_count, s->evaluation ? "of " : "held back", s->evaluation ? s->evaluation->split : "");
     progress_note(&t->progress, "hand         %s%s, finger tips (vertices %d %d %d %d %d) %.2f mm from the annotated",
-                  s->hands.name, s->hand->synthetic && !hands_are_embedded(&s->hands) ? " (synthetic)" : "", tips[0], tips[1],
-                  tips[2], tips[3], tips[4], s->tips_rms_mm);
+                  s->hands.name, s->hand->synthetic && !hands_are_embedded(&s->hands) ? " (synthetic)" : "",
+                  tips[0], tips[1], tips[2], tips[3], tips[4], s->tips_rms_mm);
     if (hands_are_embedded(&s->hands))
         progress_note(&t->progress, "             %s", hands_note());
     progress_note(&t->progress, "steps        %" PRId64 " of %d samples in %d shard%s, %" PRId64 " an epoch",
                   t->total_steps, o->batch, o->shards, o->shards > 1 ? "s" : "", t->steps_of_epoch);
+}
+
+/* What the kernel can give without swapping, bytes; 0: it does not say. */
+static double free_memory(void)
+{
+    FILE *f = fopen("/proc/meminfo", "r");
+    char line[128];
+    unsigned long kB = 0;
+
+    while (f && !kB && fgets(line, sizeof(line), f))
+        sscanf(line, "MemAvailable: %lu kB", &kB);
+    if (f)
+        fclose(f);
+    return 1024.0 * (double)kB;
+}
+
+static void describe_memory(trainer *t)
+{
+    const double all = (double)trainer_bytes(t), have = free_memory() + (double)t->resident;
+
+    progress_note(&t->progress, "memory       %.1f MB, of which plans %.1f MB", 1e-6 * all,
+                  1e-6 * (double)trainer_plan_bytes(t));
+    if (have > (double)t->resident && all > have)
+        progress_warn(&t->progress, "the run takes %.1f MB of memory, and %.1f are free: a smaller optim.batch takes less",
+                      1e-6 * all, 1e-6 * have);
 }
 
 void trainer_describe(trainer *t)
@@ -262,6 +287,5 @@ void trainer_describe(trainer *t)
     describe_data(t);
     progress_note(&t->progress, "machine      %s, %s, %d thread%s", lt_cpu_model(), lt_isa_name(lt_k->isa),
                   lt_threads(), lt_threads() > 1 ? "s" : "");
-    progress_note(&t->progress, "memory       %.1f MB, of which plans %.1f MB", 1e-6 * (double)trainer_bytes(t),
-                  1e-6 * (double)trainer_plan_bytes(t));
+    describe_memory(t);
 }

@@ -33,6 +33,17 @@ static bool validation_is_due(const trainer *t)
         || (step % t->steps_of_epoch == 0 && every(epoch, c->validate_every));
 }
 
+/* Each once, though every validation comes by it */
+static void warn_skipped(void *ctx, int i, const char *line)
+{
+    trainer *t = ctx;
+
+    if (i < t->checks_warned)
+        return;
+    t->checks_warned = i + 1;
+    progress_warn(&t->progress, "%s", line);
+}
+
 static lt_status score(trainer *t, train_validation *v)
 {
     const bool ema = t->config.optim.ema_decay > 0;
@@ -40,7 +51,7 @@ static lt_status score(trainer *t, train_validation *v)
 
     if (ema)
         lt_optim_swap_ema(t->optim);
-    st = validate_run(&t->check, &t->source, &t->config.data, stop_asked, v);
+    st = validate_run(&t->check, &t->source, &t->config.data, warn_skipped, t, stop_asked, v);
     if (ema)
         lt_optim_swap_ema(t->optim);
     return st;

@@ -38,7 +38,7 @@ typedef struct {
     int64_t saved_step;             /* of the last checkpoint, -1 before */
     size_t resident;                /* of the process, before the model was made */
     double saved_at, began_at, step_seconds;
-    int bad_in_a_row, samples_warned;
+    int bad_in_a_row, samples_warned, checks_warned;
     train_step_record record;       /* of the last step */
     bool improved;                  /* the last validation was the best, and is not saved yet */
 } trainer;

@@ -11,6 +11,8 @@ typedef struct {
     double pa, mpjpe, loss, part[MODEL_PORTS];      /* sums over samples */
     int64_t n_joints, n_samples;
     bool no_losses;
+    compiled_skipped told;
+    void *told_ctx;
 } sums;
 
 static void add_joints(sums *s, const lt_real *predicted, const float *truth)
@@ -57,17 +59,24 @@ static void visit(void *ctx, const compiled *c, const hand_object_batch *b)
     add_losses(s, c, n);
 }
 
+static void skipped(void *ctx, int i, const char *line)
+{
+    const sums *s = ctx;
+
+    s->told(s->told_ctx, i, line);
+}
+
 static double mean(double sum, int64_t n)
 {
     return n ? sum / (double)n : NAN;
 }
 
 lt_status validate_run(const compiled *c, const train_source *source, const train_data_config *data,
-                       bool (*stop)(void), train_validation *out)
+                       compiled_skipped told, void *ctx, bool (*stop)(void), train_validation *out)
 {
     const loader_source samples = train_source_checker(source);
-    sums s = { 0 };
-    const lt_status st = compiled_walk(c, &samples, data->threads, data->tolerate, visit, &s, stop);
+    sums s = { .told = told, .told_ctx = ctx };
+    const lt_status st = compiled_walk(c, &samples, data->threads, data->tolerate, visit, skipped, &s, stop);
 
     if (st)
         return st;

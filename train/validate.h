@@ -14,12 +14,13 @@
  * validate_run - score the model as it is on the validation samples
  *
  *   c       of kind COMPILED_CHECK
+ *   told    by compiled_walk of samples that could not be read, with ctx
  *   out     step and epoch are the caller's; the errors are NaN when no sample has joints or the model does
  *           not predict them, the losses when a sample lacks a hand pose, as those of HO3D's evaluation do
  *
  * Errors: those of compiled_walk; LT_ESTOPPED when stop says so.
  */
 lt_status validate_run(const compiled *c, const train_source *s, const train_data_config *data,
-                       bool (*stop)(void), train_validation *out);
+                       compiled_skipped told, void *ctx, bool (*stop)(void), train_validation *out);
 
 #endif

@@ -338,6 +338,14 @@ static bool parts_are_finite(const lt_plan *first, int step)
     return true;
 }
 
+/* Of the last step up to i that has a name: an op without parameters has none, but follows one that has. */
+static const char *name_before(const lt_plan *p, int i)
+{
+    while (i > 0 && (!p->step[i].node || !*p->step[i].node->name))
+        i--;
+    return p->step[i].node ? p->step[i].node->name : "";
+}
+
 void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
 {
     if (bytes)
@@ -348,7 +356,7 @@ void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
         plan_run_parts_at(p, i);
         if (parts_are_finite(p, i))
             continue;
-        snprintf(where, bytes, "%s \"%s\"%s", s->node->op->name, s->node->name,
+        snprintf(where, bytes, "%s %s\"%s\"%s", s->node->op->name, *s->node->name ? "" : "after ", name_before(p, i),
                  s->kind == STEP_BACKWARD ? " (gradient)" : "");
         return;
     }

@@ -79,8 +79,8 @@ LT_API void lt_plan_set_loss_weight(lt_plan *p, double weight);
 /**
  * lt_plan_find_nonfinite - run step by step and name the first tensor that is not finite
  *
- * Writes `op "layer"` into where, with " (gradient)" behind it in the backward pass, or "" when all
- * is finite. Leaves gradients as lt_run does.
+ * Writes `op "layer"` into where, of an op without a name `op after "layer"`, with " (gradient)" behind it in the
+ * backward pass, or "" when all is finite. Leaves gradients as lt_run does.
  */
 LT_API void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes);
 
