@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/base/arena.h"
 
-#include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -236,21 +235,30 @@ char *lt_arena_strdup(lt_arena *arena, const char *text)
     return copy ? memcpy(copy, text, n) : NULL;
 }
 
-char *lt_arena_printf(lt_arena *arena, const char *fmt, ...)
+char *lt_arena_vprintf(lt_arena *arena, const char *fmt, va_list args)
 {
-    va_list args, again;
+    va_list again;
     char *text = NULL;
     int n;
 
-    va_start(args, fmt);
     va_copy(again, args);
-    n = vsnprintf(NULL, 0, fmt, args);
-    va_end(args);
+    n = vsnprintf(NULL, 0, fmt, again);
+    va_end(again);
     if (n >= 0)
         text = lt_arena_alloc(arena, (size_t)n + 1);
     if (text)
-        vsnprintf(text, (size_t)n + 1, fmt, again);
-    va_end(again);
+        vsnprintf(text, (size_t)n + 1, fmt, args);
+    return text;
+}
+
+char *lt_arena_printf(lt_arena *arena, const char *fmt, ...)
+{
+    va_list args;
+    char *text;
+
+    va_start(args, fmt);
+    text = lt_arena_vprintf(arena, fmt, args);
+    va_end(args);
     return text;
 }
 

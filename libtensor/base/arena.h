@@ -8,6 +8,8 @@
 #include "libtensor/base/common.h"
 #include "libtensor/base/status.h"
 
+#include <stdarg.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -42,9 +44,10 @@ LT_API void *lt_arena_grow(lt_arena *arena, void *list, size_t used, size_t *roo
 /* lt_arena_try - as lt_arena_alloc for amounts that a file asks for: LT_ENOMEM and a line when refused */
 LT_API lt_status lt_arena_try(lt_arena *arena, size_t bytes, void **out);
 
-/* lt_arena_strdup, lt_arena_printf - text in the arena; NULL when there is no memory */
+/* lt_arena_strdup, lt_arena_printf, lt_arena_vprintf - text in the arena; NULL when there is no memory */
 LT_API char *lt_arena_strdup(lt_arena *arena, const char *text);
 LT_API char *lt_arena_printf(lt_arena *arena, const char *fmt, ...) LT_PRINTF(2, 3);
+LT_API char *lt_arena_vprintf(lt_arena *arena, const char *fmt, va_list args) LT_PRINTF(2, 0);
 
 /* lt_arena_bytes - what the arena holds, blocks and all */
 LT_API size_t lt_arena_bytes(const lt_arena *arena);

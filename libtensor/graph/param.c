@@ -123,6 +123,19 @@ lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt
     return p;
 }
 
+const char *lt_name(lt_params *set, const char *fmt, ...)
+{
+    const char *name;
+    va_list args;
+
+    va_start(args, fmt);
+    name = lt_arena_vprintf(set->arena, fmt, args);
+    va_end(args);
+    if (!name)
+        refuse(set, lt_error(LT_ENOMEM, "no memory for the name of a parameter"));
+    return name ? name : "";
+}
+
 lt_status lt_params_status(const lt_params *set)
 {
     return set->status ? lt_error(set->status, "%s", set->error) : LT_OK;

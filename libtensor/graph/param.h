@@ -49,6 +49,10 @@ LT_API lt_param *lt_params_add(lt_params *set, const char *prefix, const char *n
                                lt_shape shape);
 LT_API lt_status lt_params_status(const lt_params *set);
 
+/* lt_name - a name put together, living as long as the set: lt_name(set, "%s.%d", prefix, i); "" without memory, which
+ * is a problem that the set keeps */
+LT_API const char *lt_name(lt_params *set, const char *fmt, ...) LT_PRINTF(2, 3);
+
 /* lt_params_arena - lives as long as the set: for whatever belongs to it */
 LT_API lt_arena *lt_params_arena(lt_params *set);
 

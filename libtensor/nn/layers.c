@@ -1,22 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/nn/layers.h"
 
-#include <stdarg.h>
-#include <stdio.h>
-
-const char *lt_name(lt_params *set, const char *fmt, ...)
-{
-    char name[512];
-    const char *copy;
-    va_list args;
-
-    va_start(args, fmt);
-    vsnprintf(name, sizeof(name), fmt, args);
-    va_end(args);
-    copy = lt_arena_strdup(lt_params_arena(set), name);
-    return copy ? copy : "";
-}
-
 static lt_param *weight(lt_params *set, const char *prefix, const char *name, lt_shape shape)
 {
     return lt_params_add(set, prefix, name, LT_WEIGHT, shape);

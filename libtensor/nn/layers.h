@@ -13,9 +13,6 @@
 extern "C" {
 #endif
 
-/* lt_name - a name put together, living as long as the set: lt_name(set, "%s.%d", prefix, i) */
-LT_API const char *lt_name(lt_params *set, const char *fmt, ...) LT_PRINTF(2, 3);
-
 typedef struct {
     lt_param *weight, *bias;        /* (O, C / groups, k, k), (O) or NULL */
     lt_conv_opts opts;

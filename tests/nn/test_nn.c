@@ -53,6 +53,28 @@ START_TEST(names_are_taken_once)
 }
 END_TEST
 
+/* Of any length: 20000 characters are a block of their own in the set's arena. */
+START_TEST(names_are_never_cut)
+{
+    char longest[20000 + 1];
+    const char *name;
+
+    memset(longest, 'a', sizeof(longest) - 1);
+    longest[sizeof(longest) - 1] = '\0';
+    name = lt_name(set, "%s.%d", longest, 7);
+    ck_assert_int_eq(strlen(name), sizeof(longest) - 1 + 2);
+    ck_assert_str_eq(name + sizeof(longest) - 1, ".7");
+    lt_alloc_fail_at(1);
+    name = lt_name(set, "%s.%d", longest, 8);
+    lt_alloc_fail_at(0);
+    ck_assert_str_eq(name, "");
+    lt_linear_layer_new(set, name, 5, 7, true);
+    ck_assert_int_eq(lt_params_status(set), LT_ENOMEM);
+    ck_assert_str_eq(lt_last_error(), "no memory for the name of a parameter");
+    ck_assert_ptr_null(lt_params_first(set));
+}
+END_TEST
+
 START_TEST(nothing_is_without_values)
 {
     static const int reduction[] = { 0, -1, 17 };
@@ -177,6 +199,7 @@ static void add_tests(TCase *tc)
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, layers_register_what_pytorch_calls_them);
     tcase_add_test(tc, names_are_taken_once);
+    tcase_add_test(tc, names_are_never_cut);
     tcase_add_loop_test(tc, nothing_is_without_values, 0, 3);
     tcase_add_test(tc, draws_have_the_promised_spread);
     tcase_add_test(tc, norms_start_as_the_identity);
