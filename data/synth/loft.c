@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/synth/loft.h"
 
+#include "libtensor/geometry/mat3.h"
+
 #include <assert.h>
 #include <math.h>
 #include <string.h>
@@ -237,29 +239,17 @@ loft_section loft_level(double cx, double cy, double z, double a, double b, cons
                            .a = a, .b = b, .corner = -1, .power = 2, .chart = chart };
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 loft_section loft_across(const double centre[3], const double along[3], const double up[3],
                          double a, double b, const loft_chart *chart)
 {
     loft_section s = loft_level(centre[0], centre[1], centre[2], a, b, chart);
-    const double length = sqrt(dot(along, along));
-    double t[3], norm = 0;
+    double t[3] = { along[0], along[1], along[2] }, lift;
 
+    lt_vec3_unit(t);
+    lift = lt_vec3_dot(up, t);
     for (int k = 0; k < 3; k++)
-        t[k] = along[k] / length;
-    for (int k = 0; k < 3; k++) {
-        s.y[k] = up[k] - dot(up, t) * t[k];
-        norm += s.y[k] * s.y[k];
-    }
-    for (int k = 0; k < 3; k++)
-        s.y[k] /= sqrt(norm);
-    for (int k = 0; k < 3; k++) {
-        const int i = (k + 1) % 3, j = (k + 2) % 3;
-        s.x[k] = s.y[i] * t[j] - s.y[j] * t[i];
-    }
+        s.y[k] = up[k] - lift * t[k];
+    lt_vec3_unit(s.y);
+    lt_vec3_cross(s.y, t, s.x);
     return s;
 }

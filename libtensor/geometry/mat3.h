@@ -25,6 +25,16 @@ static inline double lt_vec3_norm(const double a[3])
     return sqrt(lt_vec3_dot(a, a));
 }
 
+/* v at length 1, in place; the zero vector stays. Returns the length that v had. */
+static inline double lt_vec3_unit(double v[3])
+{
+    const double n = lt_vec3_norm(v);
+
+    for (int i = 0; i < 3; i++)
+        v[i] /= n > 0 ? n : 1;
+    return n;
+}
+
 /* out = a - b; out may be a or b */
 static inline void lt_vec3_sub(const double a[3], const double b[3], double out[3])
 {
@@ -53,12 +63,15 @@ static inline void lt_mat3_identity(double M[9])
         M[i] = i % 4 == 0;
 }
 
-/* out = A B */
+/* out = A B; out may be A or B */
 static inline void lt_mat3_mul(const double A[9], const double B[9], double out[9])
 {
+    double C[9];
+
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
-            out[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
+            C[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
+    memcpy(out, C, sizeof(C));
 }
 
 static inline void lt_mat3_transpose(const double A[9], double out[9])
@@ -68,11 +81,14 @@ static inline void lt_mat3_transpose(const double A[9], double out[9])
             out[3 * j + i] = A[3 * i + j];
 }
 
-/* out = A x */
+/* out = A x; out may be x */
 static inline void lt_mat3_mulvec(const double A[9], const double x[3], double out[3])
 {
-    for (int i = 0; i < 3; i++)
-        out[i] = lt_vec3_dot(A + 3 * i, x);
+    const double y0 = lt_vec3_dot(A, x), y1 = lt_vec3_dot(A + 3, x), y2 = lt_vec3_dot(A + 6, x);
+
+    out[0] = y0;
+    out[1] = y1;
+    out[2] = y2;
 }
 
 static inline double lt_mat3_det(const double A[9])

@@ -5,9 +5,9 @@
  */
 #include "data/synth/grasp/internal.h"
 
-#include "data/synth/grasp/vec.h"
 #include "data/synth/hand.h"
 #include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/mat3.h"
 
 #include <string.h>
 
@@ -64,7 +64,7 @@ static void touch(const synth_grasp_ctx *ctx, const double (*p)[3], synth_grasp 
         if (h->pad[v] < 0 || d >= best[h->pad[v]])
             continue;
         best[h->pad[v]] = d;
-        unit3(g);
+        lt_vec3_unit(g);
         of[h->pad[v]].thumb = h->finger[v] == THUMB;
         for (int k = 0; k < 3; k++) {
             of[h->pad[v]].at[k] = p[v][k] - ctx->centre[k];
@@ -107,12 +107,12 @@ static void cone_edge(const contact *c, int edge, double radius, double w[6])
     const double a = 2 * M_PI * edge / EDGES;
     double u[3], v[3], t[3];
 
-    cross3(c->inward, ref, u);
-    unit3(u);
-    cross3(c->inward, u, v);
+    lt_vec3_cross(c->inward, ref, u);
+    lt_vec3_unit(u);
+    lt_vec3_cross(c->inward, u, v);
     for (int k = 0; k < 3; k++)
         w[k] = c->inward[k] + FRICTION * (cos(a) * u[k] + sin(a) * v[k]);
-    cross3(c->at, w, t);
+    lt_vec3_cross(c->at, w, t);
     for (int k = 0; k < 3; k++)
         w[3 + k] = t[k] / radius;
 }

@@ -4,8 +4,8 @@
  */
 #include "data/synth/grasp/internal.h"
 
-#include "data/synth/grasp/vec.h"
 #include "data/synth/shapes.h"
+#include "libtensor/geometry/mat3.h"
 
 /* A grip in the shape's own frame, millimetres and degrees; see data/synth/shapes.c. */
 typedef struct {
@@ -69,9 +69,8 @@ static void place_axis(const synth_placement *p, const double centre[3], double 
         tip[i] += axis[k][i];
     synth_place_point(p, centre, from);
     synth_place_point(p, tip, out);
-    for (int i = 0; i < 3; i++)
-        out[i] -= from[i];
-    unit3(out);
+    lt_vec3_sub(out, from, out);
+    lt_vec3_unit(out);
 }
 
 static grip placed(const design *d, const synth_placement *p)

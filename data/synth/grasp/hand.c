@@ -5,7 +5,6 @@
  */
 #include "data/synth/grasp/internal.h"
 
-#include "data/synth/grasp/vec.h"
 #include "data/synth/hand.h"
 #include "libtensor/geometry/rotation.h"
 
@@ -73,19 +72,17 @@ static void rest_normals(grasp_hand *h, double (*normal)[3])
     for (int f = 0; f < LT_HAND_FACES; f++) {
         const int32_t *i = h->model->faces[f];
         double a[3], b[3], n[3];
-        for (int k = 0; k < 3; k++) {
-            a[k] = h->rest[i[1]][k] - h->rest[i[0]][k];
-            b[k] = h->rest[i[2]][k] - h->rest[i[0]][k];
-        }
-        cross3(a, b, n);
+        lt_vec3_sub(h->rest[i[1]], h->rest[i[0]], a);
+        lt_vec3_sub(h->rest[i[2]], h->rest[i[0]], b);
+        lt_vec3_cross(a, b, n);
         for (int c = 0; c < 3; c++) {
-            h->area[i[c]] += sqrt(dot3(n, n)) / 6;
+            h->area[i[c]] += lt_vec3_norm(n) / 6;
             for (int k = 0; k < 3; k++)
                 normal[i[c]][k] += n[k];
         }
     }
     for (int v = 0; v < LT_HAND_VERTICES; v++)
-        unit3(normal[v]);
+        lt_vec3_unit(normal[v]);
 }
 
 static void bone_frame(const grasp_hand *h, int finger, double along[3], double dorsal[3], double flex[3])
@@ -93,14 +90,13 @@ static void bone_frame(const grasp_hand *h, int finger, double along[3], double 
     const double *a = h->J[digit_joint(finger, 0)], *b = h->J[digit_joint(finger, 1)];
     double d;
 
-    for (int k = 0; k < 3; k++)
-        along[k] = b[k] - a[k];
-    unit3(along);
-    d = dot3(along, dorsal_hint[finger]);
+    lt_vec3_sub(b, a, along);
+    lt_vec3_unit(along);
+    d = lt_vec3_dot(along, dorsal_hint[finger]);
     for (int k = 0; k < 3; k++)
         dorsal[k] = dorsal_hint[finger][k] - d * along[k];
-    unit3(dorsal);
-    cross3(dorsal, along, flex);
+    lt_vec3_unit(dorsal);
+    lt_vec3_cross(dorsal, along, flex);
 }
 
 /* Palmar skin: what is to touch. */
@@ -117,7 +113,7 @@ static void mark_pads(grasp_hand *h, double (*normal)[3])
             continue;
         }
         bone_frame(h, h->finger[v], along, dorsal, flex);
-        if (dot3(normal[v], dorsal) < -0.45 && h->weight[v][0] > 0.6)
+        if (lt_vec3_dot(normal[v], dorsal) < -0.45 && h->weight[v][0] > 0.6)
             h->pad[v] = (int8_t)(j - 1);
     }
 }
@@ -162,17 +158,15 @@ static double flesh(const grasp_hand *h, int joint, const double a[3], const dou
 {
     double sum = 0, along[3], n = 0;
 
-    for (int k = 0; k < 3; k++)
-        along[k] = b[k] - a[k];
-    unit3(along);
+    lt_vec3_sub(b, a, along);
+    lt_vec3_unit(along);
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
         double p[3], c[3];
         if (h->weight_joint[v][0] != joint || h->weight[v][0] < 0.8)
             continue;
-        for (int k = 0; k < 3; k++)
-            p[k] = h->rest[v][k] - a[k];
-        cross3(along, p, c);
-        sum += sqrt(dot3(c, c));
+        lt_vec3_sub(h->rest[v], a, p);
+        lt_vec3_cross(along, p, c);
+        sum += lt_vec3_norm(c);
         n++;
     }
     return n > 0 ? sum / n : 8e-3;
@@ -185,16 +179,14 @@ static void finger_tip(const grasp_hand *h, int finger, double out[3])
     const double *tip = h->rest[lt_hand_tips_ho3d[order[finger]]];
     double along[3], reach = 0;
 
-    for (int k = 0; k < 3; k++)
-        along[k] = tip[k] - h->J[joint][k];
-    unit3(along);
+    lt_vec3_sub(tip, h->J[joint], along);
+    lt_vec3_unit(along);
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
         double p[3];
         if (h->weight_joint[v][0] != joint)
             continue;
-        for (int k = 0; k < 3; k++)
-            p[k] = h->rest[v][k] - h->J[joint][k];
-        reach = fmax(reach, dot3(p, along));
+        lt_vec3_sub(h->rest[v], h->J[joint], p);
+        reach = fmax(reach, lt_vec3_dot(p, along));
     }
     for (int k = 0; k < 3; k++)
         out[k] = h->J[joint][k] + reach * along[k];
@@ -249,18 +241,32 @@ void grasp_hand_init(grasp_hand *h, const lt_hand_model *model, const double *be
 
 /* ---- posing --------------------------------------------------------------------------------------- */
 
+void grasp_axis_turn(const double a[3], double angle, double R[9])
+{
+    const double c = cos(angle), s = sin(angle), d = 1 - c;
+
+    R[0] = c + d * a[0] * a[0];
+    R[1] = d * a[0] * a[1] - s * a[2];
+    R[2] = d * a[0] * a[2] + s * a[1];
+    R[3] = d * a[1] * a[0] + s * a[2];
+    R[4] = c + d * a[1] * a[1];
+    R[5] = d * a[1] * a[2] - s * a[0];
+    R[6] = d * a[2] * a[0] - s * a[1];
+    R[7] = d * a[2] * a[1] + s * a[0];
+    R[8] = c + d * a[2] * a[2];
+}
+
 /* Local rotation of a joint as the product of its angles' turns; axes as they stand before the parent. */
 static int turn_joint(const grasp_hand *h, const hand_state *s, int joint, int a, double R[9],
                       double (*axis)[3])
 {
-    static const double identity[9] = { 1, 0, 0, 0, 1, 0, 0, 0, 1 };
     double T[9];
 
-    memcpy(R, identity, sizeof(identity));
+    lt_mat3_identity(R);
     for (; a < ANGLES && h->angle[a].joint == joint; a++) {
-        turn3(R, h->angle[a].axis, axis[a]);
-        axis_turn(h->angle[a].axis, s->q[a], T);
-        mul33(R, T, R);
+        lt_mat3_mulvec(R, h->angle[a].axis, axis[a]);
+        grasp_axis_turn(h->angle[a].axis, s->q[a], T);
+        lt_mat3_mul(R, T, R);
     }
     return a;
 }
@@ -276,13 +282,10 @@ void grasp_hand_frames(const grasp_hand *h, const hand_state *s, hand_frames *f)
         double R[9], d[3];
         a = turn_joint(h, s, j, a, R, f->axis);
         for (int i = first; i < a; i++)
-            turn3(f->R[parent], f->axis[i], f->axis[i]);
-        mul33(f->R[parent], R, f->R[j]);
-        for (int k = 0; k < 3; k++)
-            d[k] = h->J[j][k] - h->J[parent][k];
-        turn3(f->R[parent], d, d);
-        for (int k = 0; k < 3; k++)
-            f->t[j][k] = f->t[parent][k] + d[k];
+            lt_mat3_mulvec(f->R[parent], f->axis[i], f->axis[i]);
+        lt_mat3_mul(f->R[parent], R, f->R[j]);
+        lt_vec3_sub(h->J[j], h->J[parent], d);
+        lt_rigid_apply(f->R[parent], f->t[parent], d, f->t[j]);
     }
 }
 
@@ -311,23 +314,21 @@ void grasp_hand_skin(const grasp_hand *h, const hand_frames *f, const double (*r
     out[0] = out[1] = out[2] = 0;
     for (int i = 0; i < h->n_weights[v]; i++) {
         const int j = h->weight_joint[v][i];
-        const double w = h->weight[v][i], *J = h->J[j];
-        double p[3] = { rest[v][0] - J[0], rest[v][1] - J[1], rest[v][2] - J[2] };
-        turn3(f->R[j], p, p);
+        double d[3], p[3];
+        lt_vec3_sub(rest[v], h->J[j], d);
+        lt_rigid_apply(f->R[j], f->t[j], d, p);
         for (int k = 0; k < 3; k++)
-            out[k] += w * (p[k] + f->t[j][k]);
+            out[k] += h->weight[v][i] * p[k];
     }
 }
 
 void grasp_hand_sphere(const grasp_hand *h, const hand_frames *f, int i, double out[3])
 {
     const hand_sphere *s = &h->sphere[i];
+    double d[3];
 
-    for (int k = 0; k < 3; k++)
-        out[k] = s->at[k] - h->J[s->joint][k];
-    turn3(f->R[s->joint], out, out);
-    for (int k = 0; k < 3; k++)
-        out[k] += f->t[s->joint][k];
+    lt_vec3_sub(s->at, h->J[s->joint], d);
+    lt_rigid_apply(f->R[s->joint], f->t[s->joint], d, out);
 }
 
 /* ---- axis-angle ----------------------------------------------------------------------------------- */

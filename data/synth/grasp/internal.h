@@ -72,6 +72,10 @@ typedef struct {
     double axis[ANGLES][3];
 } hand_frames;
 
+/* grasp_axis_turn - the rotation by angle about a unit axis. The bits are part of a seed's grasps: those of
+ * lt_rot_from_axis_angle are others. */
+void grasp_axis_turn(const double a[3], double angle, double R[9]);
+
 void grasp_hand_init(grasp_hand *h, const lt_hand_model *model, const double *beta);
 void grasp_hand_frames(const grasp_hand *h, const hand_state *s, hand_frames *f);
 

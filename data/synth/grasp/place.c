@@ -4,7 +4,7 @@
  */
 #include "data/synth/grasp/internal.h"
 
-#include "data/synth/grasp/vec.h"
+#include "libtensor/geometry/mat3.h"
 
 #include <string.h>
 
@@ -117,14 +117,14 @@ static void open_hand(const grasp_hand *h, const style *s, lt_rng *rng, double q
 static void face(const double a[3], const double u[3], double R[9])
 {
     double x[3], y[3], z[3];
-    double d = dot3(a, u);
+    double d = lt_vec3_dot(a, u);
 
     for (int k = 0; k < 3; k++) {
         y[k] = -a[k];
         z[k] = u[k] - d * a[k];
     }
-    unit3(z);
-    cross3(y, z, x);
+    lt_vec3_unit(z);
+    lt_vec3_cross(y, z, x);
     for (int k = 0; k < 3; k++) {
         R[3 * k] = x[k];
         R[3 * k + 1] = y[k];
@@ -136,7 +136,7 @@ static void jitter(double v[3], double sigma, lt_rng *rng)
 {
     for (int k = 0; k < 3; k++)
         v[k] += sigma * lt_rng_normal(rng);
-    unit3(v);
+    lt_vec3_unit(v);
 }
 
 /* Smallest distance of the palm's skin. */
@@ -182,16 +182,15 @@ static void put_before(const synth_grasp_ctx *ctx, const grip *g, const side *sd
         u[k] = sd->sign_u * g->axis[sd->u][k];
         target[k] = g->centre[k] + slide * u[k] - g->pivot[k];
     }
-    axis_turn((const double[3]){ 0, 0, 1 }, turn, Z);
-    turn3(Z, a, a);
-    turn3(Z, u, u);
-    turn3(Z, target, target);
+    grasp_axis_turn((const double[3]){ 0, 0, 1 }, turn, Z);
+    lt_mat3_mulvec(Z, a, a);
+    lt_mat3_mulvec(Z, u, u);
+    lt_mat3_mulvec(Z, target, target);
     jitter(a, 0.10, rng);
     jitter(u, 0.16, rng);
     face(a, u, s->R);
-    for (int k = 0; k < 3; k++)
-        from[k] = st->anchor[k] - ctx->hand.J[0][k];
-    turn3(s->R, from, d);
+    lt_vec3_sub(st->anchor, ctx->hand.J[0], from);
+    lt_mat3_mulvec(s->R, from, d);
     for (int k = 0; k < 3; k++)
         s->t[k] = g->pivot[k] + target[k] - back * a[k] - d[k];
     move_up(ctx, a, st->clearance, back + g->half[sd->a], s);

@@ -7,7 +7,7 @@
  */
 #include "data/synth/grasp/internal.h"
 
-#include "data/synth/grasp/vec.h"
+#include "libtensor/geometry/mat3.h"
 
 #include <string.h>
 
@@ -24,7 +24,7 @@ static void pull(load *l, int joint, const double at[3], const double force[3])
 {
     double m[3];
 
-    cross3(at, force, m);
+    lt_vec3_cross(at, force, m);
     for (int k = 0; k < 3; k++) {
         l->force[joint][k] += force[k];
         l->moment[joint][k] += m[k];
@@ -38,12 +38,9 @@ static void pull_skin(const grasp_hand *h, const hand_frames *f, const double (*
     for (int i = 0; i < h->n_weights[v]; i++) {
         const int j = h->weight_joint[v][i];
         const double w = h->weight[v][i], part[3] = { w * force[0], w * force[1], w * force[2] };
-        double p[3];
-        for (int k = 0; k < 3; k++)
-            p[k] = rest[v][k] - h->J[j][k];
-        turn3(f->R[j], p, p);
-        for (int k = 0; k < 3; k++)
-            p[k] += f->t[j][k];
+        double d[3], p[3];
+        lt_vec3_sub(rest[v], h->J[j], d);
+        lt_rigid_apply(f->R[j], f->t[j], d, p);
         pull(l, j, p, part);
     }
 }
@@ -126,9 +123,8 @@ static void bone_loads(const synth_grasp_ctx *ctx, const hand_frames *f, load *l
             double way[3], d2, d;
             if (may_touch(&h->sphere[i], &h->sphere[j]))
                 continue;
-            for (int k = 0; k < 3; k++)
-                way[k] = at[i][k] - at[j][k];
-            d2 = dot3(way, way);
+            lt_vec3_sub(at[i], at[j], way);
+            d2 = lt_vec3_dot(way, way);
             if (d2 >= r * r)
                 continue;
             d = sqrt(d2) + 1e-9;
@@ -153,10 +149,10 @@ static void collect(const grasp_hand *h, const hand_frames *f, load *l, double g
         }
     for (int a = 0; a < ANGLES; a++) {
         const int j = h->angle[a].joint;
-        cross3(f->t[j], l->force[j], arm);
-        grad[a] = dot3(f->axis[a], l->moment[j]) - dot3(f->axis[a], arm);
+        lt_vec3_cross(f->t[j], l->force[j], arm);
+        grad[a] = lt_vec3_dot(f->axis[a], l->moment[j]) - lt_vec3_dot(f->axis[a], arm);
     }
-    cross3(f->t[0], l->force[0], arm);
+    lt_vec3_cross(f->t[0], l->force[0], arm);
     for (int k = 0; k < 3; k++) {
         grad[ANGLES + k] = l->moment[0][k] - arm[k];
         grad[ANGLES + 3 + k] = l->force[0][k];
@@ -198,12 +194,11 @@ static void take_step(const grasp_hand *h, const double grad[PARAMETERS], int st
         turn[k] = -0.012 * fade * adam(mo, ANGLES + k, grad[ANGLES + k], step);
         s->t[k] -= 1e-3 * fade * adam(mo, ANGLES + 3 + k, grad[ANGLES + 3 + k], step);
     }
-    angle = sqrt(dot3(turn, turn));
+    angle = lt_vec3_unit(turn);
     if (angle < 1e-12)
         return;
-    unit3(turn);
-    axis_turn(turn, angle, T);
-    mul33(T, s->R, s->R);
+    grasp_axis_turn(turn, angle, T);
+    lt_mat3_mul(T, s->R, s->R);
 }
 
 void grasp_refine(const synth_grasp_ctx *ctx, const grasp_wish *wish, hand_state *s)

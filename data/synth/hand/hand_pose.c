@@ -55,14 +55,6 @@ static void bone_end(const lt_hand_model *model, int j, double out[3])
             out[c] = model->v_template[lt_hand_tips_ho3d[tip_of_digit[(j - 1) / 3]]][c];
 }
 
-static void normalise(double v[3])
-{
-    const double n = lt_vec3_norm(v);
-
-    for (int c = 0; c < 3; c++)
-        v[c] /= n > 0 ? n : 1;
-}
-
 void synth_hand_frames_init(synth_hand_frames *frames, const lt_hand_model *model)
 {
     frames->left = model->left;
@@ -72,7 +64,7 @@ void synth_hand_frames_init(synth_hand_frames *frames, const lt_hand_model *mode
         rest_joint(model, i + 1, here);
         bone_end(model, i + 1, end);
         lt_vec3_sub(end, here, bone);
-        normalise(bone);
+        lt_vec3_unit(bone);
         for (int c = 0; c < 3; c++)
             up[c] = i >= 12 ? thumb_dorsal[c] : c == 1;
         if (model->left)
@@ -80,7 +72,7 @@ void synth_hand_frames_init(synth_hand_frames *frames, const lt_hand_model *mode
         const double lift = lt_vec3_dot(up, bone);
         for (int c = 0; c < 3; c++)
             up[c] -= lift * bone[c];
-        normalise(up);
+        lt_vec3_unit(up);
         lt_vec3_cross(up, bone, frames->flex[i]);
     }
 }

@@ -2,6 +2,7 @@
 #include "data/synth/render/shadow.h"
 #include "data/synth/render/small.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/geometry/mat3.h"
 
 #include <string.h>
 
@@ -39,45 +40,29 @@ void shadow_fini(shadow_map *map)
     lt_release(map->coarse);
 }
 
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double normalise(double v[3])
-{
-    const double n = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-
-    for (int i = 0; i < 3; i++)
-        v[i] = n > 0 ? v[i] / n : i == 2;
-    return n;
-}
-
 /* The lamp looks at the focus; its picture just holds the sphere in which shadows are cast. */
 static void aim(shadow_map *map, const synth_scene *scene, const synth_light *light)
 {
     raster_view *v = &map->view;
     double *x = v->R, *y = v->R + 3, *z = v->R + 6, distance, tangent;
 
-    for (int i = 0; i < 3; i++)
-        z[i] = scene->focus[i] - light->position[i];
-    distance = fmax(normalise(z), 1.2 * scene->focus_radius);
+    lt_vec3_sub(scene->focus, light->position, z);
+    distance = lt_vec3_unit(z);
+    z[2] = distance > 0 ? z[2] : 1;
+    distance = fmax(distance, 1.2 * scene->focus_radius);
     x[0] = fabs(z[0]) < 0.9;
     x[1] = 1 - x[0];
     x[2] = 0;
-    cross(z, x, y);
-    normalise(y);
-    cross(y, z, x);
+    lt_vec3_cross(z, x, y);
+    lt_vec3_unit(y);
+    lt_vec3_cross(y, z, x);
     tangent = scene->focus_radius / sqrt(pow(distance, 2) - pow(scene->focus_radius, 2));
     v->fx = v->fy = SHADOW_SIDE / 2 / tangent;
     v->cx = v->cy = (SHADOW_SIDE - 1) / 2.0;
     v->width = v->height = SHADOW_SIDE;
-    for (int i = 0; i < 3; i++)
-        v->t[i] = -(v->R[3 * i] * light->position[0] + v->R[3 * i + 1] * light->position[1] +
-                    v->R[3 * i + 2] * light->position[2]);
+    lt_mat3_mulvec(v->R, light->position, v->t);
     for (int i = 0; i < 3; i++) {
+        v->t[i] = -v->t[i];
         map->R[i] = (v4){ (float)v->R[i], (float)v->R[3 + i], (float)v->R[6 + i], 0 };
         map->t[i] = (float)v->t[i];
     }
