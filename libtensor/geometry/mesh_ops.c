@@ -118,16 +118,19 @@ static int find_face(const double *sum, int n, double u)
     return lo;
 }
 
+/* Uniform on a triangle: a parallelogram's far half is folded back. */
 static void sample_face(const lt_mesh *mesh, int face, lt_rng *rng, float out[3])
 {
-    const double root = sqrt(lt_rng_uniform(rng)), u = lt_rng_uniform(rng);
-    double a[3], b[3], c[3];
+    const int32_t *f = mesh->face[face];
+    const float *a = mesh->vertex[f[0]], *b = mesh->vertex[f[1]], *c = mesh->vertex[f[2]];
+    double u = lt_rng_uniform(rng), v = lt_rng_uniform(rng);
 
-    corner(mesh, face, 0, a);
-    corner(mesh, face, 1, b);
-    corner(mesh, face, 2, c);
+    if (u + v > 1) {
+        u = 1 - u;
+        v = 1 - v;
+    }
     for (int k = 0; k < 3; k++)
-        out[k] = (float)((1 - root) * a[k] + root * ((1 - u) * b[k] + u * c[k]));
+        out[k] = (float)(a[k] + u * (b[k] - a[k]) + v * (c[k] - a[k]));
 }
 
 lt_status lt_mesh_sample(const lt_mesh *mesh, lt_rng *rng, int n, float (*points)[3], int *face)
@@ -179,7 +182,8 @@ lt_status lt_farthest_points(int n, const float (*points)[3], int k, int first, 
         chosen[c] = pick;
         nearest[pick] = -1;                         /* never again, even where points coincide */
         for (int i = 0; i < n; i++) {
-            nearest[i] = fmin(nearest[i], distance_sq(points[i], points[last]));
+            const double d = distance_sq(points[i], points[last]);
+            nearest[i] = d < nearest[i] ? d : nearest[i];
             if (nearest[i] > nearest[pick])
                 pick = i;
         }
