@@ -5,8 +5,8 @@
 #ifndef DATA_SYNTH_ANNOTATE_H
 #define DATA_SYNTH_ANNOTATE_H
 
+#include "data/synth/picture.h"
 #include "data/synth/stage.h"
-#include "data/synth/write_ho3d.h"
 
 #ifdef __cplusplus
 extern "C" {

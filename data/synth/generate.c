@@ -6,6 +6,7 @@
 
 #include "data/synth/film.h"
 #include "data/synth/objects.h"
+#include "data/synth/write_model.h"
 #include "libtensor/io/file.h"
 
 #include <dirent.h>

@@ -7,6 +7,7 @@
 
 #include "data/synth/cast.h"
 #include "data/synth/manifest.h"
+#include "data/synth/picture.h"
 #include "data/synth/stage.h"
 
 #ifdef __cplusplus

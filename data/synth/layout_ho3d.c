@@ -4,6 +4,8 @@
 
 #include "data/picture.h"
 #include "data/synth/calibration.h"
+#include "data/synth/truth.h"
+#include "data/synth/write_ho3d.h"
 #include "libtensor/io/file.h"
 
 #include <stdio.h>

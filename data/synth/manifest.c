@@ -2,6 +2,7 @@
 /* Keeps the list of files, and writes it. */
 #include "data/synth/manifest.h"
 
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 

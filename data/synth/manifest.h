@@ -5,8 +5,8 @@
 #ifndef DATA_SYNTH_MANIFEST_H
 #define DATA_SYNTH_MANIFEST_H
 
+#include "data/synth/file.h"
 #include "data/synth/generate.h"
-#include "data/synth/write_ho3d.h"
 #include "libtensor/base/arena.h"
 
 #ifdef __cplusplus

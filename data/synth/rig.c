@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/synth/rig.h"
 
+#include "data/synth/picture.h"
 #include "data/synth/view.h"
-#include "data/synth/write_ho3d.h"
 #include "libtensor/base/rng.h"
 
 #include <math.h>

@@ -9,6 +9,7 @@
 #define DATA_SYNTH_WRITE_DEXYCB_H
 
 #include "data/synth/manifest.h"
+#include "data/synth/picture.h"
 #include "data/synth/render.h"
 
 #ifdef __cplusplus

@@ -6,37 +6,16 @@
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image.h"
-#include "libtensor/io/mesh_io.h"
-#include "libtensor/io/number.h"
 #include "libtensor/io/pickle.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
-#include <zlib.h>
 
 enum { SEG_STEP = 4 };              /* masks are stored at a quarter of the size */
 
 static const char *split_name(bool evaluation)
 {
     return evaluation ? "evaluation" : "train";
-}
-
-lt_status synth_describe_file(const char *root, const char *path, synth_file *out)
-{
-    lt_arena *arena = lt_arena_new();
-    const char *full = arena ? lt_path_join(arena, root, path) : NULL;
-    uint8_t *bytes;
-    size_t n;
-    lt_status st = full ? lt_read_file(arena, full, LT_FILE_MAX, &bytes, &n)
-                        : lt_error(LT_ENOMEM, "%s: no memory", path);
-
-    if (!st) {
-        snprintf(out->path, sizeof(out->path), "%s", path);
-        out->crc = (uint32_t)crc32_z(0, bytes, n);
-    }
-    lt_arena_free(arena);
-    return st;
 }
 
 lt_status synth_make_sequence(const char *root, const char *sequence, bool evaluation)
@@ -290,109 +269,4 @@ lt_status synth_write_picture(const char *root, const synth_picture *p, bool png
         st = write_file(arena, root, p, kind, png, quality, &files[kind]);
     lt_arena_free(arena);
     return st;
-}
-
-/* ---- models ---- */
-
-lt_status synth_write_model(const char *root, const char *name, const lt_mesh *mesh,
-                            const uint8_t (*rgb)[3], int side, const float (*points)[3], int n_points,
-                            synth_file *files)
-{
-    static const char *const file[] = { "textured_simple.obj", "textured_simple.mtl", "texture_map.png",
-                                        "points.xyz" };
-    const lt_image texture = { side, side, 3, 8, (uint8_t *)rgb };
-    lt_arena *arena = lt_arena_new();
-    const char *path[4], *folder = arena ? lt_arena_printf(arena, "%s/models/%s", root, name) : NULL;
-    lt_status st = folder ? lt_make_dirs(folder) : lt_error(LT_ENOMEM, "%s: no memory", name);
-
-    for (int i = 0; !st && i < 4; i++)
-        if (!(path[i] = lt_path_join(arena, folder, file[i])))
-            st = lt_error(LT_ENOMEM, "%s: no memory", name);
-    if (!st)
-        st = lt_obj_write(path[0], mesh, file[2]);
-    if (!st)
-        st = lt_png_write(path[2], &texture);
-    if (!st)
-        st = lt_xyz_write(path[3], points, (size_t)n_points);
-    for (int i = 0; !st && i < 4; i++) {
-        const char *within = lt_arena_printf(arena, "models/%s/%s", name, file[i]);
-        st = within ? synth_describe_file(root, within, &files[i]) : lt_error(LT_ENOMEM, "%s: no memory", name);
-    }
-    lt_arena_free(arena);
-    return st;
-}
-
-/* ---- ground truth of the evaluation ---- */
-
-static lt_status open_one(lt_atomic_file *f, const char *root, const char *name)
-{
-    lt_arena *arena = lt_arena_new();
-    const char *path = arena ? lt_path_join(arena, root, name) : NULL;
-    const lt_status st = path ? lt_atomic_open(f, path) : lt_error(LT_ENOMEM, "%s: no memory", name);
-
-    lt_arena_free(arena);
-    return st;
-}
-
-lt_status synth_truth_open(synth_truth *t, const char *root)
-{
-    lt_status st;
-
-    *t = (synth_truth){ 0 };
-    st = open_one(&t->xyz, root, "evaluation_xyz.json");
-    if (st)
-        return st;
-    st = open_one(&t->verts, root, "evaluation_verts.json");
-    if (st)
-        lt_atomic_abort(&t->xyz);
-    t->open = !st;
-    return st;
-}
-
-/* "[[x, y, z], ...]" after a bracket or a comma. */
-static void add_points(FILE *f, const double (*p)[3], int n, bool first)
-{
-    char text[3][LT_NUMBER_TEXT];
-    float x[3];
-
-    fputs(first ? "[" : ",\n", f);
-    for (int i = 0; i < n; i++) {
-        to_gl(p[i], x);
-        for (int k = 0; k < 3; k++)
-            lt_print_float(x[k], text[k]);
-        fprintf(f, "%s[%s,%s,%s]", i ? "," : "[", text[0], text[1], text[2]);
-    }
-    fputs("]", f);
-}
-
-void synth_truth_add(synth_truth *t, const double joints[LT_HAND_KEYPOINTS][3],
-                     const double vertices[LT_HAND_VERTICES][3])
-{
-    add_points(t->xyz.stream, joints, LT_HAND_KEYPOINTS, t->count == 0);
-    add_points(t->verts.stream, vertices, LT_HAND_VERTICES, t->count == 0);
-    t->count++;
-}
-
-lt_status synth_truth_commit(synth_truth *t)
-{
-    lt_status st;
-
-    fputs(t->count ? "]\n" : "[]\n", t->xyz.stream);
-    fputs(t->count ? "]\n" : "[]\n", t->verts.stream);
-    t->open = false;
-    st = lt_atomic_commit(&t->xyz);
-    if (st) {
-        lt_atomic_abort(&t->verts);
-        return st;
-    }
-    return lt_atomic_commit(&t->verts);
-}
-
-void synth_truth_abort(synth_truth *t)
-{
-    if (!t->open)
-        return;
-    lt_atomic_abort(&t->xyz);
-    lt_atomic_abort(&t->verts);
-    t->open = false;
 }

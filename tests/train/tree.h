@@ -5,7 +5,9 @@
 
 #include "data/synth/hand.h"
 #include "data/synth/objects.h"
+#include "data/synth/truth.h"
 #include "data/synth/write_ho3d.h"
+#include "data/synth/write_model.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/geometry/rotation.h"
