@@ -227,8 +227,8 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
 {
     dataset *data = NULL, *training = NULL;
     evaluate_options o = {
-        .m = &c->m, .hand = c->hand.model, .hand_name = c->hand.name, .checkpoint = c->path, .batch = a->batch,
-        .limit = a->limit, .progress = show_progress,
+        .m = &c->m, .hand = c->hand.model, .hand_name = c->hand.name, .checkpoint = c->path, .step = c->step,
+        .batch = a->batch, .limit = a->limit, .progress = show_progress,
     };
     lt_status st;
 

@@ -10,8 +10,11 @@
 #include "libtensor/io/mesh_io.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
+#include <zlib.h>
 
 lt_status dataset_read(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
                        dataset_sample *out)
@@ -256,4 +259,22 @@ lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *con
     *out = objects;
     *n_out = found;
     return LT_OK;
+}
+
+const char *dataset_crc32(lt_arena *scratch, const char *root, char hash[16])
+{
+    static const char *const names[] = { "manifest.json", "train.txt" };
+    uint8_t *bytes;
+    size_t n;
+
+    *hash = '\0';
+    for (size_t i = 0; i < LT_COUNT(names); i++) {
+        const char *path = lt_path_join(scratch, root, names[i]);
+
+        if (!path || access(path, R_OK) != 0 || lt_read_file(scratch, path, LT_FILE_MAX, &bytes, &n))
+            continue;
+        snprintf(hash, 16, "%08lx", (unsigned long)crc32_z(0, bytes, n));
+        return names[i];
+    }
+    return NULL;
 }

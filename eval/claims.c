@@ -70,7 +70,7 @@ static double number_of(const cJSON *o, const char *key)
 
 static bool same_samples(const cJSON *a, const cJSON *b)
 {
-    static const char *const keys[] = { "model", "dataset", "split", "hand" };
+    static const char *const keys[] = { "model", "dataset", "data_crc32", "split", "hand" };
     bool same = number_of(a, "samples") == number_of(b, "samples")
                 && cJSON_IsTrue(cJSON_GetObjectItem(a, "synthetic"))
                    == cJSON_IsTrue(cJSON_GetObjectItem(b, "synthetic"));

@@ -15,7 +15,8 @@ typedef struct {
     const dataset *training;        /* what the mean-pose predictor is made from; NULL: no such row */
     const lt_hand_model *hand;
     const char *hand_name;          /* for the protocol: "embedded synthetic hand", a file's name */
-    const char *checkpoint;         /* its name, for scores.json */
+    const char *checkpoint;         /* its name and step, for scores.json */
+    int64_t step;
     int batch;                      /* images at a time */
     int64_t limit;                  /* samples scored, spread evenly over the split; 0: all */
     double seconds_per_image;       /* latency of one image, for Table 5; 0: not measured */

@@ -230,11 +230,16 @@ cJSON *evaluation_json(const evaluation *e)
 {
     cJSON *root = cJSON_CreateObject(), *rows, *tables;
     const eval_table *t;
+    char hash[16];
 
     cJSON_AddStringToObject(root, "model", e->o.m->cls->name);
     cJSON_AddStringToObject(root, "variant", e->o.m->variant);
     cJSON_AddStringToObject(root, "checkpoint", e->o.checkpoint);
+    cJSON_AddNumberToObject(root, "step", (double)e->o.step);
     cJSON_AddStringToObject(root, "dataset", e->o.data->kind);
+    cJSON_AddStringToObject(root, "data", e->o.data->root);
+    dataset_crc32(e->arena, e->o.data->root, hash);
+    cJSON_AddStringToObject(root, "data_crc32", hash);
     cJSON_AddBoolToObject(root, "synthetic", e->o.data->synthetic);
     cJSON_AddStringToObject(root, "split", e->o.data->split);
     cJSON_AddNumberToObject(root, "samples", (double)e->samples);

@@ -20,7 +20,6 @@
 #include <string.h>
 #include <sys/file.h>
 #include <unistd.h>
-#include <zlib.h>
 
 static const char readme[] =
     "A run of palmar train.\n"
@@ -68,32 +67,13 @@ static lt_status write_config(const trainer *t, const char *path)
     return st;
 }
 
-/* CRC-32 of what describes the data best: the generator's manifest, or else the list of training samples. */
-static void data_hash(const trainer *t, char hash[16], const char **of)
-{
-    static const char *const names[] = { "manifest.json", "train.txt" };
-    uint8_t *bytes;
-    size_t n;
-
-    *of = NULL;
-    for (size_t i = 0; i < LT_COUNT(names) && !*of; i++) {
-        const char *path = lt_path_join(t->arena, t->config.data.dir, names[i]);
-
-        if (!path || access(path, R_OK) != 0 || lt_read_file(t->arena, path, LT_FILE_MAX, &bytes, &n))
-            continue;
-        snprintf(hash, 16, "%08lx", (unsigned long)crc32_z(0, bytes, n));
-        *of = names[i];
-    }
-}
-
 static lt_status write_env(const trainer *t, const char *path)
 {
     cJSON *env = cJSON_CreateObject();
-    char hash[16] = "";
-    const char *of;
+    char hash[16];
+    const char *of = dataset_crc32(t->arena, t->config.data.dir, hash);
     lt_status st;
 
-    data_hash(t, hash, &of);
     cJSON_AddStringToObject(env, "version", PACKAGE_VERSION);
     cJSON_AddStringToObject(env, "cpu", lt_cpu_model());
     cJSON_AddStringToObject(env, "isa", lt_isa_name(lt_k->isa));
@@ -113,12 +93,12 @@ static void compare_data(trainer *t, const char *env)
 {
     cJSON *old = NULL;
     const char *was;
-    char now[16] = "";
+    char now[16];
     const char *of;
 
     if (access(env, R_OK) != 0 || lt_json_read(env, &old))
         return;
-    data_hash(t, now, &of);
+    of = dataset_crc32(t->arena, t->config.data.dir, now);
     was = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(old, "data_crc32"));
     if (was && strcmp(was, now))
         progress_warn(&t->progress, "%s holds other data than the run had: the CRC-32 of %s is %s, and was %s",

@@ -26,6 +26,8 @@ static void write_text(const char *run, const char *name, const char *text)
     fclose(f);
 }
 
+static const char *data_crc32 = "0";
+
 /* A run that was scored; value as JSON text. */
 static void scored_by(const char *who, const char *metric, const char *run, const char *variant, int seed, int epochs,
                       const char *value)
@@ -38,8 +40,9 @@ static void scored_by(const char *who, const char *metric, const char *run, cons
     write_text(run, "config.json", text);
     snprintf(text, sizeof(text),
              "{\"model\":\"%s\",\"variant\":\"%s\",\"dataset\":\"HO3D v3\",\"synthetic\":true,"
+             "\"data_crc32\":\"%s\","
              "\"split\":\"evaluation\",\"samples\":80,\"hand\":\"h\",\"rows\":[{\"%s\":%s},{\"%s\":1}]}",
-             who, variant, metric, value, metric);
+             who, variant, data_crc32, metric, value, metric);
     write_text(run, "eval/scores.json", text);
 }
 
@@ -104,6 +107,23 @@ START_TEST(pairs)
     ck_assert_double_eq(number(found, "mean_margin"), 0.5);
     ck_assert_double_eq(number(found, "least_margin"), -0.5);
     ck_assert_double_eq(number(found, "most_margin"), 1.5);
+    cJSON_Delete(root);
+    clear();
+}
+END_TEST
+
+/* Runs that were scored on other data are no pair, however alike the rest. */
+START_TEST(other_data)
+{
+    cJSON *root;
+
+    clear();
+    scored("a", "full", 0, 5, "7");
+    data_crc32 = "1";
+    scored("b", "dual", 0, 5, "8.5");
+    data_crc32 = "0";
+    root = ledger();
+    ck_assert_int_eq(cJSON_GetArraySize(findings(root, "full")), 0);
     cJSON_Delete(root);
     clear();
 }
@@ -218,6 +238,7 @@ END_TEST
 static void add_tests(TCase *t)
 {
     tcase_add_test(t, pairs);
+    tcase_add_test(t, other_data);
     tcase_add_test(t, ties_and_failures);
     tcase_add_test(t, higher_is_ahead);
     tcase_add_test(t, printed);
