@@ -34,7 +34,7 @@ static const char readme[] =
     "              two of them; palmar train --resume goes on from the newest sound one\n";
 
 /* One that was stopped before its first checkpoint left nothing to go on from, and is begun again. */
-static lt_status refuse_old_run(const trainer *t)
+lt_status run_folder_check(const trainer *t)
 {
     const char *const *paths;
     int n;
@@ -113,8 +113,6 @@ lt_status run_folder_make(trainer *t)
     const char *about = lt_path_join(t->arena, t->opt->out, "README.txt");
     lt_status st = config && env && about ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", t->opt->out);
 
-    if (st == LT_OK && !t->opt->resume)
-        st = refuse_old_run(t);
     if (st == LT_OK)
         st = lt_make_dirs(t->checkpoints);
     if (st == LT_OK)

@@ -261,8 +261,8 @@ lt_status train_run(const train_options *o, train_result *out)
 
     signals_install();
     st = trainer_init(&t, o);
-    if (st == LT_OK && o->resume)
-        st = trainer_resume(&t);
+    if (st == LT_OK)
+        st = o->resume ? trainer_resume(&t) : run_folder_check(&t);
     if (st == LT_OK) {
         trainer_describe(&t);
         st = trainer_check_disk(&t);

@@ -50,8 +50,9 @@ size_t trainer_plan_bytes(const trainer *t);
 size_t trainer_bytes(const trainer *t);         /* program, data's list, plans, batches, parameters, optimiser */
 void trainer_describe(trainer *t);
 
-/* run_folder.c: config.json, env.json, README.txt. Refuses a folder that holds a run, unless going on, and one where
- * another process trains. */
+/* run_folder.c: run_folder_check refuses an --out that holds a run already; run_folder_make writes config.json, env.json
+ * and README.txt, and refuses a folder where another process trains. */
+lt_status run_folder_check(const trainer *t);
 lt_status run_folder_make(trainer *t);
 
 /* step.c: one step on a batch, recorded in t->record. LT_ENUMERIC after too many bad ones. */
