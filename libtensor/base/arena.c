@@ -168,7 +168,7 @@ static void *alloc_big(lt_arena *arena, size_t bytes)
 
     if (!b)
         return NULL;
-    b->used = bytes;
+    b->used = b->size;
     b->next = *at;
     *at = b;
     return (char *)b + LT_ALIGN;

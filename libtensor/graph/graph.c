@@ -419,7 +419,12 @@ bool lt_become(lt_node *node, const lt_op *op, const void *attr, size_t attr_byt
 
 lt_tensor *lt_result(lt_tensor *t, int i)
 {
-    return t->node && i < t->node->n_out ? t->node->outs[i] : t->graph->harmless;
+    if (t->node && i >= 0 && i < t->node->n_out)
+        return t->node->outs[i];
+    if (t != t->graph->harmless)
+        refuse(t->graph, "lt_result: result %d of %s, which has %d", i, t->node ? t->node->op->name : "an input",
+               t->node ? t->node->n_out : 0);
+    return t->graph->harmless;
 }
 
 lt_status lt_fail(lt_call *c, const char *fmt, ...)

@@ -313,6 +313,7 @@ static void bind_common(lt_plan *p, plan_step *s)
 
     lt_call_init(&s->call, s->node);
     s->call.train = p->train && info->active;
+    s->call.goes_back = p->train;
     for (int i = 0; i < LT_MAX_SAVED; i++) {
         s->call.saved[i] = at(p, info->saved[i]);
         s->call.saved_bytes[i] = info->saved_bytes[i];

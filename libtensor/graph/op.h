@@ -36,7 +36,8 @@ typedef struct lt_call {
     bool fresh[LT_MAX_IN];
     const lt_real *douts[LT_MAX_OUT], *dout;    /* dout is douts[0] */
 
-    bool train;                     /* this plan has a backward pass */
+    bool train;                     /* its own backward pass follows */
+    bool goes_back;                 /* this plan has a backward pass, of this op or of others */
 
     /* Of an op that shares (lt_op.forward_share): the same use of it in each part of the batch, this one among them.
      * NULL where the batch has but one part. */

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/base/clock.h"
+#include "libtensor/base/cpu.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/passes/passes.h"
 #include "libtensor/graph/plan_internal.h"
@@ -287,7 +288,7 @@ void plan_run_at(lt_plan *p, int step)
         plan_run_step(p, &p->step[step]);
 }
 
-void lt_run(lt_plan *p)
+static void run_all(lt_plan *p)
 {
     if (p->n_parts > 1) {
         plan_run_parts(p);
@@ -295,6 +296,15 @@ void lt_run(lt_plan *p)
     }
     for (int i = 0; i < p->n_steps; i++)
         plan_run_at(p, i);
+}
+
+/* Subnormal numbers are zero in tasks; so they are between them, as which work is a task depends on the threads. */
+void lt_run(lt_plan *p)
+{
+    const unsigned mode = lt_flush_denormals();
+
+    run_all(p);
+    lt_restore_denormals(mode);
 }
 
 void lt_plan_refresh(lt_plan *p)

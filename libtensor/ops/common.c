@@ -1,11 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/ops/common.h"
 
+#include "libtensor/kernels/conv.h"
+
 enum { CHUNK = 16384 };             /* elements of a task: about 5 us of streaming */
 
 lt_status op_same_shape(lt_call *c)
 {
     c->out->shape = c->in[0]->shape;
+    return LT_OK;
+}
+
+lt_status op_check_window(lt_call *c, const lt_tensor *w)
+{
+    const int64_t kh = lt_dim(w, 2), kw = lt_dim(w, 3), most = LT_CONV_MOST_TAPS;
+
+    if (kh < 1 || kw < 1 || kh > most || kw > most || kh * kw > most)
+        return lt_fail(c, "a %lld x %lld window: want 1 to %d elements", (long long)kh, (long long)kw, (int)most);
     return LT_OK;
 }
 

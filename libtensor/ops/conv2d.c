@@ -93,13 +93,12 @@ static lt_status infer(lt_call *c)
         return LT_ESHAPE;
     if (c->in[B] && lt_want_shape(c, B, "bias", LT_SHAPE(lt_dim(c->in[W], 0))))
         return LT_ESHAPE;
+    if (op_check_window(c, c->in[W]))
+        return LT_ESHAPE;
     p = params_of(c);
     if (lt_conv2d_out_h(&p) < 1 || lt_conv2d_out_w(&p) < 1)
         return lt_fail(c, "a %d x %d window does not fit a %lld x %lld map", p.kh, p.kw, (long long)p.h,
                        (long long)p.w);
-    if ((int64_t)p.kh * p.kw > LT_CONV_MOST_TAPS)
-        return lt_fail(c, "a %d x %d window is too large: want at most %d elements", p.kh, p.kw,
-                       LT_CONV_MOST_TAPS);
     if (c->in[REGION] && lt_want_shape(c, REGION, "region", LT_SHAPE(p.n, 4)))
         return LT_ESHAPE;
     c->out->shape = LT_SHAPE(p.n, p.o, lt_conv2d_out_h(&p), lt_conv2d_out_w(&p));
@@ -201,7 +200,7 @@ static void forward_rects(const lt_call *c, const lt_conv2d_params *p, const lt_
     const conv2d_attr *a = c->attr;
     const lt_real *addend = data_of(c, ADDEND);
 
-    if (c->train)               /* what multiplies it has a gradient, 0 times whatever is there */
+    if (c->goes_back)           /* what multiplies it has a gradient, 0 times whatever is there */
         memset(c->out->data, 0, (size_t)(p->n * out) * sizeof(lt_real));
     for (int64_t i = 0; i < p->n; i++) {
         const lt_rect r = rect_of(c, p, i);

@@ -47,11 +47,11 @@ static lt_status infer(lt_call *c)
     if (lt_dim(c->in[X], 1) != lt_dim(c->in[W], 0))
         return lt_fail(c, "input has %lld channels, weight wants %lld", (long long)lt_dim(c->in[X], 1),
                        (long long)lt_dim(c->in[W], 0));
+    if (op_check_window(c, c->in[W]))
+        return LT_ESHAPE;
     p = params_of(c);
     if (c->in[B] && lt_want_shape(c, B, "bias", LT_SHAPE(p.c)))
         return LT_ESHAPE;
-    if (p.kh < 1 || p.kw < 1 || (int64_t)p.kh * p.kw > LT_CONV_MOST_TAPS)
-        return lt_fail(c, "a %d x %d window: want 1 to %d elements", p.kh, p.kw, LT_CONV_MOST_TAPS);
     if (lt_dim(c->in[X], 2) < 1 || lt_dim(c->in[X], 3) < 1 || p.h < 1 || p.w < 1)
         return lt_fail(c, "nothing is left of the map: it would be %lld x %lld", (long long)p.h, (long long)p.w);
     c->out->shape = LT_SHAPE(p.n, p.c, p.h, p.w);

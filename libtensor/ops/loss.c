@@ -92,7 +92,7 @@ static void run_forward(const lt_call *c, int64_t terms, op_row_fn fn)
     for (int64_t s = 0; s < samples_of(c); s++)
         if (weight_of(c, s) != 0)
             sum += weight_of(c, s) * ((const double *)c->work)[s];
-    *(lt_real *)c->out->data = (lt_real)(total > 0 ? sum / total : 0);
+    *(lt_real *)c->out->data = (lt_real)(total <= 0 ? 0 : sum / total);
 }
 
 static void mse_forward(const lt_call *c) { run_forward(c, elements_of(c), mse_sample); }
@@ -103,7 +103,7 @@ static lt_real factor(const lt_call *c, int64_t s)
 {
     const double total = *(const double *)c->work;
 
-    return total > 0 ? (lt_real)(*c->dout * weight_of(c, s) / total) : 0;
+    return total <= 0 ? 0 : (lt_real)(*c->dout * weight_of(c, s) / total);
 }
 
 static void give(const lt_call *c, int64_t i, lt_real g)
@@ -167,11 +167,21 @@ static lt_status entropy_infer(lt_call *c)
     return infer(c);
 }
 
-/* saved: softmax(a) */
+/* softmax(a): saved, or behind the sums in the scratch where nothing goes back */
 static void entropy_plan(lt_call *c)
 {
+    const size_t bytes = (size_t)lt_numel(c->in[A]) * sizeof(lt_real);
+
     plan(c);
-    c->saved_bytes[0] = (size_t)lt_numel(c->in[A]) * sizeof(lt_real);
+    if (c->train)
+        c->saved_bytes[0] = bytes;
+    else
+        c->work_bytes += bytes;
+}
+
+static lt_real *softmax_of(const lt_call *c)
+{
+    return c->train ? c->saved[0] : (void *)((double *)c->work + samples_of(c));
 }
 
 /* log sum_c exp(a_c) of a row whose softmax is q: by the largest, whose q is no less than 1 / n */
@@ -189,7 +199,7 @@ static void entropy_sample(const lt_call *c, int64_t s)
 {
     const int64_t n = classes_of(c);
     const lt_real *a = sample(c, A, s), *b = sample(c, B, s);
-    lt_real *q = (lt_real *)c->saved[0] + s * elements_of(c);
+    lt_real *q = softmax_of(c) + s * elements_of(c);
     double sum = 0;
 
     for (int64_t row = 0; row < rows_of(c); row++, a += n, b += n, q += n) {

@@ -7,8 +7,13 @@
 
 static lt_status infer(lt_call *c)
 {
+    const lt_tensor *h = c->in[0];
+
     if (lt_want_rank(c, 0, "heat maps", 4))
         return LT_ESHAPE;
+    if (lt_dim(h, 2) > INT32_MAX || lt_dim(h, 3) > INT32_MAX || lt_dim(h, 2) * lt_dim(h, 3) > INT32_MAX)
+        return lt_fail(c, "maps of %lld x %lld cells, want at most %d", (long long)lt_dim(h, 2),
+                       (long long)lt_dim(h, 3), INT32_MAX);
     c->out->shape = LT_SHAPE(lt_dim(c->in[0], 0), lt_dim(c->in[0], 1), 2);
     return LT_OK;
 }

@@ -18,6 +18,9 @@ static lt_status infer(lt_call *c)
         return LT_ESHAPE;
     if (a->factor < 1)
         return lt_fail(c, "factor is %d, want at least 1", a->factor);
+    if (lt_dim(x, 2) > INT32_MAX / a->factor || lt_dim(x, 3) > INT32_MAX / a->factor)
+        return lt_fail(c, "%d times %lld x %lld cells are too many", a->factor, (long long)lt_dim(x, 2),
+                       (long long)lt_dim(x, 3));
     c->out->shape = LT_SHAPE(lt_dim(x, 0), lt_dim(x, 1), a->factor * lt_dim(x, 2), a->factor * lt_dim(x, 3));
     return LT_OK;
 }

@@ -91,6 +91,20 @@ START_TEST(arenas_give_zeroed_aligned_memory)
 }
 END_TEST
 
+/* A spare block that is larger than what it is used for is full: what follows begins aligned, in another. */
+START_TEST(arenas_stay_aligned)
+{
+    lt_arena *a = lt_arena_new();
+
+    ck_assert_ptr_nonnull(lt_arena_alloc(a, 40000));
+    lt_arena_reset(a);
+    ck_assert_ptr_nonnull(lt_arena_alloc(a, 30001));
+    for (int i = 0; i < 3; i++)
+        ck_assert_uint_eq((uintptr_t)lt_arena_alloc(a, 8) % LT_ALIGN, 0);
+    lt_arena_free(a);
+}
+END_TEST
+
 START_TEST(arenas_use_memory_again)
 {
     static const size_t sizes[] = { 1000, 1 << 20, 40000, 64, 1 << 18 };
@@ -274,6 +288,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, a_draw_is_a_function_of_its_index);
     tcase_add_test(tc, draws_stay_in_range);
     tcase_add_test(tc, arenas_give_zeroed_aligned_memory);
+    tcase_add_test(tc, arenas_stay_aligned);
     tcase_add_test(tc, arenas_use_memory_again);
     tcase_add_test(tc, arenas_keep_used_and_spare_blocks_apart);
     tcase_add_test(tc, arenas_clear_blocks_used_again);

@@ -285,8 +285,72 @@ START_TEST(dropout_takes_a_relu_over)
 }
 END_TEST
 
+/* ---- what a model has of constants alone ------------------------------------------------------------------ */
+
+/* A constant (16, 32) through two linear layers, and a constant map through a convolution and a batch norm: as learned
+ * queries are. */
+static lt_tensor *constant_layers(lt_tensor *x)
+{
+    lt_tensor *q = weight("query", "tokens", LT_SHAPE(256, 32)), *map = weight("query", "map", LT_SHAPE(1, 4, 5, 5));
+    const lt_batch_norm_layer norm = lt_batch_norm_layer_new(set, "norm", 4);
+
+    lt_init_uniform(norm.weight, 1, 1);
+    lt_init_uniform(norm.running_mean, 2, 1);
+    lt_init_constant(norm.running_var, 2);
+    q = linear("second", lt_gelu(linear("first", q, 64)), 32);
+    map = lt_batch_norm_layer_forward(&norm, conv("conv", map, 4, 3, 1));
+    return lt_add(lt_mul(x, lt_sum(q)), lt_mul(x, lt_sum(lt_mul(map, map))));
+}
+
+static lt_real run_constants(const lt_compile_opts *opts, bool refresh)
+{
+    lt_tensor *x, *y;
+    lt_plan *p;
+    lt_real out;
+
+    stop();
+    start();
+    x = input("x", LT_SHAPE(3));
+    y = lt_output(constant_layers(x), "y");
+    p = compile_filled(x, opts);
+    if (refresh)
+        lt_plan_refresh(p);
+    lt_run(p);
+    out = at(p, y, 1);
+    lt_plan_free(p);
+    return out;
+}
+
+START_TEST(constant_layers_are_not_fused_wrongly)
+{
+    const double plain = run_constants(&(lt_compile_opts){ .no_fusion = true }, false);
+
+    ck_assert_double_eq_tol(run_constants(NULL, false), plain, 1e-5 * fabs(plain));
+    ck_assert_double_eq_tol(run_constants(NULL, true), plain, 1e-5 * fabs(plain));
+}
+END_TEST
+
+/* It keeps its softmax for a backward pass that an inference plan has not. */
+START_TEST(a_loss_of_constants)
+{
+    const lt_real target[] = { 1, 0, 0, 1 };
+    lt_tensor *x, *y, *w;
+    lt_plan *p;
+
+    x = input("x", LT_SHAPE(1));
+    w = weight("query", "logits", LT_SHAPE(2, 2));
+    y = lt_output(lt_add(x, lt_cross_entropy(w, lt_constant(g, LT_F32, LT_SHAPE(2, 2), target), NULL)), "y");
+    p = compile_filled(x, NULL);
+    lt_run(p);
+    ck_assert_double_gt(at(p, y, 0) - at(p, x, 0), 0.1);
+    lt_plan_free(p);
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
+    tcase_add_test(tc, constant_layers_are_not_fused_wrongly);
+    tcase_add_test(tc, a_loss_of_constants);
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, tails_fuse);
     tcase_add_loop_test(tc, activations_fuse, 0, 7);

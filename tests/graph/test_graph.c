@@ -395,6 +395,76 @@ START_TEST(nothing_is_overwritten_that_is_still_read)
 }
 END_TEST
 
+/* Behind a frozen convolution that is computed within a region alone, a layer learns: what multiplies the rest's gradient
+ * of 0 is no infinity that the memory held. */
+START_TEST(a_frozen_region_leaves_nothing_behind)
+{
+    enum { C = 8, H = 16, CELLS = C * H * H };
+    static lt_real mask[CELLS], target[CELLS];
+    lt_tensor *x = input("x", LT_SHAPE(1, C, H, H)), *boxes = input("boxes", LT_SHAPE(1, 5)), *logits, *region, *y;
+    lt_param *w = lt_params_add(set, "a", "weight", LT_WEIGHT, LT_SHAPE(C, C, 3, 3));
+    lt_param *w2 = lt_params_add(set, "b", "weight", LT_WEIGHT, LT_SHAPE(C, C, 1, 1));
+    const lt_real box[] = { 0, 5, 5, 9, 9 };
+    lt_plan *p;
+
+    w->frozen = true;
+    lt_init_uniform(w, 1, 1);
+    lt_init_uniform(w2, 2, 1);
+    for (int i = 0; i < CELLS; i++) {
+        mask[i] = i % 4 == 1 ? -(lt_real)INFINITY : 0;
+        target[i] = i % (H * H) == 0;
+    }
+    logits = lt_add(lt_reshape(x, LT_SHAPE(C, H * H)), lt_constant(g, LT_F32, LT_SHAPE(C, H * H), mask));
+    lt_output(lt_cross_entropy(logits, lt_constant(g, LT_F32, LT_SHAPE(C, H * H), target), NULL), "entropy");
+    region = lt_box_region(&boxes, 1, 1, H, H, 1, 2);
+    y = lt_conv2d_within(x, lt_use(g, w), NULL, &(lt_conv_opts){ .pad = 1 }, region);
+    y = lt_roi_align(lt_conv2d(y, lt_use(g, w2), NULL, NULL), boxes, 2, 2, 1);
+    p = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = lt_sum(y) });
+    ck_assert_msg(p != NULL, "%s", lt_last_error());
+    fill(p, x, 1);
+    memcpy(lt_plan_data(p, boxes), box, sizeof(box));
+    lt_run(p);
+    for (int64_t i = 0; i < lt_param_numel(w2); i++)
+        ck_assert(isfinite(w2->grad[i]));
+    lt_plan_free(p);
+}
+END_TEST
+
+/* A loss that nobody can know is not 0. */
+START_TEST(weights_that_are_no_numbers)
+{
+    lt_tensor *a = input("a", LT_SHAPE(2, 3)), *b = input("b", LT_SHAPE(2, 3)), *w = input("w", LT_SHAPE(2));
+    lt_tensor *loss[] = {
+        lt_output(lt_mse_loss(a, b, w), "mse"), lt_output(lt_l1_loss(a, b, w), "l1"),
+        lt_output(lt_cross_entropy(a, b, w), "entropy"),
+    };
+    lt_plan *p = lt_compile(g, NULL);
+
+    ck_assert_msg(p != NULL, "%s", lt_last_error());
+    fill(p, a, 1);
+    fill(p, b, 2);
+    for (int k = 0; k < 2; k++) {
+        const lt_real weights[] = { 1, k ? 1 : NAN };
+
+        memcpy(lt_plan_data(p, w), weights, sizeof(weights));
+        lt_run(p);
+        for (size_t i = 0; i < LT_COUNT(loss); i++)
+            ck_assert(isnan(at(p, loss[i], 0)) == !k);
+    }
+    lt_plan_free(p);
+}
+END_TEST
+
+START_TEST(results_that_are_not_there)
+{
+    lt_tensor *x = input("x", LT_SHAPE(2));
+
+    lt_output(lt_result(lt_tanh(x), 1), "y");
+    ck_assert_ptr_null(lt_compile(g, NULL));
+    ck_assert_str_eq(lt_last_error(), "lt_result: result 1 of tanh, which has 1");
+}
+END_TEST
+
 START_TEST(the_first_bad_tensor_has_a_name)
 {
     lt_param *w = lt_params_add(set, "head.fc", "weight", LT_WEIGHT, LT_SHAPE(2, 2));
@@ -684,6 +754,9 @@ int main(void)
     tcase_add_test(tc, a_detached_loss);
     tcase_add_test(tc, gradients_are_replaced);
     tcase_add_test(tc, nothing_is_overwritten_that_is_still_read);
+    tcase_add_test(tc, a_frozen_region_leaves_nothing_behind);
+    tcase_add_test(tc, weights_that_are_no_numbers);
+    tcase_add_test(tc, results_that_are_not_there);
     tcase_add_test(tc, the_first_bad_tensor_has_a_name);
     tcase_add_test(tc, a_nan_wins_its_windows);
     tcase_add_test(tc, relu_of_minus_infinity);

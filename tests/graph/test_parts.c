@@ -193,6 +193,29 @@ START_TEST(any_number_of_threads_gives_the_same_bits)
 }
 END_TEST
 
+/* What an op sums outside of tasks is as small in a part that is a task as in one that is not. */
+START_TEST(subnormal_numbers_are_zero_on_any_number_of_threads)
+{
+    for (int threads = 1; threads <= 4; threads++) {
+        lt_tensor *x, *s;
+        lt_plan *p;
+
+        lt_set_threads(threads);
+        stop();
+        start();
+        x = input("x", LT_SHAPE(4));
+        s = lt_output(lt_sum(lt_add(x, lt_scale(weight("", "w", LT_SHAPE(4)), 0))), "s");
+        p = lt_compile(g, &(lt_compile_opts){ .train = true, .replace_grads = true, .parts = 2, .loss = s });
+        for (int k = 0; k < 2; k++)
+            for (int i = 0; i < 4; i++)
+                ((lt_real *)lt_plan_data(lt_plan_part(p, k), x))[i] = (lt_real)(i % 2 ? 1.3e-38 : -1.235e-38);
+        lt_run(p);
+        ck_assert(*(lt_real *)lt_plan_data(p, s) == 0);
+        lt_plan_free(p);
+    }
+}
+END_TEST
+
 START_TEST(a_bad_tensor_of_a_later_part_has_a_name)
 {
     const net m = make();
@@ -269,6 +292,7 @@ static void add_tests(TCase *tc)
     tcase_add_loop_test(tc, parts_are_the_whole, 2, 4);
     tcase_add_test(tc, what_is_shared_stays);
     tcase_add_test(tc, any_number_of_threads_gives_the_same_bits);
+    tcase_add_test(tc, subnormal_numbers_are_zero_on_any_number_of_threads);
     tcase_add_test(tc, a_bad_tensor_of_a_later_part_has_a_name);
     tcase_add_test(tc, parts_draw_numbers_of_their_own);
     tcase_add_test(tc, plans_that_have_no_parts);

@@ -13,6 +13,8 @@ static const op_case cases[] = {
 
 static const op_bad_case bad[] = {
     { build, { S(3, 5) }, "soft_argmax2d: heat maps is (3, 5), want 4 dimensions" },
+    { build, { S(0, 1, 2147483648, 2147483648) },
+      "soft_argmax2d: maps of 2147483648 x 2147483648 cells, want at most 2147483647" },
 };
 
 const op_suite soft_argmax2d_suite = { "soft_argmax2d", CASES(cases), BAD(bad), .vary = vary_map };

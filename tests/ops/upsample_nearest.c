@@ -18,6 +18,8 @@ static const op_case cases[] = {
 static const op_bad_case bad[] = {
     { build, { S(3, 5) }, "upsample_nearest: input is (3, 5), want 4 dimensions" },
     { never, { S(1, 3, 2, 5) }, "upsample_nearest: factor is 0, want at least 1" },
+    { build, { S(0, 3, 1, 4611686018427387904) },
+      "upsample_nearest: 2 times 1 x 4611686018427387904 cells are too many" },
 };
 
 const op_suite upsample_nearest_suite = { "upsample_nearest", CASES(cases), BAD(bad), .vary = vary_map };

@@ -119,7 +119,7 @@ lt_status pass_fuse(lt_graph *g)
     if (read_counts(g, &readers))
         return LT_ENOMEM;
     for (int k = 0; k < n_nodes; k++)
-        if (g->node[k])
+        if (g->node[k] && !g->node[k]->constant)        /* a constant one runs once, before what it would absorb */
             fuse_node(g, g->node[k], readers);
     return lt_graph_status(g);
 }
@@ -131,7 +131,7 @@ lt_status pass_pair(lt_graph *g)
     if (read_counts(g, &readers))
         return LT_ENOMEM;
     for (int k = 0; k < g->n_nodes; k++)
-        if (g->node[k] && g->node[k]->op->absorb_before)
+        if (g->node[k] && !g->node[k]->constant && g->node[k]->op->absorb_before)
             fuse_before(g, g->node[k], readers, g->node[k]->op->absorb_before);
     return LT_OK;
 }
