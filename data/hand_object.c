@@ -1,5 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* From a sample to a slot of a batch: crop, augment, normalise. */
+/*
+ * From a sample to a slot of a batch, and to the source of a loader of such batches. A sample is prepared in the order
+ * of the parents' code: a window around hand and object, jittered and turned; the picture in it, its background and
+ * colours changed; boxes to pool from; points in units of these, and rotations turned with the window.
+ */
 #include "data/hand_object.h"
 
 #include "data/background.h"
@@ -17,6 +21,9 @@ static const double HAND_CROP = 1.5, OBJECT_CROP = 1.5, HAND_POOL = 1.1, OBJECT_
 static const double MARGIN_LOW = 10, MARGIN_HIGH = 20, MARGIN = 15;
 static const float MEAN_COLOUR[3] = { 0.485f, 0.456f, 0.406f };
 
+enum { MOST_POINTS = LT_HAND_KEYPOINTS };                   /* of hand or object */
+_Static_assert((int)LT_BOX_POINTS <= (int)MOST_POINTS, "points of either are mapped into the same room");
+
 enum { STREAM = 0x484f4341, BACKGROUND = 0x42414b47 };      /* tell these draws apart from other uses of the seed */
 
 hand_object_options hand_object_defaults(bool augment, uint64_t seed)
@@ -26,88 +33,6 @@ hand_object_options hand_object_defaults(bool augment, uint64_t seed)
         .centre_jitter = 0.1, .scale_jitter = 0.2, .rotation = M_PI, .rotation_chance = 1,
         .colour = { .blur = 0.5, .brightness = 0.5, .contrast = 0.5, .saturation = 0.5, .hue = 0.15 },
     };
-}
-
-/* ---- the batch ---- */
-
-void hand_object_batch_free(hand_object_batch *b)
-{
-    if (!b)
-        return;
-    lt_arena_free(b->memory);
-    lt_release(b);
-}
-
-/* Memory for per numbers of size bytes in each slot; remembers that one was refused. */
-static void *slots(hand_object_batch *b, size_t per, size_t size, bool *ok)
-{
-    void *p = lt_arena_array(b->memory, (size_t)b->capacity * per, size);
-
-    *ok = *ok && p;
-    return p;
-}
-
-/* The arrays that a sample fills, numbers of each; all but the scratch and what is not float. */
-typedef struct { float **p; size_t per; } field;
-enum { FIELDS = 16 };
-
-static void fields_of(hand_object_batch *b, field out[FIELDS])
-{
-    const size_t pixels = (size_t)b->size * (size_t)b->size, cells = (size_t)b->cells * (size_t)b->cells;
-    const field all[FIELDS] = {
-        { &b->image, 3 * pixels }, { &b->depth, pixels }, { &b->mask, cells }, { &b->weight, 1 },
-        { &b->hand_box, 4 }, { &b->joints2d, 2 * LT_HAND_KEYPOINTS }, { &b->rotation, 9 * LT_HAND_JOINTS },
-        { &b->beta, LT_HAND_BETAS }, { &b->joints, 3 * LT_HAND_KEYPOINTS }, { &b->wrist, 3 },
-        { &b->object_box, 4 }, { &b->points2d, 2 * LT_BOX_POINTS }, { &b->R, 9 }, { &b->t, 3 },
-        { &b->affine, 6 }, { &b->K, 9 },
-    };
-
-    memcpy(out, all, sizeof(all));
-}
-
-static bool allocate(hand_object_batch *b)
-{
-    field f[FIELDS];
-    bool ok = true;
-
-    fields_of(b, f);
-    for (int k = 0; k < FIELDS; k++)
-        *f[k].p = slots(b, f[k].per, sizeof(float), &ok);
-    b->object = slots(b, 1, sizeof(*b->object), &ok);
-    b->flags = slots(b, 1, sizeof(*b->flags), &ok);
-    b->vertices = slots(b, 1, sizeof(*b->vertices), &ok);
-    b->index = slots(b, 1, sizeof(*b->index), &ok);
-    b->scratch = slots(b, (size_t)b->size * (size_t)b->size, sizeof(float), &ok);
-    return ok;
-}
-
-hand_object_batch *hand_object_batch_new(int capacity, int size, int cells)
-{
-    hand_object_batch *b = lt_alloc(sizeof(*b));
-
-    if (!b)
-        return NULL;
-    *b = (hand_object_batch){ .capacity = capacity, .size = size, .cells = cells };
-    b->memory = lt_arena_new();
-    if (!b->memory || !allocate(b)) {
-        hand_object_batch_free(b);
-        return NULL;
-    }
-    return b;
-}
-
-static void clear_slot(hand_object_batch *b, int slot, int64_t index)
-{
-    const size_t i = (size_t)slot;
-    field f[FIELDS];
-
-    fields_of(b, f);
-    for (int k = 0; k < FIELDS; k++)
-        memset(*f[k].p + i * f[k].per, 0, f[k].per * sizeof(float));
-    b->object[i] = -1;
-    b->flags[i] = 0;
-    b->vertices[i] = NULL;
-    b->index[i] = index;
 }
 
 /* ---- one sample ---- */
@@ -159,7 +84,7 @@ static crop_window union_window(const dataset_sample *s, const hand_object_optio
     crop_window w;
 
     if (has_object(s))
-        include(&b, crop_extent(s->control2d, 21));
+        include(&b, crop_extent(s->control2d, LT_BOX_POINTS));
     for (int i = 0; i < 4; i++) {
         const double out = o->augment ? lt_rng_range(rng, MARGIN_LOW, MARGIN_HIGH) : MARGIN;
         *side[i] += (float)(i < 2 ? -out : out);
@@ -169,12 +94,12 @@ static crop_window union_window(const dataset_sample *s, const hand_object_optio
     return w;
 }
 
-/* Steps 1 to 3: the window around hand and object, moved, scaled and turned. */
+/* The window around hand and object, moved, scaled and turned. */
 static crop_window choose_window(const dataset_sample *s, const hand_object_options *o,
                                  const hand_points *hand, lt_rng *rng)
 {
     const crop_box h = crop_box_around(hand->p, hand->n, HAND_CROP);
-    const crop_box b = has_object(s) ? crop_box_around(s->control2d, 21, OBJECT_CROP) : h;
+    const crop_box b = has_object(s) ? crop_box_around(s->control2d, LT_BOX_POINTS, OBJECT_CROP) : h;
     crop_window w = crop_window_around(h, b, s->width, s->height);
 
     if (o->augment) {
@@ -204,10 +129,10 @@ static crop_box whole_crop(int size)
     return (crop_box){ 0, 0, (float)size, (float)size };
 }
 
-/* Step 7: in training around the mapped points, else around the image's points and then mapped. */
+/* To pool features from: in training around the mapped points, else around the image's points and then mapped. */
 static crop_box pool_box(const hand_object_options *o, const double A[6], const float (*p)[2], int n, double factor)
 {
-    float mapped[LT_HAND_KEYPOINTS][2];
+    float mapped[MOST_POINTS][2];
 
     if (o->crop == HAND_OBJECT_UNION)
         return whole_crop(o->size);
@@ -226,15 +151,15 @@ static void store_box(float *out, crop_box b)
 }
 
 /* Points of the image in units of box. */
-static void store_points(const double A[6], const float (*p)[2], crop_box box, float *out)
+static void store_points(const double A[6], const float (*p)[2], int n, crop_box box, float *out)
 {
-    float mapped[21][2];
+    float mapped[MOST_POINTS][2];
 
-    crop_points(A, p, 21, mapped);
-    crop_normalise(box, mapped, 21, (float (*)[2])out);
+    crop_points(A, p, n, mapped);
+    crop_normalise(box, mapped, n, (float (*)[2])out);
 }
 
-/* Step 6: R_0 <- Rz(angle) R_0; the other joints turn with it. */
+/* As the window turns, so does the hand: R_0 <- Rz(angle) R_0, and the other joints with it. */
 static void store_rotations(const dataset_sample *s, double angle, float *out)
 {
     const double c = cos(angle), n = sin(angle);
@@ -254,12 +179,12 @@ static void store_hand(const dataset_sample *s, const hand_object_options *o, co
 
     store_box(b->hand_box + 4 * i, box);
     if (s->flags & SAMPLE_JOINTS) {
-        store_points(A, s->joints2d, box, b->joints2d + 42 * i);
-        memcpy(b->joints + 63 * i, s->joints, sizeof(s->joints));
+        store_points(A, s->joints2d, LT_HAND_KEYPOINTS, box, b->joints2d + 2 * LT_HAND_KEYPOINTS * i);
+        memcpy(b->joints + 3 * LT_HAND_KEYPOINTS * i, s->joints, sizeof(s->joints));
     }
     if (s->flags & SAMPLE_HAND_POSE) {
-        store_rotations(s, angle, b->rotation + 144 * i);
-        memcpy(b->beta + 10 * i, s->beta, sizeof(s->beta));
+        store_rotations(s, angle, b->rotation + 9 * LT_HAND_JOINTS * i);
+        memcpy(b->beta + LT_HAND_BETAS * i, s->beta, sizeof(s->beta));
     }
     memcpy(b->wrist + 3 * i, s->root, sizeof(s->root));
     b->vertices[i] = s->vertices;
@@ -268,11 +193,11 @@ static void store_hand(const dataset_sample *s, const hand_object_options *o, co
 static void store_object(const dataset_sample *s, const hand_object_options *o, const double A[6],
                          const double picture[6], hand_object_batch *b, size_t i)
 {
-    const crop_box box = pool_box(o, A, s->control2d, 21, OBJECT_POOL);
+    const crop_box box = pool_box(o, A, s->control2d, LT_BOX_POINTS, OBJECT_POOL);
     const size_t cells = (size_t)b->cells * (size_t)b->cells;
 
     store_box(b->object_box + 4 * i, box);
-    store_points(A, s->control2d, box, b->points2d + 42 * i);
+    store_points(A, s->control2d, LT_BOX_POINTS, box, b->points2d + 2 * LT_BOX_POINTS * i);
     memcpy(b->R + 9 * i, s->R, sizeof(s->R));
     memcpy(b->t + 3 * i, s->t, sizeof(s->t));
     b->object[i] = s->object;
@@ -307,20 +232,15 @@ static void store_picture(const dataset_sample *s, const hand_object_options *o,
         depth_crop(A, s->depth, s->silhouette, s->width, s->height, b->depth + pixels * i, b->size, scratch);
 }
 
-lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options *o,
-                              uint64_t epoch, int64_t index, hand_object_batch *b, int slot)
+static void store_sample(const dataset_sample *s, const hand_object_options *o, uint64_t epoch, int64_t index,
+                         hand_object_batch *b, size_t i)
 {
-    const size_t i = (size_t)slot;
     lt_rng rng = lt_rng_make(o->seed, lt_rng_mix(lt_rng_mix(STREAM, epoch), (uint64_t)index));
     const hand_points hand = hand_points_of(s, o->augment);
     const crop_window w = o->crop == HAND_OBJECT_UNION ? union_window(s, o, &hand, &rng)
                                                        : choose_window(s, o, &hand, &rng);
     double A[6], picture[6];
 
-    if (!(s->flags & (SAMPLE_JOINTS | SAMPLE_HAND_BOX)))
-        return lt_error(LT_EFORMAT, "%s: has neither joints nor a hand box, so there is nothing to crop",
-                        s->name);
-    clear_slot(b, slot, index);
     crop_affine(w, b->size, A);
     picture_map(o, A, picture);
     store_picture(s, o, picture, &rng, epoch, index, b, i);
@@ -332,6 +252,16 @@ lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options
         store_object(s, o, A, picture, b, i);
     b->flags[i] = s->flags;
     b->weight[i] = 1;
+}
+
+lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options *o,
+                              uint64_t epoch, int64_t index, hand_object_batch *b, int slot)
+{
+    if (!(s->flags & (SAMPLE_JOINTS | SAMPLE_HAND_BOX)))
+        return lt_error(LT_EFORMAT, "%s: has neither joints nor a hand box, so there is nothing to crop",
+                        s->name);
+    hand_object_batch_clear(b, slot, index);
+    store_sample(s, o, epoch, index, b, (size_t)slot);
     return LT_OK;
 }
 
@@ -386,7 +316,7 @@ static lt_status source_fill(const void *ctx, uint64_t epoch, int64_t index, lt_
 
 static void source_skip(void *batch, int slot, int64_t index)
 {
-    clear_slot(batch, slot, index);
+    hand_object_batch_clear(batch, slot, index);
 }
 
 loader_source hand_object_source(const hand_object_feed *feed)

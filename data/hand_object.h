@@ -78,6 +78,9 @@ typedef struct {
 hand_object_batch *hand_object_batch_new(int capacity, int size, int cells);
 void hand_object_batch_free(hand_object_batch *b);
 
+/* hand_object_batch_clear - a slot as it is before sample `index` is in it: zero, with weight 0 and no object */
+void hand_object_batch_clear(hand_object_batch *b, int slot, int64_t index);
+
 /**
  * hand_object_prepare - crop and augment one sample into a slot of b
  *
