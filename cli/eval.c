@@ -1,21 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
+#include "cli/eval_file.h"
 
-#include "data/ho3d.h"
 #include "data/open.h"
 #include "eval/bench.h"
-#include "eval/bop_score.h"
 #include "eval/claims.h"
-#include "eval/dexycb_files.h"
 #include "eval/evaluate.h"
-#include "eval/ho3d_files.h"
 #include "eval/pictures.h"
 #include "libtensor/io/file.h"
 
-#include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { PICTURES = 12 };
@@ -246,114 +241,6 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
     return st;
 }
 
-/* ---- a result file ---------------------------------------------------------------------------------------- */
-
-static lt_status is_synthetic(const eval_args *a, bool *out)
-{
-    const ho3d_options o = { .root = a->data, .split = "evaluation", .no_objects = true };
-    dataset *d = NULL;
-    const lt_status st = ho3d_open(&o, &d);
-
-    *out = !st && d->synthetic;
-    dataset_free(d);
-    return st;
-}
-
-/* HO3D's own 14 lines, and as scores.txt in --out. */
-static lt_status score_ho3d(const eval_args *a, lt_arena *arena)
-{
-    const char *xyz = lt_path_join(arena, a->data, "evaluation_xyz.json");
-    const char *verts = lt_path_join(arena, a->data, "evaluation_verts.json");
-    const char *out = a->out ? lt_path_join(arena, a->out, "scores.txt") : NULL;
-    double scores[HO3D_SCORES];
-    bool synthetic = false;
-    int64_t n;
-    lt_status st = xyz && verts ? is_synthetic(a, &synthetic) : lt_error(LT_ENOMEM, "%s: no memory", a->pred);
-
-    st = st ? st : ho3d_score_files(a->pred, xyz, verts, scores, &n, show_progress, NULL);
-    if (st)
-        return st;
-    fprintf(stderr,
-            "Protocol: %sHO3D evaluation; %lld samples; *_al_*: similarity per sample, reflections allowed; means in "
-            "cm\n", synthetic ? "SYNTHETIC, " : "", (long long)n);
-    ho3d_print_scores(stdout, scores);
-    st = out ? lt_make_dirs(a->out) : LT_OK;
-    return st || !out ? st : ho3d_write_scores(out, scores);
-}
-
-static lt_status score_hands(const eval_args *a, const dataset *d)
-{
-    double scores[DEXYCB_SCORES];
-    const lt_status st = dexycb_score_hpe(d, a->pred, scores);
-
-    if (st)
-        return st;
-    fprintf(stderr, "Protocol: %s%s, split %s; %lld samples with a hand; pa: similarity per sample, reflections "
-            "allowed; pa_rigid: without\n", d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, (long long)d->count);
-    for (int i = 0; i < DEXYCB_SCORES; i++)
-        printf("%s: %f\n", dexycb_score_name((dexycb_score)i), scores[i]);
-    return LT_OK;
-}
-
-static void print_recall(const char *name, const bop_recall *r)
-{
-    printf("%-10s %9lld %9lld %9.6f %9.6f %9.6f %9.6f\n", name, (long long)r->targets, (long long)r->estimated, r->vsd,
-           r->mssd, r->mspd, r->ar);
-}
-
-static lt_status score_objects(const eval_args *a, const dataset *d, lt_arena *arena)
-{
-    const char *models_info;
-    bop_recalls r;
-    lt_status st = dexycb_models_info(d, arena, &models_info);
-
-    if (!st)
-        st = bop_score(d, a->pred, models_info, show_progress, NULL, &r);
-    if (st)
-        return st;
-    fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, key frames; VSD delta 15 mm; %s%s\n",
-            d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, models_info ? "symmetries and diameters of " :
-            "symmetries by geometric class; diameter max_dist", models_info ? models_info : "");
-    printf("%-10s %9s %9s %9s %9s %9s %9s\n", "", "targets", "estimated", "vsd", "mssd", "mspd", "mean");
-    print_recall("all", &r.all);
-    print_recall("grasp only", &r.grasped);
-    return LT_OK;
-}
-
-/* Object poses are asked for in every key frame, hand joints where a hand is annotated. */
-static lt_status score_dexycb(const eval_args *a, lt_arena *arena)
-{
-    const bool poses = lt_ends_with(a->pred, ".csv");
-    dataset *d = NULL;
-    cli_hand hand;
-    lt_status st = cli_hand_open(a->hand, NULL, &hand);
-    const dataset_options o = { .root = a->data, .split = a->split, .models = a->models, .setup = a->setup,
-                                .filter = poses ? "every" : "valid", .hand = hand.model, .left = hand.left };
-
-    if (!st && !poses && !lt_ends_with(a->pred, ".txt"))
-        st = lt_error(LT_EINVAL, "%s: which result file of DexYCB's? .txt of hand joints (HPE) and .csv of object "
-                      "poses (BOP) are scored", a->pred);
-    if (!st)
-        st = dataset_open(&o, &d);
-    if (!st)
-        st = poses ? score_objects(a, d, arena) : score_hands(a, d);
-    dataset_free(d);
-    cli_hand_close(&hand);
-    return st;
-}
-
-static lt_status score_file(const eval_args *a)
-{
-    lt_arena *arena = lt_arena_new();
-    dataset_layout layout;
-    lt_status st = arena ? dataset_find_layout(a->data, &layout) : lt_error(LT_ENOMEM, "%s: no memory", a->pred);
-
-    if (!st)
-        st = layout == DATASET_HO3D ? score_ho3d(a, arena) : score_dexycb(a, arena);
-    lt_arena_free(arena);
-    return st;
-}
-
 int cmd_eval(int argc, char **argv)
 {
     eval_args a = { .split = "evaluation", .batch = 8, .max_pa_mpjpe_mm = INFINITY };
@@ -367,7 +254,9 @@ int cmd_eval(int argc, char **argv)
     }
     cli_catch_signals();
     if (a.pred) {
-        st = score_file(&a);
+        st = eval_file(&(eval_file_options){ .pred = a.pred, .data = a.data, .split = a.split, .setup = a.setup,
+                                             .models = a.models, .hand = a.hand, .out = a.out,
+                                             .progress = show_progress });
         return st ? cli_fail(st) : 0;
     }
     st = cli_checkpoint_open(a.checkpoint, a.hand, &c);

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "cli/eval_file.h"
+
+#include "cli/cli.h"
+#include "data/ho3d.h"
+#include "data/open.h"
+#include "eval/bop_score.h"
+#include "eval/dexycb_files.h"
+#include "eval/ho3d_files.h"
+#include "libtensor/io/file.h"
+
+#include <stdio.h>
+
+static lt_status is_synthetic(const eval_file_options *o, bool *out)
+{
+    const ho3d_options evaluation = { .root = o->data, .split = "evaluation", .no_objects = true };
+    dataset *d = NULL;
+    const lt_status st = ho3d_open(&evaluation, &d);
+
+    *out = !st && d->synthetic;
+    dataset_free(d);
+    return st;
+}
+
+/* HO3D's own 14 lines, and as scores.txt in --out. */
+static lt_status score_ho3d(const eval_file_options *o, lt_arena *arena)
+{
+    const char *xyz = lt_path_join(arena, o->data, "evaluation_xyz.json");
+    const char *verts = lt_path_join(arena, o->data, "evaluation_verts.json");
+    const char *out = o->out ? lt_path_join(arena, o->out, "scores.txt") : NULL;
+    double scores[HO3D_SCORES];
+    bool synthetic = false;
+    int64_t n;
+    lt_status st = xyz && verts ? is_synthetic(o, &synthetic) : lt_error(LT_ENOMEM, "%s: no memory", o->pred);
+
+    st = st ? st : ho3d_score_files(o->pred, xyz, verts, scores, &n, o->progress, NULL);
+    if (st)
+        return st;
+    fprintf(stderr,
+            "Protocol: %sHO3D evaluation; %lld samples; *_al_*: similarity per sample, reflections allowed; means in "
+            "cm\n", synthetic ? "SYNTHETIC, " : "", (long long)n);
+    ho3d_print_scores(stdout, scores);
+    st = out ? lt_make_dirs(o->out) : LT_OK;
+    return st || !out ? st : ho3d_write_scores(out, scores);
+}
+
+static lt_status score_hands(const eval_file_options *o, const dataset *d)
+{
+    double scores[DEXYCB_SCORES];
+    const lt_status st = dexycb_score_hpe(d, o->pred, scores);
+
+    if (st)
+        return st;
+    fprintf(stderr, "Protocol: %s%s, split %s; %lld samples with a hand; pa: similarity per sample, reflections "
+            "allowed; pa_rigid: without\n", d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, (long long)d->count);
+    for (int i = 0; i < DEXYCB_SCORES; i++)
+        printf("%s: %f\n", dexycb_score_name((dexycb_score)i), scores[i]);
+    return LT_OK;
+}
+
+static void print_recall(const char *name, const bop_recall *r)
+{
+    printf("%-10s %9lld %9lld %9.6f %9.6f %9.6f %9.6f\n", name, (long long)r->targets, (long long)r->estimated, r->vsd,
+           r->mssd, r->mspd, r->ar);
+}
+
+static lt_status score_objects(const eval_file_options *o, const dataset *d, lt_arena *arena)
+{
+    const char *models_info;
+    bop_recalls r;
+    lt_status st = dexycb_models_info(d, arena, &models_info);
+
+    if (!st)
+        st = bop_score(d, o->pred, models_info, o->progress, NULL, &r);
+    if (st)
+        return st;
+    fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, key frames; VSD delta 15 mm; %s%s\n",
+            d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, models_info ? "symmetries and diameters of " :
+            "symmetries by geometric class; diameter max_dist", models_info ? models_info : "");
+    printf("%-10s %9s %9s %9s %9s %9s %9s\n", "", "targets", "estimated", "vsd", "mssd", "mspd", "mean");
+    print_recall("all", &r.all);
+    print_recall("grasp only", &r.grasped);
+    return LT_OK;
+}
+
+/* Object poses are asked for in every key frame, hand joints where a hand is annotated. */
+static lt_status score_dexycb(const eval_file_options *o, lt_arena *arena)
+{
+    const bool poses = lt_ends_with(o->pred, ".csv");
+    dataset *d = NULL;
+    cli_hand hand;
+    lt_status st = cli_hand_open(o->hand, NULL, &hand);
+    const dataset_options part = { .root = o->data, .split = o->split, .models = o->models, .setup = o->setup,
+                                   .filter = poses ? "every" : "valid", .hand = hand.model, .left = hand.left };
+
+    if (!st && !poses && !lt_ends_with(o->pred, ".txt"))
+        st = lt_error(LT_EINVAL, "%s: which result file of DexYCB's? .txt of hand joints (HPE) and .csv of object "
+                      "poses (BOP) are scored", o->pred);
+    if (!st)
+        st = dataset_open(&part, &d);
+    if (!st)
+        st = poses ? score_objects(o, d, arena) : score_hands(o, d);
+    dataset_free(d);
+    cli_hand_close(&hand);
+    return st;
+}
+
+lt_status eval_file(const eval_file_options *o)
+{
+    lt_arena *arena = lt_arena_new();
+    dataset_layout layout;
+    lt_status st = arena ? dataset_find_layout(o->data, &layout) : lt_error(LT_ENOMEM, "%s: no memory", o->pred);
+
+    if (!st)
+        st = layout == DATASET_HO3D ? score_ho3d(o, arena) : score_dexycb(o, arena);
+    lt_arena_free(arena);
+    return st;
+}
