@@ -6,6 +6,7 @@
 #include "eval/metrics.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/geometry/mat3.h"
 #include "libtensor/io/atomic_file.h"
 
 #include <math.h>
@@ -77,7 +78,7 @@ static void measure_joints(const float *p32, const float *g32, distances *d)
 
     eval_widen(3 * J, p32, p);
     eval_widen(3 * J, g32, g);
-    d->finite = eval_all_finite(3 * J, p);
+    d->finite = lt_all_finite(3 * J, p);
     eval_distances(J, p, g, d->xyz);
     eval_align_procrustes(EVAL_REFLECT, J, p, g, aligned);
     eval_distances(J, aligned, g, d->xyz_pa);
@@ -104,7 +105,7 @@ static void measure_mesh(const float *p32, const float *g32, distances *d)
 
     eval_widen(3 * V, p32, p);
     eval_widen(3 * V, g32, g);
-    d->finite = d->finite && eval_all_finite(3 * V, p);
+    d->finite = d->finite && lt_all_finite(3 * V, p);
     eval_distances(V, p, g, d->mesh);
     eval_align_procrustes(EVAL_REFLECT, V, p, g, aligned);
     eval_distances(V, aligned, g, d->mesh_pa);

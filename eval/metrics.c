@@ -17,15 +17,6 @@ void eval_widen(int64_t n, const float *x, double *out)
         out[i] = x[i];
 }
 
-bool eval_all_finite(int64_t n, const double *x)
-{
-    for (int64_t i = 0; i < n; i++) {
-        if (!isfinite(x[i]))
-            return false;
-    }
-    return true;
-}
-
 static double distance(const double *p, const double *g)
 {
     const double d = lt_vec3_distance(p, g);

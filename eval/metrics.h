@@ -20,9 +20,6 @@ extern "C" {
 /* eval_widen - the n floats of x as doubles */
 void eval_widen(int64_t n, const float *x, double *out);
 
-/* eval_all_finite - whether none of n numbers is infinite or NaN */
-bool eval_all_finite(int64_t n, const double *x);
-
 /* eval_distances - d[i] = |p_i - g_i|; +infinity where that is not a finite number */
 void eval_distances(int n, const double *p, const double *g, double *d);
 

@@ -34,7 +34,7 @@ void eval_pose_of_model(eval_pose *pose, bool mirrored)
 
 bool eval_pose_finite(const eval_pose *pose)
 {
-    return eval_all_finite(9, pose->R) && eval_all_finite(3, pose->t);
+    return lt_all_finite(9, pose->R) && lt_all_finite(3, pose->t);
 }
 
 eval_pose eval_pose_compose(const eval_pose *a, const eval_pose *b)

@@ -15,6 +15,15 @@
 extern "C" {
 #endif
 
+/* lt_all_finite - whether none of n numbers is infinite or NaN */
+static inline bool lt_all_finite(int64_t n, const double *x)
+{
+    for (int64_t i = 0; i < n; i++)
+        if (!isfinite(x[i]))
+            return false;
+    return true;
+}
+
 static inline double lt_vec3_dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];

@@ -4,14 +4,7 @@
 
 #include "libtensor/geometry/pnp_input.h"
 #include "libtensor/geometry/rotation.h"
-
-static bool all_finite(const double *x, size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        if (!isfinite(x[i]))
-            return false;
-    return true;
-}
+#include "libtensor/geometry/solve6.h"
 
 lt_status lt_pnp_check(const char *who, const lt_camera *cam, int n, int least, const double *X,
                        const double *uv)
@@ -20,12 +13,12 @@ lt_status lt_pnp_check(const char *who, const lt_camera *cam, int n, int least, 
 
     if (n < least)
         return lt_error(LT_EINVAL, "%s: %d points, want at least %d", who, n, least);
-    if (!all_finite(k, 4) || k[0] == 0 || k[1] == 0)
+    if (!lt_all_finite(4, k) || k[0] == 0 || k[1] == 0)
         return lt_error(LT_EINVAL, "%s: camera fx %g, fy %g, cx %g, cy %g, want finite numbers and no "
                         "focal length 0", who, k[0], k[1], k[2], k[3]);
-    if (!all_finite(X, 3 * (size_t)n))
+    if (!lt_all_finite(3 * (int64_t)n, X))
         return lt_error(LT_EINVAL, "%s: an object point is not finite", who);
-    if (!all_finite(uv, 2 * (size_t)n))
+    if (!lt_all_finite(2 * (int64_t)n, uv))
         return lt_error(LT_EINVAL, "%s: an image point is not finite", who);
     return LT_OK;
 }
@@ -95,31 +88,19 @@ static void linearise(const lt_camera *cam, int n, const double *X, const double
     }
 }
 
-/* step = -(JtJ + damping diag(JtJ))^-1 Jtr by Cholesky; false when that is not positive definite. */
+/* step = -(JtJ + damping diag(JtJ))^-1 Jtr; false when that is not positive definite. */
 static bool solve_step(const linearised *l, double damping, double step[6])
 {
-    double C[6][6];
+    double S[6][6];
 
-    for (int i = 0; i < 6; i++)
-        for (int j = 0; j <= i; j++) {
-            double sum = l->JtJ[i][j] * (i == j ? 1 + damping : 1);
-            for (int k = 0; k < j; k++)
-                sum -= C[i][k] * C[j][k];
-            if (i == j && !(sum > 0))
-                return false;
-            C[i][j] = i == j ? sqrt(sum) : sum / C[j][j];
-        }
+    memcpy(S, l->JtJ, sizeof(S));
     for (int i = 0; i < 6; i++) {
+        S[i][i] *= 1 + damping;
         step[i] = -l->Jtr[i];
-        for (int k = 0; k < i; k++)
-            step[i] -= C[i][k] * step[k];
-        step[i] /= C[i][i];
     }
-    for (int i = 5; i >= 0; i--) {
-        for (int k = i + 1; k < 6; k++)
-            step[i] -= C[k][i] * step[k];
-        step[i] /= C[i][i];
-    }
+    if (!lt_cholesky6(S))
+        return false;
+    lt_solve6(S, step);
     return true;
 }
 

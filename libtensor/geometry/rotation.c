@@ -85,6 +85,52 @@ void lt_rot_from_quat(const double q[4], double R[9])
     R[8] = 1 - s * (x * x + y * y);
 }
 
+void lt_quat_mul(const double a[4], const double b[4], double out[4])
+{
+    const double r[4] = {
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    };
+
+    memcpy(out, r, sizeof(r));
+}
+
+void lt_quat_exp(const double v[3], double scale, double q[4])
+{
+    const double angle = scale * lt_vec3_norm(v);
+    const double s = angle > 1e-8 ? sin(angle / 2) / angle * scale : scale / 2;
+
+    q[0] = cos(angle / 2);
+    for (int i = 0; i < 3; i++)
+        q[1 + i] = s * v[i];
+}
+
+void lt_quat_difference(const double a[4], const double b[4], double v[3])
+{
+    const double inverse[4] = { b[0], -b[1], -b[2], -b[3] };
+    double d[4], length, scale;
+
+    lt_quat_mul(a, inverse, d);
+    for (int i = 0; d[0] < 0 && i < 4; i++)
+        d[i] = i ? -d[i] : d[i];
+    d[0] = fabs(d[0]);
+    length = lt_vec3_norm(d + 1);
+    scale = length < 1e-8 ? 2 : 2 * atan2(length, d[0]) / length;
+    for (int i = 0; i < 3; i++)
+        v[i] = scale * d[1 + i];
+}
+
+bool lt_quat_unit(double q[4])
+{
+    const double n = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+
+    for (int i = 0; i < 4; i++)
+        q[i] /= n;
+    return isfinite(n) && n > 0;
+}
+
 void lt_rot_to_axis_angle(const double R[9], double aa[3])
 {
     double q[4], sine, factor;

@@ -32,6 +32,18 @@ LT_API void lt_rot_from_quat(const double q[4], double R[9]);
 /* lt_rot_to_quat - the unit quaternion (w, x, y, z) of R, with w >= 0 */
 LT_API void lt_rot_to_quat(const double R[9], double q[4]);
 
+/* lt_quat_mul - out = a b: b turns first. out may be a or b */
+LT_API void lt_quat_mul(const double a[4], const double b[4], double out[4]);
+
+/* lt_quat_exp - the unit quaternion of the axis-angle vector scale v */
+LT_API void lt_quat_exp(const double v[3], double scale, double q[4]);
+
+/* lt_quat_difference - the axis-angle vector of a b^-1, the shorter way round: from unit b to unit a */
+LT_API void lt_quat_difference(const double a[4], const double b[4], double v[3]);
+
+/* lt_quat_unit - q at length 1, in place; false, and q of no use, where it is 0 or not finite */
+LT_API bool lt_quat_unit(double q[4]);
+
 /**
  * lt_rot_from_6d - the rotation that Gram-Schmidt makes of two vectors
  *

@@ -120,21 +120,13 @@ static double balance(const double A[9])
     return ldexp(1, exponent < -1000 ? -1000 : exponent > 1000 ? 1000 : exponent);
 }
 
-static bool all_finite(const double A[9])
-{
-    for (int i = 0; i < 9; i++)
-        if (!isfinite(A[i]))
-            return false;
-    return true;
-}
-
 void lt_svd3(const double A[9], double U[9], double s[3], double V[9])
 {
     double W[9], Vt[9], Ut[9];
     const double scale = balance(A);
     bool turned = true;
 
-    if (!all_finite(A)) {
+    if (!lt_all_finite(9, A)) {
         lt_mat3_identity(U);
         lt_mat3_identity(V);
         s[0] = s[1] = s[2] = NAN;

@@ -110,6 +110,40 @@ START_TEST(quaternions)
 }
 END_TEST
 
+/* What quaternions do, matrices do as well. */
+START_TEST(quaternion_algebra)
+{
+    double zero[4] = { 0 }, none[4] = { NAN, 0, 0, 1 };
+    lt_rng r = lt_rng_make(3, 0);
+
+    for (int trial = 0; trial < 1000; trial++) {
+        double A[9], B[9], M[9], got[9], a[4], b[4], q[4], v[3];
+
+        random_rotation(&r, A);
+        random_rotation(&r, B);
+        lt_rot_to_quat(A, a);
+        lt_rot_to_quat(B, b);
+        lt_quat_mul(a, b, q);
+        lt_rot_from_quat(q, got);
+        lt_mat3_mul(A, B, M);
+        expect_near(got, M, 9, 1e-14);
+        lt_quat_difference(a, b, v);
+        ck_assert_double_eq_tol(lt_vec3_norm(v), lt_rot_angle(A, B), 1e-13);
+        lt_quat_exp(v, 1, q);
+        lt_rot_from_quat(q, got);
+        lt_rot_from_axis_angle(v, M);
+        expect_near(got, M, 9, 1e-14);
+        lt_mat3_mul(M, B, M);                       /* A = exp(v) B */
+        expect_near(M, A, 9, 1e-13);
+        for (int i = 0; i < 4; i++)
+            q[i] = 3 * a[i];
+        ck_assert(lt_quat_unit(q));
+        expect_near(q, a, 4, 1e-15);
+    }
+    ck_assert(!lt_quat_unit(zero) && !lt_quat_unit(none));
+}
+END_TEST
+
 START_TEST(six_numbers)
 {
     const double unit[6] = { 1, 0, 0, 0, 1, 0 }, I[9] = { 1, 0, 0, 0, 1, 0, 0, 0, 1 };
@@ -342,6 +376,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, axis_angle_round_trip);
     tcase_add_test(c, half_turns);
     tcase_add_test(c, quaternions);
+    tcase_add_test(c, quaternion_algebra);
     tcase_add_test(c, six_numbers);
     tcase_add_test(c, nearest_and_angle);
     tcase_add_test(c, svd_of_anything);
