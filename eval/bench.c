@@ -3,6 +3,7 @@
 #include "eval/bench_internal.h"
 
 #include "libtensor/base/clock.h"
+#include "libtensor/base/order.h"
 #include "libtensor/base/rng.h"
 #include "train/feed.h"
 
@@ -151,13 +152,6 @@ void bench_run_once(bench *b)
     }
 }
 
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 static double percentile(const double *sorted, int n, double p)
 {
     const double at = p * (n - 1);
@@ -198,7 +192,7 @@ static bench_result measure(bench *b, int runs, double seconds)
         b->ms[r.runs++] = 1e3 * (lt_clock() - t) / copies;
     }
     r.fma_after = lt_fma_peak_gflops(BENCH_PEAK_MS);
-    qsort(b->ms, (size_t)r.runs, sizeof(*b->ms), by_value);
+    qsort(b->ms, (size_t)r.runs, sizeof(*b->ms), lt_ascending);
     r.median_ms = percentile(b->ms, r.runs, 0.5);
     r.p5_ms = percentile(b->ms, r.runs, 0.05);
     r.p95_ms = percentile(b->ms, r.runs, 0.95);

@@ -4,6 +4,7 @@
 
 #include "eval/metrics.h"
 #include "libtensor/base/arena.h"
+#include "libtensor/base/order.h"
 
 #include <assert.h>
 #include <math.h>
@@ -197,16 +198,6 @@ lt_status eval_median_of_points(int64_t n_samples, int n_points, const double *d
 
 /* ---- YCB-Video --------------------------------------------------------------------------- */
 
-/* NaN last. */
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    if (isnan(x) || isnan(y))
-        return isnan(x) - isnan(y);
-    return (x > y) - (x < y);
-}
-
 double eval_auc_ycb(int64_t n, double *error, double limit)
 {
     double area = 0, last = 0;
@@ -214,7 +205,7 @@ double eval_auc_ycb(int64_t n, double *error, double limit)
 
     if (n <= 0)
         return NAN;
-    qsort(error, (size_t)n, sizeof(*error), ascending);
+    qsort(error, (size_t)n, sizeof(*error), lt_ascending);
     for (; k < n && error[k] <= limit; k++) {
         area += (error[k] - last) * (double)(k + 1) / (double)n;
         last = error[k];

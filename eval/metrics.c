@@ -4,6 +4,7 @@
 #include "eval/metrics.h"
 
 #include "libtensor/base/arena.h"
+#include "libtensor/base/order.h"
 #include "libtensor/geometry/kd_tree.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/procrustes.h"
@@ -39,18 +40,11 @@ double eval_mean(int64_t n, const double *d)
     return n > 0 ? sum / (double)n : NAN;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 double eval_median(int64_t n, double *d)
 {
     if (n <= 0)
         return NAN;
-    qsort(d, (size_t)n, sizeof(*d), ascending);
+    qsort(d, (size_t)n, sizeof(*d), lt_ascending);
     return n % 2 ? d[n / 2] : 0.5 * (d[n / 2 - 1] + d[n / 2]);
 }
 

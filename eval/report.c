@@ -263,7 +263,7 @@ static lt_status put_pictures(FILE *f, const report *r)
 
 /* ---- how it was made --------------------------------------------------------------------------------------------- */
 
-static double median_speed(const report *r)
+static double speed_halfway(const report *r)
 {
     for (int i = 0; i < r->n_curves; i++)
         if (strcmp(r->curve[i].name, "img_per_s") == 0 && r->curve[i].n)
@@ -284,7 +284,7 @@ static void put_json(FILE *f, const cJSON *value)
 static void put_making(FILE *f, const report *r)
 {
     fprintf(f, "<h2>How it was made</h2>\n<p>%d steps in the log, %.4g images a second halfway through.</p>\n",
-            r->n_steps, median_speed(r));
+            r->n_steps, speed_halfway(r));
     put_json(f, r->env);
     fputs("<h2>Configuration</h2>\n", f);
     put_json(f, r->config);

@@ -86,7 +86,7 @@ typedef struct {
     const char **cell;
     int rows, columns, heads;
     int next;                       /* the next cell to fill */
-    bool full;                      /* a cell found no memory */
+    bool no_memory;                 /* for a cell */
     lt_arena *arena;
 } grid;
 
@@ -97,7 +97,7 @@ static const char *or_dash(const char *text)
 
 static void put(grid *g, const char *text)
 {
-    g->full |= !text;
+    g->no_memory |= !text;
     g->cell[g->next++] = text;
 }
 
@@ -191,7 +191,7 @@ static bool fill(grid *g, const eval_table *t, const eval_result *ours, int n,
         if (ours[i].against != EVAL_NO_ROW)
             put_difference(g, t, &ours[i], label, our_data(p));
     }
-    return !g->full;
+    return !g->no_memory;
 }
 
 static const char *cell(const grid *g, bool turned, int row, int column)

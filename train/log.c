@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/log.h"
 
+#include "libtensor/base/order.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/events.h"
 #include "libtensor/io/file.h"
@@ -234,13 +235,6 @@ lt_status train_log_flush(train_log *l)
 
 /* ---- spikes ------------------------------------------------------------------------------------------- */
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 double train_log_spike(train_log *l, double norm)
 {
     enum { WINDOW = LT_COUNT(l->norm), WARM = 10 };
@@ -249,7 +243,7 @@ double train_log_spike(train_log *l, double norm)
 
     if (n >= WARM) {
         memcpy(sorted, l->norm, (size_t)n * sizeof(*sorted));
-        qsort(sorted, (size_t)n, sizeof(*sorted), ascending);
+        qsort(sorted, (size_t)n, sizeof(*sorted), lt_ascending);
         ratio = norm / sorted[n / 2];
     }
     l->norm[l->n_norms++ % WINDOW] = norm;

@@ -2,6 +2,7 @@
 /* Adds up what synth_look found. */
 #include "data/synth/stats.h"
 
+#include "libtensor/base/order.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/json.h"
 
@@ -52,13 +53,6 @@ static double contact_share(const synth_stats *s)
     return all ? (double)touching / (double)all : NAN;
 }
 
-static int ascending(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return x < y ? -1 : x > y;
-}
-
 /* Median over fingers and frames of handling with contact, millimetres. */
 static double tip_distance_mm(const synth_stats *s)
 {
@@ -70,7 +64,7 @@ static double tip_distance_mm(const synth_stats *s)
     for (int64_t i = 0; i < s->n; i++)
         for (int f = 0; f < 5 && s->frame[i].phase == SYNTH_MANIPULATE && s->frame[i].contact; f++)
             d[n++] = s->frame[i].tip[f];
-    qsort(d, n, sizeof(*d), ascending);
+    qsort(d, n, sizeof(*d), lt_ascending);
     if (n)
         median = 1000 * d[n / 2];
     free(d);

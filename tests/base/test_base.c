@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Random numbers, arenas, error lines, tasks, sizes, instruction sets. */
+/* Random numbers, arenas, error lines, tasks, sizes, order, instruction sets. */
 #include "libtensor/base/arena.h"
 #include "libtensor/base/cpu.h"
+#include "libtensor/base/order.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "tests/suite.h"
 
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Known answers of philox4x32-10 from the Random123 distribution. */
@@ -269,6 +272,17 @@ START_TEST(sizes_know_when_they_overflow)
 }
 END_TEST
 
+START_TEST(numbers_ascend_before_nan)
+{
+    double x[] = { 3, NAN, -INFINITY, 0, INFINITY, NAN, -2 };
+    static const double want[] = { -INFINITY, -2, 0, 3, INFINITY };
+
+    qsort(x, LT_COUNT(x), sizeof(*x), lt_ascending);
+    ck_assert(!memcmp(x, want, sizeof(want)));
+    ck_assert(isnan(x[5]) && isnan(x[6]));
+}
+END_TEST
+
 START_TEST(instruction_sets_have_names)
 {
     for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AMX; isa++) {
@@ -297,6 +311,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, error_lines);
     tcase_add_test(tc, every_task_runs_once);
     tcase_add_test(tc, sizes_know_when_they_overflow);
+    tcase_add_test(tc, numbers_ascend_before_nan);
     tcase_add_test(tc, instruction_sets_have_names);
 }
 

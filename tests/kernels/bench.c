@@ -6,6 +6,7 @@
 #include "tests/kernels/checkasm.h"
 
 #include "libtensor/base/clock.h"
+#include "libtensor/base/order.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv.h"
 #include "libtensor/kernels/gemm.h"
@@ -17,13 +18,6 @@ enum { MOST_RUNS = 200 };
 
 typedef void (*run_fn)(void *ctx);
 typedef struct { double median, best; } timing;     /* seconds */
-
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
 
 static timing measure(run_fn fn, void *ctx)
 {
@@ -38,7 +32,7 @@ static timing measure(run_fn fn, void *ctx)
         fn(ctx);
         run[n++] = lt_clock() - start;
     } while (n < MOST_RUNS && (n < 3 || lt_clock() < end));
-    qsort(run, (size_t)n, sizeof(run[0]), by_size);
+    qsort(run, (size_t)n, sizeof(run[0]), lt_ascending);
     return (timing){ run[n / 2], run[0] };
 }
 
