@@ -7,23 +7,12 @@
 #ifndef LT_KERNELS_CONV_BLOCKS_H
 #define LT_KERNELS_CONV_BLOCKS_H
 
+#include "libtensor/kernels/blocks.h"
 #include "libtensor/kernels/conv.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-/* lt_blocks_of - how many blocks c channels make */
-static inline int64_t lt_blocks_of(int64_t c) { return lt_ceil_div(c, LT_BLOCK); }
-
-/**
- * lt_blocks_from_maps - (n, c, positions) to (n, blocks, positions, LT_BLOCK)
- * lt_blocks_to_maps   - and back
- * lt_blocks_mean      - mean (n, c) of each channel over the positions
- */
-LT_API void lt_blocks_from_maps(lt_real *y, const lt_real *x, int64_t n, int64_t c, int64_t positions);
-LT_API void lt_blocks_to_maps(lt_real *y, const lt_real *x, int64_t n, int64_t c, int64_t positions);
-LT_API void lt_blocks_mean(lt_real *mean, const lt_real *x, int64_t n, int64_t c, int64_t positions);
 
 /* lt_conv_blocks_takes - whether there is such a form of a convolution; lt_conv_blocks_reads_plain: whether x stays
  * plain there, as the few maps of an image do; lt_conv_blocks_name: of its algorithm */
