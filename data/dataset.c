@@ -209,6 +209,9 @@ static lt_status load_object(lt_arena *arena, const char *folder, dataset_object
         return lt_error(LT_ENOMEM, "%s: no memory", folder);
     o->ycb_id = ycb ? ycb->id : 0;
     st = lt_obj_read(arena, obj, &o->mesh, NULL);
+    if (!st && !o->mesh.n_faces)            /* any text is an OBJ: of lines that mean nothing */
+        st = lt_error(LT_EFORMAT, "%s: %d vertices and 0 triangles, expected a mesh; is it a git-lfs pointer or a "
+                      "failed download?", obj, o->mesh.n_vertices);
     if (!st)
         st = lt_xyz_read(arena, xyz, &o->point, &n);
     if (!st && n > 10000000)

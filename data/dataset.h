@@ -150,7 +150,7 @@ void dataset_free(dataset *d);
  *   out     (*n_out) objects that live, with their arrays, in arena
  *
  * Errors: no such folder or none of the models in it (the line says where they are to be had); a model
- * without textured_simple.obj or points.xyz, or with a broken one.
+ * without textured_simple.obj or points.xyz, or with a broken one; one without triangles.
  */
 lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *const *names, int n,
                                const dataset_object **out, int *n_out);

@@ -405,6 +405,22 @@ START_TEST(model_incomplete)
 }
 END_TEST
 
+/* What stands in a model's place where the real file was not fetched is text too, and has no triangles. */
+START_TEST(model_is_no_mesh)
+{
+    static const char *const texts[] = {
+        "", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 1234\n", "<!DOCTYPE html>\n",
+    };
+    const char *path = "models/006_mustard_bottle/textured_simple.obj";
+
+    for (size_t i = 0; i < LT_COUNT(texts); i++) {
+        text_file(path, texts[i]);
+        open_fails("train", lt_arena_printf(arena, "%s: 0 vertices and 0 triangles, expected a mesh; is it a git-lfs "
+                                            "pointer or a failed download?", at(path)));
+    }
+}
+END_TEST
+
 START_TEST(truth_broken)
 {
     const char *path = at("evaluation_xyz.json");
@@ -700,6 +716,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, list_with_a_byte_0);
     tcase_add_test(c, models_missing);
     tcase_add_test(c, models_beyond_ho3d);
+    tcase_add_test(c, model_is_no_mesh);
     tcase_add_test(c, model_incomplete);
     tcase_add_test(c, truth_broken);
     tcase_add_test(c, truth_cut_anywhere);
