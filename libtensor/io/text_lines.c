@@ -9,11 +9,21 @@
 #include <math.h>
 #include <string.h>
 
+/* Lines that end as on old Macs, in a carriage return alone, end in a newline from here on. */
+static void end_in_newlines(char *p)
+{
+    for (; (p = strchr(p, '\r')) != NULL; p++)
+        if (p[1] != '\n')
+            *p = '\n';
+}
+
 lt_text_lines lt_lines_of(char *text, size_t n)
 {
-    const lt_text_lines lines = { text, text, text + n, 0 };
-    char *p = text;
+    char *first = strncmp(text, "\xef\xbb\xbf", 3) == 0 ? text + 3 : text;      /* UTF-8's byte order mark */
+    const lt_text_lines lines = { first, first, text + n, 0 };
+    char *p = first;
 
+    end_in_newlines(first);
     while ((p = strchr(p, '\\')) != NULL) {
         const size_t joined = p[1] == '\n' ? 2 : p[1] == '\r' && p[2] == '\n' ? 3 : 0;
 

@@ -12,8 +12,9 @@ typedef struct {
     size_t number;                  /* of the line returned last, from 1 */
 } lt_text_lines;
 
-/* lt_lines_of - the lines of n characters and a NUL, none of them NUL; a backslash at a line's end joins
- * it to the next. The text is changed: newlines become NUL as lines are returned. */
+/* lt_lines_of - the lines of n characters and a NUL, none of them NUL, behind a byte order mark if there is one; a
+ * backslash at a line's end joins it to the next. Lines end in LF, CR LF or CR. The text is changed: newlines become
+ * NUL as lines are returned. */
 lt_text_lines lt_lines_of(char *text, size_t n);
 
 /* lt_next_line - the next line, NUL-terminated, or NULL at the end; lt_lines_rewind - begin again */

@@ -98,6 +98,33 @@ START_TEST(corners_apart)
 }
 END_TEST
 
+/* A byte order mark, and the line ends of three systems. */
+START_TEST(texts_of_all_systems)
+{
+    static const char *const texts[] = {
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 1\nf 1 2 3\n", "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nv 1 1 1\r\nf 1 2 3",
+        "v 0 0 0\rv 1 \\\r0 0\rv 0 1 0\rv 1 1 1\rf 1 2 3\r",
+    };
+    lt_arena *arena = lt_arena_new();
+    float (*point)[3];
+    lt_mesh m;
+    size_t n;
+
+    for (size_t i = 0; i < 2 * LT_COUNT(texts); i++) {
+        const char *text = lt_arena_printf(arena, "%s%s", i % 2 ? "\xef\xbb\xbf" : "", texts[i / 2]);
+
+        put_file(in_folder("s.obj"), text, strlen(text));
+        check_ok(lt_obj_read(arena, in_folder("s.obj"), &m, NULL));
+        ck_assert_msg(m.n_vertices == 4 && m.n_faces == 1, "%zu: %d %d", i, m.n_vertices, m.n_faces);
+        ck_assert(m.vertex[1][0] == 1 && m.face[0][2] == 2);
+    }
+    put_file(in_folder("s.xyz"), "\xef\xbb\xbf" "1 2 3\r\r4 5 6\r", 16);
+    check_ok(lt_xyz_read(arena, in_folder("s.xyz"), &point, &n));
+    ck_assert(n == 2 && point[0][0] == 1 && point[1][2] == 6);
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(bad_obj)
 {
     static const struct {
@@ -212,6 +239,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, the_first_texture);
     tcase_add_test(tc, corners_apart);
     tcase_add_test(tc, library_beside_its_mesh);
+    tcase_add_test(tc, texts_of_all_systems);
     tcase_add_test(tc, bad_obj);
     tcase_add_loop_test(tc, obj_round_trip, 0, 8);
     tcase_add_test(tc, xyz);
