@@ -15,7 +15,7 @@
 #include <yajl/yajl_parse.h>
 #include <zip.h>
 
-enum { BLOCK = 1 << 15, POINT_TEXT = 8, LISTS = 2 };        /* a point is at least "[0,0,0]," */
+enum { BLOCK = 1 << 15, POINT_TEXT = 8, LISTS = 2, WORD_MAX = 256 };        /* a point is at least "[0,0,0]," */
 
 struct ho3d_points {
     char *path;
@@ -25,6 +25,7 @@ struct ho3d_points {
     yajl_handle parser;
     lt_status status;               /* sticky */
     bool at_end;                    /* of the text */
+    size_t word;                    /* bytes of a word that the last block ended in */
 
     int points[LISTS], lists;
     /* the parser's place */
@@ -167,10 +168,22 @@ static size_t read_block(ho3d_points *p, unsigned char block[BLOCK])
     return n > 0 ? (size_t)n : 0;
 }
 
+/* How many of n bytes may be parsed: what lies before a word that is longer than any number. yajl looks at a word that
+ * goes on in the next block from its start again, with every block. */
+static size_t before_long_word(ho3d_points *p, const unsigned char *block, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        p->word = block[i] && strchr("[], \t\r\n", block[i]) ? 0 : p->word + 1;
+        if (p->word > WORD_MAX)
+            return i > WORD_MAX ? i - WORD_MAX : 0;
+    }
+    return n;
+}
+
 static lt_status parse_block(ho3d_points *p)
 {
     unsigned char block[BLOCK];
-    size_t n;
+    size_t n, short_words;
 
     memmove(p->x, p->x + p->taken, (p->n_x - p->taken) * sizeof(*p->x));
     p->n_x -= p->taken;
@@ -178,8 +191,11 @@ static lt_status parse_block(ho3d_points *p)
     n = read_block(p, block);
     if (p->status)
         return p->status;
+    short_words = before_long_word(p, block, n);
+    if (n && !verdict(p, yajl_parse(p->parser, block, short_words)) && short_words < n)
+        refuse(p, "a very long word", "numbers");
     if (n)
-        return verdict(p, yajl_parse(p->parser, block, n));
+        return p->status;
     p->at_end = true;
     if (verdict(p, yajl_complete_parse(p->parser)))
         return p->status;

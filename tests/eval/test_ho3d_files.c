@@ -168,6 +168,31 @@ START_TEST(files_are_broken)
 }
 END_TEST
 
+/* A word over many blocks is refused before the parser has all of it, wherever it begins; white space may be as long as
+ * it likes. */
+START_TEST(long_words)
+{
+    static const char *const heads[] = { "[[[", "[[[\"", "[[[1,2,3],[0.", "x" };
+    enum { LONG = 1 << 18 };
+    char *text = malloc(LONG), reason[64];
+    int64_t n[2];
+
+    for (int i = 0; i < (int)LT_COUNT(heads); i++) {
+        memset(text, '0', LONG);
+        memcpy(text, heads[i], strlen(heads[i]));
+        put_file(in_folder("w.json"), text, LONG);
+        snprintf(reason, sizeof(reason), "w.json: frame 0, point %d: found a very long word", i == 2);
+        check_error(read_all(in_folder("w.json"), 1, n), LT_EFORMAT, reason);
+    }
+    memset(text, ' ', LONG);
+    memcpy(text, "[", 1);
+    memcpy(text + LONG - 1, "]", 1);
+    put_file(in_folder("w.json"), text, LONG);
+    check_ok(read_all(in_folder("w.json"), 1, n));
+    free(text);
+}
+END_TEST
+
 START_TEST(lists_of_frames)
 {
     int64_t n[2];
@@ -277,6 +302,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, other_lengths);
     tcase_add_loop_test(tc, files_are_broken, 0, LT_COUNT(broken));
     tcase_add_test(tc, lists_of_frames);
+    tcase_add_test(tc, long_words);
     tcase_add_test(tc, damage);
     tcase_add_test(tc, archives);
     tcase_add_test(tc, decimals);
