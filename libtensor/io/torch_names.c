@@ -7,8 +7,9 @@
 #include <stdio.h>
 #include <string.h>
 
-/* Values may be shared, so a small file can ask for a walk without end: steps bounds it. */
-enum { NESTING_MAX = LT_PICKLE_DEPTH, STEPS_MAX = 1 << 20 };
+/* Values may be shared, so a small file can ask for a walk without end: steps bounds it. An item of a dict that is
+ * looked at is one, a named value is 16. */
+enum { NESTING_MAX = LT_PICKLE_DEPTH, NAMES_MAX = 1 << 20, NAME_STEPS = 16 };
 
 typedef struct {
     lt_torch *t;
@@ -22,22 +23,37 @@ static const char *const wrappers[] = {
     "state_dict", "model_state_dict", "model", "network", "net", "ema", "teacher", "student", "params",
 };
 
+static bool spend(listing *l, size_t steps)
+{
+    l->steps += steps;
+    if (!l->status && l->steps > (size_t)NAMES_MAX * NAME_STEPS)
+        l->status = lt_error(LT_EFORMAT, "%s: more than %d named values, or than %d values to look through for them",
+                             l->t->path, NAMES_MAX, NAMES_MAX * NAME_STEPS);
+    return !l->status;
+}
+
 static const lt_pvalue *state_of(const lt_pvalue *v, const char *key)
 {
     return v->kind == LT_POBJECT && v->u.object.state ? lt_pdict_get(v->u.object.state, key) : NULL;
 }
 
-static bool is_module(const lt_pvalue *v)
+static bool is_module(listing *l, const lt_pvalue *v)
 {
-    return v->kind == LT_POBJECT && (state_of(v, "_parameters") || state_of(v, "_modules"));
+    if (v->kind != LT_POBJECT || !v->u.object.state || !spend(l, v->u.object.state->n))
+        return false;
+    return state_of(v, "_parameters") || state_of(v, "_modules");
 }
 
-static bool is_named(const lt_pvalue *set, const char *name)
+static bool is_named(listing *l, const lt_pvalue *set, const char *name)
 {
-    for (size_t i = 0; set && set->kind == LT_PSET && i < set->n; i++) {
-        const char *text = lt_pstr(set->u.item[i]);
+    const size_t n = strlen(name);
 
-        if (text && strcmp(text, name) == 0)
+    if (!set || set->kind != LT_PSET || !spend(l, set->n * (1 + n / 64)))
+        return false;
+    for (size_t i = 0; i < set->n; i++) {
+        const lt_pvalue *text = set->u.item[i];
+
+        if (text->kind == LT_PSTR && text->n == n && memcmp(text->u.text, name, n) == 0)
             return true;
     }
     return false;
@@ -85,14 +101,14 @@ static void walk(listing *l, const lt_pvalue *v, const char *prefix, int depth);
 
 static void walk_dict(listing *l, const lt_pvalue *d, const lt_pvalue *skip, const char *prefix, int depth)
 {
-    for (size_t i = 0; d && d->kind == LT_PDICT && i < d->n && !l->status; i++) {
+    for (size_t i = 0; d && d->kind == LT_PDICT && i < d->n && spend(l, 1); i++) {
         const lt_pvalue *key = d->u.item[2 * i], *v = d->u.item[2 * i + 1];
         const char *name;
 
         if (v->kind != LT_PARRAY && v->kind != LT_PDICT && v->kind != LT_POBJECT)
             continue;
         name = join(l, prefix, key);
-        if (name && !(lt_pstr(key) && is_named(skip, lt_pstr(key))))
+        if (name && !(v->kind == LT_PARRAY && lt_pstr(key) && is_named(l, skip, lt_pstr(key))))
             walk(l, v, name, depth + 1);
     }
 }
@@ -100,14 +116,14 @@ static void walk_dict(listing *l, const lt_pvalue *d, const lt_pvalue *skip, con
 /* The depth is bounded by the pickle's own: every level here is one of its. */
 static void walk(listing *l, const lt_pvalue *v, const char *prefix, int depth)
 {
-    if (l->status)
+    if (!spend(l, NAME_STEPS))
         return;
-    if (++l->steps > STEPS_MAX || depth > NESTING_MAX) {
-        l->status = lt_error(LT_EFORMAT, "%s: more than %d named values", l->t->path, STEPS_MAX);
+    if (depth > NESTING_MAX) {
+        l->status = lt_error(LT_EFORMAT, "%s: nested more than %d deep", l->t->path, NESTING_MAX);
     } else if (v->kind == LT_PARRAY) {
         if (v->u.array->type != LT_ELEM_TEXT)
             add(l, prefix, v->u.array);
-    } else if (is_module(v)) {
+    } else if (is_module(l, v)) {
         walk_dict(l, state_of(v, "_parameters"), NULL, prefix, depth);
         walk_dict(l, state_of(v, "_buffers"), state_of(v, "_non_persistent_buffers_set"), prefix, depth);
         walk_dict(l, state_of(v, "_modules"), NULL, prefix, depth);
@@ -116,27 +132,27 @@ static void walk(listing *l, const lt_pvalue *v, const char *prefix, int depth)
     }
 }
 
-static bool holds_arrays(const lt_pvalue *v)
+static bool holds_arrays(listing *l, const lt_pvalue *v)
 {
-    if (!v || is_module(v))
+    if (!v || is_module(l, v))
         return v != NULL;
-    for (size_t i = 0; v->kind == LT_PDICT && i < v->n; i++) {
+    for (size_t i = 0; v->kind == LT_PDICT && i < v->n && spend(l, 1); i++) {
         const lt_pvalue *item = v->u.item[2 * i + 1];
 
-        if (item->kind == LT_PARRAY || item->kind == LT_PDICT || is_module(item))
+        if (item->kind == LT_PARRAY || item->kind == LT_PDICT || is_module(l, item))
             return true;
     }
     return false;
 }
 
-static const lt_pvalue *unwrap(const lt_pvalue *v)
+static const lt_pvalue *unwrap(listing *l, const lt_pvalue *v)
 {
     for (int depth = 0; depth < 4 && v->kind == LT_PDICT; depth++) {
         const lt_pvalue *inner = NULL;
 
-        for (size_t i = 0; i < LT_COUNT(wrappers) && !holds_arrays(inner); i++)
+        for (size_t i = 0; i < LT_COUNT(wrappers) && !holds_arrays(l, inner); i++)
             inner = lt_pdict_get(v, wrappers[i]);
-        if (!holds_arrays(inner))
+        if (!holds_arrays(l, inner))
             break;
         v = inner;
     }
@@ -147,7 +163,7 @@ lt_status lt_torch_names(lt_torch *t, const lt_pvalue *value, lt_torch_file *out
 {
     listing l = { .t = t };
 
-    walk(&l, unwrap(value), "", 0);
+    walk(&l, unwrap(&l, value), "", 0);
     out->entry = l.entry;
     out->n = l.n;
     return l.status;

@@ -9,6 +9,9 @@
 
 #include <string.h>
 
+/* A tensor may have marks that many others share, a storage a key; PyTorch's marks are two, its keys numbers. */
+enum { MARKS_MAX = 16, KEY_BYTES_MAX = 256 };
+
 /* A storage in a pickle is an object of this class, by address; what it is, is its lt_torch_storage. */
 static const char storage_class[] = "torch storage";
 
@@ -69,6 +72,8 @@ static lt_pvalue *storage(lt_pmachine *m, const lt_pvalue *id)
         lt_pm_fail(m, "a storage without class, key and size");
         return m->none;
     }
+    if (part[2]->n > KEY_BYTES_MAX)
+        lt_pm_fail(m, "a storage with a key of %zu bytes, want at most %d", part[2]->n, KEY_BYTES_MAX);
     *s = (lt_torch_storage){ .key = part[2]->u.text, .count = (uint64_t)part[4]->u.integer, .at = m->op_start };
     s->stored = s->count;
     if (!lt_torch_type(part[1]->u.text, &s->type))
@@ -173,13 +178,17 @@ static lt_pvalue *bad_tensor(lt_pmachine *m)
 }
 
 /* Views that negate or conjugate what is stored say so in a dictionary at the end. */
-static bool is_marked(const lt_pvalue *args)
+static bool is_marked(lt_pmachine *m, const lt_pvalue *args)
 {
     const lt_pvalue *marks = args->n >= 7 ? args->u.item[6] : NULL;
     int64_t neg = 0, conj = 0;
 
     if (!marks || marks->kind != LT_PDICT)
         return false;
+    if (marks->n > MARKS_MAX) {
+        lt_pm_fail(m, "a tensor with %zu marks, want at most %d", marks->n, MARKS_MAX);
+        return false;
+    }
     return (lt_pint(lt_pdict_get(marks, "neg"), &neg) && neg) || (lt_pint(lt_pdict_get(marks, "conj"), &conj) && conj);
 }
 
@@ -188,7 +197,7 @@ static lt_pvalue *call_tensor(lt_pmachine *m, const lt_pvalue *args)
 {
     lt_torch_storage *s = args->n >= 4 ? storage_of(args->u.item[0]) : NULL;
 
-    if (s && is_marked(args)) {
+    if (s && is_marked(m, args)) {
         lt_pm_fail(m, "a tensor that is a negated or conjugated view; save it resolved (torch.resolve_neg)");
         return m->none;
     }

@@ -103,6 +103,8 @@ static lt_status read_storage(stream *s, const char *key)
 
     if (first == n || strcmp(s->sorted[first]->key, key) != 0)
         return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\", which nothing mentions", s->t->path, s->pos, key);
+    if (s->sorted[first]->bytes)
+        return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\" is listed twice", s->t->path, s->pos, key);
     m = agreed(s, first);
     if (!m)
         return lt_error(LT_EFORMAT, "%s: storage \"%s\" is mentioned with two types or sizes", s->t->path, key);

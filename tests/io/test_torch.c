@@ -311,6 +311,8 @@ START_TEST(streams)
         RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") "\x80\2N.", "no list of storages"),
         RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") "\x80\2](Ne.", "key is no text"),
         RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") "\x80\2](X\1\0\0\0qe.", "which nothing mentions"),
+        RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") "\x80\2](X\1\0\0\0kq\1h\1e." FOUR FOUR,
+            "storage \"k\" is listed twice"),
         RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") KEYS "\5\0\0\0\0\0\0\0" "aaaabbbbccccddddeeee",
             "has 5 elements, its mention at 111 says 4"),
         RAW(HEAD ONE(F4_4, "K\0K\4\x85K\1\x85") KEYS "\4\0\0\0\0\0\0\0" "aaaabbbbccccddd", "does not fit"),
@@ -367,6 +369,57 @@ START_TEST(names)
 }
 END_TEST
 
+static size_t put_pairs(uint8_t *p, int n, const char *pair)
+{
+    const size_t each = strlen(pair);
+
+    for (int i = 0; i < n; i++)
+        memcpy(p + (size_t)i * each, pair, each);
+    return (size_t)n * each;
+}
+
+static size_t put(uint8_t *p, const char *text, size_t n)
+{
+    memcpy(p, text, n);
+    return n;
+}
+
+/* Small files that ask for a step for each pair of their items: a dict of dicts of one dict, buffers looked up among
+ * the names of those that are not kept, tensors with one dict of marks. */
+START_TEST(shared_dicts)
+{
+    enum { N = 6000 };
+    uint8_t *bytes = malloc(1 << 17);
+    size_t n;
+
+#define PUT(text) (n += put(bytes + n, text, sizeof(text) - 1))
+    n = 0;
+    PUT(HEAD "\x80\2X\0\0\0\0q\1}q\2(");
+    n += put_pairs(bytes + n, N, "h\1K\1");
+    PUT("u0}q\3(");
+    n += put_pairs(bytes + n, N, "h\1h\2");
+    PUT("u.\x80\2].");
+    check_refused(read_torch, bytes, n, "values to look through");
+
+    n = 0;
+    PUT(HEAD "\x80\2" REBUILD(F4_4, "K\0K\4\x85K\1\x85") "q\1X\1\0\0\0aq\2X\1\0\0\0bq\3ctorch.nn\nM\n)\x81}("
+        "X\x08\0\0\0_modules}X\x08\0\0\0_buffers}(");
+    n += put_pairs(bytes + n, N, "h\2h\1");
+    PUT("uX\x1b\0\0\0_non_persistent_buffers_setc__builtin__\nset\n](");
+    n += put_pairs(bytes + n, N, "h\3");
+    PUT("e\x85Rub." KEYS FOUR);
+    check_refused(read_torch, bytes, n, "values to look through");
+
+    n = 0;
+    PUT(HEAD "\x80\2X\0\0\0\0q\1}q\2(");
+    n += put_pairs(bytes + n, 17, "h\1K\1");
+    PUT("uctorch._utils\n_rebuild_tensor_v2\n(" F4_4 "K\0K\4\x85K\1\x85\x89}h\2tR." KEYS FOUR);
+    check_refused(read_torch, bytes, n, "a tensor with 17 marks, want at most 16");
+#undef PUT
+    free(bytes);
+}
+END_TEST
+
 /* Modules that share modules that share modules: a walk of 2^60 steps, refused after a million. */
 START_TEST(shared_modules)
 {
@@ -396,6 +449,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, not_read);
     tcase_add_test(tc, streams);
     tcase_add_test(tc, names);
+    tcase_add_test(tc, shared_dicts);
     tcase_add_test(tc, shared_modules);
 }
 
