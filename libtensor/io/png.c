@@ -108,6 +108,7 @@ static lt_status run_decoder(decoder *d)
     png_set_user_limits(d->png, LT_IMAGE_MAX_SIDE, LT_IMAGE_MAX_SIDE);
     png_set_chunk_cache_max(d->png, CHUNKS_MAX);
     png_set_chunk_malloc_max(d->png, CHUNK_BYTES_MAX);
+    png_set_keep_unknown_chunks(d->png, PNG_HANDLE_CHUNK_NEVER, NULL, -1);      /* nor known ones but pixels' own */
     png_set_read_fn(d->png, d, read_bytes);
     png_read_info(d->png, d->info);
     d->status = check_header(d);
