@@ -15,7 +15,9 @@
 #include <jpeglib.h>
 #include <jerror.h>
 
-enum { SCANS_MAX = 500, PIXELS_PER_BYTE = 512 };
+/* A progressive file may repeat scans for ever, each in a few bytes. Real ones have 6 to 20; small pictures may have
+ * more of them, up to so many pixels in all scans. */
+enum { SCANS_MAX = 500, SCANS_OF_ANY = 24, SCANNED_MAX = 1 << 28, PIXELS_PER_BYTE = 512 };
 
 /* The first member of each is what libjpeg hands back to us. */
 typedef struct {
@@ -57,15 +59,17 @@ static void on_output(j_common_ptr jpeg)
     (void)jpeg;
 }
 
-/* A progressive file may repeat scans for ever. */
 static void on_progress(j_common_ptr jpeg)
 {
+    const struct jpeg_decompress_struct *d = (j_decompress_ptr)jpeg;
     error_state *e = (error_state *)jpeg->err;
+    const int64_t pixels = (int64_t)d->image_width * d->image_height, scans = d->input_scan_number;
 
-    if (jpeg->is_decompressor && ((j_decompress_ptr)jpeg)->input_scan_number > SCANS_MAX) {
-        snprintf(e->message, sizeof(e->message), "more than %d scans", SCANS_MAX);
-        longjmp(e->jump, 1);
-    }
+    if (scans <= SCANS_OF_ANY || (scans <= SCANS_MAX && scans * pixels <= SCANNED_MAX))
+        return;
+    snprintf(e->message, sizeof(e->message), "more than %jd scans of %jd pixels", (intmax_t)scans - 1,
+             (intmax_t)pixels);
+    longjmp(e->jump, 1);
 }
 
 static struct jpeg_error_mgr *init_errors(error_state *e)

@@ -9,7 +9,9 @@
 #include "tests/io/io_vectors.h"
 
 #include <dlfcn.h>
+#include <sys/resource.h>
 #include <unistd.h>
+#include <zlib.h>
 
 static lt_status read_image(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
@@ -217,6 +219,86 @@ START_TEST(huge_claims)
 }
 END_TEST
 
+/* A chunk of n bytes behind the n_png bytes of a PNG file. */
+static size_t put_chunk(uint8_t *png, size_t n_png, const char *type, const void *bytes, size_t n)
+{
+    uint8_t *p = png + n_png;
+    uint32_t crc;
+
+    memcpy(p + 4, type, 4);
+    if (n)
+        memcpy(p + 8, bytes, n);
+    crc = (uint32_t)crc32(0, p + 4, (uInt)n + 4);
+    for (int i = 0; i < 4; i++) {
+        p[i] = (uint8_t)(n >> (24 - 8 * i));
+        p[8 + n + (size_t)i] = (uint8_t)(crc >> (24 - 8 * i));
+    }
+    return n_png + n + 12;
+}
+
+static long peak_megabytes(void)
+{
+    struct rusage use;
+
+    getrusage(RUSAGE_SELF, &use);
+    return use.ru_maxrss >> 10;
+}
+
+/* Text that deflate packs a thousandfold, a hundred times over: nobody reads it, so it stays packed. */
+START_TEST(packed_text)
+{
+    enum { TEXT = 4 << 20, TIMES = 100 };
+    uLongf n_text = 1 << 16;
+    uint8_t *png = malloc(sizeof(png_rgb) + TIMES * (n_text + 12)), *text = malloc(TEXT), packed[1 << 16] = "k";
+    const size_t head = 8 + 25, n_tail = sizeof(png_rgb) - head;        /* magic and IHDR */
+    const long before = peak_megabytes();
+    lt_arena *arena = lt_arena_new();
+    lt_image img;
+    size_t n = head;
+
+    memset(text, 'a', TEXT);
+    n_text -= 3;
+    ck_assert_int_eq(compress(packed + 3, &n_text, text, TEXT), Z_OK);
+    memcpy(png, png_rgb, head);
+    for (int i = 0; i < TIMES; i++)
+        n = put_chunk(png, n, "zTXt", packed, n_text + 3);
+    memcpy(png + n, png_rgb + head, n_tail);
+    check_ok(lt_image_decode(arena, "t", png, n + n_tail, &img));
+    ck_assert(img.data[3] == 7 && img.data[4] == 248);
+    ck_assert_msg(peak_megabytes() - before < 100, "%ld MB, before %ld", peak_megabytes(), before);
+    lt_arena_free(arena);
+    free(text);
+    free(png);
+}
+END_TEST
+
+/* A progressive JPEG that says again and again, in a few bytes, that nothing is added to any pixel */
+START_TEST(endless_scans)
+{
+    enum { SIDE = 3400, BLOCKS = SIDE / 8 * (SIDE / 8), SCANS = 60 };
+    static const uint8_t head[] = {
+        0xff, 0xd8, 0xff, 0xc2, 0, 11, 8, SIDE >> 8, SIDE & 255, SIDE >> 8, SIDE & 255, 1, 1, 0x11, 0,
+        0xff, 0xc4, 0, 20, 0x00, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0x00,      /* DC: 0 is "as before" */
+        0xff, 0xc4, 0, 20, 0x10, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0xe0,      /* AC: 0 is a long run */
+        0xff, 0xda, 0, 8, 1, 1, 0x00, 0, 0, 0,
+    };
+    static const uint8_t scan[] = { 0xff, 0xda, 0, 8, 1, 1, 0x00, 1, 63, 0 };
+    const size_t runs = (15 * ((BLOCKS + 16383) / 16384) + 7) / 8, dc = (BLOCKS + 7) / 8;
+    uint8_t *jpeg = calloc(1, sizeof(head) + 69 + dc + SCANS * (sizeof(scan) + runs) + 2), *p = jpeg;
+
+    memcpy(p, head, 2);
+    memcpy(p + 2, "\xff\xdb\0\x43", 4);          /* all quantised by 1 */
+    memset(p + 7, 1, 64);
+    memcpy(p + 71, head + 2, sizeof(head) - 2);
+    p += 69 + sizeof(head) + dc;
+    for (int i = 0; i < SCANS; i++, p += sizeof(scan) + runs)
+        memcpy(p, scan, sizeof(scan));
+    memcpy(p, "\xff\xd9", 2);
+    check_refused(read_image, jpeg, (size_t)(p - jpeg) + 2, "more than 24 scans of 11560000 pixels");
+    free(jpeg);
+}
+END_TEST
+
 START_TEST(png_round_trip)
 {
     static const int channels[] = { 1, 3, 4 };
@@ -287,6 +369,8 @@ static void add_tests(TCase *tc)
     tcase_add_loop_test(tc, without_the_module, 0, 3);
     tcase_add_test(tc, film);
     tcase_add_test(tc, huge_claims);
+    tcase_add_test(tc, packed_text);
+    tcase_add_test(tc, endless_scans);
     tcase_add_loop_test(tc, png_round_trip, 0, 6);
     tcase_add_loop_test(tc, jpeg_round_trip, 0, 2);
     tcase_add_test(tc, cannot_be_made);
