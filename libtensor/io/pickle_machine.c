@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { MAX_VALUES = 16 << 20, POOL_BYTES = 1 << 16 };
+enum { MAX_VALUES = 16 << 20, POOL_BYTES = 1 << 16, FREE_BYTES = 64 << 20 };
 
 void lt_pm_fail(lt_pmachine *m, const char *fmt, ...)
 {
@@ -32,17 +32,19 @@ void lt_pm_no_memory(lt_pmachine *m)
 bool lt_pm_spend(lt_pmachine *m, size_t bytes)
 {
     if (bytes > m->budget - m->spent) {
-        lt_pm_fail(m, "asks for more memory than a file of %zu bytes should", m->file_bytes);
+        lt_pm_fail(m, "asks for more memory than a file of %zu bytes should; write long lists of numbers as NumPy "
+                   "arrays", m->file_bytes);
         return false;
     }
     m->spent += bytes;
     return true;
 }
 
-/* With the file itself 16 times its size and a megabyte, of which a pool is left for the last chunk. */
+/* With the file itself 16 times its size and 64 megabytes, of which a pool is left for the last chunk: a list of
+ * numbers in 2 or 3 bytes each takes 20 times its file. */
 size_t lt_pm_budget(size_t file_bytes)
 {
-    return 15 * file_bytes + ((size_t)1 << 20) - 2 * POOL_BYTES;
+    return 15 * file_bytes + FREE_BYTES - 2 * POOL_BYTES;
 }
 
 void *lt_pm_alloc(lt_pmachine *m, size_t bytes)

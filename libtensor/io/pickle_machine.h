@@ -45,6 +45,7 @@ struct lt_pmachine {
     size_t n_values, spent, budget;     /* bytes made of the file's, and how many may be */
     lt_pvalue *none, *empty, *result;   /* None, the empty tuple; what STOP left */
     lt_pvalue **small_int;              /* those below LT_PM_SMALL_INTS that were met */
+    lt_pvalue *truth[2];                /* False and True, where they were met */
     lt_status status;
 };
 

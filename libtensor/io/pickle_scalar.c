@@ -13,11 +13,12 @@
 
 /* ---- constants ----------------------------------------------------------------------------------- */
 
-/* Small integers are what files are full of, and are shared. */
+/* Small integers and truths are what files are full of, and are shared. */
 static lt_pvalue *make_int(lt_pmachine *m, lt_pkind kind, int64_t x)
 {
-    const bool small = kind == LT_PINT && x >= 0 && x < LT_PM_SMALL_INTS;
-    lt_pvalue *v = small ? m->small_int[x] : NULL;
+    const bool small = x >= 0 && x < LT_PM_SMALL_INTS;
+    lt_pvalue **shared = kind == LT_PBOOL ? &m->truth[x] : small ? &m->small_int[x] : NULL;
+    lt_pvalue *v = shared ? *shared : NULL;
 
     if (v)
         return v;
@@ -25,8 +26,8 @@ static lt_pvalue *make_int(lt_pmachine *m, lt_pkind kind, int64_t x)
     if (m->status)
         return v;
     v->u.integer = x;
-    if (small)
-        m->small_int[x] = v;
+    if (shared)
+        *shared = v;
     return v;
 }
 

@@ -37,8 +37,8 @@ lt_status lt_torch_alloc(lt_torch *t, size_t bytes, uint8_t **out)
     lt_status st;
 
     if (bytes > lt_pm_budget(t->n) - t->spent)
-        return lt_error(LT_EFORMAT, "%s: its tensors ask for more memory than a file of %zu bytes should", t->path,
-                        t->n);
+        return lt_error(LT_EFORMAT, "%s: its tensors ask for more memory than a file of %zu bytes should; save "
+                        "expanded ones contiguous", t->path, t->n);
     t->spent += bytes;
     st = lt_arena_try(t->arena, bytes, &p);
     if (st)

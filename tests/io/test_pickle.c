@@ -510,10 +510,36 @@ START_TEST(single_elements)
 }
 END_TEST
 
-/* Lists in each other, and marks, ten thousand and a million: no recursion, and a limit. */
+/* Two million truths in a byte each, which are one value or two, and half a million indices in three. */
+START_TEST(long_lists)
+{
+    enum { TRUTHS = 2000000, INDICES = 500000 };
+    uint8_t *bytes = malloc(TRUTHS + 16), *p = bytes;
+    lt_arena *arena = lt_arena_new();
+    const lt_pvalue *v;
+
+    p = (uint8_t *)memcpy(p, "](", 2) + 2;
+    for (int i = 0; i < TRUTHS; i++)
+        *p++ = i % 3 ? 0x88 : 0x89;
+    memcpy(p, "e.", 2);
+    check_ok(lt_pickle_parse(arena, "truths", bytes, TRUTHS + 4, &v));
+    for (size_t i = 0; i < 6; i++)
+        ck_assert(v->u.item[i]->kind == LT_PBOOL && integer(v->u.item[i]) == (i % 3 != 0));
+    p = bytes + 2;
+    for (int i = 0; i < INDICES; i++)
+        p = (uint8_t *)memcpy(p, "M\1\1", 3) + 3;
+    memcpy(p, "e.", 2);
+    check_ok(lt_pickle_parse(arena, "indices", bytes, 3 * INDICES + 4, &v));
+    ck_assert(v->n == INDICES && integer(v->u.item[INDICES - 1]) == 257);
+    lt_arena_free(arena);
+    free(bytes);
+}
+END_TEST
+
+/* Lists in each other, and marks, ten thousand and four million: no recursion, and a limit. */
 START_TEST(deep)
 {
-    static const size_t sizes[] = { 10000, 1000000 };
+    static const size_t sizes[] = { 10000, 4000000 };
     static const char *const reasons[] = { "nested deeper than 64", "asks for more memory" };
     const size_t n = sizes[_i];
     uint8_t *bytes = malloc(2 * n);
@@ -676,6 +702,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, dense_by_hand);
     tcase_add_test(tc, other_kinds);
     tcase_add_test(tc, single_elements);
+    tcase_add_test(tc, long_lists);
     tcase_add_loop_test(tc, deep, 0, 2);
     tcase_add_test(tc, shared);
     tcase_add_test(tc, amplified);
