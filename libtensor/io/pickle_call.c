@@ -163,13 +163,16 @@ static lt_pvalue *new_object(lt_pmachine *m, const lt_pvalue *class_value)
     return v;
 }
 
-/* Of unknown names only classes are called, by Python's habit those with a capital: that makes an object. */
-static bool opaque_class(const lt_pvalue *callee)
+/* Whether calling it makes an inert object: a dialect's class, or of unknown names a class, by Python's habit one with
+ * a capital. */
+static bool is_inert(const lt_pmachine *m, const lt_pvalue *callee)
 {
     const char *name = strrchr(callee->u.text, '.') + 1;
 
+    if (callee->mark != OPAQUE)
+        return callee->mark >= LT_COUNT(table) && class_at(m, callee->mark)->makes_object;
     name += strspn(name, "_");
-    return callee->mark == OPAQUE && *name >= 'A' && *name <= 'Z';
+    return *name >= 'A' && *name <= 'Z';
 }
 
 lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args)
@@ -180,7 +183,7 @@ lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args)
         lt_pm_fail(m, "calls what is no class");
         return m->none;
     }
-    if (args->kind == LT_PTUPLE && opaque_class(callee))
+    if (args->kind == LT_PTUPLE && is_inert(m, callee))
         return new_object(m, callee);
     if (args->kind != LT_PTUPLE || !c->call) {
         lt_pm_fail(m, "calls %s, which is not one that may be called so", callee->u.text);

@@ -17,7 +17,7 @@ typedef struct lt_pmachine lt_pmachine;
 typedef struct {
     const char *module, *name;
     lt_pvalue *(*call)(lt_pmachine *m, const lt_pvalue *args);
-    bool makes_object;                  /* NEWOBJ makes an LT_POBJECT of it */
+    bool makes_object;                  /* NEWOBJ makes an LT_POBJECT of it, and a call where a dialect has it */
 } lt_pm_class;
 
 /* What a format that is built on pickles adds to Python's and NumPy's own classes. */

@@ -65,6 +65,19 @@ static void op_int(lt_pmachine *m)
         push_int(m, n == 2 && text[0] == '0' && (text[1] | 1) == '1' ? LT_PBOOL : LT_PINT, x);
 }
 
+/* Beside weights there are generators' states of 128 bits, which nobody asks for. */
+static void push_huge(lt_pmachine *m, uint64_t n)
+{
+    lt_pvalue *v = m->dialect ? lt_pm_value(m, LT_POBJECT) : m->none;
+
+    if (!m->dialect)
+        lt_pm_fail(m, "integer of %ju bytes, want at most 8", (uintmax_t)n);
+    if (m->status)
+        return;
+    v->u.object.class_name = "builtins.int";
+    lt_pm_push(m, v);
+}
+
 static void push_long(lt_pmachine *m, uint64_t n)
 {
     const uint8_t *p = lt_pm_take(m, n);
@@ -73,7 +86,7 @@ static void push_long(lt_pmachine *m, uint64_t n)
     if (!p)
         return;
     if (n > 8) {
-        lt_pm_fail(m, "integer of %ju bytes, want at most 8", (uintmax_t)n);
+        push_huge(m, n);
         return;
     }
     for (uint64_t i = 0; i < 8; i++)            /* two's complement: the last bit goes on for ever */

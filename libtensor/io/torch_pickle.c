@@ -263,6 +263,9 @@ static const lt_pm_class classes[] = {
     { "torch", "device", call_device, false },
     { "argparse", "Namespace", NULL, true },
     { "types", "SimpleNamespace", NULL, true },
+    { "collections", "deque", NULL, true },
+    { "datetime", "datetime", NULL, true }, { "datetime", "date", NULL, true }, { "datetime", "time", NULL, true },
+    { "datetime", "timedelta", NULL, true }, { "datetime", "timezone", NULL, true },
 };
 
 static const char *const packages[] = {

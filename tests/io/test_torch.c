@@ -262,6 +262,12 @@ START_TEST(streams)
             "X\1\0\0\0octypes\nSimpleNamespace\n)\x81}bX\1\0\0\0pcpathlib\nPosixPath\n(X\1\0\0\0xtR"
             "K\7" REBUILD(F4_4, "K\0K\4\x85K\1\x85") "X\1\0\0\0mcaddict\nDict\n)\x81(K\1K\2uK\1K\2s](K\1ea(K\1eu."
             KEYS FOUR, NULL),
+        /* what training leaves beside the weights: when, the last losses, a generator's state and a seed */
+        RAW(HEAD "\x80\2}(X\1\0\0\0tcdatetime\ndatetime\n(C\1\7cdatetime\ntimezone\n(cdatetime\ntimedelta\n(K\0tRtRtR"
+            "X\1\0\0\0dcdatetime\ndate\n(C\1\7tRX\1\0\0\0ocdatetime\ntime\n(C\1\7tRX\1\0\0\0qccollections\ndeque\n"
+            "()K\7tR(K\1K\2eX\1\0\0\0s\x8a\x09\1\0\0\0\0\0\0\x80\0X\1\0\0\0b\x8b\x10\0\0\0" "0123456789abcdef\x8a\x09"
+            "\1\0\0\0\0\0\0\x80\0K\1u." "\x80\2].", NULL),
+        RAW(HEAD "\x80\2cdatetime\nsys\n(tR.", "calls datetime.sys"),
         RAW(HEAD MARKED("\x89") KEYS FOUR, NULL),
         RAW(HEAD MARKED("\x88") KEYS FOUR, "a negated or conjugated view"),
         RAW(MAGIC "\x80\2M\xea\3.", "version 1002, want 1001"),
