@@ -76,6 +76,12 @@ static int open_temp(const char *path, char **temp)
     return fd;
 }
 
+/* The file is ours, so who refuses is a file system without permission bits, and then the old file has none either. */
+static bool keep_mode(int fd, mode_t mode)
+{
+    return fchmod(fd, mode & 07777) == 0 || errno == EPERM || errno == ENOSYS || errno == EOPNOTSUPP;
+}
+
 lt_status lt_atomic_open(lt_atomic_file *f, const char *path)
 {
     struct stat old;
@@ -90,9 +96,9 @@ lt_status lt_atomic_open(lt_atomic_file *f, const char *path)
         f->stream = fdopen(fd, "wb");
         f->path = strdup(path);
     }
-    error = errno;
-    if (f->stream && f->path && (!exists || fchmod(fd, old.st_mode & 07777) == 0))
+    if (f->stream && f->path && (!exists || keep_mode(fd, old.st_mode)))
         return LT_OK;
+    error = errno;
     if (fd >= 0 && !f->stream) {
         close(fd);
         unlink(f->temp);
@@ -139,7 +145,7 @@ static int sync_folder(const char *path)
     if (fd >= 0)
         close(fd);
     free(folder);
-    return error == EINVAL ? 0 : error;         /* a file system without such a thing */
+    return error == EINVAL || error == EACCES ? 0 : error;      /* no such thing there; a folder to write to only */
 }
 
 lt_status lt_atomic_commit(lt_atomic_file *f)

@@ -26,7 +26,7 @@ typedef struct {
  *   f        filled on success; ends in lt_atomic_commit or lt_atomic_abort, exactly one of them
  *
  * The data goes to "path.PROCESS-NUMBER.tmp" in the same folder, which must exist (lt_make_dirs). A file that
- * is already at path keeps its contents until the commit, and its permission bits after it.
+ * is already at path keeps its contents until the commit, and its permission bits after it, where there are any.
  *
  * Errors: LT_EIO (no such folder, not writable, path is a folder), LT_EINVAL (a name that is too long), LT_ENOSPC,
  * LT_ENOMEM.
@@ -34,7 +34,7 @@ typedef struct {
 LT_API lt_status lt_atomic_open(lt_atomic_file *f, const char *path);
 
 /**
- * lt_atomic_commit - flush, sync to the disk, rename to path, sync the folder
+ * lt_atomic_commit - flush, sync to the disk, rename to path, sync the folder if it may be read
  *
  * Write errors of the stream are sticky and are found here, so a writer need not check every fprintf.
  * When anything up to the rename fails, the temporary file is removed and path is as it was.

@@ -5,8 +5,10 @@
 #include "tests/suite.h"
 
 #include <dirent.h>
+#include <errno.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/syscall.h>
 #include <unistd.h>
 
 static int files_in_folder(void)
@@ -143,6 +145,53 @@ START_TEST(cannot_open)
 }
 END_TEST
 
+/* In libc's place, to refuse with this error where it is not 0 */
+static int chmod_error;
+
+int fchmod(int fd, mode_t mode)
+{
+    errno = chmod_error;
+    return chmod_error ? -1 : (int)syscall(SYS_fchmod, fd, mode);
+}
+
+/* Disks without permission bits may refuse them; any other refusal is told by its name. */
+START_TEST(bits_that_are_refused)
+{
+    const char *path = in_folder("bits");
+
+    check_ok(lt_write_file(path, "old", 3));
+    chmod_error = EPERM;
+    check_ok(lt_write_file(path, "new", 3));
+    chmod_error = EROFS;
+    check_error(lt_write_file(path, "newer", 5), LT_EIO, "bits: cannot write: Read-only file system");
+    chmod_error = 0;
+    check_contents(path, "new");
+    unlink(path);
+    ck_assert_int_eq(files_in_folder(), 0);
+}
+END_TEST
+
+/* Whoever may write to a folder and not list it cannot sync it, and the file is there all the same. */
+START_TEST(a_folder_to_write_to_only)
+{
+    const uid_t user = geteuid();
+    const char *folder = in_folder("drop");
+    char back[4096];
+
+    ck_assert_ptr_nonnull(getcwd(back, sizeof(back)));
+    ck_assert_int_eq(mkdir(folder, 0300), 0);
+    ck_assert(user || chown(folder, 65534, 65534) == 0);
+    ck_assert_int_eq(chdir(folder), 0);
+    ck_assert(user || seteuid(65534) == 0);
+    check_ok(lt_write_file("note", "text", 4));
+    check_contents("note", "text");
+    unlink("note");
+    ck_assert_int_eq(seteuid(user), 0);
+    ck_assert_int_eq(chdir(back), 0);
+    ck_assert_int_eq(rmdir(folder), 0);
+}
+END_TEST
+
 /* A limit on file sizes behaves as a full disk does: the write fails, perhaps long before the commit. */
 START_TEST(full_disk_keeps_old_file)
 {
@@ -265,6 +314,8 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, a_folder_in_the_way_is_left);
     tcase_add_test(tc, a_name_without_a_folder_is_here);
     tcase_add_test(tc, cannot_open);
+    tcase_add_test(tc, bits_that_are_refused);
+    tcase_add_test(tc, a_folder_to_write_to_only);
     tcase_add_test(tc, full_disk_keeps_old_file);
     tcase_add_test(tc, a_failed_write_is_remembered);
     tcase_add_test(tc, dirs);
