@@ -242,6 +242,16 @@ static const lt_pm_opcode ops[256] = {
     [0x82] = op_ext, [0x83] = op_ext, [0x84] = op_ext, [0x97] = op_buffer, [0x98] = op_readonly,
 };
 
+static void refuse_opcode(lt_pmachine *m, uint8_t code)
+{
+    const char *other = m->op_start ? NULL : lt_not_fetched(m->bytes, m->n);
+
+    if (other)
+        lt_pm_fail(m, "%s", other);
+    else
+        lt_pm_fail(m, "opcode 0x%02x is not one that is read%s", code, m->op_start ? "" : "; is the file a pickle?");
+}
+
 static void run_opcodes(lt_pmachine *m)
 {
     while (!m->status && !m->result) {
@@ -254,7 +264,7 @@ static void run_opcodes(lt_pmachine *m)
         if (op)
             op(m);
         else if (code)
-            lt_pm_fail(m, "opcode 0x%02x is not one that is read", *code);
+            refuse_opcode(m, *code);
     }
     if (!m->status)
         lt_pm_check(m);

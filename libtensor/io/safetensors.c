@@ -10,6 +10,7 @@
 #include "libtensor/io/safetensors_dtype.h"
 
 #include <cjson/cJSON.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -40,6 +41,24 @@ static bool take_size(const cJSON *number, size_t *out)
     return true;
 }
 
+static const char unread[] = "dtype that is not read";
+
+/* What is wrong with an entry; of its dtype also which it is, and which are read. */
+static lt_status refuse(const char *path, const cJSON *item, const char *wrong)
+{
+    const cJSON *dtype = cJSON_GetObjectItemCaseSensitive(item, "dtype");
+    char names[16 * LT_ELEM_COUNT];
+    size_t n = 0;
+
+    if (wrong != unread || !cJSON_IsString(dtype))
+        return lt_error(LT_EFORMAT, "%s: \"%s\": %s", path, item->string, wrong);
+    for (int t = 0; t < LT_ELEM_COUNT; t++)
+        if (lt_safetensors_dtype[t])
+            n += (size_t)snprintf(names + n, sizeof(names) - n, " %s", lt_safetensors_dtype[t]);
+    return lt_error(LT_EFORMAT, "%s: \"%s\": dtype \"%.20s\" is not read, want one of%s", path, item->string,
+                    dtype->valuestring, names);
+}
+
 static const char *take_dtype(const cJSON *dtype, lt_raw_array *raw)
 {
     for (int t = 0; cJSON_IsString(dtype) && t < LT_ELEM_COUNT; t++) {
@@ -49,7 +68,7 @@ static const char *take_dtype(const cJSON *dtype, lt_raw_array *raw)
         raw->width = lt_elem_size(raw->type);
         return NULL;
     }
-    return "dtype that is not read";
+    return unread;
 }
 
 static const char *take_shape(const cJSON *shape, lt_raw_array *raw)
@@ -212,7 +231,7 @@ static lt_status load(lt_arena *arena, lt_arena *scratch, const cJSON *header, c
         }
         wrong = take_entry(item, data_bytes, &list[n++]);
         if (wrong)
-            return lt_error(LT_EFORMAT, "%s: \"%s\": %s", out->path, item->string, wrong);
+            return refuse(out->path, item, wrong);
     }
     st = check_places(out->path, list, n, data_bytes);
     if (!st)

@@ -10,6 +10,19 @@ static const char *const formats[] = {
     [LT_TORCH_TAR] = "PyTorch (tar)",
 };
 
+/* Before it is read as safetensors, whose first 8 bytes may be anything: what people have in the place of one. */
+static lt_status check_kind(const char *path, const uint8_t *bytes, size_t n)
+{
+    const char *other = lt_not_fetched(bytes, n);
+
+    if (other)
+        return lt_error(LT_EFORMAT, "%s: %s", path, other);
+    if (n >= 2 && bytes[0] == 0x80 && bytes[1] >= 2 && bytes[1] <= 5 && (n < 9 || bytes[8] != '{'))
+        return lt_error(LT_EFORMAT, "%s: a plain pickle; read it in Python, and write its weights with torch.save or "
+                        "as safetensors", path);
+    return LT_OK;
+}
+
 lt_status lt_weights_read(lt_arena *arena, const char *path, lt_weights_file *out)
 {
     lt_weights_file f = { .path = lt_arena_strdup(arena, path) };
@@ -24,6 +37,10 @@ lt_status lt_weights_read(lt_arena *arena, const char *path, lt_weights_file *ou
     if (st)
         return st;
     container = lt_torch_sniff(bytes, n);
+    if (!container)
+        st = check_kind(path, bytes, n);
+    if (st)
+        return st;
     st = container ? lt_torch_parse(arena, path, bytes, n, &t) : lt_safetensors_parse(arena, path, bytes, n, &s);
     if (st)
         return st;

@@ -120,7 +120,9 @@ lt_status lt_zip_open(lt_arena *arena, const char *path, const uint8_t *bytes, s
     zip_error_init(&error);
     z.archive = open_memory(bytes, n, &error);
     if (!z.archive) {
-        st = lt_error(LT_EFORMAT, "%s: not a zip archive: %s", path, zip_error_strerror(&error));
+        const char *other = lt_not_fetched(bytes, n);
+
+        st = lt_error(LT_EFORMAT, "%s: not a zip archive: %s", path, other ? other : zip_error_strerror(&error));
         zip_error_fini(&error);
         return st;
     }

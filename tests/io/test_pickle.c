@@ -303,6 +303,10 @@ START_TEST(programs)
         RAW("cnumpy.core.multiarray\nscalar\n(NNtR.", "numpy scalar with arguments"),
         RAW("cnumpy.core.numeric\n_frombuffer\n(NNNNtR.", "numpy _frombuffer with arguments"),
         RAW("\x80", "offset 0: ends early"), RAW("\x95\0\0\0", "offset 0: ends early"), RAW("\xff", "opcode 0xff"),
+        RAW("<html>", "x.pkl: offset 0: an HTML page"),
+        RAW("version https://git-lfs.github.com/spec/v1\n", "a git-lfs"),
+        RAW("{}", "opcode 0x7b is not one that is read; is the file a pickle?"),
+        RAW("N{", "offset 1: opcode 0x7b is not one that is read"),
     };
 
     for (size_t i = 0; i < LT_COUNT(cases); i++) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* PyTorch's checkpoints: what it wrote in each of its containers, and what nobody should have written. */
 #include "libtensor/io/torch_file.h"
+#include "libtensor/io/weights_file.h"
 #include "tests/io/hostile.h"
 #include "tests/io/torch_vectors.h"
 
@@ -183,6 +184,34 @@ START_TEST(from_a_file)
 }
 END_TEST
 
+/* What people have in the place of weights: none of it is a safetensors file with a strange length. */
+START_TEST(no_weights)
+{
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *reason;
+    } cases[] = {
+#define CASE(text, reason) { text, sizeof(text) - 1, reason }
+        CASE("", "w.pth: an empty file; did its download fail?"),
+        CASE("\n <!DOCTYPE html><html>", "w.pth: an HTML page"),
+        CASE("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\n", "w.pth: a git-lfs pointer"),
+        CASE("\x80\4\x95\x0b\0\0\0\0\0\0\0}.", "w.pth: a plain pickle"), CASE("\x80\2}.", "w.pth: a plain pickle"),
+        CASE("\x80\2\0\0\0\0\0\0{}", "not a safetensors file: header of 640 bytes in a file of 10"),
+        CASE("<html", "w.pth: an HTML page"), CASE("<htm", "not a safetensors file"),
+#undef CASE
+    };
+    lt_arena *arena = lt_arena_new();
+    lt_weights_file w;
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        put_file(in_folder("w.pth"), cases[i].bytes, cases[i].n);
+        check_error(lt_weights_read(arena, in_folder("w.pth"), &w), LT_EFORMAT, cases[i].reason);
+    }
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(damage)
 {
     static const struct {
@@ -208,7 +237,8 @@ START_TEST(not_read)
     check_refused(read_torch, torch_script, sizeof(torch_script), "TorchScript");
     check_refused(read_torch, "PK\3\4", 4, "zip archive");
     check_refused(read_torch, "\x80\2K\1.", 5, "not a checkpoint of PyTorch");
-    check_refused(read_torch, "", 0, "not a checkpoint of PyTorch");
+    check_refused(read_torch, "", 0, "x.pth: an empty file");
+    check_refused(read_torch, "<html>", 6, "x.pth: an HTML page");
 }
 END_TEST
 
@@ -451,6 +481,7 @@ static void add_tests(TCase *tc)
     tcase_add_loop_test(tc, whole_module, 0, 2);
     tcase_add_test(tc, big_endian);
     tcase_add_test(tc, from_a_file);
+    tcase_add_test(tc, no_weights);
     tcase_add_loop_test(tc, damage, 0, 7);
     tcase_add_test(tc, not_read);
     tcase_add_test(tc, streams);
