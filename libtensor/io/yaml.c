@@ -191,17 +191,37 @@ static lt_status complain(const builder *b, const yaml_parser_t *p)
                     p->problem ? p->problem : "no YAML");
 }
 
+/* The line that the first %TAG begins, or 0. libyaml compares each with all before it, and no file that is read needs
+ * one. A line may follow a byte order mark and the line ends of Unicode as well, which no plain character ends in. */
+static int find_tag_line(const uint8_t *bytes, size_t n)
+{
+    uint8_t before = '\n';
+    int line = 1;
+
+    for (size_t i = 0; i + 4 <= n; before = bytes[i++]) {
+        line += i && before == '\n';
+        if ((before == '\n' || before == '\r' || before >= 0x80) && memcmp(bytes + i, "%TAG", 4) == 0)
+            return line;
+    }
+    return 0;
+}
+
 lt_status lt_yaml_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, const lt_yaml **out)
 {
     builder b = { .arena = arena, .path = name };
     yaml_parser_t parser;
     yaml_event_t event;
     lt_status st = LT_OK;
+    int tag_line;
 
     if (n > LT_YAML_MAX)
         return lt_error(LT_EFORMAT, "%s: %zu bytes, at most %zu are read", name, n, LT_YAML_MAX);
+    tag_line = find_tag_line(bytes, n);
+    if (tag_line)
+        return lt_error(LT_EFORMAT, "%s:%d: found a %%TAG line, which is not read", name, tag_line);
     if (!yaml_parser_initialize(&parser))
         return lt_error(LT_ENOMEM, "%s: no memory", name);
+    yaml_parser_set_encoding(&parser, YAML_UTF8_ENCODING);
     yaml_parser_set_input_string(&parser, bytes, n);
     while (!st && !b.done) {
         if (!yaml_parser_parse(&parser, &event)) {

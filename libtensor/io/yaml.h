@@ -37,8 +37,9 @@ typedef struct lt_yaml {
  *
  * Block and flow style, quotes, comments, one "---". The tags that Python writes for plain values
  * (!!python/tuple, !!str, !!int, !!float, ...) say nothing. Errors: LT_EFORMAT with "path:line: reason":
- * syntax, anchors, aliases, merge keys, other tags, a second document, a key that is no scalar or comes
- * twice, a NUL character, nesting beyond LT_YAML_DEPTH, more than LT_YAML_NODES values. LT_EIO, LT_ENOMEM.
+ * syntax, text that is not UTF-8, anchors, aliases, merge keys, other tags, %TAG lines, a second document, a key that
+ * is no scalar or comes twice, a NUL character, nesting beyond LT_YAML_DEPTH, more than LT_YAML_NODES values. LT_EIO,
+ * LT_ENOMEM.
  */
 LT_API lt_status lt_yaml_read(lt_arena *arena, const char *path, const lt_yaml **out);
 

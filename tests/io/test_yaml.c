@@ -117,6 +117,16 @@ END_TEST
 
 /* ---- values that are not what was asked for ---- */
 
+/* No %TAG lines, though they say so; and the mark that Windows' editors write */
+START_TEST(reads_texts_with_percents)
+{
+    const char *text;
+
+    check_ok(lt_yaml_text(get(parse("\xef\xbb\xbf# 100%TAG\na: x%TAG\nb: 'x\n %TAG'\n"), "b"), &text));
+    ck_assert_str_eq(text, "x %TAG");
+}
+END_TEST
+
 START_TEST(says_what_was_found)
 {
     const lt_yaml *v = parse("a: [1, x]\nb: 2.5\nc: {d: .nan}\n"), *out = NULL;
@@ -169,6 +179,12 @@ static const struct { const char *text, *reason; } hostile[] = {
     { "a: \xff\xfe\n", "byte 3" },
     { "[[[[[[[[[[[[[[[[[1]]]]]]]]]]]]]]]]]", "nested more than 16 deep" },
     { "%YAML 3.0\n--- a\n", "t.yml:1:" },
+    { "# tags\n%TAG !a! !\n%TAG !a! !\n--- a\n", "t.yml:2: found a %TAG line, which is not read" },
+    { "%TAG !a! !\n--- a\n", "t.yml:1: found a %TAG" },
+    { "\xef\xbb\xbf%TAG !a! !\n--- a\n", "t.yml:1: found a %TAG" },
+    { "\n#\r%TAG !a! !\r--- a\n", "t.yml:2: found a %TAG" },
+    { "#\xc2\x85%TAG !a! !\n--- a\n", "t.yml:1: found a %TAG" },
+    { "\xff\xfe" "a", "t.yml: byte 0" },
 };
 
 START_TEST(refuses)
@@ -251,6 +267,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, reads_extrinsics);
     tcase_add_test(tc, reads_a_scalar_alone);
     tcase_add_test(tc, says_what_was_found);
+    tcase_add_test(tc, reads_texts_with_percents);
     tcase_add_loop_test(tc, refuses, 0, LT_COUNT(hostile));
     tcase_add_test(tc, refuses_too_many_values);
     tcase_add_test(tc, refuses_too_many_keys);
