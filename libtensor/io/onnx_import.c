@@ -14,6 +14,7 @@
 typedef struct {
     onnx_value *place;
     size_t mask;
+    int64_t listed;                 /* numbers that nodes have made of known ones */
 } table;
 
 static onnx_value *place_of(const table *t, const char *name)
@@ -38,6 +39,7 @@ static lt_status make_table(lt_arena *arena, const lt_onnx_model *m, table *t)
     while (places < 2 * n)
         places *= 2;
     t->mask = places - 1;
+    t->listed = 0;
     t->place = lt_arena_array(arena, places, sizeof(*t->place));
     return t->place ? LT_OK : lt_error(LT_ENOMEM, "no memory for %zu values", n);
 }
@@ -135,6 +137,24 @@ const int64_t *onnx_ints(onnx_call *c, int i, int *n)
     }
     *n = (int)lt_shape_numel(&c->in[i]->shape);
     return c->in[i]->ints;
+}
+
+bool onnx_charge(onnx_call *c, int64_t n)
+{
+    if (n > ONNX_MAX_LISTED - *c->listed)
+        onnx_fail(c, "%jd known numbers, more than %d with those of the nodes before", (intmax_t)n, ONNX_MAX_LISTED);
+    else
+        *c->listed += n;
+    return c->status == LT_OK;
+}
+
+int64_t *onnx_list(onnx_call *c, int64_t n)
+{
+    int64_t *list = onnx_charge(c, n) ? lt_arena_array(c->arena, (size_t)n, sizeof(*list)) : NULL;
+
+    if (!list)
+        onnx_no_memory(c);              /* a failure before this one stays */
+    return list;
 }
 
 lt_tensor *onnx_reals(onnx_call *c, int i, lt_shape shape)
@@ -259,10 +279,10 @@ static void find_inputs(onnx_call *c, const onnx_rule *rule, const table *values
     }
 }
 
-static lt_status record_node(lt_arena *arena, lt_graph *g, int64_t opset, const lt_onnx_node *n, const table *values)
+static lt_status record_node(lt_arena *arena, lt_graph *g, int64_t opset, const lt_onnx_node *n, table *values)
 {
     const onnx_rule *rule = onnx_rule_find(n->op);
-    onnx_call c = { .arena = arena, .g = g, .opset = opset, .node = n };
+    onnx_call c = { .arena = arena, .g = g, .opset = opset, .node = n, .listed = &values->listed };
 
     if (!rule)
         return lt_error(LT_EFORMAT, "%s \"%s\": this operator is not understood", n->op, n->name);

@@ -21,6 +21,7 @@ typedef struct {
 
 enum { ONNX_MAX_IN = LT_MAX_IN };
 enum { ONNX_MAX_SIZE = 1 << 20 };       /* of a window, a map, a range: larger is not meant */
+enum { ONNX_MAX_LISTED = 4 * ONNX_MAX_SIZE };
 
 /* One node being recorded. The first mistake is kept, later calls do no harm. */
 typedef struct {
@@ -30,6 +31,7 @@ typedef struct {
     const lt_onnx_node *node;
     onnx_value *in[ONNX_MAX_IN];    /* NULL: left out */
     int n_in;
+    int64_t *listed;                /* numbers that this node and those before it have made of known ones */
     onnx_value out;                 /* for a rule to fill: t, whole, or ints and shape */
     lt_status status;
 } onnx_call;
@@ -58,6 +60,11 @@ void onnx_no_memory(onnx_call *c);
 lt_tensor *onnx_tensor(onnx_call *c, int i);
 const int64_t *onnx_ints(onnx_call *c, int i, int *n);
 lt_shape onnx_shape(const onnx_call *c, int i);
+
+/* onnx_charge - account for n numbers that the node makes of known ones; false, and a failure, when all nodes' are more
+ * than ONNX_MAX_LISTED. onnx_list - room for n of them, or NULL */
+bool onnx_charge(onnx_call *c, int64_t n);
+int64_t *onnx_list(onnx_call *c, int64_t n);
 
 /* onnx_reals - the whole numbers of input i, known now, as a constant of this shape, which has as many elements */
 lt_tensor *onnx_reals(onnx_call *c, int i, lt_shape shape);

@@ -117,18 +117,16 @@ static void transpose(onnx_call *c)
 
 static void concat_known(onnx_call *c)
 {
-    int64_t *all;
-    int n = 0, m;
+    int64_t *all, n = 0;
+    int m;
 
     for (int i = 0; i < c->n_in; i++) {
         onnx_ints(c, i, &m);
         n += onnx_shape(c, i).rank == 1 ? m : 0;
     }
-    all = lt_arena_array(c->arena, (size_t)n, sizeof(*all));
-    if (!all) {
-        onnx_no_memory(c);
+    all = onnx_list(c, n);
+    if (!all)
         return;
-    }
     c->out.ints = all;
     c->out.shape = LT_SHAPE(n);
     for (int i = 0; i < c->n_in; i++) {
@@ -206,7 +204,7 @@ static void gather(onnx_call *c)
     }
     if (onnx_shape(c, 1).rank != 1)
         onnx_fail(c, "the indices are no list");
-    if (c->status == LT_OK)
+    if (c->status == LT_OK && onnx_charge(c, n))
         c->out.t = onnx_gather(x, lt_constant(c->g, LT_I32, LT_SHAPE(n), places), axis);
     lt_release(places);
 }
@@ -215,12 +213,10 @@ static void shape_of(onnx_call *c)
 {
     const lt_shape s = onnx_shape(c, 0);
     int start = onnx_attr_int(c, "start", 0, -s.rank, s.rank), end = onnx_attr_int(c, "end", s.rank, -s.rank, s.rank);
-    int64_t *dim = lt_arena_array(c->arena, LT_MAX_RANK, sizeof(*dim));
+    int64_t *dim = onnx_list(c, LT_MAX_RANK);
 
-    if (!dim) {
-        onnx_no_memory(c);
+    if (!dim)
         return;
-    }
     start += start < 0 ? s.rank : 0;
     end += end < 0 ? s.rank : 0;
     for (int i = start; i < end; i++)
@@ -248,11 +244,9 @@ static void range(onnx_call *c)
                   (intmax_t)from_to_by[2], ONNX_MAX_SIZE);
         return;
     }
-    list = lt_arena_array(c->arena, (size_t)n, sizeof(*list));
-    if (!list) {
-        onnx_no_memory(c);
+    list = onnx_list(c, n);
+    if (!list)
         return;
-    }
     for (int64_t i = 0; i < n; i++)
         list[i] = i;
     c->out.ints = list;
@@ -268,7 +262,7 @@ static void cast(onnx_call *c)
     if (to != LT_ONNX_FLOAT && to != LT_ONNX_INT64 && to != LT_ONNX_INT32)
         onnx_fail(c, "to type %d; 1 (FLOAT), 6 (INT32), 7 (INT64) are read", to);
     if (onnx_is_known(c, 0) && to == LT_ONNX_FLOAT) {
-        c->out.t = onnx_reals(c, 0, s);
+        c->out.t = onnx_charge(c, lt_shape_numel(&s)) ? onnx_reals(c, 0, s) : NULL;
     } else if (onnx_is_known(c, 0)) {
         view(c, s);
     } else if (onnx_tensor(c, 0)) {
