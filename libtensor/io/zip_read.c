@@ -23,6 +23,16 @@ static bool name_is_printable(const char *name)
     return *p == '\0';
 }
 
+/* A name is a key and no path, as nothing is unpacked: "/model/w" and "w:0" are keys that people have. What would climb
+ * out of a folder nobody means. */
+static bool name_climbs(const char *name)
+{
+    for (const char *p = name; (p = strstr(p, "..")) != NULL; p += 2)
+        if ((p == name || p[-1] == '/') && (p[2] == '/' || p[2] == '\0'))
+            return true;
+    return strchr(name, '\\') != NULL;
+}
+
 /* NULL, or why the entry cannot be. */
 static const char *check_stat(const zip_stat_t *s, size_t archive_bytes)
 {
@@ -31,7 +41,7 @@ static const char *check_stat(const zip_stat_t *s, size_t archive_bytes)
 
     if ((s->valid & need) != need)
         return "entry without a name or size";
-    if (!lt_path_is_inside(s->name))
+    if (!*s->name || name_climbs(s->name))
         return "entry whose name is no path inside the archive";
     if (!name_is_printable(s->name))
         return "entry whose name is not made of printable ASCII";

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Arrays, .npy and .npz: against NumPy's own files, and against damage. */
+#include "libtensor/io/file.h"
 #include "libtensor/io/npy.h"
 #include "libtensor/io/npz.h"
 #include "tests/io/hostile.h"
@@ -281,6 +282,35 @@ START_TEST(npz_round_trip)
 }
 END_TEST
 
+/* Keys that look like paths are keys; one with ".." is refused. */
+START_TEST(npz_keys)
+{
+    static const char *const names[] = { "/w:0", "w:ab", "//ab", "a../", "../a" };
+    static const float data[1] = { 7 };
+    const lt_array a = lt_array_make(LT_ELEM_F4, 0, NULL, data);
+    const char *path = in_folder("keys.npz");
+    lt_arena *arena = lt_arena_new();
+    uint8_t *bytes;
+    lt_npz z;
+    size_t n;
+
+    check_ok(lt_npz_write(path, &(lt_named_array){ "abcd", a }, 1, false));
+    check_ok(lt_read_file(arena, path, LT_FILE_MAX, &bytes, &n));
+    for (size_t i = 0; i < LT_COUNT(names); i++) {
+        for (size_t at = 0; at + 8 <= n; at++)
+            if (memcmp(bytes + at, i ? names[i - 1] : "abcd", 4) == 0 && memcmp(bytes + at + 4, ".npy", 4) == 0)
+                memcpy(bytes + at, names[i], 4);
+        if (i + 1 == LT_COUNT(names)) {
+            check_error(lt_npz_parse(arena, "k", bytes, n, &z), LT_EFORMAT, "entry whose name is no path inside");
+        } else {
+            check_ok(lt_npz_parse(arena, "k", bytes, n, &z));
+            ck_assert_str_eq(z.entry[0].name, names[i]);
+        }
+    }
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(npz_not_written)
 {
     const float x = 1;
@@ -359,6 +389,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, foreign_npz);
     tcase_add_loop_test(tc, npz_round_trip, 0, 2);
     tcase_add_test(tc, npz_not_written);
+    tcase_add_test(tc, npz_keys);
     tcase_add_test(tc, zip_lies);
     tcase_add_test(tc, big_zeros);
 }
