@@ -27,8 +27,7 @@ extern "C" {
  * corner has one, uv likewise.
  *
  * Errors: LT_EFORMAT with "path:line: reason": not a number, NaN or infinity, an index of a vertex
- * that is not there, fewer than 3 or more than 64 corners, more than 20 million lines. LT_EIO,
- * LT_ENOMEM.
+ * that is not there, fewer than 3 corners, more than 20 million lines. LT_EIO, LT_ENOMEM.
  */
 LT_API lt_status lt_obj_read(lt_arena *arena, const char *path, lt_mesh *out, const char **texture);
 

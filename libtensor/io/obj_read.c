@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { CORNERS_MAX = 64, LINES_MAX = 20000000 };
+enum { LINES_MAX = 20000000 };
 
 typedef struct {
     int32_t v, vt, vn;                  /* from 0; -1: none */
@@ -33,11 +33,18 @@ static lt_status bad(const obj *o, const char *reason)
     return lt_error(LT_EFORMAT, "%s:%zu: %s", o->path, o->lines.number, reason);
 }
 
-static size_t count_words(const char *p)
+/* Whether a face's line has one more corner at *p, behind blanks; a comment may stand behind the last. */
+static bool more_corners(const char **p)
+{
+    *p = lt_skip_blanks(*p);
+    return **p != '\0' && **p != '#';
+}
+
+static size_t count_corners(const char *p)
 {
     size_t n = 0;
 
-    while (*(p = lt_skip_blanks(p)) != '\0') {
+    while (more_corners(&p)) {
         n++;
         p += strcspn(p, " \t\r");
     }
@@ -61,10 +68,8 @@ static lt_status count(obj *o)
         } else if (lt_line_is(line, "vn", &rest)) {
             o->n_vn++;
         } else if (lt_line_is(line, "f", &rest)) {
-            const size_t n = count_words(rest);
+            const size_t n = count_corners(rest);
 
-            if (n > CORNERS_MAX)
-                return bad(o, "face of more than 64 corners");
             o->n_tri += n > 2 ? n - 2 : 0;
         }
     }
@@ -122,7 +127,12 @@ static bool take_index(const char **p, size_t so_far, int32_t *out)
     return true;
 }
 
-/* v, v/t, v//n or v/t/n */
+static bool ends_word(char c)
+{
+    return c == '\0' || strchr(" \t\r", c);
+}
+
+/* v, v/t, v//n or v/t/n; some write v/ and v// where they have neither */
 static bool take_corner(const obj *o, const char **p, corner *c)
 {
     c->vt = c->vn = -1;
@@ -130,39 +140,33 @@ static bool take_corner(const obj *o, const char **p, corner *c)
         return false;
     if (**p == '/') {
         (*p)++;
-        if (**p != '/' && !take_index(p, o->n_vt, &c->vt))
+        if (**p != '/' && !ends_word(**p) && !take_index(p, o->n_vt, &c->vt))
             return false;
     }
     if (**p == '/') {
         (*p)++;
-        if (!take_index(p, o->n_vn, &c->vn))
+        if (!ends_word(**p) && !take_index(p, o->n_vn, &c->vn))
             return false;
     }
-    return **p == '\0' || strchr(" \t\r", **p);
+    return ends_word(**p);
 }
 
 static lt_status read_face(obj *o, const char *p)
 {
-    corner c[CORNERS_MAX];
-    int n = 0;
+    corner first = { 0 }, last = { 0 }, c;
+    size_t n = 0;
 
-    while (*(p = lt_skip_blanks(p)) != '\0') {
-        if (!take_corner(o, &p, &c[n]))
+    for (; more_corners(&p); n++, last = c) {
+        if (!take_corner(o, &p, &c))
             return bad(o, "face with a corner that is no index");
-        o->all_vt = o->all_vt && c[n].vt >= 0;
-        o->all_vn = o->all_vn && c[n].vn >= 0;
-        n++;
+        o->all_vt = o->all_vt && c.vt >= 0;
+        o->all_vn = o->all_vn && c.vn >= 0;
+        if (n == 0)
+            first = c;
+        if (n >= 2)
+            memcpy(o->tri + 3 * o->n_tri++, (corner[3]){ first, last, c }, 3 * sizeof(c));
     }
-    if (n < 3)
-        return bad(o, "face of fewer than 3 corners");
-    for (int i = 2; i < n; i++) {
-        corner *out = o->tri + 3 * o->n_tri++;
-
-        out[0] = c[0];
-        out[1] = c[i - 1];
-        out[2] = c[i];
-    }
-    return LT_OK;
+    return n < 3 ? bad(o, "face of fewer than 3 corners") : LT_OK;
 }
 
 static lt_status read_line(obj *o, char *line)
