@@ -23,6 +23,7 @@ enum { SCANS_MAX = 500, SCANS_OF_ANY = 24, SCANNED_MAX = 1 << 28, PIXELS_PER_BYT
 typedef struct {
     struct jpeg_error_mgr base;
     jmp_buf jump;
+    bool may_end;                   /* behind the only scan: the file, without a marker that says so */
     char message[JMSG_LENGTH_MAX];
 } error_state;
 
@@ -44,13 +45,15 @@ static void on_error(j_common_ptr jpeg)
     longjmp(e->jump, 1);
 }
 
-/* Warnings (level -1) mean that data is missing or damaged, but for a few that cameras earn. */
+/* Warnings (level -1) mean that data is missing or damaged, but for a few that cameras earn. A file that ends in the
+ * middle of its only scan earns JWRN_HIT_MARKER as well. */
 static void on_message(j_common_ptr jpeg, int level)
 {
-    const int code = jpeg->err->msg_code;
+    const error_state *e = (error_state *)jpeg->err;
+    const int code = e->base.msg_code;
 
     if (level < 0 && code != JWRN_EXTRANEOUS_DATA && code != JWRN_ADOBE_XFORM &&
-        code != JWRN_JFIF_MAJOR)
+        code != JWRN_JFIF_MAJOR && !(code == JWRN_JPEG_EOF && e->may_end))
         on_error(jpeg);
 }
 
@@ -129,6 +132,7 @@ static lt_status run_decoder(decoder *d, const uint8_t *bytes)
                        d->jpeg.num_components, 8, &d->img);
     if (st)
         return lt_error_prefix(st, "%s", d->name);
+    d->error.may_end = !jpeg_has_multiple_scans(&d->jpeg) && !d->jpeg.arith_code;   /* that code reads on in zeros */
     jpeg_start_decompress(&d->jpeg);
     read_rows(d);
     jpeg_finish_decompress(&d->jpeg);

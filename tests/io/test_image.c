@@ -70,7 +70,8 @@ START_TEST(foreign_jpeg)
     ck_assert_int_eq(img.channels, 1);
     check_refused(read_image, jpeg_cmyk, sizeof(jpeg_cmyk), "CMYK");
     check_truncated(read_image, jpeg_progressive, sizeof(jpeg_progressive), 0);
-    check_truncated(read_image, jpeg_gray, sizeof(jpeg_gray), 0);
+    check_truncated(read_image, jpeg_gray, sizeof(jpeg_gray), 2);       /* the marker of its end */
+    check_ok(attempt(read_image, jpeg_gray, sizeof(jpeg_gray) - 2));
     check_flipped(read_image, jpeg_progressive, sizeof(jpeg_progressive), 3000);
     check_flipped(read_image, jpeg_gray, sizeof(jpeg_gray), 3000);
     lt_arena_free(arena);
@@ -338,6 +339,9 @@ START_TEST(jpeg_round_trip)
     ck_assert(back.width == 33 && back.height == 17 && back.channels == img.channels);
     for (size_t i = 0; i < lt_image_bytes(&img); i++)
         ck_assert_int_le(abs(img.data[i] - back.data[i]), 4);
+    check_ok(lt_jpeg_encode(arena, &img, 95, &bytes, &n));
+    check_truncated(read_image, bytes, n, 2);
+    check_ok(attempt(read_image, bytes, n - 2));
     check_error(lt_jpeg_encode(arena, &img, 0, &bytes, &n), LT_EINVAL, "quality 0");
     check_ok(lt_image_init(arena, 3, 3, 4, 8, &img));
     check_error(lt_jpeg_encode(arena, &img, 95, &bytes, &n), LT_EINVAL, "4 channels");
