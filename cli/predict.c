@@ -7,10 +7,10 @@
 #include <string.h>
 
 enum { MAX_INPUTS = 4096 };
-enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE, FPS, DEPTH, MESH };
+enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE, FPS, DEPTH, MESH, BOXES };
 
 typedef struct {
-    const char *checkpoint, *hand, *out, *object, *models, *depth;
+    const char *checkpoint, *hand, *out, *object, *models, *depth, *boxes;
     const char *inputs[MAX_INPUTS];
     int n_inputs;
     crop_box hand_box, object_box;
@@ -23,6 +23,9 @@ typedef struct {
 static const struct argp_option options[] = {
     { "hand-box", HAND_BOX, "X0,Y0,X1,Y1", 0, "where the hand is, pixels; default the middle of the image", 0 },
     { "object-box", OBJECT_BOX, "X0,Y0,X1,Y1", 0, "where the object is, pixels; default around the hand box", 0 },
+    { "boxes", BOXES, "FILE", 0, "boxes image by image, as a detector left them: CSV with the columns image, hand_x0, "
+      "hand_y0, hand_x1, hand_y1, and if known object_x0 to object_y1 and side. An image is a file's name, a film's "
+      "frame film.mp4#12. What is not in it --hand-box, --object-box and --side say", 0 },
     { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle; default none: no object pose", 0 },
     { "models", MODELS, "DIR", 0, "a dataset's models/ folder; default the embedded stand-ins", 0 },
     { "K", CAMERA, "FX,FY,CX,CY", 0, "the camera, pixels; default from EXIF, else a guess", 0 },
@@ -73,6 +76,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case OBJECT: a->object = arg; break;
     case MODELS: a->models = arg; break;
     case DEPTH: a->depth = arg; break;
+    case BOXES: a->boxes = arg; break;
     case HAND: a->hand = arg; break;
     case FPS: a->fps = cli_real(state, "fps", arg, 1, 1000); break;
     case SIDE: parse_side(a, state, arg); break;
@@ -103,7 +107,8 @@ static const struct argp argp = {
     options, parse, "CHECKPOINT|RUN IMAGE|FILM|FOLDER...",
     "Estimate hand and object in images and films: an overlay, JSON and meshes for each.\v"
     "The networks have no detector: they look where the boxes say. What is not given is assumed, and said.\n\n"
-    "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object 010_potted_meat_can",
+    "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object mug\n"
+    "  palmar predict runs/tiny film.mp4 --boxes boxes.csv",
     NULL, NULL, NULL,
 };
 
@@ -119,7 +124,7 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
         .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
-        .camera = a->has_camera ? &a->camera : NULL, .depth = a->depth,
+        .camera = a->has_camera ? &a->camera : NULL, .boxes = a->boxes, .depth = a->depth,
         .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps,
         .alone = true, .stop = stop,
         .messages = stderr,

@@ -34,7 +34,7 @@ void eval_csv_add(eval_csv *w, const char *name, const double *value);
 /* eval_csv_commit - as lt_atomic_commit */
 lt_status eval_csv_commit(eval_csv *w);
 
-/* eval_csv_field - cut the next field, without its quotes, off a line that eval_csv wrote; NULL behind the last */
+/* eval_csv_field - cut the next field, without its quotes, off a line; NULL behind the last */
 char *eval_csv_field(char **line);
 
 #ifdef __cplusplus

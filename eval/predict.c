@@ -51,6 +51,7 @@ typedef struct {
     const predict_object *object;
     predict_solver *solver;
     predict_summary *sum;
+    predict_assumed *said;
 } predict_job;
 
 /* smoother: NULL: the image has nothing to do with the last one. *unread: the image is to blame, not what is written
@@ -67,7 +68,9 @@ static lt_status predict_one(const predict_job *j, lt_arena *arena, predict_smoo
         return lt_error(LT_ENOMEM, "%s: no memory", in->path);
     st = predict_view_open(arena, j->o, in, frame, &v);
     *unread = only_this_image(st) || st == LT_EIO;
-    st = st ? st : predict_solve(j->solver, arena, j->o, &v, j->object, r);
+    if (!st)
+        predict_say_assumed(j->o, &v, j->said);
+    st = st ? st : predict_solve(j->solver, arena, &v, j->object, r);
     if (st && smoother)
         predict_smooth_missed(smoother);
     if (st)
@@ -112,6 +115,7 @@ static lt_status name_frame(lt_arena *arena, const predict_input *film, int k, p
     *out = (predict_input){
         .path = lt_arena_printf(arena, "%s#%d", film->path, k), .frame = k,
         .name = lt_arena_printf(arena, "%s-%0*d", film->name, PREDICT_FRAME_DIGITS, k),
+        .boxes = predict_frame_boxes(film, k),
     };
     if (film->depth)
         out->depth = lt_arena_printf(arena, "%s/%s-%0*d.png", film->depth, film->name, PREDICT_FRAME_DIGITS,
@@ -187,8 +191,21 @@ static lt_status predict_all(const predict_job *j, const predict_list *list)
     return st;
 }
 
+/* The images, each with its line in --boxes. */
+static lt_status list_inputs(lt_arena *arena, const predict_options *o, predict_list *list)
+{
+    predict_boxes boxes;
+    lt_status st = o->boxes ? predict_boxes_read(arena, o->boxes, &boxes) : LT_OK;
+
+    if (!st && o->boxes && boxes.unread)
+        predict_say(o, "%s: columns that are not known are not read, the first of them %s", o->boxes, boxes.unread);
+    st = st ? st : predict_list_inputs(arena, o, list);
+    return st || !o->boxes || !list->n ? st : predict_match_boxes(arena, o, &boxes, list);
+}
+
 static lt_status run(lt_arena *arena, const predict_options *o, predict_summary *sum)
 {
+    predict_assumed said = { 0 };
     predict_object object;
     predict_list list;
     predict_solver *solver = NULL;
@@ -198,13 +215,14 @@ static lt_status run(lt_arena *arena, const predict_options *o, predict_summary 
         predict_say(o, "no --object: the hand alone, no object pose");
     if (!st && o->m->depth && !o->depth)
         predict_say(o, "no --depth: %s %s was trained with it, and sees worse without", o->m->cls->name, o->m->variant);
-    st = st ? st : predict_list_inputs(arena, o, &list);
+    st = st ? st : list_inputs(arena, o, &list);
     st = st ? st : lt_make_dirs(o->out);
     st = st ? st : predict_solver_new(o, &solver);
     if (!st) {
-        const predict_job job = { o, o->object ? &object : NULL, solver, sum };
+        const predict_job job = { o, o->object ? &object : NULL, solver, sum, &said };
 
         sum->skipped = list.skipped;
+        said.many = list.n > 1 || (o->boxes && list.n && list.input[0].film);
         st = predict_all(&job, &list);
     }
     predict_solver_free(solver);

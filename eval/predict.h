@@ -26,6 +26,8 @@ typedef struct {
 
     const crop_box *hand_box;       /* pixels of the upright image, for every image; NULL: default */
     const crop_box *object_box;
+    const char *boxes;              /* CSV of boxes for single images (eval/predict_boxes.h), which go before the two;
+                                     * NULL: none */
     const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg, NAME-000001.png for a
                                      * film's first frame; NULL: not known */
     const lt_camera *camera;        /* NULL: from EXIF, or a default */
@@ -34,7 +36,8 @@ typedef struct {
     predict_format format;          /* of the meshes */
     double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated, and a film
                                      * says by itself */
-    bool left;                      /* a left hand: the image is mirrored, and the result mirrored back */
+    bool left;                      /* a left hand: the image is mirrored, and the result mirrored back; `boxes` may
+                                     * know better */
     bool alone;                     /* nothing else uses the model's weights, now or later: less memory */
     bool (*stop)(void);             /* asked behind each image, whose files are whole by then; NULL: never */
     FILE *messages;                 /* what was assumed, skipped or not found; NULL: nobody is told */
@@ -55,7 +58,8 @@ typedef struct {
  *
  * The second image of a name becomes NAME-2, and so on. Folders give their images (by extension; not
  * hidden ones, nor overlays) in the order of their names, and are not descended. Images are turned upright as
- * their EXIF orientation says. What is not given is assumed, and said on `messages`:
+ * their EXIF orientation says. What is not given is assumed, and said on `messages`, of the first image and where it
+ * changes:
  *   hand box     the central square of 60 % of the shorter side
  *   object box   the hand box grown 1.3 times about its centre
  *   camera       focal length of the EXIF tag, else 1.2 times the longer side; centre of the image
@@ -72,8 +76,8 @@ typedef struct {
  * joints of the heat maps; without a solution between 0.05 and 10 m the hand is put 0.6 m away in its box.
  *
  * Errors: an unreadable image is named, skipped and counted, and when all are done the call returns
- * LT_EFORMAT. At once: LT_ESTOPPED by o->stop, LT_EINVAL (unknown object, nothing to do), LT_ENUMERIC (damaged
- * weights), LT_EIO, LT_ENOSPC, LT_ENOMEM.
+ * LT_EFORMAT. At once: LT_ESTOPPED by o->stop, LT_EINVAL (unknown object, nothing to do, boxes of other images),
+ * LT_EFORMAT (o->boxes cannot be read), LT_ENUMERIC (damaged weights), LT_EIO, LT_ENOSPC, LT_ENOMEM.
  * sum may be NULL.
  */
 lt_status predict_images(const predict_options *o, predict_summary *sum);

@@ -124,7 +124,7 @@ static void put_hand(cJSON *root, const predict_case *s, const char *mesh, bool 
 
     if (!h)
         return;
-    put_text(h, "side", s->o->left ? "left" : "right", ok);
+    put_text(h, "side", s->v->left ? "left" : "right", ok);
     put_text(h, "position", r->placed ? "solved" : "guessed", ok);
     put(h, "trusted", cJSON_CreateBool(predict_trusted(s->v, r)), ok);
     put_number(h, "agreement_px", r->agreement_px, ok);

@@ -7,6 +7,7 @@
 
 #include "eval/estimator.h"
 #include "eval/predict.h"
+#include "eval/predict_boxes.h"
 #include "eval/symmetry.h"
 #include "libtensor/geometry/kalman.h"
 #include "libtensor/geometry/mesh.h"
@@ -22,6 +23,8 @@ typedef struct {
     const char *depth;              /* the depth image, of a film the folder of them, or NULL */
     bool film;
     int frame;                      /* of a film, from 1; 0: an image */
+    const predict_boxes_row *boxes; /* the image's line in --boxes, or NULL; of a film all of its frames', in order */
+    size_t n_boxes;
 } predict_input;
 
 typedef struct {
@@ -34,9 +37,24 @@ enum { PREDICT_FRAME_DIGITS = 6 };
 
 lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict_list *out);
 
+/* ---- predict_match.c: whose the lines of --boxes are ------------------------------------------------------ */
+
+/**
+ * predict_match_boxes - give every input the lines of b that name it, by its file's name or that without the ending
+ *
+ * The rows are ordered anew. Lines for other images are said.
+ * Errors: LT_EINVAL with file and line: no line is for any input, a name that two inputs have, two lines for one, a
+ * film's frame 0. LT_ENOMEM.
+ */
+lt_status predict_match_boxes(lt_arena *arena, const predict_options *o, predict_boxes *b, predict_list *list);
+
+/* predict_frame_boxes - a film's line for frame k, or NULL */
+const predict_boxes_row *predict_frame_boxes(const predict_input *film, int k);
+
 /* ---- predict_view.c: the image, upright, with boxes and a camera --------------------------------------- */
 
-typedef enum { PREDICT_GIVEN, PREDICT_EXIF, PREDICT_DEFAULT } predict_source;
+/* PREDICT_LISTED: in --boxes */
+typedef enum { PREDICT_GIVEN, PREDICT_LISTED, PREDICT_EXIF, PREDICT_DEFAULT } predict_source;
 
 typedef struct {
     const char *path, *name, *depth_path;
@@ -46,6 +64,7 @@ typedef struct {
     crop_box hand_box, object_box;
     lt_camera camera;
     predict_source hand_from, object_from, camera_from;
+    bool left;                      /* the hand */
 } predict_view;
 
 const char *predict_source_name(predict_source s);
@@ -55,6 +74,19 @@ lt_status predict_view_open(lt_arena *arena, const predict_options *o, const pre
 
 /* predict_view_mirror - the same seen in a mirror, x -> width - 1 - x */
 lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_view *out);
+
+/* ---- predict_assumed.c: what was not given ------------------------------------------------------------------ */
+
+enum { PREDICT_ASSUMPTIONS = 4, PREDICT_ASSUMPTION_TEXT = 512 };
+
+/* What was said last of each kind of assumption; zeroed at first. */
+typedef struct {
+    bool many, explained;           /* many: of images */
+    char last[PREDICT_ASSUMPTIONS][PREDICT_ASSUMPTION_TEXT];
+} predict_assumed;
+
+/* predict_say_assumed - everything that was not given, in one line each, but for what was said of the image before */
+void predict_say_assumed(const predict_options *o, const predict_view *v, predict_assumed *said);
 
 /* ---- predict_solve.c: from the view to a hand and an object in camera coordinates ----------------------- */
 
@@ -84,8 +116,8 @@ lt_status predict_solver_new(const predict_options *o, predict_solver **out);
 void predict_solver_free(predict_solver *s);
 
 /* predict_solve - object may be NULL */
-lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_options *o, const predict_view *v,
-                        const predict_object *object, predict_result *out);
+lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_view *v, const predict_object *object,
+                        predict_result *out);
 
 /* predict_trusted - whether 2D and 3D joints agree to a tenth of the hand's box */
 bool predict_trusted(const predict_view *v, const predict_result *r);
@@ -107,6 +139,7 @@ typedef struct {
     lt_point_filter joint[LT_HAND_KEYPOINTS];
     lt_pose_filter object;
     int missed;                     /* frames in a row without a hand that can be trusted */
+    bool left;                      /* the hand that joint[] follows */
 } predict_smoother;
 
 /* predict_smooth - the next frame: joints, mesh and object pose move to where the filters have them. A hand that

@@ -11,16 +11,17 @@
 #include <unistd.h>
 
 /* The triangles of the hand; those of a left one look outwards after a swap. */
-static lt_status hand_faces(lt_arena *arena, const predict_options *o, int32_t (**out)[3])
+static lt_status hand_faces(lt_arena *arena, const predict_case *s, int32_t (**out)[3])
 {
+    const lt_hand_model *hand = s->o->hand;
     int32_t (*face)[3] = lt_arena_array(arena, LT_HAND_FACES, sizeof(*face));
 
     if (!face)
         return lt_error(LT_ENOMEM, "no memory for a hand");
-    memcpy(face, o->hand->faces, sizeof(o->hand->faces));
-    for (int f = 0; f < LT_HAND_FACES && o->left; f++) {
-        face[f][1] = o->hand->faces[f][2];
-        face[f][2] = o->hand->faces[f][1];
+    memcpy(face, hand->faces, sizeof(hand->faces));
+    for (int f = 0; f < LT_HAND_FACES && s->v->left; f++) {
+        face[f][1] = hand->faces[f][2];
+        face[f][2] = hand->faces[f][1];
     }
     *out = face;
     return LT_OK;
@@ -29,7 +30,7 @@ static lt_status hand_faces(lt_arena *arena, const predict_options *o, int32_t (
 lt_status predict_hand_mesh(lt_arena *arena, const predict_case *s, lt_mesh *out)
 {
     lt_mesh mesh = { .n_vertices = LT_HAND_VERTICES, .n_faces = LT_HAND_FACES };
-    const lt_status st = hand_faces(arena, s->o, &mesh.face);
+    const lt_status st = hand_faces(arena, s, &mesh.face);
 
     if (st)
         return st;

@@ -36,7 +36,7 @@ static int note_hand(draw_canvas *c, int y, int scale, const predict_case *s)
     char line[160];
 
     snprintf(line, sizeof(line), "%s hand  z %.2f m%s  2D-3D agreement %.1f px%s",
-             s->o->left ? "left" : "right", (double)r->e.joints[0][2], r->placed ? "" : " (a guess)",
+             s->v->left ? "left" : "right", (double)r->e.joints[0][2], r->placed ? "" : " (a guess)",
              r->agreement_px, trusted ? "" : "  LOW TRUST");
     return draw_note(c, y, scale, trusted ? INK : WARN, line);
 }

@@ -41,6 +41,11 @@ static void step_hand(predict_smoother *s, const float (*joints)[3])
 
 static void smooth_hand(predict_smoother *s, const predict_view *v, predict_result *r)
 {
+    if (v->left != s->left) {                   /* another hand, which begins anew */
+        memset(s->joint, 0, sizeof(s->joint));
+        s->missed = 0;
+        s->left = v->left;
+    }
     step_hand(s, predict_trusted(v, r) ? r->e.joints : NULL);
     if (s->joint[0].started)
         move_hand(s, r);

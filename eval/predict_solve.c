@@ -221,19 +221,19 @@ bool predict_trusted(const predict_view *v, const predict_result *r)
     return r->placed && r->agreement_px <= AGREEMENT * (double)fmaxf(b.x1 - b.x0, b.y1 - b.y0);
 }
 
-lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_options *o, const predict_view *v,
-                        const predict_object *object, predict_result *out)
+lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_view *v, const predict_object *object,
+                        predict_result *out)
 {
-    const float (*control)[3] = !object ? NULL : o->left ? object->mirrored : object->control;
+    const float (*control)[3] = !object ? NULL : v->left ? object->mirrored : object->control;
     predict_view seen = *v;
-    lt_status st = o->left ? predict_view_mirror(arena, v, &seen) : LT_OK;
+    lt_status st = v->left ? predict_view_mirror(arena, v, &seen) : LT_OK;
 
     st = st ? st : run(s, &seen, control, out);
     if (st)
         return st;
     predict_place_hand(&seen, out);
     read_theta(out);
-    if (o->left)
+    if (v->left)
         unmirror(v->width, out);
     predict_reproject(v, out);
     return LT_OK;

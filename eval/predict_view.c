@@ -16,7 +16,7 @@ static const double CENTRAL = 0.6, OBJECT_GROWTH = 1.3, FOCAL_PER_SIDE = 1.2;
 
 const char *predict_source_name(predict_source s)
 {
-    static const char *const name[] = { "given", "exif", "default" };
+    static const char *const name[] = { "given", "listed", "exif", "default" };
 
     return name[s];
 }
@@ -98,12 +98,16 @@ static crop_box grown_box(crop_box b, double factor)
     return (crop_box){ (float)(cx - hx), (float)(cy - hy), (float)(cx + hx), (float)(cy + hy) };
 }
 
-static void choose_boxes(const predict_options *o, predict_view *v)
+/* row: the image's line in --boxes, or NULL */
+static void choose_boxes(const predict_options *o, const predict_boxes_row *row, predict_view *v)
 {
-    v->hand_box = o->hand_box ? *o->hand_box : central_box(v);
-    v->hand_from = o->hand_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
-    v->object_box = o->object_box ? *o->object_box : grown_box(v->hand_box, OBJECT_GROWTH);
-    v->object_from = o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
+    const bool hand = row && row->has_hand, object = row && row->has_object;
+
+    v->hand_box = hand ? row->hand : o->hand_box ? *o->hand_box : central_box(v);
+    v->hand_from = hand ? PREDICT_LISTED : o->hand_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
+    v->object_box = object ? row->object : o->object_box ? *o->object_box : grown_box(v->hand_box, OBJECT_GROWTH);
+    v->object_from = object ? PREDICT_LISTED : o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
+    v->left = row && row->side != PREDICT_ANY_SIDE ? row->side == PREDICT_LEFT : o->left;
 }
 
 static void choose_camera(const predict_options *o, const lt_exif *exif, predict_view *v)
@@ -130,28 +134,6 @@ static lt_status check_inside(const predict_view *v, const char *what, crop_box 
     return LT_OK;
 }
 
-/* Everything that was not given, in one line each. */
-static void say_assumed(const predict_options *o, const predict_view *v)
-{
-    const crop_box h = v->hand_box, b = v->object_box;
-
-    if (v->orientation != 1)
-        predict_say(o, "%s: turned upright (EXIF orientation %d), now %d x %d", v->path, v->orientation,
-                    v->width, v->height);
-    if (v->hand_from == PREDICT_DEFAULT)
-        predict_say(o, "%s: no --hand-box: took the middle of the image, %.0f,%.0f,%.0f,%.0f", v->path,
-                    (double)h.x0, (double)h.y0, (double)h.x1, (double)h.y1);
-    if (v->object_from == PREDICT_DEFAULT)
-        predict_say(o, "%s: no --object-box: took the hand's box grown 1.3 times, %.0f,%.0f,%.0f,%.0f",
-                    v->path, (double)b.x0, (double)b.y0, (double)b.x1, (double)b.y1);
-    if (v->camera_from == PREDICT_EXIF)
-        predict_say(o, "%s: no --K: focal length %.0f px from EXIF; right unless the image was cut", v->path,
-                    v->camera.fx);
-    if (v->camera_from == PREDICT_DEFAULT)
-        predict_say(o, "%s: no --K: assumed a focal length of %.0f px (1.2 times the longer side), so "
-                    "distances are rough", v->path, v->camera.fx);
-}
-
 lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
                             predict_view *out)
 {
@@ -167,14 +149,12 @@ lt_status predict_view_open(lt_arena *arena, const predict_options *o, const pre
         st = read_depth(arena, in->depth, &v);
     if (st)
         return st;
-    choose_boxes(o, &v);
+    choose_boxes(o, in->boxes, &v);
     choose_camera(o, &exif, &v);
     st = check_inside(&v, "hand", v.hand_box);
     st = st ? st : check_inside(&v, "object", v.object_box);
     if (st)
-        return st;
-    if (in->frame <= 1)                         /* of all frames the same is assumed */
-        say_assumed(o, &v);
+        return in->boxes ? lt_error_prefix(st, "%s:%lld", o->boxes, (long long)in->boxes->line) : st;
     *out = v;
     return LT_OK;
 }

@@ -33,6 +33,19 @@ grep -q '(synthetic)' "$here/tables.txt"
 set -- "$here"/seen/*.overlay.png
 [ $# = 4 ]
 
+# One image with boxes of its own; what is assumed of the others is said once.
+set -- "$here"/data/evaluation/*/rgb
+rgb=$1
+set -- "$rgb"/*
+image=$(basename "$1")
+printf 'image,side,hand_x0,hand_y0,hand_x1,hand_y1\n%s,left,200,100,400,300\n' "$image" >"$here/boxes.csv"
+./palmar predict "$here/run" "$rgb" --boxes "$here/boxes.csv" --out "$here/boxed" 2>"$here/boxed.txt"
+grep -q '"listed"' "$here/boxed/${image%.*}.json"
+grep -q '"left"' "$here/boxed/${image%.*}.json"
+[ "$(grep -l '"listed"' "$here"/boxed/*.json | wc -l)" = 1 ]
+[ $# -gt 1 ]
+[ "$(grep -c 'boxes.csv: took the middle of the image' "$here/boxed.txt")" = 1 ]
+
 # With 8-bit integers: a checkpoint like the others. Ranges of two samples are enough to see that it runs.
 ./palmar export "$here/run" --int8 --calibration "$here/data" --calibration-samples 2 -o "$here/int8.safetensors" \
     >"$here/int8.txt" 2>/dev/null
@@ -85,6 +98,8 @@ says 2 'go with ONNX' ./palmar export "$here/run" -o "$here/w.safetensors" --sam
 says 2 'takes no checkpoint' ./palmar eval "$here/run" --claims="$here"
 says 1 'want at most 0.00' ./palmar eval "$here/run" --data "$here/data" --no-bench --max-pa-mpjpe 0
 says 1 'run/config.json' ./palmar eval "$here/run" --data "$here/data" --no-bench --out "$here/run/config.json"
+printf 'image,hand_x0,hand_y0,hand_x1,hand_y1\nnowhere.jpg,1,2,3,4\n' >"$here/boxes.csv"
+says 1 'boxes.csv:2: there is no image nowhere.jpg' ./palmar predict "$here/run" "$rgb" --boxes "$here/boxes.csv"
 says 2 'want a whole number' ./palmar synth --seed 1.5 --out "$here/half"
 ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.zip" 2>/dev/null
 ./palmar eval --pred "$here/p.zip" --data "$here/data" 2>&1 >/dev/null | grep -q 'Protocol: SYNTHETIC'

@@ -516,6 +516,103 @@ START_TEST(depth_is_wrong)
 }
 END_TEST
 
+/* ---- boxes from a file ---------------------------------------------------------------------------------- */
+
+#define COLUMNS "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side\n"
+
+static void write_text(const char *name, const char *words)
+{
+    write_bytes(name, words, strlen(words));
+}
+
+/* boxes.hand.source, boxes.object.source and hand.side of a result, and where the hand's box begins */
+static void check_sources(const char *result, const char *hand, const char *object, const char *side, double x0)
+{
+    cJSON *root = numbers(lt_arena_printf(arena, "out/%s.json", result));
+
+    ck_assert_str_eq(text(root, "boxes.hand.source"), hand);
+    ck_assert_str_eq(text(root, "boxes.object.source"), object);
+    ck_assert_str_eq(text(root, "hand.side"), side);
+    ck_assert_double_eq(item(root, "boxes.hand.x0y0x1y1_px", 0), x0);
+    cJSON_Delete(root);
+}
+
+/* Each image its own; what the file does not know is given, or assumed and said. */
+START_TEST(boxes)
+{
+    const char *const inputs[] = { in("frames"), in("c.png") };
+    const crop_box hand = { 20, 20, 70, 70 };
+    predict_options o = { .boxes = in("boxes.csv"), .hand_box = &hand };
+
+    ck_assert_int_eq(lt_make_dirs(in("frames")), LT_OK);
+    write_png("frames/a.png", false);
+    write_png("frames/b.png", false);
+    write_png("c.png", false);
+    write_text("boxes.csv", COLUMNS "a,10,11,60,61,30,30,90,79,left\nelsewhere.png,1,2,3,4,,,,,\n"
+               "c.png,12,12,62,62,,,,,\n");
+    check_ok(predict(o, 2, inputs, NULL));
+    check_sources("a", "listed", "listed", "left", 10);
+    check_sources("b", "given", "default", "right", 20);
+    check_sources("c", "listed", "default", "right", 12);
+    ck_assert_msg(strstr(said, "boxes.csv: 1 of 3 lines are for none of the images, the first of them line 3 for "
+                         "elsewhere.png"), "%s", said);
+    ck_assert(strstr(said, "b.png: no hand box in") && strstr(said, "boxes.csv: took --hand-box\n"));
+    ck_assert(strstr(said, "b.png: no object box in") && strstr(said, "took the hand's box grown"));
+    ck_assert(!strstr(said, "a.png: no hand") && !strstr(said, "a.png: no object"));
+    ck_assert(strstr(said, "c.png: its hand box is listed") && !strstr(said, "c.png: no object"));
+}
+END_TEST
+
+START_TEST(boxes_are_wrong)
+{
+    static const struct { const char *lines, *reason; } cases[] = {
+        { "x.png,1,2,3,4,,,,,\ny,1,2,3,4,,,,,\n", "boxes.csv:2: there is no image x.png, and none of any other line" },
+        { "a,1,2,3,4,,,,,\n", "boxes.csv:2: a may be " },
+        { "a.png,1,2,3,4,,,,,\nb.png,1,2,3,4,,,,,\nb,1,2,3,4,,,,,\n", "boxes.csv:4: b and b.png in line 3 are the" },
+        { "a.png,1,2,3,4,,,,,\nclip.avi#0,1,2,3,4,,,,,\n", "boxes.csv:3: clip.avi#0: a film's frames are counted" },
+        { "clip#7,1,2,3,4,,,,,\nclip-000007,1,2,3,4,,,,,\n", "boxes.csv:3: clip-000007 and clip#7 in line 2 are the" },
+        { "a.png,1,x,3,4,,,,,\n", "boxes.csv:2: hand_y0 is \"x\"" },
+    };
+    const char *const inputs[] = { in("a.png"), in("a.jpg"), in("b.png"), in("clip.avi") };
+
+    for (size_t i = 0; i < LT_COUNT(inputs); i++)
+        put_file(inputs[i], "", 0);
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        write_text("boxes.csv", lt_arena_printf(arena, COLUMNS "%s", cases[i].lines));
+        ck_assert_int_ne(predict((predict_options){ .boxes = in("boxes.csv") }, 4, inputs, NULL), LT_OK);
+        ck_assert_msg(strstr(lt_last_error(), cases[i].reason), "\"%s\" lacks \"%s\"", lt_last_error(),
+                      cases[i].reason);
+    }
+    ck_assert_int_eq(predict((predict_options){ .boxes = in("no.csv") }, 4, inputs, NULL), LT_EIO);
+    write_png("b.png", false);                  /* outside the image: that image is skipped, and the line named */
+    write_text("boxes.csv", COLUMNS "b,500,2,600,4,,,,,\n");
+    ck_assert_int_eq(predict((predict_options){ .boxes = in("boxes.csv") }, 1, inputs + 2, NULL), LT_EFORMAT);
+    ck_assert_msg(strstr(said, "boxes.csv:2: ") && strstr(said, "lies outside the image"), "%s", said);
+}
+END_TEST
+
+/* Of many images the same is said once, and again where it changes. */
+START_TEST(assumed_once)
+{
+    const char *const inputs[] = { in("a.png"), in("b.png"), in("turned.jpg"), in("turned.jpg"), in("c.png") };
+    int lines = 0;
+
+    write_png("a.png", false);
+    write_png("b.png", false);
+    write_png("c.png", false);
+    write_exif_jpeg("turned.jpg");
+    check_ok(predict((predict_options){ .camera = &(lt_camera){ 120, 120, 50, 40 } }, 5, inputs, NULL));
+    ck_assert(strstr(said, "a.png: no --hand-box") && strstr(said, "a.png: no --object-box"));
+    ck_assert(strstr(said, "said again where it changes"));
+    ck_assert(!strstr(said, "b.png: no --"));
+    ck_assert(strstr(said, "turned.jpg: turned upright") && strstr(said, "turned.jpg: no --hand-box"));
+    ck_assert(strstr(said, "c.png: upright as it is stored") && strstr(said, "c.png: no --hand-box"));
+    for (const char *p = said; (p = strstr(p, "turned.jpg: turned")) != NULL; p++)
+        lines++;
+    ck_assert_int_eq(lines, 1);
+}
+END_TEST
+
 static void start(void)
 {
     setenv("PALMAR_MODULES", MODULES, 1);
@@ -717,6 +814,22 @@ START_TEST(film_with_bad_fits)
 }
 END_TEST
 
+/* Another hand is not where the last one was. */
+START_TEST(film_with_both_hands)
+{
+    predict_view v = { .camera = { 600, 600, 320, 240 }, .hand_box = { 0, 0, 300, 300 } };
+    predict_smoother s = { .dt = 1.0 / 30 };
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+
+    for (int k = 0; k < FOUND; k++) {
+        v.left = k >= LOST;
+        frame_of(v.left ? 0 : LOST - 1, &v, r);
+        predict_smooth(&s, &v, &thing, r);
+    }
+    ck_assert_double_eq_tol(r->e.joints[3][0], 0.003, 1e-4);
+}
+END_TEST
+
 /* A picture whose results a film's frames would have. */
 START_TEST(film_beside_its_frame)
 {
@@ -782,6 +895,26 @@ START_TEST(film_file)
 }
 END_TEST
 
+/* A hand that moves, and a frame of which the file knows nothing. */
+START_TEST(film_with_boxes)
+{
+    const char *const input[] = { in("clip.avi") };
+    const lt_image img = picture(false);
+
+    avi_write(arena, input[0], &img, 25, 4);
+    write_text("boxes.csv", COLUMNS "clip-000004,14,11,64,61,,,,,\nclip.avi#1,10,11,60,61,,,,,\n"
+               "clip#2,12,11,62,61,,,,,left\n");
+    check_ok(predict((predict_options){ .boxes = in("boxes.csv") }, 1, input, NULL));
+    check_sources("clip-000001", "listed", "default", "right", 10);
+    check_sources("clip-000002", "listed", "default", "left", 12);
+    check_sources("clip-000003", "default", "default", "right", 25.5);
+    check_sources("clip-000004", "listed", "default", "right", 14);
+    ck_assert_msg(strstr(said, "clip.avi#3: no hand box in ") && strstr(said, "clip.avi#4: its hand box is listed"),
+                  "%s", said);
+    ck_assert(!strstr(said, "#1: no hand") && !strstr(said, "#4: no"));
+}
+END_TEST
+
 /* Half a film is read as far as it goes, and what is missing is said. */
 START_TEST(film_cut_off)
 {
@@ -831,16 +964,21 @@ static void add_tests(TCase *t)
     tcase_add_test(t, sheet);
     tcase_add_test(t, depth);
     tcase_add_test(t, depth_is_wrong);
+    tcase_add_test(t, boxes);
+    tcase_add_test(t, boxes_are_wrong);
+    tcase_add_test(t, assumed_once);
     tcase_add_test(t, place);
     tcase_add_test(t, film);
     tcase_add_test(t, film_with_unreadable_frames);
     tcase_add_test(t, film_of_a_symmetric_thing);
     tcase_add_test(t, film_with_bad_fits);
+    tcase_add_test(t, film_with_both_hands);
     tcase_add_test(t, film_beside_its_frame);
     tcase_add_test(t, film_of_stills);
 #ifdef HAVE_OPENCV
     tcase_add_test(t, film_file);
     tcase_add_test(t, film_cut_off);
+    tcase_add_test(t, film_with_boxes);
 #endif
     tcase_add_test(t, film_that_is_none);
 }

@@ -75,6 +75,10 @@ static const struct {
          "\"symmetries_discrete\": [[1,0,0,0, 0,-1,0,4, 0,0,-1,6, 0,0,0,1]], "
          "\"symmetries_continuous\": [{\"axis\": [0,0,2], \"offset\": [1,2,0]}]}, "
          "\"21\": {\"diameter\": 102.9, \"min_x\": -26}}"),
+    TEXT("boxes", "two", "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side\n"
+         "a.png,1,2,30,4e1,,,,,left\n\"b, c\",10,20,30,40,-11,12,13,14, \r\n"),
+    TEXT("boxes", "order", "\xef\xbb\xbfscore,hand_y1,hand_x1,hand_y0,hand_x0,image\n.9,4,3,2,1,f.mp4#12\n\n"
+         ",,,,,f-000013"),
     TEXT("xyz", "two", "# points\n0.1 -2e-3 5\n\n1 2 3 255 0 0\n"),
 };
 

@@ -7,6 +7,7 @@
 #include "eval/bop_file.h"
 #include "eval/hpe_file.h"
 #include "eval/models_info.h"
+#include "eval/predict_boxes.h"
 #include "libtensor/io/coco_rle.h"
 #include "libtensor/io/exif.h"
 #include "libtensor/io/hand_file.h"
@@ -343,6 +344,21 @@ static void run_models_info(lt_arena *arena, const uint8_t *bytes, size_t n)
     close(f.fd);
 }
 
+static void run_boxes(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    predict_boxes boxes;
+
+    if (predict_boxes_read(arena, f.path, &boxes) == LT_OK)
+        for (size_t i = 0; i < boxes.n; i++) {
+            const predict_boxes_row *row = &boxes.row[i];
+            if (row->has_hand && !(row->hand.x0 < row->hand.x1 && row->hand.y0 < row->hand.y1))
+                abort();
+            sink = (double)strlen(row->image) + (double)row->object.y1;
+        }
+    close(f.fd);
+}
+
 const fuzz_target fuzz_targets[] = {
     { "pickle", run_pickle, fuzz_pickle, 4096 },
     { "torch", run_torch, fuzz_torch, 8192 },
@@ -365,6 +381,7 @@ const fuzz_target fuzz_targets[] = {
     { "hpe", run_hpe, NULL, 4096 },
     { "points", run_points, NULL, 4096 },
     { "models_info", run_models_info, NULL, 4096 },
+    { "boxes", run_boxes, NULL, 4096 },
     { 0 },
 };
 
