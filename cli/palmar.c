@@ -33,7 +33,9 @@ static const command commands[] = {
 
 static void print_help(FILE *f)
 {
-    fprintf(f, "usage: palmar COMMAND [OPTION...]       palmar help COMMAND       palmar --version\n\n"
+    fprintf(f, "Usage: palmar COMMAND [OPTION...]\n"
+            "  or:  palmar help COMMAND\n"
+            "  or:  palmar --version\n\n"
             "Hand-object pose on a CPU: train the models from scratch, score them, time them.\n\n");
     for (size_t i = 0; i < LT_COUNT(commands); i++)
         fprintf(f, "  %-10s %s\n", commands[i].name, commands[i].what);

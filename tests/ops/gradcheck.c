@@ -11,8 +11,14 @@ enum { SHAPES = 20 };               /* random ones, besides the listed */
 
 static const char usage[] =
     "Usage: palmar gradcheck --all | --op NAME [--json]\n"
-    "       palmar gradcheck --list\n"
-    "Compare the gradients of ops with central differences, in double precision.\n";
+    "  or:  palmar gradcheck --list\n"
+    "Compare the gradients of ops with central differences, in double precision.\n\n"
+    "      --all                  all ops\n"
+    "      --json                 a list with an object for each op instead of lines\n"
+    "      --list                 the names of the ops\n"
+    "      --op NAME              this one\n"
+    "      --help                 Give this help list\n\n"
+    "The exit code is 1 when a gradient is wrong.\n";
 
 static const op_suite *find(const char *name)
 {

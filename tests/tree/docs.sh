@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # What the documents print is what the files hold: each C block of docs/adding-a-layer.md stands, line for
-# line, in the example's source, every file that a document links to exists, and the user guide has a section
-# for each command.
+# line, in the example's source, every file that a document links to exists, and each command has a section in the user
+# guide and a manual page.
 commands=$(./palmar help | awk '/^  [a-z]+ / && $1 != "palmar" { print $1 }')
 cd "${srcdir:?}" || exit 1
 bad=0
@@ -11,6 +11,10 @@ bad=0
 for c in $commands; do
     grep -q "^## $c" docs/user-guide.md || {
         echo "docs/user-guide.md has no section on palmar $c"
+        bad=1
+    }
+    grep -q "palmar-$c\\.1" Makefile.am || {
+        echo "Makefile.am makes no manual page palmar-$c.1"
         bad=1
     }
 done

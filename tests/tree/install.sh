@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# `make install DESTDIR=`: the library, its headers and its pkg-config file land where they should.
+# `make install DESTDIR=`: the library, its headers, its pkg-config file, manual pages and completion land where they
+# should.
 # Other tests in this folder compile against what is left in tests/tree/stage.
 . "${srcdir:?}/tests/tree/stage.sh"
 set -e
@@ -21,3 +22,20 @@ case $flags in
     exit 1
     ;;
 esac
+
+# installed PATTERN: a file that is not empty has that path
+installed()
+{
+    [ "$(find "$stage" -path "$1" -size +0 | wc -l)" = 1 ] || {
+        echo "no $1 was installed"
+        exit 1
+    }
+}
+
+installed '*/share/bash-completion/completions/palmar'
+# A folder without help2man has none.
+[ -e palmar.1 ] || exit 0
+installed '*/man1/palmar.1'
+for c in $(./palmar help | awk '/^  [a-z]+ / && $1 != "palmar" { print $1 }'); do
+    installed "*/man1/palmar-$c.1"
+done

@@ -6,5 +6,5 @@ command -v shellcheck >/dev/null || {
     exit 77
 }
 cd "${srcdir:?}" || exit 1
-grep -lE '^#!/bin/(ba)?sh|^# shellcheck shell' autogen.sh scripts/* tests/*/*.sh 2>/dev/null |
+grep -lE '^#!/bin/(ba)?sh|^# shellcheck shell' autogen.sh scripts/* cli/bash-completion/* tests/*/*.sh 2>/dev/null |
     xargs shellcheck -x -P "$PWD" -e SC1090,SC1091,SC2154
