@@ -252,6 +252,7 @@ static void store_sample(const dataset_sample *s, const hand_object_options *o, 
         store_object(s, o, A, picture, b, i);
     b->flags[i] = s->flags;
     b->weight[i] = 1;
+    b->object_weight[i] = has_object(s);
 }
 
 lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options *o,

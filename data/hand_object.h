@@ -59,6 +59,7 @@ typedef struct {
     float *points2d;                /* (B, 21, 2) control points in units of object_box */
     float *mask;                    /* (B, cells, cells) object silhouette within object_box, 0 or 1 */
     float *weight;                  /* (B) 1, or 0 for a sample that could not be read */
+    float *object_weight;           /* (B) the same, and 0 where the annotation has no object */
     /* for scoring; not turned with the crop */
     float *affine;                  /* (B, 6) points of the image to the crop */
     float *K;                       /* (B, 9) affine times the camera's intrinsics */

@@ -30,7 +30,7 @@ typedef struct {
  *   "hand_box", "object_box" (B, 4) crop pixels      "depth" (B, 1, S, S) in [-1, 1], see depth_crop
  * and for losses:
  *   "joints2d" (B, 21, 2)   "rotation" (B, 16, 3, 3)   "beta" (B, 10)   "points2d" (B, 21, 2)
- *   "mask" (B, cells, cells)   "weight" (B)
+ *   "mask" (B, cells, cells)   "weight", "object_weight" (B)
  * Outputs of a hand-object model:
  *   "joints2d" (B, 21, 2)   "peak" (B, 21)    of the heat maps: their mean place, their highest cell
  *   "rotation" (B, 16, 3, 3)   "beta" (B, 10)

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/feed.h"
 
+#include "libtensor/io/file.h"
+
 #include <string.h>
 
 /* A field of the batch: its first float, and floats a sample. */
@@ -23,6 +25,7 @@ static bool find_field(const hand_object_batch *b, const char *name, field *out)
         { "points2d", { b->points2d, 42 } },
         { "mask", { b->mask, cells } },
         { "weight", { b->weight, 1 } },
+        { "object_weight", { b->object_weight, 1 } },
     };
 
     for (size_t i = 0; i < LT_COUNT(known); i++)
@@ -105,7 +108,7 @@ static int sample_for(const hand_object_batch *b, slots all, int slot)
 static void copy_port(const lt_plan *p, const model_port *port, const hand_object_batch *b, slots all, slots part)
 {
     lt_real *to = lt_plan_data(p, port->tensor);
-    const bool weight = strcmp(port->name, "weight") == 0;
+    const bool weight = lt_ends_with(port->name, "weight");
     field f;
 
     if (!to || !find_field(b, port->name, &f))

@@ -92,6 +92,8 @@ START_TEST(points_are_mapped)
     }
     ck_assert_float_eq(b->weight[1], 1);
     ck_assert_float_eq(b->weight[0], 0);
+    ck_assert_float_eq(b->object_weight[1], 1);
+    ck_assert_float_eq(b->object_weight[0], 0);
     ck_assert_int_eq(b->index[1], 9);
     ck_assert_int_eq(b->object[1], 2);
     ck_assert_mem_eq(b->beta + 10, sample.beta, sizeof(sample.beta));
@@ -173,6 +175,8 @@ START_TEST(hand_alone)
     sample.flags &= ~(unsigned)SAMPLE_OBJECT;
     b = prepare(&o, 0, 0, 0);
     ck_assert_int_eq(b->object[0], -1);
+    ck_assert_float_eq(b->weight[0], 1);
+    ck_assert_float_eq(b->object_weight[0], 0);
     for (int k = 0; k < CELLS * CELLS; k++)
         ck_assert_float_eq(b->mask[k], 0);
     hand_object_batch_free(b);
