@@ -23,6 +23,7 @@ typedef struct {
     int n_curves;
     const char *skipped[MAX_SKIPPED];
     int n_skipped, n_steps;
+    double last_step;
 } report;
 
 /* ---- reading --------------------------------------------------------------------------------------------------- */
@@ -104,6 +105,7 @@ static lt_status take_line(report *r, const cJSON *line)
     if (!cJSON_IsNumber(step))
         return LT_OK;
     r->n_steps += !*group;
+    r->last_step = fmax(r->last_step, step->valuedouble);
     if (cJSON_IsString(skipped) && r->n_skipped < MAX_SKIPPED)
         r->skipped[r->n_skipped++] = lt_arena_printf(r->arena, "step %.0f: %s", step->valuedouble,
                                                      skipped->valuestring);
@@ -195,6 +197,20 @@ static void put_heading(FILE *f, const report *r)
     fputs("</p>\n", f);
 }
 
+/* The step that the tables are of, where they say so and the run has gone on since. */
+static void put_age(FILE *f, const report *r)
+{
+    cJSON *scores = NULL;
+    const cJSON *step;
+
+    if (read_json(r, "eval/scores.json", &scores))
+        return;
+    step = cJSON_GetObjectItemCaseSensitive(scores, "step");
+    if (cJSON_IsNumber(step) && step->valuedouble < r->last_step)
+        fprintf(f, "<p>Scored at step %.0f; the run has gone on to step %.0f.</p>\n", step->valuedouble, r->last_step);
+    cJSON_Delete(scores);
+}
+
 static lt_status put_tables(FILE *f, const report *r)
 {
     const char *text;
@@ -202,11 +218,13 @@ static lt_status put_tables(FILE *f, const report *r)
     const lt_status st = read_text(r, "eval/table.md", &text, &n);
 
     fputs("<h2>The paper's tables, and ours</h2>\n", f);
-    if (st == LT_OK && text)
-        html_markdown(f, text);
-    else
+    if (st || !text) {
         fputs("<p>Not scored yet: palmar eval does it.</p>\n", f);
-    return st;
+        return st;
+    }
+    put_age(f, r);
+    html_markdown(f, text);
+    return LT_OK;
 }
 
 static void put_curves(FILE *f, const report *r)

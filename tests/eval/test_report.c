@@ -101,6 +101,16 @@ START_TEST(a_scored_run)
     has(text, "src=\"data:image/png;base64,TWFu\"");
     has(text, "2 steps in the log");
     has(text, "&quot;seed&quot;:\t1");
+    lacks(text, "has gone on");
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(scores_of_before_the_run_went_on)
+{
+    make_run(true);
+    put("eval/scores.json", "{\"step\": 1}");
+    has(page(), "<p>Scored at step 1; the run has gone on to step 2.</p>");
     lt_arena_free(arena);
 }
 END_TEST
@@ -180,6 +190,7 @@ static void add_tests(TCase *tc)
     tcase_set_timeout(tc, 0);
     tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, a_scored_run);
+    tcase_add_test(tc, scores_of_before_the_run_went_on);
     tcase_add_test(tc, nothing_from_a_file_is_markup);
     tcase_add_test(tc, a_run_that_is_not_scored);
     tcase_add_test(tc, no_run);

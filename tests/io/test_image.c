@@ -148,10 +148,12 @@ static const char *without_module(int kind)
 
 START_TEST(without_the_module)
 {
+    static const char lfs[] = "version https://git-lfs.github.com/spec/v1\n";
     lt_arena *arena = lt_arena_new();
     lt_film *film;
 
     setenv("PALMAR_MODULES", without_module(_i), 1);
+    check_refused(read_image, lfs, strlen(lfs), "x.img: a git-lfs pointer");
     check_refused(read_image, bmp_rgb, sizeof(bmp_rgb), "x.img: neither PNG nor JPEG; other formats need a build with");
     put_file(in_folder("f.avi"), "RIFF", 4);
     check_error(lt_film_open(in_folder("f.avi"), &film), LT_EFORMAT, "f.avi: films need a build with OpenCV");
