@@ -13,8 +13,19 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 /* ---- preparing ---- */
+
+/* One that was stopped has models, which are written first, and no manifest, which is written last. */
+static bool is_unfinished(const char *path)
+{
+    char models[4096], manifest[4096];
+
+    snprintf(models, sizeof(models), "%s/models", path);
+    snprintf(manifest, sizeof(manifest), "%s/manifest.json", path);
+    return lt_is_folder(models) && access(manifest, F_OK) != 0;
+}
 
 static lt_status need_empty_folder(const char *path)
 {
@@ -26,6 +37,8 @@ static lt_status need_empty_folder(const char *path)
         return lt_make_dirs(path);
     if (!d)
         return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    if (is_unfinished(path))
+        st = lt_error(LT_EINVAL, "%s: holds a dataset that was not finished; remove it, and it is made anew", path);
     while (!st && (e = readdir(d)))
         if (strcmp(e->d_name, ".") && strcmp(e->d_name, ".."))
             st = lt_error(LT_EINVAL, "%s: is not empty (it holds %s); a dataset wants a folder of its own",

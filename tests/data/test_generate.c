@@ -183,6 +183,8 @@ START_TEST(stopping)
                                                       "complete", o.out));
     ck_assert_int_ne(stat(at("stopped/train.txt"), &info), 0);
     ck_assert_int_ne(stat(at("stopped/manifest.json"), &info), 0);
+    ck_assert_int_eq(synth_generate(&o, NULL), LT_EINVAL);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "/stopped: holds a dataset that was not finished; remove it"));
 }
 END_TEST
 
