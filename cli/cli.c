@@ -26,6 +26,9 @@ void cli_parse(const char *name, const struct argp *argp, int argc, char **argv,
 
     snprintf(full, sizeof(full), "palmar %s", name);
     argv[0] = full;
+    for (int i = 1; i < argc; i++)          /* argp knows -? alone */
+        if (strcmp(argv[i], "-h") == 0)
+            argv[i] = "--help";
     argp_err_exit_status = 2;
     argp_parse(argp, argc, argv, 0, NULL, input);
 }

@@ -104,6 +104,7 @@ says 2 'want a whole number' ./palmar synth --seed 1.5 --out "$here/half"
 ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.zip" 2>/dev/null
 ./palmar eval --pred "$here/p.zip" --data "$here/data" 2>&1 >/dev/null | grep -q 'Protocol: SYNTHETIC'
 ./palmar gradcheck --help | grep -q 'double precision'
+./palmar train -h | grep -q 'Usage: palmar train'
 ./palmar info "$here/run" | grep -q hocat
 if ls "$here"/*.tmp 2>/dev/null; then
     echo "left behind"
