@@ -46,12 +46,12 @@ static lt_status info_safetensors(lt_arena *arena, const char *path, cJSON *root
     for (size_t i = 0; i < s.n_meta; i++) {
         cJSON *value = cJSON_Parse(s.meta[i].value);
 
-        if (cJSON_IsObject(value))
+        if (cJSON_IsObject(value)) {
             cJSON_AddItemToObject(meta, s.meta[i].key, value);
-        else
-            cJSON_AddStringToObject(meta, s.meta[i].key, s.meta[i].value);
-        if (!cJSON_IsObject(value))
-            cJSON_Delete(value);
+            continue;
+        }
+        cJSON_AddStringToObject(meta, s.meta[i].key, s.meta[i].value);
+        cJSON_Delete(value);
     }
     add_arrays(root, s.entry, s.n);
     return LT_OK;

@@ -131,6 +131,9 @@ lt_status dataset_annotation(const dataset *d, int64_t index, lt_arena *arena, d
  */
 lt_status dataset_check_tips(dataset *d, const lt_hand_model *hand, double *rms_mm);
 
+/* dataset_is_dexycb - DexYCB's layout, not HO3D's */
+bool dataset_is_dexycb(const dataset *d);
+
 /* dataset_crc32 - of what tells a dataset from others: the generator's manifest.json, else HO3D's train.txt. hash gets
  * eight hexadecimal digits, the answer is the file's name; without either file "" and NULL */
 const char *dataset_crc32(lt_arena *scratch, const char *root, char hash[16]);

@@ -167,18 +167,12 @@ static void pose_vertices(const evaluation *e, const hand_object_batch *b, int s
             out[v][d] = (float)vertices[v][d];
 }
 
-/* DexYCB's tables by HFL-Net take symmetric objects by ADD-S, and pixels of the image; HO3D's ADD and pixels of the
- * crop. */
-static bool by_dexycb(const evaluation *e)
-{
-    return strncmp(e->o.data->kind, "DexYCB", 6) == 0;
-}
-
+/* Of the image on DexYCB, of the crop on HO3D, as HFL-Net counts pixels */
 static lt_camera camera_of(const evaluation *e, const hand_object_batch *b, int s)
 {
     const float *K = b->K + 9 * s;
 
-    if (by_dexycb(e))
+    if (dataset_is_dexycb(e->o.data))
         return crop_whole_camera(b->affine + 6 * s, K);
     return (lt_camera){ .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] };
 }
@@ -220,12 +214,13 @@ static bool without_pose(const evaluation *e, const score_set *set, int s)
     return set == &e->set[EVALUATE_MODEL] && e->o.m->pose == MODEL_POSE_REFINED && e->estimates[s].object_inliers == 0;
 }
 
-/* Whether sample s of the batch is right by ADD-0.1D, the protocol of its dataset */
+/* Whether sample s of the batch is right by ADD-0.1D, which takes HFL-Net's symmetric objects by ADD-S on DexYCB */
 static bool within_tenth(const evaluation *e, int s)
 {
     const eval_object_errors *err = &e->rows.object_errors[s];
+    const double error = dataset_is_dexycb(e->o.data) ? err->add_or_adds : err->add;
 
-    return (by_dexycb(e) ? err->add_or_adds : err->add) <= 0.1 * e->o.data->objects[e->which[s]].diagonal;
+    return error <= 0.1 * e->o.data->objects[e->which[s]].diagonal;
 }
 
 static void count_objects(evaluation *e, score_set *set, int n)

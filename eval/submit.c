@@ -63,7 +63,7 @@ static lt_status submit_batch(void *ctx, const hand_object_batch *b, int64_t don
 
 static lt_status open_file(submission_job *j, const char *path)
 {
-    if (!strncmp(j->o->data->kind, "DexYCB", 6))
+    if (dataset_is_dexycb(j->o->data))
         return dexycb_results_open(path, &j->dexycb);
     if (!lt_ends_with(path, ".json") && !lt_ends_with(path, ".zip"))
         return lt_error(LT_EINVAL, "%s: HO3D's result file is a .json, or a .zip with it in it", path);

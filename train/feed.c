@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/feed.h"
 
+#include "libtensor/geometry/box21.h"
 #include "libtensor/io/file.h"
 
 #include <string.h>
@@ -22,7 +23,7 @@ static bool find_field(const hand_object_batch *b, const char *name, field *out)
         { "joints2d", { b->joints2d, 2 * LT_HAND_KEYPOINTS } },
         { "rotation", { b->rotation, 9 * LT_HAND_JOINTS } },
         { "beta", { b->beta, LT_HAND_BETAS } },
-        { "points2d", { b->points2d, 42 } },
+        { "points2d", { b->points2d, 2 * LT_BOX_POINTS } },
         { "mask", { b->mask, cells } },
         { "weight", { b->weight, 1 } },
         { "object_weight", { b->object_weight, 1 } },

@@ -3,29 +3,26 @@
  * The classes and functions that a pickle may name, and what calling, making and building them means.
  * A name outside the table is an error; nothing is ever looked up anywhere else.
  *
- * Source: numpy/core/src/multiarray (__reduce__ and __setstate__ of ndarray, dtype and scalars), SciPy's
- * and chumpy's class names as they stand in MANO's files.
+ * Source: SciPy's and chumpy's class names as they stand in MANO's files.
  */
 #include "libtensor/io/pickle_machine.h"
 
-#include "libtensor/io/raw_array.h"
 #include "libtensor/io/utf8.h"
 
 #include <string.h>
 
 typedef lt_pvalue *call_fn(lt_pmachine *m, const lt_pvalue *args);
 
-static call_fn call_reconstruct, call_scalar, call_frombuffer, call_dtype, call_encode, call_dict,
-               call_list, call_tuple, call_set, call_bytes, call_value, call_reconstructor;
+static call_fn call_encode, call_dict, call_list, call_tuple, call_set, call_bytes, call_value, call_reconstructor;
 
 static const lt_pm_class table[] = {
-    { "numpy.core.multiarray", "_reconstruct", call_reconstruct, false },
-    { "numpy._core.multiarray", "_reconstruct", call_reconstruct, false },
-    { "numpy.core.multiarray", "scalar", call_scalar, false },
-    { "numpy._core.multiarray", "scalar", call_scalar, false },
-    { "numpy.core.numeric", "_frombuffer", call_frombuffer, false },
-    { "numpy._core.numeric", "_frombuffer", call_frombuffer, false },
-    { "numpy", "dtype", call_dtype, false },
+    { "numpy.core.multiarray", "_reconstruct", lt_pm_numpy_reconstruct, false },
+    { "numpy._core.multiarray", "_reconstruct", lt_pm_numpy_reconstruct, false },
+    { "numpy.core.multiarray", "scalar", lt_pm_numpy_scalar, false },
+    { "numpy._core.multiarray", "scalar", lt_pm_numpy_scalar, false },
+    { "numpy.core.numeric", "_frombuffer", lt_pm_numpy_frombuffer, false },
+    { "numpy._core.numeric", "_frombuffer", lt_pm_numpy_frombuffer, false },
+    { "numpy", "dtype", lt_pm_numpy_dtype, false },
     { "numpy", "ndarray", NULL, false },
     { "numpy", "bool_", NULL, false },
     { "numpy", "int8", NULL, false }, { "numpy", "uint8", NULL, false },
@@ -58,12 +55,6 @@ static const lt_pm_class table[] = {
     { "scipy.sparse.csr", "csr_matrix", NULL, true }, { "scipy.sparse._csr", "csr_matrix", NULL, true },
     { "scipy.sparse.coo", "coo_matrix", NULL, true }, { "scipy.sparse._coo", "coo_matrix", NULL, true },
 };
-
-/* A dtype value is the plain array that callers see, then what we need to read elements of it. */
-typedef struct {
-    lt_array plain;                     /* first: lt_pvalue points to it */
-    lt_raw_array raw;
-} dtype_value;
 
 static bool text_is(const char *text, size_t n, const char *want)
 {
@@ -213,7 +204,7 @@ lt_pvalue *lt_pm_new(lt_pmachine *m, lt_pvalue *class_value, lt_pvalue *args)
 
 /* ---- Python's own -------------------------------------------------------------------------------- */
 
-static lt_pvalue *bad_args(lt_pmachine *m, const char *name)
+lt_pvalue *lt_pm_bad_args(lt_pmachine *m, const char *name)
 {
     lt_pm_fail(m, "calls %s with arguments that it does not take", name);
     return m->none;
@@ -230,7 +221,7 @@ static lt_pvalue *call_sequence(lt_pmachine *m, const lt_pvalue *args, lt_pkind 
     if (args->n == 0)
         return lt_pm_items(m, kind, NULL, 0);
     if (args->n != 1 || !is_sequence(args->u.item[0]))
-        return bad_args(m, name);
+        return lt_pm_bad_args(m, name);
     return lt_pm_items(m, kind, args->u.item[0]->u.item, args->u.item[0]->n);
 }
 
@@ -256,7 +247,7 @@ static lt_pvalue *call_dict(lt_pmachine *m, const lt_pvalue *args)
     lt_pvalue **item, *dict;
 
     if (args->n > 1 || (pairs->kind != LT_PNONE && pairs->kind != LT_PCLASS && pairs->kind != LT_PLIST))
-        return bad_args(m, "dict");
+        return lt_pm_bad_args(m, "dict");
     if (pairs->kind != LT_PLIST)
         return lt_pm_items(m, LT_PDICT, NULL, 0);
     item = lt_pm_alloc(m, 2 * pairs->n * sizeof(*item));
@@ -264,7 +255,7 @@ static lt_pvalue *call_dict(lt_pmachine *m, const lt_pvalue *args)
         const lt_pvalue *pair = pairs->u.item[i];
 
         if (!is_sequence(pair) || pair->n != 2)
-            return bad_args(m, "dict");
+            return lt_pm_bad_args(m, "dict");
         item[2 * i] = pair->u.item[0];
         item[2 * i + 1] = pair->u.item[1];
     }
@@ -278,7 +269,7 @@ static lt_pvalue *call_value(lt_pmachine *m, const lt_pvalue *args)
     if (args->n == 3)
         return lt_pm_items(m, LT_PTUPLE, args->u.item, 3);
     if (args->n != 1 || args->u.item[0]->kind > LT_PBYTES)
-        return bad_args(m, "a builtin type");
+        return lt_pm_bad_args(m, "a builtin type");
     return args->u.item[0];
 }
 
@@ -304,7 +295,7 @@ static lt_pvalue *latin1_bytes(lt_pmachine *m, const lt_pvalue *text)
     return v;
 }
 
-static bool is_text(const lt_pvalue *v, const char *want)
+bool lt_pm_is_text(const lt_pvalue *v, const char *want)
 {
     return v->kind == LT_PSTR && text_is(v->u.text, v->n, want);
 }
@@ -313,8 +304,8 @@ static bool is_text(const lt_pvalue *v, const char *want)
 static lt_pvalue *call_encode(lt_pmachine *m, const lt_pvalue *args)
 {
     if (args->n != 2 || args->u.item[0]->kind != LT_PSTR ||
-        (!is_text(args->u.item[1], "latin1") && !is_text(args->u.item[1], "latin-1")))
-        return bad_args(m, "_codecs.encode");
+        (!lt_pm_is_text(args->u.item[1], "latin1") && !lt_pm_is_text(args->u.item[1], "latin-1")))
+        return lt_pm_bad_args(m, "_codecs.encode");
     return latin1_bytes(m, args->u.item[0]);
 }
 
@@ -325,157 +316,15 @@ static lt_pvalue *call_bytes(lt_pmachine *m, const lt_pvalue *args)
         return call_encode(m, args);
     if (args->n == 1 && (args->u.item[0]->kind == LT_PBYTES || args->u.item[0]->kind == LT_PSTR))
         return args->u.item[0];
-    return args->n == 0 ? lt_pm_text(m, LT_PBYTES, "", 0) : bad_args(m, "bytes");
+    return args->n == 0 ? lt_pm_text(m, LT_PBYTES, "", 0) : lt_pm_bad_args(m, "bytes");
 }
 
 /* copyreg._reconstructor(class, object, None): NEWOBJ before there was NEWOBJ */
 static lt_pvalue *call_reconstructor(lt_pmachine *m, const lt_pvalue *args)
 {
     if (args->n != 3 || args->u.item[2]->kind != LT_PNONE)
-        return bad_args(m, "copyreg._reconstructor");
+        return lt_pm_bad_args(m, "copyreg._reconstructor");
     return make_object(m, args->u.item[0]);
-}
-
-/* ---- NumPy's ------------------------------------------------------------------------------------- */
-
-static dtype_value *dtype_of(const lt_pvalue *v)
-{
-    return v->kind == LT_PDTYPE ? (dtype_value *)(void *)v->u.array : NULL;
-}
-
-/* dtype("f4", align, copy); its byte order comes with BUILD */
-static lt_pvalue *call_dtype(lt_pmachine *m, const lt_pvalue *args)
-{
-    dtype_value *d = lt_pm_alloc(m, sizeof(*d));
-    lt_pvalue *v = lt_pm_value(m, LT_PDTYPE);
-    const char *code, *wrong;
-    size_t n;
-
-    if (m->status)
-        return m->none;
-    if (args->n < 1 || args->u.item[0]->kind != LT_PSTR)
-        return bad_args(m, "numpy.dtype");
-    code = args->u.item[0]->u.text;
-    n = args->u.item[0]->n;
-    memset(d, 0, sizeof(*d));
-    if (n && lt_raw_order(&d->raw, *code)) {
-        code++;
-        n--;
-    }
-    wrong = lt_raw_type(&d->raw, code, n);
-    if (wrong) {
-        lt_pm_fail(m, "numpy.dtype \"%.*s\": %s", (int)(n < 40 ? n : 40), code, wrong);
-        return m->none;
-    }
-    d->plain.type = d->raw.type;
-    v->u.array = &d->plain;
-    return v;
-}
-
-/* (version, byte order, None, None, None, ...): no parts, no names, no fields */
-static void build_dtype(lt_pmachine *m, dtype_value *d, const lt_pvalue *state)
-{
-    bool good = state->kind == LT_PTUPLE && state->n >= 5 && state->u.item[1]->kind == LT_PSTR &&
-                state->u.item[1]->n == 1 && lt_raw_order(&d->raw, state->u.item[1]->u.text[0]);
-
-    for (size_t i = 2; good && i < 5; i++)
-        good = state->u.item[i]->kind == LT_PNONE;
-    if (!good)
-        lt_pm_fail(m, "state of a numpy.dtype that is no plain number or text");
-}
-
-/* _reconstruct(ndarray, (0,), "b"): an array whose elements come with BUILD */
-static lt_pvalue *call_reconstruct(lt_pmachine *m, const lt_pvalue *args)
-{
-    if (args->n != 3 || args->u.item[0]->kind != LT_PCLASS ||
-        strcmp(args->u.item[0]->u.text, "numpy.ndarray") != 0)
-        return bad_args(m, "numpy _reconstruct");
-    return lt_pm_value(m, LT_PARRAY);
-}
-
-static bool take_shape(lt_raw_array *raw, const lt_pvalue *shape)
-{
-    if (shape->kind != LT_PTUPLE || shape->n > LT_ARRAY_MAX_RANK)
-        return false;
-    raw->rank = (int)shape->n;
-    for (size_t i = 0; i < shape->n; i++) {
-        if (shape->u.item[i]->kind != LT_PINT)
-            return false;
-        raw->shape[i] = shape->u.item[i]->u.integer;
-    }
-    return true;
-}
-
-/* The elements of v, out of bytes or of a Python 2 string; exactly as many as the shape wants. */
-static void fill_array(lt_pmachine *m, lt_pvalue *v, const lt_raw_array *raw, const lt_pvalue *data)
-{
-    lt_array *a = lt_pm_alloc(m, sizeof(*a));
-    size_t want;
-    lt_status st;
-
-    if (m->status)
-        return;
-    if (data->kind != LT_PBYTES && data->kind != LT_PSTR) {
-        lt_pm_fail(m, "elements of an array are not given as bytes");
-    } else if (!lt_raw_bytes(raw, &want) || want != data->n) {
-        lt_pm_fail(m, "array whose elements take %zu bytes, which is not what its shape wants", data->n);
-    } else if (lt_pm_spend(m, raw->type == LT_ELEM_TEXT ? 12 * want : want)) {
-        st = lt_raw_load(m->arena, raw, (const uint8_t *)data->u.text, a);
-        if (st)
-            m->status = lt_error_prefix(st, "%s: offset %zu", m->name, m->op_start);
-        else
-            v->u.array = a;
-    }
-}
-
-/* (version, shape, dtype, is_fortran, data); the oldest files have no version */
-static void build_array(lt_pmachine *m, lt_pvalue *v, const lt_pvalue *state)
-{
-    const size_t first = state->kind == LT_PTUPLE && state->n == 5;
-    const bool good = state->kind == LT_PTUPLE && state->n == 4 + first;
-    lt_pvalue *const *part = good ? state->u.item + first : NULL;
-    const dtype_value *d = good ? dtype_of(part[1]) : NULL;
-    lt_raw_array raw;
-
-    if (!d || v->u.array || (part[2]->kind != LT_PBOOL && part[2]->kind != LT_PINT)) {
-        lt_pm_fail(m, "state of a numpy.ndarray that is not one");
-        return;
-    }
-    raw = d->raw;
-    raw.fortran = part[2]->u.integer != 0;
-    if (!take_shape(&raw, part[0]))
-        lt_pm_fail(m, "shape of an array is not a tuple of at most %d integers", LT_ARRAY_MAX_RANK);
-    else
-        fill_array(m, v, &raw, part[3]);
-}
-
-/* _frombuffer(bytes, dtype, shape, "C" or "F"): protocol 5 */
-static lt_pvalue *call_frombuffer(lt_pmachine *m, const lt_pvalue *args)
-{
-    const dtype_value *d = args->n == 4 ? dtype_of(args->u.item[1]) : NULL;
-    lt_pvalue *v = lt_pm_value(m, LT_PARRAY);
-    lt_raw_array raw;
-
-    if (!d || args->u.item[3]->kind != LT_PSTR)
-        return bad_args(m, "numpy _frombuffer");
-    raw = d->raw;
-    raw.fortran = is_text(args->u.item[3], "F");
-    if (!take_shape(&raw, args->u.item[2]))
-        return bad_args(m, "numpy _frombuffer");
-    fill_array(m, v, &raw, args->u.item[0]);
-    return v;
-}
-
-/* scalar(dtype, bytes): an array of rank 0 */
-static lt_pvalue *call_scalar(lt_pmachine *m, const lt_pvalue *args)
-{
-    const dtype_value *d = args->n == 2 ? dtype_of(args->u.item[0]) : NULL;
-    lt_pvalue *v = lt_pm_value(m, LT_PARRAY);
-
-    if (!d)
-        return bad_args(m, "numpy scalar");
-    fill_array(m, v, &d->raw, args->u.item[1]);
-    return v;
 }
 
 /* ---- BUILD --------------------------------------------------------------------------------------- */
@@ -484,10 +333,10 @@ void lt_pm_build(lt_pmachine *m, lt_pvalue *object, lt_pvalue *state)
 {
     switch (object->kind) {
     case LT_PARRAY:
-        build_array(m, object, state);
+        lt_pm_build_array(m, object, state);
         break;
     case LT_PDTYPE:
-        build_dtype(m, dtype_of(object), state);
+        lt_pm_build_dtype(m, object, state);
         break;
     case LT_POBJECT:
         if (object->u.object.state)

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * The pickle reader's stack machine, as its parts see it: pickle.c and pickle_scalar.c have the opcodes,
- * pickle_stack.c what they work with, pickle_call.c the classes; pickle_check.c looks over the result.
+ * pickle_stack.c what they work with, pickle_call.c the classes, NumPy's in pickle_numpy.c; pickle_check.c looks over
+ * the result.
  *
  * The first failure is kept in status and stops the machine after the opcode at hand. Until then every
  * helper returns something that can be used, None if need be, so opcodes need no checks between lines.
@@ -126,6 +127,23 @@ lt_pvalue *lt_pm_global(lt_pmachine *m, const char *module, size_t n_module, con
 lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args);
 lt_pvalue *lt_pm_new(lt_pmachine *m, lt_pvalue *class_value, lt_pvalue *args);
 void lt_pm_build(lt_pmachine *m, lt_pvalue *object, lt_pvalue *state);
+
+/* lt_pm_bad_args - a failure: name is called with arguments that it does not take; lt_pm_is_text - v is this text */
+lt_pvalue *lt_pm_bad_args(lt_pmachine *m, const char *name);
+bool lt_pm_is_text(const lt_pvalue *v, const char *want);
+
+/**
+ * lt_pm_numpy_dtype        - dtype("f4", align, copy); its byte order comes with lt_pm_build_dtype
+ * lt_pm_numpy_reconstruct  - _reconstruct(ndarray, (0,), "b"): an array whose elements come with lt_pm_build_array
+ * lt_pm_numpy_frombuffer   - _frombuffer(bytes, dtype, shape, "C" or "F"): an array of protocol 5
+ * lt_pm_numpy_scalar       - scalar(dtype, bytes): an array of rank 0
+ */
+lt_pvalue *lt_pm_numpy_dtype(lt_pmachine *m, const lt_pvalue *args);
+lt_pvalue *lt_pm_numpy_reconstruct(lt_pmachine *m, const lt_pvalue *args);
+lt_pvalue *lt_pm_numpy_frombuffer(lt_pmachine *m, const lt_pvalue *args);
+lt_pvalue *lt_pm_numpy_scalar(lt_pmachine *m, const lt_pvalue *args);
+void lt_pm_build_dtype(lt_pmachine *m, lt_pvalue *v, const lt_pvalue *state);
+void lt_pm_build_array(lt_pmachine *m, lt_pvalue *v, const lt_pvalue *state);
 
 /* lt_pm_check - result has no cycle, is not too deep, and every array in it was given its elements */
 void lt_pm_check(lt_pmachine *m);
