@@ -8,6 +8,7 @@
  */
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_way.h"
 
 #include <string.h>
 
@@ -150,18 +151,21 @@ static void pack_class(data_class *c, void *ctx)
     }
 }
 
-int64_t conv_data_direct_packed(const lt_conv2d_params *p)
+static int64_t packed_elements(const lt_conv2d_params *p, conv_direction d)
 {
+    (void)d;
     return measure(p).packed;
 }
 
-void conv_data_direct_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+static void pack(const lt_conv2d_params *p, conv_direction d, const lt_real *weights, lt_real *packed)
 {
+    (void)d;
     each_class(p, pack_class, &(weights_pass){ weights, packed });
 }
 
-size_t conv_data_direct_work(const lt_conv2d_params *p)
+static size_t work_bytes(const lt_conv2d_params *p, conv_direction d)
 {
+    (void)d;
     return (size_t)measure(p).maps * sizeof(lt_real);
 }
 
@@ -279,18 +283,19 @@ static void count_tasks(data_class *c, void *ctx)
     *(int64_t *)ctx = conv_job_tasks(&c->j);
 }
 
-void conv_data_direct(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, bool add, lt_real *dx,
-                      void *work)
+static void run(const lt_conv2d_params *p, conv_direction d, const lt_real *dy, const lt_real *packed,
+                const lt_conv2d_around *around, lt_real *dx, void *work)
 {
     const int64_t out = lt_conv2d_out_h(p) * lt_conv2d_out_w(p);
     lt_real *maps = measure(p).maps ? work : NULL;
     int64_t tasks = 0;
 
+    (void)d;
     each_class(p, count_tasks, &tasks);
     for (int64_t g = 0; g < p->groups; g++) {
         data_pass pass = {
             .p = p, .group = g, .dy = dy + g * conv_group_o(p) * out, .packed = packed,
-            .dx = dx + g * conv_group_c(p) * p->h * p->w, .maps = maps, .add = add,
+            .dx = dx + g * conv_group_c(p) * p->h * p->w, .maps = maps, .add = around->residual,
         };
 
         if (pass.maps)
@@ -301,3 +306,5 @@ void conv_data_direct(const lt_conv2d_params *p, const lt_real *dy, const lt_rea
             each_class(p, run_in_place, &pass);
     }
 }
+
+const conv_way conv_data_direct = { packed_elements, pack, work_bytes, run };

@@ -29,7 +29,7 @@ static lt_conv2d_params over_words(const lt_conv2d_params *p)
 }
 
 /* The product, cut into tiles of rows that are whole panels almost. */
-static void word_job(conv_job *j, const lt_conv2d_params *words, const conv_taps *t)
+static void word_job(conv_job *j, const lt_conv2d_params *words, conv_taps *t)
 {
     int64_t panels;
 
@@ -66,7 +66,6 @@ void lt_conv2d_int8_pack(const lt_conv2d_params *p, const lt_int8_range *r, cons
     conv_job j;
 
     int8_weights(weights, p->o, p->c, (int64_t)p->kh * p->kw, r, work, scale, scale + p->o);
-    conv_window_taps(&t, &words);
     word_job(&j, &words, &t);
     j.a.w = work;
     lt_product_pack_a(&j.product, j.m, j.tile_m, packed);
@@ -132,7 +131,6 @@ size_t lt_conv2d_int8_work(const lt_conv2d_params *p)
     conv_taps t;
     conv_job j;
 
-    conv_window_taps(&t, &words);
     word_job(&j, &words, &t);
     return (size_t)(input_words(p) + conv_job_shared(&j) * p->n) * sizeof(lt_real);
 }
@@ -158,7 +156,6 @@ void lt_conv2d_int8_forward(const lt_conv2d_params *p, const lt_int8_range *r, c
     conv_taps t;
 
     assert(!around->mean && (!around->gate || conv_pointwise(p)));
-    conv_window_taps(&t, &words);
     word_job(&j.j, &words, &t);
     make_words(&j, &words, &t);
     e.ld_residual = j.j.n;
@@ -225,7 +222,6 @@ void lt_conv2d_int8_forward_rect(const lt_conv2d_params *p, const lt_int8_range 
 
     if (rect.y0 >= rect.y1 || rect.x0 >= rect.x1)
         return;
-    conv_window_taps(&t, &words);
     word_job(&j.j, &words, &t);
     make_rows(&j, rect);
     j.j.product.a = packed;

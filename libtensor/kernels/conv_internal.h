@@ -91,12 +91,16 @@ typedef struct {
 } conv_job;
 
 /**
- * conv_forward_job - the forward pass of one group, without its data, cut; in conv.c
+ * conv_forward_job - the forward pass of one group, without its data, cut; t gets the window's taps
  * conv_run_rect    - of one image with weights in place, and of y only what r has: e follows the product and its own
  *                    epilogue
+ * conv_direct_rect - lt_conv2d_forward_rect where the algorithm is LT_CONV_DIRECT or LT_CONV_TILES
+ * All three are in conv_direct.c.
  */
-void conv_forward_job(conv_job *j, const lt_conv2d_params *p, const conv_taps *t);
+void conv_forward_job(conv_job *j, const lt_conv2d_params *p, conv_taps *t);
 void conv_run_rect(conv_job *j, conv_taps *t, lt_rect r, const lt_real *x, const lt_epilogue *e, lt_real *y);
+void conv_direct_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *packed,
+                      const lt_epilogue *e, lt_real *y);
 
 /**
  * conv_suits_tiles - whether this CPU has AMX's tiles, and a convolution with so many positions enough to do for them
@@ -130,12 +134,7 @@ int64_t conv_job_tasks(const conv_job *j);
 void conv_job_run(void *ctx, int64_t task);
 int64_t conv_job_shared(const conv_job *j);
 
-/* conv_data_direct.c: the gradient of the input as products over dy, for lt_conv2d_data_* */
+/* conv_data_on_tiles - conv_on_tiles for conv_data_direct.c, the gradient of the input as products over dy */
 bool conv_data_on_tiles(const lt_conv2d_params *p);
-int64_t conv_data_direct_packed(const lt_conv2d_params *p);
-void conv_data_direct_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
-size_t conv_data_direct_work(const lt_conv2d_params *p);
-void conv_data_direct(const lt_conv2d_params *p, const lt_real *dy, const lt_real *packed, bool add, lt_real *dx,
-                      void *work);
 
 #endif

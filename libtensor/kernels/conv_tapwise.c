@@ -27,9 +27,9 @@ typedef struct {
     conv_taps taps;
 } shape;
 
-static void find_places(shape *s, const lt_conv2d_params *p, lt_tapwise_way way)
+static void find_places(shape *s, const lt_conv2d_params *p, conv_direction d)
 {
-    const int sign = way == LT_TAPWISE_FORWARD ? 1 : -1;
+    const int sign = d == CONV_FORWARD ? 1 : -1;
 
     conv_window_taps(&s->taps, p);
     for (int i = 0; i < s->taps.n; i++) {
@@ -38,17 +38,17 @@ static void find_places(shape *s, const lt_conv2d_params *p, lt_tapwise_way way)
     }
 }
 
-static void shape_of(shape *s, const lt_conv2d_params *p, lt_tapwise_way way)
+static void shape_of(shape *s, const lt_conv2d_params *p, conv_direction d)
 {
     const int64_t taps = (int64_t)p->kh * p->kw, out_h = lt_conv2d_out_h(p), out_w = lt_conv2d_out_w(p);
 
-    if (way == LT_TAPWISE_FORWARD)
+    if (d == CONV_FORWARD)
         *s = (shape){ .k = p->c, .m = p->o, .h = p->h, .w = p->w, .to_h = out_h, .to_w = out_w, .stride_h = 1,
                       .stride_w = 1, .row = taps, .col = p->c * taps };
     else
         *s = (shape){ .k = p->o, .m = p->c, .h = out_h, .w = out_w, .to_h = p->h, .to_w = p->w,
                       .stride_h = p->stride_h, .stride_w = p->stride_w, .row = p->c * taps, .col = taps };
-    find_places(s, p, way);
+    find_places(s, p, d);
     s->tiles = lt_gemm_tiles_suits(p->n * s->h * s->w, s->taps.n * s->m, s->k);
 }
 
@@ -57,7 +57,7 @@ static bool strided(const lt_conv2d_params *p)
     return p->stride_h > 1 || p->stride_w > 1;
 }
 
-bool lt_tapwise_suits(const lt_conv2d_params *p, lt_tapwise_way way)
+bool lt_tapwise_suits(const lt_conv2d_params *p, conv_direction d)
 {
     enum { FEW = 16 };
     shape s;
@@ -65,22 +65,22 @@ bool lt_tapwise_suits(const lt_conv2d_params *p, lt_tapwise_way way)
 
     if (p->groups > 1 || p->kh * p->kw == 1 || p->c < FEW || p->o < FEW || conv_nothing(p))
         return false;
-    shape_of(&s, p, way);
+    shape_of(&s, p, d);
     n = s.h * s.w;
     if (n > MOST_POSITIONS || s.to_w > SUMS / CHANNELS)
         return false;
     if (n * s.taps.n * s.m > (s.tiles ? MOST_BY_TILES : MOST_ELEMENTS))
         return false;
-    return strided(p) ? way == LT_TAPWISE_DATA : lt_turned_saves(n, s.m);
+    return strided(p) ? d == CONV_DATA : lt_turned_saves(n, s.m);
 }
 
 /* ---- weights: panels of (tap, m), each [k][nr], or as of lt_gemm_tiles ---- */
 
-int64_t lt_tapwise_packed(const lt_conv2d_params *p, lt_tapwise_way way)
+static int64_t packed_elements(const lt_conv2d_params *p, conv_direction d)
 {
     shape s;
 
-    shape_of(&s, p, way);
+    shape_of(&s, p, d);
     return (s.tiles ? lt_gemm_tiles_packed : lt_product_packed_b)(s.taps.n * s.m, s.k);
 }
 
@@ -124,11 +124,11 @@ static void pack_tiles(void *ctx, int64_t panel)
     }
 }
 
-void lt_tapwise_pack(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real *weights, lt_real *packed)
+static void pack(const lt_conv2d_params *p, conv_direction d, const lt_real *weights, lt_real *packed)
 {
     shape s;
 
-    shape_of(&s, p, way);
+    shape_of(&s, p, d);
     lt_parallel_for(lt_ceil_div(s.taps.n * s.m, s.tiles ? LT_TILES_SIDE : lt_k->nr), s.tiles ? pack_tiles : pack_panel,
                     &(pack_job){ &s, weights, packed });
 }
@@ -156,11 +156,11 @@ static int64_t leading(const shape *s)
     return n % ALIASED ? n : n + LANES;
 }
 
-size_t lt_tapwise_work(const lt_conv2d_params *p, lt_tapwise_way way)
+static size_t work_bytes(const lt_conv2d_params *p, conv_direction d)
 {
     shape s;
 
-    shape_of(&s, p, way);
+    shape_of(&s, p, d);
     return (size_t)(p->n * s.h * s.w * (leading(&s) + (s.tiles ? s.k : 0))) * sizeof(lt_real);
 }
 
@@ -235,7 +235,7 @@ static void run_sums(void *ctx, int64_t task)
     for (int64_t r = 0; r < high; r++)
         for (int t = 0; t < s->taps.n; t++)
             add_tap(j, sums + r * s->to_w * n, image, row + r, t, m0, n);
-    if (j->add) {
+    if (j->add) {                       /* the residual is y */
         lt_k->turn(j->y + at, out, sums, n, places, n, true);
         return;
     }
@@ -243,17 +243,19 @@ static void run_sums(void *ctx, int64_t task)
     lt_turned_place(j->y + at, out, around->residual ? around->residual + at : NULL, around->act, sums, n, places, n);
 }
 
-void lt_tapwise_run(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real *x, const lt_real *packed,
-                    const lt_conv2d_around *around, bool add, lt_real *y, lt_real *work)
+static void run(const lt_conv2d_params *p, conv_direction d, const lt_real *x, const lt_real *packed,
+                const lt_conv2d_around *around, lt_real *y, void *work)
 {
     shape s;
-    tapwise_job j = { .s = &s, .x = x, .packed = packed, .around = around, .add = add, .y = y, .q = work };
+    tapwise_job j = {
+        .s = &s, .x = x, .packed = packed, .around = around, .add = d == CONV_DATA && around->residual, .y = y, .q = work,
+    };
 
-    shape_of(&s, p, way);
+    shape_of(&s, p, d);
     j.columns = s.taps.n * s.m;
     j.ld = leading(&s);
     j.images = p->n;
-    j.turned = work + p->n * s.h * s.w * j.ld;
+    j.turned = j.q + p->n * s.h * s.w * j.ld;
     multiply(&j);
     j.channels = lt_tile_size(s.m, CHANNELS, 16);
     j.blocks = lt_ceil_div(s.m, j.channels);
@@ -261,3 +263,5 @@ void lt_tapwise_run(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real
     j.bands = lt_ceil_div(s.to_h, j.high);
     lt_parallel_for(j.blocks * j.bands * p->n, run_sums, &j);
 }
+
+const conv_way conv_tapwise = { packed_elements, pack, work_bytes, run };

@@ -12,20 +12,9 @@
 #ifndef LT_KERNELS_CONV_TAPWISE_H
 #define LT_KERNELS_CONV_TAPWISE_H
 
-#include "libtensor/kernels/conv.h"
-
-typedef enum { LT_TAPWISE_FORWARD, LT_TAPWISE_DATA } lt_tapwise_way;
+#include "libtensor/kernels/conv_way.h"
 
 /* lt_tapwise_suits - whether the shape is one of those that gain */
-bool lt_tapwise_suits(const lt_conv2d_params *p, lt_tapwise_way way);
-
-/* As lt_conv2d_packed, lt_conv2d_pack, lt_conv2d_forward_work (bytes), and those of the gradient of x. */
-int64_t lt_tapwise_packed(const lt_conv2d_params *p, lt_tapwise_way way);
-void lt_tapwise_pack(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real *weights, lt_real *packed);
-size_t lt_tapwise_work(const lt_conv2d_params *p, lt_tapwise_way way);
-
-/* lt_tapwise_run - y from x, or (LT_TAPWISE_DATA) y = dx, added to or not, from x = dy, with nothing around */
-void lt_tapwise_run(const lt_conv2d_params *p, lt_tapwise_way way, const lt_real *x, const lt_real *packed,
-                    const lt_conv2d_around *around, bool add, lt_real *y, lt_real *work);
+bool lt_tapwise_suits(const lt_conv2d_params *p, conv_direction d);
 
 #endif

@@ -3,6 +3,7 @@
 
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_way.h"
 
 #include <string.h>
 
@@ -30,8 +31,9 @@ bool lt_turned_suits(const lt_conv2d_params *p)
 
 /* ---- weights: panels of channels, each [c][nr] ---- */
 
-int64_t lt_turned_packed(const lt_conv2d_params *p)
+static int64_t packed_elements(const lt_conv2d_params *p, conv_direction d)
 {
+    (void)d;
     return lt_product_packed_b(p->o, p->c);
 }
 
@@ -45,8 +47,9 @@ static void pack_panel(void *ctx, int64_t panel)
     lt_k->pack_b(j->packed + from * c, j->weights + from * c, 1, c, c, lt_min_i64(lt_k->nr, j->p->o - from));
 }
 
-void lt_turned_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed)
+static void pack(const lt_conv2d_params *p, conv_direction d, const lt_real *weights, lt_real *packed)
 {
+    (void)d;
     lt_parallel_for(lt_ceil_div(p->o, lt_k->nr), pack_panel, &(pack_job){ p, weights, packed });
 }
 
@@ -68,8 +71,9 @@ static bool few_channels(const lt_conv2d_params *p)
 }
 
 /* Gates are multiplied into what is less: the weights while they are in L1, or the maps before all of it. */
-size_t lt_turned_work(const lt_conv2d_params *p)
+static size_t work_bytes(const lt_conv2d_params *p, conv_direction d)
 {
+    (void)d;
     return few_channels(p) ? 0 : (size_t)(p->n * p->c * p->h * p->w) * sizeof(lt_real);
 }
 
@@ -151,8 +155,8 @@ static void run_tile(void *ctx, int64_t task)
                     lt_k->nr, rows, n);
 }
 
-void lt_turned_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
-                       const lt_conv2d_around *around, lt_real *y, lt_real *work)
+static void run(const lt_conv2d_params *p, conv_direction d, const lt_real *x, const lt_real *packed,
+                const lt_conv2d_around *around, lt_real *y, void *work)
 {
     const int64_t positions = p->h * p->w, panels = lt_ceil_div(p->o, lt_k->nr);
     turned_job j = {
@@ -160,6 +164,7 @@ void lt_turned_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
         .positions = positions, .panels = panels, .rows = lt_turned_rows(positions, panels * p->n),
     };
 
+    (void)d;
     j.tiles = lt_ceil_div(positions, j.rows) * p->n;
     if (around->gate && !j.few) {
         lt_parallel_for(lt_ceil_div(p->n * p->c, MAPS), gate_maps, &j);
@@ -167,3 +172,5 @@ void lt_turned_forward(const lt_conv2d_params *p, const lt_real *x, const lt_rea
     }
     lt_parallel_for(panels * j.tiles, run_tile, &j);
 }
+
+const conv_way conv_turned = { packed_elements, pack, work_bytes, run };

@@ -14,13 +14,6 @@
 bool lt_turned_saves(int64_t n, int64_t m);
 bool lt_turned_suits(const lt_conv2d_params *p);
 
-/* As lt_conv2d_packed, lt_conv2d_pack, lt_conv2d_forward_work (bytes) and lt_conv2d_forward. */
-int64_t lt_turned_packed(const lt_conv2d_params *p);
-void lt_turned_pack(const lt_conv2d_params *p, const lt_real *weights, lt_real *packed);
-size_t lt_turned_work(const lt_conv2d_params *p);
-void lt_turned_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *packed,
-                       const lt_conv2d_around *around, lt_real *y, lt_real *work);
-
 /* The parts, for other convolutions whose channels are in the lanes. */
 enum {
     LT_TURNED_LANES = 64,       /* the most of any instruction set's panel */

@@ -2,6 +2,8 @@
 #include "libtensor/kernels/depthwise.h"
 
 #include "libtensor/base/parallel.h"
+#include "libtensor/kernels/conv_internal.h"
+#include "libtensor/kernels/conv_way.h"
 #include "libtensor/kernels/product.h"
 
 #include <string.h>
@@ -179,10 +181,11 @@ static void forward_task(void *ctx, int64_t task)
         forward_rows(j, i);
 }
 
-void lt_depthwise_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
-                          const lt_epilogue *e, lt_real *y, lt_real *mean)
+static void run_forward(const lt_conv2d_params *p, const lt_real *x, const lt_real *weights,
+                        const lt_conv2d_around *around, lt_real *y)
 {
-    job j = { .p = p, .x = x, .weights = weights, .e = e, .y = y, .mean = mean,
+    const lt_epilogue e = { .row_bias = around->bias, .residual = around->residual, .act = around->act };
+    job j = { .p = p, .x = x, .weights = weights, .e = &e, .y = y, .mean = around->mean,
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
 
     j.in_strips = plan_strips(&j.strips, p);
@@ -323,8 +326,7 @@ static void data_task(void *ctx, int64_t task)
             data_rows(j, i);
 }
 
-void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights,
-                                bool add, lt_real *dx)
+static void run_data(const lt_conv2d_params *p, const lt_real *dy, const lt_real *weights, bool add, lt_real *dx)
 {
     job j = { .p = p, .dy = dy, .weights = weights, .dx = dx, .add = add,
               .out_h = lt_conv2d_out_h(p), .out_w = lt_conv2d_out_w(p) };
@@ -334,6 +336,37 @@ void lt_depthwise_backward_data(const lt_conv2d_params *p, const lt_real *dy, co
     j.planes = planes_of_task(&j);
     lt_parallel_for(lt_ceil_div(p->n * p->c, j.planes), data_task, &j);
 }
+
+/* ---- both, with the weights as they are ------------------------------------------------------------------ */
+
+static int64_t packed_elements(const lt_conv2d_params *p, conv_direction d)
+{
+    (void)d;
+    return conv_weight_count(p);
+}
+
+static void pack(const lt_conv2d_params *p, conv_direction d, const lt_real *weights, lt_real *packed)
+{
+    memcpy(packed, weights, (size_t)packed_elements(p, d) * sizeof(lt_real));
+}
+
+static size_t no_work(const lt_conv2d_params *p, conv_direction d)
+{
+    (void)p, (void)d;
+    return 0;
+}
+
+static void run(const lt_conv2d_params *p, conv_direction d, const lt_real *x, const lt_real *packed,
+                const lt_conv2d_around *around, lt_real *y, void *work)
+{
+    (void)work;
+    if (d == CONV_FORWARD)
+        run_forward(p, x, packed, around, y);
+    else
+        run_data(p, x, packed, around->residual, y);
+}
+
+const conv_way conv_depthwise = { packed_elements, pack, no_work, run };
 
 /* ---- gradient of the weights ----------------------------------------------------------------------------- */
 

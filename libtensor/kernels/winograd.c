@@ -83,9 +83,10 @@ typedef struct {
     lt_real *packed;
 } window_job;
 
-int64_t lt_winograd_packed(int64_t m, int64_t k)
+static int64_t packed_elements(const lt_conv2d_params *p, conv_direction d)
 {
-    return PLACES * m * k;
+    (void)d;
+    return PLACES * p->o * p->c;
 }
 
 /* One panel of rows, one block of k, in all places: [place][block][panel] */
@@ -102,12 +103,11 @@ static void pack_panel(void *ctx, int64_t task)
     lt_k->wino_windows(j->packed + k0 * j->m + m0 * k, j->m * j->k, rows, &g, rows, k);
 }
 
-void lt_winograd_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k,
-                      lt_real *packed)
+static void pack(const lt_conv2d_params *p, conv_direction d, const lt_real *weights, lt_real *packed)
 {
-    window_job j = { { w, row, col, flip }, m, k, packed };
+    window_job j = { lt_winograd_windows(p, d, weights), conv_maps_out(p, d), conv_maps_in(p, d), packed };
 
-    lt_parallel_for(lt_ceil_div(m, lt_k->mr) * lt_product_blocks(k), pack_panel, &j);
+    lt_parallel_for(lt_ceil_div(j.m, lt_k->mr) * lt_product_blocks(j.k), pack_panel, &j);
 }
 
 /* Elements from one place to the next: of panels of the maps, of the products. */
@@ -255,28 +255,28 @@ static size_t work_of(int64_t n, const tiling *t, int64_t m, int64_t k)
     return (size_t)(PLACES * (in_place(bands, t, k) + out_place(bands, t, m))) * sizeof(lt_real);
 }
 
-size_t lt_winograd_work(const lt_conv2d_params *p, int64_t m, int64_t k)
+static size_t work_bytes(const lt_conv2d_params *p, conv_direction d)
 {
     const tiling t = tiles_of(p, lt_conv2d_all(p));
 
-    return work_of(p->n, &t, m, k);
+    return work_of(p->n, &t, conv_maps_out(p, d), conv_maps_in(p, d));
 }
 
-size_t lt_winograd_rect_work(const lt_conv2d_params *p, int64_t m, int64_t k)
+size_t lt_winograd_rect_work(const lt_conv2d_params *p)
 {
     size_t most = 0;
 
     for (int64_t h = 1; h <= p->h; h++)
         for (int64_t w = 1; w <= p->w; w++) {
             const tiling t = tiles_of(p, (lt_rect){ 0, h, 0, w });
-            const size_t work = work_of(1, &t, m, k);
+            const size_t work = work_of(1, &t, p->o, p->c);
 
             most = work > most ? work : most;
         }
     return most;
 }
 
-static void run(job *j, int64_t n, void *work)
+static void run_rounds(job *j, int64_t n, void *work)
 {
     const int64_t bands = round_bands(n, &j->t, j->m, j->k), all = n * j->t.bands;
 
@@ -290,18 +290,24 @@ static void run(job *j, int64_t n, void *work)
     }
 }
 
-void lt_winograd_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x,
-                     const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work)
+static void run(const lt_conv2d_params *p, conv_direction d, const lt_real *x, const lt_real *packed,
+                const lt_conv2d_around *around, lt_real *y, void *work)
 {
-    job j = { .t = tiles_of(p, lt_conv2d_all(p)), .m = m, .k = k, .x = x, .packed = packed, .e = e, .y = y };
+    const lt_epilogue e = { .row_bias = around->bias, .residual = around->residual, .act = around->act };
+    job j = {
+        .t = tiles_of(p, lt_conv2d_all(p)), .m = conv_maps_out(p, d), .k = conv_maps_in(p, d), .x = x,
+        .packed = packed, .e = &e, .y = y,
+    };
 
-    run(&j, p->n, work);
+    run_rounds(&j, p->n, work);
 }
 
-void lt_winograd_run_rect(const lt_conv2d_params *p, lt_rect r, int64_t m, int64_t k, const lt_real *x,
-                          const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work)
+void lt_winograd_run_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *packed,
+                          const lt_epilogue *e, lt_real *y, void *work)
 {
-    job j = { .t = tiles_of(p, r), .m = m, .k = k, .x = x, .packed = packed, .e = e, .y = y };
+    job j = { .t = tiles_of(p, r), .m = p->o, .k = p->c, .x = x, .packed = packed, .e = e, .y = y };
 
-    run(&j, 1, work);
+    run_rounds(&j, 1, work);
 }
+
+const conv_way conv_winograd = { packed_elements, pack, work_bytes, run };

@@ -10,7 +10,7 @@
 #ifndef LT_KERNELS_WINOGRAD_H
 #define LT_KERNELS_WINOGRAD_H
 
-#include "libtensor/kernels/conv.h"
+#include "libtensor/kernels/conv_way.h"
 
 /* Whether any of Winograd's ways is for it: 3 x 3, stride 1, pad 1, at least 32 channels on both sides */
 bool lt_winograd_form(const lt_conv2d_params *p);
@@ -21,21 +21,18 @@ void lt_winograd_look(const lt_real **d, const lt_real *map, int64_t h, int64_t 
 /* Whether the shape gains: neither few channels nor few tiles. The same for the gradient of x. */
 bool lt_winograd_suits(const lt_conv2d_params *p);
 
-/* From k channels to m: elements of the packed windows; bytes of work, for maps and batch of p */
-int64_t lt_winograd_packed(int64_t m, int64_t k);
-size_t lt_winograd_work(const lt_conv2d_params *p, int64_t m, int64_t k);
+/* Its windows, which a transform reads: from channel to channel, row by row. With stride 1 and pad 1 the gradient's
+ * window is the same one turned round. */
+static inline lt_windows lt_winograd_windows(const lt_conv2d_params *p, conv_direction d, const lt_real *weights)
+{
+    const bool forward = d == CONV_FORWARD;
 
-/* The window between channel i of m and j of k starts at w + i * row + j * col; flip turns it round. */
-void lt_winograd_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k,
-                      lt_real *packed);
+    return (lt_windows){ weights, forward ? p->c * 9 : 9, forward ? 9 : p->c * 9, !forward };
+}
 
-/* x is (n, k, h, w), y is (n, m, h, w); e->residual has y's shape and may be y */
-void lt_winograd_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x,
-                     const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work);
-
-/* The same for one image, of which only the positions of r are written; r has at least one. */
-size_t lt_winograd_rect_work(const lt_conv2d_params *p, int64_t m, int64_t k);
-void lt_winograd_run_rect(const lt_conv2d_params *p, lt_rect r, int64_t m, int64_t k, const lt_real *x,
-                          const lt_real *packed, const lt_epilogue *e, lt_real *y, void *work);
+/* Forward, of one image, of which only the positions of r are written; r has at least one. */
+size_t lt_winograd_rect_work(const lt_conv2d_params *p);
+void lt_winograd_run_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, const lt_real *packed,
+                          const lt_epilogue *e, lt_real *y, void *work);
 
 #endif

@@ -42,9 +42,9 @@ static int64_t packed_place(int64_t m, int64_t k)
     return lt_product_packed_b(m, k) + APART;
 }
 
-int64_t lt_winograd2_packed(int64_t m, int64_t k)
+static int64_t packed_elements(const lt_conv2d_params *p, conv_direction d)
 {
-    return PLACES * packed_place(m, k);
+    return PLACES * packed_place(conv_maps_out(p, d), conv_maps_in(p, d));
 }
 
 static void pack_panel(void *ctx, int64_t panel)
@@ -57,11 +57,11 @@ static void pack_panel(void *ctx, int64_t panel)
     lt_k->wino2_windows(j->packed + m0 * j->k, packed_place(j->m, j->k), nr, &g, lt_min_i64(nr, j->m - m0), j->k);
 }
 
-void lt_winograd2_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k, lt_real *packed)
+static void pack(const lt_conv2d_params *p, conv_direction d, const lt_real *weights, lt_real *packed)
 {
-    window_job j = { { w, row, col, flip }, m, k, packed };
+    window_job j = { lt_winograd_windows(p, d, weights), conv_maps_out(p, d), conv_maps_in(p, d), packed };
 
-    lt_parallel_for(lt_ceil_div(m, lt_k->nr), pack_panel, &j);
+    lt_parallel_for(lt_ceil_div(j.m, lt_k->nr), pack_panel, &j);
 }
 
 /* ---- maps ---- */
@@ -77,9 +77,9 @@ typedef struct {
     int64_t rows, parts;                /* tiles that a task multiplies; so many parts of all */
 } wino2_job;
 
-static void plan(wino2_job *j, const lt_conv2d_params *p, int64_t m, int64_t k)
+static void plan(wino2_job *j, const lt_conv2d_params *p, conv_direction d)
 {
-    const int64_t panels = lt_ceil_div(m, lt_k->nr);
+    const int64_t m = conv_maps_out(p, d), k = conv_maps_in(p, d), panels = lt_ceil_div(m, lt_k->nr);
 
     *j = (wino2_job){ .p = p, .m = m, .k = k, .across = lt_ceil_div(p->w, 2), .each = tiles_of(p),
                       .ld = lt_ceil_div(m, LANES) * LANES + APART };
@@ -90,11 +90,11 @@ static void plan(wino2_job *j, const lt_conv2d_params *p, int64_t m, int64_t k)
     j->parts = lt_ceil_div(j->tiles, j->rows);
 }
 
-size_t lt_winograd2_work(const lt_conv2d_params *p, int64_t m, int64_t k)
+static size_t work_bytes(const lt_conv2d_params *p, conv_direction d)
 {
     wino2_job j;
 
-    plan(&j, p, m, k);
+    plan(&j, p, d);
     return (size_t)(PLACES * (j.in_place + j.out_place)) * sizeof(lt_real);
 }
 
@@ -163,15 +163,17 @@ static void transform_output(void *ctx, int64_t task)
                     positions, n);
 }
 
-void lt_winograd2_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x, const lt_real *packed,
-                      const lt_conv2d_around *around, lt_real *y, lt_real *work)
+static void run(const lt_conv2d_params *p, conv_direction d, const lt_real *x, const lt_real *packed,
+                const lt_conv2d_around *around, lt_real *y, void *work)
 {
     wino2_job j;
 
-    plan(&j, p, m, k);
+    plan(&j, p, d);
     j.x = x, j.packed = packed, j.around = around, j.y = y;
-    j.in = work, j.out = work + PLACES * j.in_place;
-    lt_parallel_for(p->n * lt_ceil_div(k, LANES), transform_input, &j);
-    lt_parallel_for(PLACES * lt_ceil_div(m, lt_k->nr) * j.parts, multiply, &j);
-    lt_parallel_for(p->n * lt_ceil_div(m, CHANNELS), transform_output, &j);
+    j.in = work, j.out = j.in + PLACES * j.in_place;
+    lt_parallel_for(p->n * lt_ceil_div(j.k, LANES), transform_input, &j);
+    lt_parallel_for(PLACES * lt_ceil_div(j.m, lt_k->nr) * j.parts, multiply, &j);
+    lt_parallel_for(p->n * lt_ceil_div(j.m, CHANNELS), transform_output, &j);
 }
+
+const conv_way conv_winograd2 = { packed_elements, pack, work_bytes, run };

@@ -15,13 +15,4 @@
 /* Whether the shape gains. The same for the gradient of x. */
 bool lt_winograd2_suits(const lt_conv2d_params *p);
 
-/* As in winograd.h: from k channels to m; elements of the packed windows; bytes of work. */
-int64_t lt_winograd2_packed(int64_t m, int64_t k);
-size_t lt_winograd2_work(const lt_conv2d_params *p, int64_t m, int64_t k);
-void lt_winograd2_pack(const lt_real *w, int64_t row, int64_t col, bool flip, int64_t m, int64_t k, lt_real *packed);
-
-/* x is (n, k, h, w), y is (n, m, h, w); a residual has y's shape and may be y */
-void lt_winograd2_run(const lt_conv2d_params *p, int64_t m, int64_t k, const lt_real *x, const lt_real *packed,
-                      const lt_conv2d_around *around, lt_real *y, lt_real *work);
-
 #endif

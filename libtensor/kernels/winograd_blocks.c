@@ -82,7 +82,7 @@ void lt_winograd_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, 
     window_job j = { p, weights, packed };
 
     if (lt_winograd_blocks_side(p) == 2)
-        lt_winograd2_pack(weights, p->c * 9, 9, false, p->o, p->c, packed);
+        conv_winograd2.pack(p, CONV_FORWARD, weights, packed);
     else
         lt_parallel_for(lt_ceil_div(p->o, lt_k->nr), pack_panel, &j);
 }
