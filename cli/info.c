@@ -148,8 +148,12 @@ static lt_status model_json(const model *m, cJSON *root)
     cJSON_AddNumberToObject(root, "image_size", m->image_size);
     blocks = cJSON_AddObjectToObject(root, "blocks");
     for (int i = 0; m->cls->blocks[i]; i++) {
+        int64_t count;
+
         snprintf(prefix, sizeof(prefix), "%s.", m->cls->blocks[i]);
-        cJSON_AddNumberToObject(blocks, m->cls->blocks[i], (double)lt_params_count(m->params, LT_WEIGHT, prefix));
+        count = lt_params_count(m->params, LT_WEIGHT, prefix);
+        if (count)                                      /* else it is of another variant */
+            cJSON_AddNumberToObject(blocks, m->cls->blocks[i], (double)count);
     }
     cJSON_AddItemToObject(root, "config", lt_config_write(m->cls->keys, m->self));
     return LT_OK;

@@ -48,3 +48,12 @@ lt_tensor *hocat_attention_forward(const hocat_attention *m, lt_tensor *hand, lt
         x = block_forward(&m->block[i], x, minor, m->heads);
     return lt_tokens_to_map(x, lt_dim(hand, 2), lt_dim(hand, 3));
 }
+
+lt_tensor *hocat_fused_forward(const hocat_attention *m, lt_tensor *hand, lt_tensor *object)
+{
+    lt_tensor *both = lt_map_to_tokens(lt_concat((lt_tensor *[]){ hand, object }, 2, 1));
+    lt_tensor *y = lt_tokens_to_map(block_forward(&m->block[0], both, both, m->heads), lt_dim(hand, 2),
+                                    lt_dim(hand, 3));
+
+    return lt_slice(y, 1, 0, lt_dim(hand, 1));
+}

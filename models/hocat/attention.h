@@ -27,4 +27,8 @@ void hocat_attention_new(hocat_attention *m, lt_params *set, const char *prefix,
 /* hocat_attention_forward - hand and object (B, C, R, R) -> (B, C, R, R) */
 lt_tensor *hocat_attention_forward(const hocat_attention *m, lt_tensor *hand, lt_tensor *object);
 
+/* hocat_fused_forward - the same by one block for 2 C channels that asks itself: hand and object side by side, of which
+ * the hand's channels stay                                                           [HFL networks/CR.py] */
+lt_tensor *hocat_fused_forward(const hocat_attention *m, lt_tensor *hand, lt_tensor *object);
+
 #endif

@@ -10,9 +10,10 @@
 
 static const char *const variants[] = { "full", "dual", "base", NULL };
 static const char *const se_places[] = { "lateral+out", "out", "lateral", "none", NULL };
+static const char *const base_feats[] = { "c2", "c5up", NULL };
 static const char *const head_inits[] = { "hfl", "default", NULL };
 static const char *const blocks[] = {
-    "trunk", "hand_fpn", "object_fpn", "hocat", "hand_head", "hand_encoder", "mano", "object_head", NULL,
+    "trunk", "c5up", "hand_fpn", "object_fpn", "hocat", "hand_head", "hand_encoder", "mano", "object_head", NULL,
 };
 
 #define KEY(field) #field, .offset = offsetof(hocat_config, field)
@@ -33,6 +34,10 @@ static const lt_config_key keys[] = {
     { KEY(heads), .type = LT_CONFIG_INT, .fallback = "4", .lo = 1, .hi = 64, .doc = "attention heads" },
     { KEY(mlp_ratio), .type = LT_CONFIG_INT, .fallback = "4", .lo = 1, .hi = 16,
       .doc = "hidden width of the feed-forward part over its input's" },
+    { KEY(fused), .type = LT_CONFIG_BOOL, .fallback = "false",
+      .doc = "HFL-Net's attention instead: one block of self-attention over both features side by side" },
+    { KEY(base_feat), .type = LT_CONFIG_CHOICE, .fallback = "\"c2\"", .choices = base_feats,
+      .doc = "what the baseline pools from: c2, or c5up, the last stage behind a 1 x 1 convolution, 8 times as large" },
     { KEY(se_place), .type = LT_CONFIG_CHOICE, .fallback = "\"lateral+out\"", .choices = se_places,
       .doc = "where squeeze-and-excitation gates stand in the feature pyramids" },
     { KEY(detach_minor), .type = LT_CONFIG_BOOL, .fallback = "true",
@@ -58,6 +63,10 @@ static lt_status check(const char *where, const void *config)
         return lt_error(LT_EINVAL, "%s.roi: %d is no power of two", where, c->roi);
     if (4 * c->width % c->heads)
         return lt_error(LT_EINVAL, "%s.heads: %d do not divide %d channels", where, c->heads, 4 * c->width);
+    if (c->fused && c->variant != HOCAT_FULL)
+        return lt_error(LT_EINVAL, "%s.fused: variant %s has no attention", where, variants[c->variant]);
+    if (c->base_feat != HOCAT_C2 && c->variant != HOCAT_BASE)
+        return lt_error(LT_EINVAL, "%s.base_feat: variant %s pools from its pyramids", where, variants[c->variant]);
     return LT_OK;
 }
 
@@ -84,11 +93,15 @@ static void build(model *self, const lt_hand_layer *hand)
     self->variant = variants[c->variant], self->image_size = c->image_size, self->cells = c->roi;
     memcpy(trunk.blocks, c->blocks, sizeof(trunk.blocks));
     resnet_new(&m->trunk, set, "trunk", &trunk);
+    if (c->base_feat == HOCAT_C5UP)
+        m->c5up = lt_conv_layer_new(set, "c5up", m->trunk.channels[RESNET_STAGES - 1], channels, 1, true, NULL);
     if (c->variant != HOCAT_BASE) {
         hocat_fpn_new(&m->hand_fpn, set, "hand_fpn", m->trunk.channels, channels, c->se_place);
         hocat_fpn_new(&m->object_fpn, set, "object_fpn", m->trunk.channels, channels, c->se_place);
     }
-    if (c->variant == HOCAT_FULL)
+    if (c->variant == HOCAT_FULL && c->fused)
+        hocat_attention_new(&m->attention, set, "hocat", 2 * channels, 1, c->heads, c->mlp_ratio);
+    else if (c->variant == HOCAT_FULL)
         hocat_attention_new(&m->attention, set, "hocat", channels, c->depth, c->heads, c->mlp_ratio);
     heatmap_head_new(&m->hand_head, set, "hand_head", channels, LT_HAND_KEYPOINTS, levels);
     fusion_encoder_new(&m->encoder, set, "hand_encoder", channels, LT_HAND_KEYPOINTS, levels);
@@ -138,21 +151,31 @@ static void init(const model *self, uint64_t seed)
 
 /* ---- the data flow of the paper, top to bottom ---------------------------------------------------------- */
 
-/* What RoIAlign reads: the two maps, or C2 twice in the baseline. */
+/* What RoIAlign reads: the two maps, or the baseline's twice. */
 typedef struct {
     lt_tensor *hand, *object;
 } feature_maps;
 
+static feature_maps base_features(const hocat *m, lt_tensor *image)
+{
+    const bool c5up = m->config.base_feat == HOCAT_C5UP;
+    const resnet_out c = resnet_forward(&m->trunk, image, c5up ? RESNET_STAGES : 1);
+    const int64_t side = m->config.image_size / 4;
+    lt_tensor *map = c.c[0];
+
+    if (c5up)
+        map = lt_resize_bilinear(lt_conv_layer_forward(&m->c5up, c.c[RESNET_STAGES - 1]), side, side);
+    return (feature_maps){ map, map };
+}
+
 /* Undefined where no box reads them, unless whole */
-static feature_maps features(const hocat *m, lt_tensor *image, lt_tensor *hand_rois, lt_tensor *object_rois,
+static feature_maps pyramids(const hocat *m, lt_tensor *image, lt_tensor *hand_rois, lt_tensor *object_rois,
                              bool whole)
 {
-    const bool base = m->config.variant == HOCAT_BASE, minor = m->config.variant == HOCAT_FULL;
-    const resnet_out c = resnet_forward(&m->trunk, image, base ? 1 : RESNET_STAGES);
+    const bool minor = m->config.variant == HOCAT_FULL;
+    const resnet_out c = resnet_forward(&m->trunk, image, RESNET_STAGES);
     lt_tensor *const read[] = { object_rois, hand_rois };
 
-    if (base)
-        return (feature_maps){ c.c[0], c.c[0] };
     return (feature_maps){ hocat_fpn_forward(&m->hand_fpn, &c, &hand_rois, whole ? 0 : 1),
                            hocat_fpn_forward(&m->object_fpn, &c, read, whole ? 0 : minor ? 2 : 1) };
 }
@@ -163,24 +186,28 @@ static lt_tensor *number_boxes(lt_tensor *boxes)
     return lt_concat((lt_tensor *[]){ lt_sample_index(boxes), boxes }, 2, 1);
 }
 
+/* F_h of F_hm and F_on */
+static lt_tensor *attend(const hocat *m, lt_tensor *hand, lt_tensor *minor)
+{
+    if (m->config.detach_minor)
+        minor = lt_detach(minor);
+    return (m->config.fused ? hocat_fused_forward : hocat_attention_forward)(&m->attention, hand, minor);
+}
+
 static hand_object_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand_box, lt_tensor *object_box,
                                bool whole)
 {
     const int roi = m->config.roi;
     lt_tensor *hand_rois = number_boxes(hand_box), *object_rois = number_boxes(object_box);
-    const feature_maps p2 = features(m, m->config.imagenet_norm ? imagenet_normalise(image) : image, hand_rois,
-                                     object_rois, whole);
+    lt_tensor *normal = m->config.imagenet_norm ? imagenet_normalise(image) : image;
+    const feature_maps p2 = m->config.variant == HOCAT_BASE ? base_features(m, normal)
+                                                            : pyramids(m, normal, hand_rois, object_rois, whole);
     lt_tensor *hand_main = lt_roi_align(p2.hand, hand_rois, roi, roi, 0.25);            /* F_hm */
     lt_tensor *object_main = lt_roi_align(p2.object, object_rois, roi, roi, 0.25);      /* F_om */
     hand_object_out out;
 
-    if (m->config.variant == HOCAT_FULL) {
-        lt_tensor *minor = lt_roi_align(p2.object, hand_rois, roi, roi, 0.25);          /* F_on */
-
-        if (m->config.detach_minor)
-            minor = lt_detach(minor);
-        hand_main = hocat_attention_forward(&m->attention, hand_main, minor);           /* F_h */
-    }
+    if (m->config.variant == HOCAT_FULL)
+        hand_main = attend(m, hand_main, lt_roi_align(p2.object, hand_rois, roi, roi, 0.25));   /* F_h of F_hm, F_on */
     out.heat = heatmap_head_forward(&m->hand_head, hand_main);
     out.mano = mano_regressor_forward(&m->mano, fusion_encoder_forward(&m->encoder, out.heat.heatmaps,
                                                                        out.heat.encoding));

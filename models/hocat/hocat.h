@@ -18,6 +18,7 @@
 
 typedef enum { HOCAT_FULL, HOCAT_DUAL, HOCAT_BASE } hocat_variant;     /* rows of Table 5, last to first */
 typedef enum { HOCAT_HFL_INIT, HOCAT_DEFAULT_INIT } hocat_init;
+typedef enum { HOCAT_C2, HOCAT_C5UP } hocat_base_feat;
 
 typedef struct {
     int variant;                    /* hocat_variant */
@@ -26,6 +27,8 @@ typedef struct {
     int blocks[RESNET_STAGES];
     int roi;                        /* side of the pooled features; a power of two */
     int depth, heads, mlp_ratio;    /* of the cross-attention */
+    bool fused;                     /* HFL-Net's one block over both features in its place */
+    int base_feat;                  /* hocat_base_feat */
     int se_place;                   /* hocat_se_place */
     bool detach_minor;              /* the object's minor features are constant to the hand's loss */
     bool identity_pose;             /* start from the flat hand */
@@ -37,6 +40,7 @@ typedef struct {
 typedef struct {
     hocat_config config;
     resnet trunk;
+    lt_conv_layer c5up;
     hocat_fpn hand_fpn, object_fpn;
     hocat_attention attention;
     heatmap_head hand_head;

@@ -35,12 +35,13 @@ static lt_tensor *transposed_forward(const transposed_conv *m, lt_tensor *x)
 }
 
 void unified_hourglass_new(unified_hourglass *m, lt_params *set, const char *prefix, int cells, int channels,
-                           int joints)
+                           int joints, bool up3_relu)
 {
     const int c[4] = { channels, 2 * channels, 4 * channels, 8 * channels };
     const int up1 = cells / 4 % 2 ? 3 : 4;
 
     m->cells = cells;
+    m->up3_relu = up3_relu;
     for (int i = 0; i < 3; i++) {
         m->conv[i] = conv_norm_new(set, lt_name(set, "%s.conv%d", prefix, i + 1), c[i], c[i], 3);
         m->down[i] = conv_norm_new(set, lt_name(set, "%s.down%d", prefix, i + 1), c[i], c[i + 1], 1);
@@ -65,7 +66,7 @@ static lt_tensor *without_margin(const unified_hourglass *m, lt_tensor *joints2d
 
 heatmap_out unified_hourglass_forward(const unified_hourglass *m, lt_tensor *x)
 {
-    lt_tensor *e[3];
+    lt_tensor *e[3], *z;
     heatmap_out out = { .margin = HOURGLASS_MARGIN };
 
     for (int i = 0; i < 3; i++) {
@@ -76,7 +77,8 @@ heatmap_out unified_hourglass_forward(const unified_hourglass *m, lt_tensor *x)
     for (int i = 0; i < 2; i++)
         x = lt_add(lt_relu(lt_batch_norm_layer_forward(&m->up_bn[i], transposed_forward(&m->up[i], x))), e[2 - i]);
     out.encoding = x;                                                                   /* E */
-    heatmap_softmax(transposed_forward(&m->up[2], x), m->temperature, &out);
+    z = transposed_forward(&m->up[2], x);                                               /* Z */
+    heatmap_softmax(m->up3_relu ? lt_relu(z) : z, m->temperature, &out);
     out.joints2d = without_margin(m, lt_soft_argmax2d(out.heatmaps));
     return out;
 }

@@ -25,6 +25,7 @@ typedef struct {
     transposed_conv up[3];
     lt_batch_norm_layer up_bn[2];
     lt_param *temperature;          /* (joints) */
+    bool up3_relu;                  /* before the softmax */
     int cells;                      /* side of the map; heat maps have HOURGLASS_MARGIN more on each side */
 } unified_hourglass;
 
@@ -33,7 +34,7 @@ enum { HOURGLASS_MARGIN = 2 };
 /* unified_hourglass_new - on (B, channels, cells, cells); 7 x 7 cells at its second halving go to 4 x 4 and back by a
  * window of 3, even ones by one of 4. cells: a multiple of 4. */
 void unified_hourglass_new(unified_hourglass *m, lt_params *set, const char *prefix, int cells, int channels,
-                           int joints);
+                           int joints, bool up3_relu);
 
 /* unified_hourglass_forward - encoding (B, 2 C, cells / 2, cells / 2), heat maps (B, joints, cells + 4, cells + 4),
  * joints2d in units of the map without its margin */

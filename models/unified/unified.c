@@ -36,6 +36,8 @@ static const lt_config_key keys[] = {
       .doc = "of the last stage's windows; 2 keeps what ImageNet's weights have learnt to see" },
     { KEY(aaf_spatial_sigmoid), .type = LT_CONFIG_BOOL, .fallback = "false",
       .doc = "a sigmoid over the spatial attention of the fusion" },
+    { KEY(up3_relu), .type = LT_CONFIG_BOOL, .fallback = "false",
+      .doc = "the printed ReLU between the hourglass's last transposed convolution and the heat maps' softmax" },
     HAND_OBJECT_KEYS(unified_config),
     { .name = NULL },
 };
@@ -91,7 +93,7 @@ static void build(model *self, const lt_hand_layer *hand)
     deformable_encoder_new(&m->object_encoder, set, "object_encoder", &encoder);
     if (c->variant != UNIFIED_NO_CROSS_ATTENTION)
         cross_attention_new(&m->cross, set, "cross", width);
-    unified_hourglass_new(&m->hourglass, set, "hourglass", cells, width, LT_HAND_KEYPOINTS);
+    unified_hourglass_new(&m->hourglass, set, "hourglass", cells, width, LT_HAND_KEYPOINTS, c->up3_relu);
     mesh_encoder_new(&m->mesh, set, "mesh_encoder", cells, width, LT_HAND_KEYPOINTS);
     mano_regressor_new(&m->mano, set, "mano", 16 * width, 16 * width, 8 * width, hand);
     object_head_new(&m->object, set, "object_head", width);

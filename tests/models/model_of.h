@@ -24,4 +24,19 @@ static inline lt_params *model_of(const char *name, const char *text, const lt_h
     return set;
 }
 
+/* A config group that cannot be, and what is said of it */
+static inline void expect_no_model(const char *name, const char *text, const char *reason)
+{
+    lt_params *set = lt_params_new();
+    const model_class *cls;
+    cJSON *config;
+    model m;
+
+    check_ok(lt_json_parse("test", text, strlen(text), &config));
+    check_ok(model_find(name, &cls));
+    check_error(model_create(cls, "test", config, NULL, set, &m), LT_EINVAL, reason);
+    cJSON_Delete(config);
+    lt_params_free(set);
+}
+
 #endif

@@ -14,11 +14,13 @@
 
 static const struct {
     const char *config;
-    int64_t total;
+    int64_t total, attention;
 } variants[] = {
-    { "{\"variant\": \"base\"}", 31002259 },
-    { "{\"variant\": \"dual\"}", 34510995 },
-    { "{\"variant\": \"full\"}", 37404819 },
+    { "{\"variant\": \"base\"}", 31002259, 0 },
+    { "{\"variant\": \"base\", \"base_feat\": \"c5up\"}", 31002259 + 524544, 0 },
+    { "{\"variant\": \"dual\"}", 34510995, 0 },
+    { "{\"variant\": \"full\"}", 37404819, 2893824 },
+    { "{\"variant\": \"full\", \"fused\": true}", 34510995 + 2888704, 2888704 },
 };
 
 static const struct {
@@ -26,7 +28,7 @@ static const struct {
     int64_t count;
 } parts[] = {
     { "trunk", 23508032 }, { "hand_head", 3075114 }, { "hand_encoder", 1787648 }, { "mano", 1628778 },
-    { "object_head", 1002687 }, { "hocat", 2893824 },
+    { "object_head", 1002687 },
 };
 
 START_TEST(parameter_totals)
@@ -39,9 +41,9 @@ START_TEST(parameter_totals)
     set = model_of("hocat", variants[_i].config, ((const hocat *)t.m.self)->mano.hand, &m);
     ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, ""), variants[_i].total);
     for (size_t i = 0; i < LT_COUNT(parts); i++)
-        if (lt_params_count(set, LT_WEIGHT, parts[i].prefix))
-            ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, parts[i].prefix), parts[i].count);
-    if (_i > 0)                                         /* two pyramids and their eight gates */
+        ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, parts[i].prefix), parts[i].count);
+    ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, "hocat"), variants[_i].attention);
+    if (_i > 1)                                         /* two pyramids and their eight gates */
         ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, "hand_fpn")
                          + lt_params_count(set, LT_WEIGHT, "object_fpn"), 3148288 + 360448);
     lt_params_free(set);
@@ -49,7 +51,20 @@ START_TEST(parameter_totals)
 }
 END_TEST
 
+START_TEST(configs_that_cannot_be)
+{
+    expect_no_model("hocat", "{\"image_size\": 100}", "test.image_size: 100 is no multiple of 32");
+    expect_no_model("hocat", "{\"roi\": 24}", "test.roi: 24 is no power of two");
+    expect_no_model("hocat", "{\"heads\": 3}", "test.heads: 3 do not divide 256 channels");
+    expect_no_model("hocat", "{\"variant\": \"dual\", \"fused\": true}", "test.fused: variant dual has no attention");
+    expect_no_model("hocat", "{\"base_feat\": \"c5up\"}", "test.base_feat: variant full pools from its pyramids");
+}
+END_TEST
+
 /* ---- what must hold ----------------------------------------------------------------------------------- */
+
+static const char fused_hocat[] = "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, "
+                                  "\"fused\": true, \"heads\": 2, \"mlp_ratio\": 1}";
 
 static tiny_model t;
 static model_record r;
@@ -219,15 +234,24 @@ START_TEST(turning_the_wrist_turns_the_hand)
 }
 END_TEST
 
+typedef lt_tensor *attention_fn(const hocat_attention *m, lt_tensor *hand, lt_tensor *object);
+
 /* Without values and without its second layer an attention block passes the hand's map on. */
 START_TEST(an_idle_block_is_the_identity)
 {
-    const hocat *m = t.m.self;
+    attention_fn *const forward[] = { hocat_attention_forward, hocat_fused_forward };
+    const hocat *m;
     lt_graph *g = r.g;
     lt_tensor *hand = lt_input(g, "hand", LT_F32, 4, (int64_t[]){ 1, 32, 8, 8 });
     lt_tensor *object = lt_input(g, "object", LT_F32, 4, (int64_t[]){ 1, 32, 8, 8 });
-    lt_tensor *out = lt_output(hocat_attention_forward(&m->attention, hand, object), "out");
+    lt_tensor *out;
 
+    if (_i == 1) {
+        tiny_model_fini(&t);
+        tiny_model_of(&t, "hocat", fused_hocat);
+    }
+    m = t.m.self;
+    out = lt_output(forward[_i](&m->attention, hand, object), "out");
     for (int i = 0; i < m->attention.depth; i++) {
         lt_init_constant(m->attention.block[i].v.weight, 0);
         lt_init_constant(m->attention.block[i].v.bias, 0);
@@ -260,7 +284,8 @@ START_TEST(fused_and_plain_agree)
     for (int i = 0; i < r.outputs.n; i++) {
         v = r.outputs.port[i].tensor;
         for (int64_t k = 0; k < lt_numel(v); k++)
-            ck_assert_double_eq_tol(((lt_real *)lt_plan_data(plan, v))[k], ((lt_real *)lt_plan_data(plain, v))[k], 1e-5);
+            ck_assert_double_eq_tol(((lt_real *)lt_plan_data(plan, v))[k], ((lt_real *)lt_plan_data(plain, v))[k],
+                                    1e-5);
     }
     ck_assert_int_lt(lt_plan_steps(plan), lt_plan_steps(plain));
     lt_plan_free(plain);
@@ -446,6 +471,7 @@ int main(void)
 
     tcase_set_timeout(sizes, 0);
     tcase_add_loop_test(sizes, parameter_totals, 0, (int)LT_COUNT(variants));
+    tcase_add_test(sizes, configs_that_cannot_be);
     tcase_add_test(sizes, cell_centres_of_a_wide_map);
     suite_add_tcase(suite, sizes);
     tcase_set_timeout(tc, 0);
@@ -455,7 +481,7 @@ int main(void)
     tcase_add_test(tc, no_object_output_means_cell_centres);
     tcase_add_test(tc, no_pose_means_the_template);
     tcase_add_test(tc, turning_the_wrist_turns_the_hand);
-    tcase_add_test(tc, an_idle_block_is_the_identity);
+    tcase_add_loop_test(tc, an_idle_block_is_the_identity, 0, 2);
     tcase_add_test(tc, fused_and_plain_agree);
     tcase_add_loop_test(tc, maps_in_boxes_or_whole, 0, (int)LT_COUNT(placed));
     tcase_add_loop_test(tc, gradients_in_boxes_or_whole, 0, (int)LT_COUNT(placed));

@@ -34,6 +34,13 @@ static const struct {
 
 static const double MACS = 1948898816;
 
+START_TEST(configs_that_cannot_be)
+{
+    expect_no_model("unified", "{\"image_size\": 100}", "test.image_size: 100 is no multiple of 32");
+    expect_no_model("unified", "{\"heads\": 7}", "test.heads: 7 do not divide 128 channels");
+}
+END_TEST
+
 START_TEST(parameter_totals)
 {
     tiny_model t;
@@ -127,6 +134,47 @@ START_TEST(geometry_of_the_heat_maps)
     ck_assert_double_eq_tol(8 * mean - 12, 16 * (AT + 0.5), 1e-5);
     lt_plan_free(p);
     lt_graph_free(g);
+}
+END_TEST
+
+/* Cells of the first heat map that are as low as any */
+static int lowest_cells(bool up3_relu)
+{
+    enum { CELLS = 16, CHANNELS = 8, JOINTS = 21, SIDE = CELLS + 2 * HOURGLASS_MARGIN };
+    lt_params *set = lt_params_new();
+    lt_graph *g = lt_graph_new();
+    lt_tensor *x = lt_input(g, "x", LT_F32, 4, (int64_t[]){ 1, CHANNELS, CELLS, CELLS }), *maps;
+    const lt_real *cell;
+    unified_hourglass m;
+    lt_plan *p;
+    lt_real lowest = 1;
+    int n = 0;
+
+    unified_hourglass_new(&m, set, "hourglass", CELLS, CHANNELS, JOINTS, up3_relu);
+    lt_init_default(set, 1);
+    lt_init_constant(m.temperature, 1);
+    maps = lt_output(unified_hourglass_forward(&m, x).heatmaps, "maps");
+    p = lt_compile(g, NULL);
+    ck_assert_msg(p != NULL, "%s", lt_last_error());
+    for (int i = 0; i < CHANNELS * CELLS * CELLS; i++)
+        ((lt_real *)lt_plan_data(p, x))[i] = (lt_real)sin(i);
+    lt_run(p);
+    cell = lt_plan_data(p, maps);
+    for (int i = 0; i < SIDE * SIDE; i++)
+        lowest = cell[i] < lowest ? cell[i] : lowest;
+    for (int i = 0; i < SIDE * SIDE; i++)
+        n += cell[i] == lowest;
+    lt_plan_free(p);
+    lt_graph_free(g);
+    lt_params_free(set);
+    return n;
+}
+
+/* The printed ReLU makes all cells below 0 alike. */
+START_TEST(relu_before_the_heat_maps)
+{
+    ck_assert_int_eq(lowest_cells(false), 1);
+    ck_assert_int_gt(lowest_cells(true), 40);
 }
 END_TEST
 
@@ -292,6 +340,8 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, multiply_adds);
     tcase_add_loop_test(tc, cut_of_the_backbone, 0, 2);
     tcase_add_test(tc, geometry_of_the_heat_maps);
+    tcase_add_test(tc, relu_before_the_heat_maps);
+    tcase_add_test(tc, configs_that_cannot_be);
     tcase_add_test(tc, first_look_is_a_mean);
     tcase_add_test(tc, offsets_learn_slowly);
     tcase_add_test(tc, fused_and_plain_agree);
