@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Which algorithm a convolution of maps in blocks has */
+/* Which algorithm a convolution of maps in blocks has: each is in a file of its own. */
 #include "libtensor/kernels/conv_blocks.h"
 
 #include "libtensor/kernels/conv_blocks_product.h"

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * The ways to compute a convolution of plain maps, or the gradient of its input. Each is a conv_way in a file of its
- * own; conv.c chooses. For a new one: its file, its name in lt_conv_algorithm, and two lines of conv.c.
+ * own; conv.c chooses. For a new one: its file, its name in lt_conv_algorithm, and in conv.c when it is chosen and its
+ * line of the table.
  */
 #ifndef LT_KERNELS_CONV_WAY_H
 #define LT_KERNELS_CONV_WAY_H

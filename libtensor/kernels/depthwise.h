@@ -8,7 +8,7 @@
 
 #include "libtensor/kernels/conv.h"
 
-/* lt_few_suits - whether it serves forward: few outputs, each summing over the windows of all maps */
+/* lt_few_suits - whether conv_depthwise serves forward: few outputs, each summing over the windows of all maps */
 bool lt_few_suits(const lt_conv2d_params *p);
 
 /* lt_depthwise_backward_weights - part[chunk] = the whole gradient of that chunk of images */

@@ -21,8 +21,8 @@ void lt_winograd_look(const lt_real **d, const lt_real *map, int64_t h, int64_t 
 /* Whether the shape gains: neither few channels nor few tiles. The same for the gradient of x. */
 bool lt_winograd_suits(const lt_conv2d_params *p);
 
-/* Its windows, which a transform reads: from channel to channel, row by row. With stride 1 and pad 1 the gradient's
- * window is the same one turned round. */
+/* The window between each map that goes out and each that comes in, for wino_windows and wino2_windows. The gradient's
+ * are the same ones turned round, with the maps' parts exchanged. */
 static inline lt_windows lt_winograd_windows(const lt_conv2d_params *p, conv_direction d, const lt_real *weights)
 {
     const bool forward = d == CONV_FORWARD;

@@ -35,7 +35,8 @@ static const lt_config_key keys[] = {
     { KEY(mlp_ratio), .type = LT_CONFIG_INT, .fallback = "4", .lo = 1, .hi = 16,
       .doc = "hidden width of the feed-forward part over its input's" },
     { KEY(fused), .type = LT_CONFIG_BOOL, .fallback = "false",
-      .doc = "HFL-Net's attention instead: one block of self-attention over both features side by side" },
+      .doc = "HFL-Net's attention instead: one block of self-attention over both features side by side, "
+             "whatever depth says" },
     { KEY(base_feat), .type = LT_CONFIG_CHOICE, .fallback = "\"c2\"", .choices = base_feats,
       .doc = "what the baseline pools from: c2, or c5up, the last stage behind a 1 x 1 convolution, 8 times as large" },
     { KEY(se_place), .type = LT_CONFIG_CHOICE, .fallback = "\"lateral+out\"", .choices = se_places,
