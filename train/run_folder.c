@@ -19,13 +19,14 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/utsname.h>
 #include <unistd.h>
 
 static const char readme[] =
     "A run of palmar train.\n"
     "\n"
     "config.json   every setting of the run; palmar train --config THIS_FOLDER repeats it\n"
-    "env.json      version, processor and data that it ran with\n"
+    "env.json      version, host, processor and data that it ran with\n"
     "log.jsonl     one object a line: each step's losses, learning rate, gradient norm, speed;\n"
     "              each validation's errors; steps that were skipped say for which tensor\n"
     "metrics.csv   one line for each validation; errors in millimetres\n"
@@ -72,9 +73,11 @@ static lt_status write_env(const trainer *t, const char *path)
     cJSON *env = cJSON_CreateObject();
     char hash[16];
     const char *of = dataset_crc32(t->arena, t->config.data.dir, hash);
+    struct utsname host;
     lt_status st;
 
     cJSON_AddStringToObject(env, "version", PACKAGE_VERSION);
+    cJSON_AddStringToObject(env, "host", uname(&host) == 0 ? host.nodename : "");
     cJSON_AddStringToObject(env, "cpu", lt_cpu_model());
     cJSON_AddStringToObject(env, "isa", lt_isa_name(lt_k->isa));
     cJSON_AddNumberToObject(env, "threads", lt_threads());

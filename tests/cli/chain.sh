@@ -23,6 +23,12 @@ leaves data/train.txt data/evaluation_xyz.json data/manifest.json
 ./palmar train --config hocat-tiny --data "$here/data" --out "$here/run" --quiet \
     --set optim.steps=2 --set optim.batch=4 --set model.width=8 --set train.validate_samples=4
 leaves run/config.json run/log.jsonl run/checkpoints/last.safetensors
+for key in version host cpu isa threads data data_crc32; do
+    grep -q "\"$key\": *[^\", ]\|\"$key\": *\"[^\"]" "$here/run/env.json" || {
+        echo "run/env.json does not say $key"
+        exit 1
+    }
+done
 
 ./palmar eval "$here/run" --data "$here/data" --no-bench >"$here/tables.txt" 2>/dev/null
 leaves run/eval/table.md run/eval/scores.json run/eval/per-sample.csv run/eval/per-joint.csv run/eval/pictures.png
