@@ -44,7 +44,7 @@ void dataset_free(dataset *d)
         d->ops->free(d);
 }
 
-static const char *plain_name(const char *name)
+const char *dataset_plain_name(const char *name)
 {
     return strncmp(name, "syn_", 4) ? name : name + 4;
 }
@@ -52,7 +52,7 @@ static const char *plain_name(const char *name)
 int dataset_find_object(const dataset *d, const char *name)
 {
     for (int i = 0; i < d->n_objects; i++)
-        if (!strcmp(plain_name(d->objects[i].name), plain_name(name)))
+        if (!strcmp(dataset_plain_name(d->objects[i].name), dataset_plain_name(name)))
             return i;
     return -1;
 }
@@ -201,7 +201,7 @@ static lt_status load_object(lt_arena *arena, const char *folder, dataset_object
 {
     const char *obj = lt_arena_printf(arena, "%s/textured_simple.obj", folder);
     const char *xyz = lt_arena_printf(arena, "%s/points.xyz", folder);
-    const ycb_object *ycb = ycb_find_name(plain_name(o->name));
+    const ycb_object *ycb = ycb_find_name(dataset_plain_name(o->name));
     size_t n = 0;
     lt_status st;
 

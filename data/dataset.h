@@ -141,6 +141,9 @@ const char *dataset_crc32(lt_arena *scratch, const char *root, char hash[16]);
 /* dataset_name - the sample's name, "SEQUENCE/FRAME"; lives as long as d */
 const char *dataset_name(const dataset *d, int64_t index);
 
+/* dataset_plain_name - a model's name without the "syn_" of a stand-in */
+const char *dataset_plain_name(const char *name);
+
 /* dataset_find_object - the index of the object called name, "syn_" or not on either side; -1: none */
 int dataset_find_object(const dataset *d, const char *name);
 

@@ -7,6 +7,9 @@
 #include "libtensor/io/json.h"
 
 #include <cjson/cJSON.h>
+#include <dirent.h>
+#include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -99,9 +102,40 @@ static lt_status read_list(ho3d *h)
     return st ? st : split_list(h, path, (char *)text);
 }
 
+static int is_no_ycb_name(const struct dirent *e)
+{
+    return e->d_name[0] != '.' && !ycb_find_name(dataset_plain_name(e->d_name));
+}
+
+/* The 21 YCB models come first, then whatever else in the folder has a mesh: people film objects of their own. */
+static lt_status name_models(const ho3d *h, const char ***out, int *n_out)
+{
+    struct dirent **entry;
+    const int others = scandir(h->models, &entry, is_no_ycb_name, alphasort);
+    const char **names;
+    int n = 0;
+
+    if (others < 0)
+        return lt_error(LT_EIO, "%s: %s", h->models, strerror(errno));
+    names = lt_arena_array(h->arena, (size_t)(YCB_COUNT + others), sizeof(*names));
+    for (int id = 1; names && id <= YCB_COUNT; id++)
+        names[n++] = ycb_find(id)->name;
+    for (int i = 0; i < others; i++) {
+        const char *mesh = lt_arena_printf(h->arena, "%s/%s/textured_simple.obj", h->models, entry[i]->d_name);
+        if (names && mesh && !access(mesh, F_OK))
+            names[n++] = lt_arena_strdup(h->arena, dataset_plain_name(entry[i]->d_name));
+        free(entry[i]);
+    }
+    free(entry);
+    *out = names;
+    *n_out = n;
+    return names ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", h->models);
+}
+
 static lt_status open_models(ho3d *h, const ho3d_options *o)
 {
-    const char *names[YCB_COUNT];
+    const char **names;
+    lt_status st;
     int n = 0;
 
     h->models = o->models ? lt_arena_strdup(h->arena, o->models)
@@ -114,9 +148,8 @@ static lt_status open_models(ho3d *h, const ho3d_options *o)
         return o->models ? lt_error(LT_EIO, "%s: no such folder; name that of the YCB models", h->models)
                          : lt_error(LT_EIO, "%s/models: no such folder, nor %s; put the YCB models there (HO3D's page "
                                     "links them), or name their folder", h->base.root, h->models);
-    for (int id = 1; id <= YCB_COUNT; id++)
-        names[n++] = ycb_find(id)->name;
-    return dataset_load_objects(h->arena, h->models, names, n, &h->base.objects, &h->base.n_objects);
+    st = name_models(h, &names, &n);
+    return st ? st : dataset_load_objects(h->arena, h->models, names, n, &h->base.objects, &h->base.n_objects);
 }
 
 /* One of the two files of ground truth into our axes, where it is there. */

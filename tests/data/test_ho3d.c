@@ -396,6 +396,26 @@ START_TEST(models_beyond_ho3d)
 }
 END_TEST
 
+/* Objects of the user's own stand behind the 21; a folder without a mesh is none. */
+START_TEST(models_of_ones_own)
+{
+    dataset *d;
+
+    model("syn_036_wood_block");
+    model("teapot");
+    model("syn_jug");
+    check_ok(lt_make_dirs(at("models/notes")));
+    d = open_split("train");
+    ck_assert_int_eq(d->n_objects, 4);
+    ck_assert_str_eq(d->objects[2].name, "syn_jug");
+    ck_assert_int_eq(dataset_find_object(d, "jug"), 2);
+    ck_assert_int_eq(dataset_find_object(d, "teapot"), 3);
+    ck_assert_int_eq(d->objects[3].ycb_id, 0);
+    ck_assert_int_eq(dataset_find_object(d, "notes"), -1);
+    dataset_free(d);
+}
+END_TEST
+
 START_TEST(model_incomplete)
 {
     const char *path = at("models/006_mustard_bottle/points.xyz");
@@ -716,6 +736,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, list_with_a_byte_0);
     tcase_add_test(c, models_missing);
     tcase_add_test(c, models_beyond_ho3d);
+    tcase_add_test(c, models_of_ones_own);
     tcase_add_test(c, model_is_no_mesh);
     tcase_add_test(c, model_incomplete);
     tcase_add_test(c, truth_broken);
