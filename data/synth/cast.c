@@ -2,14 +2,16 @@
 /* Presets, and dealing subjects and objects to takes. */
 #include "data/synth/cast.h"
 
+#include "data/synth/objects.h"
+
 #include <stdio.h>
 #include <string.h>
 
 enum { MAX_FRAMES = 200 };          /* of a sequence */
 
 /* Numbers of training subjects and training objects have no common divisor, so that dealing both in turn
- * comes by every pair, where there are takes enough. In pretrain every take has a subject of its own; the mug's come
- * three times as often as other objects', for its handle: else hardly a hand would close around a thin thing. */
+ * comes by every pair, where there are takes enough. In pretrain every take has a subject of its own; the jug, which is
+ * taken by its handle alone, comes twice as often as others: else hardly a hand would close around a thin thing. */
 typedef struct {
     const char *name;
     int train_subjects, new_subjects;
@@ -22,13 +24,14 @@ static const preset presets[] = {
     [SYNTH_TINY] = { "tiny", 2, 0, 4, 2, 1, 16, 1, { 5, 9, 12 }, { 5, 9, 12 } },
     [SYNTH_SMALL] = { "small", 3, 1, 38, 10, 1, 48, 24, { 2, 5, 9, 12, 14 }, { 5, 9, 12, 11 } },
     [SYNTH_DEMO] = { "demo", 3, 0, 142, 9, 1, 16, 8, { 5, 9, 12, 14 }, { 5, 9, 12 } },
-    [SYNTH_PRETRAIN] = { "pretrain", 240, 2, 240, 6, 1, 48, 48, { 2, 14, 3, 5, 14, 9, 12, 14, 15 }, { 5, 9, 12 } },
+    [SYNTH_PRETRAIN] = { "pretrain", 240, 2, 240, 6, 1, 48, 48,
+                         { 2, SYNTH_JUG, 3, 5, 14, 9, 12, SYNTH_JUG, 15 }, { 5, 9, 12 } },
     [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, 1, { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
 };
 
 static const struct { int id; const char *letters; } initials[] = {
     { 2, "CB" }, { 3, "SB" }, { 5, "MB" }, { 9, "PM" }, { 10, "BA" }, { 11, "PB" }, { 12, "BC" },
-    { 14, "MU" }, { 15, "PD" }, { 17, "SC" },
+    { 14, "MU" }, { 15, "PD" }, { 17, "SC" }, { SYNTH_JUG, "JU" },
 };
 
 lt_status synth_parse_preset(const char *name, synth_preset *out)

@@ -41,7 +41,7 @@ typedef struct {
 } synth_grasp_stats;
 
 /**
- * synth_grasp_ctx_new - prepare to grasp stand-in ycb_id
+ * synth_grasp_ctx_new - prepare to grasp an object
  *
  *   object   synth_object_new's mesh, in its model frame; not kept
  *   sdf      the distance to it, whose values outlive the context; NULL: sampled here
@@ -51,7 +51,7 @@ typedef struct {
  *
  * Errors: LT_EINVAL for an unknown id, a left hand, or a mesh that synth_sdf_new refuses; LT_ENOMEM.
  */
-lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const synth_sdf *sdf,
+lt_status synth_grasp_ctx_new(lt_arena *arena, int id, const lt_mesh *object, const synth_sdf *sdf,
                               const lt_hand_model *hand, const double *beta, synth_grasp_ctx **out);
 
 /* synth_grasp_ctx_mirror - the context's object becomes its mirror image, x -> -x, of which mesh and distance

@@ -2,13 +2,22 @@
 #include "data/synth/objects.h"
 
 #include "data/synth/shapes.h"
-#include "data/ycb.h"
 
 #include <math.h>
 
 enum { MAX_VERTICES = 3000 };
 
 #define SLACK 1.5e-3
+
+static const ycb_object jug = {
+    .id = SYNTH_JUG, .name = "jug", .size = { 0.152, 0.104, 0.190 }, .centre = { 0.024, 0, 0 }, .diameter = 0.212,
+    .diagonal = 0.265, .symmetry = YCB_SYM_NONE, .rect = { 0.152, 0.104 },
+};
+
+const ycb_object *synth_object_find(int id)
+{
+    return id == SYNTH_JUG ? &jug : ycb_find(id);
+}
 
 /* Angle of a shape's own x axis in the model frame. Where the table's rectangle says nothing about a
  * handle, the angle is the one whose bounding box comes closest to the table's. */
@@ -56,18 +65,18 @@ void synth_place_point(const synth_placement *p, const double local[3], double o
     out[2] = p->scale[2] * local[2] + p->offset[2];
 }
 
-lt_status synth_object_build(lt_arena *arena, int ycb_id, lt_mesh *mesh, synth_placement *placement)
+lt_status synth_object_build(lt_arena *arena, int id, lt_mesh *mesh, synth_placement *placement)
 {
-    const ycb_object *o = ycb_find(ycb_id);
+    const ycb_object *o = synth_object_find(id);
     loft_builder b;
     lt_status st;
 
     if (!o)
-        return lt_error(LT_EINVAL, "object %d: YCB ids are 1 to %d", ycb_id, YCB_COUNT);
+        return lt_error(LT_EINVAL, "object %d: ids are 1 to %d", id, SYNTH_OBJECTS);
     st = loft_builder_init(&b, arena, MAX_VERTICES);
     if (st)
         return st;
-    synth_shape_build(&b, ycb_id);
+    synth_shape_build(&b, id);
     if (!b.ok)
         return lt_error(LT_EINVAL, "object %s: more than %d vertices", o->name, MAX_VERTICES);
     *placement = place(&b.mesh, o);
@@ -82,9 +91,9 @@ lt_status synth_object_build(lt_arena *arena, int ycb_id, lt_mesh *mesh, synth_p
     return LT_OK;
 }
 
-lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh)
+lt_status synth_object_new(lt_arena *arena, int id, lt_mesh *mesh)
 {
     synth_placement placement;
 
-    return synth_object_build(arena, ycb_id, mesh, &placement);
+    return synth_object_build(arena, id, mesh, &placement);
 }

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Procedural stand-ins for the YCB objects: meshes with the true sizes, symmetries and frames, labels in
- * the true colours, and the sampled points that metrics use. They are not the scanned models.
+ * the true colours, and the sampled points that metrics use. They are not the scanned models. And a jug, for what
+ * must not see the pitcher and has to learn how a whole hand holds a handle.
  */
 #ifndef DATA_SYNTH_OBJECTS_H
 #define DATA_SYNTH_OBJECTS_H
 
+#include "data/ycb.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/mesh.h"
 
@@ -16,20 +18,25 @@ extern "C" {
 enum {
     SYNTH_TEXTURE = 512,            /* pixels, both ways */
     SYNTH_POINTS = 2621,            /* lines of a points.xyz */
+    SYNTH_JUG = YCB_COUNT + 1,      /* ids are YCB's, and this one */
+    SYNTH_OBJECTS = SYNTH_JUG,
 };
 
+/* synth_object_find - name, size and symmetry of an id, or NULL outside 1 .. SYNTH_OBJECTS */
+const ycb_object *synth_object_find(int id);
+
 /**
- * synth_object_new - the mesh of a YCB object's stand-in
+ * synth_object_new - the mesh of an object's stand-in
  *
  *   mesh     metres, 1000 to 3000 vertices with uv; owned by the arena
  *
  * The mesh is one or more closed manifold parts, faces outwards; parts (a mug and its handle) may overlap,
- * and the object is their union. Size, centre and yaw are those of data/ycb.h: every side of the
+ * and the object is their union. Size, centre and yaw are those of synth_object_find: every side of the
  * box to 1.5 mm, the diameter to 2 %.
  *
- * Errors: LT_EINVAL for an id outside 1 .. 21, LT_ENOMEM.
+ * Errors: LT_EINVAL for an id outside 1 .. SYNTH_OBJECTS, LT_ENOMEM.
  */
-lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh);
+lt_status synth_object_new(lt_arena *arena, int id, lt_mesh *mesh);
 
 /**
  * synth_object_texture - the label that belongs to the mesh's uv
@@ -41,7 +48,7 @@ lt_status synth_object_new(lt_arena *arena, int ycb_id, lt_mesh *mesh);
  *
  * Errors: as above.
  */
-lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint8_t (**rgb)[3]);
+lt_status synth_object_texture(lt_arena *arena, int id, uint8_t (**rgb)[3]);
 
 /**
  * synth_object_points - SYNTH_POINTS points spread over the surface, each as far as can be from the others

@@ -2,16 +2,15 @@
 #include "data/synth/prop.h"
 
 #include "data/synth/objects.h"
-#include "data/ycb.h"
 
-lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, synth_prop *out)
+lt_status synth_prop_new(lt_arena *arena, int id, bool alias, synth_prop *out)
 {
-    const ycb_object *ycb = ycb_find(ycb_id);
+    const ycb_object *o = synth_object_find(id);
     float (*points)[3];
-    lt_status st = synth_object_new(arena, ycb_id, &out->mesh);
+    lt_status st = synth_object_new(arena, id, &out->mesh);
 
     if (!st)
-        st = synth_object_texture(arena, ycb_id, &out->rgb);
+        st = synth_object_texture(arena, id, &out->rgb);
     if (!st)
         st = synth_object_points(arena, &out->mesh, &points);
     if (!st)
@@ -22,11 +21,11 @@ lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, synth_prop *ou
         st = synth_sdf_new(arena, &out->mesh, &out->sdf);
     if (st)
         return st;
-    out->id = ycb_id;
+    out->id = id;
     out->points = (const float (*)[3])points;
     out->texture = synth_texture_new(arena, &out->rgb[0][0], SYNTH_TEXTURE, SYNTH_TEXTURE);
-    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", ycb->name);
-    return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", ycb->name);
+    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", o->name);
+    return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", o->name);
 }
 
 /* Vertices in the mirror, and faces that still look outwards. */

@@ -16,7 +16,7 @@ extern "C" {
 
 /* An object that can be handed to takes. */
 typedef struct {
-    int id;                                     /* 1..21 */
+    int id;                                     /* 1 .. SYNTH_OBJECTS */
     const char *name;                           /* the model's folder */
     lt_mesh mesh;
     const float (*points)[3];                   /* of points.xyz, SYNTH_POINTS of them */
@@ -28,8 +28,8 @@ typedef struct {
     bool mirrored;                              /* mesh, points, box, index and sdf are mirror images, x -> -x */
 } synth_prop;
 
-/* synth_prop_new - object ycb_id; alias: under its real name */
-lt_status synth_prop_new(lt_arena *arena, int ycb_id, bool alias, synth_prop *out);
+/* synth_prop_new - an object as it is handled; alias: under its real name */
+lt_status synth_prop_new(lt_arena *arena, int id, bool alias, synth_prop *out);
 
 /* synth_prop_mirror - p in the mirror: what a left hand holds, where the take is filmed as a right hand's */
 lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *out);

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/synth/shapes.h"
 
+#include "data/synth/objects.h"
+
 #include <assert.h>
 #include <math.h>
 
@@ -282,6 +284,29 @@ static void pitcher(loft_builder *b)
           { 71, 0, -30, 5, 10 }, { 51.8, 0, -36, 3.5, 10 });
 }
 
+/* Of stoneware: a belly, a neck, and a handle that takes a whole hand. */
+static void jug(loft_builder *b)
+{
+    const pipe handle = { CHART_SECOND, { 0, 1, 0 }, 16, 30, 2, false };
+    cut c = upright;
+
+    c.columns = 40;
+    c.step = 12;
+    SOLID(b, &c,
+          { CHART_BOTTOM, -93, 9, 9, 0, 0 }, { CHART_BOTTOM, -93, 34, 34, 0, 0 }, { CHART_BOTTOM, -95, 36, 36, 0, 0 },
+          { CHART_SIDE, -94, 39, 39, 0, 0 }, { CHART_SIDE, -70, 46, 46, 0, 0 }, { CHART_SIDE, -35, 51.5, 51.5, 0, 0 },
+          { CHART_SIDE, -20, 52, 52, 0, 0 }, { CHART_SIDE, 5, 50.5, 50.5, 0, 0 }, { CHART_SIDE, 40, 43, 43, 0, 0 },
+          { CHART_SIDE, 62, 39.5, 39.5, 0, 0 }, { CHART_SIDE, 80, 41, 41, 0, 0 }, { CHART_SIDE, 94, 46, 46, 0, 0 },
+          { CHART_SECOND, 95, 45, 45, 0, 0 }, { CHART_SECOND, 94.5, 43.5, 43.5, 0, 0 },
+          { CHART_THIRD, 80, 37.5, 37.5, 0, 0 }, { CHART_THIRD, 62, 36, 36, 0, 0 },
+          { CHART_THIRD, 40, 39.5, 39.5, 0, 0 }, { CHART_THIRD, 5, 47, 47, 0, 0 },
+          { CHART_THIRD, -20, 48.5, 48.5, 0, 0 }, { CHART_THIRD, -70, 42, 42, 0, 0 },
+          { CHART_THIRD, -88, 35, 35, 0, 0 }, { CHART_THIRD, -89, 9, 9, 0, 0 });
+    SWEEP(b, &handle, { 39.5, 0, 72, 5, 9 }, { 62, 0, 78, 6, 8.5 }, { 84, 0, 70, 6.5, 8.5 },
+          { 93.5, 0, 44, 6.5, 8.5 }, { 91, 0, 10, 6.5, 8.5 }, { 78, 0, -20, 6, 8.5 },
+          { 64, 0, -34, 5.5, 8.5 }, { 48.5, 0, -42, 4, 9 });
+}
+
 static void bowl(loft_builder *b)
 {
     cut c = upright;
@@ -462,9 +487,9 @@ static void clamp(loft_builder *b, const clamp_size *c)
           { CHART_THIRD, 17.5, 11, 11, 0, 0 }, { CHART_THIRD, 18.5, 9, 9, 0, 0 }, { CHART_THIRD, 18.5, 3, 3, 0, 0 });
 }
 
-void synth_shape_build(loft_builder *b, int ycb_id)
+void synth_shape_build(loft_builder *b, int id)
 {
-    switch (ycb_id) {
+    switch (id) {
     case 1: can(b, 51.1, 70, 2, 51.1); break;
     case 2: box(b, 31.5, 79.5, 106.2, 1, 3.5); break;
     case 3: box(b, 20.5, 45, 88, 1, 2.8); break;
@@ -486,6 +511,7 @@ void synth_shape_build(loft_builder *b, int ycb_id)
     case 19: clamp(b, &(clamp_size){ 118, 80, 80 }); break;
     case 20: clamp(b, &(clamp_size){ 207, 80, 80 }); break;
     case 21: box(b, 25.8, 38.6, 25.4, 3, 0); break;
-    default: assert(!"an id of the YCB table");
+    case SYNTH_JUG: jug(b); break;
+    default: assert(!"an object's id");
     }
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The 21 shapes in millimetres, each in its own frame around the origin, and their way into the model's.
+ * The shapes in millimetres, each in its own frame around the origin, and their way into the model's.
  */
 #ifndef DATA_SYNTH_SHAPES_H
 #define DATA_SYNTH_SHAPES_H
@@ -19,9 +19,9 @@ typedef struct { double cos_yaw, sin_yaw, scale[3], offset[3]; } synth_placement
 void synth_place_point(const synth_placement *p, const double local[3], double out[3]);
 
 /* synth_object_build - synth_object_new that also tells where the shape was put */
-lt_status synth_object_build(lt_arena *arena, int ycb_id, lt_mesh *mesh, synth_placement *placement);
+lt_status synth_object_build(lt_arena *arena, int id, lt_mesh *mesh, synth_placement *placement);
 
-/* synth_shape_build - add the parts of object ycb_id, 1 .. 21 */
-void synth_shape_build(loft_builder *b, int ycb_id);
+/* synth_shape_build - add the parts of an object, 1 .. SYNTH_OBJECTS */
+void synth_shape_build(loft_builder *b, int id);
 
 #endif

@@ -5,7 +5,6 @@
 #include "data/synth/objects.h"
 
 #include "data/synth/shapes.h"
-#include "data/ycb.h"
 #include "libtensor/base/rng.h"
 
 #include <math.h>
@@ -25,7 +24,7 @@ typedef struct {
     color base, panel, accent, ink, top, second, third;
 } recipe;
 
-static const recipe recipes[YCB_COUNT] = {
+static const recipe recipes[SYNTH_OBJECTS] = {
     { CAN, {{ 22, 48, 110 }}, {{ 232, 232, 226 }}, {{ 190, 150, 60 }}, {{ 20, 24, 40 }},
       {{ 196, 198, 200 }}, {{ 60, 60, 60 }}, {{ 60, 60, 60 }} },
     { CARTON, {{ 178, 28, 34 }}, {{ 240, 226, 190 }}, {{ 226, 168, 50 }}, {{ 40, 24, 20 }},
@@ -68,6 +67,8 @@ static const recipe recipes[YCB_COUNT] = {
       {{ 34, 34, 36 }}, {{ 214, 100, 34 }}, {{ 120, 122, 126 }} },
     { WOOD, {{ 200, 60, 74 }}, {{ 200, 60, 74 }}, {{ 200, 60, 74 }}, {{ 200, 60, 74 }},
       {{ 200, 60, 74 }}, {{ 200, 60, 74 }}, {{ 200, 60, 74 }} },
+    { PLAIN, {{ 222, 214, 196 }}, {{ 86, 116, 112 }}, {{ 212, 202, 182 }}, {{ 70, 96, 94 }},
+      {{ 218, 210, 192 }}, {{ 206, 196, 176 }}, {{ 150, 120, 90 }} },
 };
 
 typedef struct {
@@ -373,18 +374,18 @@ static void paint(canvas *c, const ycb_object *o)
     }
 }
 
-lt_status synth_object_texture(lt_arena *arena, int ycb_id, uint8_t (**rgb)[3])
+lt_status synth_object_texture(lt_arena *arena, int id, uint8_t (**rgb)[3])
 {
-    const ycb_object *o = ycb_find(ycb_id);
+    const ycb_object *o = synth_object_find(id);
     canvas c = { 0 };
 
     if (!o)
-        return lt_error(LT_EINVAL, "object %d: YCB ids are 1 to %d", ycb_id, YCB_COUNT);
+        return lt_error(LT_EINVAL, "object %d: ids are 1 to %d", id, SYNTH_OBJECTS);
     c.px = lt_arena_array(arena, (size_t)SIZE * SIZE, sizeof(*c.px));
     if (!c.px)
         return lt_error(LT_ENOMEM, "no memory for a texture");
-    c.rng = lt_rng_make(PRINT, (uint64_t)ycb_id);
-    c.ink = &recipes[ycb_id - 1];
+    c.rng = lt_rng_make(PRINT, (uint64_t)id);
+    c.ink = &recipes[id - 1];
     paint(&c, o);
     *rgb = c.px;
     return LT_OK;

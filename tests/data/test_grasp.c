@@ -311,7 +311,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, sdf_union);
     tcase_add_test(t, sdf_bad);
     tcase_add_loop_test(t, grasps_hold, 0, (int)LT_COUNT(grasped));
-    tcase_add_loop_test(t, every_object, 1, 22);
+    tcase_add_loop_test(t, every_object, 1, SYNTH_OBJECTS + 1);
     tcase_add_test(t, another_hand);
     tcase_add_test(t, left_hand);
 }

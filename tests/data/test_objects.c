@@ -27,7 +27,7 @@ static void teardown(void)
 
 static void make(int id)
 {
-    object = ycb_find(id);
+    object = synth_object_find(id);
     ck_assert_ptr_nonnull(object);
     check_ok(synth_object_new(arena, id, &mesh));
 }
@@ -197,13 +197,23 @@ START_TEST(points)
 }
 END_TEST
 
+/* Real datasets have no such object, and nobody may take it for one of theirs. */
+START_TEST(jug_is_ours)
+{
+    ck_assert_str_eq(synth_object_find(SYNTH_JUG)->name, "jug");
+    ck_assert_ptr_null(ycb_find_name("jug"));
+    ck_assert_ptr_eq(synth_object_find(14), ycb_find(14));
+    ck_assert_ptr_null(synth_object_find(SYNTH_OBJECTS + 1));
+}
+END_TEST
+
 START_TEST(bad_id)
 {
     uint8_t (*rgb)[3];
 
     ck_assert_int_eq(synth_object_new(arena, 0, &mesh), LT_EINVAL);
-    ck_assert_str_eq(lt_last_error(), "object 0: YCB ids are 1 to 21");
-    ck_assert_int_eq(synth_object_texture(arena, 22, &rgb), LT_EINVAL);
+    ck_assert_str_eq(lt_last_error(), "object 0: ids are 1 to 22");
+    ck_assert_int_eq(synth_object_texture(arena, 23, &rgb), LT_EINVAL);
 }
 END_TEST
 
@@ -213,13 +223,14 @@ static void add_tests(TCase *t)
     tcase_set_timeout(t, 0);
     tcase_add_loop_test(t, table, 1, YCB_COUNT + 1);
     tcase_add_test(t, table_sets);
-    tcase_add_loop_test(t, box, 1, YCB_COUNT + 1);
-    tcase_add_loop_test(t, diameter, 1, YCB_COUNT + 1);
-    tcase_add_loop_test(t, closed, 1, YCB_COUNT + 1);
-    tcase_add_loop_test(t, outwards, 1, YCB_COUNT + 1);
-    tcase_add_loop_test(t, uv, 1, YCB_COUNT + 1);
-    tcase_add_loop_test(t, same_again, 1, YCB_COUNT + 1);
-    tcase_add_loop_test(t, points, 1, YCB_COUNT + 1);
+    tcase_add_loop_test(t, box, 1, SYNTH_OBJECTS + 1);
+    tcase_add_loop_test(t, diameter, 1, SYNTH_OBJECTS + 1);
+    tcase_add_loop_test(t, closed, 1, SYNTH_OBJECTS + 1);
+    tcase_add_loop_test(t, outwards, 1, SYNTH_OBJECTS + 1);
+    tcase_add_loop_test(t, uv, 1, SYNTH_OBJECTS + 1);
+    tcase_add_loop_test(t, same_again, 1, SYNTH_OBJECTS + 1);
+    tcase_add_loop_test(t, points, 1, SYNTH_OBJECTS + 1);
+    tcase_add_test(t, jug_is_ours);
     tcase_add_test(t, bad_id);
 }
 

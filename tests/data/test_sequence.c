@@ -222,6 +222,7 @@ START_TEST(casts)
 {
     static const int sequences[] = { 6, 48, 151, 246, 200 }, frames[] = { 96, 2304, 2416, 11808, 14000 };
     static const int rounds[] = { 1, 24, 8, 48, 1 };
+    int jugs = 0;
     synth_cast c;
 
     for (int p = 0; p < (int)LT_COUNT(frames); p++) {
@@ -241,8 +242,11 @@ START_TEST(casts)
     ck_assert_int_eq(c.n_subjects, 10);
     ck_assert_int_eq(c.n_objects, 10);
     check_ok(synth_cast_plan(SYNTH_PRETRAIN, 0, &c));
-    for (int i = 0; i < 240; i++)
+    for (int i = 0; i < 240; i++) {
         ck_assert_int_eq(c.take[i].subject, i);             /* a hand of its own to each sequence */
+        jugs += c.take[i].object == SYNTH_JUG;
+    }
+    ck_assert_int_eq(jugs, 53);
     check_ok(synth_cast_plan(SYNTH_TINY, 14, &c));
     ck_assert_int_eq(c.take[0].frames, 3);
     ck_assert_int_eq(c.take[5].frames, 2);

@@ -2,7 +2,7 @@
 /* The stages put together. */
 #include "data/synth/grasp/internal.h"
 
-#include "data/ycb.h"
+#include "data/synth/objects.h"
 
 #include <math.h>
 
@@ -10,7 +10,7 @@ enum { TRIES = 64 };
 
 static void measure_object(synth_grasp_ctx *c, const lt_mesh *m)
 {
-    const ycb_object *o = ycb_find(c->ycb_id);
+    const ycb_object *o = synth_object_find(c->object_id);
 
     c->lowest = INFINITY;
     for (int i = 0; i < m->n_vertices; i++)
@@ -20,7 +20,7 @@ static void measure_object(synth_grasp_ctx *c, const lt_mesh *m)
     c->radius = o->diameter / 2;
 }
 
-lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object, const synth_sdf *sdf,
+lt_status synth_grasp_ctx_new(lt_arena *arena, int id, const lt_mesh *object, const synth_sdf *sdf,
                               const lt_hand_model *hand, const double *beta, synth_grasp_ctx **out)
 {
     synth_grasp_ctx *c = lt_arena_alloc(arena, sizeof(*c));
@@ -35,8 +35,8 @@ lt_status synth_grasp_ctx_new(lt_arena *arena, int ycb_id, const lt_mesh *object
         st = lt_error(LT_EINVAL, "grasping wants a right hand; mirror the scene for a left one");
         goto done;
     }
-    c->ycb_id = ycb_id;
-    st = grasp_grips(scratch, ycb_id, c->grips, &c->n_grips);
+    c->object_id = id;
+    st = grasp_grips(scratch, id, c->grips, &c->n_grips);
     if (!st && sdf)
         c->sdf = *sdf;
     else if (!st)
@@ -86,7 +86,7 @@ static void add_stats(synth_grasp_stats *to, const synth_grasp_stats *s)
 static lt_status none_holds(const synth_grasp_ctx *c, const synth_grasp_stats *s)
 {
     return lt_error(LT_ENUMERIC, "grasp of %s: none of %d candidates holds (%d do not touch, %d too deep, "
-                    "%d do not balance, %d have crossed fingers)", ycb_find(c->ycb_id)->name, (int)s->tried,
+                    "%d do not balance, %d have crossed fingers)", synth_object_find(c->object_id)->name, (int)s->tried,
                     (int)s->no_contact, (int)s->too_deep, (int)s->no_balance, (int)s->crossed);
 }
 
@@ -98,7 +98,7 @@ lt_status synth_grasp_sample(const synth_grasp_ctx *ctx, uint64_t seed, synth_gr
     const char *kind;
 
     for (uint64_t i = 0; i < TRIES && !s.accepted; i++) {
-        lt_rng rng = lt_rng_make(seed, lt_rng_mix((uint64_t)ctx->ycb_id, i));
+        lt_rng rng = lt_rng_make(seed, lt_rng_mix((uint64_t)ctx->object_id, i));
         hand_state state;
         grasp_wish wish;
         if (!grasp_place(ctx, &rng, &state, &wish, &kind)) {

@@ -4,6 +4,7 @@
  */
 #include "data/synth/grasp/internal.h"
 
+#include "data/synth/objects.h"
 #include "data/synth/shapes.h"
 #include "libtensor/geometry/mat3.h"
 
@@ -57,6 +58,7 @@ static const design designs[] = {
     { 20, "wrap", { 58, -42, 0 }, { 9, 38, 12 }, XP | XN | ZN, ALL, 50, 0, 0, 0.8 },
     { 20, "wrap", { -58, -42, 0 }, { 9, 38, 12 }, XP | XN | ZN, ALL, -50, 0, 0, 0.8 },
     { 21, "wrap", { 0, 0, 0 }, { 26, 38, 25 }, ANY, ALL, 0, 0, 0, 1 },
+    { SYNTH_JUG, "hook", { 91, 0, 25 }, { 6, 8, 40 }, XN, ZP, 0, 0, 0, 1 },
 };
 
 static void place_axis(const synth_placement *p, const double centre[3], double lean, int k, double out[3])
@@ -89,15 +91,15 @@ static grip placed(const design *d, const synth_placement *p)
     return g;
 }
 
-lt_status grasp_grips(lt_arena *scratch, int ycb_id, grip out[MAX_GRIPS], int *n)
+lt_status grasp_grips(lt_arena *scratch, int id, grip out[MAX_GRIPS], int *n)
 {
     synth_placement p;
     lt_mesh mesh;
-    lt_status st = synth_object_build(scratch, ycb_id, &mesh, &p);
+    lt_status st = synth_object_build(scratch, id, &mesh, &p);
 
     *n = 0;
     for (size_t i = 0; i < LT_COUNT(designs) && !st; i++)
-        if (designs[i].id == ycb_id && *n < MAX_GRIPS)
+        if (designs[i].id == id && *n < MAX_GRIPS)
             out[(*n)++] = placed(&designs[i], &p);
     return st;
 }

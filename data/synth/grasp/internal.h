@@ -32,7 +32,7 @@ typedef struct {
 } grip;
 
 /* grasp_grips - the n grips of an object, in its frame */
-lt_status grasp_grips(lt_arena *scratch, int ycb_id, grip out[MAX_GRIPS], int *n);
+lt_status grasp_grips(lt_arena *scratch, int id, grip out[MAX_GRIPS], int *n);
 
 /* ---- the hand ------------------------------------------------------------------------------------- */
 
@@ -93,7 +93,7 @@ void grasp_hand_pose(const grasp_hand *h, const hand_state *s, double pose[48], 
 /* ---- stages --------------------------------------------------------------------------------------- */
 
 struct synth_grasp_ctx {
-    int ycb_id;
+    int object_id;
     synth_sdf sdf;
     double lowest, centre[3], radius;       /* of the object */
     grasp_hand hand;
