@@ -122,8 +122,11 @@ static lt_status name_models(const ho3d *h, const char ***out, int *n_out)
         names[n++] = ycb_find(id)->name;
     for (int i = 0; i < others; i++) {
         const char *mesh = lt_arena_printf(h->arena, "%s/%s/textured_simple.obj", h->models, entry[i]->d_name);
-        if (names && mesh && !access(mesh, F_OK))
-            names[n++] = lt_arena_strdup(h->arena, dataset_plain_name(entry[i]->d_name));
+        const char *name = lt_arena_strdup(h->arena, dataset_plain_name(entry[i]->d_name));
+        if (!mesh || !name)
+            names = NULL;
+        else if (names && !access(mesh, F_OK))
+            names[n++] = name;
         free(entry[i]);
     }
     free(entry);

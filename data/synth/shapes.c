@@ -2,146 +2,14 @@
 #include "data/synth/shapes.h"
 
 #include "data/synth/objects.h"
+#include "data/synth/solid.h"
 
 #include <assert.h>
 #include <math.h>
 
-const loft_chart synth_charts[CHART_COUNT] = {
-    [CHART_SIDE] = { .u0 = 0, .v0 = 0.34, .u1 = 1, .v1 = 1 },
-    [CHART_TOP] = { .flat = true, .u0 = 0.02, .v0 = 0.02, .u1 = 0.31, .v1 = 0.31 },
-    [CHART_BOTTOM] = { .flat = true, .u0 = 0.35, .v0 = 0.02, .u1 = 0.64, .v1 = 0.31 },
-    [CHART_SECOND] = { .u0 = 0.69, .v0 = 0.19, .u1 = 0.98, .v1 = 0.31 },
-    [CHART_THIRD] = { .u0 = 0.69, .v0 = 0.02, .u1 = 0.98, .v1 = 0.14 },
-};
-
-/* A level of a solid: the outline at height z. Consecutive levels are joined by straight walls. */
-typedef struct {
-    synth_chart chart;
-    double z, a, b;
-    double cx;                      /* shift of the outline along x */
-    double power;                   /* of the superellipse; 0: an ellipse */
-} level;
-
-/* Where a solid stands and how it is cut. */
-typedef struct {
-    double origin[3], x[3], y[3], z[3];
-    int columns;
-    double corner;                  /* of a rectangular outline; below 0: superellipses */
-    double bulge, bulge_height;     /* of the sides, fading out at +-bulge_height */
-    double step;                    /* longest wall between two rings */
-} cut;
-
-static const cut upright = {
+static const solid_cut upright = {
     .x = { 1, 0, 0 }, .y = { 0, 1, 0 }, .z = { 0, 0, 1 }, .columns = 48, .corner = -1, .step = 8,
 };
-
-static loft_section section_at(const cut *c, const level *l, const loft_chart *charts)
-{
-    const double t = c->bulge_height > 0 ? l->z / c->bulge_height : 1;
-    loft_section s = {
-        .a = l->a, .b = l->b, .corner = c->corner, .power = l->power > 0 ? l->power : 2,
-        .bulge = c->bulge * fmax(0, 1 - t * t), .chart = &charts[l->chart],
-    };
-
-    for (int k = 0; k < 3; k++) {
-        s.centre[k] = c->origin[k] + l->cx * c->x[k] + l->z * c->z[k];
-        s.x[k] = c->x[k];
-        s.y[k] = c->y[k];
-    }
-    return s;
-}
-
-static level between(const level *p, const level *q, double f)
-{
-    const double pp = p->power > 0 ? p->power : 2, qp = q->power > 0 ? q->power : 2;
-
-    return (level){ q->chart, p->z + f * (q->z - p->z), p->a + f * (q->a - p->a), p->b + f * (q->b - p->b),
-                    p->cx + f * (q->cx - p->cx), pp + f * (qp - pp) };
-}
-
-/* A flat chart is laid out to the largest outline that uses it. */
-static void size_charts(loft_chart *charts, const level *l, int n)
-{
-    for (int i = 0; i < CHART_COUNT; i++)
-        charts[i] = synth_charts[i];
-    for (int i = 0; i < n; i++)
-        charts[l[i].chart].half = fmax(charts[l[i].chart].half, fmax(l[i].a, l[i].b));
-}
-
-static void solid(loft_builder *b, const cut *c, const level *l, int n)
-{
-    loft_chart charts[CHART_COUNT];
-    loft body = { .columns = c->columns };
-
-    size_charts(charts, l, n);
-    for (int i = 0; i < n; i++) {
-        const double way = i ? hypot(l[i].z - l[i - 1].z, l[i].a - l[i - 1].a) : 0;
-        const int parts = i ? (int)fmax(1, ceil(way / c->step)) : 1;
-        for (int k = 1; k <= parts; k++) {
-            const level here = i ? between(&l[i - 1], &l[i], (double)k / parts) : l[i];
-            const loft_section s = section_at(c, &here, charts);
-            loft_push(&body, &s);
-        }
-    }
-    loft_build(b, &body);
-}
-
-#define SOLID(b, c, ...) \
-    solid(b, c, (const level[]){ __VA_ARGS__ }, (int)LT_COUNT(((const level[]){ __VA_ARGS__ })))
-
-/* A point of a sweep's path with the half sizes of its section: a in the plane of the path, b across. */
-typedef struct { double x, y, z, a, b; } knot;
-
-static double spline(double p0, double p1, double p2, double p3, double t)
-{
-    return 0.5 * (2 * p1 + t * (p2 - p0 + t * (2 * p0 - 5 * p1 + 4 * p2 - p3
-                                               + t * (3 * (p1 - p2) + p3 - p0))));
-}
-
-/* Catmull-Rom through the knots; t in knots. */
-static knot path_at(const knot *k, int n, bool closed, double t)
-{
-    const int i = (int)fmin(floor(t), closed ? n - 1 : n - 2);
-    const double f = t - i;
-    const knot *p[4];
-
-    for (int j = 0; j < 4; j++)
-        p[j] = &k[closed ? (i + j - 1 + n) % n : (int)fmax(0, fmin(n - 1, i + j - 1))];
-    return (knot){
-        spline(p[0]->x, p[1]->x, p[2]->x, p[3]->x, f), spline(p[0]->y, p[1]->y, p[2]->y, p[3]->y, f),
-        spline(p[0]->z, p[1]->z, p[2]->z, p[3]->z, f), spline(p[0]->a, p[1]->a, p[2]->a, p[3]->a, f),
-        spline(p[0]->b, p[1]->b, p[2]->b, p[3]->b, f),
-    };
-}
-
-typedef struct {
-    synth_chart chart;
-    double up[3];                   /* across the path's plane */
-    int columns, rings;
-    double power;
-    bool closed;
-} pipe;
-
-static void sweep(loft_builder *b, const pipe *s, const knot *k, int n)
-{
-    loft body = { .columns = s->columns, .closed = s->closed };
-    const double span = s->closed ? n : n - 1, h = 1e-3;
-
-    for (int i = 0; i < s->rings; i++) {
-        const double t = span * i / (s->closed ? s->rings : s->rings - 1);
-        const knot at = path_at(k, n, s->closed, t);
-        const knot p = path_at(k, n, s->closed, s->closed || t > h ? fmax(0, t - h) : t);
-        const knot q = path_at(k, n, s->closed, fmin(span, t + h));
-        const double centre[3] = { at.x, at.y, at.z }, along[3] = { q.x - p.x, q.y - p.y, q.z - p.z };
-        loft_section ring = loft_across(centre, along, s->up, at.a, at.b, &synth_charts[s->chart]);
-        ring.power = s->power > 0 ? s->power : 2;
-        loft_push(&body, &ring);
-    }
-    loft_build(b, &body);
-}
-
-#define SWEEP(b, s, ...) \
-    sweep(b, s, (const knot[]){ __VA_ARGS__ }, (int)LT_COUNT(((const knot[]){ __VA_ARGS__ })))
 
 /* ---- cans and boxes ------------------------------------------------------------------------------- */
 
@@ -149,7 +17,7 @@ static void sweep(loft_builder *b, const pipe *s, const knot *k, int n)
 static void can(loft_builder *b, double r, double h, double power, double depth)
 {
     const double f = depth / r;
-    cut c = upright;
+    solid_cut c = upright;
 #define AT(chart, z, a) { chart, z, a, (a) * f, 0, power }
     SOLID(b, &c,
           AT(CHART_BOTTOM, 1.5 - h, 0.3 * r), AT(CHART_BOTTOM, 1.5 - h, r - 5), AT(CHART_BOTTOM, -h, r - 3),
@@ -164,7 +32,7 @@ static void can(loft_builder *b, double r, double h, double power, double depth)
 /* A box with half sizes a, b, h at the edges, bulging by `bulge` in the middle of its sides. */
 static void box(loft_builder *b, double a, double d, double h, double edge, double bulge)
 {
-    cut c = upright;
+    solid_cut c = upright;
     const double e = edge * 0.293;              /* 1 - cos 45 degrees */
 
     c.columns = 60;
@@ -185,7 +53,7 @@ static void box(loft_builder *b, double a, double d, double h, double edge, doub
 
 static void mustard(loft_builder *b)
 {
-    cut c = upright;
+    solid_cut c = upright;
 
     c.columns = 52;
     SOLID(b, &c,
@@ -215,7 +83,7 @@ static void press_grip(lt_mesh *m)
 
 static void bleach(loft_builder *b)
 {
-    cut c = upright;
+    solid_cut c = upright;
 
     c.columns = 52;
     c.step = 7;
@@ -236,7 +104,7 @@ static void bleach(loft_builder *b)
 
 static void mug(loft_builder *b)
 {
-    const pipe handle = { CHART_SECOND, { 0, 1, 0 }, 16, 30, 2.6, false };
+    const sweep_pipe handle = { CHART_SECOND, { 0, 1, 0 }, 16, 30, 2.6, false };
 
     SOLID(b, &upright,
           { CHART_BOTTOM, -39, 8, 8, 0, 0 }, { CHART_BOTTOM, -39, 33, 33, 0, 0 }, { CHART_BOTTOM, -40.5, 35, 35, 0, 0 },
@@ -263,8 +131,8 @@ static void pull_lip(lt_mesh *m)
 
 static void pitcher(loft_builder *b)
 {
-    const pipe handle = { CHART_SECOND, { 0, 1, 0 }, 16, 32, 3, false };
-    cut c = upright;
+    const sweep_pipe handle = { CHART_SECOND, { 0, 1, 0 }, 16, 32, 3, false };
+    solid_cut c = upright;
 
     c.columns = 40;
     c.step = 15;
@@ -287,8 +155,8 @@ static void pitcher(loft_builder *b)
 /* Of stoneware: a belly, a neck, and a handle that takes a whole hand. */
 static void jug(loft_builder *b)
 {
-    const pipe handle = { CHART_SECOND, { 0, 1, 0 }, 16, 30, 2, false };
-    cut c = upright;
+    const sweep_pipe handle = { CHART_SECOND, { 0, 1, 0 }, 16, 30, 2, false };
+    solid_cut c = upright;
 
     c.columns = 40;
     c.step = 12;
@@ -309,7 +177,7 @@ static void jug(loft_builder *b)
 
 static void bowl(loft_builder *b)
 {
-    cut c = upright;
+    solid_cut c = upright;
 
     c.columns = 64;
     c.step = 9;
@@ -333,18 +201,18 @@ static void banana(loft_builder *b)
     enum { N = 13 };
     static const double radius[N] = { 4.6, 5.2, 8.5, 13.5, 16.6, 18, 18.4, 18.2, 17.2, 14.6, 10, 5.2, 3.6 };
     static const double at[N] = { 0, .06, .11, .19, .29, .4, .51, .62, .73, .83, .91, .965, 1 };
-    const pipe p = { CHART_SIDE, { 0, 0, 1 }, 40, 44, 2.15, false };
+    const sweep_pipe p = { CHART_SIDE, { 0, 0, 1 }, 40, 44, 2.15, false };
     const double bend = 98 * M_PI / 180, r = 219 / bend;
-    knot k[N];
+    sweep_knot k[N];
 
     for (int i = 0; i < N; i++) {
         const double w = bend * (at[i] - 0.5);
-        k[i] = (knot){ r * cos(w), r * sin(w), 0, radius[i], radius[i] };
+        k[i] = (sweep_knot){ r * cos(w), r * sin(w), 0, radius[i], radius[i] };
     }
-    sweep(b, &p, k, N);
+    sweep_build(b, &p, k, N);
 }
 
-static const cut along_x = {
+static const solid_cut along_x = {
     .x = { 0, 1, 0 }, .y = { 0, 0, 1 }, .z = { 1, 0, 0 }, .columns = 28, .corner = -1, .step = 11,
 };
 
@@ -352,7 +220,7 @@ static const cut along_x = {
 static void drill(loft_builder *b)
 {
     const double lean = 10 * M_PI / 180;
-    cut barrel = along_x, handle = upright, battery = upright;
+    solid_cut barrel = along_x, handle = upright, battery = upright;
 
     barrel.origin[1] = 63;
     SOLID(b, &barrel,
@@ -394,9 +262,9 @@ static void scissor_half(loft_builder *b, double s)
 {
     const double z = 1.4 * s;
     const double tilt = s * 6 * M_PI / 180;
-    const pipe arm = { CHART_SIDE, { 0, 0, 1 }, 16, 10, 2.6, false };
-    const pipe ring = { CHART_SIDE, { 0, 0, 1 }, 20, 32, 2.3, true };
-    cut blade = upright;
+    const sweep_pipe arm = { CHART_SIDE, { 0, 0, 1 }, 16, 10, 2.6, false };
+    const sweep_pipe ring = { CHART_SIDE, { 0, 0, 1 }, 20, 32, 2.3, true };
+    solid_cut blade = upright;
 
     blade.columns = 16;
     blade.corner = 0.4;
@@ -419,7 +287,7 @@ static void scissor_half(loft_builder *b, double s)
 
 static void scissors(loft_builder *b)
 {
-    cut pivot = upright;
+    solid_cut pivot = upright;
 
     scissor_half(b, 1);
     scissor_half(b, -1);
@@ -433,8 +301,8 @@ static void scissors(loft_builder *b)
 /* Barrel ⌀16 with a cap over the last 35 %, a clip on it and a nib; along +y. */
 static void marker(loft_builder *b)
 {
-    cut c = upright;
-    cut clip = upright;
+    solid_cut c = upright;
+    solid_cut clip = upright;
 
     c.columns = 40;
     c.step = 4;
@@ -462,8 +330,8 @@ typedef struct { double width, jaw, grip; } clamp_size;
 /* One half of a spring clamp: jaw tip near the axis, out, in to the pivot, and out along the grip. */
 static void clamp_half(loft_builder *b, const clamp_size *c, double s)
 {
-    const pipe arm = { CHART_SIDE, { 0, 0, 1 }, 24, 30, 3, false };
-    const pipe pad = { CHART_SECOND, { 0, 0, 1 }, 20, 8, 4, false };
+    const sweep_pipe arm = { CHART_SIDE, { 0, 0, 1 }, 24, 30, 3, false };
+    const sweep_pipe pad = { CHART_SECOND, { 0, 0, 1 }, 20, 8, 4, false };
     const double w = c->width;
 
     SWEEP(b, &arm, { -0.10 * w * s, c->jaw, 0, 5, 10 }, { -0.21 * w * s, 0.86 * c->jaw, 0, 6.5, 12 },
@@ -476,7 +344,7 @@ static void clamp_half(loft_builder *b, const clamp_size *c, double s)
 
 static void clamp(loft_builder *b, const clamp_size *c)
 {
-    cut pivot = upright;
+    solid_cut pivot = upright;
 
     clamp_half(b, c, 1);
     clamp_half(b, c, -1);

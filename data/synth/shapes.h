@@ -7,11 +7,6 @@
 
 #include "data/synth/loft.h"
 
-/* Where the parts of an object find their colours in the texture; flat ones are set to size by a shape. */
-typedef enum { CHART_SIDE, CHART_TOP, CHART_BOTTOM, CHART_SECOND, CHART_THIRD, CHART_COUNT } synth_chart;
-
-extern const loft_chart synth_charts[CHART_COUNT];
-
 /* From a shape's own millimetres to the model's metres: turned about z, stretched a little, moved. */
 typedef struct { double cos_yaw, sin_yaw, scale[3], offset[3]; } synth_placement;
 

@@ -4,7 +4,7 @@
  */
 #include "data/synth/objects.h"
 
-#include "data/synth/shapes.h"
+#include "data/synth/solid.h"
 #include "libtensor/base/rng.h"
 
 #include <math.h>
