@@ -107,6 +107,14 @@ static int is_no_ycb_name(const struct dirent *e)
     return e->d_name[0] != '.' && !ycb_find_name(dataset_plain_name(e->d_name));
 }
 
+static bool is_among(const char *name, const char *const *names, int n)
+{
+    while (n-- > 0)
+        if (!strcmp(names[n], name))
+            return true;
+    return false;
+}
+
 /* The 21 YCB models come first, then whatever else in the folder has a mesh: people film objects of their own. */
 static lt_status name_models(const ho3d *h, const char ***out, int *n_out)
 {
@@ -123,9 +131,10 @@ static lt_status name_models(const ho3d *h, const char ***out, int *n_out)
     for (int i = 0; i < others; i++) {
         const char *mesh = lt_arena_printf(h->arena, "%s/%s/textured_simple.obj", h->models, entry[i]->d_name);
         const char *name = lt_arena_strdup(h->arena, dataset_plain_name(entry[i]->d_name));
+
         if (!mesh || !name)
             names = NULL;
-        else if (names && !access(mesh, F_OK))
+        else if (names && !access(mesh, F_OK) && !is_among(name, names, n))     /* "jug" and "syn_jug" are one */
             names[n++] = name;
         free(entry[i]);
     }

@@ -413,6 +413,11 @@ START_TEST(models_of_ones_own)
     ck_assert_int_eq(d->objects[3].ycb_id, 0);
     ck_assert_int_eq(dataset_find_object(d, "notes"), -1);
     dataset_free(d);
+    model("jug");                                       /* the stand-in and its model are one object */
+    d = open_split("train");
+    ck_assert_int_eq(d->n_objects, 4);
+    ck_assert_str_eq(d->objects[2].name, "jug");
+    dataset_free(d);
 }
 END_TEST
 
