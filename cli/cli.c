@@ -157,11 +157,13 @@ int cli_exit_code(lt_status status, int signal)
     switch (status) {
     case LT_OK:
         return 0;
+    case LT_EUSAGE:
+        return 2;
+    case LT_ENUMERIC:
+        return 3;
     case LT_ENOMEM:
     case LT_ENOSPC:
         return 4;
-    case LT_ENUMERIC:
-        return 3;
     case LT_ESTOPPED:
         return signal ? 128 + signal : 1;
     default:
@@ -256,20 +258,23 @@ static lt_status read_config(const char *config, cJSON **root)
 }
 
 /* Whose config it is: a model of another name would find its keys strange. */
-static lt_status find_model(const char *name, const char *config, cJSON *group, const model_class **out)
+static lt_status find_model(const char *name, const char *config, const char *where, cJSON *group,
+                            const model_class **out)
 {
     const char *own = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(group, "name"));
 
     if (name && own && strcmp(name, own))
-        return lt_error(LT_EINVAL, "%s: a config of %s, but --model is %s", config, own, name);
-    return model_find(name ? name : own ? own : "hocat", out);
+        return lt_error(LT_EUSAGE, "%s: a config of %s, but --model is %s", config, own, name);
+    if (model_find(name ? name : own ? own : "hocat", out) == LT_OK)
+        return LT_OK;
+    return name ? lt_error_prefix(LT_EUSAGE, "--model") : lt_error_prefix(LT_EINVAL, "%s.name", where);
 }
 
 /* Here a config is its model alone: a key of another group would change nothing. */
 static lt_status set_key(cJSON *root, const char *assignment)
 {
     if (strncmp(assignment, "model.", 6) != 0)
-        return lt_error(LT_EINVAL, "--set %s: want model.KEY=VALUE, as only the model is read here", assignment);
+        return lt_error(LT_EUSAGE, "--set %s: want model.KEY=VALUE, as only the model is read here", assignment);
     return lt_config_set(root, "--set", assignment);
 }
 
@@ -287,7 +292,7 @@ lt_status cli_model_new(const char *name, const char *config, const cli_override
         st = set_key(root, over->set[i]);
     group = cJSON_GetObjectItemCaseSensitive(root, "model");
     if (st == LT_OK)
-        st = find_model(name, config, group, &cls);
+        st = find_model(name, config, where, group, &cls);
     if (st == LT_OK) {
         cJSON_DeleteItemFromObjectCaseSensitive(group, "name");
         *params = lt_params_new();
@@ -297,5 +302,5 @@ lt_status cli_model_new(const char *name, const char *config, const cli_override
     if (st == LT_OK)
         cls->init(out, 0);
     cJSON_Delete(root);
-    return st;
+    return st ? lt_config_blame(config ? config : "", "--set", over->set, over->n, st) : LT_OK;
 }

@@ -30,8 +30,8 @@ int cmd_gradcheck(int argc, char **argv);
 /* cli_parse - argp over a subcommand's arguments, known to people as "palmar NAME" */
 void cli_parse(const char *name, const struct argp *argp, int argc, char **argv, void *input);
 
-/* cli_exit_code - what a command ends with: 0; 1 input; 3 not finite; 4 disk or memory; 128 + signal where one
- * stopped it */
+/* cli_exit_code - what a command ends with: 0; 1 input; 2 usage; 3 not finite; 4 disk or memory; 128 + signal where
+ * one stopped it */
 int cli_exit_code(lt_status status, int signal);
 
 /* cli_fail - print "palmar: " and the last error's line; the exit code that goes with the status */

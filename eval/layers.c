@@ -294,11 +294,11 @@ static lt_status find_kind(const char *text, size_t n, const layer_kind **out)
             return LT_OK;
         }
     }
-    return lt_unknown_name(name, names, LT_COUNT(kinds), NULL, "--layer: no such layer \"%s\"", name);
+    return lt_unknown_name(name, names, LT_COUNT(kinds), NULL, "no such layer \"%s\"", name);
 }
 
 /* "c=256,k=3" as an object; empty for "" */
-static lt_status read_pairs(lt_arena *arena, const char *text, cJSON *root)
+static lt_status read_pairs(lt_arena *arena, const char *kind, const char *text, cJSON *root)
 {
     char *pairs = lt_arena_strdup(arena, text), *rest = pairs;
     lt_status st = pairs ? LT_OK : lt_error(LT_ENOMEM, "no memory for the layer");
@@ -306,20 +306,31 @@ static lt_status read_pairs(lt_arena *arena, const char *text, cJSON *root)
     for (char *pair; st == LT_OK && (pair = strsep(&rest, ",")) != NULL;)
         if (*pair)
             st = *pair != '=' && strchr(pair, '=')
-                ? lt_config_set(root, "--layer", pair)
-                : lt_error(LT_EINVAL, "--layer: found \"%s\", want key=value", pair);
+                ? lt_config_set(root, kind, pair)
+                : lt_error(LT_EUSAGE, "found \"%s\", want key=value", pair);
     return st;
 }
 
 static lt_status read_config(lt_arena *arena, const layer_kind *kind, const char *pairs, layer_config *out)
 {
     cJSON *root = cJSON_CreateObject();
-    lt_status st = root ? read_pairs(arena, pairs, root) : lt_error(LT_ENOMEM, "no memory for the layer");
+    lt_status st = root ? read_pairs(arena, kind->name, pairs, root) : lt_error(LT_ENOMEM, "no memory for the layer");
 
     if (st == LT_OK)
-        st = lt_config_read(arena, lt_arena_printf(arena, "--layer %s", kind->name), root, kind->keys, out);
+        st = lt_config_read(arena, kind->name, root, kind->keys, out);
     cJSON_Delete(root);
     return st;
+}
+
+/* "conv2d:c=256,k=3": what is wrong in it is the option's fault. */
+static lt_status read_text(lt_arena *arena, const char *text, layer *m)
+{
+    const size_t n = strcspn(text, ":");
+    lt_status st = find_kind(text, n, &m->kind);
+
+    if (st == LT_OK)
+        st = read_config(arena, m->kind, text + n + (text[n] == ':'), &m->config);
+    return st && st != LT_ENOMEM ? lt_error_prefix(LT_EUSAGE, "--layer") : st;
 }
 
 /* The first copy says how large one is, and so how many are cold. */
@@ -355,7 +366,6 @@ static const char *describe(const layer *m, lt_arena *arena)
 lt_status layer_new(const char *text, const lt_hand_layer *hand, lt_params *set, model *out, int *copies)
 {
     lt_arena *arena = lt_params_arena(set);
-    const size_t n = strcspn(text, ":");
     layer *m = lt_arena_alloc(arena, sizeof(*m));
     model_class *cls = lt_arena_alloc(arena, sizeof(*cls));
     lt_status st;
@@ -363,9 +373,7 @@ lt_status layer_new(const char *text, const lt_hand_layer *hand, lt_params *set,
     if (!m || !cls)
         return lt_error(LT_ENOMEM, "no memory for the layer");
     *m = (layer){ .hand = hand };
-    st = find_kind(text, n, &m->kind);
-    if (st == LT_OK)
-        st = read_config(arena, m->kind, text + n + (text[n] == ':'), &m->config);
+    st = read_text(arena, text, m);
     if (st == LT_OK)
         st = make_copies(m, set);
     if (st)

@@ -76,15 +76,15 @@ typedef struct {
  * joints of the heat maps; without a solution between 0.05 and 10 m the hand is put 0.6 m away in its box.
  *
  * Errors: an unreadable image is named, skipped and counted, and when all are done the call returns
- * LT_EFORMAT. At once: LT_ESTOPPED by o->stop, LT_EINVAL (unknown object, nothing to do, boxes of other images),
- * LT_EFORMAT (o->boxes cannot be read), LT_ENUMERIC (damaged weights), LT_EIO, LT_ENOSPC, LT_ENOMEM.
+ * LT_EFORMAT. At once: LT_ESTOPPED by o->stop, LT_EUSAGE (unknown object), LT_EINVAL (nothing to do, boxes of other
+ * images), LT_EFORMAT (o->boxes cannot be read), LT_ENUMERIC (damaged weights), LT_EIO, LT_ENOSPC, LT_ENOMEM.
  * sum may be NULL.
  */
 lt_status predict_images(const predict_options *o, predict_summary *sum);
 
 /* ---- options as text ------------------------------------------------------------------------------- */
 
-/* predict_parse_box - "x0,y0,x1,y1" in pixels, x0 < x1 and y0 < y1. LT_EINVAL; name is for the line:
+/* predict_parse_box - "x0,y0,x1,y1" in pixels, x0 < x1 and y0 < y1. LT_EUSAGE; name is for the line:
  * "--hand-box". */
 lt_status predict_parse_box(const char *name, const char *text, crop_box *out);
 
@@ -94,7 +94,7 @@ lt_status predict_parse_format(const char *name, const char *text, predict_forma
 /* predict_parse_camera - "fx,fy,cx,cy" in pixels, focal lengths positive */
 lt_status predict_parse_camera(const char *name, const char *text, lt_camera *out);
 
-/* predict_find_object - "006_mustard_bottle", "syn_006_mustard_bottle" or "mustard_bottle". LT_EINVAL
+/* predict_find_object - "006_mustard_bottle", "syn_006_mustard_bottle" or "mustard_bottle". LT_EUSAGE
  * names the nearest, or else all of them. */
 lt_status predict_find_object(const char *text, const ycb_object **out);
 

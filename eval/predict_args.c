@@ -20,7 +20,7 @@ static lt_status parse_four(const char *name, const char *want, const char *text
 
         out[i] = lt_strtod(p, &end);
         if (end == p || *end != (i < 3 ? ',' : '\0') || !isfinite(out[i]) || fabs(out[i]) > 1e6)
-            return lt_error(LT_EINVAL, "%s %s: want %s in pixels", name, text, want);
+            return lt_error(LT_EUSAGE, "%s %s: want %s in pixels", name, text, want);
         p = end + 1;
     }
     return LT_OK;
@@ -34,7 +34,7 @@ lt_status predict_parse_box(const char *name, const char *text, crop_box *out)
     if (st)
         return st;
     if (!(b[0] < b[2] && b[1] < b[3]))
-        return lt_error(LT_EINVAL, "%s %s: an empty box; the order is x0,y0,x1,y1: left, top, right, bottom",
+        return lt_error(LT_EUSAGE, "%s %s: an empty box; the order is x0,y0,x1,y1: left, top, right, bottom",
                         name, text);
     *out = (crop_box){ (float)b[0], (float)b[1], (float)b[2], (float)b[3] };
     return LT_OK;
@@ -48,7 +48,7 @@ lt_status predict_parse_camera(const char *name, const char *text, lt_camera *ou
     if (st)
         return st;
     if (!(k[0] >= 1 && k[1] >= 1))              /* less is said in shares of the width */
-        return lt_error(LT_EINVAL, "%s %s: focal lengths must be at least 1 pixel; the order is fx,fy,cx,cy", name,
+        return lt_error(LT_EUSAGE, "%s %s: focal lengths must be at least 1 pixel; the order is fx,fy,cx,cy", name,
                         text);
     *out = (lt_camera){ .fx = k[0], .fy = k[1], .cx = k[2], .cy = k[3] };
     return LT_OK;
@@ -63,7 +63,7 @@ lt_status predict_parse_format(const char *name, const char *text, predict_forma
             *out = (predict_format)i;
             return LT_OK;
         }
-    return lt_error(LT_EINVAL, "%s %s: want obj, ply or glb", name, text);
+    return lt_error(LT_EUSAGE, "%s %s: want obj, ply or glb", name, text);
 }
 
 /* "no object of that name", with the nearest or, when none is near, all of them. */
@@ -78,8 +78,8 @@ static lt_status unknown_object(const char *text)
         strncat(all, " ", sizeof(all) - strlen(all) - 1);
         strncat(all, plain[i], sizeof(all) - strlen(all) - 1);
     }
-    return lt_unknown_name(text, lt_nearest_name(text, full, YCB_COUNT) ? full : plain, YCB_COUNT, all,
-                           "--object %s: no such object", text);
+    lt_unknown_name(text, lt_nearest_name(text, full, YCB_COUNT) ? full : plain, YCB_COUNT, all, "no such object");
+    return lt_error_prefix(LT_EUSAGE, "--object %s", text);
 }
 
 lt_status predict_find_object(const char *text, const ycb_object **out)

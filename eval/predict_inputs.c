@@ -206,15 +206,15 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
     struct stat s;
 
     if (!o->m->depth)
-        return lt_error(LT_EINVAL, "%s: %s %s was trained without depth and takes none", o->depth, o->m->cls->name,
+        return lt_error(LT_EUSAGE, "%s: %s %s was trained without depth and takes none", o->depth, o->m->cls->name,
                         o->m->variant);
     if (stat(o->depth, &s))
         return lt_error(LT_EIO, "%s: %s", o->depth, strerror(errno));
     if (!S_ISDIR(s.st_mode) && list->n > 1)
-        return lt_error(LT_EINVAL, "%s: one depth image for %d images; want a folder with a NAME.png for each",
+        return lt_error(LT_EUSAGE, "%s: one depth image for %d images; want a folder with a NAME.png for each",
                         o->depth, list->n);
     if (!S_ISDIR(s.st_mode) && list->n && list->input[0].film)
-        return lt_error(LT_EINVAL, "%s: one depth image for a film; want a folder with NAME-000001.png and so on",
+        return lt_error(LT_EUSAGE, "%s: one depth image for a film; want a folder with NAME-000001.png and so on",
                         o->depth);
     for (int i = 0; i < list->n && !st; i++)
         st = depth_of(arena, o->depth, S_ISDIR(s.st_mode), &list->input[i]);

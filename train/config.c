@@ -222,32 +222,14 @@ static lt_status check_values(const train_config *c)
     return LT_OK;
 }
 
-/* What an override says is not in the file that it overrides. */
-static lt_status blame_override(const train_config *c, const char *const *set, int n_set, lt_status st)
-{
-    const size_t path = strlen(c->path);
-    char line[1024];
-
-    snprintf(line, sizeof(line), "%s", lt_last_error());
-    for (int i = 0; i < n_set && strncmp(line, c->path, path) == 0; i++) {
-        const size_t key = strcspn(set[i], "="), group = strcspn(set[i], ".=");
-        const char *about = line + path + strspn(line + path, ": ");
-
-        if ((strncmp(about, set[i], key) == 0 && about[key] == ':')
-            || (strncmp(about, set[i], group) == 0 && about[group] == ':'))
-            return lt_error(st, "--set %s", about);
-    }
-    return st;
-}
-
 /* c->tree is there: put the overrides into it, and read the groups. */
-static lt_status read_tree(lt_arena *arena, const char *const *set, int n_set, train_config *c)
+static lt_status read_tree(lt_arena *arena, train_config *c)
 {
     lt_status st = LT_OK;
 
     if (cJSON_IsObject(c->tree))
-        for (int i = 0; st == LT_OK && i < n_set; i++)
-            st = lt_config_set(c->tree, "--set", set[i]);
+        for (int i = 0; st == LT_OK && i < c->n_set; i++)
+            st = lt_config_set(c->tree, "--set", c->set[i]);
     if (st == LT_OK)
         st = check_groups(c->path, c->tree);
     if (st == LT_OK)
@@ -261,7 +243,7 @@ static lt_status read_tree(lt_arena *arena, const char *const *set, int n_set, t
     if (st == LT_OK)
         st = check_values(c);
     if (st) {
-        st = blame_override(c, set, n_set, st);
+        st = lt_config_blame(c->path, "--set", c->set, c->n_set, st);
         train_config_fini(c);
     }
     return st;
@@ -270,14 +252,14 @@ static lt_status read_tree(lt_arena *arena, const char *const *set, int n_set, t
 lt_status train_config_load(lt_arena *arena, const char *path, const char *const *set, int n_set,
                             train_config *out)
 {
-    train_config c = { .path = lt_arena_strdup(arena, path) };
+    train_config c = { .path = lt_arena_strdup(arena, path), .set = set, .n_set = n_set };
     lt_status st;
 
     if (!c.path)
         return lt_error(LT_ENOMEM, "%s: no memory", path);
     st = lt_json_read(c.path, &c.tree);
     if (st == LT_OK)
-        st = read_tree(arena, set, n_set, &c);
+        st = read_tree(arena, &c);
     if (st == LT_OK)
         *out = c;
     return st;
@@ -286,14 +268,14 @@ lt_status train_config_load(lt_arena *arena, const char *path, const char *const
 lt_status train_config_parse(lt_arena *arena, const char *name, const char *text, const char *const *set,
                              int n_set, train_config *out)
 {
-    train_config c = { .path = lt_arena_strdup(arena, name) };
+    train_config c = { .path = lt_arena_strdup(arena, name), .set = set, .n_set = n_set };
     lt_status st;
 
     if (!c.path)
         return lt_error(LT_ENOMEM, "%s: no memory", name);
     st = lt_json_parse(name, text, strlen(text), &c.tree);
     if (st == LT_OK)
-        st = read_tree(arena, set, n_set, &c);
+        st = read_tree(arena, &c);
     if (st == LT_OK)
         *out = c;
     return st;
@@ -315,7 +297,7 @@ lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, l
         return lt_error(LT_ENOMEM, "%s: no memory", c->path);
     st = model_create(c->model, where, c->model_keys, hand, set, out);
     if (st)
-        return st;
+        return lt_config_blame(c->path, "--set", c->set, c->n_set, st);
     out->bilinear = c->data.bilinear;
     out->cls->init(out, (uint64_t)c->loop.seed);
     return LT_OK;

@@ -48,6 +48,8 @@ typedef struct {
 
 typedef struct {
     const char *path;               /* for messages */
+    const char *const *set;         /* n_set overrides, borrowed; for messages */
+    int n_set;
     const model_class *model;
     struct cJSON *tree;             /* as read, overrides included; owned by the config */
     struct cJSON *model_keys;       /* group "model" without "name"; owned by the config */
@@ -61,10 +63,11 @@ typedef struct {
  *
  *   arena   owns the texts of the config
  *   path    a JSON file
- *   set     n_set overrides like "optim.lr=3e-4", applied in order
+ *   set     n_set overrides like "optim.lr=3e-4", applied in order; they must outlive the config
  *
- * End with train_config_fini. Errors: LT_EINVAL with the place and, for a key that does not exist, the nearest that
- * does; those of lt_json_read. The model's own keys are checked when the model is made.
+ * End with train_config_fini. Errors: LT_EINVAL, or LT_EUSAGE when an override is at fault, with the place and, for a
+ * key that does not exist, the nearest that does; those of lt_json_read. The model's own keys are checked when
+ * the model is made.
  */
 lt_status train_config_load(lt_arena *arena, const char *path, const char *const *set, int n_set,
                             train_config *out);
@@ -77,7 +80,7 @@ void train_config_fini(train_config *c);
 /**
  * train_config_model - make the model that the configuration names, with initial values of its seed
  *
- * hand and set must outlive it. Errors: those of the model's keys, LT_ENOMEM.
+ * hand and set must outlive it. Errors: those of the model's keys, LT_EUSAGE when an override is at fault, LT_ENOMEM.
  */
 lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out);
 

@@ -35,7 +35,7 @@ static lt_status open_datasets(lt_arena *arena, const train_config *c, train_sou
     lt_status st;
 
     if (!*c->data.dir)
-        return lt_error(LT_EINVAL, "%s: data.dir: no dataset given; name its folder with --data or "
+        return lt_error(LT_EUSAGE, "%s: data.dir: no dataset given; name its folder with --data or "
                         "--set data.dir=FOLDER", c->path);
     st = dataset_find_layout(c->data.dir, &layout);
     if (!st && *c->data.hand_left)

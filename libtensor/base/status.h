@@ -24,6 +24,7 @@ typedef enum {
     LT_ENOSPC,          /* no room on the disk */
     LT_ENUMERIC,        /* not a number, or infinite, too many times in a row */
     LT_ESTOPPED,        /* asked to stop by a signal, after saving */
+    LT_EUSAGE,          /* the words of a command are wrong, not what they name */
 } lt_status;
 
 /**

@@ -236,7 +236,7 @@ lt_status lt_config_set(cJSON *root, const char *where, const char *assignment)
     char path[256], *key = path, *dot;
 
     if (!equals || equals == assignment || (size_t)(equals - assignment) >= sizeof(path))
-        return lt_error(LT_EINVAL, "%s %s: want key=value, as in optim.lr=3e-4", where, assignment);
+        return lt_error(LT_EUSAGE, "%s %s: want key=value, as in optim.lr=3e-4", where, assignment);
     memcpy(path, assignment, (size_t)(equals - assignment));
     path[equals - assignment] = '\0';
     for (; (dot = strchr(key, '.')); key = dot + 1) {
@@ -245,7 +245,31 @@ lt_status lt_config_set(cJSON *root, const char *where, const char *assignment)
         if (!root)
             return lt_error(LT_ENOMEM, "no memory for %s %s", where, assignment);
         if (!cJSON_IsObject(root))
-            return lt_error(LT_EINVAL, "%s %s: %s is no group of keys", where, assignment, key);
+            return lt_error(LT_EUSAGE, "%s %s: %s is no group of keys", where, assignment, key);
     }
     return put(root, where, key, equals + 1);
+}
+
+/* Whether a line is about the key of an assignment, or about its group. */
+static bool is_about(const char *line, const char *assignment)
+{
+    const size_t key = strcspn(assignment, "="), group = strcspn(assignment, ".=");
+
+    return (strncmp(line, assignment, key) == 0 && line[key] == ':')
+        || (strncmp(line, assignment, group) == 0 && line[group] == ':');
+}
+
+lt_status lt_config_blame(const char *path, const char *where, const char *const *set, int n, lt_status st)
+{
+    const size_t length = strlen(path);
+    char line[1024];
+
+    snprintf(line, sizeof(line), "%s", lt_last_error());
+    for (int i = 0; i < n && strncmp(line, path, length) == 0; i++) {
+        const char *about = line + length + strspn(line + length, ": ");
+
+        if (is_about(about, set[i]))
+            return lt_error(LT_EUSAGE, "%s %s", where, about);
+    }
+    return st;
 }

@@ -54,9 +54,22 @@ LT_API struct cJSON *lt_config_write(const lt_config_key *keys, const void *from
  *   where   whose override it is, for messages: "--set"
  *
  * The value is JSON; what is no JSON is taken as text. Objects on the way are made when they are
- * missing; whether the key exists is lt_config_read's to say.
+ * missing; whether the key exists is lt_config_read's to say. Errors: LT_EUSAGE, LT_ENOMEM.
  */
 LT_API lt_status lt_config_set(struct cJSON *root, const char *where, const char *assignment);
+
+/**
+ * lt_config_blame - after an error: what an override says is not in the file that it overrides
+ *
+ *   path    the file, with which the last error's line begins; "" where there is none
+ *   where   whose overrides they are, for messages: "--set"
+ *   set     the n overrides
+ *   st      the error's status
+ *
+ * Returns LT_EUSAGE, with a line like `--set optim.lrr: no such key`, when the error is about a key of the
+ * overrides; else st, and the line stays.
+ */
+LT_API lt_status lt_config_blame(const char *path, const char *where, const char *const *set, int n, lt_status st);
 
 #ifdef __cplusplus
 }

@@ -40,13 +40,13 @@ bench --layer linear:c=512,o=512,rows=1 --compare generic --json | grep -q '"wit
 bench --model resnet50 --set model.image_size=32 --set model.width=8 --mode both | grep -q '^| resnet50 '
 bench --model efficientnet_b0 --set model.image_size=32 --mode both | grep -q '^| efficientnet_b0 '
 
-refuses 1 'no such layer "conv2"; did you mean "conv2d"' --layer conv2
-refuses 1 'conv2d.kk: no such key; did you mean "k"' --layer conv2d:kk=3
-refuses 1 'conv2d.hw: ' --layer conv2d:hw=0
+refuses 2 'no such layer "conv2"; did you mean "conv2d"' --layer conv2
+refuses 2 'conv2d.kk: no such key; did you mean "k"' --layer conv2d:kk=3
+refuses 2 'conv2d.hw: ' --layer conv2d:hw=0
 refuses 1 'input has 3 channels' --layer conv2d:c=3,groups=2
-refuses 1 'found "hw", want key=value' --layer conv2d:hw
-refuses 1 '--layer: found "=3", want key=value' --layer conv2d:=3
-refuses 1 '--compare: ' --layer hand --compare sse
+refuses 2 'found "hw", want key=value' --layer conv2d:hw
+refuses 2 '--layer: found "=3", want key=value' --layer conv2d:=3
+refuses 2 '--compare: ' --layer hand --compare sse
 refuses 2 'are for models' --layer hand --model hocat
 int8=$(bench --model resnet50 --set model.image_size=64 --set model.width=32 --int8 --profile)
 echo "$int8" | grep -q '^53 of 53 layers read 8-bit integers'

@@ -291,7 +291,7 @@ START_TEST(wrong)
     ck_assert_int_eq(predict((predict_options){ .hand_box = &outside }, 1, input, &sum), LT_EFORMAT);
     ck_assert(strstr(said, "outside the image of 100 x 80"));
     ck_assert_int_eq(sum.skipped, 1);
-    ck_assert_int_eq(predict((predict_options){ .object = "cracker_bix" }, 1, input, NULL), LT_EINVAL);
+    ck_assert_int_eq(predict((predict_options){ .object = "cracker_bix" }, 1, input, NULL), LT_EUSAGE);
     ck_assert(strstr(lt_last_error(), "cracker_box"));
     ck_assert_int_eq(predict((predict_options){ .object = "cracker_box", .models = in("nowhere") }, 1, input,
                      NULL), LT_EIO);
@@ -495,9 +495,9 @@ START_TEST(depth_is_wrong)
     write_png("b.png", false);
     ck_assert_int_eq(predict(o, 1, input, NULL), LT_EIO);
     write_depth("depth.png", 500, 0, false);
-    ck_assert_int_eq(predict(o, 2, input, NULL), LT_EINVAL);
+    ck_assert_int_eq(predict(o, 2, input, NULL), LT_EUSAGE);
     ck_assert_msg(strstr(lt_last_error(), "one depth image for 2 images"), "%s", lt_last_error());
-    ck_assert_int_eq(predict((predict_options){ .depth = in("depth.png") }, 1, input, NULL), LT_EINVAL);
+    ck_assert_int_eq(predict((predict_options){ .depth = in("depth.png") }, 1, input, NULL), LT_EUSAGE);
     ck_assert_msg(strstr(lt_last_error(), "trained without depth"), "%s", lt_last_error());
     o.depth = in("depths");
     ck_assert_int_eq(lt_make_dirs(o.depth), LT_OK);

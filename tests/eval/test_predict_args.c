@@ -20,7 +20,7 @@ START_TEST(boxes)
     ck_assert_float_eq(b.y1, 220);
     ck_assert_int_eq(predict_parse_box("--hand-box", "-5,-6,7,8", &b), LT_OK);
     for (size_t i = 0; i < LT_COUNT(bad); i++) {
-        ck_assert_int_eq(predict_parse_box("--hand-box", bad[i], &b), LT_EINVAL);
+        ck_assert_int_eq(predict_parse_box("--hand-box", bad[i], &b), LT_EUSAGE);
         ck_assert(strstr(lt_last_error(), "--hand-box"));
         ck_assert_float_eq(b.x0, -5);
     }
@@ -36,10 +36,10 @@ START_TEST(cameras)
     ck_assert_double_eq(c.fy, 614.1);
     ck_assert_double_eq(c.cx, 320);
     ck_assert_double_eq(c.cy, 240);
-    ck_assert_int_eq(predict_parse_camera("--K", "0.96,1.28,0.5,0.5", &c), LT_EINVAL);
+    ck_assert_int_eq(predict_parse_camera("--K", "0.96,1.28,0.5,0.5", &c), LT_EUSAGE);
     ck_assert_str_eq(lt_last_error(), "--K 0.96,1.28,0.5,0.5: focal lengths must be at least 1 pixel; the order is "
                                       "fx,fy,cx,cy");
-    ck_assert_int_eq(predict_parse_camera("--K", "614,614,320", &c), LT_EINVAL);
+    ck_assert_int_eq(predict_parse_camera("--K", "614,614,320", &c), LT_EUSAGE);
 }
 END_TEST
 
@@ -51,7 +51,7 @@ START_TEST(formats)
     ck_assert_int_eq(f, PREDICT_OBJ);
     ck_assert_int_eq(predict_parse_format("--mesh", "glb", &f), LT_OK);
     ck_assert_int_eq(f, PREDICT_GLB);
-    ck_assert_int_eq(predict_parse_format("--mesh", "GLB", &f), LT_EINVAL);
+    ck_assert_int_eq(predict_parse_format("--mesh", "GLB", &f), LT_EUSAGE);
     ck_assert_str_eq(lt_last_error(), "--mesh GLB: want obj, ply or glb");
 }
 END_TEST
@@ -65,12 +65,12 @@ START_TEST(objects)
         ck_assert_int_eq(predict_find_object(same[i], &o), LT_OK);
         ck_assert_str_eq(o->name, "006_mustard_bottle");
     }
-    ck_assert_int_eq(predict_find_object("mustrad_bottle", &o), LT_EINVAL);
+    ck_assert_int_eq(predict_find_object("mustrad_bottle", &o), LT_EUSAGE);
     ck_assert(strstr(lt_last_error(), "did you mean \"mustard_bottle\"?"));
-    ck_assert_int_eq(predict_find_object("spaceship", &o), LT_EINVAL);
+    ck_assert_int_eq(predict_find_object("spaceship", &o), LT_EUSAGE);
     ck_assert(strstr(lt_last_error(), "cracker_box"));
     ck_assert(strstr(lt_last_error(), "foam_brick"));
-    ck_assert_int_eq(predict_find_object("", &o), LT_EINVAL);
+    ck_assert_int_eq(predict_find_object("", &o), LT_EUSAGE);
 }
 END_TEST
 

@@ -125,6 +125,31 @@ START_TEST(what_is_written_is_read)
 }
 END_TEST
 
+START_TEST(an_override_is_blamed_for_its_own_keys)
+{
+    static const char *const set[] = { "optim.lr=x", "data.dir=/there", "seed=3" };
+    static const struct {
+        const char *path, *line, *want;
+    } cases[] = {
+        { "a.json", "a.json: optim.lr: found \"x\"", "--set optim.lr: found \"x\"" },
+        { "a.json", "a.json: data: no such group", "--set data: no such group" },
+        { "", "seed: 3 is too many", "--set seed: 3 is too many" },
+        { "a.json", "a.json: optim.lrr: no such key", NULL },
+        { "a.json", "a.json: optim.l: no such key", NULL },
+        { "a.json", "b.json: optim.lr: found \"x\"", NULL },
+        { "a.json", "no memory", NULL },
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        const lt_status st = lt_error(LT_EINVAL, "%s", cases[i].line);
+
+        ck_assert_int_eq(lt_config_blame(cases[i].path, "--set", set, 3, st), cases[i].want ? LT_EUSAGE : LT_EINVAL);
+        ck_assert_str_eq(lt_last_error(), cases[i].want ? cases[i].want : cases[i].line);
+    }
+    ck_assert_int_eq(lt_config_blame("", "--set", NULL, 0, lt_error(LT_EIO, "seed: 3")), LT_EIO);
+}
+END_TEST
+
 /* Applied in turn to one tree */
 static const struct {
     const char *set, *want;             /* the tree as text, or the line of a refusal */
@@ -148,13 +173,13 @@ START_TEST(overrides_are_put_into_the_tree)
         const lt_status st = lt_config_set(root, "--set", overrides[i].set);
         char *text = cJSON_PrintUnformatted(root);
 
-        ck_assert(st == LT_OK || st == LT_EINVAL);
+        ck_assert(st == LT_OK || st == LT_EUSAGE);
         ck_assert_str_eq(st ? lt_last_error() : text, overrides[i].want);
         cJSON_free(text);
     }
     memset(longer, 'k', sizeof(longer));
     memcpy(longer + 256, "=1", 3);
-    check_error(lt_config_set(root, "--set", longer), LT_EINVAL, "want key=value");
+    check_error(lt_config_set(root, "--set", longer), LT_EUSAGE, "want key=value");
     cJSON_Delete(root);
 }
 END_TEST
@@ -266,6 +291,7 @@ static void add_tests(TCase *tc)
     tcase_add_loop_test(tc, slips_are_named, 0, LT_COUNT(slips));
     tcase_add_test(tc, what_is_written_is_read);
     tcase_add_test(tc, overrides_are_put_into_the_tree);
+    tcase_add_test(tc, an_override_is_blamed_for_its_own_keys);
     tcase_add_test(tc, reading_without_memory_says_so);
     tcase_add_test(tc, a_slip_is_named_without_memory);
     tcase_add_test(tc, writing_without_memory_leaves_nothing);

@@ -17,9 +17,11 @@ static void refuse(const char *text, const char *set, const char *line)
 {
     const char *const sets[] = { set };
     train_config c;
+    const lt_status st = train_config_parse(arena, "run.json", text, sets, set != NULL, &c);
 
-    ck_assert_int_ne(train_config_parse(arena, "run.json", text, sets, set != NULL, &c), LT_OK);
+    ck_assert_int_ne(st, LT_OK);
     ck_assert_str_eq(lt_last_error(), line);
+    ck_assert_int_eq(st == LT_EUSAGE, strncmp(line, "--set ", 6) == 0);
 }
 
 #define MODEL "\"model\": { \"name\": \"hocat\" }"
@@ -54,6 +56,25 @@ START_TEST(overrides)
     ck_assert_int_eq(cJSON_GetObjectItem(c.model_keys, "width")->valueint, 16);
     ck_assert_ptr_null(cJSON_GetObjectItem(c.model_keys, "name"));
     train_config_fini(&c);
+}
+END_TEST
+
+/* The model reads its own keys, when it is made. */
+START_TEST(slips_in_the_models_keys)
+{
+    const char *const sets[] = { "model.width=-3" };
+    lt_params *params = lt_params_new();
+    train_config c;
+    model m;
+
+    check_ok(train_config_parse(arena, "run.json", "{" MODEL "}", sets, 1, &c));
+    check_error(train_config_model(&c, NULL, params, &m), LT_EUSAGE, "--set model.width: -3 is not between 8 and 256");
+    train_config_fini(&c);
+    check_ok(train_config_parse(arena, "run.json", "{ \"model\": { \"name\": \"hocat\", \"width\": -3 } }", NULL, 0,
+                                &c));
+    check_error(train_config_model(&c, NULL, params, &m), LT_EINVAL, "run.json: model.width: -3 is not between");
+    train_config_fini(&c);
+    lt_params_free(params);
 }
 END_TEST
 
@@ -103,6 +124,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, defaults_are_the_papers);
     tcase_add_test(c, overrides);
     tcase_add_test(c, slips);
+    tcase_add_test(c, slips_in_the_models_keys);
     tcase_add_test(c, help_names_every_key);
 }
 
