@@ -4,10 +4,13 @@
 #include "libtensor/base/clock.h"
 #include "libtensor/io/file.h"
 
+#include <errno.h>
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/ioctl.h>
+#include <time.h>
 #include <unistd.h>
 
 static const double TERMINAL_SECONDS = 0.1, PLAIN_SECONDS = 10;
@@ -18,6 +21,7 @@ void progress_init(train_progress *p, FILE *f, bool quiet)
 
     *p = (train_progress){ .f = f, .quiet = quiet, .terminal = lt_is_terminal(fileno(f)), .last = -1e9 };
     p->colour = p->terminal && !(plain && *plain);
+    p->log = open_memstream(&p->said, &p->said_bytes);
 }
 
 /* ---- the line ----------------------------------------------------------------------------------------- */
@@ -91,7 +95,7 @@ void progress_step(train_progress *p, const train_step_record *r, const train_pr
 
 /* ---- lines of their own ------------------------------------------------------------------------------- */
 
-void progress_end(train_progress *p)
+static void end_line(train_progress *p)
 {
     if (p->drawn)
         fputc('\n', p->f);
@@ -99,27 +103,91 @@ void progress_end(train_progress *p)
     fflush(p->f);
 }
 
+/* A log that cannot be written is no reason to stop a run. */
+static void keep(train_progress *p, const char *kind, const char *fmt, va_list args)
+{
+    const time_t now = time(NULL);
+    struct tm at;
+    char when[32];
+
+    if (!p->log || !localtime_r(&now, &at))
+        return;
+    strftime(when, sizeof(when), "%Y-%m-%d %H:%M:%S", &at);
+    fprintf(p->log, "%s  %s", when, kind);
+    vfprintf(p->log, fmt, args);
+    fputc('\n', p->log);
+    fflush(p->log);
+}
+
+static void say(train_progress *p, const char *kind, const char *fmt, va_list args)
+{
+    end_line(p);
+    fputs(kind, p->f);
+    vfprintf(p->f, fmt, args);
+    fputc('\n', p->f);
+}
+
 void progress_note(train_progress *p, const char *fmt, ...)
 {
-    va_list args;
+    va_list args, again;
 
-    if (p->quiet)
-        return;
-    progress_end(p);
     va_start(args, fmt);
-    vfprintf(p->f, fmt, args);
+    va_copy(again, args);
+    keep(p, "", fmt, again);
+    va_end(again);
+    if (!p->quiet)
+        say(p, "", fmt, args);
     va_end(args);
-    fputc('\n', p->f);
 }
 
 void progress_warn(train_progress *p, const char *fmt, ...)
 {
+    va_list args, again;
+
+    va_start(args, fmt);
+    va_copy(again, args);
+    keep(p, "warning: ", fmt, again);
+    va_end(again);
+    say(p, p->colour ? "\033[33mwarning:\033[0m " : "warning: ", fmt, args);
+    va_end(args);
+}
+
+/* ---- the run's own copy ------------------------------------------------------------------------------- */
+
+static void close_log(train_progress *p)
+{
+    if (p->log)
+        fclose(p->log);
+    free(p->said);
+    p->log = NULL;
+    p->said = NULL;
+}
+
+lt_status progress_keep(train_progress *p, const char *path)
+{
+    FILE *f = fopen(path, "ae");
+
+    if (!f)
+        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    if (p->said)
+        fwrite(p->said, 1, p->said_bytes, f);
+    fflush(f);
+    close_log(p);
+    p->log = f;
+    return LT_OK;
+}
+
+void progress_log(train_progress *p, const char *fmt, ...)
+{
     va_list args;
 
-    progress_end(p);
-    fprintf(p->f, "%swarning:%s ", p->colour ? "\033[33m" : "", p->colour ? "\033[0m" : "");
     va_start(args, fmt);
-    vfprintf(p->f, fmt, args);
+    keep(p, "", fmt, args);
     va_end(args);
-    fputc('\n', p->f);
+}
+
+void progress_fini(train_progress *p)
+{
+    end_line(p);
+    close_log(p);
 }

@@ -31,6 +31,7 @@ static const char readme[] =
     "              each validation's errors; steps that were skipped say for which tensor\n"
     "metrics.csv   one line for each validation; errors in millimetres\n"
     "tb/           both again for TensorBoard: tensorboard --logdir THIS_FOLDER\n"
+    "stderr.log    what was noted on the way, warnings among it, and when\n"
     "checkpoints/  step-NNNNNN.safetensors, the newest few; last and best are further names of\n"
     "              two of them; palmar train --resume goes on from the newest sound one\n";
 
@@ -114,12 +115,15 @@ lt_status run_folder_make(trainer *t)
     const char *config = lt_path_join(t->arena, t->opt->out, "config.json");
     const char *env = lt_path_join(t->arena, t->opt->out, "env.json");
     const char *about = lt_path_join(t->arena, t->opt->out, "README.txt");
-    lt_status st = config && env && about ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", t->opt->out);
+    const char *said = lt_path_join(t->arena, t->opt->out, "stderr.log");
+    lt_status st = config && env && about && said ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", t->opt->out);
 
     if (st == LT_OK)
         st = lt_make_dirs(t->checkpoints);
     if (st == LT_OK)
         st = lock(t);
+    if (st == LT_OK)
+        st = progress_keep(&t->progress, said);
     if (st == LT_OK && t->opt->resume)
         compare_data(t, env);
     if (st == LT_OK && t->state.step < t->total_steps)

@@ -203,7 +203,7 @@ void trainer_fini(trainer *t)
     lt_params_free(t->params);
     train_source_close(&t->source);
     train_config_fini(&t->config);
-    progress_end(&t->progress);
+    progress_fini(&t->progress);
     lt_arena_free(t->arena);
 }
 

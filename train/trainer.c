@@ -269,6 +269,8 @@ lt_status train_run(const train_options *o, train_result *out)
     }
     if (st == LT_OK && !o->dry_run)
         st = train(&t);
+    if (st)
+        progress_log(&t.progress, "ended: %s", lt_last_error());
     if (out)
         fill_result(&t, st, out);
     trainer_fini(&t);

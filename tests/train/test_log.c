@@ -157,13 +157,54 @@ START_TEST(plain_progress)
     progress_step(&p, &one_step, &s, true);
     progress_step(&p, &one_step, &s, false);                    /* not ten seconds later */
     progress_warn(&p, "%d", 7);
+    progress_fini(&p);
     progress_init(&p, f, true);
     progress_step(&p, &one_step, &s, true);
     progress_note(&p, "not when quiet");
+    progress_fini(&p);
     rewind(f);
     ck_assert_uint_gt(fread(text, 1, sizeof(text) - 1, f), 0);
     ck_assert_str_eq(text, "epoch 2/70  step 412/1031  loss 0.25  lr 0.0001  2.0 img/s  ETA 2h14m  skipped 2"
                      "  (a 0.125 b nan)\nwarning: 7\n");
+    fclose(f);
+}
+END_TEST
+
+/* Each line begins with its time: "2026-01-31 23:59:59  " */
+static void ck_said(const char *text, const char *const *lines, int n)
+{
+    int year, month, day, hour, minute, second;
+
+    for (int i = 0; i < n; i++, text += strcspn(text, "\n") + 1) {
+        ck_assert_int_eq(sscanf(text, "%4d-%2d-%2d %2d:%2d:%2d  ", &year, &month, &day, &hour, &minute, &second), 6);
+        ck_assert_uint_eq(strcspn(text + 21, "\n"), strlen(lines[i]));
+        ck_assert_mem_eq(text + 21, lines[i], strlen(lines[i]));
+    }
+    ck_assert_str_eq(text, "");
+}
+
+/* Those of before there was a folder, those that quiet keeps from the screen, and an earlier start's stay. */
+START_TEST(notes_are_kept)
+{
+    static const char *const lines[] = { "a model", "warning: 7", "ended: full", "again" };
+    const char *path = in_folder("stderr.log");
+    train_progress p;
+    FILE *f = tmpfile();
+
+    progress_init(&p, f, true);
+    progress_note(&p, "a %s", "model");
+    check_ok(progress_keep(&p, path));
+    progress_warn(&p, "%d", 7);
+    progress_log(&p, "ended: %s", "full");
+    progress_fini(&p);
+    progress_init(&p, f, false);
+    progress_note(&p, "again");
+    check_ok(progress_keep(&p, path));
+    progress_fini(&p);
+    ck_said(get("stderr.log"), lines, LT_COUNT(lines));
+    progress_init(&p, f, true);
+    check_error(progress_keep(&p, in_folder("none/stderr.log")), LT_EIO, "No such file");
+    progress_fini(&p);
     fclose(f);
 }
 END_TEST
@@ -177,6 +218,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, curves_for_tensorboard);
     tcase_add_test(c, spikes);
     tcase_add_test(c, plain_progress);
+    tcase_add_test(c, notes_are_kept);
 }
 
 int main(void)

@@ -89,6 +89,18 @@ static int lines_of(const char *path)
     return lines;
 }
 
+static int lines_with(const char *path, const char *words)
+{
+    uint8_t *bytes;
+    size_t n;
+    int lines = 0;
+
+    read_back(path, &bytes, &n);
+    for (const char *at = (const char *)bytes; (at = strstr(at, words)); at++)
+        lines++;
+    return lines;
+}
+
 /* ---- the same bits ------------------------------------------------------------------------------------ */
 
 START_TEST(threads_do_not_matter)
@@ -316,6 +328,9 @@ START_TEST(too_many_bad_steps)
     ck_assert(!exists(tree_at("fatal/checkpoints/step-000006.safetensors")));
     ck_assert(exists(tree_at("fatal/checkpoints/step-000003.safetensors")));
     ck_assert_int_eq(lines_of("fatal/log.jsonl"), 6);
+    ck_assert_int_eq(lines_with("fatal/stderr.log", "  model        hocat"), 1);
+    ck_assert_int_eq(lines_with("fatal/stderr.log", "  warning: step "), 3);
+    ck_assert_int_eq(lines_with("fatal/stderr.log", "  ended: step 6: 3 steps in a row"), 1);
     fclose(o.progress);
 }
 END_TEST
