@@ -156,7 +156,9 @@ static lt_status other_kernels(const char *name, lt_kernels *k)
     lt_isa isa;
     lt_status st = lt_isa_parse(name, &isa);
 
-    return st || (st = lt_kernels_get(isa, k)) ? lt_error_prefix(st == LT_EINVAL ? LT_EUSAGE : st, "--compare") : LT_OK;
+    if (st == LT_OK)
+        st = lt_kernels_get(isa, k);
+    return st ? lt_error_prefix(LT_EUSAGE, "--compare") : LT_OK;
 }
 
 static lt_status compare(const bench_args *a, const subject *s, bool train, bool heading)

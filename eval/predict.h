@@ -76,8 +76,9 @@ typedef struct {
  * joints of the heat maps; without a solution between 0.05 and 10 m the hand is put 0.6 m away in its box.
  *
  * Errors: an unreadable image is named, skipped and counted, and when all are done the call returns
- * LT_EFORMAT. At once: LT_ESTOPPED by o->stop, LT_EUSAGE (unknown object), LT_EINVAL (nothing to do, boxes of other
- * images), LT_EFORMAT (o->boxes cannot be read), LT_ENUMERIC (damaged weights), LT_EIO, LT_ENOSPC, LT_ENOMEM.
+ * LT_EFORMAT. At once: LT_ESTOPPED by o->stop, LT_EUSAGE (unknown object, depth that does not go with the images or the
+ * model), LT_EINVAL (nothing to do, boxes of other images), LT_EFORMAT (o->boxes cannot be read), LT_ENUMERIC
+ * (damaged weights), LT_EIO, LT_ENOSPC, LT_ENOMEM.
  * sum may be NULL.
  */
 lt_status predict_images(const predict_options *o, predict_summary *sum);

@@ -119,36 +119,41 @@ static void keep(train_progress *p, const char *kind, const char *fmt, va_list a
     fflush(p->log);
 }
 
-static void say(train_progress *p, const char *kind, const char *fmt, va_list args)
+static void show(train_progress *p, bool warning, const char *fmt, va_list args)
 {
     end_line(p);
-    fputs(kind, p->f);
+    if (warning)
+        fputs(p->colour ? "\033[33mwarning:\033[0m " : "warning: ", p->f);
     vfprintf(p->f, fmt, args);
     fputc('\n', p->f);
 }
 
+static void tell(train_progress *p, bool warning, const char *fmt, va_list args)
+{
+    va_list again;
+
+    va_copy(again, args);
+    keep(p, warning ? "warning: " : "", fmt, again);
+    va_end(again);
+    if (warning || !p->quiet)
+        show(p, warning, fmt, args);
+}
+
 void progress_note(train_progress *p, const char *fmt, ...)
 {
-    va_list args, again;
+    va_list args;
 
     va_start(args, fmt);
-    va_copy(again, args);
-    keep(p, "", fmt, again);
-    va_end(again);
-    if (!p->quiet)
-        say(p, "", fmt, args);
+    tell(p, false, fmt, args);
     va_end(args);
 }
 
 void progress_warn(train_progress *p, const char *fmt, ...)
 {
-    va_list args, again;
+    va_list args;
 
     va_start(args, fmt);
-    va_copy(again, args);
-    keep(p, "warning: ", fmt, again);
-    va_end(again);
-    say(p, p->colour ? "\033[33mwarning:\033[0m " : "warning: ", fmt, args);
+    tell(p, true, fmt, args);
     va_end(args);
 }
 
