@@ -3,7 +3,7 @@
 
 #include "eval/bench.h"
 #include "eval/layers.h"
-#include "libtensor/io/config.h"
+#include "libtensor/io/text/config.h"
 #include "libtensor/kernels/kernels.h"
 
 #include <stdio.h>

@@ -6,7 +6,7 @@
 #include <config.h>
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 #include "libtensor/kernels/kernels.h"
 #include "train/weights.h"
 

@@ -5,10 +5,10 @@
 #include "libtensor/io/body_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/hand_file.h"
-#include "libtensor/io/npz.h"
-#include "libtensor/io/pickle.h"
-#include "libtensor/io/safetensors.h"
-#include "libtensor/io/torch_file.h"
+#include "libtensor/io/array/npz.h"
+#include "libtensor/io/pickle/pickle.h"
+#include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/torch/torch.h"
 #include "train/checkpoint_folder.h"
 
 #include <cjson/cJSON.h>

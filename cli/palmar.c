@@ -5,7 +5,7 @@
 #include "cli/cli.h"
 
 #include <config.h>
-#include "libtensor/io/nearest.h"
+#include "libtensor/io/text/nearest.h"
 #include "libtensor/kernels/kernels.h"
 
 #include <stdio.h>

@@ -7,7 +7,7 @@
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/mesh_io.h"
+#include "libtensor/io/mesh/obj.h"
 
 #include <math.h>
 #include <stdio.h>

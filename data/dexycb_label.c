@@ -3,7 +3,7 @@
 #include "data/dexycb_internal.h"
 
 #include "libtensor/geometry/rotation.h"
-#include "libtensor/io/npz.h"
+#include "libtensor/io/array/npz.h"
 
 #include <math.h>
 #include <string.h>

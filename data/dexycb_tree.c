@@ -4,8 +4,8 @@
 
 #include "data/ycb.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
-#include "libtensor/io/yaml.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/text/yaml.h"
 
 #include <cjson/cJSON.h>
 #include <ctype.h>

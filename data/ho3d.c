@@ -4,7 +4,7 @@
 
 #include "data/ycb.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
 #include <dirent.h>

@@ -2,7 +2,7 @@
 /* yajl pushes, the caller pulls: a block of text is parsed when all frames of the last one have been taken. */
 #include "data/ho3d_points.h"
 
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 
 #include <errno.h>
 #include <fcntl.h>

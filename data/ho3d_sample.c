@@ -4,7 +4,7 @@
 
 #include "data/picture.h"
 #include "libtensor/geometry/rotation.h"
-#include "libtensor/io/pickle.h"
+#include "libtensor/io/pickle/pickle.h"
 
 #include <string.h>
 #include <unistd.h>

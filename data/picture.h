@@ -5,7 +5,7 @@
 #ifndef DATA_PICTURE_H
 #define DATA_PICTURE_H
 
-#include "libtensor/io/image.h"
+#include "libtensor/io/image/image.h"
 
 #ifdef __cplusplus
 extern "C" {

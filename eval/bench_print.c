@@ -3,7 +3,7 @@
 #include "eval/bench_internal.h"
 
 #include "libtensor/base/parallel.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 
 #include <stdlib.h>
 

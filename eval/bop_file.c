@@ -2,7 +2,7 @@
 #include "eval/bop_file.h"
 
 #include "eval/results_file.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 
 #include <math.h>
 #include <stdlib.h>

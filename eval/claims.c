@@ -3,7 +3,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
 #include <dirent.h>

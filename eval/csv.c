@@ -2,7 +2,7 @@
 /* Names and numbers, with quotes where a name needs them. */
 #include "eval/csv.h"
 
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 
 #include <math.h>
 #include <string.h>

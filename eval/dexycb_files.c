@@ -5,7 +5,7 @@
 #include "eval/hpe_file.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 
 #include <math.h>
 #include <stdio.h>

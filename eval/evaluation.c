@@ -6,7 +6,7 @@
 
 #include "eval/csv.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

@@ -4,8 +4,8 @@
 #include "libtensor/base/rng.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/atomic_file.h"
-#include "libtensor/io/npz.h"
-#include "libtensor/io/onnx.h"
+#include "libtensor/io/array/npz.h"
+#include "libtensor/io/onnx/onnx.h"
 
 #include <config.h>
 #include <errno.h>

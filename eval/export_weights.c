@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/export_meta.h"
 
-#include "libtensor/io/json.h"
-#include "libtensor/io/safetensors.h"
-#include "libtensor/io/utf8.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/text/utf8.h"
 #include "models/param_arrays.h"
 
 #include <cjson/cJSON.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/layers.h"
 
-#include "libtensor/io/nearest.h"
+#include "libtensor/io/text/nearest.h"
 #include "libtensor/nn/init.h"
 #include "libtensor/nn/layers.h"
 

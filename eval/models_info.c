@@ -3,7 +3,7 @@
 
 #include "eval/symmetry.h"
 #include "libtensor/geometry/rotation.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

@@ -3,7 +3,7 @@
 #include "eval/predict_internal.h"
 
 #include "libtensor/io/file.h"
-#include "libtensor/io/film.h"
+#include "libtensor/io/image/film.h"
 
 #include <stdarg.h>
 #include <string.h>

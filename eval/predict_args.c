@@ -2,8 +2,8 @@
 /* Boxes, cameras and object names as people type them. */
 #include "eval/predict.h"
 
-#include "libtensor/io/nearest.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/nearest.h"
+#include "libtensor/io/text/number.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 
 #include "eval/csv.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 
 #include <math.h>
 #include <stdlib.h>

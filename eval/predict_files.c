@@ -3,7 +3,7 @@
 #include "eval/predict_internal.h"
 
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
 #include <string.h>

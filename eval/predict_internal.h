@@ -11,7 +11,7 @@
 #include "eval/symmetry.h"
 #include "libtensor/geometry/kalman.h"
 #include "libtensor/geometry/mesh.h"
-#include "libtensor/io/image.h"
+#include "libtensor/io/image/image.h"
 
 /* predict_say - one line to o->messages, bytes that would bend the line replaced by '?' */
 void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3);

@@ -2,9 +2,9 @@
 /* Hand and object as meshes in camera axes, and the files they go to. */
 #include "eval/predict_internal.h"
 
-#include "libtensor/io/glb.h"
-#include "libtensor/io/mesh_io.h"
-#include "libtensor/io/ply.h"
+#include "libtensor/io/mesh/glb.h"
+#include "libtensor/io/mesh/obj.h"
+#include "libtensor/io/mesh/ply.h"
 
 #include <errno.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "eval/predict_internal.h"
 
 #include "eval/pose_drawing.h"
-#include "libtensor/io/image.h"
+#include "libtensor/io/image/image.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,9 +3,9 @@
 #include "eval/predict_internal.h"
 
 #include "data/picture.h"
-#include "libtensor/io/exif.h"
+#include "libtensor/io/image/exif.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/image.h"
+#include "libtensor/io/image/image.h"
 
 #include <math.h>
 #include <string.h>

@@ -4,7 +4,7 @@
 #include "eval/report_internal.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

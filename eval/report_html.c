@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/report_internal.h"
 
-#include "libtensor/io/utf8.h"
+#include "libtensor/io/text/utf8.h"
 
 #include <string.h>
 

@@ -3,7 +3,7 @@
 
 #include "data/crop.h"
 #include "eval/pose_drawing.h"
-#include "libtensor/io/image.h"
+#include "libtensor/io/image/image.h"
 
 #include <math.h>
 #include <string.h>

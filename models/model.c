@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "models/model.h"
 
-#include "libtensor/io/nearest.h"
+#include "libtensor/io/text/nearest.h"
 #include "models/classifiers/classifier.h"
 #include "models/hocat/hocat.h"
 #include "models/unified/unified.h"

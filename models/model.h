@@ -9,7 +9,7 @@
 #include "libtensor/geometry/hand_layer.h"
 #include "libtensor/graph/graph.h"
 #include "libtensor/graph/int8.h"
-#include "libtensor/io/config.h"
+#include "libtensor/io/text/config.h"
 
 enum { MODEL_PORTS = 24 };
 

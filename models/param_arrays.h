@@ -6,7 +6,7 @@
 #define MODELS_PARAM_ARRAYS_H
 
 #include "libtensor/graph/param.h"
-#include "libtensor/io/array.h"
+#include "libtensor/io/array/array.h"
 
 /* reals_array - reals of this shape as an array, which borrows them */
 lt_array reals_array(const lt_shape *shape, const lt_real *data);

@@ -9,7 +9,7 @@
 #ifndef MODELS_WEIGHT_NAMES_H
 #define MODELS_WEIGHT_NAMES_H
 
-#include "libtensor/io/array.h"
+#include "libtensor/io/array/array.h"
 
 typedef struct {
     const char *name;               /* whose words they are: "torchvision and palmar", "timm" ... */

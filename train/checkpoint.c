@@ -2,9 +2,9 @@
 #include "train/checkpoint.h"
 
 #include "libtensor/base/cpu.h"
-#include "libtensor/io/json.h"
-#include "libtensor/io/number.h"
-#include "libtensor/io/safetensors.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/text/number.h"
+#include "libtensor/io/array/safetensors.h"
 #include "libtensor/kernels/kernels.h"
 #include "models/param_arrays.h"
 #include "train/int8_table.h"

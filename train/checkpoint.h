@@ -11,7 +11,7 @@
 #define TRAIN_CHECKPOINT_H
 
 #include "data/loader.h"
-#include "libtensor/io/array.h"
+#include "libtensor/io/array/array.h"
 #include "libtensor/optim/optim.h"
 #include "models/model.h"
 

@@ -2,8 +2,8 @@
 #include "train/config.h"
 
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
-#include "libtensor/io/nearest.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/text/nearest.h"
 #include "libtensor/optim/optim.h"
 
 #include <cjson/cJSON.h>

@@ -5,7 +5,7 @@
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/events.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 
 #include <errno.h>
 #include <inttypes.h>

@@ -8,7 +8,7 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 #include "libtensor/kernels/kernels.h"
 #include "train/checkpoint_folder.h"
 

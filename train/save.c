@@ -6,7 +6,7 @@
 
 #include "libtensor/base/clock.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 #include "train/checkpoint_folder.h"
 
 #include <cjson/cJSON.h>

@@ -2,7 +2,7 @@
 #include "train/weights.h"
 
 #include "libtensor/io/file.h"
-#include "libtensor/io/weights_file.h"
+#include "libtensor/io/torch/weights_file.h"
 #include "models/param_arrays.h"
 #include "models/weight_names.h"
 #include "train/checkpoint.h"

@@ -5,7 +5,7 @@
 #include "data/picture.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 
 #include <stdio.h>
 #include <string.h>

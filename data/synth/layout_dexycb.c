@@ -6,7 +6,7 @@
 #include "data/synth/rig.h"
 #include "data/synth/write_dexycb.h"
 #include "libtensor/geometry/rotation.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 
 #include <stdio.h>
 #include <string.h>

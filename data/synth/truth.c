@@ -3,7 +3,7 @@
 
 #include "libtensor/geometry/camera.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 
 #include <stdio.h>
 

@@ -6,9 +6,9 @@
 #include "data/synth/calibration.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/image.h"
-#include "libtensor/io/npz.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/image/image.h"
+#include "libtensor/io/array/npz.h"
+#include "libtensor/io/text/number.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -5,8 +5,8 @@
 #include "data/picture.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/image.h"
-#include "libtensor/io/pickle.h"
+#include "libtensor/io/image/image.h"
+#include "libtensor/io/pickle/pickle.h"
 
 #include <math.h>
 #include <string.h>

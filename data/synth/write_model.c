@@ -2,8 +2,8 @@
 #include "data/synth/write_model.h"
 
 #include "libtensor/io/file.h"
-#include "libtensor/io/image.h"
-#include "libtensor/io/mesh_io.h"
+#include "libtensor/io/image/image.h"
+#include "libtensor/io/mesh/obj.h"
 
 lt_status synth_write_model(const char *root, const char *name, const lt_mesh *mesh,
                             const uint8_t (*rgb)[3], int side, const float (*points)[3], int n_points,

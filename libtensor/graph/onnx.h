@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A graph in ONNX's words: a model made of standard operators, in memory. libtensor/io/onnx.h writes it to
+ * A graph in ONNX's words: a model made of standard operators, in memory. libtensor/io/onnx/onnx.h writes it to
  * a file and reads it from one.
  *
  * No table says how our ops map to ONNX's. An op says so itself, in the `onnx` function of its lt_op, with the

@@ -2,7 +2,7 @@
 #include "libtensor/io/keyed_arrays.h"
 
 #include "libtensor/io/file.h"
-#include "libtensor/io/pickle_dense.h"
+#include "libtensor/io/pickle/dense.h"
 
 #include <math.h>
 #include <string.h>

@@ -6,8 +6,8 @@
 #ifndef LT_IO_KEYED_ARRAYS_H
 #define LT_IO_KEYED_ARRAYS_H
 
-#include "libtensor/io/npz.h"
-#include "libtensor/io/pickle.h"
+#include "libtensor/io/array/npz.h"
+#include "libtensor/io/pickle/pickle.h"
 
 /* Exactly one of npz.path and dict is there. */
 typedef struct {

@@ -10,10 +10,10 @@
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/image.h"
-#include "libtensor/io/json.h"
-#include "libtensor/io/mesh_io.h"
-#include "libtensor/io/npz.h"
+#include "libtensor/io/image/image.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/mesh/obj.h"
+#include "libtensor/io/array/npz.h"
 #include "tests/suite.h"
 
 #include <cjson/cJSON.h>

@@ -17,9 +17,9 @@
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/image.h"
-#include "libtensor/io/json.h"
-#include "libtensor/io/pickle.h"
+#include "libtensor/io/image/image.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/pickle/pickle.h"
 #include "tests/suite.h"
 
 #include <cjson/cJSON.h>

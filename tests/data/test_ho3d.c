@@ -3,10 +3,10 @@
 #include "data/ho3d.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/image.h"
-#include "libtensor/io/mesh_io.h"
+#include "libtensor/io/image/image.h"
+#include "libtensor/io/mesh/obj.h"
 #include "libtensor/io/atomic_file.h"
-#include "libtensor/io/pickle.h"
+#include "libtensor/io/pickle/pickle.h"
 #include "tests/suite.h"
 
 #include <math.h>

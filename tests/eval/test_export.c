@@ -5,9 +5,9 @@
 #include "libtensor/graph/internal.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/json.h"
-#include "libtensor/io/onnx.h"
-#include "libtensor/io/safetensors.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/onnx/onnx.h"
+#include "libtensor/io/array/safetensors.h"
 #include "libtensor/ops/ops.h"
 #include "tests/suite.h"
 

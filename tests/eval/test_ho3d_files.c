@@ -7,7 +7,7 @@
 
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/hand_model.h"
-#include "libtensor/io/number.h"
+#include "libtensor/io/text/number.h"
 #include "tests/suite.h"
 
 #include <math.h>

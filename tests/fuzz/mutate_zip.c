@@ -5,7 +5,7 @@
  */
 #include "tests/fuzz/fuzz.h"
 
-#include "libtensor/io/zip_read.h"
+#include "libtensor/io/array/zip_read.h"
 
 #include <stdbool.h>
 #include <stdlib.h>

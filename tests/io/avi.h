@@ -3,7 +3,7 @@
 #ifndef TESTS_IO_AVI_H
 #define TESTS_IO_AVI_H
 
-#include "libtensor/io/image.h"
+#include "libtensor/io/image/image.h"
 
 #include <check.h>
 #include <stdio.h>

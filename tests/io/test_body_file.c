@@ -2,7 +2,7 @@
 /* SMPL-X's arrays out of a .npz, with everything about them that can be wrong; left hands of MANO. */
 #include "libtensor/io/body_file.h"
 #include "libtensor/io/hand_file.h"
-#include "libtensor/io/npz.h"
+#include "libtensor/io/array/npz.h"
 #include "tests/suite.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Structs from JSON by a table of keys: what each type takes, what it says of the rest, overrides, no memory. */
-#include "libtensor/io/config.h"
+#include "libtensor/io/text/config.h"
 #include "tests/io/hostile.h"
 
 #include <cjson/cJSON.h>

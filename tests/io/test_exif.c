@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What cameras write beside the picture, whole, cut, and bent. */
-#include "libtensor/io/exif.h"
+#include "libtensor/io/image/exif.h"
 #include "tests/suite.h"
 
 #include <math.h>

@@ -2,8 +2,8 @@
 /* Hand models on disk: both forms read to the same numbers; a wrong array is named. */
 #include "libtensor/base/rng.h"
 #include "libtensor/io/hand_file.h"
-#include "libtensor/io/npz.h"
-#include "libtensor/io/pickle.h"
+#include "libtensor/io/array/npz.h"
+#include "libtensor/io/pickle/pickle.h"
 #include "tests/suite.h"
 
 enum { V = LT_HAND_VERTICES, F = LT_HAND_FACES, J = LT_HAND_JOINTS, P = LT_HAND_PCA, KEYS = 8 };

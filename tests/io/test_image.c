@@ -2,8 +2,8 @@
 /* Images: Pillow's files, round trips, damage, and sizes that cannot be. */
 #define _GNU_SOURCE                     /* dladdr */
 #include <config.h>
-#include "libtensor/io/film.h"
-#include "libtensor/io/image.h"
+#include "libtensor/io/image/film.h"
+#include "libtensor/io/image/image.h"
 #include "tests/io/hostile.h"
 #include "tests/io/avi.h"
 #include "tests/io/io_vectors.h"

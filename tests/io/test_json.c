@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* JSON: places in errors, limits, numbers in any locale, names that were meant. */
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 #include "tests/io/hostile.h"
 
 #include <cjson/cJSON.h>

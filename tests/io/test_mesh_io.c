@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* OBJ and .xyz: the rules of the format, round trips, and text that breaks them. */
-#include "libtensor/io/mesh_io.h"
+#include "libtensor/io/mesh/obj.h"
 #include "tests/io/hostile.h"
 
 #include <unistd.h>

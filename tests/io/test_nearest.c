@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Names that were mistyped, and what is said of them. */
-#include "libtensor/io/nearest.h"
+#include "libtensor/io/text/nearest.h"
 #include "tests/suite.h"
 
 START_TEST(the_nearest_name)

@@ -2,9 +2,9 @@
 /* ONNX files: a graph written and read back; files of other writers; hostile ones. That every model survives
  * the way is tests/eval/test_export. */
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/npz.h"
-#include "libtensor/io/onnx.h"
-#include "libtensor/io/onnx_fields.h"
+#include "libtensor/io/array/npz.h"
+#include "libtensor/io/onnx/onnx.h"
+#include "libtensor/io/onnx/fields.h"
 #include "libtensor/io/protobuf.h"
 #include "libtensor/ops/ops.h"
 #include "tests/io/hostile.h"

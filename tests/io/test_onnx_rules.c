@@ -2,7 +2,7 @@
 /* What each ONNX operator becomes: values as docs/Operators.md of onnx/onnx defines them, and what a rule refuses. A
  * model is a line of text: "y = Gather(x, [2, 0]) axis=1". */
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/onnx.h"
+#include "libtensor/io/onnx/onnx.h"
 #include "tests/io/hostile.h"
 
 #include <ctype.h>

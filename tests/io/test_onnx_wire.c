@@ -2,7 +2,7 @@
 /* ONNX messages field by field: what each may hold, in which way, and what is said of the rest. Messages are written
  * as text, by the numbers of onnx.proto: 7{...} a message, 2"y" text, 1=3 a number, 7[1 2] packed ones, 9:12 so many
  * zero bytes. */
-#include "libtensor/io/onnx.h"
+#include "libtensor/io/onnx/onnx.h"
 #include "libtensor/io/protobuf.h"
 #include "tests/io/hostile.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* PyTorch's checkpoints: what it wrote in each of its containers, and what nobody should have written. */
-#include "libtensor/io/torch_file.h"
-#include "libtensor/io/weights_file.h"
+#include "libtensor/io/torch/torch.h"
+#include "libtensor/io/torch/weights_file.h"
 #include "tests/io/hostile.h"
 #include "tests/io/torch_vectors.h"
 

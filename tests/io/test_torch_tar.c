@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* PyTorch's oldest container, put together by hand: what its three files may say, and what they may not. That what
  * PyTorch wrote is read is tests/io/test_torch. */
-#include "libtensor/io/torch_file.h"
+#include "libtensor/io/torch/torch.h"
 #include "tests/io/hostile.h"
 
 enum { BLOCK = 512, ROOM = 8 * BLOCK };

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The YAML reader: what DexYCB's files hold, as PyYAML writes it, and what no file may ask of us. */
-#include "libtensor/io/yaml.h"
+#include "libtensor/io/text/yaml.h"
 #include "tests/io/hostile.h"
 
 #include <string.h>

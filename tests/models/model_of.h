@@ -3,7 +3,7 @@
 #ifndef TESTS_MODELS_MODEL_OF_H
 #define TESTS_MODELS_MODEL_OF_H
 
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 #include "models/model.h"
 #include "tests/suite.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The models against their PyTorch twins of scripts/peers: names, sizes, inference, loss, gradients. */
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/npz.h"
+#include "libtensor/io/array/npz.h"
 #include "tests/geometry/hashed_hand.h"
 #include "tests/models/model_of.h"
 #include "tests/suite.h"

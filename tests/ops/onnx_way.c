@@ -2,7 +2,7 @@
 #include "tests/ops/onnx_way.h"
 
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/onnx.h"
+#include "libtensor/io/onnx/onnx.h"
 #include "tests/suite.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
  * on every instruction set, the same bits on any number of threads and whoever wants gradients. */
 #include "libtensor/base/cpu.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/io/npz.h"
+#include "libtensor/io/array/npz.h"
 #include "tests/ops/onnx_way.h"
 #include "tests/ops/op_run.h"
 #include "tests/suite.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The configuration of a run: overrides, slips of the pen, and that what is written reads back. */
-#include "libtensor/io/json.h"
+#include "libtensor/io/text/json.h"
 #include "tests/suite.h"
 #include "train/config.h"
 

@@ -2,7 +2,7 @@
 /* Initial weights from other people's files: every published name finds its parameter, and only that. */
 #include "data/synth/hand.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/safetensors.h"
+#include "libtensor/io/array/safetensors.h"
 #include "models/weight_names.h"
 #include "tests/models/model_of.h"
 #include "tests/suite.h"

@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * safetensors: a length, a JSON header, and the elements of all arrays without a gap.
+ */
+#include "libtensor/io/array/safetensors.h"
+
+#include "libtensor/io/file.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/array/raw_array.h"
+#include "libtensor/io/array/safetensors_dtype.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { HEADER_MAX = 100000000 };
+
+const char *const lt_safetensors_dtype[LT_ELEM_COUNT] = {
+    [LT_ELEM_F4] = "F32", [LT_ELEM_F8] = "F64", [LT_ELEM_F2] = "F16", [LT_ELEM_BF16] = "BF16",
+    [LT_ELEM_I1] = "I8", [LT_ELEM_I2] = "I16", [LT_ELEM_I4] = "I32", [LT_ELEM_I8] = "I64",
+    [LT_ELEM_U1] = "U8", [LT_ELEM_U2] = "U16", [LT_ELEM_U4] = "U32", [LT_ELEM_U8] = "U64",
+    [LT_ELEM_BOOL] = "BOOL",
+};
+
+/* One entry of the header, before its bytes are looked at. */
+typedef struct {
+    const char *name;
+    lt_raw_array raw;
+    size_t begin, end;                  /* in the data */
+} entry;
+
+/* A JSON number that is a size below 2^53, where doubles are exact. */
+static bool take_size(const cJSON *number, size_t *out)
+{
+    const double x = cJSON_IsNumber(number) ? number->valuedouble : -1;
+
+    if (!(x >= 0 && x < 0x1p53) || x != (double)(size_t)x)
+        return false;
+    *out = (size_t)x;
+    return true;
+}
+
+static const char unread[] = "dtype that is not read";
+
+/* What is wrong with an entry; of its dtype also which it is, and which are read. */
+static lt_status refuse(const char *path, const cJSON *item, const char *wrong)
+{
+    const cJSON *dtype = cJSON_GetObjectItemCaseSensitive(item, "dtype");
+    char names[16 * LT_ELEM_COUNT];
+    size_t n = 0;
+
+    if (wrong != unread || !cJSON_IsString(dtype))
+        return lt_error(LT_EFORMAT, "%s: \"%s\": %s", path, item->string, wrong);
+    for (int t = 0; t < LT_ELEM_COUNT; t++)
+        if (lt_safetensors_dtype[t])
+            n += (size_t)snprintf(names + n, sizeof(names) - n, " %s", lt_safetensors_dtype[t]);
+    return lt_error(LT_EFORMAT, "%s: \"%s\": dtype \"%.20s\" is not read, want one of%s", path, item->string,
+                    dtype->valuestring, names);
+}
+
+static const char *take_dtype(const cJSON *dtype, lt_raw_array *raw)
+{
+    for (int t = 0; cJSON_IsString(dtype) && t < LT_ELEM_COUNT; t++) {
+        if (!lt_safetensors_dtype[t] || strcmp(lt_safetensors_dtype[t], dtype->valuestring) != 0)
+            continue;
+        raw->type = (lt_elem)t;
+        raw->width = lt_elem_size(raw->type);
+        return NULL;
+    }
+    return unread;
+}
+
+static const char *take_shape(const cJSON *shape, lt_raw_array *raw)
+{
+    const cJSON *dim;
+
+    if (!cJSON_IsArray(shape))
+        return "shape is no array";
+    cJSON_ArrayForEach(dim, shape) {
+        size_t n;
+
+        if (raw->rank == LT_ARRAY_MAX_RANK)
+            return "shape has more than 8 dimensions";
+        if (!take_size(dim, &n) || n > INT32_MAX)
+            return "shape has a dimension that is no number below 2^31";
+        raw->shape[raw->rank++] = (int64_t)n;
+    }
+    return NULL;
+}
+
+/* NULL, or what is wrong with this entry by itself. */
+static const char *take_entry(const cJSON *item, size_t data_bytes, entry *e)
+{
+    const cJSON *offsets = cJSON_GetObjectItemCaseSensitive(item, "data_offsets");
+    const char *wrong;
+    size_t want;
+
+    memset(e, 0, sizeof(*e));
+    e->name = item->string;
+    if (!cJSON_IsObject(item))
+        return "no object";
+    wrong = take_dtype(cJSON_GetObjectItemCaseSensitive(item, "dtype"), &e->raw);
+    if (!wrong)
+        wrong = take_shape(cJSON_GetObjectItemCaseSensitive(item, "shape"), &e->raw);
+    if (wrong)
+        return wrong;
+    if (cJSON_GetArraySize(offsets) != 2 || !take_size(offsets->child, &e->begin) ||
+        !take_size(offsets->child->next, &e->end))
+        return "data_offsets are no two numbers";
+    if (e->begin > e->end || e->end > data_bytes)
+        return "data_offsets outside the data";
+    if (!lt_raw_bytes(&e->raw, &want) || want != e->end - e->begin)
+        return "data_offsets that disagree with dtype and shape";
+    return NULL;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const entry *x = a, *y = b;
+
+    if (x->begin != y->begin)
+        return x->begin < y->begin ? -1 : 1;
+    return x->end != y->end ? (x->end < y->end ? -1 : 1) : 0;
+}
+
+static int by_name(const void *a, const void *b)
+{
+    return strcmp(*(const char *const *)a, *(const char *const *)b);
+}
+
+static lt_status check_unique(const char *path, const cJSON *items, lt_arena *scratch)
+{
+    const size_t n = (size_t)cJSON_GetArraySize(items);
+    const char **name = lt_arena_array(scratch, n, sizeof(*name));
+    const cJSON *item;
+    size_t i = 0;
+
+    if (!name)
+        return lt_error(LT_ENOMEM, "%s: no memory for %zu names", path, n);
+    cJSON_ArrayForEach(item, items)
+        name[i++] = item->string;
+    qsort(name, n, sizeof(*name), by_name);
+    for (i = 1; i < n; i++)
+        if (strcmp(name[i - 1], name[i]) == 0)
+            return lt_error(LT_EFORMAT, "%s: two entries named \"%s\"", path, name[i]);
+    return LT_OK;
+}
+
+/* Sorted, the entries must tile the data: each begins where the last one ended. */
+static lt_status check_places(const char *path, entry *list, size_t n, size_t data_bytes)
+{
+    size_t at = 0;
+
+    qsort(list, n, sizeof(*list), by_place);
+    for (size_t i = 0; i < n; i++) {
+        if (list[i].begin != at)
+            return lt_error(LT_EFORMAT, "%s: \"%s\": data begins at %zu, want %zu: no gaps, no overlap",
+                            path, list[i].name, list[i].begin, at);
+        at = list[i].end;
+    }
+    if (at != data_bytes)
+        return lt_error(LT_EFORMAT, "%s: %zu bytes of data, entries cover %zu", path, data_bytes, at);
+    return LT_OK;
+}
+
+static lt_status take_meta(lt_arena *arena, const cJSON *meta, lt_safetensors *out)
+{
+    const cJSON *item;
+
+    if (!meta)
+        return LT_OK;
+    out->meta = lt_arena_array(arena, (size_t)cJSON_GetArraySize(meta), sizeof(*out->meta));
+    if (!out->meta)
+        return lt_error(LT_ENOMEM, "%s: no memory", out->path);
+    cJSON_ArrayForEach(item, meta) {
+        lt_text_pair *pair = &out->meta[out->n_meta++];
+
+        if (!cJSON_IsObject(meta) || !cJSON_IsString(item))
+            return lt_error(LT_EFORMAT, "%s: __metadata__ is no map of strings", out->path);
+        pair->key = lt_arena_strdup(arena, item->string);
+        pair->value = lt_arena_strdup(arena, item->valuestring);
+        if (!pair->key || !pair->value)
+            return lt_error(LT_ENOMEM, "%s: no memory", out->path);
+    }
+    return LT_OK;
+}
+
+static lt_status load_entries(lt_arena *arena, const entry *list, size_t n, const uint8_t *data,
+                              lt_safetensors *out)
+{
+    out->entry = lt_arena_array(arena, n, sizeof(*out->entry));
+    if (!out->entry)
+        return lt_error(LT_ENOMEM, "%s: no memory for %zu entries", out->path, n);
+    for (size_t i = 0; i < n; i++) {
+        lt_named_array *e = &out->entry[out->n++];
+        lt_raw_array raw = list[i].raw;
+        lt_status st;
+
+        lt_raw_order(&raw, '<');
+        e->name = lt_arena_strdup(arena, list[i].name);
+        if (!e->name)
+            return lt_error(LT_ENOMEM, "%s: no memory", out->path);
+        st = lt_raw_load(arena, &raw, data + list[i].begin, &e->array);
+        if (st)
+            return lt_error_prefix(st, "%s: \"%s\"", out->path, e->name);
+    }
+    return LT_OK;
+}
+
+/* Everything but the memory of the header, which the caller frees. */
+static lt_status load(lt_arena *arena, lt_arena *scratch, const cJSON *header, const uint8_t *data,
+                      size_t data_bytes, lt_safetensors *out)
+{
+    entry *list = lt_arena_array(scratch, (size_t)cJSON_GetArraySize(header), sizeof(*list));
+    const cJSON *item, *meta = NULL;
+    size_t n = 0;
+    lt_status st;
+
+    if (!list)
+        return lt_error(LT_ENOMEM, "%s: no memory", out->path);
+    st = check_unique(out->path, header, scratch);
+    if (st)
+        return st;
+    cJSON_ArrayForEach(item, header) {
+        const char *wrong;
+
+        if (strcmp(item->string, "__metadata__") == 0) {
+            meta = item;
+            continue;
+        }
+        wrong = take_entry(item, data_bytes, &list[n++]);
+        if (wrong)
+            return refuse(out->path, item, wrong);
+    }
+    st = check_places(out->path, list, n, data_bytes);
+    if (!st)
+        st = take_meta(arena, meta, out);
+    return st ? st : load_entries(arena, list, n, data, out);
+}
+
+lt_status lt_safetensors_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
+                               lt_safetensors *out)
+{
+    lt_safetensors s = { .path = lt_arena_strdup(arena, name) };
+    lt_arena *scratch;
+    uint64_t length = 0;
+    cJSON *header;
+    lt_status st;
+
+    for (int i = 0; n >= 8 && i < 8; i++)
+        length |= (uint64_t)bytes[i] << (8 * i);
+    if (n < 10 || length < 2 || length > n - 8 || length > HEADER_MAX || bytes[8] != '{')
+        return lt_error(LT_EFORMAT, "%s: not a safetensors file: header of %ju bytes in a file of %zu",
+                        name, (uintmax_t)length, n);
+    st = lt_json_parse(name, (const char *)bytes + 8, (size_t)length, &header);
+    if (st)
+        return lt_error_prefix(st, "header");
+    scratch = lt_arena_new();
+    if (!scratch || !s.path)
+        st = lt_error(LT_ENOMEM, "%s: no memory", name);
+    else
+        st = load(arena, scratch, header, bytes + 8 + length, n - 8 - (size_t)length, &s);
+    lt_arena_free(scratch);
+    cJSON_Delete(header);
+    if (!st)
+        *out = s;
+    return st;
+}
+
+lt_status lt_safetensors_read(lt_arena *arena, const char *path, lt_safetensors *out)
+{
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, LT_FILE_MAX);
+
+    if (!st)
+        st = lt_safetensors_parse(arena, path, file.bytes, file.n, out);
+    lt_file_free(&file);
+    return st;
+}
+
+const lt_array *lt_safetensors_find(const lt_safetensors *s, const char *name)
+{
+    for (size_t i = 0; i < s->n; i++)
+        if (strcmp(s->entry[i].name, name) == 0)
+            return &s->entry[i].array;
+    return NULL;
+}
+
+const char *lt_safetensors_meta(const lt_safetensors *s, const char *key)
+{
+    for (size_t i = 0; i < s->n_meta; i++)
+        if (strcmp(s->meta[i].key, key) == 0)
+            return s->meta[i].value;
+    return NULL;
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Films, frame by frame, through OpenCV where it was built in.
+ */
+#ifndef LT_IO_IMAGE_FILM_H
+#define LT_IO_IMAGE_FILM_H
+
+#include "libtensor/io/image/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef struct lt_film lt_film;
+
+/**
+ * lt_film_open - a film of any kind that OpenCV reads: mp4, avi, mov, mkv, webm
+ *
+ * OpenCV's module is looked for as lt_image_read does. Errors: LT_EIO: no such file; LT_EFORMAT: not a film, or
+ * no OpenCV; LT_ENOMEM.
+ */
+LT_API lt_status lt_film_open(const char *path, lt_film **out);
+LT_API void lt_film_close(lt_film *film);
+
+/* lt_film_fps - frames per second as the film says; 0 where it does not */
+LT_API double lt_film_fps(const lt_film *film);
+
+/* lt_film_frames - how many frames the film says it has; 0 where it does not. It may be off by some. */
+LT_API int64_t lt_film_frames(const lt_film *film);
+
+/**
+ * lt_film_next - the next frame, RGB of 8 bits, upright, in the arena; *more is false when there is none
+ *
+ * A film that breaks off ends there: OpenCV does not tell the two apart, but lt_film_frames may.
+ * Errors: LT_EFORMAT: beyond the limits of lt_image_read; LT_ENOMEM.
+ */
+LT_API lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

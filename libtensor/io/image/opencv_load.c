@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Finds and loads the module, keeps it, and asks it. */
+#include "libtensor/io/image/opencv.h"
+
+#include "libtensor/io/image/codec.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/image/film.h"
+#include "libtensor/io/image/opencv_module.h"
+
+#include <dlfcn.h>
+#include <errno.h>
+#include <libgen.h>
+#include <limits.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#define MODULE_HINT ", its module where it was installed or where PALMAR_MODULES says"
+
+static pthread_once_t once = PTHREAD_ONCE_INIT;
+static const lt_opencv *opencv;                 /* NULL: there is none */
+
+static bool load(const char *folder, const char *within)
+{
+    char path[2 * PATH_MAX];
+    void *module;
+
+    snprintf(path, sizeof(path), "%s%s/%s", folder, within, LT_OPENCV_MODULE);
+    module = access(path, R_OK) == 0 ? dlopen(path, RTLD_NOW | RTLD_LOCAL) : NULL;
+    opencv = module ? dlsym(module, LT_OPENCV_SYMBOL) : NULL;
+    return opencv;
+}
+
+/* Where the environment says; beside the program in a build folder; where it was installed. */
+static void find_module(void)
+{
+    const char *named = getenv("PALMAR_MODULES");
+    char self[PATH_MAX];
+    const ssize_t n = readlink("/proc/self/exe", self, sizeof(self) - 1);
+
+    if (named && load(named, ""))
+        return;
+    self[n > 0 ? n : 0] = '\0';
+    if (n > 0 && load(dirname(self), "/.libs"))
+        return;
+    load(PALMAR_LIBDIR, "");
+}
+
+typedef struct {
+    lt_arena *arena;
+    const char *name;
+    lt_image img;
+    lt_status status;
+} request;
+
+static uint8_t *make_room(void *ctx, int width, int height, int channels, int bits)
+{
+    request *r = ctx;
+
+    r->status = lt_image_check(r->name, (uint64_t)width, (uint64_t)height);
+    if (!r->status)
+        r->status = lt_image_init(r->arena, width, height, channels, bits, &r->img);
+    return r->status ? NULL : r->img.data;
+}
+
+lt_status lt_opencv_decode(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_image *out)
+{
+    request r = { .arena = arena, .name = name };
+    const char *other = lt_not_fetched(bytes, n);
+    char error[256];
+
+    if (other)
+        return lt_error(LT_EFORMAT, "%s: %s", name, other);
+    pthread_once(&once, find_module);
+    if (!opencv)
+        return lt_error(LT_EFORMAT, "%s: neither PNG nor JPEG; other formats need a build with OpenCV%s", name,
+                        MODULE_HINT);
+    if (opencv->decode(bytes, n, make_room, &r, error))
+        return r.status ? r.status : lt_error(LT_EFORMAT, "%s: %s", name, error);
+    *out = r.img;
+    return LT_OK;
+}
+
+/* ---- films ----------------------------------------------------------------------------------------------- */
+
+struct lt_film {
+    void *film;
+    char *path;
+    double fps, frames;
+};
+
+lt_status lt_film_open(const char *path, lt_film **out)
+{
+    lt_film *f;
+    char error[256];
+    lt_status st = LT_OK;
+
+    if (access(path, R_OK) != 0)
+        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    pthread_once(&once, find_module);
+    if (!opencv)
+        return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV%s; or make images of it first", path,
+                        MODULE_HINT);
+    f = lt_alloc(sizeof(*f));
+    if (!f)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    *f = (lt_film){ .path = strdup(path) };
+    if (!f->path)
+        st = lt_error(LT_ENOMEM, "%s: no memory", path);
+    else if (!(f->film = opencv->film_open(path, &f->fps, &f->frames, error)))
+        st = lt_error(LT_EFORMAT, "%s: %s", path, error);
+    if (st)
+        lt_film_close(f);
+    else
+        *out = f;
+    return st;
+}
+
+void lt_film_close(lt_film *film)
+{
+    if (!film)
+        return;
+    if (film->film)
+        opencv->film_close(film->film);
+    free(film->path);
+    lt_release(film);
+}
+
+double lt_film_fps(const lt_film *film)
+{
+    return film->fps > 0 && film->fps < 1e4 ? film->fps : 0;
+}
+
+int64_t lt_film_frames(const lt_film *film)
+{
+    return film->frames > 0 && film->frames < 1e9 ? (int64_t)film->frames : 0;
+}
+
+lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more)
+{
+    request r = { .arena = arena, .name = film->path };
+    char error[256];
+
+    *more = opencv->film_next(film->film, make_room, &r, error) == 0;
+    if (*more)
+        *out = r.img;
+    return r.status ? r.status : error[0] ? lt_error(LT_EFORMAT, "%s: %s", film->path, error) : LT_OK;
+}

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Internal: how one ONNX operator becomes ops of ours. import.c walks over a model and knows values by
+ * name; rules.c, shapes.c and layers.c have a rule for each operator; arith.c the ops that only
+ * an import needs.
+ */
+#ifndef LT_IO_ONNX_IMPORT_H
+#define LT_IO_ONNX_IMPORT_H
+
+#include "libtensor/io/onnx/onnx.h"
+
+/* A value: a tensor of the graph; or whole numbers that are known while recording, shapes and indices */
+typedef struct {
+    const char *name;               /* NULL: an empty place of the table */
+    lt_tensor *t;
+    bool whole;                     /* t holds whole numbers, as reals */
+    const int64_t *ints;            /* when t is NULL */
+    lt_shape shape;                 /* of ints */
+    const lt_onnx_tensor *constant; /* of reals, not a tensor yet */
+} onnx_value;
+
+enum { ONNX_MAX_IN = LT_MAX_IN };
+enum { ONNX_MAX_SIZE = 1 << 20 };       /* of a window, a map, a range: larger is not meant */
+enum { ONNX_MAX_LISTED = 4 * ONNX_MAX_SIZE };
+
+/* One node being recorded. The first mistake is kept, later calls do no harm. */
+typedef struct {
+    lt_arena *arena;
+    lt_graph *g;
+    int64_t opset;                  /* whose defaults count */
+    const lt_onnx_node *node;
+    onnx_value *in[ONNX_MAX_IN];    /* NULL: left out */
+    int n_in;
+    int64_t *listed;                /* numbers that this node and those before it have made of known ones */
+    onnx_value out;                 /* for a rule to fill: t, whole, or ints and shape */
+    lt_status status;
+} onnx_call;
+
+typedef struct {
+    const char *op;
+    int min_in, max_in;
+    const char *attrs;              /* names that the rule understands, each between blanks */
+    void (*record)(onnx_call *c);
+} onnx_rule;
+
+/* Ends with a NULL op */
+extern const onnx_rule onnx_shape_rules[], onnx_layer_rules[];
+
+/* onnx_rule_find - the rule for an operator, or NULL */
+const onnx_rule *onnx_rule_find(const char *op);
+
+/* onnx_fail - this node cannot be recorded; why, for one line */
+void onnx_fail(onnx_call *c, const char *fmt, ...) LT_PRINTF(2, 3);
+
+/* onnx_no_memory - nor can it, but the file is not to blame */
+void onnx_no_memory(onnx_call *c);
+
+/* onnx_tensor - input i as a tensor of reals, NULL when it was left out; onnx_ints - as whole numbers known
+ * now, n of them; onnx_shape - the shape of either */
+lt_tensor *onnx_tensor(onnx_call *c, int i);
+const int64_t *onnx_ints(onnx_call *c, int i, int *n);
+lt_shape onnx_shape(const onnx_call *c, int i);
+
+/* onnx_charge - account for n numbers that the node makes of known ones; false, and a failure, when all nodes' are more
+ * than ONNX_MAX_LISTED. onnx_list - room for n of them, or NULL */
+bool onnx_charge(onnx_call *c, int64_t n);
+int64_t *onnx_list(onnx_call *c, int64_t n);
+
+/* onnx_reals - the whole numbers of input i, known now, as a constant of this shape, which has as many elements */
+lt_tensor *onnx_reals(onnx_call *c, int i, lt_shape shape);
+
+/* onnx_axis - the attribute "axis", counted from the front, of input 0 */
+int onnx_axis(onnx_call *c, int64_t fallback);
+
+/* onnx_is_known - input i is there, as whole numbers */
+bool onnx_is_known(const onnx_call *c, int i);
+
+/* The node's attributes, or a fallback. onnx_attr_int is within lo .. hi; onnx_attr_equal - n equal numbers
+ * within lo .. hi, as one; onnx_attr_is - a text attribute, fallback when missing, says this */
+int onnx_attr_int(onnx_call *c, const char *name, int64_t fallback, int64_t lo, int64_t hi);
+int onnx_attr_equal(onnx_call *c, const char *name, int n, int64_t fallback, int64_t lo, int64_t hi);
+double onnx_attr_float(onnx_call *c, const char *name, double fallback);
+bool onnx_attr_is(onnx_call *c, const char *name, const char *fallback, const char *value);
+const lt_onnx_attr *onnx_attr(const onnx_call *c, const char *name);
+
+/* ---- ops that only an import needs: no gradient, plain loops -------------------------------------------------- */
+
+lt_tensor *onnx_erf(lt_tensor *x);
+lt_tensor *onnx_sqrt(lt_tensor *x);
+lt_tensor *onnx_trunc(lt_tensor *x);
+lt_tensor *onnx_div(lt_tensor *a, lt_tensor *b);        /* with broadcasting */
+lt_tensor *onnx_max(lt_tensor *a, lt_tensor *b);
+lt_tensor *onnx_sum(lt_tensor *x, int axis);            /* over axis, which stays as 1 */
+
+/* onnx_gather - elements of axis; index is of LT_I32 and within it */
+lt_tensor *onnx_gather(lt_tensor *x, lt_tensor *index, int axis);
+
+#endif

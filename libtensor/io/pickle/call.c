@@ -1,0 +1,351 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The classes and functions that a pickle may name, and what calling, making and building them means.
+ * A name outside the table is an error; nothing is ever looked up anywhere else.
+ *
+ * Source: SciPy's and chumpy's class names as they stand in MANO's files.
+ */
+#include "libtensor/io/pickle/machine.h"
+
+#include "libtensor/io/text/utf8.h"
+
+#include <string.h>
+
+typedef lt_pvalue *call_fn(lt_pmachine *m, const lt_pvalue *args);
+
+static call_fn call_encode, call_dict, call_list, call_tuple, call_set, call_bytes, call_value, call_reconstructor;
+
+static const lt_pm_class table[] = {
+    { "numpy.core.multiarray", "_reconstruct", lt_pm_numpy_reconstruct, false },
+    { "numpy._core.multiarray", "_reconstruct", lt_pm_numpy_reconstruct, false },
+    { "numpy.core.multiarray", "scalar", lt_pm_numpy_scalar, false },
+    { "numpy._core.multiarray", "scalar", lt_pm_numpy_scalar, false },
+    { "numpy.core.numeric", "_frombuffer", lt_pm_numpy_frombuffer, false },
+    { "numpy._core.numeric", "_frombuffer", lt_pm_numpy_frombuffer, false },
+    { "numpy", "dtype", lt_pm_numpy_dtype, false },
+    { "numpy", "ndarray", NULL, false },
+    { "numpy", "bool_", NULL, false },
+    { "numpy", "int8", NULL, false }, { "numpy", "uint8", NULL, false },
+    { "numpy", "int16", NULL, false }, { "numpy", "uint16", NULL, false },
+    { "numpy", "int32", NULL, false }, { "numpy", "uint32", NULL, false },
+    { "numpy", "int64", NULL, false }, { "numpy", "uint64", NULL, false },
+    { "numpy", "float16", NULL, false }, { "numpy", "float32", NULL, false },
+    { "numpy", "float64", NULL, false }, { "numpy", "str_", NULL, false },
+    { "_codecs", "encode", call_encode, false },
+    { "collections", "OrderedDict", call_dict, false },
+    { "collections", "defaultdict", call_dict, false },
+    { "builtins", "dict", call_dict, false },
+    { "builtins", "list", call_list, false },
+    { "builtins", "tuple", call_tuple, false },
+    { "builtins", "slice", call_value, false },
+    { "builtins", "set", call_set, false },
+    { "builtins", "frozenset", call_set, false },
+    { "builtins", "bytes", call_bytes, false },
+    { "builtins", "bytearray", call_bytes, false },
+    { "builtins", "int", call_value, false }, { "builtins", "long", call_value, false },
+    { "builtins", "float", call_value, false }, { "builtins", "bool", call_value, false },
+    { "builtins", "str", call_value, false },
+    { "builtins", "object", NULL, true },
+    { "copyreg", "_reconstructor", call_reconstructor, false },
+    { "chumpy.ch", "Ch", NULL, true },
+    { "chumpy.reordering", "Select", NULL, true },
+    { "chumpy.reordering", "Reshape", NULL, true },
+    { "chumpy.reordering", "transpose", NULL, true },
+    { "scipy.sparse.csc", "csc_matrix", NULL, true }, { "scipy.sparse._csc", "csc_matrix", NULL, true },
+    { "scipy.sparse.csr", "csr_matrix", NULL, true }, { "scipy.sparse._csr", "csr_matrix", NULL, true },
+    { "scipy.sparse.coo", "coo_matrix", NULL, true }, { "scipy.sparse._coo", "coo_matrix", NULL, true },
+};
+
+static bool text_is(const char *text, size_t n, const char *want)
+{
+    return n == strlen(want) && memcmp(text, want, n) == 0;
+}
+
+/* Python 2 knew these modules by other names. */
+static bool module_is(const char *text, size_t n, const char *want)
+{
+    return text_is(text, n, want) ||
+           (strcmp(want, "builtins") == 0 && text_is(text, n, "__builtin__")) ||
+           (strcmp(want, "copyreg") == 0 && text_is(text, n, "copy_reg"));
+}
+
+/* ---- names --------------------------------------------------------------------------------------- */
+
+/* A class value's mark is its place in the table, or behind that in the dialect's, or OPAQUE. */
+enum { OPAQUE = LT_COUNT(table) + (1 << 16) };
+
+static const lt_pm_class *class_at(const lt_pmachine *m, size_t i)
+{
+    static const lt_pm_class opaque = { .name = "", .makes_object = true };
+
+    if (i == OPAQUE)
+        return &opaque;
+    return i < LT_COUNT(table) ? &table[i] : &m->dialect->classes[i - LT_COUNT(table)];
+}
+
+/* "torch" holds "torch" and "torch.nn", not "torchlike" */
+static bool in_package(const char *const *package, const char *module, size_t n)
+{
+    const char *dot = memchr(module, '.', n);
+    const size_t top = dot ? (size_t)(dot - module) : n;
+
+    for (; package && *package; package++)
+        if (text_is(module, top, *package))
+            return true;
+    return false;
+}
+
+static bool find_class(const lt_pmachine *m, const char *module, size_t n_module, const char *name,
+                       size_t n_name, size_t *out)
+{
+    const size_t n = LT_COUNT(table) + (m->dialect ? m->dialect->n : 0);
+
+    for (size_t i = 0; i < n; i++) {
+        const lt_pm_class *c = class_at(m, i);
+
+        *out = i;
+        if (module_is(module, n_module, c->module) && text_is(name, n_name, c->name))
+            return true;
+    }
+    *out = OPAQUE;
+    return m->dialect && in_package(m->dialect->packages, module, n_module);
+}
+
+lt_pvalue *lt_pm_global(lt_pmachine *m, const char *module, size_t n_module, const char *name,
+                        size_t n_name)
+{
+    const int shown_module = (int)(n_module < 100 ? n_module : 100);
+    const int shown_name = (int)(n_name < 100 ? n_name : 100);
+    lt_pvalue *v;
+    char *dotted;
+    size_t i;
+
+    if (!find_class(m, module, n_module, name, n_name, &i)) {
+        lt_pm_fail(m, "names %.*s.%.*s, which is not among the classes that may be read", shown_module, module,
+                   shown_name, name);
+        return m->none;
+    }
+    if (i != OPAQUE) {
+        module = class_at(m, i)->module;            /* what Python 3 calls it */
+        n_module = strlen(module);
+    }
+    dotted = lt_pm_alloc(m, n_module + n_name + 2);
+    v = lt_pm_value(m, LT_PCLASS);
+    if (m->status)
+        return m->none;
+    memcpy(dotted, module, n_module);
+    dotted[n_module] = '.';
+    memcpy(dotted + n_module + 1, name, n_name);
+    v->n = n_module + 1 + n_name;
+    dotted[v->n] = '\0';
+    v->u.text = dotted;
+    v->mark = (uint32_t)i;
+    return v;
+}
+
+/* ---- calling and making -------------------------------------------------------------------------- */
+
+static lt_pvalue *new_object(lt_pmachine *m, const lt_pvalue *class_value)
+{
+    lt_pvalue *v = lt_pm_value(m, LT_POBJECT);
+
+    if (!m->status)
+        v->u.object.class_name = class_value->u.text;
+    return v;
+}
+
+/* Whether calling it makes an inert object: a dialect's class, or of unknown names a class, by Python's habit one with
+ * a capital. */
+static bool is_inert(const lt_pmachine *m, const lt_pvalue *callee)
+{
+    const char *name = strrchr(callee->u.text, '.') + 1;
+
+    if (callee->mark != OPAQUE)
+        return callee->mark >= LT_COUNT(table) && class_at(m, callee->mark)->makes_object;
+    name += strspn(name, "_");
+    return *name >= 'A' && *name <= 'Z';
+}
+
+lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args)
+{
+    const lt_pm_class *c = callee->kind == LT_PCLASS ? class_at(m, callee->mark) : NULL;
+
+    if (!c) {
+        lt_pm_fail(m, "calls what is no class");
+        return m->none;
+    }
+    if (args->kind == LT_PTUPLE && is_inert(m, callee))
+        return new_object(m, callee);
+    if (args->kind != LT_PTUPLE || !c->call) {
+        lt_pm_fail(m, "calls %s, which is not one that may be called so", callee->u.text);
+        return m->none;
+    }
+    return c->call(m, args);
+}
+
+static lt_pvalue *make_object(lt_pmachine *m, const lt_pvalue *class_value)
+{
+    if (class_value->kind != LT_PCLASS || !class_at(m, class_value->mark)->makes_object) {
+        lt_pm_fail(m, "makes an object of %s, which is not one that may be made",
+                   class_value->kind == LT_PCLASS ? class_value->u.text : "what is no class");
+        return m->none;
+    }
+    return new_object(m, class_value);
+}
+
+lt_pvalue *lt_pm_new(lt_pmachine *m, lt_pvalue *class_value, lt_pvalue *args)
+{
+    if (args->kind != LT_PTUPLE || (args->n && !(class_value->kind == LT_PCLASS && class_value->mark == OPAQUE))) {
+        lt_pm_fail(m, "makes an object with arguments");
+        return m->none;
+    }
+    return make_object(m, class_value);
+}
+
+/* ---- Python's own -------------------------------------------------------------------------------- */
+
+lt_pvalue *lt_pm_bad_args(lt_pmachine *m, const char *name)
+{
+    lt_pm_fail(m, "calls %s with arguments that it does not take", name);
+    return m->none;
+}
+
+static bool is_sequence(const lt_pvalue *v)
+{
+    return v->kind == LT_PLIST || v->kind == LT_PTUPLE || v->kind == LT_PSET;
+}
+
+/* list(), list(items), and so for tuple and set */
+static lt_pvalue *call_sequence(lt_pmachine *m, const lt_pvalue *args, lt_pkind kind, const char *name)
+{
+    if (args->n == 0)
+        return lt_pm_items(m, kind, NULL, 0);
+    if (args->n != 1 || !is_sequence(args->u.item[0]))
+        return lt_pm_bad_args(m, name);
+    return lt_pm_items(m, kind, args->u.item[0]->u.item, args->u.item[0]->n);
+}
+
+static lt_pvalue *call_list(lt_pmachine *m, const lt_pvalue *args)
+{
+    return call_sequence(m, args, LT_PLIST, "list");
+}
+
+static lt_pvalue *call_tuple(lt_pmachine *m, const lt_pvalue *args)
+{
+    return call_sequence(m, args, LT_PTUPLE, "tuple");
+}
+
+static lt_pvalue *call_set(lt_pmachine *m, const lt_pvalue *args)
+{
+    return call_sequence(m, args, LT_PSET, "set");
+}
+
+/* dict(), defaultdict(class), and Python 2's OrderedDict([[key, value], ...]) */
+static lt_pvalue *call_dict(lt_pmachine *m, const lt_pvalue *args)
+{
+    const lt_pvalue *pairs = args->n ? args->u.item[args->n - 1] : m->none;
+    lt_pvalue **item, *dict;
+
+    if (args->n > 1 || (pairs->kind != LT_PNONE && pairs->kind != LT_PCLASS && pairs->kind != LT_PLIST))
+        return lt_pm_bad_args(m, "dict");
+    if (pairs->kind != LT_PLIST)
+        return lt_pm_items(m, LT_PDICT, NULL, 0);
+    item = lt_pm_alloc(m, 2 * pairs->n * sizeof(*item));
+    for (size_t i = 0; item && i < pairs->n; i++) {
+        const lt_pvalue *pair = pairs->u.item[i];
+
+        if (!is_sequence(pair) || pair->n != 2)
+            return lt_pm_bad_args(m, "dict");
+        item[2 * i] = pair->u.item[0];
+        item[2 * i + 1] = pair->u.item[1];
+    }
+    dict = item ? lt_pm_items(m, LT_PDICT, item, pairs->n) : m->none;
+    return dict;
+}
+
+/* int(x), float(x), str(x) and the like: x is that already. slice(a, b, c): the tuple of the three */
+static lt_pvalue *call_value(lt_pmachine *m, const lt_pvalue *args)
+{
+    if (args->n == 3)
+        return lt_pm_items(m, LT_PTUPLE, args->u.item, 3);
+    if (args->n != 1 || args->u.item[0]->kind > LT_PBYTES)
+        return lt_pm_bad_args(m, "a builtin type");
+    return args->u.item[0];
+}
+
+/* Text whose characters are all below 256, as those bytes: how Python 3 writes bytes at protocol 2. */
+static lt_pvalue *latin1_bytes(lt_pmachine *m, const lt_pvalue *text)
+{
+    const char *p = text->u.text, *end = p + text->n;
+    char *out = lt_pm_alloc(m, text->n + 1);
+    lt_pvalue *v = lt_pm_value(m, LT_PBYTES);
+    size_t n = 0;
+
+    while (!m->status && p < end) {
+        const uint32_t code = lt_utf8_next(&p, end);
+
+        if (code > 255)
+            lt_pm_fail(m, "bytes written as text with a character above 255");
+        out[n++] = (char)code;
+    }
+    if (m->status)
+        return m->none;
+    v->u.text = out;
+    v->n = n;
+    return v;
+}
+
+bool lt_pm_is_text(const lt_pvalue *v, const char *want)
+{
+    return v->kind == LT_PSTR && text_is(v->u.text, v->n, want);
+}
+
+/* _codecs.encode(text, "latin1") */
+static lt_pvalue *call_encode(lt_pmachine *m, const lt_pvalue *args)
+{
+    if (args->n != 2 || args->u.item[0]->kind != LT_PSTR ||
+        (!lt_pm_is_text(args->u.item[1], "latin1") && !lt_pm_is_text(args->u.item[1], "latin-1")))
+        return lt_pm_bad_args(m, "_codecs.encode");
+    return latin1_bytes(m, args->u.item[0]);
+}
+
+/* bytes(), bytearray(), bytearray(b), bytearray(text, "latin-1") */
+static lt_pvalue *call_bytes(lt_pmachine *m, const lt_pvalue *args)
+{
+    if (args->n == 2)
+        return call_encode(m, args);
+    if (args->n == 1 && (args->u.item[0]->kind == LT_PBYTES || args->u.item[0]->kind == LT_PSTR))
+        return args->u.item[0];
+    return args->n == 0 ? lt_pm_text(m, LT_PBYTES, "", 0) : lt_pm_bad_args(m, "bytes");
+}
+
+/* copyreg._reconstructor(class, object, None): NEWOBJ before there was NEWOBJ */
+static lt_pvalue *call_reconstructor(lt_pmachine *m, const lt_pvalue *args)
+{
+    if (args->n != 3 || args->u.item[2]->kind != LT_PNONE)
+        return lt_pm_bad_args(m, "copyreg._reconstructor");
+    return make_object(m, args->u.item[0]);
+}
+
+/* ---- BUILD --------------------------------------------------------------------------------------- */
+
+void lt_pm_build(lt_pmachine *m, lt_pvalue *object, lt_pvalue *state)
+{
+    switch (object->kind) {
+    case LT_PARRAY:
+        lt_pm_build_array(m, object, state);
+        break;
+    case LT_PDTYPE:
+        lt_pm_build_dtype(m, object, state);
+        break;
+    case LT_POBJECT:
+        if (object->u.object.state)
+            lt_pm_fail(m, "gives an object its state twice");
+        object->u.object.state = state;
+        break;
+    case LT_PDICT:                      /* attributes of an OrderedDict: of no meaning here */
+        break;
+    default:
+        lt_pm_fail(m, "gives a state to a value that has none");
+    }
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * PyTorch's checkpoints: telling the containers apart, and what they have in common.
+ */
+#include "libtensor/io/torch/torch.h"
+
+#include "libtensor/io/file.h"
+#include "libtensor/io/torch/internal.h"
+
+#include <string.h>
+
+lt_torch_container lt_torch_sniff(const uint8_t *bytes, size_t n)
+{
+    /* behind PROTO and its number: LONG1 of 10 bytes, 0x1950a86a20f9469cfc6c, and STOP */
+    static const uint8_t magic[13] = "\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.";
+
+    if (n >= 4 && memcmp(bytes, "PK\3\4", 4) == 0)
+        return LT_TORCH_ZIP;
+    if (n >= 15 && bytes[0] == 0x80 && memcmp(bytes + 2, magic, sizeof(magic)) == 0)
+        return LT_TORCH_STREAM;
+    if (n >= 512 && memcmp(bytes + 257, "ustar", 5) == 0)
+        return LT_TORCH_TAR;
+    return LT_TORCH_NONE;
+}
+
+static lt_status read_container(lt_torch *t, lt_torch_container container, const lt_pvalue **value)
+{
+    const char *other;
+
+    switch (container) {
+    case LT_TORCH_ZIP:    return lt_torch_zip(t, value);
+    case LT_TORCH_STREAM: return lt_torch_stream(t, value);
+    case LT_TORCH_TAR:    return lt_torch_tar(t, value);
+    default:
+        other = lt_not_fetched(t->bytes, t->n);
+        if (other)
+            return lt_error(LT_EFORMAT, "%s: %s", t->path, other);
+        return lt_error(LT_EFORMAT, "%s: not a checkpoint of PyTorch: neither its zip, its stream of pickles nor "
+                        "its tar archive", t->path);
+    }
+}
+
+lt_status lt_torch_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_torch_file *out)
+{
+    lt_torch t = { .arena = arena, .path = lt_arena_strdup(arena, name), .bytes = bytes, .n = n };
+    lt_torch_file f = { .path = t.path, .container = lt_torch_sniff(bytes, n) };
+    lt_status st;
+
+    if (!t.path)
+        return lt_error(LT_ENOMEM, "%s: no memory", name);
+    st = read_container(&t, f.container, &f.value);
+    if (!st)
+        st = lt_torch_fill(&t);
+    if (!st)
+        st = lt_torch_names(&t, f.value, &f);
+    if (!st)
+        *out = f;
+    return st;
+}
+
+lt_status lt_torch_read(lt_arena *arena, const char *path, lt_torch_file *out)
+{
+    uint8_t *bytes;
+    size_t n;
+    const lt_status st = lt_read_file(arena, path, LT_FILE_MAX, &bytes, &n);
+
+    return st ? st : lt_torch_parse(arena, path, bytes, n, out);
+}
