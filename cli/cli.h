@@ -8,8 +8,8 @@
 #define CLI_CLI_H
 
 #include "data/open.h"
-#include "libtensor/geometry/hand_layer.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/layer.h"
+#include "libtensor/geometry/hand/model.h"
 #include "models/model.h"
 #include "train/config.h"
 

@@ -3,7 +3,7 @@
 #include "data/check.h"
 
 #include "data/hand_pose.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <math.h>

@@ -3,7 +3,7 @@
 
 #include "data/hand_pose.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/mesh_ops.h"
+#include "libtensor/geometry/mesh/surface.h"
 
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/hand_pose.h"
 
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 
 void hand_pose_widen(const float *rotation, const float *beta, double *R, double *b)
 {

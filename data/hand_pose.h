@@ -10,7 +10,7 @@
 #ifndef DATA_HAND_POSE_H
 #define DATA_HAND_POSE_H
 
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #ifdef __cplusplus
 extern "C" {

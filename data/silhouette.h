@@ -7,7 +7,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/camera.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {

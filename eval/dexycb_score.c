@@ -6,7 +6,7 @@
 #include "eval/metrics.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 
 #include "data/crop.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/pnp.h"
+#include "libtensor/geometry/pnp/pnp.h"
 #include "libtensor/graph/plan.h"
 #include "train/feed.h"
 

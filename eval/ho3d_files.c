@@ -3,7 +3,7 @@
 #include "eval/ho3d_files.h"
 
 #include "data/ho3d_points.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #include <stdlib.h>
 

@@ -14,7 +14,7 @@
 
 #include "libtensor/base/common.h"
 #include "libtensor/base/status.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #include <stdio.h>
 

@@ -3,7 +3,7 @@
 #include "eval/ho3d_submission.h"
 
 #include "eval/zip_entry.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 

@@ -6,7 +6,7 @@
 #define EVAL_HPE_FILE_H
 
 #include "libtensor/base/arena.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #ifdef __cplusplus
 extern "C" {

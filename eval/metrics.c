@@ -5,7 +5,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/order.h"
-#include "libtensor/geometry/kd_tree.h"
+#include "libtensor/geometry/mesh/kd_tree.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/procrustes.h"
 

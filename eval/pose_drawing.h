@@ -7,8 +7,8 @@
 
 #include "data/synth/draw.h"
 #include "eval/object_pose.h"
-#include "libtensor/geometry/hand_model.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/hand/model.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 /* Whatever is NULL is not drawn. Metres, camera axes. */
 typedef struct {

@@ -7,7 +7,7 @@
 
 #include "data/crop.h"
 #include "data/ycb.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 #include "models/model.h"
 
 #include <stdio.h>
@@ -70,7 +70,7 @@ typedef struct {
  *
  * A film (.mp4, .avi, .mov, .mkv, .webm) leaves results for each frame, NAME-000001 and so on; OpenCV reads it. With
  * fps images are frames in the order given. Of frames that follow each other joints and object pose go through the
- * filters of libtensor/geometry/kalman.h, which bridge up to 15 frames in which the hand or the object is lost.
+ * filters of libtensor/geometry/kalman/kalman.h, which bridge up to 15 frames in which the hand or the object is lost.
  *
  * The hand's position solves weighted least squares (libtensor/geometry/translation.h) with the 2D
  * joints of the heat maps; without a solution between 0.05 and 10 m the hand is put 0.6 m away in its box.

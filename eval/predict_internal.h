@@ -9,8 +9,8 @@
 #include "eval/predict.h"
 #include "eval/predict_boxes.h"
 #include "eval/symmetry.h"
-#include "libtensor/geometry/kalman.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/kalman/kalman.h"
+#include "libtensor/geometry/mesh/mesh.h"
 #include "libtensor/io/image/image.h"
 
 /* predict_say - one line to o->messages, bytes that would bend the line replaced by '?' */

@@ -3,7 +3,7 @@
 #include "eval/predictors.h"
 
 #include "libtensor/base/arena.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <math.h>

@@ -8,7 +8,7 @@
 #define EVAL_PREDICTORS_H
 
 #include "eval/object_pose.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -6,7 +6,7 @@
 #ifndef MODELS_MODEL_H
 #define MODELS_MODEL_H
 
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/graph/graph.h"
 #include "libtensor/graph/int8.h"
 #include "libtensor/io/text/config.h"

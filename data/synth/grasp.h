@@ -8,8 +8,8 @@
 
 #include "data/synth/sdf.h"
 #include "libtensor/base/arena.h"
-#include "libtensor/geometry/hand_model.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/hand/model.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -10,7 +10,7 @@
 #define DATA_SYNTH_LOFT_H
 
 #include "libtensor/base/arena.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 /* A part of the texture: wrapped round the loft, or laid flat on sections up to `half` from the centre. */
 typedef struct {

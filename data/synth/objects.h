@@ -9,7 +9,7 @@
 
 #include "data/ycb.h"
 #include "libtensor/base/arena.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -9,7 +9,7 @@
 
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/camera.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #ifdef __cplusplus
 extern "C" {

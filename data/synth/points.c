@@ -4,7 +4,7 @@
  */
 #include "data/synth/objects.h"
 
-#include "libtensor/geometry/mesh_ops.h"
+#include "libtensor/geometry/mesh/surface.h"
 
 #include <string.h>
 

@@ -8,7 +8,7 @@
 #include "data/synth/render.h"
 #include "data/synth/sdf.h"
 #include "libtensor/geometry/box21.h"
-#include "libtensor/geometry/mesh_ops.h"
+#include "libtensor/geometry/mesh/surface.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -13,7 +13,7 @@
 #include "libtensor/base/arena.h"
 #include "libtensor/base/common.h"
 #include "libtensor/base/status.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {

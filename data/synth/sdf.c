@@ -7,7 +7,7 @@
 #include "data/synth/sdf.h"
 
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/mesh_ops.h"
+#include "libtensor/geometry/mesh/surface.h"
 
 #include <math.h>
 #include <string.h>

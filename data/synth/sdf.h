@@ -6,7 +6,7 @@
 #define DATA_SYNTH_SDF_H
 
 #include "libtensor/base/arena.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {

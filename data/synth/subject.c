@@ -2,7 +2,7 @@
 /* Draws people. */
 #include "data/synth/subject.h"
 
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <math.h>

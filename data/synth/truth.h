@@ -5,7 +5,7 @@
 #ifndef DATA_SYNTH_TRUTH_H
 #define DATA_SYNTH_TRUTH_H
 
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 #include "libtensor/io/atomic_file.h"
 
 #ifdef __cplusplus

@@ -6,7 +6,7 @@
 #define DATA_SYNTH_VIEW_H
 
 #include "data/synth/render.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -6,7 +6,7 @@
 #define DATA_SYNTH_WRITE_MODEL_H
 
 #include "data/synth/file.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -56,7 +56,7 @@ typedef struct lt_call {
 #define LT_KEEP_OUT(i) (1u << (LT_MAX_IN + (i)))
 #define LT_KEEP_NOTHING (1u << 31)
 
-/* Which maps are in blocks of channels (libtensor/kernels/blocks.h): (B, blocks, H, W, LT_BLOCK) in the place of
+/* Which maps are in blocks of channels (libtensor/kernels/blocks/blocks.h): (B, blocks, H, W, LT_BLOCK) in the place of
  * (B, C, H, W) */
 #define LT_BLOCKS_IN(i) LT_KEEP_IN(i)
 #define LT_BLOCKS_OUT LT_KEEP_OUT(0)

@@ -7,7 +7,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/status.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #ifdef __cplusplus
 extern "C" {

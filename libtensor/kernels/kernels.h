@@ -406,7 +406,7 @@ typedef struct lt_kernels {
     void (*dropout)(lt_real *y, const lt_real *x, const lt_masking *d, const lt_behind *relu, int64_t at, size_t n,
                     bool add);
 
-    /* ---- the matrix product, for libtensor/kernels/gemm.c and conv.c ----------------------------- */
+    /* ---- the matrix product, for libtensor/kernels/gemm/gemm.c and conv.c ----------------------------- */
     /* A tile is at most mr rows of nr columns. Packed A: m rows cut into ceil(m / mr) panels of equal
      * height to one row (panel p starts at row p * m / panels), each stored [k][height]. Packed B:
      * panels of nr columns, each stored [k][nr], the last padded with zeros.
@@ -490,7 +490,7 @@ typedef struct lt_kernels {
     void (*depthwise_weights)(double *sums, const lt_real *x, const lt_real *dy, const lt_depthwise *d,
                               const lt_real *next_x, const lt_real *next_dy);
 
-    /* ---- Winograd F(2x2, 3x3), for libtensor/kernels/winograd2.c: LT_BLOCK channels in lanes ------------- */
+    /* ---- Winograd F(2x2, 3x3), for libtensor/kernels/conv/winograd2.c: LT_BLOCK channels in lanes ------------- */
     /* wino2_input: place p of B^T d B to out[p * place], where d[4 y + x] is row y, column x of the tile;
      * wino2_output: A^T m A, n channels of m[p * place], to y[2 row + column], which may be the same;
      * wino2_windows: as wino_windows, for 16 places */
@@ -498,7 +498,7 @@ typedef struct lt_kernels {
     void (*wino2_output)(lt_real *const y[4], const lt_real *m, int64_t place, int64_t n);
     void (*wino2_windows)(lt_real *out, int64_t place, int64_t ld, const lt_windows *g, int64_t rows, int64_t k);
 
-    /* ---- Winograd F(4x4, 3x3), for libtensor/kernels/winograd.c ----------------------------------- */
+    /* ---- Winograd F(4x4, 3x3), for libtensor/kernels/conv/winograd.c ----------------------------------- */
     /* Lines of tiles are read and written by whole vectors: 64 elements more than n tiles have.
      * wino_deal: q[j * phase + t] = line[4 t + j], j < 6;  wino_gather: line[4 t + j] = r[j * phase + t],
      * j < 4. Tiles of wino_input and wino_output come in multiples of 16.
@@ -514,7 +514,7 @@ typedef struct lt_kernels {
     void (*wino_gather)(lt_real *line, const lt_real *r, int64_t phase, int64_t n);
     void (*wino_windows)(lt_real *out, int64_t place, int64_t ld, const lt_windows *g, int64_t rows, int64_t k);
 
-    /* ---- maps in blocks of channels, for libtensor/kernels/conv_blocks.c --------------------------------- */
+    /* ---- maps in blocks of channels, for libtensor/kernels/blocks/conv.c --------------------------------- */
     /* gemm_blocks: what g says; with e the sums are complete and what it says follows: a col_bias of whole
      * panels, a residual that lies as C does, an activation.
      * finish_block: y = act(y + bias + residual) for n positions, bias and residual NULL or not;
@@ -535,7 +535,7 @@ typedef struct lt_kernels {
     void (*wino_block_grad)(lt_real *out, int64_t place, int64_t panel, const lt_real *const d[16]);
     void (*wino_block_windows)(lt_real *out, const lt_real *m, int64_t place);
 
-    /* ---- products on AMX's tiles, for gemm_tiles.c, conv_tiles.c and product_tiles.c; NULL elsewhere ----- */
+    /* ---- products on AMX's tiles, for gemm/tiles.c, blocks/tiles.c and gemm/product_tiles.c; NULL elsewhere */
     /* gemm_tiles: what g says. Each element is within 1e-6 of the terms' sizes from the sum.
      * tiles_left: n rows of one segment, at x + i * row: cols elements, from the 17th on at x + half, times those of
      * gate, unless NULL;

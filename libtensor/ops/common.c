@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/ops/common.h"
 
-#include "libtensor/kernels/conv.h"
+#include "libtensor/kernels/conv/conv.h"
 
 enum { CHUNK = 16384 };             /* elements of a task: about 5 us of streaming */
 

@@ -9,7 +9,7 @@
  * of ranges x is read as 8-bit integers. x may also be what is before another convolution, whose work is done here:
  * y = act(conv(act0(conv(x, w0) + b0), w) + b + addend), the first one pointwise and the second depthwise.
  */
-#include "libtensor/kernels/conv_blocks.h"
+#include "libtensor/kernels/blocks/conv.h"
 #include "libtensor/ops/conv2d_pack.h"
 #include "libtensor/ops/norm_depthwise.h"
 

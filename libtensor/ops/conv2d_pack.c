@@ -2,7 +2,7 @@
 /* conv2d_pack: w (O, ...), times scale (O) if that is there, in the order in which conv2d's forward reads it */
 #include "libtensor/ops/conv2d_pack.h"
 
-#include "libtensor/kernels/conv_blocks.h"
+#include "libtensor/kernels/blocks/conv.h"
 
 enum { W, SCALE };
 

@@ -3,8 +3,8 @@
 #ifndef LT_OPS_CONV2D_PACK_H
 #define LT_OPS_CONV2D_PACK_H
 
-#include "libtensor/kernels/conv.h"
-#include "libtensor/kernels/int8.h"
+#include "libtensor/kernels/conv/conv.h"
+#include "libtensor/kernels/int8/int8.h"
 #include "libtensor/ops/common.h"
 
 typedef struct {

@@ -7,7 +7,7 @@
  * starts as the bias; the gradient of x is its forward; that of w its weights' with y's gradient for input.
  * In an inference plan w may be packed, once per lt_plan_refresh.
  */
-#include "libtensor/kernels/conv.h"
+#include "libtensor/kernels/conv/conv.h"
 #include "libtensor/ops/common.h"
 
 enum { X, W, B };

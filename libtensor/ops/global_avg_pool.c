@@ -3,7 +3,7 @@
  *   x (B, C, H, W)   ->   y (B, C)
  *   dx += dy / (H W)
  */
-#include "libtensor/kernels/blocks.h"
+#include "libtensor/kernels/blocks/blocks.h"
 #include "libtensor/ops/common.h"
 
 static lt_status infer(lt_call *c)

@@ -2,7 +2,7 @@
 /* hand: the hand layer.                                           [Romero et al. 2017, "Embodied Hands"]
  *   rotations (B, 16, 3, 3)   betas (B, 10)   ->   vertices (B, 778, 3), key points (B, 21, 3)
  *
- * The formula and its gradient are libtensor/geometry/hand_layer.c; here is what it is in ONNX.
+ * The formula and its gradient are libtensor/geometry/hand/layer.c; here is what it is in ONNX.
  */
 #include "libtensor/ops/common.h"
 
@@ -59,7 +59,7 @@ static void backward(const lt_call *c)
                            c->douts[KEYPOINTS], c->din[ROTATIONS], c->din[BETAS], scratch(c));
 }
 
-/* ---- in ONNX: the formula again, in the words of hand_layer.c ---------------------------------------------- */
+/* ---- in ONNX: the formula again, in the words of hand/layer.c --------------------------------------------- */
 
 enum {
     V = LT_HAND_VERTICES, J = LT_HAND_JOINTS, DIRECTIONS = LT_HAND_BETAS + LT_HAND_POSE_FEATURES,

@@ -9,8 +9,8 @@
  * whose work is done here: y = act(act0(x w0^T + b0) w^T + b + addend). With a table of ranges x is read as 8-bit
  * integers.
  */
-#include "libtensor/kernels/gemm_tiles.h"
-#include "libtensor/kernels/int8.h"
+#include "libtensor/kernels/gemm/tiles.h"
+#include "libtensor/kernels/int8/int8.h"
 #include "libtensor/ops/common.h"
 
 enum { X, W, B, ADDEND, W0, B0, INPUTS };

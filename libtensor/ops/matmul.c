@@ -3,7 +3,7 @@
  *   a (B, M, K)   b (B, K, N)   ->   y (B, M, N)
  *   da += dy b^T       db += a^T dy
  */
-#include "libtensor/kernels/gemm.h"
+#include "libtensor/kernels/gemm/gemm.h"
 #include "libtensor/ops/common.h"
 
 typedef struct {

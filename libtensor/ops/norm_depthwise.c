@@ -8,8 +8,8 @@
  */
 #include "libtensor/ops/norm_depthwise.h"
 
-#include "libtensor/kernels/depthwise.h"
-#include "libtensor/kernels/product.h"
+#include "libtensor/kernels/conv/depthwise.h"
+#include "libtensor/kernels/gemm/product.h"
 #include "libtensor/ops/batch_norm.h"
 
 enum { X, KERNEL = NORM_INPUTS, INPUTS };

@@ -5,7 +5,7 @@
 #ifndef LT_OPS_NORM_DEPTHWISE_H
 #define LT_OPS_NORM_DEPTHWISE_H
 
-#include "libtensor/kernels/conv.h"
+#include "libtensor/kernels/conv/conv.h"
 #include "libtensor/ops/common.h"
 
 /* op_norm_depthwise - let node, a convolution p without a bias whose weights are w, do the work of `before` as well;

@@ -7,7 +7,7 @@
 #ifndef LT_OPS_OPS_H
 #define LT_OPS_OPS_H
 
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/graph/graph.h"
 
 #ifdef __cplusplus

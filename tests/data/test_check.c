@@ -3,7 +3,7 @@
 #include "data/check.h"
 #include "data/mirror.h"
 #include "data/synth/hand.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"
 

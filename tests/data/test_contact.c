@@ -3,7 +3,7 @@
 #include "data/contact.h"
 #include "data/depth.h"
 #include "data/synth/hand.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "tests/suite.h"
 
 #include <math.h>

@@ -6,7 +6,7 @@
 #include "data/ycb.h"
 #include "eval/bop_score.h"
 #include "eval/dexycb_files.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"

@@ -13,7 +13,7 @@
 #include "data/synth/write_model.h"
 #include "eval/ho3d_score.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"

@@ -6,8 +6,8 @@
 #include "data/synth/hand.h"
 #include "data/synth/objects.h"
 #include "data/synth/sdf.h"
-#include "libtensor/geometry/hand_layer.h"
-#include "libtensor/geometry/mesh_ops.h"
+#include "libtensor/geometry/hand/layer.h"
+#include "libtensor/geometry/mesh/surface.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"
 

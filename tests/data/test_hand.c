@@ -5,7 +5,7 @@
 #include "data/synth/hand.h"
 #include "data/synth/hand/hand_internal.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"
 

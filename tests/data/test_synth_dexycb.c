@@ -5,7 +5,7 @@
 #include "data/synth/rig.h"
 #include "data/synth/stage.h"
 #include "libtensor/geometry/camera.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"

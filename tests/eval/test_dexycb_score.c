@@ -4,7 +4,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 #include "tests/eval/dexycb_vectors.h"
 #include "tests/eval/predictions.h"
 #include "tests/suite.h"

@@ -6,7 +6,7 @@
 #include "eval/ho3d_submission.h"
 
 #include "libtensor/base/rng.h"
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 #include "libtensor/io/text/number.h"
 #include "tests/suite.h"
 

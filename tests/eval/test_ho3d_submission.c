@@ -2,7 +2,7 @@
 /* pred.json and pred.zip: read back by cJSON and libzip, refused when wrong, never half there. */
 #include "eval/ho3d_submission.h"
 
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 #include "tests/suite.h"
 
 #include <cjson/cJSON.h>

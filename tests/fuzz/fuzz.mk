@@ -10,7 +10,7 @@ CFLAGS = -std=gnu11 -g -O2 -fno-omit-frame-pointer -DPALMAR_LIBDIR='""' $(SAN) -
 # Not what records a graph of an ONNX file: that stands on the whole library.
 RECORDING = $(shell grep -l 'include "libtensor/io/onnx/import.h"' $(ROOT)/libtensor/io/onnx/*.c)
 LIBTENSOR = $(filter-out $(RECORDING),$(wildcard $(ROOT)/libtensor/base/*.c $(ROOT)/libtensor/io/*.c $(ROOT)/libtensor/io/*/*.c))
-GEOMETRY = $(addprefix $(ROOT)/libtensor/geometry/,kd_tree.c procrustes.c rotation.c svd3.c)
+GEOMETRY = $(addprefix $(ROOT)/libtensor/geometry/,mesh/kd_tree.c procrustes.c rotation.c svd3.c)
 EVAL = $(addprefix $(ROOT)/eval/,bop_file.c csv.c hpe_file.c metrics.c models_info.c object_pose.c) \
 	$(addprefix $(ROOT)/eval/,predict_boxes.c results_file.c symmetry.c) $(ROOT)/data/ho3d_points.c $(ROOT)/data/ycb.c
 READERS = $(LIBTENSOR) $(GEOMETRY) $(EVAL)

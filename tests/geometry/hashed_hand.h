@@ -3,7 +3,7 @@
 #ifndef TESTS_GEOMETRY_HASHED_HAND_H
 #define TESTS_GEOMETRY_HASHED_HAND_H
 
-#include "libtensor/geometry/hand_model.h"
+#include "libtensor/geometry/hand/model.h"
 
 #include <string.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The hand layer against NumPy, against itself in double, and its gradient against differences. The same
  * file is built for float and for double. */
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/kernels/kernels.h"
 

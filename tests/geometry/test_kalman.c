@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Filters of points and poses: what they take off noise, how they bridge gaps, what they refuse. */
 #include "libtensor/base/rng.h"
-#include "libtensor/geometry/kalman.h"
+#include "libtensor/geometry/kalman/kalman.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"

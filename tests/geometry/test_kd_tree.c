@@ -2,7 +2,7 @@
 /* The tree against going through all points, bit by bit. */
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
-#include "libtensor/geometry/kd_tree.h"
+#include "libtensor/geometry/mesh/kd_tree.h"
 #include "libtensor/geometry/mat3.h"
 #include "tests/suite.h"
 

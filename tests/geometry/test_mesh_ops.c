@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Mesh questions, against brute force and against shapes whose answers are known. */
 #include "libtensor/geometry/mat3.h"
-#include "libtensor/geometry/mesh_ops.h"
+#include "libtensor/geometry/mesh/surface.h"
 #include "tests/suite.h"
 
 enum { RINGS = 24, SIDES = 32, TUBE = RINGS * SIDES, SOUP = 500 };

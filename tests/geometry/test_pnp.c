@@ -3,7 +3,7 @@
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/box21.h"
-#include "libtensor/geometry/pnp.h"
+#include "libtensor/geometry/pnp/pnp.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"
 

@@ -2,7 +2,7 @@
 /* PnP against OpenCV's: the same EPnP on the same points, the same quality behind RANSAC. */
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/box21.h"
-#include "libtensor/geometry/pnp.h"
+#include "libtensor/geometry/pnp/pnp.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <opencv2/calib3d.hpp>

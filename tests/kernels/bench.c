@@ -8,8 +8,8 @@
 #include "libtensor/base/clock.h"
 #include "libtensor/base/order.h"
 #include "libtensor/base/parallel.h"
-#include "libtensor/kernels/conv.h"
-#include "libtensor/kernels/gemm.h"
+#include "libtensor/kernels/conv/conv.h"
+#include "libtensor/kernels/gemm/gemm.h"
 
 #include <cblas.h>
 #include <string.h>

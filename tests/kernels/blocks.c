@@ -6,7 +6,7 @@
 #include "tests/kernels/checkasm.h"
 
 #include "libtensor/base/parallel.h"
-#include "libtensor/kernels/conv_blocks.h"
+#include "libtensor/kernels/blocks/conv.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #include "tests/kernels/checkasm.h"
 
 #include "libtensor/base/parallel.h"
-#include "libtensor/kernels/int8.h"
+#include "libtensor/kernels/int8/int8.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -3,9 +3,9 @@
 #include "tests/kernels/checkasm.h"
 
 #include "libtensor/base/parallel.h"
-#include "libtensor/kernels/conv.h"
-#include "libtensor/kernels/gemm.h"
-#include "libtensor/kernels/winograd_weights.h"
+#include "libtensor/kernels/conv/conv.h"
+#include "libtensor/kernels/gemm/gemm.h"
+#include "libtensor/kernels/conv/winograd_weights.h"
 
 #include <math.h>
 #include <string.h>

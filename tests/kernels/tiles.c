@@ -2,7 +2,7 @@
 /* Products of rows on AMX's tiles against sums in double: sizes that end within tiles, tasks and blocks of terms. */
 #include "tests/kernels/checkasm.h"
 
-#include "libtensor/kernels/gemm_tiles.h"
+#include "libtensor/kernels/gemm/tiles.h"
 
 #include <math.h>
 #include <string.h>

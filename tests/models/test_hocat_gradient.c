@@ -2,7 +2,7 @@
 /* Whole models' total loss in double: its slope along a random direction of each block's parameters against
  * differences. What is constant to the gradient by design is left out: the confidences' targets, and the
  * object's features in HOCAT's loss of the hand. */
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/graph/plan.h"
 #include "tests/geometry/hashed_hand.h"
 #include "tests/models/model_of.h"

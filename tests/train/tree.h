@@ -9,7 +9,7 @@
 #include "data/synth/write_ho3d.h"
 #include "data/synth/write_model.h"
 #include "libtensor/base/arena.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/atomic_file.h"
 #include "tests/suite.h"

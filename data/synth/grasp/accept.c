@@ -6,7 +6,7 @@
 #include "data/synth/grasp/internal.h"
 
 #include "data/synth/hand.h"
-#include "libtensor/geometry/hand_layer.h"
+#include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/mat3.h"
 
 #include <string.h>

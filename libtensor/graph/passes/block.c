@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Chains of convolutions keep their maps in blocks of channels (libtensor/kernels/blocks.h): nodes that can, and
+ * Chains of convolutions keep their maps in blocks of channels (libtensor/kernels/blocks/blocks.h): nodes that can, and
  * hand maps to each other, do so together where that spares more than it costs to bring maps into blocks and
  * back at the ends of the chain: by what was measured an element brought there costs as much as reading or writing
  * three in blocks spares. Maps in blocks are tensors of their own, (B, blocks, H, W, LT_BLOCK); those of the recorded
  * graph stay plain, and vanish where nobody reads them.
  */
 #include "libtensor/graph/passes/passes.h"
-#include "libtensor/kernels/blocks.h"
+#include "libtensor/kernels/blocks/blocks.h"
 
 enum { WAY = 3 };                   /* what it costs, by element */
 

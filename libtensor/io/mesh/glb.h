@@ -8,7 +8,7 @@
 #define LT_IO_MESH_GLB_H
 
 #include "libtensor/base/status.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -7,7 +7,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/status.h"
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {

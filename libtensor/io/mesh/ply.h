@@ -8,7 +8,7 @@
 #ifndef LT_IO_MESH_PLY_H
 #define LT_IO_MESH_PLY_H
 
-#include "libtensor/geometry/mesh.h"
+#include "libtensor/geometry/mesh/mesh.h"
 #include "libtensor/io/array/array.h"
 
 #ifdef __cplusplus

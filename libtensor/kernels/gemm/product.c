@@ -1,0 +1,228 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/kernels/gemm/product.h"
+
+#include "libtensor/base/arena.h"
+#include "libtensor/base/parallel.h"
+
+#include <pthread.h>
+
+/*
+ * Packing scratch: one per thread, made when the thread first needs it, freed when it ends. Without
+ * memory one on the stack serves.
+ */
+typedef struct { lt_real a[LT_SCRATCH_A], b[LT_SCRATCH_B]; } scratch;
+
+static pthread_key_t key;
+static pthread_once_t key_once = PTHREAD_ONCE_INIT;
+static bool have_key;
+
+static void make_key(void)
+{
+    have_key = pthread_key_create(&key, lt_release) == 0;
+}
+
+static scratch *thread_scratch(void)
+{
+    scratch *s;
+
+    pthread_once(&key_once, make_key);
+    if (!have_key)
+        return NULL;
+    s = pthread_getspecific(key);
+    if (s)
+        return s;
+    s = lt_alloc(sizeof(*s));
+    if (s && pthread_setspecific(key, s)) {
+        lt_release(s);
+        return NULL;
+    }
+    return s;
+}
+
+lt_epilogue lt_product_epilogue(const lt_product *p, const lt_tile *t, int64_t image)
+{
+    lt_epilogue e = *p->e;
+
+    e.row_bias = e.row_bias ? e.row_bias + t->m0 : NULL;
+    e.col_bias = e.col_bias ? e.col_bias + t->n0 : NULL;
+    if (e.residual)
+        e.residual += image * p->c_step + t->m0 * e.ld_residual + t->n0;
+    return e;
+}
+
+static void multiply_bytes(const lt_product *p, const lt_tile *t, lt_real *c, const lt_real *a, const lt_real *b,
+                           int64_t k0, int64_t k, const lt_epilogue *e)
+{
+    const int64_t at = p->rows ? t->n0 : t->m0;
+    const lt_bytes q = { p->bytes->start ? p->bytes->start + at : NULL, p->bytes->scale + at };
+
+    if (p->rows)
+        lt_k->gemm_bytes_plain(c, p->ldc, p->rows + t->m0 * p->ld_rows + k0, p->ld_rows, b, k * lt_k->nr, t->m, t->n, k,
+                               k0 > 0, &q, e);
+    else
+        lt_k->gemm_bytes(c, p->ldc, a, b, k * lt_k->nr, t->m, t->n, k, k0 > 0, &q, e);
+}
+
+/* The tile of one image, for k of the rows from k0 on; a: packed, unless A stays as it is. */
+static void multiply(const lt_product *p, const lt_tile *t, int64_t image, const lt_real *a,
+                     const lt_real *b, int64_t k0, int64_t k)
+{
+    const bool last = k0 + k == p->k && p->e, add = p->add || k0 > 0;
+    lt_real *c = p->c + image * p->c_step;
+    lt_epilogue e;
+
+    if (last)
+        e = lt_product_epilogue(p, t, image);
+    if (p->bytes)
+        multiply_bytes(p, t, c, a, b, k0, k, last ? &e : NULL);
+    else if (p->rows)
+        lt_k->gemm_plain(c, p->ldc, p->rows + t->m0 * p->ld_rows + k0, p->ld_rows, b, k * lt_k->nr, t->m, t->n, k, add,
+                         last ? &e : NULL);
+    else
+        lt_k->gemm_block(c, p->ldc, a, b, k * lt_k->nr, t->m, t->n, k, add, last ? &e : NULL);
+}
+
+/* One block of k, `columns` columns of B at a time. */
+static void block(const lt_product *p, const lt_tile *t, int64_t image, const lt_real *a, lt_real *b,
+                  int64_t k0, int64_t k, int64_t columns)
+{
+    for (int64_t j = 0; j < t->n; j += columns) {
+        const lt_tile part = { t->m0, t->m, t->n0 + j, lt_min_i64(columns, t->n - j) };
+        lt_product at = *p;
+
+        at.c += j;
+        p->pack_b(p->ctx, b, &part, image, k0, k);
+        multiply(&at, &part, image, a, b, k0, k);
+    }
+}
+
+static int64_t whole_panels(int64_t n)
+{
+    return lt_ceil_div(n, lt_k->nr) * lt_k->nr;
+}
+
+static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t to, lt_real *a,
+                   lt_real *b, int64_t columns)
+{
+    const int64_t n = lt_product_blocks(p->k);
+
+    for (int64_t i = 0; i < n; i++) {
+        const int64_t k0 = i * p->k / n, k = (i + 1) * p->k / n - k0;
+
+        if (!p->a && !p->rows)
+            p->pack_a(p->ctx, a, t, k0, k);
+        for (int64_t image = from; image < to; image++) {
+            const lt_real *left = p->a ? p->a + t->m0 * p->k + k0 * t->m : a;
+
+            if (p->b)
+                multiply(p, t, image, left, p->b + image * p->b_step + t->n0 * p->k + k0 * whole_panels(t->n),
+                         k0, k);
+            else
+                block(p, t, image, left, b, k0, k, columns);
+        }
+    }
+}
+
+/* Where there is no memory: kept out of line, or every caller's frame would be as large */
+static __attribute__((noinline)) void with_stack_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx)
+{
+    _Alignas(LT_ALIGN) scratch s;
+
+    fn(ctx, s.a, s.b);
+}
+
+void lt_with_scratch(void (*fn)(void *ctx, lt_real *a, lt_real *b), void *ctx)
+{
+    scratch *s = thread_scratch();
+
+    if (s)
+        fn(ctx, s->a, s->b);
+    else
+        with_stack_scratch(fn, ctx);
+}
+
+typedef struct { const lt_product *p; const lt_tile *t; int64_t from, to; } tile_call;
+
+/* How many columns of B its scratch holds: more than LT_TILE_N where k is small */
+static int64_t columns_at_once(int64_t k)
+{
+    const int64_t n = LT_SCRATCH_B / lt_max_i64(1, lt_min_i64(k, LT_PACK_K));
+
+    return n / lt_k->nr * lt_k->nr;
+}
+
+static void run_tile(void *ctx, lt_real *a, lt_real *b)
+{
+    const tile_call *c = ctx;
+
+    blocks(c->p, c->t, c->from, c->to, a, b, columns_at_once(c->p->k));
+}
+
+void lt_product_tile(const lt_product *p, const lt_tile *t, int64_t from, int64_t to)
+{
+    if (p->left)
+        lt_product_tiles_tile(p, t, from, to);
+    else
+        lt_with_scratch(run_tile, &(tile_call){ p, t, from, to });
+}
+
+/* One block of k of one tile; count: all rows or columns, of which a tile has `size`. */
+typedef struct { const lt_product *p; int64_t count, size, tiles; lt_real *out; } pack_job;
+typedef struct { int64_t from, count, k0, k; } piece;
+
+static piece piece_of(const pack_job *j, int64_t task)
+{
+    const int64_t n = lt_product_blocks(j->p->k), i = task / j->tiles % n, from = task % j->tiles * j->size;
+    const int64_t k0 = i * j->p->k / n, end = (i + 1) * j->p->k / n;
+
+    return (piece){ from, lt_min_i64(j->size, j->count - from), k0, end - k0 };
+}
+
+static void run_pack_a(void *ctx, int64_t task)
+{
+    const pack_job *j = ctx;
+    const piece at = piece_of(j, task);
+    const lt_tile t = { .m0 = at.from, .m = at.count };
+
+    j->p->pack_a(j->p->ctx, j->out + at.from * j->p->k + at.k0 * at.count, &t, at.k0, at.k);
+}
+
+static void run_pack_b(void *ctx, int64_t task)
+{
+    const pack_job *j = ctx;
+    const piece at = piece_of(j, task);
+    const int64_t image = task / j->tiles / lt_product_blocks(j->p->k);
+    const lt_tile t = { .n0 = at.from, .n = at.count };
+    lt_real *out = j->out + image * lt_product_packed_b(j->count, j->p->k);
+
+    j->p->pack_b(j->p->ctx, out + at.from * j->p->k + at.k0 * whole_panels(at.count), &t, image, at.k0, at.k);
+}
+
+static void pack_all(const lt_product *p, int64_t images, int64_t count, int64_t size, lt_real *out,
+                     lt_task_fn run)
+{
+    pack_job j = { p, count, size, lt_ceil_div(count, size), out };
+
+    lt_parallel_for(j.tiles * lt_product_blocks(p->k) * images, run, &j);
+}
+
+int64_t lt_product_packed_b(int64_t n, int64_t k)
+{
+    return whole_panels(n) * k;
+}
+
+void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out)
+{
+    if (p->left)
+        lt_product_tiles_pack_a(p, m, tile_m, out);
+    else
+        pack_all(p, 1, m, tile_m, out, run_pack_a);
+}
+
+void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t tile_n, lt_real *out)
+{
+    if (p->left)
+        lt_product_tiles_pack_b(p, images, n, out);
+    else
+        pack_all(p, images, n, tile_n, out, run_pack_b);
+}
