@@ -152,7 +152,7 @@ typedef struct lt_op {
     bool (*takes_int8)(const lt_node *node);
     void (*prepare_int8)(lt_node *node, const lt_int8_range *range);
 
-    /* Say what the node is in ONNX, with the words of libtensor/graph/onnx.h. Optional: no ONNX form. */
+    /* Say what the node is in ONNX, with the words of libtensor/graph/onnx/onnx.h. Optional: no ONNX form. */
     void (*onnx)(lt_onnx *w, const lt_node *node);
 } lt_op;
 

@@ -6,7 +6,7 @@
 #define LT_OPS_COMMON_H
 
 #include "libtensor/base/parallel.h"
-#include "libtensor/graph/onnx.h"
+#include "libtensor/graph/onnx/onnx.h"
 #include "libtensor/graph/op.h"
 #include "libtensor/ops/ops.h"
 

@@ -6,7 +6,7 @@
  *   dbeta += the sum of dy x^2 s (1 - s)
  */
 #include "libtensor/base/parallel.h"
-#include "libtensor/graph/onnx.h"
+#include "libtensor/graph/onnx/onnx.h"
 #include "libtensor/graph/op.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/nn/init.h"

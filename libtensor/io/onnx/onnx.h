@@ -7,7 +7,7 @@
 #ifndef LT_IO_ONNX_ONNX_H
 #define LT_IO_ONNX_ONNX_H
 
-#include "libtensor/graph/onnx.h"
+#include "libtensor/graph/onnx/onnx.h"
 
 #include <stdio.h>
 

@@ -8,8 +8,8 @@
  *
  * Source: onnx/onnx, docs/IR.md and docs/Operators.md, operator set 17.
  */
-#ifndef LT_GRAPH_ONNX_H
-#define LT_GRAPH_ONNX_H
+#ifndef LT_GRAPH_ONNX_ONNX_H
+#define LT_GRAPH_ONNX_ONNX_H
 
 #include "libtensor/base/arena.h"
 #include "libtensor/graph/graph.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "libtensor/ops/resample.h"
+#include "libtensor/ops/sample/resample.h"
 
 size_t resample_axis_bytes(int64_t n, int64_t width)
 {

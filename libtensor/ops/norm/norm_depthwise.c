@@ -6,11 +6,11 @@
  * its gradient begins where that of x will be. y is as conv2d and batch_norm have it, bit by bit; of the gradients the
  * sums over a channel, in double, have another order.
  */
-#include "libtensor/ops/norm_depthwise.h"
+#include "libtensor/ops/norm/norm_depthwise.h"
 
 #include "libtensor/kernels/conv/depthwise.h"
 #include "libtensor/kernels/gemm/product.h"
-#include "libtensor/ops/batch_norm.h"
+#include "libtensor/ops/norm/batch_norm.h"
 
 enum { X, KERNEL = NORM_INPUTS, INPUTS };
 

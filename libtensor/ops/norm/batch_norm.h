@@ -6,8 +6,8 @@
  *
  * Sums over a channel are made of one part of the batch and saved; what follows from them reads those of all parts.
  */
-#ifndef LT_OPS_BATCH_NORM_H
-#define LT_OPS_BATCH_NORM_H
+#ifndef LT_OPS_NORM_BATCH_NORM_H
+#define LT_OPS_NORM_BATCH_NORM_H
 
 #include "libtensor/ops/common.h"
 

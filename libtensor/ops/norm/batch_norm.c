@@ -14,7 +14,7 @@
  * A plan with gradients lets it do what follows as well: y = act(batch_norm(x) + residual), with a leaky relu whose
  * result tells where its gradient passes, or, without a residual, silu.
  */
-#include "libtensor/ops/batch_norm.h"
+#include "libtensor/ops/norm/batch_norm.h"
 
 enum { X, WEIGHT, BIAS, MEAN, VAR, RESIDUAL, INPUTS };
 

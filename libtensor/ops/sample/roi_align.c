@@ -5,9 +5,9 @@
  *
  * A bin's mean over its n_y x n_x bilinear samples is separable: along each axis an output index is a
  * weighted sum over a short run of map rows (columns). So each box has two small tables of its own, by which
- * all its planes are resampled (libtensor/ops/resample.h).
+ * all its planes are resampled (libtensor/ops/sample/resample.h).
  */
-#include "libtensor/ops/resample.h"
+#include "libtensor/ops/sample/resample.h"
 
 enum { X, BOXES };
 enum { CHANNELS = 16, MAX_SAMPLES = 64 };

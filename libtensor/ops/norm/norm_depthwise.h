@@ -2,8 +2,8 @@
 /*
  * A depthwise convolution that does the batch norm and the activation before it, in plans with gradients.
  */
-#ifndef LT_OPS_NORM_DEPTHWISE_H
-#define LT_OPS_NORM_DEPTHWISE_H
+#ifndef LT_OPS_NORM_NORM_DEPTHWISE_H
+#define LT_OPS_NORM_NORM_DEPTHWISE_H
 
 #include "libtensor/kernels/conv/conv.h"
 #include "libtensor/ops/common.h"

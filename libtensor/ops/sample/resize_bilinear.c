@@ -3,7 +3,7 @@
  *   x (B, C, H, W)   ->   y (B, C, h, w)
  *   dx += dy with the same four weights
  */
-#include "libtensor/ops/resample.h"
+#include "libtensor/ops/sample/resample.h"
 
 enum { PLANES = 16 };               /* of a task */
 

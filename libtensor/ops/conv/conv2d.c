@@ -10,8 +10,8 @@
  * y = act(conv(act0(conv(x, w0) + b0), w) + b + addend), the first one pointwise and the second depthwise.
  */
 #include "libtensor/kernels/blocks/conv.h"
-#include "libtensor/ops/conv2d_pack.h"
-#include "libtensor/ops/norm_depthwise.h"
+#include "libtensor/ops/conv/conv2d_pack.h"
+#include "libtensor/ops/norm/norm_depthwise.h"
 
 enum { X, W, B, ADDEND, SCALE, REGION, GATE, W0, B0, SCALE0, INPUTS };
 

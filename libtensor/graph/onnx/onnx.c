@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Describing a graph in ONNX's words: the walk over its nodes, and names. The words that ops use are
- * onnx_words.c.
+ * in words.c.
  */
-#include "libtensor/graph/onnx_internal.h"
+#include "libtensor/graph/onnx/internal.h"
 
 #include <stdarg.h>
 #include <stdio.h>

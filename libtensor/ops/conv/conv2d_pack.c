@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* conv2d_pack: w (O, ...), times scale (O) if that is there, in the order in which conv2d's forward reads it */
-#include "libtensor/ops/conv2d_pack.h"
+#include "libtensor/ops/conv/conv2d_pack.h"
 
 #include "libtensor/kernels/blocks/conv.h"
 

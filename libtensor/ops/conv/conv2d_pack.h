@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The weights of a convolution in the order in which its kernels read them, for plans without gradients. */
-#ifndef LT_OPS_CONV2D_PACK_H
-#define LT_OPS_CONV2D_PACK_H
+#ifndef LT_OPS_CONV_CONV2D_PACK_H
+#define LT_OPS_CONV_CONV2D_PACK_H
 
 #include "libtensor/kernels/conv/conv.h"
 #include "libtensor/kernels/int8/int8.h"

@@ -2,8 +2,8 @@
 /*
  * Maps resampled along rows and columns: each output of an axis is a weighed sum of neighbouring inputs.
  */
-#ifndef LT_OPS_RESAMPLE_H
-#define LT_OPS_RESAMPLE_H
+#ifndef LT_OPS_SAMPLE_RESAMPLE_H
+#define LT_OPS_SAMPLE_RESAMPLE_H
 
 #include "libtensor/ops/common.h"
 

@@ -2,7 +2,7 @@
 /*
  * The words with which an op says what it is in ONNX: operators, attributes, constants.
  */
-#include "libtensor/graph/onnx_internal.h"
+#include "libtensor/graph/onnx/internal.h"
 
 #include <string.h>
 

@@ -6,7 +6,7 @@
 #define LT_GRAPH_ONNX_INTERNAL_H
 
 #include "libtensor/graph/internal.h"
-#include "libtensor/graph/onnx.h"
+#include "libtensor/graph/onnx/onnx.h"
 
 struct lt_onnx {
     lt_arena *arena;
