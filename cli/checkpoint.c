@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "data/hands.h"
+#include "assets/hands.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/hand_file.h"
+#include "assets/hand_file.h"
 #include "train/checkpoint.h"
 #include "train/checkpoint_folder.h"
 

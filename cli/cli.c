@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "data/hands.h"
+#include "assets/hands.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"

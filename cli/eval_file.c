@@ -2,7 +2,7 @@
 #include "cli/eval_file.h"
 
 #include "cli/cli.h"
-#include "data/ho3d.h"
+#include "data/ho3d/ho3d.h"
 #include "data/open.h"
 #include "eval/bop_score.h"
 #include "eval/dexycb_files.h"

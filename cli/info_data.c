@@ -3,9 +3,9 @@
 
 #include "cli/cli.h"
 #include "data/check.h"
-#include "data/dexycb.h"
+#include "data/dexycb/dexycb.h"
 #include "data/open.h"
-#include "libtensor/io/hand_file.h"
+#include "assets/hand_file.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

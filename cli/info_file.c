@@ -2,9 +2,9 @@
 #include "cli/info_file.h"
 
 #include "libtensor/graph/tensor.h"
-#include "libtensor/io/body_file.h"
+#include "assets/body_file.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/hand_file.h"
+#include "assets/hand_file.h"
 #include "libtensor/io/array/npz.h"
 #include "libtensor/io/pickle/pickle.h"
 #include "libtensor/io/array/safetensors.h"

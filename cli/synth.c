@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "data/synth/generate.h"
+#include "synth/generate.h"
 
 #include <math.h>
 #include <stdio.h>

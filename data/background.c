@@ -2,7 +2,7 @@
 /* What of a crop is foreground, and backgrounds drawn from random numbers. */
 #include "data/background.h"
 
-#include "data/crop.h"
+#include "vision/crop.h"
 
 #include <math.h>
 

@@ -2,8 +2,8 @@
 /* What all datasets share: checked reading, the object table, projection. */
 #include "data/dataset.h"
 
-#include "data/silhouette.h"
-#include "data/ycb.h"
+#include "vision/silhouette.h"
+#include "assets/ycb/ycb.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/file.h"

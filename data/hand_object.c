@@ -7,8 +7,8 @@
 #include "data/hand_object.h"
 
 #include "data/background.h"
-#include "data/crop.h"
-#include "data/depth.h"
+#include "vision/crop.h"
+#include "vision/depth.h"
 #include "libtensor/geometry/box21.h"
 
 #include <math.h>

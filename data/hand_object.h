@@ -9,7 +9,7 @@
 #ifndef DATA_HAND_OBJECT_H
 #define DATA_HAND_OBJECT_H
 
-#include "data/augment.h"
+#include "vision/augment.h"
 #include "data/dataset.h"
 #include "data/loader.h"
 

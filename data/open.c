@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "data/open.h"
 
-#include "data/dexycb.h"
-#include "data/ho3d.h"
+#include "data/dexycb/dexycb.h"
+#include "data/ho3d/ho3d.h"
 
 #include <dirent.h>
 #include <errno.h>

@@ -2,7 +2,7 @@
 /* Key frames in parallel, a block at a time; counts of hits, so that no order of sums matters. */
 #include "eval/bop_score.h"
 
-#include "data/silhouette.h"
+#include "vision/silhouette.h"
 #include "eval/bop_file.h"
 #include "eval/models_info.h"
 #include "eval/symmetry.h"

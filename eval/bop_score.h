@@ -9,7 +9,7 @@
 #ifndef EVAL_BOP_SCORE_H
 #define EVAL_BOP_SCORE_H
 
-#include "data/dexycb.h"
+#include "data/dexycb/dexycb.h"
 
 #ifdef __cplusplus
 extern "C" {

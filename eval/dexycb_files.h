@@ -8,7 +8,7 @@
 #ifndef EVAL_DEXYCB_FILES_H
 #define EVAL_DEXYCB_FILES_H
 
-#include "data/dexycb.h"
+#include "data/dexycb/dexycb.h"
 #include "eval/dexycb_score.h"
 #include "eval/object_pose.h"
 

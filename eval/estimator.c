@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/estimator.h"
 
-#include "data/crop.h"
+#include "vision/crop.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/pnp/pnp.h"
 #include "libtensor/graph/plan.h"

@@ -2,7 +2,7 @@
 /*
  * Scoring: batches of a split through the model and the two predictors that see no image.
  */
-#include "data/crop.h"
+#include "vision/crop.h"
 #include "eval/each_batch.h"
 #include "eval/evaluation_internal.h"
 

@@ -2,7 +2,7 @@
 /* Joints come first in a prediction file: they are kept. Vertices are scored as they come, block by block. */
 #include "eval/ho3d_files.h"
 
-#include "data/ho3d_points.h"
+#include "data/ho3d/points.h"
 #include "libtensor/geometry/hand/model.h"
 
 #include <stdlib.h>

@@ -7,7 +7,7 @@
 #ifndef EVAL_MODELS_INFO_H
 #define EVAL_MODELS_INFO_H
 
-#include "data/ycb.h"
+#include "assets/ycb/ycb.h"
 #include "eval/object_pose.h"
 #include "libtensor/base/arena.h"
 
@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-/* Metres, in the frame of data/ycb.h. */
+/* Metres, in the frame of assets/ycb/ycb.h. */
 typedef struct {
     double diameter;                /* 0: nothing is known of the model */
     int n_symmetries;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/pose_drawing.h"
 
-#include "data/silhouette.h"
+#include "vision/silhouette.h"
 #include "libtensor/geometry/box21.h"
 
 #include <math.h>

@@ -5,7 +5,7 @@
 #ifndef EVAL_POSE_DRAWING_H
 #define EVAL_POSE_DRAWING_H
 
-#include "data/synth/draw.h"
+#include "vision/draw.h"
 #include "eval/object_pose.h"
 #include "libtensor/geometry/hand/model.h"
 #include "libtensor/geometry/mesh/mesh.h"

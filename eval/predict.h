@@ -5,8 +5,8 @@
 #ifndef EVAL_PREDICT_H
 #define EVAL_PREDICT_H
 
-#include "data/crop.h"
-#include "data/ycb.h"
+#include "vision/crop.h"
+#include "assets/ycb/ycb.h"
 #include "libtensor/geometry/hand/model.h"
 #include "models/model.h"
 

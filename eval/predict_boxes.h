@@ -5,7 +5,7 @@
 #ifndef EVAL_PREDICT_BOXES_H
 #define EVAL_PREDICT_BOXES_H
 
-#include "data/crop.h"
+#include "vision/crop.h"
 #include "libtensor/base/arena.h"
 
 #ifdef __cplusplus

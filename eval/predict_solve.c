@@ -4,7 +4,7 @@
 
 #include "data/hand_object.h"
 #include "data/mirror.h"
-#include "data/synth/objects.h"
+#include "assets/ycb/objects.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/rotation.h"
 #include "train/feed.h"

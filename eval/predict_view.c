@@ -2,7 +2,7 @@
 /* A photograph made ready: upright, with boxes and a camera, given or assumed. */
 #include "eval/predict_internal.h"
 
-#include "data/picture.h"
+#include "vision/picture.h"
 #include "libtensor/io/image/exif.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"

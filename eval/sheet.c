@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/sheet.h"
 
-#include "data/crop.h"
+#include "vision/crop.h"
 #include "eval/pose_drawing.h"
 #include "libtensor/io/image/image.h"
 

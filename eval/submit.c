@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Result files for the official scorers: what a model sees in a split, as HO3D's and DexYCB's toolkits take it. */
-#include "data/crop.h"
+#include "vision/crop.h"
 #include "eval/dexycb_files.h"
 #include "eval/each_batch.h"
 #include "eval/estimator.h"

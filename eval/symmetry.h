@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The turns that leave an object of BOP's list as it is, by the geometric class of data/ycb.h.
+ * The turns that leave an object of BOP's list as it is, by the geometric class of assets/ycb/ycb.h.
  */
 #ifndef EVAL_SYMMETRY_H
 #define EVAL_SYMMETRY_H
 
-#include "data/ycb.h"
+#include "assets/ycb/ycb.h"
 #include "eval/object_pose.h"
 
 #ifdef __cplusplus

@@ -4,7 +4,7 @@
 #include "data/contact.h"
 #include "data/open.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/hand_file.h"
+#include "assets/hand_file.h"
 #include "train/feed.h"
 
 #include <math.h>

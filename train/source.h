@@ -6,7 +6,7 @@
 #define TRAIN_SOURCE_H
 
 #include "data/hand_object.h"
-#include "data/hands.h"
+#include "assets/hands.h"
 #include "train/config.h"
 
 typedef struct {

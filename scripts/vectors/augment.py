@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reference numbers for tests/data/test_crop.c: colour changes by the formulas that torchvision documents
-(hue through Python's colorsys), blur by SciPy. Run: python3 scripts/vectors/augment.py > tests/data/augment_vectors.h
+"""Reference numbers for tests/vision/test_crop.c: colour changes by the formulas that torchvision documents
+(hue through Python's colorsys), blur by SciPy. Run: python3 scripts/vectors/augment.py > tests/vision/augment_vectors.h
 """
 import colorsys
 import numpy as np

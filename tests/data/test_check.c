@@ -2,7 +2,7 @@
 /* A dataset's self-test on datasets made up here: each slip is named, missing and bad samples are counted. */
 #include "data/check.h"
 #include "data/mirror.h"
-#include "data/synth/hand.h"
+#include "assets/hand/hand.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which samples show a grasp, and depth beside a crop. */
 #include "data/contact.h"
-#include "data/depth.h"
-#include "data/synth/hand.h"
+#include "vision/depth.h"
+#include "assets/hand/hand.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "tests/suite.h"
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The DexYCB reader on trees made here: the official lists, both hands, filters, and every way a tree is broken. */
-#include "data/dexycb.h"
+#include "data/dexycb/dexycb.h"
 #include "data/mirror.h"
-#include "data/synth/hand.h"
-#include "data/ycb.h"
+#include "assets/hand/hand.h"
+#include "assets/ycb/ycb.h"
 #include "eval/bop_score.h"
 #include "eval/dexycb_files.h"
 #include "libtensor/geometry/hand/layer.h"

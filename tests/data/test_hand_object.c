@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Sample preparation: every array of a batch against the map that made its crop. */
-#include "data/crop.h"
+#include "vision/crop.h"
 #include "data/hand_object.h"
 #include "tests/suite.h"
 

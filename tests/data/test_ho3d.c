@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The HO3D reader on small trees made here: orders, axes, both versions, and every way a tree is broken. */
-#include "data/ho3d.h"
+#include "data/ho3d/ho3d.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Every model as an ONNX file that is read back and compared, and as weights; ops without an ONNX form. */
-#include "data/synth/hand.h"
+#include "assets/hand/hand.h"
 #include "eval/export.h"
 #include "libtensor/graph/internal.h"
 #include "libtensor/graph/plan.h"

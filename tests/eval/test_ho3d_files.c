@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Prediction files against ground truth, both as streams: the scores of the samples themselves, and every way such
  * files are broken. */
-#include "data/ho3d_points.h"
+#include "data/ho3d/points.h"
 #include "eval/ho3d_files.h"
 #include "eval/ho3d_submission.h"
 

@@ -3,7 +3,7 @@
 #include <config.h>
 #include "eval/predict_internal.h"
 
-#include "data/synth/draw.h"
+#include "vision/draw.h"
 #include "eval/sheet.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"

@@ -3,7 +3,7 @@
 #ifndef TESTS_EVAL_TINY_MODEL_H
 #define TESTS_EVAL_TINY_MODEL_H
 
-#include "data/synth/hand.h"
+#include "assets/hand/hand.h"
 #include "tests/models/model_of.h"
 
 typedef struct {

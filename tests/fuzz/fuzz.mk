@@ -12,7 +12,7 @@ RECORDING = $(shell grep -l 'include "libtensor/io/onnx/import.h"' $(ROOT)/libte
 LIBTENSOR = $(filter-out $(RECORDING),$(wildcard $(ROOT)/libtensor/base/*.c $(ROOT)/libtensor/io/*.c $(ROOT)/libtensor/io/*/*.c))
 GEOMETRY = $(addprefix $(ROOT)/libtensor/geometry/,mesh/kd_tree.c procrustes.c rotation.c svd3.c)
 EVAL = $(addprefix $(ROOT)/eval/,bop_file.c csv.c hpe_file.c metrics.c models_info.c object_pose.c) \
-	$(addprefix $(ROOT)/eval/,predict_boxes.c results_file.c symmetry.c) $(ROOT)/data/ho3d_points.c $(ROOT)/data/ycb.c
+	$(addprefix $(ROOT)/eval/,predict_boxes.c results_file.c symmetry.c) $(ROOT)/data/ho3d/points.c $(ROOT)/assets/ycb/ycb.c
 READERS = $(LIBTENSOR) $(GEOMETRY) $(EVAL)
 TARGETS = $(addprefix $(ROOT)/tests/fuzz/,mutate_pickle.c mutate_png.c mutate_zip.c seeds.c targets.c)
 objects = $(patsubst $(ROOT)/%.c,%.o,$(1))

@@ -3,14 +3,14 @@
 #define _GNU_SOURCE                     /* memfd_create */
 #include "tests/fuzz/fuzz.h"
 
-#include "data/ho3d_points.h"
+#include "data/ho3d/points.h"
 #include "eval/bop_file.h"
 #include "eval/hpe_file.h"
 #include "eval/models_info.h"
 #include "eval/predict_boxes.h"
 #include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/image/exif.h"
-#include "libtensor/io/hand_file.h"
+#include "assets/hand_file.h"
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/io/mesh/obj.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Weights out of a checkpoint, to predict with: the average of them where the run kept one; and the table of layers
  * that read 8-bit integers. */
-#include "data/synth/hand.h"
+#include "assets/hand/hand.h"
 #include "libtensor/base/parallel.h"
 #include "tests/suite.h"
 #include "train/checkpoint.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Initial weights from other people's files: every published name finds its parameter, and only that. */
-#include "data/synth/hand.h"
+#include "assets/hand/hand.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/array/safetensors.h"
 #include "models/weight_names.h"

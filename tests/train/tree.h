@@ -3,11 +3,11 @@
 #ifndef TESTS_TRAIN_TREE_H
 #define TESTS_TRAIN_TREE_H
 
-#include "data/synth/hand.h"
-#include "data/synth/objects.h"
-#include "data/synth/truth.h"
-#include "data/synth/write_ho3d.h"
-#include "data/synth/write_model.h"
+#include "assets/hand/hand.h"
+#include "assets/ycb/objects.h"
+#include "synth/write/truth.h"
+#include "synth/write/ho3d.h"
+#include "synth/write/model.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"

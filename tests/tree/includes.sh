@@ -28,10 +28,14 @@ only_from $lt/nn       "$below|$lt/geometry/|$lt/graph/|$lt/ops/|$lt/nn/"
 only_from $lt/optim    "$below|$lt/graph/|$lt/optim/"
 only_from $lt/io       "$lt/base/|$lt/geometry/|$lt/graph/|$lt/ops/|$lt/io/"
 only_from models       "$lt/|models/"
-only_from data         "$lt/|data/"
-only_from train        "$lt/|models/|data/|train/|eval/metrics\.h"
-only_from eval         "$lt/|models/|data/|eval/|train/feed\.h|train/checkpoint\.h"
-only_from cli          "$lt/|models/|data/|train/|eval/|cli/"
+only_from assets       "$lt/|assets/"
+only_from vision       "$lt/|vision/"
+below="$lt/|assets/|vision/|data/"
+only_from data         "$below"
+only_from synth        "$below|synth/"
+only_from train        "$below|models/|train/|eval/metrics\.h"
+only_from eval         "$below|models/|eval/|train/feed\.h|train/checkpoint\.h"
+only_from cli          "$below|models/|synth/|train/|eval/|cli/"
 
 # Models open no files.
 wrong=$(grep -rnE '\b(fopen|open|opendir|lt_(npz|npy|json|image|file)_[a-z_]*) *\(' --include='*.c' models)

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Hand models on disk: MANO's own .pkl as it is downloaded, and the same arrays in a .npz.
+ */
+#ifndef ASSETS_HAND_FILE_H
+#define ASSETS_HAND_FILE_H
+
+#include "libtensor/base/arena.h"
+#include "libtensor/base/status.h"
+#include "libtensor/geometry/hand/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/**
+ * lt_hand_model_read - a MANO-shaped hand model from a .pkl or a .npz
+ *
+ *   out      owned by the arena; touched only on success
+ *
+ * The first bytes tell the format, not the name. Keys: v_template, shapedirs, posedirs, weights,
+ * J_regressor, f, hands_components, hands_mean; kintree_table is checked where it is there. Arrays may
+ * be of any number type; in a .pkl shapedirs may be chumpy's and J_regressor a sparse matrix. shapedirs
+ * may have more than 10 directions: the first 10 are kept. left is set when the fingers point to +x.
+ * synthetic is set by asset_kind = "synthetic".
+ *
+ * Errors: LT_EFORMAT names the file, the key, and the shape found against the one wanted; also a face
+ * index out of range, a number that is NaN or infinite, weights whose rows do not sum to 1, and
+ * anything that the .npz and .pkl readers refuse. LT_EIO, LT_ENOMEM.
+ */
+LT_API lt_status lt_hand_model_read(lt_arena *arena, const char *path, lt_hand_model **out);
+
+/* What to make of a left hand's shape directions. Labels were made with each of the three. */
+typedef enum {
+    LT_LEFT_AS_IS,                  /* as released: DexYCB */
+    LT_LEFT_FIX_X,                  /* x turned: InterHand, ARCTIC, Keypoint Transformer */
+    LT_LEFT_NEGATE_ALL,             /* all of them turned: H2O-3D */
+} lt_left_shape;
+
+/* lt_hand_left_is_flipped - the released MANO_LEFT.pkl has its shape directions' x as in the right hand, where
+ * a mirror image has the opposite; a right hand tells. True when their x differ by less than 1 in all. */
+LT_API bool lt_hand_left_is_flipped(const lt_hand_model *left, const lt_hand_model *right);
+
+/* lt_hand_left_shape - turn the directions that how says */
+LT_API void lt_hand_left_shape(lt_hand_model *left, lt_left_shape how);
+
+/* lt_hand_model_write - the .npz form of it, atomically and packed; reads back to the same bits */
+LT_API lt_status lt_hand_model_write(const char *path, const lt_hand_model *model);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * What the parts of the HO3D reader share.
+ */
+#ifndef DATA_HO3D_INTERNAL_H
+#define DATA_HO3D_INTERNAL_H
+
+#include "data/ho3d/ho3d.h"
+
+typedef struct {
+    dataset base;                   /* first: a dataset * is a ho3d * */
+    lt_arena *arena;                /* of everything, this struct included */
+    const char *models;
+    const char **name;              /* base.count of them, "ABF10/0123" */
+    bool evaluation;
+    const float *xyz, *vertices;    /* ground truth of the evaluation: our axes, MANO order; or NULL */
+} ho3d;
+
+/* ho3d_path - "train/ABF10/rgb/0123.png" from the split, the sample and what is asked for; NULL without memory */
+const char *ho3d_path(const ho3d *h, int64_t index, lt_arena *arena, const char *kind, const char *ending);
+
+/* ho3d_from_gl - from OpenGL axes: y and z change their sign. out may be in. */
+static inline void ho3d_from_gl(const float in[3], float out[3])
+{
+    out[0] = in[0];
+    out[1] = -in[1];
+    out[2] = -in[2];
+}
+
+/* ho3d_read_sample, ho3d_read_annotation - read and annotation of dataset_ops */
+lt_status ho3d_read_sample(const dataset *d, int64_t index, unsigned want, lt_arena *arena, dataset_sample *out);
+lt_status ho3d_read_annotation(const dataset *d, int64_t index, lt_arena *arena, dataset_sample *out);
+
+#endif

@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A sample of an HO3D tree: its images, and its annotation from OpenGL axes and MANO order to ours. */
+#include "data/ho3d/internal.h"
+
+#include "vision/picture.h"
+#include "libtensor/geometry/rotation.h"
+#include "libtensor/io/pickle/pickle.h"
+
+#include <string.h>
+#include <unistd.h>
+
+enum { WIDTH = 640, HEIGHT = 480 };
+
+/* ---- images ---- */
+
+/* The colour image's path: png in version 2, jpg in version 3. */
+static lt_status rgb_path(const ho3d *h, int64_t index, lt_arena *arena, const char **out)
+{
+    const char *png = ho3d_path(h, index, arena, "rgb", "png");
+    const char *jpg = ho3d_path(h, index, arena, "rgb", "jpg");
+
+    if (!png || !jpg)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
+    if (access(png, F_OK) && access(jpg, F_OK))
+        return lt_error(LT_EIO, "%s: no such file, nor %s", png, strrchr(jpg, '/') + 1);
+    *out = access(png, F_OK) ? jpg : png;
+    return LT_OK;
+}
+
+static lt_status read_rgb(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
+{
+    const char *path = NULL;
+    lt_image img;
+    lt_status st = rgb_path(h, index, arena, &path);
+
+    if (!st)
+        st = picture_read_rgb(arena, path, WIDTH, HEIGHT, &img);
+    if (st)
+        return st;
+    s->rgb = img.data;
+    s->width = img.width;
+    s->height = img.height;
+    return LT_OK;
+}
+
+static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
+{
+    const char *path = ho3d_path(h, index, arena, "depth", "png");
+    float *depth;
+    const lt_status st = path ? picture_read_depth(arena, path, WIDTH, HEIGHT, &depth)
+                              : lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
+
+    if (st)
+        return st;
+    s->depth = depth;
+    s->flags |= SAMPLE_DEPTH;
+    return LT_OK;
+}
+
+/* Not every copy of the data has the masks: without one, the sample has no foreground. */
+static lt_status read_foreground(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
+{
+    const char *png = ho3d_path(h, index, arena, "seg", "png"), *jpg = ho3d_path(h, index, arena, "seg", "jpg");
+    lt_image mask;
+    lt_status st;
+
+    if (!png || !jpg)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
+    if (access(png, F_OK) && access(jpg, F_OK))
+        return LT_OK;
+    st = picture_read_mask(arena, access(png, F_OK) ? jpg : png, WIDTH, HEIGHT, &mask);
+    if (st)
+        return st;
+    s->foreground = mask.data;
+    s->foreground_width = mask.width;
+    s->foreground_height = mask.height;
+    s->flags |= SAMPLE_FOREGROUND;
+    return LT_OK;
+}
+
+/* ---- the annotation ---- */
+
+/* What angles (radians), shapes (deviations) and places (metres) stay far below, unless the unit is another. */
+static const float MOST = 100, MOST_PIXELS = 1e6f;
+
+/* n numbers below `most` under key, or an error line with file and key. */
+static lt_status numbers(const lt_pvalue *meta, const char *path, const char *key, float most, float *out, size_t n)
+{
+    const lt_pvalue *v = lt_pdict_get(meta, key);
+    lt_status st;
+
+    if (v && lt_pis_none(v))
+        return lt_error(LT_EFORMAT, "%s: %s is None, expected %zu numbers: this frame is not annotated, so "
+                        "it should not be listed", path, key, n);
+    st = lt_pfloats(v, key, out, n);
+    for (size_t i = 0; i < n && !st; i++)
+        if (fabsf(out[i]) >= most)
+            st = lt_error(LT_EFORMAT, "%s: number %zu is %g, expected less than %g", key, i, (double)out[i],
+                          (double)most);
+    return st ? lt_error_prefix(st, "%s", path) : LT_OK;
+}
+
+static lt_status read_camera(const lt_pvalue *meta, const char *path, lt_camera *cam)
+{
+    float K[9];
+    const lt_status st = numbers(meta, path, "camMat", MOST_PIXELS, K, 9);
+
+    if (st)
+        return st;
+    if (!(K[0] > 0 && K[4] > 0) || K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 ||
+        K[8] != 1)
+        return lt_error(LT_EFORMAT, "%s: camMat is [%g %g %g; %g %g %g; %g %g %g], expected "
+                        "[fx 0 cx; 0 fy cy; 0 0 1]", path, K[0], K[1], K[2], K[3], K[4], K[5], K[6],
+                        K[7], K[8]);
+    *cam = (lt_camera){ K[0], K[4], K[2], K[5] };
+    return LT_OK;
+}
+
+static void rotation_from(const float aa[3], bool flip, float out[9])
+{
+    const double v[3] = { aa[0], aa[1], aa[2] };
+    double R[9];
+
+    lt_rot_from_axis_angle(v, R);
+    for (int i = 0; i < 9; i++)
+        out[i] = (float)(flip && i >= 3 ? -R[i] : R[i]);
+}
+
+static lt_status read_pose(const lt_pvalue *meta, const char *path, dataset_sample *s)
+{
+    float pose[3 * LT_HAND_JOINTS];
+    lt_status st = numbers(meta, path, "handPose", MOST, pose, LT_COUNT(pose));
+
+    if (!st)
+        st = numbers(meta, path, "handBeta", MOST, s->beta, LT_HAND_BETAS);
+    if (st)
+        return st;
+    for (int i = 0; i < LT_HAND_JOINTS; i++)
+        rotation_from(pose + 3 * i, i == 0, s->rotation[i]);
+    s->flags |= SAMPLE_HAND_POSE;
+    return LT_OK;
+}
+
+/* From MANO's order, in our axes. */
+static void set_joints(const float mano[LT_HAND_KEYPOINTS][3], dataset_sample *s)
+{
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
+        memcpy(s->joints[i], mano[lt_mano_to_simple[i]], sizeof(s->joints[i]));
+    memcpy(s->root, s->joints[0], sizeof(s->root));
+    s->flags |= SAMPLE_JOINTS | SAMPLE_ROOT;
+}
+
+static lt_status read_train_hand(const lt_pvalue *meta, const char *path, dataset_sample *s)
+{
+    float mano[LT_HAND_KEYPOINTS][3];
+    lt_status st = read_pose(meta, path, s);
+
+    if (!st)
+        st = numbers(meta, path, "handJoints3D", MOST, &mano[0][0], LT_COUNT(mano) * 3);
+    if (st)
+        return st;
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
+        ho3d_from_gl(mano[i], mano[i]);
+    set_joints((const float (*)[3])mano, s);
+    return LT_OK;
+}
+
+/* The truth's files have no names of frames, only an order. */
+static lt_status same_wrist(const char *path, int64_t index, const float root[3], const float truth[3])
+{
+    static const double APART = 0.01;           /* metres; annotations of the same frame differ by rounding */
+    const double d = hypot(hypot((double)root[0] - truth[0], (double)root[1] - truth[1]), (double)root[2] - truth[2]);
+
+    if (d <= APART)
+        return LT_OK;
+    return lt_error(LT_EFORMAT, "%s: its wrist is %.3g m from that of evaluation_xyz.json at %lld, expected the same "
+                    "place; is the truth in the order of evaluation.txt, in metres?", path, d, (long long)index);
+}
+
+/* Wrist and box from the annotation; the rest from the ground-truth files where they are. */
+static lt_status read_evaluation_hand(const ho3d *h, int64_t index, const lt_pvalue *meta,
+                                      const char *path, dataset_sample *s)
+{
+    float root[3];
+    lt_status st = numbers(meta, path, "handJoints3D", MOST, root, 3);
+
+    if (!st)
+        st = numbers(meta, path, "handBoundingBox", MOST_PIXELS, s->hand_box, 4);
+    if (st)
+        return st;
+    if (h->xyz)
+        set_joints((const float (*)[3])(h->xyz + index * LT_HAND_KEYPOINTS * 3), s);
+    if (h->vertices) {
+        s->vertices = (const float (*)[3])(h->vertices + index * LT_HAND_VERTICES * 3);
+        s->flags |= SAMPLE_VERTICES;
+    }
+    ho3d_from_gl(root, s->root);
+    s->flags |= SAMPLE_HAND_BOX | SAMPLE_ROOT;
+    return h->xyz ? same_wrist(path, index, s->root, s->joints[0]) : LT_OK;
+}
+
+static lt_status read_object(const ho3d *h, const lt_pvalue *meta, const char *path, dataset_sample *s)
+{
+    const char *name = lt_pstr(lt_pdict_get(meta, "objName"));
+    float aa[3], t[3];
+    lt_status st;
+
+    if (!name)
+        return lt_error(LT_EFORMAT, "%s: objName: expected a text, the name of a YCB model", path);
+    s->object = dataset_find_object(&h->base, name);
+    if (s->object < 0)
+        return lt_error(LT_EIO, "%s: objName is %s, which is not in %s", path, name, h->models);
+    st = numbers(meta, path, "objRot", MOST, aa, 3);
+    if (!st)
+        st = numbers(meta, path, "objTrans", MOST, t, 3);
+    if (st)
+        return st;
+    rotation_from(aa, true, s->R);
+    ho3d_from_gl(t, s->t);
+    s->flags |= SAMPLE_OBJECT;
+    return LT_OK;
+}
+
+static lt_status read_meta(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
+{
+    const char *path = ho3d_path(h, index, arena, "meta", "pkl");
+    const lt_pvalue *meta;
+    lt_status st;
+
+    if (!path)
+        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
+    st = lt_pickle_read(arena, path, &meta);
+    if (st)
+        return st;
+    if (meta->kind != LT_PDICT)
+        return lt_error(LT_EFORMAT, "%s: expected a dictionary of annotations", path);
+    st = read_camera(meta, path, &s->camera);
+    if (!st)
+        st = h->evaluation ? read_evaluation_hand(h, index, meta, path, s)
+                           : read_train_hand(meta, path, s);
+    if (!st && h->base.n_objects)
+        st = read_object(h, meta, path, s);
+    return st;
+}
+
+lt_status ho3d_read_sample(const dataset *d, int64_t index, unsigned want, lt_arena *arena,
+                             dataset_sample *out)
+{
+    const ho3d *h = (const ho3d *)d;
+    dataset_sample s = { .name = h->name[index], .object = -1 };
+    lt_status st = read_meta(h, index, arena, &s);
+
+    if (!st)
+        st = dataset_project(d, &s);
+    if (!st)
+        st = read_rgb(h, index, arena, &s);
+    if (!st && (want & SAMPLE_DEPTH))
+        st = read_depth(h, index, arena, &s);
+    if (!st && (want & SAMPLE_FOREGROUND))
+        st = read_foreground(h, index, arena, &s);
+    if (!st && (want & SAMPLE_OBJECT) && s.object >= 0)
+        st = dataset_draw_silhouette(d, arena, &s);
+    if (!st)
+        *out = s;
+    return st;
+}
+
+lt_status ho3d_read_annotation(const dataset *d, int64_t index, lt_arena *arena, dataset_sample *out)
+{
+    const ho3d *h = (const ho3d *)d;
+
+    *out = (dataset_sample){ .name = h->name[index], .object = -1, .width = WIDTH, .height = HEIGHT };
+    return read_meta(h, index, arena, out);
+}

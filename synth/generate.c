@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * A run: cast and props, the takes, and what a dataset has besides its frames.
+ */
+#include "synth/generate.h"
+
+#include "synth/film.h"
+#include "assets/ycb/objects.h"
+#include "synth/write/model.h"
+#include "libtensor/io/file.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+/* ---- preparing ---- */
+
+/* One that was stopped has models, which are written first, and no manifest, which is written last. */
+static bool is_unfinished(const char *path)
+{
+    char models[4096], manifest[4096];
+
+    snprintf(models, sizeof(models), "%s/models", path);
+    snprintf(manifest, sizeof(manifest), "%s/manifest.json", path);
+    return lt_is_folder(models) && access(manifest, F_OK) != 0;
+}
+
+static lt_status need_empty_folder(const char *path)
+{
+    DIR *d = opendir(path);
+    struct dirent *e;
+    lt_status st = LT_OK;
+
+    if (!d && errno == ENOENT)
+        return lt_make_dirs(path);
+    if (!d)
+        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    if (is_unfinished(path))
+        st = lt_error(LT_EINVAL, "%s: holds a dataset that was not finished; remove it, and it is made anew", path);
+    while (!st && (e = readdir(d)))
+        if (strcmp(e->d_name, ".") && strcmp(e->d_name, ".."))
+            st = lt_error(LT_EINVAL, "%s: is not empty (it holds %s); a dataset wants a folder of its own",
+                          path, e->d_name);
+    closedir(d);
+    return st;
+}
+
+static lt_status make_cast(synth_run *r)
+{
+    lt_status st = r->layout->plan(r->session.opt, &r->session.cast);
+    synth_subject *subject;
+
+    if (!st)
+        st = synth_hand_new(r->session.arena, SYNTH_HAND_MANO_LIKE, &r->session.hand);
+    if (st)
+        return st;
+    synth_hand_parts(r->session.hand, r->part);
+    for (int i = 0; i < r->session.cast.n_takes; i++)
+        r->total += r->session.cast.take[i].frames * r->session.cast.n_cameras;
+    subject = lt_arena_array(r->session.arena, (size_t)r->session.cast.n_subjects, sizeof(*subject));
+    r->prop = lt_arena_array(r->session.arena, (size_t)r->session.cast.n_objects, sizeof(*r->prop));
+    if (!subject || !r->prop)
+        return lt_error(LT_ENOMEM, "synth: no memory for the cast");
+    for (int i = 0; i < r->session.cast.n_subjects; i++)
+        synth_subject_draw(r->session.hand, r->session.opt->seed, i, &subject[i]);
+    r->session.subject = subject;
+    return LT_OK;
+}
+
+static lt_status make_props(synth_run *r)
+{
+    for (int i = 0; i < r->session.cast.n_objects; i++) {
+        synth_prop *p = &r->prop[i];
+        synth_file file[4];
+        lt_status st = synth_report(r, "objects");
+        if (!st)
+            st = synth_prop_new(r->session.arena, r->session.cast.object[i], r->session.opt->alias_ycb, p);
+        if (!st)
+            st = synth_write_model(r->session.opt->out, p->name, &p->mesh, (const uint8_t (*)[3])p->rgb,
+                                   SYNTH_TEXTURE, p->points, SYNTH_POINTS, file);
+        if (!st)
+            st = synth_manifest_add(&r->session.manifest, file, 4);
+        if (st)
+            return st;
+    }
+    return LT_OK;
+}
+
+/* Props in the mirror, where a take has a left hand. */
+static lt_status mirror_props(synth_run *r)
+{
+    const int n = r->session.cast.n_objects;
+    bool left = false;
+
+    for (int i = 0; i < r->session.cast.n_takes; i++)
+        left = left || r->session.cast.take[i].left;
+    if (!left)
+        return LT_OK;
+    r->mirrored = lt_arena_array(r->session.arena, (size_t)n, sizeof(*r->mirrored));
+    if (!r->mirrored)
+        return lt_error(LT_ENOMEM, "synth: no memory for the cast");
+    for (int i = 0; i < n; i++) {
+        lt_status st = synth_report(r, "mirrored objects");
+        if (!st)
+            st = synth_prop_mirror(r->session.arena, &r->prop[i], &r->mirrored[i]);
+        if (st)
+            return st;
+    }
+    return LT_OK;
+}
+
+/* ---- the run ---- */
+
+/* The layout's last files; then the figures, and the manifest last of all. */
+static lt_status finish(synth_run *r)
+{
+    synth_file stats;
+    lt_status st = r->layout->close(&r->session);
+
+    if (!st)
+        st = synth_stats_write(&r->stats, r->session.opt->out);
+    if (!st)
+        st = synth_describe_file(r->session.opt->out, "stats.json", &stats);
+    if (!st)
+        st = synth_manifest_add(&r->session.manifest, &stats, 1);
+    return st ? st : synth_manifest_write(&r->session.manifest, r->session.opt, r->session.hand);
+}
+
+static void clean_up(synth_run *r)
+{
+    r->layout->abort(&r->session);
+    lt_arena_free(r->session.arena);
+}
+
+lt_status synth_parse_layout(const char *name, synth_layout *out)
+{
+    static const char *const known[] = { "ho3d", "dexycb" };
+
+    for (size_t i = 0; i < LT_COUNT(known); i++)
+        if (!strcmp(name, known[i])) {
+            *out = (synth_layout)i;
+            return LT_OK;
+        }
+    return lt_error(LT_EINVAL, "no layout \"%s\": ho3d or dexycb", name);
+}
+
+lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES])
+{
+    synth_run r = { .session = { .opt = options, .arena = lt_arena_new() },
+                    .layout = options->layout == SYNTH_DEXYCB ? &synth_layout_dexycb : &synth_layout_ho3d };
+    lt_status st;
+
+    if (!r.session.arena)
+        return lt_error(LT_ENOMEM, "synth: no memory");
+    r.session.manifest.arena = r.stats.arena = r.session.arena;
+    st = make_cast(&r);
+    if (!st)
+        st = need_empty_folder(options->out);
+    if (!st)
+        st = make_props(&r);
+    if (!st)
+        st = mirror_props(&r);
+    if (!st)
+        st = r.layout->open(&r.session);
+    if (!st)
+        st = synth_film_takes(&r);
+    if (!st)
+        st = finish(&r);
+    if (!st && figures)
+        synth_stats_figures(&r.stats, figures);
+    clean_up(&r);
+    return st;
+}

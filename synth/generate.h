@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Writes a synthetic hand-object dataset in HO3D's or DexYCB's layout, so that everything runs on a machine that
+ * has no dataset: the readers of the real ones read it.
+ *
+ * The same options give the same files, byte for byte, on any number of threads.
+ */
+#ifndef SYNTH_GENERATE_H
+#define SYNTH_GENERATE_H
+
+#include "synth/stats.h"
+#include "libtensor/base/status.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum {
+    SYNTH_TINY,                     /* 2 subjects, 3 objects, 6 sequences of 16 frames */
+    SYNTH_SMALL,                    /* 4, 6, 48 of 48 */
+    SYNTH_DEMO,                     /* 3, 4, 1,660 of 2: as many grasps as a few minutes can make */
+    SYNTH_PRETRAIN,                 /* 8, 7, 246 of 48, each frame of a grasp of its own: for first weights */
+    SYNTH_DEFAULT,                  /* 10, 10, 200 of 70 */
+} synth_preset;
+
+typedef enum { SYNTH_HO3D, SYNTH_DEXYCB } synth_layout;
+
+typedef struct {
+    synth_preset preset;
+    synth_layout layout;
+    const char *out;                /* a folder that does not exist yet or is empty */
+    uint64_t seed;
+    int frames;                     /* in all, dealt evenly to the sequences; 0: the preset's */
+    bool png;                       /* HO3D: lossless images, as v2 has them; off: JPEG, as v3 */
+    bool alias_ycb;                 /* name the objects as the real ones; off: "syn_" before each name */
+    /* told how far it is, on the caller's thread, every few frames; false: stop. May be NULL. */
+    bool (*progress)(void *ctx, const char *step, int64_t done, int64_t total);
+    void *progress_ctx;
+} synth_options;
+
+/* synth_parse_preset - "tiny", "small", "demo", "pretrain", "default"; synth_parse_layout - "ho3d", "dexycb" */
+lt_status synth_parse_preset(const char *name, synth_preset *out);
+lt_status synth_parse_layout(const char *name, synth_layout *out);
+
+/**
+ * synth_generate - write the dataset
+ *
+ * HO3D's layout: train/, evaluation/, train.txt, evaluation.txt, the two ground-truth files. DexYCB's: a folder for
+ * each subject, calibration/, synthetic.json; cameras on a ring, right and left hands, things on the table. Both:
+ * models/, stats.json (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file;
+ * written last, so a folder without it is unfinished).
+ *
+ *   figures      the figures of stats.json with what is aimed at; NULL: not wanted
+ *
+ * Errors: the folder has files in it, the disk is full, no memory; LT_ESTOPPED when progress
+ * said so.
+ */
+lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

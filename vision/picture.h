@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * The pictures of a sample, of the one size that a dataset has.
+ */
+#ifndef VISION_PICTURE_H
+#define VISION_PICTURE_H
+
+#include "libtensor/io/image/image.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* picture_read_rgb - 8-bit RGB of width x height. Errors: those of lt_image_read; another size. */
+lt_status picture_read_rgb(lt_arena *arena, const char *path, int width, int height, lt_image *out);
+
+#define HO3D_DEPTH_UNIT 0.00012498664727900177      /* metres in a step of HO3D's depth images */
+
+/**
+ * picture_read_depth - likewise, (height, width) metres along the optical axis, 0 where unknown
+ *
+ * One channel of 16 bits is in millimetres; colour is HO3D's: red the low byte and green the high one of a number
+ * of HO3D_DEPTH_UNIT. Any other image is LT_EFORMAT.
+ */
+lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int height, float **out);
+
+/**
+ * picture_read_mask - HO3D's rendered segmentation, red the hand and blue the object
+ *
+ *   width, height   of the image that it belongs to; the mask has a whole fraction of that
+ *   out             8 bits, one channel: 255 where hand or object is, else 0
+ *
+ * Source: HOISDF data/ho3d.py: above 200, since a JPEG's edges ring.
+ */
+lt_status picture_read_mask(lt_arena *arena, const char *path, int width, int height, lt_image *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
