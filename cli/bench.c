@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "eval/bench.h"
-#include "eval/layers.h"
+#include "eval/bench/bench.h"
+#include "eval/bench/layers.h"
 #include "libtensor/io/text/config.h"
 #include "libtensor/kernels/kernels.h"
 

@@ -4,8 +4,8 @@
 #include "assets/hands.h"
 #include "libtensor/io/file.h"
 #include "assets/hand_file.h"
-#include "train/checkpoint.h"
-#include "train/checkpoint_folder.h"
+#include "estimate/checkpoint.h"
+#include "estimate/checkpoint_folder.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -3,10 +3,10 @@
 #include "cli/eval_file.h"
 
 #include "data/open.h"
-#include "eval/bench.h"
-#include "eval/claims.h"
+#include "eval/bench/bench.h"
+#include "eval/tables/claims.h"
 #include "eval/evaluate.h"
-#include "eval/pictures.h"
+#include "eval/report/pictures.h"
 #include "libtensor/io/file.h"
 
 #include <math.h>

@@ -4,9 +4,9 @@
 #include "cli/cli.h"
 #include "data/ho3d/ho3d.h"
 #include "data/open.h"
-#include "eval/bop_score.h"
-#include "eval/dexycb_files.h"
-#include "eval/ho3d_files.h"
+#include "eval/scorers/bop_score.h"
+#include "eval/scorers/dexycb_files.h"
+#include "eval/scorers/ho3d_files.h"
 #include "libtensor/io/file.h"
 
 #include <stdio.h>

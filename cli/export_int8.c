@@ -2,7 +2,7 @@
 #include "cli/export_int8.h"
 
 #include "data/open.h"
-#include "eval/export_int8.h"
+#include "eval/export/int8.h"
 #include "libtensor/base/parallel.h"
 
 #include <cjson/cJSON.h>

@@ -8,7 +8,7 @@
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/kernels/kernels.h"
-#include "train/weights.h"
+#include "estimate/weights.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

@@ -9,7 +9,7 @@
 #include "libtensor/io/pickle/pickle.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/torch/torch.h"
-#include "train/checkpoint_folder.h"
+#include "estimate/checkpoint_folder.h"
 
 #include <cjson/cJSON.h>
 #include <errno.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "eval/predict.h"
+#include "pipeline/predict.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "eval/report.h"
+#include "eval/report/report.h"
 #include "libtensor/io/file.h"
 
 #include <stdio.h>

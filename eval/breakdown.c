@@ -2,8 +2,8 @@
 #include "eval/breakdown.h"
 
 #include "eval/csv.h"
-#include "eval/curve.h"
-#include "eval/metrics.h"
+#include "eval/metrics/curve.h"
+#include "eval/metrics/metrics.h"
 #include "libtensor/io/file.h"
 
 #include <string.h>

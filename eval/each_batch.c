@@ -2,7 +2,7 @@
 #include "eval/each_batch.h"
 
 #include "libtensor/base/parallel.h"
-#include "train/feed.h"
+#include "estimate/feed.h"
 
 typedef struct {
     const dataset *data;

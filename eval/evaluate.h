@@ -6,8 +6,8 @@
 #ifndef EVAL_EVALUATE_H
 #define EVAL_EVALUATE_H
 
-#include "eval/estimator.h"
-#include "eval/tables.h"
+#include "estimate/estimator.h"
+#include "eval/tables/tables.h"
 
 typedef struct {
     const model *m;
@@ -32,7 +32,7 @@ typedef struct {
     double mpjpe_mm, rigid_pa_mpjpe_mm;         /* DexYCB protocol: wrist-relative */
     double add01;                               /* % with ADD <= 0.1 diameter; DexYCB's symmetric objects: ADD-S */
     double rep5;                                /* % reprojected within 5 px of the crop, DexYCB's of the image */
-    double add_mm, oce_mm, mce_mm;              /* means, see eval/object_pose.h; infinite when one pose failed */
+    double add_mm, oce_mm, mce_mm;              /* means, see eval/metrics/object_pose.h; infinite when one pose failed */
     double adds_below_2cm, adds_auc;            /* ADD-S: share below 2 cm, area up to 0.1 m; NAN: no objects */
     double no_pose;                             /* % of samples without an object pose */
 } evaluate_summary;

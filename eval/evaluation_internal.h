@@ -6,12 +6,12 @@
 #define EVAL_EVALUATION_INTERNAL_H
 
 #include "eval/breakdown.h"
-#include "eval/dexycb_score.h"
+#include "eval/scorers/dexycb_score.h"
 #include "eval/evaluate.h"
-#include "eval/ho3d_score.h"
-#include "eval/object_score.h"
+#include "eval/scorers/ho3d_score.h"
+#include "eval/scorers/object_score.h"
 #include "eval/predictors.h"
-#include "eval/rows.h"
+#include "eval/tables/rows.h"
 
 enum { EVALUATE_OBJECT_TABLES = 4 };
 

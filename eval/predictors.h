@@ -7,7 +7,7 @@
 #ifndef EVAL_PREDICTORS_H
 #define EVAL_PREDICTORS_H
 
-#include "eval/object_pose.h"
+#include "eval/metrics/object_pose.h"
 #include "libtensor/geometry/hand/model.h"
 
 #ifdef __cplusplus

@@ -10,7 +10,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/kernels/kernels.h"
-#include "train/checkpoint_folder.h"
+#include "estimate/checkpoint_folder.h"
 
 #include <cjson/cJSON.h>
 #include <config.h>

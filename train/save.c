@@ -7,7 +7,7 @@
 #include "libtensor/base/clock.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
-#include "train/checkpoint_folder.h"
+#include "estimate/checkpoint_folder.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>

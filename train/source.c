@@ -5,7 +5,7 @@
 #include "data/open.h"
 #include "libtensor/io/file.h"
 #include "assets/hand_file.h"
-#include "train/feed.h"
+#include "estimate/feed.h"
 
 #include <math.h>
 #include <unistd.h>

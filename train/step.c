@@ -5,7 +5,7 @@
  */
 #include "train/trainer_internal.h"
 
-#include "train/feed.h"
+#include "estimate/feed.h"
 
 #include <inttypes.h>
 #include <math.h>

@@ -5,14 +5,14 @@
 #ifndef TRAIN_TRAINER_INTERNAL_H
 #define TRAIN_TRAINER_INTERNAL_H
 
-#include "train/checkpoint.h"
-#include "train/compiled.h"
-#include "train/feed.h"
+#include "estimate/checkpoint.h"
+#include "estimate/compiled.h"
+#include "estimate/feed.h"
 #include "train/progress.h"
 #include "train/source.h"
 #include "train/trainer.h"
 #include "train/tree_sum.h"
-#include "train/weights.h"
+#include "estimate/weights.h"
 
 typedef struct {
     const train_options *opt;

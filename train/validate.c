@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/validate.h"
 
-#include "eval/metrics.h"
+#include "eval/metrics/metrics.h"
 
 #include <math.h>
 

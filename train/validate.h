@@ -6,7 +6,7 @@
 #ifndef TRAIN_VALIDATE_H
 #define TRAIN_VALIDATE_H
 
-#include "train/compiled.h"
+#include "estimate/compiled.h"
 #include "train/log.h"
 #include "train/source.h"
 

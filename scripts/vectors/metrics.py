@@ -198,7 +198,7 @@ def table(path, what, name, rows):
 
 table('ho3d_vectors.h', 'The 14 lines of scores.txt for five sets of predictions', 'ho3d_wanted',
       [ho3d(k) for k in range(5)])
-table('dexycb_vectors.h', 'The scores of eval/dexycb_score.h for five sets of predictions', 'dexycb_wanted',
+table('dexycb_vectors.h', 'The scores of eval/scorers/dexycb_score.h for five sets of predictions', 'dexycb_wanted',
       [dexycb(k) for k in range(5)])
 table('object_vectors.h', 'Errors of five object poses, in the order of test_object_pose.c', 'object_wanted',
       [objects(k) for k in range(5)])

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Names of state_dict() in torchvision and in twins of timm's, efficientnet_pytorch's and HFL-Net's modules, in one
-order each, so that the i-th names the same tensor: /usr/bin/python3 weight_names.py > tests/train/weight_names.h
+order each, so that the i-th names the same tensor: /usr/bin/python3 weight_names.py > tests/estimate/weight_names.h
 """
 import io
 

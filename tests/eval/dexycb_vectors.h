@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The scores of eval/dexycb_score.h for five sets of predictions. */
+/* The scores of eval/scorers/dexycb_score.h for five sets of predictions. */
 /* Made by scripts/vectors/metrics.py; do not edit. */
 static const double dexycb_wanted[5][8] = {
     {

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* BOP's visible surface discrepancy against NumPy, and the symmetries that its other errors try: ours, and its own. */
-#include "eval/models_info.h"
-#include "eval/symmetry.h"
-#include "eval/vsd.h"
+#include "eval/scorers/models_info.h"
+#include "assets/ycb/symmetry.h"
+#include "eval/metrics/vsd.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/atomic_file.h"
 #include "tests/eval/lcg.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The claims ledger over run folders written here. */
-#include "eval/claims.h"
+#include "eval/tables/claims.h"
 #include "libtensor/io/file.h"
 #include "models/model.h"
 #include "tests/suite.h"

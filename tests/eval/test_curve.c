@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Means, PCK and areas under curves against numbers from NumPy. */
-#include "eval/curve.h"
+#include "eval/metrics/curve.h"
 
 #include "libtensor/base/arena.h"
 #include "tests/suite.h"

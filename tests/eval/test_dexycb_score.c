@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The DexYCB hand score against NumPy and SciPy. */
-#include "eval/dexycb_score.h"
+#include "eval/scorers/dexycb_score.h"
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Every model as an ONNX file that is read back and compared, and as weights; ops without an ONNX form. */
 #include "assets/hand/hand.h"
-#include "eval/export.h"
+#include "eval/export/export.h"
 #include "libtensor/graph/internal.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/file.h"

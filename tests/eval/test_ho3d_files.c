@@ -2,8 +2,8 @@
 /* Prediction files against ground truth, both as streams: the scores of the samples themselves, and every way such
  * files are broken. */
 #include "data/ho3d/points.h"
-#include "eval/ho3d_files.h"
-#include "eval/ho3d_submission.h"
+#include "eval/scorers/ho3d_files.h"
+#include "eval/scorers/ho3d_submission.h"
 
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/hand/model.h"

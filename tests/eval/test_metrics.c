@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Point-set errors against the official formulas; the numbers were computed with NumPy and
  * SciPy. */
-#include "eval/metrics.h"
+#include "eval/metrics/metrics.h"
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Object pose errors on a five-point model; the numbers were computed with the official
  * formulas. */
-#include "eval/object_score.h"
+#include "eval/scorers/object_score.h"
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"

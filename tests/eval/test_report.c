@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The page of a run: what is on it, what is not there yet, and that nothing from a file is markup. */
-#include "eval/report.h"
+#include "eval/report/report.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/io/file.h"
 #include "tests/suite.h"

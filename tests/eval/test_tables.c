@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The papers' tables: whole, consistent, and never showing a synthetic number as a real one. */
-#include "eval/rows.h"
-#include "eval/tables.h"
+#include "eval/tables/rows.h"
+#include "eval/tables/tables.h"
 
 #include "libtensor/base/arena.h"
 #include "tests/suite.h"

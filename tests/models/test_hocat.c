@@ -3,7 +3,7 @@
 #include "libtensor/graph/plan.h"
 #include "libtensor/nn/init.h"
 #include "models/hocat/hocat.h"
-#include "tests/eval/tiny_model.h"
+#include "tests/estimate/tiny_model.h"
 #include "tests/models/stale.h"
 #include "tests/suite.h"
 

@@ -11,7 +11,7 @@
 #include "synth/write/dexycb.h"
 #include "synth/write/ho3d.h"
 #include "synth/write/model.h"
-#include "eval/ho3d_score.h"
+#include "eval/scorers/ho3d_score.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/mat3.h"

@@ -1,0 +1,424 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "estimate/checkpoint.h"
+
+#include "libtensor/base/cpu.h"
+#include "libtensor/io/text/json.h"
+#include "libtensor/io/text/number.h"
+#include "libtensor/io/array/safetensors.h"
+#include "libtensor/kernels/kernels.h"
+#include "models/param_arrays.h"
+#include "estimate/int8_table.h"
+
+#include <config.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+
+static const char FORMAT[] = "palmar-checkpoint";
+
+/* ---- the check sum: one flipped bit anywhere changes it -------------------------------------------------- */
+
+static uint32_t crc_text(uint32_t crc, const char *text)
+{
+    return (uint32_t)crc32(crc, (const uint8_t *)text, (uInt)strlen(text) + 1);
+}
+
+static uint32_t crc_array(uint32_t crc, const lt_named_array *e)
+{
+    size_t bytes = 0;
+
+    lt_array_bytes(&e->array, &bytes);
+    crc = crc_text(crc, e->name);
+    crc = (uint32_t)crc32(crc, (const uint8_t *)e->array.shape,
+                          (uInt)((size_t)e->array.rank * sizeof(*e->array.shape)));
+    return (uint32_t)crc32_z(crc, e->array.data, bytes);
+}
+
+static uint32_t crc_all(const lt_named_array *entry, size_t n, const lt_text_pair *meta, size_t n_meta)
+{
+    uint32_t crc = 0;
+
+    for (size_t i = 0; i < n; i++)
+        crc = crc_array(crc, &entry[i]);
+    for (size_t i = 0; i < n_meta; i++)
+        if (strcmp(meta[i].key, "crc32") != 0)
+            crc = crc_text(crc_text(crc, meta[i].key), meta[i].value);
+    return crc;
+}
+
+/* ---- writing ------------------------------------------------------------------------------------------ */
+
+enum { META = 18 };             /* and some for the check sum and a table */
+
+typedef struct {
+    lt_arena *arena;
+    lt_named_array *entry;
+    size_t n;
+    lt_text_pair meta[META];
+    size_t n_meta;
+    bool no_memory;
+} contents;
+
+/* optim: or NULL */
+static bool collect(contents *c, const model *m, const lt_optim *optim)
+{
+    const int states = optim ? lt_optim_state_count(optim) : 0;
+
+    c->entry = param_arrays(c->arena, m->params, (size_t)states, &c->n);
+    if (!c->entry)
+        return false;
+    for (int i = 0; i < states; i++) {
+        const lt_optim_state s = lt_optim_state_at(optim, i);
+
+        c->entry[c->n++] = (lt_named_array){ s.name, reals_array(&s.shape, s.data) };
+    }
+    return true;
+}
+
+static void put(contents *c, const char *key, const char *value)
+{
+    c->no_memory |= !value;
+    c->meta[c->n_meta++] = (lt_text_pair){ key, value };
+}
+
+static void put_int(contents *c, const char *key, int64_t value)
+{
+    put(c, key, lt_arena_printf(c->arena, "%" PRId64, value));
+}
+
+/* Which vertices of the hand the data's annotation calls finger tips. */
+static void put_tips(contents *c, const lt_hand_layer *hand)
+{
+    const int *t = lt_hand_layer_tables(hand).tips;
+
+    put(c, "tips", lt_arena_printf(c->arena, "%d %d %d %d %d", t[0], t[1], t[2], t[3], t[4]));
+}
+
+static bool describe(contents *c, const model *m, const char *config, const checkpoint_state *s)
+{
+    char best[LT_JSON_NUMBER];
+
+    put(c, "format", FORMAT);
+    put(c, "version", PACKAGE_VERSION);
+    put(c, "model", m->cls->name);
+    put(c, "variant", m->variant);
+    put(c, "config", config);
+    put_int(c, "step", s->step);
+    put_int(c, "epoch", (int64_t)s->position.epoch);
+    put_int(c, "next", s->position.next);
+    put_int(c, "seed", (int64_t)s->seed);
+    put_int(c, "skipped", s->skipped);
+    put_int(c, "optim_steps", s->optim_steps);
+    put_int(c, "validated", s->validated);
+    put(c, "best", lt_arena_strdup(c->arena, lt_json_number(s->best_mm, best)));
+    put_int(c, "best_step", s->best_step);
+    put(c, "isa", lt_isa_name(lt_k->isa));
+    if (m->hand)
+        put_tips(c, m->hand);
+    return !c->no_memory;
+}
+
+static lt_status check_finite(const char *path, const contents *c)
+{
+    for (size_t i = 0; i < c->n; i++) {
+        const lt_array *a = &c->entry[i].array;
+        const lt_real *x = a->data;
+
+        for (size_t k = 0; k < lt_array_count(a); k++)
+            if (!isfinite(x[k]))
+                return lt_error(LT_ENUMERIC, "%s: not written, for \"%s\" is not finite at %zu", path,
+                                c->entry[i].name, k);
+    }
+    return LT_OK;
+}
+
+static lt_status write_contents(const char *path, contents *c)
+{
+    lt_status st = check_finite(path, c);
+    char crc[16];
+
+    if (st)
+        return st;
+    snprintf(crc, sizeof(crc), "%08" PRIx32, crc_all(c->entry, c->n, c->meta, c->n_meta));
+    put(c, "crc32", crc);
+    st = lt_safetensors_write(path, c->entry, c->n, c->meta, c->n_meta);
+    c->n_meta--;
+    return st;
+}
+
+lt_status checkpoint_save(const char *path, const model *m, const lt_optim *optim, const char *config,
+                          const checkpoint_state *state)
+{
+    contents c = { .arena = lt_arena_new() };
+    lt_status st;
+
+    if (!c.arena || !collect(&c, m, optim) || !describe(&c, m, config, state)) {
+        lt_arena_free(c.arena);
+        return lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
+    }
+    st = write_contents(path, &c);
+    lt_arena_free(c.arena);
+    return st;
+}
+
+/* In the header of a file: what an entry takes, name and shape and where its data is; all metadata, and a configuration
+ * takes most of that */
+enum { ENTRY_BYTES = 160, META_BYTES = 8192 };
+
+size_t checkpoint_bytes(const model *m, const lt_optim *optim)
+{
+    size_t n = 0, names = 0;
+
+    for (const lt_param *p = lt_params_first(m->params); p; p = p->next, names++)
+        n += (size_t)lt_param_numel(p);
+    for (int i = 0; i < lt_optim_state_count(optim); i++, names++) {
+        const lt_optim_state s = lt_optim_state_at(optim, i);
+
+        n += (size_t)lt_shape_numel(&s.shape);
+    }
+    return n * sizeof(lt_real) + ENTRY_BYTES * names + META_BYTES;
+}
+
+/* ---- reading ------------------------------------------------------------------------------------------ */
+
+static lt_status read_file(lt_arena *arena, const char *path, lt_safetensors *f)
+{
+    const lt_status st = lt_safetensors_read(arena, path, f);
+    const char *format, *crc;
+    char found[16];
+
+    if (st)
+        return st;
+    format = lt_safetensors_meta(f, "format");
+    crc = lt_safetensors_meta(f, "crc32");
+    if (!format || strcmp(format, FORMAT) != 0 || !crc)
+        return lt_error(LT_EFORMAT, "%s: has weights, but is no checkpoint of palmar train", path);
+    snprintf(found, sizeof(found), "%08" PRIx32, crc_all(f->entry, f->n, f->meta, f->n_meta));
+    if (strcmp(found, crc) != 0)
+        return lt_error(LT_EFORMAT, "%s: is damaged: its check sum is %s, its contents give %s", path, crc, found);
+    return LT_OK;
+}
+
+static lt_status check_model(const lt_safetensors *f, const model *m)
+{
+    const char *name = lt_safetensors_meta(f, "model"), *variant = lt_safetensors_meta(f, "variant");
+
+    if (!name || !variant)
+        return lt_error(LT_EFORMAT, "%s: does not say which model it is of", f->path);
+    if (strcmp(name, m->cls->name) != 0 || strcmp(variant, m->variant) != 0)
+        return lt_error(LT_EINVAL, "%s: is of model %s (%s), not of %s (%s)", f->path, name, variant,
+                        m->cls->name, m->variant);
+    return LT_OK;
+}
+
+static lt_status check_entry(const lt_safetensors *f, const char *name, const lt_shape *shape)
+{
+    const lt_array *a = lt_safetensors_find(f, name);
+
+    if (!a)
+        return lt_error(LT_EINVAL, "%s: has no \"%s\"; it is of another model or optimiser", f->path, name);
+    return array_check(f->path, name, a, name, shape);
+}
+
+static lt_status check_params(const lt_safetensors *f, const model *m)
+{
+    lt_status st = LT_OK;
+
+    for (const lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
+        st = check_entry(f, p->name, &p->shape);
+    return st;
+}
+
+static lt_status check_optim(const lt_safetensors *f, const lt_optim *optim)
+{
+    lt_status st = LT_OK;
+
+    for (int i = 0; st == LT_OK && i < lt_optim_state_count(optim); i++) {
+        const lt_optim_state s = lt_optim_state_at(optim, i);
+
+        st = check_entry(f, s.name, &s.shape);
+    }
+    return st;
+}
+
+static lt_status get_int(const lt_safetensors *f, const char *key, int64_t *out)
+{
+    const char *text = lt_safetensors_meta(f, key);
+    char *end = NULL;
+
+    *out = text ? strtoll(text, &end, 10) : 0;
+    if (!text || end == text || *end || *out < 0)
+        return lt_error(LT_EFORMAT, "%s: metadata \"%s\" is no count", f->path, key);
+    return LT_OK;
+}
+
+static lt_status get_state(const lt_safetensors *f, checkpoint_state *out)
+{
+    const char *best = lt_safetensors_meta(f, "best");
+    const char *end = NULL;
+    int64_t epoch, seed;
+    lt_status st = get_int(f, "step", &out->step);
+
+    if (st == LT_OK)
+        st = get_int(f, "skipped", &out->skipped);
+    if (st == LT_OK)
+        st = get_int(f, "optim_steps", &out->optim_steps);
+    if (st == LT_OK)
+        st = get_int(f, "validated", &out->validated);
+    if (st == LT_OK)
+        st = get_int(f, "best_step", &out->best_step);
+    if (st == LT_OK)
+        st = get_int(f, "epoch", &epoch);
+    if (st == LT_OK)
+        st = get_int(f, "next", &out->position.next);
+    if (st == LT_OK)
+        st = get_int(f, "seed", &seed);
+    if (st)
+        return st;
+    out->position.epoch = (uint64_t)epoch;
+    out->seed = (uint64_t)seed;
+    out->best_mm = best ? lt_strtod(best, &end) : INFINITY;
+    if (best && end == best)
+        out->best_mm = INFINITY;                /* "null": no validation yet */
+    return LT_OK;
+}
+
+static void put_back(const lt_safetensors *f, const model *m, lt_optim *optim, const checkpoint_state *s)
+{
+    for (lt_param *p = lt_params_first(m->params); p; p = p->next)
+        array_load(lt_safetensors_find(f, p->name), p->data);
+    for (int i = 0; i < lt_optim_state_count(optim); i++) {
+        const lt_optim_state state = lt_optim_state_at(optim, i);
+
+        array_load(lt_safetensors_find(f, state.name), state.data);
+    }
+    lt_optim_set_steps(optim, s->optim_steps);
+}
+
+lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state)
+{
+    lt_arena *arena = lt_arena_new();
+    checkpoint_state s;
+    lt_safetensors f;
+    lt_status st = arena ? read_file(arena, path, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = check_model(&f, m);
+    if (st == LT_OK)
+        st = check_params(&f, m);
+    if (st == LT_OK)
+        st = check_optim(&f, optim);
+    if (st == LT_OK)
+        st = get_state(&f, &s);
+    if (st == LT_OK) {
+        put_back(&f, m, optim, &s);
+        *state = s;
+    }
+    lt_arena_free(arena);
+    return st;
+}
+
+const lt_named_array *checkpoint_average(const lt_named_array *entry, size_t n, const char *weight)
+{
+    static const char prefix[] = "optim.ema.";              /* as lt_optim_state_at has it */
+    const size_t length = strlen(prefix);
+
+    for (size_t i = 0; i < n; i++)
+        if (strncmp(entry[i].name, prefix, length) == 0 && strcmp(entry[i].name + length, weight) == 0)
+            return &entry[i];
+    return NULL;
+}
+
+/* The average of a weight where the file has one, else the weight. */
+static const lt_array *best_of(const lt_safetensors *f, const lt_param *p)
+{
+    const lt_named_array *average = checkpoint_average(f->entry, f->n, p->name);
+
+    return average && array_fits(&average->array, &p->shape) ? &average->array : lt_safetensors_find(f, p->name);
+}
+
+static lt_status read_table(const lt_safetensors *f, model *m)
+{
+    const char *text = lt_safetensors_meta(f, "int8");
+
+    m->int8 = NULL;
+    return text ? int8_table_parse(lt_params_arena(m->params), f->path, text, m->params, &m->int8) : LT_OK;
+}
+
+lt_status checkpoint_load_model(const char *path, model *m)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_safetensors f;
+    lt_status st = arena ? read_file(arena, path, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = check_model(&f, m);
+    if (st == LT_OK)
+        st = check_params(&f, m);
+    if (st == LT_OK)
+        st = read_table(&f, m);
+    for (lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
+        array_load(best_of(&f, p), p->data);
+    lt_arena_free(arena);
+    return st;
+}
+
+/* All that the file says of itself, but what is made anew. */
+static lt_status copy_meta(contents *c, const lt_safetensors *f)
+{
+    for (size_t i = 0; i < f->n_meta; i++) {
+        if (strcmp(f->meta[i].key, "crc32") == 0 || strcmp(f->meta[i].key, "int8") == 0)
+            continue;
+        if (c->n_meta == META - 2)
+            return lt_error(LT_EFORMAT, "%s: more metadata than a checkpoint has", f->path);
+        put(c, f->meta[i].key, f->meta[i].value);
+    }
+    return LT_OK;
+}
+
+lt_status checkpoint_save_int8(const char *path, const char *from, const model *m)
+{
+    contents c = { .arena = lt_arena_new() };
+    lt_safetensors f;
+    lt_status st = c.arena ? read_file(c.arena, from, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = copy_meta(&c, &f);
+    if (st == LT_OK) {
+        put(&c, "int8", int8_table_text(c.arena, m->int8));
+        st = collect(&c, m, NULL) && !c.no_memory ? write_contents(path, &c)
+                                                  : lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
+    }
+    lt_arena_free(c.arena);
+    return st;
+}
+
+static lt_status get_tips(const lt_safetensors *f, int tips[5])
+{
+    const char *text = lt_safetensors_meta(f, "tips");
+    int end = 0;
+
+    memcpy(tips, lt_hand_tips_ho3d, sizeof(lt_hand_tips_ho3d));
+    if (!text)
+        return LT_OK;
+    if (sscanf(text, "%4d %4d %4d %4d %4d%n", &tips[0], &tips[1], &tips[2], &tips[3], &tips[4], &end) != 5 || text[end])
+        return lt_error(LT_EFORMAT, "%s: metadata \"tips\" is not five vertices", f->path);
+    return LT_OK;
+}
+
+lt_status checkpoint_head_read(lt_arena *arena, const char *path, checkpoint_head *out)
+{
+    lt_safetensors f;
+    lt_status st = read_file(arena, path, &f);
+
+    if (st)
+        return st;
+    out->config = lt_safetensors_meta(&f, "config");
+    if (!out->config)
+        return lt_error(LT_EFORMAT, "%s: carries no configuration", path);
+    st = get_tips(&f, out->tips);
+    return st ? st : get_int(&f, "step", &out->step);
+}

@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "estimate/compiled.h"
+
+#include "estimate/feed.h"
+
+lt_status compiled_new(const model *m, int batch, bool train, compiled *out)
+{
+    const int parts = train ? feed_parts(m, batch) : 1;
+    compiled c = { .record = { .g = lt_graph_new(), .batch = batch / parts }, .parts = parts };
+    lt_compile_opts opts = { .train = train, .replace_grads = true, .parts = parts };
+    lt_status st;
+
+    if (!c.record.g)
+        return lt_error(LT_ENOMEM, "no memory for the graph");
+    m->cls->record(m, true, &c.record);
+    st = lt_graph_status(c.record.g);
+    if (st == LT_OK)
+        st = feed_check(&c.record);
+    if (st == LT_OK) {
+        opts.loss = train ? c.record.loss : NULL;
+        c.plan = lt_compile(c.record.g, &opts);
+        st = c.plan ? LT_OK : lt_last_status();
+    }
+    if (st)
+        compiled_free(&c);
+    else
+        *out = c;
+    return st;
+}
+
+void compiled_free(compiled *c)
+{
+    lt_plan_free(c->plan);
+    lt_graph_free(c->record.g);
+    *c = (compiled){ .plan = NULL };
+}
+
+const lt_real *compiled_output(const compiled *c, const char *name)
+{
+    const lt_tensor *t = model_port_find(&c->record.outputs, name);
+
+    return t ? lt_plan_data(c->plan, t) : NULL;
+}
+
+static lt_status walk(const compiled *c, loader *l, compiled_visit visit, void *ctx, bool (*stop)(void))
+{
+    for (;;) {
+        void *batch;
+        lt_status st;
+
+        if (stop && stop())
+            return lt_error(LT_ESTOPPED, "stopped by a signal");
+        st = loader_next(l, &batch);
+        if (st || !batch)
+            return st;
+        if (feed_batch(c->plan, &c->record, batch, 0) > 0) {
+            lt_run(c->plan);
+            visit(ctx, c, batch);
+        }
+    }
+}
+
+lt_status compiled_walk(const compiled *c, const loader_source *source, int threads, double tolerate,
+                        compiled_visit visit, compiled_skipped skipped, void *ctx, bool (*stop)(void))
+{
+    const loader_options o = { .batch = c->record.batch, .threads = threads, .ahead = COMPILED_AHEAD,
+                               .tolerate = tolerate };
+    loader *l;
+    lt_status st = loader_new(source, &o, (loader_position){ 0 }, &l);
+
+    if (st)
+        return st;
+    lt_plan_refresh(c->plan);
+    st = walk(c, l, visit, ctx, stop);
+    for (int i = 0; st == LT_OK && i < loader_skipped(l); i++)
+        skipped(ctx, i, loader_skipped_line(l, i));
+    loader_free(l);
+    return st;
+}

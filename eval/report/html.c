@@ -1,0 +1,148 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "eval/report/internal.h"
+
+#include "libtensor/io/text/utf8.h"
+
+#include <string.h>
+
+static void put_character(FILE *f, uint32_t code)
+{
+    char bytes[LT_UTF8_MAX];
+
+    switch (code) {
+    case '&': fputs("&amp;", f); break;
+    case '<': fputs("&lt;", f); break;
+    case '>': fputs("&gt;", f); break;
+    case '"': fputs("&quot;", f); break;
+    case '\'': fputs("&#39;", f); break;
+    case '\n': case '\t': fputc((int)code, f); break;
+    default:
+        if (code < 0x20 || (code >= 0x7f && code < 0xa0))
+            code = 0xfffd;
+        fwrite(bytes, 1, lt_utf8_put(bytes, code), f);
+    }
+}
+
+static void put_text(FILE *f, const char *text, const char *end)
+{
+    while (text < end)
+        put_character(f, lt_utf8_next(&text, end));
+}
+
+void html_text(FILE *f, const char *text)
+{
+    put_text(f, text, text + strlen(text));
+}
+
+/* ---- our tables ------------------------------------------------------------------------------------------------- */
+
+static const char *line_end(const char *line)
+{
+    const char *end = strchr(line, '\n');
+
+    return end ? end : line + strlen(line);
+}
+
+/* "| --- | --: |" */
+static bool is_ruler(const char *line)
+{
+    return strspn(line, "|-: ") == (size_t)(line_end(line) - line) && strstr(line, "--");
+}
+
+/* Whether the ruler aligns a column at its right: "--:" */
+static bool is_right(const char *ruler, int column)
+{
+    const char *end = line_end(ruler), *bar = ruler;
+
+    for (int i = 0; bar && end - bar > 1 && i <= column; i++)
+        bar = memchr(bar + 1, '|', (size_t)(end - bar - 1));
+    while (bar && bar > ruler && bar[-1] == ' ')
+        bar--;
+    return bar && bar > ruler && bar[-1] == ':';
+}
+
+static void put_row(FILE *f, const char *line, const char *ruler, const char *cell)
+{
+    const char *end = line_end(line), *at = line + 1, *bar;
+
+    fputs("<tr>", f);
+    for (int column = 0; (bar = memchr(at, '|', (size_t)(end - at))); column++) {
+        const char *a = at + strspn(at, " "), *b = bar;
+
+        while (b > a && b[-1] == ' ')
+            b--;
+        fprintf(f, "<%s%s>", cell, is_right(ruler, column) ? " class=n" : "");
+        put_text(f, a, b > a ? b : a);
+        fprintf(f, "</%s>", cell);
+        at = bar + 1;
+    }
+    fputs("</tr>\n", f);
+}
+
+static const char *next_line(const char *line)
+{
+    const char *end = line_end(line);
+
+    return *end ? end + 1 : end;
+}
+
+static const char *put_table(FILE *f, const char *line)
+{
+    const char *ruler = next_line(line);
+    const bool headed = is_ruler(ruler);
+
+    fputs("<div class=wide><table>\n", f);
+    put_row(f, line, headed ? ruler : "", headed ? "th" : "td");
+    line = headed ? next_line(ruler) : ruler;
+    for (; *line == '|'; line = next_line(line))
+        put_row(f, line, headed ? ruler : "", "td");
+    fputs("</table></div>\n", f);
+    return line;
+}
+
+void html_markdown(FILE *f, const char *text)
+{
+    while (*text) {
+        const char *end = line_end(text);
+
+        if (*text == '|') {
+            text = put_table(f, text);
+            continue;
+        }
+        if (*text == '#') {
+            fputs("<h3>", f);
+            put_text(f, text + strspn(text, "# "), end);
+            fputs("</h3>\n", f);
+        } else if (end > text) {
+            fputs("<p>", f);
+            put_text(f, text, end);
+            fputs("</p>\n", f);
+        }
+        text = *end ? end + 1 : end;
+    }
+}
+
+/* ---- pictures --------------------------------------------------------------------------------------------------- */
+
+static void put_base64(FILE *f, const uint8_t *bytes, size_t n)
+{
+    static const char digit[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+
+    for (size_t i = 0; i < n; i += 3) {
+        const uint32_t x = (uint32_t)bytes[i] << 16 | (i + 1 < n ? (uint32_t)bytes[i + 1] << 8 : 0)
+            | (i + 2 < n ? bytes[i + 2] : 0);
+        const char four[4] = { digit[x >> 18], digit[x >> 12 & 63], i + 1 < n ? digit[x >> 6 & 63] : '=',
+                               i + 2 < n ? digit[x & 63] : '=' };
+
+        fwrite(four, 1, 4, f);
+    }
+}
+
+void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what)
+{
+    fputs("<img alt=\"", f);
+    html_text(f, what);
+    fputs("\" src=\"data:image/png;base64,", f);
+    put_base64(f, png, n);
+    fputs("\">\n", f);
+}

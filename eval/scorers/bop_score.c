@@ -1,0 +1,243 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Key frames in parallel, a block at a time; counts of hits, so that no order of sums matters. */
+#include "eval/scorers/bop_score.h"
+
+#include "vision/silhouette.h"
+#include "eval/scorers/bop_file.h"
+#include "eval/scorers/models_info.h"
+#include "assets/ycb/symmetry.h"
+#include "eval/metrics/vsd.h"
+#include "libtensor/base/parallel.h"
+#include "libtensor/geometry/rotation.h"
+
+#include <stdio.h>
+
+enum { STEPS = 10, BLOCK = 64 };
+
+static const double DELTA = 0.015;              /* metres */
+static const double WIDTH = 640;                /* of the image that MSPD's pixels are counted in */
+
+static double share(int step) { return 0.05 * (step + 1); }
+
+/* Hits: VSD of STEPS * STEPS a target, MSSD and MSPD of STEPS. */
+typedef struct { int64_t targets, estimated, hits[3]; } totals;
+
+static void add(totals *sum, const totals *some)
+{
+    sum->targets += some->targets;
+    sum->estimated += some->estimated;
+    for (int k = 0; k < 3; k++)
+        sum->hits[k] += some->hits[k];
+}
+
+/* ---- the models ---- */
+
+/* What the dataset's own models show, by YCB id */
+static lt_status measure_models(const dataset *d, lt_arena *arena, bop_model out[YCB_COUNT + 1])
+{
+    for (int i = 0; i < d->n_objects; i++) {
+        const ycb_object *ycb = ycb_find(d->objects[i].ycb_id);
+        eval_pose *symmetry = lt_arena_array(arena, EVAL_TURNS, sizeof(*symmetry));
+        if (!symmetry)
+            return lt_error(LT_ENOMEM, "%s: no memory", d->objects[i].name);
+        out[ycb->id] = (bop_model){ (double)d->objects[i].diameter, eval_symmetries(ycb, symmetry), symmetry };
+    }
+    return LT_OK;
+}
+
+/* ---- one target ---- */
+
+typedef struct {
+    const dataset_object *o;
+    const bop_model *model;
+    const dexycb_scene *scene;
+    eval_pose e, g;                 /* estimated, true */
+} target;
+
+static bool is_rigid(const eval_pose *p)
+{
+    return lt_rot_is_near(p->R, 1e-2) && eval_pose_finite(p);
+}
+
+static lt_status draw(const target *t, const eval_pose *p, lt_arena *arena, float **out)
+{
+    float R[9], at[3];
+
+    for (int i = 0; i < 9; i++)
+        R[i] = (float)p->R[i];
+    for (int i = 0; i < 3; i++)
+        at[i] = (float)p->t[i];
+    *out = lt_arena_array(arena, DEXYCB_WIDTH * DEXYCB_HEIGHT, sizeof(**out));
+    if (!*out)
+        return lt_error(LT_ENOMEM, "%s: no memory to draw the object", t->o->name);
+    return silhouette_depth(&t->o->mesh, R, at, &t->scene->camera, *out, DEXYCB_WIDTH, DEXYCB_HEIGHT, arena);
+}
+
+static lt_status count_vsd(const target *t, lt_arena *arena, int64_t *hits)
+{
+    const eval_vsd_view view = { DEXYCB_WIDTH, DEXYCB_HEIGHT, t->scene->camera, t->scene->depth, DELTA,
+                                 t->model->diameter };
+    double tau[STEPS], errors[STEPS];
+    float *at_e, *at_g;
+    lt_status st = draw(t, &t->e, arena, &at_e);
+
+    if (!st)
+        st = draw(t, &t->g, arena, &at_g);
+    if (st)
+        return st;
+    for (int k = 0; k < STEPS; k++)
+        tau[k] = share(k);
+    eval_vsd(&view, at_e, at_g, STEPS, tau, errors);
+    for (int k = 0; k < STEPS; k++)
+        for (int step = 0; step < STEPS; step++)
+            *hits += errors[k] < share(step);
+    return LT_OK;
+}
+
+static lt_status count_surface(const target *t, lt_arena *arena, int64_t hits[2])
+{
+    const int n = t->o->mesh.n_vertices;
+    const bop_model *m = t->model;
+    double *x = lt_arena_array(arena, 3 * (size_t)n, sizeof(*x)), mssd, mspd;
+
+    if (!x)
+        return lt_error(LT_ENOMEM, "%s: no memory for %d vertices", t->o->name, n);
+    for (int i = 0; i < 3 * n; i++)
+        x[i] = t->o->mesh.vertex[i / 3][i % 3];
+    mssd = eval_mssd(n, x, &t->e, &t->g, m->n_symmetries, m->symmetry);
+    mspd = eval_mspd(n, x, &t->e, &t->g, m->n_symmetries, m->symmetry, &t->scene->camera);
+    for (int step = 0; step < STEPS; step++) {
+        hits[0] += mssd < share(step) * m->diameter;
+        hits[1] += mspd < 5 * (step + 1) * DEXYCB_WIDTH / WIDTH;
+    }
+    return LT_OK;
+}
+
+static lt_status measure(target *t, const bop_estimate *estimate, lt_arena *arena, totals *out)
+{
+    lt_status st;
+
+    *out = (totals){ .targets = 1, .estimated = estimate != NULL };
+    if (!estimate || !is_rigid(&estimate->pose))
+        return LT_OK;
+    t->e = estimate->pose;
+    st = count_vsd(t, arena, &out->hits[0]);
+    return st ? st : count_surface(t, arena, &out->hits[1]);
+}
+
+/* ---- one frame ---- */
+
+typedef struct {
+    int64_t index;                  /* of the sample */
+    totals all, grasped;
+    lt_status status;
+    char line[1024];
+} frame;
+
+typedef struct {
+    const dataset *d;
+    const char *models_info;        /* NULL: what the dataset's models show */
+    bop_model model[YCB_COUNT + 1];
+    bop_file file;
+    frame *frame;
+} job;
+
+static lt_status measure_frame(const job *j, frame *f, lt_arena *arena)
+{
+    const dexycb_place place = dexycb_place_of(j->d, f->index);
+    dexycb_scene s;
+    lt_status st = dexycb_read_scene(j->d, f->index, arena, &s);
+
+    for (int i = 0; !st && i < place.n_targets; i++) {
+        const int id = place.target[i];
+        target t = { .o = s.model[i], .model = &j->model[id], .scene = &s };
+        totals one;
+        if (!s.pose[i].known)
+            continue;
+        if (j->models_info && !(t.model->diameter > 0))
+            return lt_error(LT_EFORMAT, "%s: has no object %d, %s", j->models_info, id, t.o->name);
+        t.g = eval_pose_of(s.pose[i].R, s.pose[i].t);
+        st = measure(&t, bop_file_find(&j->file, place.scene, place.image, id), arena, &one);
+        add(&f->all, &one);
+        if (i == place.grasped)
+            add(&f->grasped, &one);
+    }
+    return st;
+}
+
+static void frame_task(void *ctx, int64_t i)
+{
+    const job *j = ctx;
+    frame *f = &j->frame[i];
+    lt_arena *arena = lt_arena_new();
+
+    f->status = arena ? measure_frame(j, f, arena) : lt_error(LT_ENOMEM, "no memory to score object poses");
+    if (f->status)
+        snprintf(f->line, sizeof(f->line), "%s", lt_last_error());
+    lt_arena_free(arena);
+}
+
+/* ---- all frames ---- */
+
+static lt_status measure_block(job *j, int64_t n, totals *all, totals *grasped)
+{
+    lt_parallel_for(n, frame_task, j);
+    for (int64_t i = 0; i < n; i++) {
+        if (j->frame[i].status)
+            return lt_error(j->frame[i].status, "%s", j->frame[i].line);
+        add(all, &j->frame[i].all);
+        add(grasped, &j->frame[i].grasped);
+    }
+    return LT_OK;
+}
+
+static bop_recall recall_of(const totals *sum)
+{
+    const double n = (double)sum->targets;
+    bop_recall r = {
+        .targets = sum->targets, .estimated = sum->estimated, .vsd = (double)sum->hits[0] / (n * STEPS * STEPS),
+        .mssd = (double)sum->hits[1] / (n * STEPS), .mspd = (double)sum->hits[2] / (n * STEPS),
+    };
+
+    r.ar = (r.vsd + r.mssd + r.mspd) / 3;
+    return r;
+}
+
+static lt_status prepare(job *j, lt_arena *arena, const char *path)
+{
+    lt_status st;
+
+    j->frame = arena ? lt_arena_array(arena, BLOCK, sizeof(*j->frame)) : NULL;
+    if (!j->frame)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    st = bop_file_read(arena, path, &j->file);
+    if (st)
+        return st;
+    return j->models_info ? models_info_read(arena, j->models_info, j->model) : measure_models(j->d, arena, j->model);
+}
+
+lt_status bop_score(const dataset *d, const char *path, const char *models_info, bop_progress progress, void *ctx,
+                    bop_recalls *out)
+{
+    lt_arena *arena = lt_arena_new();
+    job j = { .d = d, .models_info = models_info };
+    totals all = { 0 }, grasped = { 0 };
+    int64_t count = 0;
+    lt_status st = prepare(&j, arena, path);
+
+    for (int64_t i = 0; !st && i < d->count; i++) {
+        if (dexycb_place_of(d, i).keyframe)
+            j.frame[count++] = (frame){ .index = i };
+        if (count < BLOCK && i + 1 < d->count)
+            continue;
+        st = measure_block(&j, count, &all, &grasped);
+        count = 0;
+        if (!st && progress && !progress(ctx, i + 1, d->count))
+            st = lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld samples", path, (long long)i + 1,
+                          (long long)d->count);
+    }
+    if (!st)
+        *out = (bop_recalls){ recall_of(&all), recall_of(&grasped) };
+    lt_arena_free(arena);
+    return st;
+}

@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* The photograph with everything that was found, and how far to believe it. */
+#include "pipeline/internal.h"
+
+#include "vision/pose_drawing.h"
+#include "libtensor/io/image/image.h"
+
+#include <math.h>
+#include <string.h>
+
+static const draw_color PAPER = { 20, 20, 20 }, INK = { 245, 245, 245 }, WARN = { 255, 120, 100 };
+static const draw_color HAND_BOX = { 255, 255, 255 }, OBJECT_BOX = { 255, 220, 120 };
+
+static void draw_input_box(draw_canvas *c, crop_box b, float width, draw_color color)
+{
+    const float p[4][2] = { { b.x0, b.y0 }, { b.x1, b.y0 }, { b.x1, b.y1 }, { b.x0, b.y1 } };
+
+    for (int i = 0; i < 4; i++)
+        draw_line(c, p[i], p[(i + 1) % 4], width, color, 0.7f);
+}
+
+/* One line on a dark strip; returns where the next begins. */
+static int draw_note(draw_canvas *c, int y, int scale, draw_color color, const char *text)
+{
+    const int height = scale * (DRAW_GLYPH_HEIGHT + 3);
+
+    draw_rect(c, 0, y, c->width, y + height, PAPER, 0.65f);
+    draw_text(c, 3 * scale, y + 2 * scale, scale, color, text);
+    return y + height;
+}
+
+static int note_hand(draw_canvas *c, int y, int scale, const predict_case *s)
+{
+    const predict_result *r = s->r;
+    const bool trusted = predict_trusted(s->v, r);
+    char line[160];
+
+    snprintf(line, sizeof(line), "%s hand  z %.2f m%s  2D-3D agreement %.1f px%s",
+             s->v->left ? "left" : "right", (double)r->e.joints[0][2], r->placed ? "" : " (a guess)",
+             r->agreement_px, trusted ? "" : "  LOW TRUST");
+    return draw_note(c, y, scale, trusted ? INK : WARN, line);
+}
+
+static int count_seen(const predict_result *r)
+{
+    int n = 0;
+
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        n += isfinite(r->control2d[i][0]) && isfinite(r->control2d[i][1]);
+    return n;
+}
+
+static int note_object(draw_canvas *c, int y, int scale, const predict_case *s)
+{
+    const predict_result *r = s->r;
+    char line[160];
+
+    if (!s->object)
+        snprintf(line, sizeof(line), "object not named  %d of %d points of its box seen  confidence %.2f",
+                 count_seen(r), LT_BOX_POINTS, (double)r->e.object_confidence);
+    else if (r->object_found)
+        snprintf(line, sizeof(line), "%s  z %.2f m  %d inliers  confidence %.2f", s->object->name,
+                 r->e.object.t[2], r->e.object_inliers, (double)r->e.object_confidence);
+    else
+        snprintf(line, sizeof(line), "%s  NO POSE FOUND  confidence %.2f", s->object->name,
+                 (double)r->e.object_confidence);
+    return draw_note(c, y, scale, r->object_found || !s->object ? INK : WARN, line);
+}
+
+static void draw_notes(draw_canvas *c, const predict_case *s)
+{
+    const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 500, c->height / 300));
+    char line[160];
+    int y = note_hand(c, 0, scale, s);
+
+    y = note_object(c, y, scale, s);
+    snprintf(line, sizeof(line), "boxes: hand %s, object %s  camera: %s", predict_source_name(s->v->hand_from),
+             predict_source_name(s->v->object_from), predict_source_name(s->v->camera_from));
+    draw_note(c, y, scale, INK, line);
+}
+
+lt_status predict_write_overlay(lt_arena *arena, const predict_case *s, const lt_mesh *hand, const char *path)
+{
+    const predict_view *v = s->v;
+    const float width = fmaxf(1, (float)lt_min_i64(v->width, v->height) / 480);
+    const pose_drawing all = {
+        .joints = s->r->e.joints, .vertices = s->r->e.vertices, .faces = hand->face,
+        .object = s->r->object_found ? &s->r->e.object : NULL,
+        .control = s->object ? s->object->control : NULL, .mesh = s->object ? &s->object->mesh : NULL,
+        .control2d = (const float (*)[2])s->r->control2d,
+    };
+    draw_canvas c = draw_canvas_new(arena, v->width, v->height, PAPER);
+    lt_image img = { v->width, v->height, 3, 8, NULL };
+    lt_status st;
+
+    if (!c.rgb)
+        return lt_error(LT_ENOMEM, "%s: no memory to draw on %d x %d pixels", v->path, v->width, v->height);
+    memcpy(c.rgb, v->rgb, 3 * (size_t)v->width * (size_t)v->height);
+    draw_input_box(&c, v->object_box, width, OBJECT_BOX);
+    draw_input_box(&c, v->hand_box, width, HAND_BOX);
+    st = pose_draw(arena, &c, &v->camera, &all, width);
+    if (st)
+        return st;
+    draw_notes(&c, s);
+    img.data = c.rgb[0];
+    return lt_png_write(path, &img);
+}

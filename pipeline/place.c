@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Where the hand is: its shape put where the heat maps see its joints, and as far away as a sensor measures them. */
+#include "pipeline/internal.h"
+
+#include "eval/metrics/metrics.h"
+#include "libtensor/geometry/translation.h"
+
+#include <math.h>
+
+static const double GUESSED_DEPTH = 0.6, NEAREST = 0.05, FARTHEST = 10;     /* metres */
+static const double UNDER_SKIN = 0.010, FAR_OFF = 0.25;     /* a joint, of what is seen; another thing's depth */
+enum { REACH = 2, FEW_JOINTS = 5 };                         /* pixels around a joint; joints that must be measured */
+
+typedef struct {
+    double X[3 * LT_HAND_KEYPOINTS], uv[2 * LT_HAND_KEYPOINTS], weight[LT_HAND_KEYPOINTS];
+} sight;
+
+static void see(const predict_result *r, sight *s)
+{
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
+        for (int d = 0; d < 3; d++)
+            s->X[3 * i + d] = r->e.joints[i][d];
+        for (int d = 0; d < 2; d++)
+            s->uv[2 * i + d] = r->heatmap2d[i][d];
+        s->weight[i] = r->e.peak[i];
+    }
+}
+
+/* The median of what is known of the depth around a pixel; NaN where nothing is. */
+static double depth_around(const predict_view *v, const double uv[2])
+{
+    double known[(2 * REACH + 1) * (2 * REACH + 1)];
+    int n = 0;
+
+    if (!(fabs(uv[0]) < v->width && fabs(uv[1]) < v->height))
+        return NAN;
+    for (int y = (int)lround(uv[1]) - REACH; y <= (int)lround(uv[1]) + REACH; y++)
+        for (int x = (int)lround(uv[0]) - REACH; x <= (int)lround(uv[0]) + REACH; x++)
+            if (x >= 0 && x < v->width && y >= 0 && y < v->height && v->depth[y * (int64_t)v->width + x] > 0)
+                known[n++] = (double)v->depth[y * (int64_t)v->width + x];
+    return eval_median(n, known);
+}
+
+/* The wrist's depth, were every joint as far away as it is measured; NaN where too few joints are. Without a mask of the
+ * hand what stands before it is measured too. */
+static double measured_depth(const predict_view *v, const sight *s)
+{
+    double wrist[LT_HAND_KEYPOINTS];
+    int n = 0;
+
+    for (int i = 0; v->depth && i < LT_HAND_KEYPOINTS; i++) {
+        const double d = depth_around(v, s->uv + 2 * i);
+
+        if (!isnan(d))
+            wrist[n++] = d + UNDER_SKIN - s->X[3 * i + 2];
+    }
+    return n < FEW_JOINTS ? NAN : eval_median(n, wrist);
+}
+
+/* At an arm's length, in the middle of its box. */
+static void guess_place(const predict_view *v, double t[3])
+{
+    const double middle[2] = { (v->hand_box.x0 + v->hand_box.x1) / 2, (v->hand_box.y0 + v->hand_box.y1) / 2 };
+
+    lt_camera_backproject(&v->camera, middle, GUESSED_DEPTH, t);
+}
+
+/* What is measured counts where it is near what the joints' size says: else it is of something else. */
+static bool find_place(const predict_view *v, const sight *s, double t[3])
+{
+    double depth;
+
+    if (lt_hand_translation(&v->camera, LT_HAND_KEYPOINTS, s->X, s->uv, s->weight, t))
+        return false;
+    depth = measured_depth(v, s);
+    if (fabs(depth - t[2]) < FAR_OFF)
+        lt_hand_translation_at(&v->camera, LT_HAND_KEYPOINTS, s->X, s->uv, s->weight, depth, t);
+    return t[2] > NEAREST && t[2] < FARTHEST;
+}
+
+static void move(float (*point)[3], int n, const double t[3])
+{
+    for (int i = 0; i < n; i++)
+        for (int d = 0; d < 3; d++)
+            point[i][d] += (float)t[d];
+}
+
+void predict_place_hand(const predict_view *v, predict_result *r)
+{
+    double t[3];
+    sight s;
+
+    see(r, &s);
+    r->placed = find_place(v, &s, t);
+    if (!r->placed)
+        guess_place(v, t);
+    move(r->e.joints, LT_HAND_KEYPOINTS, t);
+    move(r->e.vertices, LT_HAND_VERTICES, t);
+}

@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A photograph made ready: upright, with boxes and a camera, given or assumed. */
+#include "pipeline/internal.h"
+
+#include "vision/picture.h"
+#include "libtensor/io/image/exif.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/image/image.h"
+
+#include <math.h>
+#include <string.h>
+
+#define FILE_MAX ((size_t)1 << 30)
+
+static const double CENTRAL = 0.6, OBJECT_GROWTH = 1.3, FOCAL_PER_SIDE = 1.2;
+
+const char *predict_source_name(predict_source s)
+{
+    static const char *const name[] = { "given", "listed", "exif", "default" };
+
+    return name[s];
+}
+
+static void turn_upright(const lt_image *stored, int orientation, predict_view *v, uint8_t *rgb)
+{
+    for (int y = 0; y < v->height; y++)
+        for (int x = 0; x < v->width; x++) {
+            int u, w;
+
+            lt_exif_turn(orientation, stored->width, stored->height, x, y, &u, &w);
+            memcpy(rgb + 3 * ((size_t)y * (size_t)v->width + (size_t)x),
+                   stored->data + 3 * ((size_t)w * (size_t)stored->width + (size_t)u), 3);
+        }
+}
+
+static lt_status read_upright(lt_arena *arena, const char *path, lt_exif *exif, predict_view *v)
+{
+    lt_image img, stored;
+    uint8_t *bytes, *rgb;
+    size_t n;
+    lt_status st = lt_read_file(arena, path, FILE_MAX, &bytes, &n);
+
+    st = st ? st : lt_image_decode(arena, path, bytes, n, &img);
+    st = st ? st : lt_image_to_rgb8(arena, &img, &stored);
+    if (st)
+        return st;
+    *exif = lt_exif_read(bytes, n);
+    v->orientation = exif->orientation;
+    v->width = exif->orientation < 5 ? stored.width : stored.height;
+    v->height = exif->orientation < 5 ? stored.height : stored.width;
+    v->rgb = stored.data;
+    if (exif->orientation == 1)
+        return LT_OK;
+    st = lt_arena_try(arena, lt_image_bytes(&stored), (void **)&rgb);
+    if (st)
+        return lt_error_prefix(st, "%s", path);
+    turn_upright(&stored, exif->orientation, v, rgb);
+    v->rgb = rgb;
+    return LT_OK;
+}
+
+static lt_status read_depth(lt_arena *arena, const char *path, predict_view *v)
+{
+    const bool turned = v->orientation >= 5;
+    const int width = turned ? v->height : v->width, height = turned ? v->width : v->height;
+    float *stored, *depth;
+    lt_status st = picture_read_depth(arena, path, width, height, &stored);
+
+    if (!st)
+        st = lt_arena_try(arena, (size_t)width * (size_t)height * sizeof(*depth), (void **)&depth);
+    if (st)
+        return st;
+    for (int y = 0; y < v->height; y++)
+        for (int x = 0; x < v->width; x++) {
+            int u, w;
+
+            lt_exif_turn(v->orientation, width, height, x, y, &u, &w);
+            depth[(size_t)y * (size_t)v->width + (size_t)x] = stored[(size_t)w * (size_t)width + (size_t)u];
+        }
+    v->depth = depth;
+    v->depth_path = path;
+    return LT_OK;
+}
+
+static crop_box central_box(const predict_view *v)
+{
+    const double half = CENTRAL * (v->width < v->height ? v->width : v->height) / 2;
+    const double cx = (v->width - 1) / 2.0, cy = (v->height - 1) / 2.0;
+
+    return (crop_box){ (float)(cx - half), (float)(cy - half), (float)(cx + half), (float)(cy + half) };
+}
+
+static crop_box grown_box(crop_box b, double factor)
+{
+    const double cx = (b.x0 + b.x1) / 2, cy = (b.y0 + b.y1) / 2;
+    const double hx = (b.x1 - b.x0) * factor / 2, hy = (b.y1 - b.y0) * factor / 2;
+
+    return (crop_box){ (float)(cx - hx), (float)(cy - hy), (float)(cx + hx), (float)(cy + hy) };
+}
+
+/* row: the image's line in --boxes, or NULL */
+static void choose_boxes(const predict_options *o, const predict_boxes_row *row, predict_view *v)
+{
+    const bool hand = row && row->has_hand, object = row && row->has_object;
+
+    v->hand_box = hand ? row->hand : o->hand_box ? *o->hand_box : central_box(v);
+    v->hand_from = hand ? PREDICT_LISTED : o->hand_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
+    v->object_box = object ? row->object : o->object_box ? *o->object_box : grown_box(v->hand_box, OBJECT_GROWTH);
+    v->object_from = object ? PREDICT_LISTED : o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
+    v->left = row && row->side != PREDICT_ANY_SIDE ? row->side == PREDICT_LEFT : o->left;
+}
+
+static void choose_camera(const predict_options *o, const lt_exif *exif, predict_view *v)
+{
+    const double measured = lt_exif_focal_px(exif, v->width, v->height);
+    const double focal = measured > 0 ? measured : FOCAL_PER_SIDE * fmax(v->width, v->height);
+
+    v->camera = (lt_camera){ focal, focal, (v->width - 1) / 2.0, (v->height - 1) / 2.0 };
+    v->camera_from = measured > 0 ? PREDICT_EXIF : PREDICT_DEFAULT;
+    if (o->camera) {
+        v->camera = *o->camera;
+        v->camera_from = PREDICT_GIVEN;
+    }
+}
+
+static lt_status check_inside(const predict_view *v, const char *what, crop_box b)
+{
+    if (!(b.x1 > b.x0 && b.y1 > b.y0))
+        return lt_error(LT_EINVAL, "%s: the %s box is empty", v->path, what);
+    if (b.x1 < 1 || b.y1 < 1 || b.x0 > (float)v->width - 1 || b.y0 > (float)v->height - 1)
+        return lt_error(LT_EINVAL, "%s: the %s box %g,%g,%g,%g lies outside the image of %d x %d pixels",
+                        v->path, what, (double)b.x0, (double)b.y0, (double)b.x1, (double)b.y1, v->width,
+                        v->height);
+    return LT_OK;
+}
+
+lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
+                            predict_view *out)
+{
+    predict_view v = { .path = in->path, .name = in->name, .orientation = 1 };
+    lt_exif exif = { .orientation = 1 };
+    lt_status st = LT_OK;
+
+    if (frame)
+        v.width = frame->width, v.height = frame->height, v.rgb = frame->data;
+    else
+        st = read_upright(arena, in->path, &exif, &v);
+    if (!st && in->depth)
+        st = read_depth(arena, in->depth, &v);
+    if (st)
+        return st;
+    choose_boxes(o, in->boxes, &v);
+    choose_camera(o, &exif, &v);
+    st = check_inside(&v, "hand", v.hand_box);
+    st = st ? st : check_inside(&v, "object", v.object_box);
+    if (st)
+        return in->boxes ? lt_error_prefix(st, "%s:%lld", o->boxes, (long long)in->boxes->line) : st;
+    *out = v;
+    return LT_OK;
+}
+
+static crop_box mirrored_box(crop_box b, int width)
+{
+    const float last = (float)(width - 1);
+
+    return (crop_box){ last - b.x1, b.y0, last - b.x0, b.y1 };
+}
+
+lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_view *out)
+{
+    const size_t width = (size_t)v->width, rows = (size_t)v->height;
+    float *depth = NULL;
+    uint8_t *rgb;
+    lt_status st = lt_arena_try(arena, 3 * width * rows, (void **)&rgb);
+
+    if (!st && v->depth)
+        st = lt_arena_try(arena, width * rows * sizeof(*depth), (void **)&depth);
+    if (st)
+        return lt_error_prefix(st, "%s", v->path);
+    for (size_t y = 0; y < rows; y++)
+        for (size_t x = 0; x < width; x++) {
+            const size_t to = y * width + x, from = y * width + width - 1 - x;
+
+            memcpy(rgb + 3 * to, v->rgb + 3 * from, 3);
+            if (depth)
+                depth[to] = v->depth[from];
+        }
+    *out = *v;
+    out->rgb = rgb;
+    out->depth = depth;
+    out->hand_box = mirrored_box(v->hand_box, v->width);
+    out->object_box = mirrored_box(v->object_box, v->width);
+    out->camera.cx = v->width - 1 - v->camera.cx;
+    return LT_OK;
+}

@@ -1,0 +1,158 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Weights out of a checkpoint, to predict with: the average of them where the run kept one; and the table of layers
+ * that read 8-bit integers. */
+#include "assets/hand/hand.h"
+#include "libtensor/base/parallel.h"
+#include "tests/suite.h"
+#include "estimate/checkpoint.h"
+#include "train/config.h"
+#include "estimate/int8_table.h"
+
+#include <math.h>
+#include <string.h>
+#include <unistd.h>
+
+static const char text[] = "{ \"model\": { \"name\": \"hocat\", \"image_size\": 64, \"width\": 8, "
+                           "\"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, \"heads\": 2 } }";
+static const char path[] = "/tmp/test_checkpoint.safetensors", int8_path[] = "/tmp/test_checkpoint.int8.safetensors";
+
+typedef struct {
+    lt_arena *arena;
+    lt_params *set;
+    train_config c;
+    model m;
+} small_model;
+
+static void small_model_init(small_model *s)
+{
+    lt_hand_model *hand;
+    lt_hand_layer *layer;
+
+    *s = (small_model){ .arena = lt_arena_new(), .set = lt_params_new() };
+    ck_assert_int_eq(synth_hand_new(s->arena, SYNTH_HAND_MANO_LIKE, &hand), LT_OK);
+    ck_assert_int_eq(lt_hand_layer_new(s->arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
+    ck_assert_int_eq(train_config_parse(s->arena, "tiny", text, NULL, 0, &s->c), LT_OK);
+    ck_assert_int_eq(train_config_model(&s->c, layer, s->set, &s->m), LT_OK);
+}
+
+static void small_model_fini(small_model *s)
+{
+    train_config_fini(&s->c);
+    lt_params_free(s->set);
+    lt_arena_free(s->arena);
+}
+
+START_TEST(weights_or_their_average)
+{
+    const lt_optim_opts opts = { .kind = LT_ADAM, .ema_decay = _i ? 0.9 : 0 };
+    const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
+    small_model s;
+    lt_optim *optim;
+    lt_param *w;
+
+    lt_set_threads(1);
+    small_model_init(&s);
+    w = lt_params_find(s.set, "trunk.conv1.weight");
+    ck_assert(lt_param_need_grad(w));
+    w->data[0] = 1;
+    optim = lt_optim_new(s.set, &opts);           /* the average begins at 1 */
+    w->data[0] = 2;
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state), LT_OK);
+    w->data[0] = 3;
+    ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
+    ck_assert_float_eq(w->data[0], _i ? 1 : 2);
+    w->data[0] = NAN;
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state), LT_ENUMERIC);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "\"trunk.conv1.weight\" is not finite at 0"));
+    unlink(path);
+    lt_optim_free(optim);
+    small_model_fini(&s);
+}
+END_TEST
+
+static const lt_int8_layer layers[] = { { "trunk.conv1", { 0.013f, true } }, { "trunk.layer1.0.conv1", { 1e-3f, false } } };
+static const lt_int8_table table = { layers, LT_COUNT(layers) };
+
+/* Loaded by whatever loads a checkpoint, with the metadata of the one that it was made from. */
+START_TEST(table_in_a_checkpoint)
+{
+    const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
+    checkpoint_state found;
+    checkpoint_head head;
+    lt_optim *optim;
+    small_model s;
+
+    small_model_init(&s);
+    ck_assert(lt_param_need_grad(lt_params_find(s.set, "trunk.conv1.weight")));
+    optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{\"a\": 1}", &state), LT_OK);
+    s.m.int8 = &table;
+    ck_assert_int_eq(checkpoint_save_int8(int8_path, path, &s.m), LT_OK);
+    ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
+    ck_assert_ptr_null(s.m.int8);
+    ck_assert_int_eq(checkpoint_load_model(int8_path, &s.m), LT_OK);
+    ck_assert_int_eq(s.m.int8->n, table.n);
+    for (int i = 0; i < table.n; i++) {
+        const lt_int8_range *r = lt_int8_find(s.m.int8, layers[i].layer);
+
+        ck_assert(r && r->scale == layers[i].range.scale && r->has_negative == layers[i].range.has_negative);
+    }
+    ck_assert_int_eq(checkpoint_head_read(s.arena, int8_path, &head), LT_OK);
+    ck_assert_str_eq(head.config, "{\"a\": 1}");
+    ck_assert_int_eq(head.step, 7);
+    ck_assert_mem_eq(head.tips, lt_hand_layer_tables(s.m.hand).tips, sizeof(head.tips));
+    ck_assert_int_eq(checkpoint_save_int8(path, int8_path, &s.m), LT_OK);       /* a table that it had is replaced */
+    ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
+    ck_assert_int_eq(checkpoint_load(path, &s.m, optim, &found), LT_EINVAL);
+    ck_assert_ptr_nonnull(strstr(lt_last_error(), "it is of another model or optimiser"));
+    unlink(path), unlink(int8_path);
+    lt_optim_free(optim);
+    small_model_fini(&s);
+}
+END_TEST
+
+static const struct { const char *text, *want; } damaged[] = {
+    { "{", "here: int8:1:1: " },
+    { "[]", "here: int8: want a list \"layers\"" },
+    { "{\"layers\": {}}", "here: int8: want a list \"layers\"" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"signed\": true}]}", "here: int8: layer 0: want a \"name\"" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": \"1\", \"signed\": true}]}", "here: int8: layer 0: want a" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 1, \"signed\": 1}]}", "here: int8: layer 0: want a \"name\"" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 0, \"signed\": true}]}",
+      "here: int8: the scale of layer \"trunk.conv1\" is 0, want a finite number above 0" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": -2, \"signed\": true}]}", "is -2, want" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": NaN, \"signed\": true}]}", "\"trunk.conv1\" is " },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 1e39, \"signed\": true}]}", "is 1e+39, want" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 1e-39, \"signed\": true}]}", "is 1e-39, want" },
+    { "{\"layers\": [{\"name\": \"trunk.conv\", \"scale\": 1, \"signed\": true}]}",
+      "here: int8: the model has no layer \"trunk.conv\"" },
+    { "{\"layers\": [{\"name\": \"\", \"scale\": 1, \"signed\": true}]}", "here: int8: the model has no layer \"\"" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 1, \"signed\": true},"
+      "{\"name\": \"trunk.conv1\", \"scale\": 1, \"signed\": true}]}", "here: int8: layer \"trunk.conv1\" is there twice" },
+};
+
+START_TEST(damaged_table)
+{
+    const lt_int8_table *out = &table;
+    small_model s;
+
+    small_model_init(&s);
+    ck_assert_int_eq(int8_table_parse(s.arena, "here", damaged[_i].text, s.set, &out), LT_EFORMAT);
+    ck_assert_msg(strstr(lt_last_error(), damaged[_i].want) != NULL, "%s", lt_last_error());
+    ck_assert_ptr_eq(out, &table);
+    small_model_fini(&s);
+}
+END_TEST
+
+static void add_tests(TCase *c)
+{
+    tcase_set_timeout(c, 0);
+    tcase_add_loop_test(c, weights_or_their_average, 0, 2);
+    tcase_add_test(c, table_in_a_checkpoint);
+    tcase_add_loop_test(c, damaged_table, 0, LT_COUNT(damaged));
+}
+
+int main(void)
+{
+    return run_suite("checkpoint", add_tests);
+}

@@ -1,0 +1,297 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Initial weights from other people's files: every published name finds its parameter, and only that. */
+#include "assets/hand/hand.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/array/safetensors.h"
+#include "models/weight_names.h"
+#include "tests/models/model_of.h"
+#include "tests/suite.h"
+#include "tests/estimate/weight_names.h"
+#include "train/config.h"
+#include "estimate/weights.h"
+
+#include <math.h>
+
+static const char small_resnet[] = "{ \"width\": 8, \"classes\": 4, \"image_size\": 32 }";
+
+/* ---- names -------------------------------------------------------------------------------------------- */
+
+static const struct {
+    const char *const *theirs, *const *ours;
+    int n;
+    const char *family, *model, *config;
+} families[] = {
+    { names_resnet50, names_resnet50, LT_COUNT(names_resnet50), "torchvision and palmar", "resnet50", small_resnet },
+    { names_resnet50_hfl, names_resnet50, LT_COUNT(names_resnet50_hfl), "HFL-Net", "resnet50", small_resnet },
+    { names_efficientnet, names_efficientnet, LT_COUNT(names_efficientnet), "torchvision and palmar", "efficientnet_b0",
+      "{}" },
+    { names_efficientnet_timm, names_efficientnet, LT_COUNT(names_efficientnet_timm), "timm", "efficientnet_b0",
+      "{}" },
+    { names_efficientnet_lukemelas, names_efficientnet, LT_COUNT(names_efficientnet_lukemelas),
+      "efficientnet_pytorch", "efficientnet_b0", "{}" },
+};
+
+START_TEST(every_name)
+{
+    lt_named_array list[320] = { { 0 } };
+    const weight_family *f;
+    lt_params *set;
+    char name[WEIGHT_NAME];
+    model m;
+
+    for (int i = 0; i < families[_i].n; i++)
+        list[i].name = families[_i].theirs[i];
+    f = weight_family_of(list, (size_t)families[_i].n);
+    ck_assert_str_eq(f->name, families[_i].family);
+    set = model_of(families[_i].model, families[_i].config, NULL, &m);
+    for (int i = 0; i < families[_i].n; i++) {
+        ck_assert_msg(weight_name(f, list[i].name, name), "%s has no name of ours", list[i].name);
+        ck_assert_str_eq(name, families[_i].ours[i]);
+        ck_assert_msg(lt_params_find(set, name) != NULL, "%s is no parameter", name);
+    }
+    lt_params_free(set);
+}
+END_TEST
+
+START_TEST(no_name)
+{
+    static const struct {
+        const char *mark, *theirs;
+    } cases[] = {
+        { "conv_stem.weight", "blocks.7.0.conv_pw.weight.x" }, { "conv_stem.weight", "blocks.x.0.conv_pw.weight" },
+        { "conv_stem.weight", "blocks.1.conv_pw.weight" }, { "conv_stem.weight", "blocks.1.0.conv_xx.weight" },
+        { "_conv_stem.weight", "_blocks.16._bn0.weight" }, { "_conv_stem.weight", "_blocks.-1._bn0.weight" },
+        { "_conv_stem.weight", "_blocks." }, { "_conv_stem.weight", "swish" },
+        { "layer0_h.0.weight", "layer2_o.0.1.conv1.weight" }, { "layer0_h.0.weight", "layer9_h.0.1.conv1.weight" },
+        { "layer0_h.0.weight", "layer0_h.2.weight" }, { "layer0_h.0.weight", "layer1_h.3.weight" },
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        const lt_named_array mark = { .name = cases[i].mark };
+        const weight_family *f = weight_family_of(&mark, 1);
+        char name[WEIGHT_NAME];
+        lt_params *set;
+        model m;
+
+        ck_assert(f->mark);
+        if (!weight_name(f, cases[i].theirs, name))
+            continue;
+        set = model_of("efficientnet_b0", "{}", NULL, &m);
+        ck_assert_msg(!lt_params_find(set, name), "%s became %s", cases[i].theirs, name);
+        lt_params_free(set);
+    }
+}
+END_TEST
+
+/* ---- files -------------------------------------------------------------------------------------------- */
+
+START_TEST(from_pytorch)
+{
+    lt_arena *arena = lt_arena_new();
+    weights_report r;
+    model m;
+    lt_params *set = model_of("resnet50", small_resnet, NULL, &m);
+
+    put_file(in_folder("stem.pth"), resnet_stem, sizeof(resnet_stem));
+    check_ok(weights_init(arena, in_folder("stem.pth"), &m, &r));
+    ck_assert_str_eq(r.format, "PyTorch (zip)");
+    ck_assert_str_eq(r.family, "torchvision and palmar");
+    ck_assert_int_eq(r.n_loaded, 3);
+    ck_assert_int_eq(r.n_missing, (int)LT_COUNT(names_resnet50) - 3);
+    ck_assert_str_eq(r.missing[0], "bn1.bias");
+    ck_assert_int_eq(r.n_left_over, 1);
+    ck_assert_str_eq(r.left_over[0], "module.head.weight");
+    ck_assert(lt_params_find(set, "conv1.weight")->data[1175] == (lt_real)1175 / 8);
+    ck_assert(lt_params_find(set, "bn1.weight")->data[7] == 7);
+    ck_assert(lt_params_find(set, "bn1.running_var")->data[3] == 2);
+    ck_assert_str_eq(weights_list(arena, r.left_over, 1), "module.head.weight");
+    ck_assert_str_eq(weights_list(arena, r.left_over, 0), "none");
+    ck_assert_ptr_nonnull(strstr(weights_list(arena, r.missing, r.n_missing), " and 256 more"));
+    lt_params_free(set);
+    set = model_of("resnet50", "{ \"width\": 16, \"classes\": 4, \"image_size\": 32 }", NULL, &m);
+    check_error(weights_init(arena, in_folder("stem.pth"), &m, &r), LT_EINVAL,
+                "\"module.conv1.weight\" is (8, 3, 7, 7), the model's \"conv1.weight\" is (16, 3, 7, 7)");
+    lt_params_free(set);
+    set = model_of("efficientnet_b0", "{}", NULL, &m);
+    check_error(weights_init(arena, in_folder("stem.pth"), &m, &r), LT_EINVAL, "none of its 5 arrays");
+    lt_params_free(set);
+    lt_arena_free(arena);
+}
+END_TEST
+
+static lt_named_array array_of(const char *name, int rank, const int64_t *shape, const float *data)
+{
+    return (lt_named_array){ name, lt_array_make(LT_ELEM_F4, rank, shape, data) };
+}
+
+START_TEST(translated)
+{
+    float data[32 * 27] = { 1, 2, 3 };
+    const lt_named_array list[] = {
+        array_of("module._conv_stem.weight", 4, (int64_t[]){ 32, 3, 3, 3 }, data),
+        array_of("module._bn0.weight", 1, (int64_t[]){ 32 }, data + 1),
+        array_of("module._blocks.5._bn0.weight", 1, (int64_t[]){ 240 }, data + 2),
+        array_of("optim.m._fc.weight", 1, (int64_t[]){ 1 }, data),
+    };
+    lt_arena *arena = lt_arena_new();
+    weights_report r;
+    model m;
+    lt_params *set = model_of("efficientnet_b0", "{}", NULL, &m);
+
+    check_ok(lt_safetensors_write(in_folder("e.safetensors"), list, LT_COUNT(list), NULL, 0));
+    check_ok(weights_init(arena, in_folder("e.safetensors"), &m, &r));
+    ck_assert_str_eq(r.format, "safetensors");
+    ck_assert_int_eq(r.n_loaded, 3);
+    ck_assert_int_eq(r.n_left_over, 0);
+    ck_assert_ptr_nonnull(strstr(r.note, "TensorFlow"));
+    ck_assert(lt_params_find(set, "features.0.0.weight")->data[0] == 1);
+    ck_assert(lt_params_find(set, "features.0.1.weight")->data[0] == 2);
+    ck_assert(lt_params_find(set, "features.4.0.block.0.1.weight")->data[0] == 3);
+    lt_params_free(set);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(refused)
+{
+    float data[8] = { 0 };
+    lt_named_array list[] = {
+        array_of("bn1.weight", 1, (int64_t[]){ 8 }, data), array_of("module.bn1.weight", 1, (int64_t[]){ 8 }, data),
+    };
+    lt_arena *arena = lt_arena_new();
+    weights_report r;
+    model m;
+    lt_params *set = model_of("resnet50", small_resnet, NULL, &m);
+
+    check_ok(lt_safetensors_write(in_folder("twice.safetensors"), list, 2, NULL, 0));
+    check_error(weights_init(arena, in_folder("twice.safetensors"), &m, &r), LT_EFORMAT,
+                "\"module.bn1.weight\" is the second array for \"bn1.weight\"");
+    data[5] = 1.0f / 0.0f;
+    check_ok(lt_safetensors_write(in_folder("inf.safetensors"), list, 1, NULL, 0));
+    check_error(weights_init(arena, in_folder("inf.safetensors"), &m, &r), LT_EFORMAT, "is not finite at 5");
+    check_error(weights_init(arena, in_folder("none.pth"), &m, &r), LT_EIO, "No such file");
+    put_file(in_folder("text.pth"), "hello, world", 12);
+    check_error(weights_init(arena, in_folder("text.pth"), &m, &r), LT_EFORMAT, "not a safetensors file");
+    lt_params_free(set);
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* torchvision's names behind the block that HOCAT has them in */
+START_TEST(into_hocat)
+{
+    static const char text[] = "{ \"model\": { \"name\": \"hocat\", \"image_size\": 64, \"width\": 8, "
+                               "\"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, \"heads\": 2 } }";
+    lt_arena *arena = lt_arena_new();
+    lt_params *set = lt_params_new();
+    lt_hand_model *hand;
+    lt_hand_layer *layer;
+    weights_report r;
+    train_config c;
+    model m;
+
+    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
+    check_ok(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer));
+    check_ok(train_config_parse(arena, "tiny", text, NULL, 0, &c));
+    check_ok(train_config_model(&c, layer, set, &m));
+    put_file(in_folder("stem.pth"), resnet_stem, sizeof(resnet_stem));
+    check_ok(weights_init(arena, in_folder("stem.pth"), &m, &r));
+    ck_assert_int_eq(r.n_loaded, 3);
+    ck_assert(lt_params_find(set, "trunk.conv1.weight")->data[1175] == (lt_real)1175 / 8);
+    train_config_fini(&c);
+    lt_params_free(set);
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* Both streams of the unified estimator begin as one EfficientNet; the depth's first layer as the sum of the colours'.
+ * What has names of both is nobody's twin. */
+START_TEST(into_both_streams)
+{
+    static const char text[] = "{ \"model\": { \"name\": \"unified\", \"image_size\": 64 } }";
+    float stem[32 * 27] = { 0 }, norm[32] = { 5, 6 };
+    lt_named_array list[] = {
+        array_of("features.0.0.weight", 4, (int64_t[]){ 32, 3, 3, 3 }, stem),
+        array_of("features.0.1.weight", 1, (int64_t[]){ 32 }, norm),
+    };
+    lt_arena *arena = lt_arena_new();
+    lt_params *set = lt_params_new();
+    const lt_param *depth;
+    lt_hand_model *hand;
+    lt_hand_layer *layer;
+    weights_report r;
+    train_config c;
+    model m;
+
+    for (int i = 0; i < 32 * 27; i++)
+        stem[i] = (float)i;
+    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
+    check_ok(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer));
+    check_ok(train_config_parse(arena, "unified", text, NULL, 0, &c));
+    check_ok(train_config_model(&c, layer, set, &m));
+    check_ok(lt_safetensors_write(in_folder("b0.safetensors"), list, 2, NULL, 0));
+    check_ok(weights_init(arena, in_folder("b0.safetensors"), &m, &r));
+    ck_assert_int_eq(r.n_loaded, 4);
+    depth = lt_params_find(set, "depth.features.0.0.weight");
+    ck_assert_int_eq(depth->shape.dim[1], 1);
+    ck_assert(depth->data[9 * 7 + 4] == (lt_real)(3 * (27 * 7 + 9 + 4)));
+    ck_assert(lt_params_find(set, "depth.features.0.1.weight")->data[1] == 6);
+    ck_assert(lt_params_find(set, "rgb.features.0.1.weight")->data[1] == 6);
+    list[0].name = "rgb.features.0.0.weight", list[1].name = "rgb.features.0.1.weight";
+    check_ok(lt_safetensors_write(in_folder("b0.safetensors"), list, 2, NULL, 0));
+    check_ok(weights_init(arena, in_folder("b0.safetensors"), &m, &r));
+    ck_assert_int_eq(r.n_loaded, 2);
+    train_config_fini(&c);
+    lt_params_free(set);
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* What a run of ours left: its folder names its last checkpoint, whose averages are better than its weights. */
+START_TEST(from_a_run)
+{
+    float data[8] = { 1 }, average[8] = { 2 };
+    lt_named_array list[] = {
+        array_of("bn1.weight", 1, (int64_t[]){ 8 }, data), array_of("bn1.bias", 1, (int64_t[]){ 8 }, data),
+        array_of("optim.ema.bn1.weight", 1, (int64_t[]){ 8 }, average),
+        array_of("optim.m.bn1.bias", 1, (int64_t[]){ 8 }, average),
+    };
+    lt_arena *arena = lt_arena_new();
+    weights_report r;
+    model m;
+    lt_params *set = model_of("resnet50", small_resnet, NULL, &m);
+
+    check_error(weights_init(arena, in_folder("."), &m, &r), LT_EIO, "/checkpoints/last.safetensors: No such file");
+    check_ok(lt_make_dirs(in_folder("run/checkpoints")));
+    check_ok(lt_safetensors_write(in_folder("run/checkpoints/last.safetensors"), list, LT_COUNT(list), NULL, 0));
+    check_ok(weights_init(arena, in_folder("run"), &m, &r));
+    ck_assert_int_eq(r.n_loaded, 2);
+    ck_assert_int_eq(r.n_left_over, 0);
+    ck_assert(lt_params_find(set, "bn1.weight")->data[0] == 2);
+    ck_assert(lt_params_find(set, "bn1.bias")->data[0] == 1);
+    average[7] = NAN;
+    check_ok(lt_safetensors_write(in_folder("run/checkpoints/last.safetensors"), list, LT_COUNT(list), NULL, 0));
+    check_error(weights_init(arena, in_folder("run"), &m, &r), LT_EFORMAT, "\"optim.ema.bn1.weight\" is not finite at 7");
+    lt_params_free(set);
+    lt_arena_free(arena);
+}
+END_TEST
+
+static void add_tests(TCase *tc)
+{
+    tcase_set_timeout(tc, 0);
+    tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
+    tcase_add_loop_test(tc, every_name, 0, LT_COUNT(families));
+    tcase_add_test(tc, no_name);
+    tcase_add_test(tc, from_pytorch);
+    tcase_add_test(tc, translated);
+    tcase_add_test(tc, refused);
+    tcase_add_test(tc, into_hocat);
+    tcase_add_test(tc, into_both_streams);
+    tcase_add_test(tc, from_a_run);
+}
+
+int main(void)
+{
+    return run_suite("weights", add_tests);
+}
