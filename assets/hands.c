@@ -2,8 +2,8 @@
 #include "assets/hands.h"
 
 #include "assets/hand/hand.h"
-#include "libtensor/io/file.h"
 #include "assets/hand_file.h"
+#include "libtensor/io/file.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "assets/hands.h"
-#include "libtensor/io/file.h"
 #include "assets/hand_file.h"
+#include "assets/hands.h"
 #include "estimate/checkpoint.h"
 #include "estimate/checkpoint_folder.h"
+#include "libtensor/io/file.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -4,9 +4,9 @@
 
 #include "data/open.h"
 #include "eval/bench/bench.h"
-#include "eval/tables/claims.h"
 #include "eval/evaluate.h"
 #include "eval/report/pictures.h"
+#include "eval/tables/claims.h"
 #include "libtensor/io/file.h"
 
 #include <math.h>

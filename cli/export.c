@@ -2,8 +2,8 @@
 #include "cli/cli.h"
 
 #include "cli/export_int8.h"
-#include "eval/export/export.h"
 #include "estimate/weights.h"
+#include "eval/export/export.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

@@ -4,11 +4,11 @@
 #include "cli/info_file.h"
 
 #include <config.h>
+#include "estimate/weights.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/kernels/kernels.h"
-#include "estimate/weights.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

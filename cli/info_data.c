@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/info_data.h"
 
+#include "assets/hand_file.h"
 #include "cli/cli.h"
 #include "data/check.h"
 #include "data/dexycb/dexycb.h"
 #include "data/open.h"
-#include "assets/hand_file.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

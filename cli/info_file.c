@@ -1,15 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/info_file.h"
 
-#include "libtensor/graph/tensor.h"
 #include "assets/body_file.h"
-#include "libtensor/io/file.h"
 #include "assets/hand_file.h"
-#include "libtensor/io/array/npz.h"
-#include "libtensor/io/pickle/pickle.h"
-#include "libtensor/io/array/safetensors.h"
-#include "libtensor/io/torch/torch.h"
 #include "estimate/checkpoint_folder.h"
+#include "libtensor/graph/tensor.h"
+#include "libtensor/io/array/npz.h"
+#include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/pickle/pickle.h"
+#include "libtensor/io/torch/torch.h"
 
 #include <cjson/cJSON.h>
 #include <errno.h>

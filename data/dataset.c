@@ -2,12 +2,12 @@
 /* What all datasets share: checked reading, the object table, projection. */
 #include "data/dataset.h"
 
-#include "vision/silhouette.h"
 #include "assets/ycb/ycb.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/mesh/obj.h"
+#include "vision/silhouette.h"
 
 #include <math.h>
 #include <stdio.h>

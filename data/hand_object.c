@@ -7,9 +7,9 @@
 #include "data/hand_object.h"
 
 #include "data/background.h"
+#include "libtensor/geometry/box21.h"
 #include "vision/crop.h"
 #include "vision/depth.h"
-#include "libtensor/geometry/box21.h"
 
 #include <math.h>
 #include <string.h>

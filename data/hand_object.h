@@ -9,9 +9,9 @@
 #ifndef DATA_HAND_OBJECT_H
 #define DATA_HAND_OBJECT_H
 
-#include "vision/augment.h"
 #include "data/dataset.h"
 #include "data/loader.h"
+#include "vision/augment.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -26,6 +26,12 @@ void mirror_pose(double R[9], double t[3])
     t[0] = -t[0];
 }
 
+void mirror_model(double R[9], bool mirrored)
+{
+    for (int i = 0; i < 9 && mirrored; i += 3)
+        R[i] = -R[i];
+}
+
 void mirror_camera(lt_camera *camera, int width)
 {
     camera->cx = width - 1 - camera->cx;

@@ -27,6 +27,10 @@ void mirror_camera(lt_camera *camera, int width);
 /* mirror_pose - of an object, in place: what places the mirrored model */
 void mirror_pose(double R[9], double t[3]);
 
+/* mirror_model - where `mirrored`, R places the mirrored model: make it place the model itself, R diag(-1, 1, 1), in
+ * place. Distances between points of two such poses are those outside of the mirror. */
+void mirror_model(double R[9], bool mirrored);
+
 /**
  * mirror_sample - all of s in place, SAMPLE_MIRRORED flipped
  *

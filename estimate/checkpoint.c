@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/checkpoint.h"
 
+#include "estimate/int8_table.h"
 #include "libtensor/base/cpu.h"
+#include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/io/text/number.h"
-#include "libtensor/io/array/safetensors.h"
 #include "libtensor/kernels/kernels.h"
 #include "models/param_arrays.h"
-#include "estimate/int8_table.h"
 
 #include <config.h>
 #include <inttypes.h>

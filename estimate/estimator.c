@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/estimator.h"
 
-#include "vision/crop.h"
+#include "estimate/feed.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/pnp/pnp.h"
 #include "libtensor/graph/plan.h"
-#include "estimate/feed.h"
+#include "vision/crop.h"
 
 #include <math.h>
 #include <string.h>
@@ -161,7 +161,7 @@ static void solve_object(const estimator *e, const hand_object_batch *b, int s, 
     lt_pnp_pose pose;
     pairs p = { .n = 0 };
 
-    out->object = (eval_pose){ { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 1 } };
+    out->object = (lt_pose){ { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 1 } };
     out->object_inliers = 0;
     out->object_error_px = 0;
     for (int v = 0; v < POINTS; v++)

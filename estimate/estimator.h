@@ -6,9 +6,9 @@
 #define ESTIMATE_ESTIMATOR_H
 
 #include "data/hand_object.h"
-#include "eval/metrics/object_pose.h"
-#include "models/model.h"
 #include "libtensor/geometry/box21.h"
+#include "libtensor/geometry/pose.h"
+#include "models/model.h"
 
 typedef struct estimator estimator;
 
@@ -25,7 +25,7 @@ typedef struct {
     float rotation[LT_HAND_JOINTS][9], beta[LT_HAND_BETAS];
     float joints2d[LT_HAND_KEYPOINTS][2];       /* of the heat maps, crop pixels */
     float peak[LT_HAND_KEYPOINTS];              /* their highest cells, in [0, 1] */
-    eval_pose object;               /* R = I, t = (0, 0, 1) when no pose was found */
+    lt_pose object;               /* R = I, t = (0, 0, 1) when no pose was found */
     int object_inliers;             /* 0: no pose was found */
     float object_error_px;          /* of the inliers, mean, in pixels of what the pose was found in (model_pose) */
     float object_confidence;        /* the mean over points of the best cell's */

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/weights.h"
 
+#include "estimate/checkpoint.h"
+#include "estimate/checkpoint_folder.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/torch/weights_file.h"
 #include "models/param_arrays.h"
 #include "models/weight_names.h"
-#include "estimate/checkpoint.h"
-#include "estimate/checkpoint_folder.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/breakdown.h"
 
-#include "eval/csv.h"
 #include "eval/metrics/curve.h"
 #include "eval/metrics/metrics.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/text/csv.h"
 
 #include <string.h>
 
@@ -115,24 +115,24 @@ static lt_status write_joints(const eval_breakdown *b, const char *path)
         "middle MCP", "middle PIP", "middle DIP", "middle tip", "ring MCP", "ring PIP", "ring DIP", "ring tip",
         "little MCP", "little PIP", "little DIP", "little tip",
     };
-    eval_csv w;
-    const lt_status st = eval_csv_open(&w, path, "joint", LT_COUNT(metric), metric);
+    lt_csv w;
+    const lt_status st = lt_csv_open(&w, path, "joint", LT_COUNT(metric), metric);
 
     for (int i = 0; !st && i < JOINTS; i++)
-        eval_csv_add(&w, name[i], (double[]){ millimetres(&b->pa[i]), millimetres(&b->relative[i]) });
-    return st ? st : eval_csv_commit(&w);
+        lt_csv_add(&w, name[i], (double[]){ millimetres(&b->pa[i]), millimetres(&b->relative[i]) });
+    return st ? st : lt_csv_commit(&w);
 }
 
 static lt_status write_groups(const group *list, const char *path, const char *about)
 {
     static const char *const metric[] = { "pa_mpjpe_mm", "mpjpe_mm", "add_mm", "add01_percent", "samples" };
-    eval_csv w;
-    const lt_status st = eval_csv_open(&w, path, about, LT_COUNT(metric), metric);
+    lt_csv w;
+    const lt_status st = lt_csv_open(&w, path, about, LT_COUNT(metric), metric);
 
     for (const group *g = list; !st && g; g = g->next)
-        eval_csv_add(&w, g->name, (double[]){ millimetres(&g->pa), millimetres(&g->relative), millimetres(&g->add),
+        lt_csv_add(&w, g->name, (double[]){ millimetres(&g->pa), millimetres(&g->relative), millimetres(&g->add),
                                               100 * eval_share_value(&g->add01), (double)g->samples });
-    return st ? st : eval_csv_commit(&w);
+    return st ? st : lt_csv_commit(&w);
 }
 
 lt_status eval_breakdown_write(const eval_breakdown *b, const char *folder)

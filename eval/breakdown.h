@@ -32,7 +32,7 @@ lt_status eval_breakdown_add(eval_breakdown *b, const eval_breakdown_sample *s);
  * pa_mpjpe_mm: after the similarity that fits the sample's 21 joints best, reflections allowed, as HO3D has it.
  * mpjpe_mm: wrist on wrist. Objects and sequences besides: add_mm, add01_percent and the number of samples. A mean
  * over a sample without a finite answer is left empty.
- * Errors: those of eval_csv_open and eval_csv_commit.
+ * Errors: those of lt_csv_open and lt_csv_commit.
  */
 lt_status eval_breakdown_write(const eval_breakdown *b, const char *folder);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/each_batch.h"
 
-#include "libtensor/base/parallel.h"
 #include "estimate/feed.h"
+#include "libtensor/base/parallel.h"
 
 typedef struct {
     const dataset *data;

@@ -2,11 +2,12 @@
 /*
  * Scoring: batches of a split through the model and the two predictors that see no image.
  */
-#include "vision/crop.h"
 #include "eval/each_batch.h"
 #include "eval/evaluation_internal.h"
+#include "vision/crop.h"
 
 #include "data/hand_pose.h"
+#include "data/mirror.h"
 #include "libtensor/base/parallel.h"
 
 #include <math.h>
@@ -189,8 +190,8 @@ static lt_status read_truth(evaluation *e, const hand_object_batch *b)
             memcpy(e->truth.vertices[s], b->vertices[s], sizeof(e->truth.vertices[s]));
         else
             pose_vertices(e, b, s, e->truth.vertices[s]);
-        e->truth.object[s] = eval_pose_of(b->R + 9 * s, b->t + 3 * s);
-        eval_pose_of_model(&e->truth.object[s], b->flags[s] & SAMPLE_MIRRORED);
+        e->truth.object[s] = lt_pose_of(b->R + 9 * s, b->t + 3 * s);
+        mirror_model(e->truth.object[s].R, b->flags[s] & SAMPLE_MIRRORED);
         e->flags[s] = b->flags[s];
         e->which[s] = b->object[s];
         e->control[s] = b->object[s] < 0 ? NULL : dataset_control(&e->o.data->objects[b->object[s]], b->flags[s]);
@@ -251,7 +252,7 @@ static lt_status score_rows(evaluation *e, score_set *set, int n)
     lt_status st;
 
     for (int s = 0; s < n; s++)
-        eval_pose_of_model(&p->object[s], e->flags[s] & SAMPLE_MIRRORED);
+        mirror_model(p->object[s].R, e->flags[s] & SAMPLE_MIRRORED);
     lt_parallel_for(n, to_opengl, p);
     st = ho3d_scorer_add(set->ho3d, n, p->gl_joints[0][0], p->gl_vertices[0][0], g->gl_joints[0][0],
                          g->gl_vertices[0][0], p->hand_errors);

@@ -4,8 +4,8 @@
  */
 #include "eval/evaluation_internal.h"
 
-#include "eval/csv.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/text/csv.h"
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
@@ -270,12 +270,12 @@ static lt_status write_per_sample(const evaluation *e, const char *path)
     static const char *const metric[] = {
         "pa_mpjpe_mm", "pa_mpvpe_mm", "mpjpe_mm", "add_mm", "object_rotation_deg",
     };
-    eval_csv w;
-    lt_status st = eval_csv_open(&w, path, "sample", LT_COUNT(metric), metric);
+    lt_csv w;
+    lt_status st = lt_csv_open(&w, path, "sample", LT_COUNT(metric), metric);
 
     for (int64_t i = 0; st == LT_OK && i < e->samples; i++)
-        eval_csv_add(&w, e->names[i], e->per_sample[i]);
-    return st ? st : eval_csv_commit(&w);
+        lt_csv_add(&w, e->names[i], e->per_sample[i]);
+    return st ? st : lt_csv_commit(&w);
 }
 
 static lt_status write_tables(const evaluation *e, const char *path)

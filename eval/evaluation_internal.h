@@ -6,11 +6,11 @@
 #define EVAL_EVALUATION_INTERNAL_H
 
 #include "eval/breakdown.h"
-#include "eval/scorers/dexycb_score.h"
 #include "eval/evaluate.h"
+#include "eval/predictors.h"
+#include "eval/scorers/dexycb_score.h"
 #include "eval/scorers/ho3d_score.h"
 #include "eval/scorers/object_score.h"
-#include "eval/predictors.h"
 #include "eval/tables/rows.h"
 
 enum { EVALUATE_OBJECT_TABLES = 4 };
@@ -31,7 +31,7 @@ typedef struct {
 typedef struct {
     float (*joints)[LT_HAND_KEYPOINTS][3], (*vertices)[LT_HAND_VERTICES][3];   /* camera */
     float (*gl_joints)[LT_HAND_KEYPOINTS][3], (*gl_vertices)[LT_HAND_VERTICES][3];
-    eval_pose *object;
+    lt_pose *object;
     ho3d_sample_errors *hand_errors;
     dexycb_sample_errors *relative_errors;
     eval_object_errors *object_errors;

@@ -147,9 +147,9 @@ void mean_predictor_hand(const mean_predictor *m, const float wrist[3], float *j
         vertices[k] = m->vertices[k / 3][k % 3] + wrist[k % 3];
 }
 
-eval_pose mean_predictor_object(const mean_predictor *m, int object, const float wrist[3])
+lt_pose mean_predictor_object(const mean_predictor *m, int object, const float wrist[3])
 {
-    eval_pose pose;
+    lt_pose pose;
 
     if (object < 0 || object >= PREDICTOR_OBJECTS || m->object[object].n == 0)
         return zero_predictor_object();
@@ -165,7 +165,7 @@ void zero_predictor_hand(float *joints, float *vertices)
     memset(vertices, 0, 3 * V * sizeof(*vertices));
 }
 
-eval_pose zero_predictor_object(void)
+lt_pose zero_predictor_object(void)
 {
-    return (eval_pose){ .R = { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, .t = { 0, 0, 1 } };
+    return (lt_pose){ .R = { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, .t = { 0, 0, 1 } };
 }

@@ -7,8 +7,9 @@
 #ifndef EVAL_PREDICTORS_H
 #define EVAL_PREDICTORS_H
 
-#include "eval/metrics/object_pose.h"
+#include "libtensor/base/status.h"
 #include "libtensor/geometry/hand/model.h"
+#include "libtensor/geometry/pose.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -32,7 +33,7 @@ typedef struct {
     float vertices[LT_HAND_VERTICES][3];
     struct {
         int64_t n;                              /* training samples of the object */
-        eval_pose pose;                         /* mean rotation, and mean place from the wrist */
+        lt_pose pose;                         /* mean rotation, and mean place from the wrist */
     } object[PREDICTOR_OBJECTS];
 } mean_predictor;
 
@@ -57,14 +58,14 @@ void mean_predictor_hand(const mean_predictor *m, const float wrist[3], float *j
 
 /* mean_predictor_object - the object's pose for a sample with this wrist; that of the zero
  * predictor for an object that was not in training */
-eval_pose mean_predictor_object(const mean_predictor *m, int object, const float wrist[3]);
+lt_pose mean_predictor_object(const mean_predictor *m, int object, const float wrist[3]);
 
 /* zero_predictor_hand - all zeros, the sample submission of the HO3D challenge */
 void zero_predictor_hand(float *joints, float *vertices);
 
 /* zero_predictor_object - R = I, t = (0, 0, 1): what Semi-Hand-Object gives where PnP finds no
  * pose */
-eval_pose zero_predictor_object(void);
+lt_pose zero_predictor_object(void);
 
 #ifdef __cplusplus
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "pipeline/boxes.h"
 
-#include "eval/csv.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/text/csv.h"
 #include "libtensor/io/text/number.h"
 
 #include <math.h>
@@ -30,7 +30,7 @@ typedef struct {
 
 static char *next_cell(char **line)
 {
-    char *cell = eval_csv_field(line), *end;
+    char *cell = lt_csv_field(line), *end;
 
     if (!cell)
         return NULL;

@@ -5,8 +5,8 @@
 #ifndef PIPELINE_BOXES_H
 #define PIPELINE_BOXES_H
 
-#include "vision/crop.h"
 #include "libtensor/base/arena.h"
+#include "vision/crop.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -5,13 +5,13 @@
 #ifndef PIPELINE_INTERNAL_H
 #define PIPELINE_INTERNAL_H
 
-#include "estimate/estimator.h"
-#include "pipeline/predict.h"
-#include "pipeline/boxes.h"
 #include "assets/ycb/symmetry.h"
+#include "estimate/estimator.h"
 #include "libtensor/geometry/kalman/kalman.h"
 #include "libtensor/geometry/mesh/mesh.h"
 #include "libtensor/io/image/image.h"
+#include "pipeline/boxes.h"
+#include "pipeline/predict.h"
 
 /* predict_say - one line to o->messages, bytes that would bend the line replaced by '?' */
 void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3);
@@ -94,7 +94,7 @@ typedef struct {
     const char *name, *origin;      /* origin: where the mesh is from, for the JSON */
     lt_mesh mesh;
     float control[21][3], mirrored[21][3];
-    double symmetry[EVAL_TURNS][4]; /* turns that leave it as it is, about the middle of its box */
+    double symmetry[YCB_TURNS][4]; /* turns that leave it as it is, about the middle of its box */
     int n_symmetries;
 } predict_object;
 

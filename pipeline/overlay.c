@@ -2,8 +2,8 @@
 /* The photograph with everything that was found, and how far to believe it. */
 #include "pipeline/internal.h"
 
-#include "vision/pose_drawing.h"
 #include "libtensor/io/image/image.h"
+#include "vision/pose_drawing.h"
 
 #include <math.h>
 #include <string.h>

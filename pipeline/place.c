@@ -2,7 +2,7 @@
 /* Where the hand is: its shape put where the heat maps see its joints, and as far away as a sensor measures them. */
 #include "pipeline/internal.h"
 
-#include "eval/metrics/metrics.h"
+#include "libtensor/base/order.h"
 #include "libtensor/geometry/translation.h"
 
 #include <math.h>
@@ -38,7 +38,7 @@ static double depth_around(const predict_view *v, const double uv[2])
         for (int x = (int)lround(uv[0]) - REACH; x <= (int)lround(uv[0]) + REACH; x++)
             if (x >= 0 && x < v->width && y >= 0 && y < v->height && v->depth[y * (int64_t)v->width + x] > 0)
                 known[n++] = (double)v->depth[y * (int64_t)v->width + x];
-    return eval_median(n, known);
+    return lt_median(n, known);
 }
 
 /* The wrist's depth, were every joint as far away as it is measured; NaN where too few joints are. Without a mask of the
@@ -54,7 +54,7 @@ static double measured_depth(const predict_view *v, const sight *s)
         if (!isnan(d))
             wrist[n++] = d + UNDER_SKIN - s->X[3 * i + 2];
     }
-    return n < FEW_JOINTS ? NAN : eval_median(n, wrist);
+    return n < FEW_JOINTS ? NAN : lt_median(n, wrist);
 }
 
 /* At an arm's length, in the middle of its box. */

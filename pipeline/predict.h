@@ -5,10 +5,10 @@
 #ifndef PIPELINE_PREDICT_H
 #define PIPELINE_PREDICT_H
 
-#include "vision/crop.h"
 #include "assets/ycb/ycb.h"
 #include "libtensor/geometry/hand/model.h"
 #include "models/model.h"
+#include "vision/crop.h"
 
 #include <stdio.h>
 

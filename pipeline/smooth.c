@@ -52,7 +52,7 @@ static void smooth_hand(predict_smoother *s, const predict_view *v, predict_resu
 }
 
 /* The object's frame moved to the middle of its box and back: turns that leave it as it is are about that. */
-static void to_middle(const predict_object *object, double sign, eval_pose *pose)
+static void to_middle(const predict_object *object, double sign, lt_pose *pose)
 {
     const float *c = object->control[LT_BOX_POINTS - 1];
 

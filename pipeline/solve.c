@@ -2,12 +2,12 @@
 /* One view through the network, and its hand and object put where the camera saw them. */
 #include "pipeline/internal.h"
 
+#include "assets/ycb/objects.h"
 #include "data/hand_object.h"
 #include "data/mirror.h"
-#include "assets/ycb/objects.h"
+#include "estimate/feed.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/rotation.h"
-#include "estimate/feed.h"
 
 #include <math.h>
 #include <string.h>
@@ -53,9 +53,9 @@ static lt_status from_folder(lt_arena *arena, const char *folder, const char *na
 
 static void find_symmetries(const ycb_object *ycb, predict_object *out)
 {
-    eval_pose turn[EVAL_TURNS];
+    lt_pose turn[YCB_TURNS];
 
-    out->n_symmetries = eval_symmetries(ycb, turn);
+    out->n_symmetries = ycb_symmetries(ycb, turn);
     for (int i = 0; i < out->n_symmetries; i++)
         lt_rot_to_quat(turn[i].R, out->symmetry[i]);
 }
@@ -166,7 +166,7 @@ static lt_status run(predict_solver *s, const predict_view *v, const float (*con
         return lt_error(LT_ENUMERIC, "%s: the model's answer is not finite: its weights are damaged", v->path);
     points_in_image(s->batch, (const float (*)[2])r->e.joints2d, LT_HAND_KEYPOINTS, r->heatmap2d);
     points_in_image(s->batch, (const float (*)[2])r->e.control2d, LT_BOX_POINTS, r->control2d);
-    r->object_found = r->e.object_inliers > 0 && eval_pose_finite(&r->e.object) && r->e.object.t[2] > 0;
+    r->object_found = r->e.object_inliers > 0 && lt_pose_finite(&r->e.object) && r->e.object.t[2] > 0;
     return LT_OK;
 }
 

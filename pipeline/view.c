@@ -2,10 +2,10 @@
 /* A photograph made ready: upright, with boxes and a camera, given or assumed. */
 #include "pipeline/internal.h"
 
-#include "vision/picture.h"
-#include "libtensor/io/image/exif.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/image/exif.h"
 #include "libtensor/io/image/image.h"
+#include "vision/picture.h"
 
 #include <math.h>
 #include <string.h>

@@ -5,8 +5,8 @@
 #ifndef SYNTH_FILM_H
 #define SYNTH_FILM_H
 
-#include "synth/write/layout.h"
 #include "synth/stats.h"
+#include "synth/write/layout.h"
 
 #ifdef __cplusplus
 extern "C" {

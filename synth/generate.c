@@ -4,10 +4,10 @@
  */
 #include "synth/generate.h"
 
-#include "synth/film.h"
 #include "assets/ycb/objects.h"
-#include "synth/write/model.h"
 #include "libtensor/io/file.h"
+#include "synth/film.h"
+#include "synth/write/model.h"
 
 #include <dirent.h>
 #include <errno.h>

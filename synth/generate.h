@@ -8,8 +8,8 @@
 #ifndef SYNTH_GENERATE_H
 #define SYNTH_GENERATE_H
 
-#include "synth/stats.h"
 #include "libtensor/base/status.h"
+#include "synth/stats.h"
 
 #ifdef __cplusplus
 extern "C" {

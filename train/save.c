@@ -4,10 +4,10 @@
  */
 #include "train/trainer_internal.h"
 
+#include "estimate/checkpoint_folder.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
-#include "estimate/checkpoint_folder.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>

@@ -4,12 +4,12 @@
  */
 #include "train/trainer_internal.h"
 
+#include "estimate/checkpoint_folder.h"
 #include "libtensor/base/cpu.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/kernels/kernels.h"
-#include "estimate/checkpoint_folder.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>

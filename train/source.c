@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "train/source.h"
 
+#include "assets/hand_file.h"
 #include "data/contact.h"
 #include "data/open.h"
-#include "libtensor/io/file.h"
-#include "assets/hand_file.h"
 #include "estimate/feed.h"
+#include "libtensor/io/file.h"
 
 #include <math.h>
 #include <unistd.h>

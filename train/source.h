@@ -5,8 +5,8 @@
 #ifndef TRAIN_SOURCE_H
 #define TRAIN_SOURCE_H
 
-#include "data/hand_object.h"
 #include "assets/hands.h"
+#include "data/hand_object.h"
 #include "train/config.h"
 
 typedef struct {

@@ -8,11 +8,11 @@
 #include "estimate/checkpoint.h"
 #include "estimate/compiled.h"
 #include "estimate/feed.h"
+#include "estimate/weights.h"
 #include "train/progress.h"
 #include "train/source.h"
 #include "train/trainer.h"
 #include "train/tree_sum.h"
-#include "estimate/weights.h"
 
 typedef struct {
     const train_options *opt;

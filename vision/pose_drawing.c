@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "vision/pose_drawing.h"
 
-#include "vision/silhouette.h"
 #include "libtensor/geometry/box21.h"
+#include "vision/silhouette.h"
 
 #include <math.h>
 #include <string.h>
@@ -23,7 +23,7 @@ void pose_project(const lt_camera *cam, const float (*point)[3], int n, float (*
 
 /* The mesh's silhouette: a line around it, and inside a tint of this opacity. */
 static lt_status draw_shape(lt_arena *scratch, draw_canvas *c, const lt_camera *cam, const lt_mesh *mesh,
-                            const eval_pose *pose, draw_color color, float opacity, float width)
+                            const lt_pose *pose, draw_color color, float opacity, float width)
 {
     float R[9], t[3];
     uint8_t *mask;
@@ -57,7 +57,7 @@ static void draw_front(draw_canvas *c, const float (*uv)[2], const int32_t (*fac
 static lt_status draw_hand_mesh(lt_arena *scratch, draw_canvas *c, const lt_camera *cam,
                                 const pose_drawing *p, float width)
 {
-    static const eval_pose here = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 0 } };
+    static const lt_pose here = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 0 } };
     lt_mesh mesh = { .n_vertices = LT_HAND_VERTICES, .n_faces = LT_HAND_FACES };
     float uv[LT_HAND_VERTICES][2];
 

@@ -5,17 +5,18 @@
 #ifndef VISION_POSE_DRAWING_H
 #define VISION_POSE_DRAWING_H
 
-#include "vision/draw.h"
-#include "eval/metrics/object_pose.h"
+#include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/hand/model.h"
 #include "libtensor/geometry/mesh/mesh.h"
+#include "libtensor/geometry/pose.h"
+#include "vision/draw.h"
 
 /* Whatever is NULL is not drawn. Metres, camera axes. */
 typedef struct {
     const float (*joints)[3];       /* (21, 3) simple order */
     const float (*vertices)[3];     /* (778, 3) */
     const int32_t (*faces)[3];      /* (1538, 3); needed with vertices */
-    const eval_pose *object;
+    const lt_pose *object;
     const float (*control)[3];      /* (21, 3) of the object's box, its own frame; needed with object */
     const lt_mesh *mesh;            /* the object's outline; may be NULL with object */
     const float (*control2d)[2];    /* (21, 2) of the object's box in pixels, for want of an object; NaN: none */

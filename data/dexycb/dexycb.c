@@ -2,10 +2,10 @@
 /* Opens a DexYCB tree and reads its samples; left hands become right ones. */
 #include "data/dexycb/internal.h"
 
-#include "data/mirror.h"
-#include "vision/picture.h"
 #include "assets/ycb/ycb.h"
+#include "data/mirror.h"
 #include "libtensor/io/file.h"
+#include "vision/picture.h"
 
 #include <stdio.h>
 #include <string.h>

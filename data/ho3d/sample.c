@@ -2,9 +2,9 @@
 /* A sample of an HO3D tree: its images, and its annotation from OpenGL axes and MANO order to ours. */
 #include "data/ho3d/internal.h"
 
-#include "vision/picture.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/pickle/pickle.h"
+#include "vision/picture.h"
 
 #include <string.h>
 #include <unistd.h>

@@ -2,10 +2,10 @@
 /* How long runs take: a plan is made and filled, then timed. */
 #include "eval/bench/internal.h"
 
+#include "estimate/feed.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/order.h"
 #include "libtensor/base/rng.h"
-#include "estimate/feed.h"
 
 #include <math.h>
 #include <stdlib.h>

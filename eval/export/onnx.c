@@ -3,8 +3,8 @@
 
 #include "libtensor/base/rng.h"
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/array/npz.h"
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/onnx/onnx.h"
 
 #include <config.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/export/meta.h"
 
-#include "libtensor/io/text/json.h"
 #include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/text/json.h"
 #include "libtensor/io/text/utf8.h"
 #include "models/param_arrays.h"
 

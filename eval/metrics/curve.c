@@ -189,7 +189,7 @@ lt_status eval_median_of_points(int64_t n_samples, int n_points, const double *d
     for (int k = 0; k < n_points; k++) {
         for (int64_t i = 0; i < n_samples; i++)
             column[i] = d[i * n_points + k];
-        sum += eval_median(n_samples, column);
+        sum += lt_median(n_samples, column);
     }
     lt_release(column);
     *out = sum / n_points;

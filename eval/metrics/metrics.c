@@ -5,8 +5,8 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/order.h"
-#include "libtensor/geometry/mesh/kd_tree.h"
 #include "libtensor/geometry/mat3.h"
+#include "libtensor/geometry/mesh/kd_tree.h"
 #include "libtensor/geometry/procrustes.h"
 
 #include <math.h>
@@ -38,14 +38,6 @@ double eval_mean(int64_t n, const double *d)
     for (int64_t i = 0; i < n; i++)
         sum += d[i];
     return n > 0 ? sum / (double)n : NAN;
-}
-
-double eval_median(int64_t n, double *d)
-{
-    if (n <= 0)
-        return NAN;
-    qsort(d, (size_t)n, sizeof(*d), lt_ascending);
-    return n % 2 ? d[n / 2] : 0.5 * (d[n / 2 - 1] + d[n / 2]);
 }
 
 double eval_mpjpe(int n, const double *p, const double *g)

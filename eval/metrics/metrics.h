@@ -26,9 +26,6 @@ void eval_distances(int n, const double *p, const double *g, double *d);
 /* eval_mean - the mean of d[n], added in order; NaN for n = 0 */
 double eval_mean(int64_t n, const double *d);
 
-/* eval_median - the median of d[n], of the two middle ones their mean; sorts d; NaN for n = 0 */
-double eval_median(int64_t n, double *d);
-
 /* eval_mpjpe - mean distance without any alignment; infinite when P is not finite */
 double eval_mpjpe(int n, const double *p, const double *g);
 

@@ -3,48 +3,12 @@
  * boxes. */
 #include "eval/metrics/object_pose.h"
 
+#include "assets/ycb/ycb.h"
 #include "eval/metrics/metrics.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <math.h>
-
-void eval_pose_apply(const eval_pose *pose, int n, const double *x, double *out)
-{
-    for (int i = 0; i < n; i++)
-        lt_rigid_apply(pose->R, pose->t, x + 3 * i, out + 3 * i);
-}
-
-eval_pose eval_pose_of(const float R[9], const float t[3])
-{
-    eval_pose p;
-
-    for (int i = 0; i < 9; i++)
-        p.R[i] = R[i];
-    for (int i = 0; i < 3; i++)
-        p.t[i] = t[i];
-    return p;
-}
-
-void eval_pose_of_model(eval_pose *pose, bool mirrored)
-{
-    for (int i = 0; i < 9 && mirrored; i += 3)
-        pose->R[i] = -pose->R[i];
-}
-
-bool eval_pose_finite(const eval_pose *pose)
-{
-    return lt_all_finite(9, pose->R) && lt_all_finite(3, pose->t);
-}
-
-eval_pose eval_pose_compose(const eval_pose *a, const eval_pose *b)
-{
-    eval_pose c;
-
-    lt_mat3_mul(a->R, b->R, c.R);
-    lt_rigid_apply(a->R, a->t, b->t, c.t);
-    return c;
-}
 
 /* An error as this header promises it: whatever is not finite is infinite. */
 static double or_infinite(double error)
@@ -89,12 +53,11 @@ double eval_diameter(eval_diameter_mode mode, int n, const double *x)
     return largest;
 }
 
-static const struct { const char *name; uint32_t classes; } symmetry_list[] = {    /* by bits */
+static const struct { const char *name; unsigned adds; } symmetry_list[] = {
     [EVAL_SYM_NONE] = { "none", 0 },
-    [EVAL_SYM_HFL] = { "hfl", 1u << 13 | 1u << 16 | 1u << 20 | 1u << 21 },
-    [EVAL_SYM_POSECNN] = { "posecnn", 1u << 13 | 1u << 16 | 1u << 19 | 1u << 20 | 1u << 21 },
-    [EVAL_SYM_BOP] = { "bop", 1u << 1 | 1u << 13 | 1u << 14 | 1u << 16 | 1u << 18 | 1u << 19
-                              | 1u << 20 | 1u << 21 },
+    [EVAL_SYM_HFL] = { "hfl", YCB_ADDS_HFL },
+    [EVAL_SYM_POSECNN] = { "posecnn", YCB_ADDS_POSECNN },
+    [EVAL_SYM_BOP] = { "bop", YCB_ADDS_BOP },
 };
 
 const char *eval_symmetry_name(eval_symmetry_list list)
@@ -104,12 +67,14 @@ const char *eval_symmetry_name(eval_symmetry_list list)
 
 bool eval_is_symmetric(eval_symmetry_list list, int ycb_class)
 {
-    return ycb_class >= 1 && ycb_class <= 21 && (symmetry_list[list].classes >> ycb_class & 1);
+    const ycb_object *o = ycb_find(ycb_class);
+
+    return o && (o->adds & symmetry_list[list].adds);
 }
 
 /* ---- distances of model points ----------------------------------------------------------- */
 
-double eval_add(int n, const double *x, const eval_pose *e, const eval_pose *g)
+double eval_add(int n, const double *x, const lt_pose *e, const lt_pose *g)
 {
     double sum = 0;
 
@@ -124,17 +89,17 @@ double eval_add(int n, const double *x, const eval_pose *e, const eval_pose *g)
 }
 
 lt_status eval_adds(eval_adds_direction direction, int n, const double *x,
-                    const eval_pose *e, const eval_pose *g, double *out)
+                    const lt_pose *e, const lt_pose *g, double *out)
 {
-    const eval_pose *from = direction == EVAL_FROM_TRUE ? g : e;
-    const eval_pose *to = direction == EVAL_FROM_TRUE ? e : g;
+    const lt_pose *from = direction == EVAL_FROM_TRUE ? g : e;
+    const lt_pose *to = direction == EVAL_FROM_TRUE ? e : g;
     double *memory = lt_alloc(7 * (size_t)n * sizeof(double));
     lt_status st;
 
     if (!memory)
         return lt_error(LT_ENOMEM, "ADD-S of %d points: no memory", n);
-    eval_pose_apply(from, n, x, memory);
-    eval_pose_apply(to, n, x, memory + 3 * (size_t)n);
+    lt_pose_apply(from, n, x, memory);
+    lt_pose_apply(to, n, x, memory + 3 * (size_t)n);
     st = eval_nearest(n, memory, n, memory + 3 * (size_t)n, memory + 6 * (size_t)n, NULL);
     if (!st)
         *out = n > 0 ? or_infinite(eval_mean(n, memory + 6 * (size_t)n)) : NAN;
@@ -151,7 +116,7 @@ static void project(const lt_camera *c, const double p[3], double z_eps, double 
 }
 
 /* The distance of one posed model point in metres, or in pixels where there is a camera. */
-static double point_error(const double *x, const eval_pose *e, const eval_pose *g,
+static double point_error(const double *x, const lt_pose *e, const lt_pose *g,
                           const lt_camera *camera, double z_eps)
 {
     double a[3], b[3], ua[2], ub[2];
@@ -165,7 +130,7 @@ static double point_error(const double *x, const eval_pose *e, const eval_pose *
     return or_infinite(hypot(ua[0] - ub[0], ua[1] - ub[1]));
 }
 
-static double largest_error(int n, const double *x, const eval_pose *e, const eval_pose *g,
+static double largest_error(int n, const double *x, const lt_pose *e, const lt_pose *g,
                             const lt_camera *camera)
 {
     double largest = 0;
@@ -175,39 +140,39 @@ static double largest_error(int n, const double *x, const eval_pose *e, const ev
     return largest;
 }
 
-static double best_over_symmetries(int n, const double *x, const eval_pose *e, const eval_pose *g,
-                                   int n_sym, const eval_pose *sym, const lt_camera *camera)
+static double best_over_symmetries(int n, const double *x, const lt_pose *e, const lt_pose *g,
+                                   int n_sym, const lt_pose *sym, const lt_camera *camera)
 {
     double best = largest_error(n, x, e, g, camera);
 
     for (int s = 0; s < n_sym; s++) {
-        const eval_pose other = eval_pose_compose(g, &sym[s]);
+        const lt_pose other = lt_pose_compose(g, &sym[s]);
 
         best = fmin(best, largest_error(n, x, e, &other, camera));
     }
     return best;
 }
 
-double eval_mssd(int n, const double *x, const eval_pose *e, const eval_pose *g,
-                 int n_sym, const eval_pose *sym)
+double eval_mssd(int n, const double *x, const lt_pose *e, const lt_pose *g,
+                 int n_sym, const lt_pose *sym)
 {
     return best_over_symmetries(n, x, e, g, n_sym, sym, NULL);
 }
 
-double eval_mspd(int n, const double *x, const eval_pose *e, const eval_pose *g,
-                 int n_sym, const eval_pose *sym, const lt_camera *camera)
+double eval_mspd(int n, const double *x, const lt_pose *e, const lt_pose *g,
+                 int n_sym, const lt_pose *sym, const lt_camera *camera)
 {
     return best_over_symmetries(n, x, e, g, n_sym, sym, camera);
 }
 
 /* ---- rotation, translation, image, boxes ------------------------------------------------- */
 
-double eval_rotation_error_deg(const eval_pose *e, const eval_pose *g)
+double eval_rotation_error_deg(const lt_pose *e, const lt_pose *g)
 {
     return or_infinite(lt_rot_angle(g->R, e->R) * (180 / M_PI));
 }
 
-double eval_reprojection_px(int n, const double *x, const eval_pose *e, const eval_pose *g,
+double eval_reprojection_px(int n, const double *x, const lt_pose *e, const lt_pose *g,
                             const lt_camera *camera, double z_eps)
 {
     double sum = 0;
@@ -217,13 +182,13 @@ double eval_reprojection_px(int n, const double *x, const eval_pose *e, const ev
     return n > 0 ? sum / n : NAN;
 }
 
-double eval_oce(const eval_pose *e, const eval_pose *g)
+double eval_oce(const lt_pose *e, const lt_pose *g)
 {
     return or_infinite(lt_vec3_distance(e->t, g->t));
 }
 
 /* The box of the posed points, along the axes of the camera. */
-static void posed_bounds(int n, const double *x, const eval_pose *pose, double box[2][3])
+static void posed_bounds(int n, const double *x, const lt_pose *pose, double box[2][3])
 {
     double point[3], one[2][3];
 
@@ -238,7 +203,7 @@ static void posed_bounds(int n, const double *x, const eval_pose *pose, double b
     }
 }
 
-double eval_mce(int n, const double *x, const eval_pose *e, const eval_pose *g)
+double eval_mce(int n, const double *x, const lt_pose *e, const lt_pose *g)
 {
     double box_e[2][3], box_g[2][3], sum = 0;
 

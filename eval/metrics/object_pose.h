@@ -12,29 +12,11 @@
 #define EVAL_METRICS_OBJECT_POSE_H
 
 #include "libtensor/geometry/camera.h"
+#include "libtensor/geometry/pose.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
-
-typedef struct {
-    double R[9], t[3];              /* x_cam = R x + t; R by rows */
-} eval_pose;
-
-/* eval_pose_apply - out (n, 3) = R x + t; out may not be x */
-void eval_pose_apply(const eval_pose *pose, int n, const double *x, double *out);
-
-/* eval_pose_of - the same pose in double */
-eval_pose eval_pose_of(const float R[9], const float t[3]);
-
-/* eval_pose_of_model - where the sample is mirrored, R and t place the mirrored model: make R place the model
- * itself, R diag(-1, 1, 1), in place. Distances between points of two such poses are those outside of the mirror. */
-void eval_pose_of_model(eval_pose *pose, bool mirrored);
-
-/* eval_pose_compose - x -> a(b(x)) */
-eval_pose eval_pose_compose(const eval_pose *a, const eval_pose *b);
-
-bool eval_pose_finite(const eval_pose *pose);
 
 /* ---- how large, how symmetric ------------------------------------------------------------ */
 
@@ -62,7 +44,7 @@ bool eval_is_symmetric(eval_symmetry_list list, int ycb_class);
 /* ---- distances of model points, metres --------------------------------------------------- */
 
 /* eval_add - mean distance of the same model point under both poses (ADD; HOISDF calls it MME) */
-double eval_add(int n, const double *x, const eval_pose *e, const eval_pose *g);
+double eval_add(int n, const double *x, const lt_pose *e, const lt_pose *g);
 
 typedef enum {
     EVAL_FROM_TRUE,         /* over true points, the nearest estimated one: BOP, YCB-Video */
@@ -71,32 +53,32 @@ typedef enum {
 
 /* eval_adds - mean distance to the nearest point (ADD-S). LT_ENOMEM when there is no memory. */
 lt_status eval_adds(eval_adds_direction direction, int n, const double *x,
-                    const eval_pose *e, const eval_pose *g, double *out);
+                    const lt_pose *e, const lt_pose *g, double *out);
 
 /* eval_mssd, eval_mspd - largest distance of model points, in metres and in pixels, at the best
  * of n_sym symmetries (model to model); the identity is always tried. Source: BOP challenge
  * 2019. */
-double eval_mssd(int n, const double *x, const eval_pose *e, const eval_pose *g,
-                 int n_sym, const eval_pose *sym);
-double eval_mspd(int n, const double *x, const eval_pose *e, const eval_pose *g,
-                 int n_sym, const eval_pose *sym, const lt_camera *camera);
+double eval_mssd(int n, const double *x, const lt_pose *e, const lt_pose *g,
+                 int n_sym, const lt_pose *sym);
+double eval_mspd(int n, const double *x, const lt_pose *e, const lt_pose *g,
+                 int n_sym, const lt_pose *sym, const lt_camera *camera);
 
 /* ---- rotation, translation, image, boxes ------------------------------------------------- */
 
-double eval_rotation_error_deg(const eval_pose *e, const eval_pose *g);
+double eval_rotation_error_deg(const lt_pose *e, const lt_pose *g);
 
 /* eval_reprojection_px - mean pixel distance of the projected points. z_eps is added to the
  * depth that is divided by: 0, or 1e-5 as Semi-Hand-Object and HFL-Net do. REP-5: the share
  * that is <= 5. */
-double eval_reprojection_px(int n, const double *x, const eval_pose *e, const eval_pose *g,
+double eval_reprojection_px(int n, const double *x, const lt_pose *e, const lt_pose *g,
                             const lt_camera *camera, double z_eps);
 
 /* eval_oce - distance of the two object centres (HOISDF): |t_e - t_g| */
-double eval_oce(const eval_pose *e, const eval_pose *g);
+double eval_oce(const lt_pose *e, const lt_pose *g);
 
 /* eval_mce - mean distance of the 8 corners of the camera-axis-aligned boxes around the posed
  * points (HOISDF); not of the transformed model box */
-double eval_mce(int n, const double *x, const eval_pose *e, const eval_pose *g);
+double eval_mce(int n, const double *x, const lt_pose *e, const lt_pose *g);
 
 #ifdef __cplusplus
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Files of errors as tables of their worst lines. */
-#include "eval/csv.h"
 #include "eval/report/internal.h"
+#include "libtensor/io/text/csv.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -25,8 +25,8 @@ static double error_of(lt_arena *arena, const char *line)
     char *rest = lt_arena_strdup(arena, line), *end = NULL, *number;
     double x;
 
-    eval_csv_field(&rest);
-    number = eval_csv_field(&rest);
+    lt_csv_field(&rest);
+    number = lt_csv_field(&rest);
     x = number ? strtod(number, &end) : NAN;
     return number && end > number ? x : NAN;
 }
@@ -54,7 +54,7 @@ static void put_cells(FILE *f, lt_arena *arena, const char *line, const char *ce
     char *copy = lt_arena_strdup(arena, line);
 
     fputs("<tr>", f);
-    for (char *part; (part = eval_csv_field(&copy)); ) {
+    for (char *part; (part = lt_csv_field(&copy)); ) {
         fprintf(f, "<%s>", cell);
         html_text(f, part);
         fprintf(f, "</%s>", cell);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/report/pictures.h"
 
-#include "eval/report/sheet.h"
 #include "estimate/feed.h"
+#include "eval/report/sheet.h"
 
 typedef struct {
     const evaluate_options *o;

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/report/sheet.h"
 
+#include "data/mirror.h"
+#include "libtensor/io/image/image.h"
 #include "vision/crop.h"
 #include "vision/pose_drawing.h"
-#include "libtensor/io/image/image.h"
 
 #include <math.h>
 #include <string.h>
@@ -39,7 +40,7 @@ static draw_canvas cut_out(lt_arena *arena, const dataset_sample *s, const doubl
     return c;
 }
 
-static pose_drawing truth_of(const sheet_item *m, const int32_t (*faces)[3], eval_pose *pose)
+static pose_drawing truth_of(const sheet_item *m, const int32_t (*faces)[3], lt_pose *pose)
 {
     const dataset_sample *s = m->sample;
     pose_drawing p = { .faces = faces };
@@ -49,8 +50,8 @@ static pose_drawing truth_of(const sheet_item *m, const int32_t (*faces)[3], eva
     if (faces)
         p.vertices = m->vertices ? m->vertices : s->flags & SAMPLE_VERTICES ? s->vertices : NULL;
     if (m->object && s->flags & SAMPLE_OBJECT) {
-        *pose = eval_pose_of(s->R, s->t);
-        eval_pose_of_model(pose, s->flags & SAMPLE_MIRRORED);
+        *pose = lt_pose_of(s->R, s->t);
+        mirror_model(pose->R, s->flags & SAMPLE_MIRRORED);
         p.object = pose;
         p.control = m->object->control;
         p.mesh = &m->object->mesh;
@@ -58,14 +59,14 @@ static pose_drawing truth_of(const sheet_item *m, const int32_t (*faces)[3], eva
     return p;
 }
 
-static pose_drawing prediction_of(const sheet_item *m, const int32_t (*faces)[3], eval_pose *pose)
+static pose_drawing prediction_of(const sheet_item *m, const int32_t (*faces)[3], lt_pose *pose)
 {
     const estimate *e = m->estimate;
     pose_drawing p = { .faces = faces, .joints = e->joints, .vertices = faces ? e->vertices : NULL };
 
     if (m->object && e->object_inliers > 0) {
         *pose = e->object;
-        eval_pose_of_model(pose, m->sample->flags & SAMPLE_MIRRORED);
+        mirror_model(pose->R, m->sample->flags & SAMPLE_MIRRORED);
         p.object = pose;
         p.control = m->object->control;
         p.mesh = &m->object->mesh;
@@ -76,7 +77,7 @@ static pose_drawing prediction_of(const sheet_item *m, const int32_t (*faces)[3]
 static lt_status draw_item(lt_arena *arena, const sheet_item *m, const int32_t (*faces)[3],
                            draw_canvas picture[2], const char *title[2])
 {
-    eval_pose pose[2];
+    lt_pose pose[2];
     const pose_drawing truth = truth_of(m, faces, &pose[0]), predicted = prediction_of(m, faces, &pose[1]);
     lt_camera camera;
     double A[6];

@@ -5,14 +5,14 @@
 #ifndef EVAL_SCORERS_BOP_FILE_H
 #define EVAL_SCORERS_BOP_FILE_H
 
-#include "eval/metrics/object_pose.h"
 #include "libtensor/base/arena.h"
+#include "libtensor/geometry/pose.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-typedef struct { int scene, image, object; double score; eval_pose pose; } bop_estimate;
+typedef struct { int scene, image, object; double score; lt_pose pose; } bop_estimate;
 
 /* By scene, image, object, then the best score first. */
 typedef struct { bop_estimate *estimate; int64_t n; } bop_file;

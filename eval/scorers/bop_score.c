@@ -2,13 +2,14 @@
 /* Key frames in parallel, a block at a time; counts of hits, so that no order of sums matters. */
 #include "eval/scorers/bop_score.h"
 
-#include "vision/silhouette.h"
+#include "assets/ycb/symmetry.h"
+#include "eval/metrics/object_pose.h"
+#include "eval/metrics/vsd.h"
 #include "eval/scorers/bop_file.h"
 #include "eval/scorers/models_info.h"
-#include "assets/ycb/symmetry.h"
-#include "eval/metrics/vsd.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/rotation.h"
+#include "vision/silhouette.h"
 
 #include <stdio.h>
 
@@ -37,10 +38,10 @@ static lt_status measure_models(const dataset *d, lt_arena *arena, bop_model out
 {
     for (int i = 0; i < d->n_objects; i++) {
         const ycb_object *ycb = ycb_find(d->objects[i].ycb_id);
-        eval_pose *symmetry = lt_arena_array(arena, EVAL_TURNS, sizeof(*symmetry));
+        lt_pose *symmetry = lt_arena_array(arena, YCB_TURNS, sizeof(*symmetry));
         if (!symmetry)
             return lt_error(LT_ENOMEM, "%s: no memory", d->objects[i].name);
-        out[ycb->id] = (bop_model){ (double)d->objects[i].diameter, eval_symmetries(ycb, symmetry), symmetry };
+        out[ycb->id] = (bop_model){ (double)d->objects[i].diameter, ycb_symmetries(ycb, symmetry), symmetry };
     }
     return LT_OK;
 }
@@ -51,15 +52,15 @@ typedef struct {
     const dataset_object *o;
     const bop_model *model;
     const dexycb_scene *scene;
-    eval_pose e, g;                 /* estimated, true */
+    lt_pose e, g;                 /* estimated, true */
 } target;
 
-static bool is_rigid(const eval_pose *p)
+static bool is_rigid(const lt_pose *p)
 {
-    return lt_rot_is_near(p->R, 1e-2) && eval_pose_finite(p);
+    return lt_rot_is_near(p->R, 1e-2) && lt_pose_finite(p);
 }
 
-static lt_status draw(const target *t, const eval_pose *p, lt_arena *arena, float **out)
+static lt_status draw(const target *t, const lt_pose *p, lt_arena *arena, float **out)
 {
     float R[9], at[3];
 
@@ -156,7 +157,7 @@ static lt_status measure_frame(const job *j, frame *f, lt_arena *arena)
             continue;
         if (j->models_info && !(t.model->diameter > 0))
             return lt_error(LT_EFORMAT, "%s: has no object %d, %s", j->models_info, id, t.o->name);
-        t.g = eval_pose_of(s.pose[i].R, s.pose[i].t);
+        t.g = lt_pose_of(s.pose[i].R, s.pose[i].t);
         st = measure(&t, bop_file_find(&j->file, place.scene, place.image, id), arena, &one);
         add(&f->all, &one);
         if (i == place.grasped)

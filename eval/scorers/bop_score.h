@@ -33,7 +33,7 @@ typedef bool (*bop_progress)(void *ctx, int64_t done, int64_t total);
  *
  *   d            a split, with the filter every; its models and depth images are read
  *   models_info  BOP's file of the models' diameters and symmetries, or NULL: the diameter is the largest distance
- *                of two vertices, symmetries are those of eval_symmetries
+ *                of two vertices, symmetries are those of ycb_symmetries
  *   progress     may be NULL
  *
  * Every annotated object is a target, however little of it is seen. Of several estimates of a target the one with the

@@ -62,7 +62,7 @@ static void put(FILE *f, const char *before, double x)
 static void add_bop(FILE *f, const dexycb_result *r)
 {
     const int object = r->place.target[r->place.grasped];
-    eval_pose p = r->object;
+    lt_pose p = r->object;
 
     if (!r->place.keyframe || !r->has_object)
         return;

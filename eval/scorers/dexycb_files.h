@@ -10,7 +10,7 @@
 
 #include "data/dexycb/dexycb.h"
 #include "eval/scorers/dexycb_score.h"
-#include "eval/metrics/object_pose.h"
+#include "libtensor/geometry/pose.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -25,7 +25,7 @@ typedef struct {
     const float (*joints)[3];       /* (21, 3) simple order, metres */
     double seconds;                 /* BOP's time of the image; -1: not measured */
     bool has_object;
-    eval_pose object;               /* of the model that the sample shows */
+    lt_pose object;               /* of the model that the sample shows */
     double score;                   /* of the object, 0 .. 1 */
 } dexycb_result;
 

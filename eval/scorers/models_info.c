@@ -12,7 +12,7 @@
 #define MM 1e-3
 
 /* Motions of a model, the first of them none. */
-typedef struct { eval_pose *motion; int n; } motions;
+typedef struct { lt_pose *motion; int n; } motions;
 
 /* The object that is being read. */
 typedef struct { lt_arena *arena; const char *path; const ycb_object *ycb; } reader;
@@ -55,14 +55,14 @@ static lt_status make_room(const reader *r, int64_t n, motions *out)
     out->motion = lt_arena_array(r->arena, (size_t)n, sizeof(*out->motion));
     if (!out->motion)
         return lt_error(LT_ENOMEM, "%s: no memory", r->path);
-    out->motion[0] = (eval_pose){ { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0 } };
+    out->motion[0] = (lt_pose){ { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0 } };
     return LT_OK;
 }
 
 /* x -> R x + t of BOP's frame, p_bop = p - centre, is x -> R (x - centre) + t + centre of ours. */
 static bool add_discrete(const reader *r, const double M[16], motions *out)
 {
-    eval_pose *s = &out->motion[out->n++];
+    lt_pose *s = &out->motion[out->n++];
     double moved[3];
 
     for (int i = 0; i < 9; i++)
@@ -102,8 +102,8 @@ static bool add_turns(const reader *r, const double axis[3], const double offset
         unit[i] = axis[i] / length;
         point[i] = offset[i] * MM + r->ycb->centre[i];
     }
-    for (int i = 1; i < EVAL_TURNS; i++)
-        out->motion[out->n++] = eval_turn(point, unit, 2 * M_PI * i / EVAL_TURNS);
+    for (int i = 1; i < YCB_TURNS; i++)
+        out->motion[out->n++] = lt_pose_turn(point, unit, 2 * M_PI * i / YCB_TURNS);
     return length > 1e-6;
 }
 
@@ -115,7 +115,7 @@ static lt_status read_continuous(const reader *r, const cJSON *list, motions *ou
 
     if (n < 0)
         return fail(r, "symmetries_continuous: expected a list");
-    st = make_room(r, 1 + (int64_t)n * (EVAL_TURNS - 1), out);
+    st = make_room(r, 1 + (int64_t)n * (YCB_TURNS - 1), out);
     cJSON_ArrayForEach(v, list) {
         double axis[3], offset[3];
         if (st)
@@ -139,7 +139,7 @@ static lt_status combine(const reader *r, const motions *discrete, const motions
     all.n = 0;
     for (int i = 0; i < discrete->n; i++)
         for (int k = 0; k < turns->n; k++)
-            all.motion[all.n++] = eval_pose_compose(&turns->motion[k], &discrete->motion[i]);
+            all.motion[all.n++] = lt_pose_compose(&turns->motion[k], &discrete->motion[i]);
     out->n_symmetries = all.n - 1;
     out->symmetry = all.motion + 1;
     return LT_OK;

@@ -8,8 +8,8 @@
 #define EVAL_SCORERS_MODELS_INFO_H
 
 #include "assets/ycb/ycb.h"
-#include "eval/metrics/object_pose.h"
 #include "libtensor/base/arena.h"
+#include "libtensor/geometry/pose.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -19,7 +19,7 @@ extern "C" {
 typedef struct {
     double diameter;                /* 0: nothing is known of the model */
     int n_symmetries;
-    const eval_pose *symmetry;      /* model to model, the identity left out */
+    const lt_pose *symmetry;      /* model to model, the identity left out */
 } bop_model;
 
 /* The most symmetries that a model may have, the identity included */
@@ -29,7 +29,7 @@ enum { BOP_SYMMETRIES = 2520 };
  * models_info_read - the models by YCB id, their symmetries in arena
  *
  * The file has millimetres, in BOP's frame, whose origin is the centre of the model's box: both are put right. Each
- * discrete symmetry, and none, is followed by each of EVAL_TURNS steps of each continuous one. Other ids are passed
+ * discrete symmetry, and none, is followed by each of YCB_TURNS steps of each continuous one. Other ids are passed
  * over.
  *
  * Errors: no JSON; a diameter that is no length, a symmetry that is no rigid motion, an axis without direction, more

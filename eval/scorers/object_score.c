@@ -10,7 +10,7 @@
 typedef struct {
     const eval_object *objects;
     const int32_t *which;
-    const eval_pose *e, *g;
+    const lt_pose *e, *g;
     const lt_camera *camera;
     eval_object_errors *out;
     atomic_bool no_memory;
@@ -21,7 +21,7 @@ static const eval_object_errors nothing = { NAN, NAN, NAN, NAN, NAN, NAN, NAN, N
 static void measure(void *ctx, int64_t i)
 {
     job *j = ctx;
-    const eval_pose *e = &j->e[i], *g = &j->g[i];
+    const lt_pose *e = &j->e[i], *g = &j->g[i];
     const eval_object *o;
     eval_object_errors *r = &j->out[i];
 
@@ -41,7 +41,7 @@ static void measure(void *ctx, int64_t i)
 }
 
 lt_status eval_object_measure(const eval_object *objects, int64_t n, const int32_t *which,
-                              const eval_pose *e, const eval_pose *g, const lt_camera *camera,
+                              const lt_pose *e, const lt_pose *g, const lt_camera *camera,
                               eval_object_errors *out)
 {
     job j = { .objects = objects, .which = which, .e = e, .g = g, .camera = camera, .out = out };

@@ -39,7 +39,7 @@ typedef struct {
  * The result does not depend on the number of threads. Errors: LT_ENOMEM.
  */
 lt_status eval_object_measure(const eval_object *objects, int64_t n, const int32_t *which,
-                              const eval_pose *e, const eval_pose *g, const lt_camera *camera,
+                              const lt_pose *e, const lt_pose *g, const lt_camera *camera,
                               eval_object_errors *out);
 
 #ifdef __cplusplus

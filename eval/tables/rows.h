@@ -6,9 +6,9 @@
 #define EVAL_TABLES_ROWS_H
 
 #include "eval/metrics/curve.h"
+#include "eval/metrics/metrics.h"
 #include "eval/scorers/dexycb_score.h"
 #include "eval/scorers/ho3d_score.h"
-#include "eval/metrics/metrics.h"
 #include "eval/tables/tables.h"
 
 #ifdef __cplusplus

@@ -6,10 +6,10 @@
 #ifndef SYNTH_GRASP_GRASP_H
 #define SYNTH_GRASP_GRASP_H
 
-#include "synth/grasp/sdf.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/hand/model.h"
 #include "libtensor/geometry/mesh/mesh.h"
+#include "synth/grasp/sdf.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -13,9 +13,9 @@
 #ifndef SYNTH_GRASP_INTERNAL_H
 #define SYNTH_GRASP_INTERNAL_H
 
+#include "libtensor/base/rng.h"
 #include "synth/grasp/grasp.h"
 #include "synth/grasp/sdf.h"
-#include "libtensor/base/rng.h"
 
 enum { FINGERS = 5, THUMB = 4, ANGLES = 21, SPHERES = 57, MAX_GRIPS = 6, MAX_WEIGHTS = 6 };
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
+#include "libtensor/base/parallel.h"
 #include "synth/render/occlusion.h"
 #include "synth/render/small.h"
-#include "libtensor/base/parallel.h"
 
 enum { STEPS = 4, TURNS = 8 };
 

@@ -6,11 +6,11 @@
  * nearest layer wins, and the first two are at once the amodal masks. A pixel is lit once for each
  * triangle that its four samples see; four pixels that all see the same one, out of penumbrae, share their light.
  */
+#include "libtensor/base/parallel.h"
 #include "synth/render/frame.h"
 #include "synth/render/occlusion.h"
 #include "synth/render/shade.h"
 #include "synth/render/small.h"
-#include "libtensor/base/parallel.h"
 
 #include <string.h>
 

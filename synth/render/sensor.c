@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From light to bytes, and from true depth to what a stereo depth camera reports. */
-#include "synth/render/small.h"
-#include "synth/render/texture.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
+#include "synth/render/small.h"
+#include "synth/render/texture.h"
 
 #include <string.h>
 

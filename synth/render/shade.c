@@ -3,8 +3,8 @@
  * Lambert and Blinn under lamps, a hemisphere of ambient light, and its mirror image by Schlick's
  * Fresnel term. Skin lets light creep past the edge of a shadow, red farther than blue.
  */
-#include "synth/render/shade.h"
 #include "synth/render/grain.h"
+#include "synth/render/shade.h"
 #include "synth/render/small.h"
 #include "synth/render/texture.h"
 

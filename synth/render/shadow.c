@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "synth/render/shadow.h"
-#include "synth/render/small.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/mat3.h"
+#include "synth/render/shadow.h"
+#include "synth/render/small.h"
 
 #include <string.h>
 

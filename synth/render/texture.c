@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Mip chains: far textures are averaged, never picked, so they do not shimmer. */
-#include "synth/render/texture.h"
 #include "synth/render/small.h"
+#include "synth/render/texture.h"
 
 #include <assert.h>
 #include <string.h>

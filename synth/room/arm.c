@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The forearm: from the hand's open wrist to the edge of the picture, bare and sleeved. */
+#include "synth/render/small.h"
 #include "synth/room/paint.h"
 #include "synth/room/pattern.h"
 #include "synth/room/primitive.h"
-#include "synth/render/small.h"
 
 #include <string.h>
 

@@ -3,8 +3,8 @@
 #ifndef SYNTH_ROOM_CLUTTER_H
 #define SYNTH_ROOM_CLUTTER_H
 
-#include "synth/room/room.h"
 #include "libtensor/base/rng.h"
+#include "synth/room/room.h"
 
 enum { CLUTTER_PARTS = 4 };
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Every draw stands in a statement of its own, as C leaves the order of arguments open. */
-#include "synth/room/pattern.h"
 #include "synth/render/small.h"
 #include "synth/room/paint.h"
+#include "synth/room/pattern.h"
 
 #include <string.h>
 

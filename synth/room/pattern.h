@@ -3,8 +3,8 @@
 #ifndef SYNTH_ROOM_PATTERN_H
 #define SYNTH_ROOM_PATTERN_H
 
-#include "synth/render/render.h"
 #include "libtensor/base/rng.h"
+#include "synth/render/render.h"
 
 /* All repeat seamlessly but labels; NULL without memory. Colours are sRGB 0..1. They want synth_texture_paint
  * before they are drawn with. */

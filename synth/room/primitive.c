@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "synth/room/primitive.h"
 #include "synth/render/small.h"
+#include "synth/room/primitive.h"
 
 #include <string.h>
 

@@ -3,10 +3,10 @@
  * Walls, floor, table, what hangs on the walls and stands on the table, and the lamps. Every draw stands
  * in a statement of its own, as C leaves the order of arguments open.
  */
+#include "libtensor/geometry/mat3.h"
 #include "synth/room/clutter.h"
 #include "synth/room/pattern.h"
 #include "synth/room/primitive.h"
-#include "libtensor/geometry/mat3.h"
 
 #include <math.h>
 #include <string.h>

@@ -5,10 +5,10 @@
 #ifndef SYNTH_TAKE_PROP_H
 #define SYNTH_TAKE_PROP_H
 
-#include "synth/render/render.h"
-#include "synth/grasp/sdf.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/mesh/surface.h"
+#include "synth/grasp/sdf.h"
+#include "synth/render/render.h"
 
 #ifdef __cplusplus
 extern "C" {

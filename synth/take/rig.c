@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "synth/take/rig.h"
 
+#include "libtensor/base/rng.h"
 #include "synth/take/picture.h"
 #include "synth/take/view.h"
-#include "libtensor/base/rng.h"
 
 #include <math.h>
 

@@ -8,8 +8,8 @@
 #ifndef SYNTH_TAKE_SEQUENCE_H
 #define SYNTH_TAKE_SEQUENCE_H
 
-#include "synth/grasp/grasp.h"
 #include "libtensor/base/rng.h"
+#include "synth/grasp/grasp.h"
 
 #ifdef __cplusplus
 extern "C" {

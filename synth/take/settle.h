@@ -5,8 +5,8 @@
 #ifndef SYNTH_TAKE_SETTLE_H
 #define SYNTH_TAKE_SETTLE_H
 
-#include "synth/take/clearing.h"
 #include "libtensor/base/rng.h"
+#include "synth/take/clearing.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -2,9 +2,9 @@
 /* Puts room, arm, hand and object together, and films them. */
 #include "synth/take/stage.h"
 
-#include "synth/take/clearing.h"
 #include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/mat3.h"
+#include "synth/take/clearing.h"
 
 #include <math.h>
 #include <string.h>

@@ -5,8 +5,8 @@
 #ifndef SYNTH_TAKE_STAGE_H
 #define SYNTH_TAKE_STAGE_H
 
-#include "synth/take/prop.h"
 #include "synth/room/room.h"
+#include "synth/take/prop.h"
 #include "synth/take/sequence.h"
 #include "synth/take/settle.h"
 #include "synth/take/subject.h"

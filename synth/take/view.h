@@ -5,8 +5,8 @@
 #ifndef SYNTH_TAKE_VIEW_H
 #define SYNTH_TAKE_VIEW_H
 
-#include "synth/render/render.h"
 #include "libtensor/geometry/hand/model.h"
+#include "synth/render/render.h"
 
 #ifdef __cplusplus
 extern "C" {

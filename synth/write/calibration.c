@@ -2,10 +2,10 @@
 /* Where the cameras of a take stand to each other, as HO3D's calibration folders say it. */
 #include "synth/write/calibration.h"
 
-#include "vision/picture.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/number.h"
+#include "vision/picture.h"
 
 #include <stdio.h>
 #include <string.h>

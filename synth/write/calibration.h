@@ -5,8 +5,8 @@
 #ifndef SYNTH_WRITE_CALIBRATION_H
 #define SYNTH_WRITE_CALIBRATION_H
 
-#include "synth/write/manifest.h"
 #include "synth/render/render.h"
+#include "synth/write/manifest.h"
 
 #ifdef __cplusplus
 extern "C" {

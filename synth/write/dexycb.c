@@ -3,12 +3,12 @@
 #include "synth/write/dexycb.h"
 
 #include "data/mirror.h"
-#include "synth/write/calibration.h"
 #include "libtensor/geometry/rotation.h"
+#include "libtensor/io/array/npz.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
-#include "libtensor/io/array/npz.h"
 #include "libtensor/io/text/number.h"
+#include "synth/write/calibration.h"
 
 #include <math.h>
 #include <stdio.h>

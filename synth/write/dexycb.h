@@ -8,9 +8,9 @@
 #ifndef SYNTH_WRITE_DEXYCB_H
 #define SYNTH_WRITE_DEXYCB_H
 
-#include "synth/write/manifest.h"
-#include "synth/take/picture.h"
 #include "synth/render/render.h"
+#include "synth/take/picture.h"
+#include "synth/write/manifest.h"
 
 #ifdef __cplusplus
 extern "C" {

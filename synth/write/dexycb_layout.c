@@ -3,10 +3,10 @@
 #include "synth/write/layout.h"
 
 #include "data/mirror.h"
-#include "synth/take/rig.h"
-#include "synth/write/dexycb.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/text/number.h"
+#include "synth/take/rig.h"
+#include "synth/write/dexycb.h"
 
 #include <stdio.h>
 #include <string.h>

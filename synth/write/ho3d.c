@@ -2,11 +2,11 @@
 /* One frame of an HO3D tree: images packed, poses turned to OpenGL axes, annotation pickled. */
 #include "synth/write/ho3d.h"
 
-#include "vision/picture.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/pickle/pickle.h"
+#include "vision/picture.h"
 
 #include <math.h>
 #include <string.h>

@@ -7,8 +7,8 @@
 #ifndef SYNTH_WRITE_HO3D_H
 #define SYNTH_WRITE_HO3D_H
 
-#include "synth/write/file.h"
 #include "synth/take/picture.h"
+#include "synth/write/file.h"
 
 #ifdef __cplusplus
 extern "C" {

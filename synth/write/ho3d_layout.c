@@ -2,11 +2,11 @@
 /* Takes as HO3D has them: a sequence for each camera, two lists, the evaluation's truth. */
 #include "synth/write/layout.h"
 
-#include "vision/picture.h"
-#include "synth/write/calibration.h"
-#include "synth/write/truth.h"
-#include "synth/write/ho3d.h"
 #include "libtensor/io/file.h"
+#include "synth/write/calibration.h"
+#include "synth/write/ho3d.h"
+#include "synth/write/truth.h"
+#include "vision/picture.h"
 
 #include <stdio.h>
 

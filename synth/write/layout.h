@@ -6,9 +6,9 @@
 #define SYNTH_WRITE_LAYOUT_H
 
 #include "synth/cast.h"
-#include "synth/write/manifest.h"
 #include "synth/take/picture.h"
 #include "synth/take/stage.h"
+#include "synth/write/manifest.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -5,9 +5,9 @@
 #ifndef SYNTH_WRITE_MANIFEST_H
 #define SYNTH_WRITE_MANIFEST_H
 
-#include "synth/write/file.h"
-#include "synth/generate.h"
 #include "libtensor/base/arena.h"
+#include "synth/generate.h"
+#include "synth/write/file.h"
 
 #ifdef __cplusplus
 extern "C" {

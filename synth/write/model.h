@@ -5,8 +5,8 @@
 #ifndef SYNTH_WRITE_MODEL_H
 #define SYNTH_WRITE_MODEL_H
 
-#include "synth/write/file.h"
 #include "libtensor/geometry/mesh/mesh.h"
+#include "synth/write/file.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Hand models on disk: both forms read to the same numbers; a wrong array is named. */
-#include "libtensor/base/rng.h"
 #include "assets/hand_file.h"
+#include "libtensor/base/rng.h"
 #include "libtensor/io/array/npz.h"
 #include "libtensor/io/pickle/pickle.h"
 #include "tests/suite.h"

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which hands a run gets: named, found beside, in a folder, from the environment, embedded, mirrored. */
-#include "assets/hands.h"
 #include "assets/hand/hand.h"
-#include "libtensor/io/file.h"
 #include "assets/hand_file.h"
+#include "assets/hands.h"
+#include "libtensor/io/file.h"
 #include "tests/suite.h"
 
 /* Files of a folder: a right hand that says it is MANO's, and its mirror image with the released sign. */

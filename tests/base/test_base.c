@@ -283,6 +283,16 @@ START_TEST(numbers_ascend_before_nan)
 }
 END_TEST
 
+START_TEST(medians)
+{
+    double odd[3] = { 3, 1, 2 }, even[4] = { 4, 1, 3, 2 };
+
+    ck_assert_double_eq(lt_median(3, odd), 2);
+    ck_assert_double_eq(lt_median(4, even), 2.5);
+    ck_assert(isnan(lt_median(0, NULL)));
+}
+END_TEST
+
 START_TEST(instruction_sets_have_names)
 {
     for (int isa = LT_ISA_GENERIC; isa <= LT_ISA_AMX; isa++) {
@@ -312,6 +322,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, every_task_runs_once);
     tcase_add_test(tc, sizes_know_when_they_overflow);
     tcase_add_test(tc, numbers_ascend_before_nan);
+    tcase_add_test(tc, medians);
     tcase_add_test(tc, instruction_sets_have_names);
 }
 

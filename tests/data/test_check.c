@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A dataset's self-test on datasets made up here: each slip is named, missing and bad samples are counted. */
+#include "assets/hand/hand.h"
 #include "data/check.h"
 #include "data/mirror.h"
-#include "assets/hand/hand.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Which samples show a grasp, and depth beside a crop. */
-#include "data/contact.h"
-#include "vision/depth.h"
 #include "assets/hand/hand.h"
+#include "data/contact.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "tests/suite.h"
+#include "vision/depth.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,19 +1,19 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The DexYCB reader on trees made here: the official lists, both hands, filters, and every way a tree is broken. */
-#include "data/dexycb/dexycb.h"
-#include "data/mirror.h"
 #include "assets/hand/hand.h"
 #include "assets/ycb/ycb.h"
+#include "data/dexycb/dexycb.h"
+#include "data/mirror.h"
 #include "eval/scorers/bop_score.h"
 #include "eval/scorers/dexycb_files.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
+#include "libtensor/io/array/npz.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
-#include "libtensor/io/text/json.h"
 #include "libtensor/io/mesh/obj.h"
-#include "libtensor/io/array/npz.h"
+#include "libtensor/io/text/json.h"
 #include "tests/suite.h"
 
 #include <cjson/cJSON.h>

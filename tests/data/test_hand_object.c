@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Sample preparation: every array of a batch against the map that made its crop. */
-#include "vision/crop.h"
 #include "data/hand_object.h"
 #include "tests/suite.h"
+#include "vision/crop.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -2,10 +2,10 @@
 /* The HO3D reader on small trees made here: orders, axes, both versions, and every way a tree is broken. */
 #include "data/ho3d/ho3d.h"
 #include "libtensor/geometry/rotation.h"
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/mesh/obj.h"
-#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/pickle/pickle.h"
 #include "tests/suite.h"
 

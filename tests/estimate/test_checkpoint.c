@@ -2,11 +2,11 @@
 /* Weights out of a checkpoint, to predict with: the average of them where the run kept one; and the table of layers
  * that read 8-bit integers. */
 #include "assets/hand/hand.h"
+#include "estimate/checkpoint.h"
+#include "estimate/int8_table.h"
 #include "libtensor/base/parallel.h"
 #include "tests/suite.h"
-#include "estimate/checkpoint.h"
 #include "train/config.h"
-#include "estimate/int8_table.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* BOP's visible surface discrepancy against NumPy, and the symmetries that its other errors try: ours, and its own. */
-#include "eval/scorers/models_info.h"
 #include "assets/ycb/symmetry.h"
 #include "eval/metrics/vsd.h"
+#include "eval/scorers/models_info.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/atomic_file.h"
 #include "tests/eval/lcg.h"
@@ -84,7 +84,7 @@ START_TEST(same_and_nothing)
 }
 END_TEST
 
-static void check_turn(const ycb_object *o, const eval_pose *s)
+static void check_turn(const ycb_object *o, const lt_pose *s)
 {
     double I[9], t[9], centre[3];
 
@@ -103,17 +103,17 @@ START_TEST(symmetries)
     static const int wanted[YCB_COUNT + 1] = {
         [1] = 314, [13] = 314, [14] = 0, [16] = 7, [18] = 314, [19] = 1, [20] = 1, [21] = 1,
     };
-    static eval_pose s[EVAL_TURNS];
+    static lt_pose s[YCB_TURNS];
 
     for (int id = 1; id <= YCB_COUNT; id++) {
         const ycb_object *o = ycb_find(id);
-        const int n = eval_symmetries(o, s);
+        const int n = ycb_symmetries(o, s);
 
         ck_assert_int_eq(n, wanted[id]);
         for (int i = 0; i < n; i++)
             check_turn(o, &s[i]);
     }
-    ck_assert_int_eq(eval_symmetries(ycb_find(21), s), 1);          /* the brick about its long side, y */
+    ck_assert_int_eq(ycb_symmetries(ycb_find(21), s), 1);          /* the brick about its long side, y */
     ck_assert_double_gt(s[0].R[4], 0.99);
     ck_assert_double_lt(s[0].R[0], -0.99);
 }
@@ -136,7 +136,7 @@ static lt_status read_text(lt_arena *arena, const char *text, bop_model out[YCB_
 }
 
 /* What BOP says in its own frame, millimetres: the point p + b of object id goes to q + b. */
-static void check_moves(int id, const eval_pose *s, const double p_bop[3], const double q_bop[3])
+static void check_moves(int id, const lt_pose *s, const double p_bop[3], const double q_bop[3])
 {
     const double *centre = ycb_find(id)->centre;        /* -b */
     double p[3], q[3];

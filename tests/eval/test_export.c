@@ -4,10 +4,10 @@
 #include "eval/export/export.h"
 #include "libtensor/graph/internal.h"
 #include "libtensor/graph/plan.h"
-#include "libtensor/io/file.h"
-#include "libtensor/io/text/json.h"
-#include "libtensor/io/onnx/onnx.h"
 #include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/onnx/onnx.h"
+#include "libtensor/io/text/json.h"
 #include "libtensor/ops/ops.h"
 #include "tests/suite.h"
 

@@ -17,19 +17,19 @@
 
 static const double model[15] = { .05, .03, 0, -.05, .03, 0, -.05, -.03, 0, .05, -.03, 0, 0, 0, .08 };
 static const lt_camera camera = { 600, 600, 320, 240 };
-static const eval_pose truth = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, .6 } };
-static const eval_pose half_turn = { { -1, 0, 0, 0, -1, 0, 0, 0, 1 }, { 0, 0, 0 } };
+static const lt_pose truth = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, .6 } };
+static const lt_pose half_turn = { { -1, 0, 0, 0, -1, 0, 0, 0, 1 }, { 0, 0, 0 } };
 
-static eval_pose turned(double degrees, double x, double y, double z)
+static lt_pose turned(double degrees, double x, double y, double z)
 {
     const double aa[3] = { 0, 0, degrees * M_PI / 180 };
-    eval_pose p = { .t = { x, y, z } };
+    lt_pose p = { .t = { x, y, z } };
 
     lt_rot_from_axis_angle(aa, p.R);
     return p;
 }
 
-static double adds(eval_adds_direction direction, const eval_pose *e)
+static double adds(eval_adds_direction direction, const lt_pose *e)
 {
     double d;
 
@@ -39,7 +39,7 @@ static double adds(eval_adds_direction direction, const eval_pose *e)
 
 START_TEST(half_turn_and_a_shift)
 {
-    const eval_pose e = turned(180, .01, 0, .6);
+    const lt_pose e = turned(180, .01, 0, .6);
 
     ck_assert_double_eq_tol(eval_add(5, model, &e, &truth), .095386, TOL);
     ck_assert_double_eq_tol(adds(EVAL_FROM_TRUE, &e), .01, TOL);
@@ -56,7 +56,7 @@ END_TEST
 
 START_TEST(small_turn_and_a_shift)
 {
-    const eval_pose e = turned(10, .002, -.001, .604);
+    const lt_pose e = turned(10, .002, -.001, .604);
     const double add = eval_add(5, model, &e, &truth);
 
     ck_assert_double_eq_tol(add, .009775, TOL);
@@ -76,8 +76,8 @@ END_TEST
 START_TEST(directions)
 {
     static const double two[6] = { 0, 0, 0, .1, 0, 0 };
-    const eval_pose shifted = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { .1, 0, .6 } };
-    const eval_pose flat = { { 0 }, { 0, 0, .6 } };         /* both points on the first true one */
+    const lt_pose shifted = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { .1, 0, .6 } };
+    const lt_pose flat = { { 0 }, { 0, 0, .6 } };         /* both points on the first true one */
     double from_true, from_estimate;
 
     ck_assert_int_eq(eval_adds(EVAL_FROM_TRUE, 2, two, &flat, &truth, &from_true), LT_OK);
@@ -111,7 +111,7 @@ START_TEST(random_poses)
     static const lt_camera wide = { 600, 610, 320, 240 };
     uint32_t state = 100 + (uint32_t)_i;
     double x[150], v[3], turn[9], found[11];
-    eval_pose e, g;
+    lt_pose e, g;
 
     for (int i = 0; i < 150; i++)
         x[i] = lcg(&state) * size[i % 3];
@@ -183,11 +183,11 @@ END_TEST
 
 START_TEST(not_numbers_are_failures)
 {
-    eval_pose e = truth;
+    lt_pose e = truth;
     double d;
 
     (_i % 2 ? e.R : e.t)[1] = _i < 2 ? NAN : INFINITY;
-    ck_assert(!eval_pose_finite(&e) && eval_pose_finite(&truth));
+    ck_assert(!lt_pose_finite(&e) && lt_pose_finite(&truth));
     ck_assert(isinf(eval_add(5, model, &e, &truth)));
     ck_assert(isinf(adds(EVAL_FROM_TRUE, &e)) && isinf(adds(EVAL_FROM_ESTIMATE, &e)));
     ck_assert(isinf(eval_mssd(5, model, &e, &truth, 1, &half_turn)));
@@ -207,7 +207,7 @@ START_TEST(all_at_once)
     enum { N = 7 };
     static const eval_object objects[2] = { { 5, model, false }, { 5, model, true } };
     const int32_t which[N] = { 0, 1, -1, 0, 1, 1, 0 };
-    eval_pose e[N], g[N];
+    lt_pose e[N], g[N];
     lt_camera cameras[N];
     eval_object_errors one[N], many[N];
 

@@ -92,7 +92,7 @@ START_TEST(mean_of_objects)
 {
     const float wrist[3] = { 1, 2, 3 };
     mean_predictor m;
-    eval_pose p, none;
+    lt_pose p, none;
     float wanted[9];
 
     ck_assert_int_eq(mean_predictor_fit(&labels, hand, lt_hand_tips_ho3d, &m), LT_OK);

@@ -2,8 +2,8 @@
 /* The tree against going through all points, bit by bit. */
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"
-#include "libtensor/geometry/mesh/kd_tree.h"
 #include "libtensor/geometry/mat3.h"
+#include "libtensor/geometry/mesh/kd_tree.h"
 #include "tests/suite.h"
 
 enum { MOST = 1000, QUERIES = 200 };

@@ -4,8 +4,8 @@
 #include <config.h>
 #include "libtensor/io/image/film.h"
 #include "libtensor/io/image/image.h"
-#include "tests/io/hostile.h"
 #include "tests/io/avi.h"
+#include "tests/io/hostile.h"
 #include "tests/io/io_vectors.h"
 
 #include <dlfcn.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Arrays, .npy and .npz: against NumPy's own files, and against damage. */
-#include "libtensor/io/file.h"
 #include "libtensor/io/array/npy.h"
 #include "libtensor/io/array/npz.h"
+#include "libtensor/io/file.h"
 #include "tests/io/hostile.h"
 #include "tests/io/io_vectors.h"
 

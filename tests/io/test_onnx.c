@@ -3,8 +3,8 @@
  * the way is tests/eval/test_export. */
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/array/npz.h"
-#include "libtensor/io/onnx/onnx.h"
 #include "libtensor/io/onnx/fields.h"
+#include "libtensor/io/onnx/onnx.h"
 #include "libtensor/io/protobuf.h"
 #include "libtensor/ops/ops.h"
 #include "tests/io/hostile.h"

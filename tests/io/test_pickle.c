@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pickles: what Python wrote, what we write, and what nobody should have written. */
-#include "libtensor/io/pickle/pickle.h"
 #include "libtensor/io/pickle/dense.h"
+#include "libtensor/io/pickle/pickle.h"
 #include "tests/io/hostile.h"
 #include "tests/io/io_vectors.h"
 

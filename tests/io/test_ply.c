@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* PLY, binary glTF, COCO's masks: what was packed elsewhere, round trips to the bit, and damage. */
-#include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/mesh/glb.h"
 #include "libtensor/io/mesh/ply.h"
 #include "tests/io/hostile.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* safetensors: the format's own sample, round trips, and headers that lie. */
-#include "libtensor/io/file.h"
 #include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/file.h"
 #include "tests/io/hostile.h"
 
 static lt_status read_it(lt_arena *arena, const uint8_t *bytes, size_t n)

@@ -4,8 +4,8 @@
 
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv/conv.h"
-#include "libtensor/kernels/gemm/gemm.h"
 #include "libtensor/kernels/conv/winograd_weights.h"
+#include "libtensor/kernels/gemm/gemm.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,6 @@
 #include <config.h>
 #include "pipeline/internal.h"
 
-#include "vision/draw.h"
 #include "eval/report/sheet.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
@@ -13,6 +12,7 @@
 #include "tests/estimate/tiny_model.h"
 #include "tests/io/avi.h"
 #include "tests/suite.h"
+#include "vision/draw.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the generator's DexYCB layout is made of: who takes what, cameras on a ring, things on a table, left hands. */
 #include "data/dexycb/split.h"
-#include "synth/cast.h"
-#include "synth/take/rig.h"
-#include "synth/take/stage.h"
 #include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
+#include "synth/cast.h"
+#include "synth/take/rig.h"
+#include "synth/take/stage.h"
 #include "tests/suite.h"
 
 #include <math.h>

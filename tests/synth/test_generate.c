@@ -1,16 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A very small synthetic dataset, through the doors that the real one comes by. */
+#include "assets/ycb/objects.h"
 #include "data/dexycb/dexycb.h"
 #include "data/hand_object.h"
 #include "data/ho3d/ho3d.h"
-#include "vision/picture.h"
-#include "synth/take/annotate.h"
-#include "synth/generate.h"
-#include "assets/ycb/objects.h"
-#include "synth/take/rig.h"
-#include "synth/write/dexycb.h"
-#include "synth/write/ho3d.h"
-#include "synth/write/model.h"
 #include "eval/scorers/ho3d_score.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand/layer.h"
@@ -18,9 +11,16 @@
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
-#include "libtensor/io/text/json.h"
 #include "libtensor/io/pickle/pickle.h"
+#include "libtensor/io/text/json.h"
+#include "synth/generate.h"
+#include "synth/take/annotate.h"
+#include "synth/take/rig.h"
+#include "synth/write/dexycb.h"
+#include "synth/write/ho3d.h"
+#include "synth/write/model.h"
 #include "tests/suite.h"
+#include "vision/picture.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

@@ -2,13 +2,13 @@
 /*
  * Distance fields and grasps, held against brute force on the meshes themselves.
  */
-#include "synth/grasp/grasp.h"
 #include "assets/hand/hand.h"
 #include "assets/ycb/objects.h"
-#include "synth/grasp/sdf.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/mesh/surface.h"
 #include "libtensor/geometry/rotation.h"
+#include "synth/grasp/grasp.h"
+#include "synth/grasp/sdf.h"
 #include "tests/suite.h"
 
 #include <math.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The renderer's depth, labels and masks against geometry; the same bits on any number of threads. */
-#include "vision/draw.h"
+#include "libtensor/base/parallel.h"
 #include "synth/render/render.h"
 #include "synth/room/room.h"
-#include "libtensor/base/parallel.h"
 #include "tests/suite.h"
+#include "vision/draw.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Motions keep their limits, views see what they should, rooms are cleared, casts are as promised. */
+#include "assets/ycb/objects.h"
+#include "libtensor/geometry/camera.h"
+#include "libtensor/geometry/rotation.h"
 #include "synth/cast.h"
 #include "synth/take/clearing.h"
-#include "assets/ycb/objects.h"
 #include "synth/take/sequence.h"
 #include "synth/take/subject.h"
 #include "synth/take/view.h"
-#include "libtensor/geometry/camera.h"
-#include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"
 
 #include <math.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Whole runs: the same bits on any number of threads and after any stop, and what happens when things go wrong. */
 #include "libtensor/base/parallel.h"
-#include "libtensor/io/file.h"
 #include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/file.h"
 #include "tests/train/tree.h"
 #include "train/trainer.h"
 

@@ -5,13 +5,13 @@
 
 #include "assets/hand/hand.h"
 #include "assets/ycb/objects.h"
-#include "synth/write/truth.h"
-#include "synth/write/ho3d.h"
-#include "synth/write/model.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/atomic_file.h"
+#include "synth/write/ho3d.h"
+#include "synth/write/model.h"
+#include "synth/write/truth.h"
 #include "tests/suite.h"
 
 enum { TREE_TRAIN = 14, TREE_EVALUATION = 5 };

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Boxes, windows, warps, masks, colours: what happens to a picture before a network sees it. */
+#include "tests/suite.h"
+#include "tests/vision/augment_vectors.h"
 #include "vision/augment.h"
 #include "vision/crop.h"
 #include "vision/silhouette.h"
-#include "tests/vision/augment_vectors.h"
-#include "tests/suite.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,10 +4,10 @@
  */
 #include "libtensor/io/array/npy.h"
 
-#include "libtensor/io/atomic_file.h"
-#include "libtensor/io/file.h"
 #include "libtensor/io/array/npy_entry.h"
 #include "libtensor/io/array/raw_array.h"
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -4,9 +4,9 @@
  */
 #include "libtensor/io/array/npz.h"
 
-#include "libtensor/io/file.h"
 #include "libtensor/io/array/npy_entry.h"
 #include "libtensor/io/array/zip_read.h"
+#include "libtensor/io/file.h"
 
 #include <string.h>
 

@@ -5,8 +5,8 @@
  */
 #include "libtensor/io/array/npz.h"
 
-#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/array/npy_entry.h"
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/text/utf8.h"
 
 #include <string.h>

@@ -4,10 +4,10 @@
  */
 #include "libtensor/io/array/safetensors.h"
 
-#include "libtensor/io/file.h"
-#include "libtensor/io/text/json.h"
 #include "libtensor/io/array/raw_array.h"
 #include "libtensor/io/array/safetensors_dtype.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

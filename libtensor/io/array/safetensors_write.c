@@ -4,9 +4,9 @@
  */
 #include "libtensor/io/array/safetensors.h"
 
+#include "libtensor/io/array/safetensors_dtype.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/text/json.h"
-#include "libtensor/io/array/safetensors_dtype.h"
 
 #include <inttypes.h>
 #include <stdio.h>

@@ -4,8 +4,8 @@
  */
 #include "libtensor/io/image/image.h"
 
-#include "libtensor/io/image/codec.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/image/codec.h"
 #include "libtensor/io/image/opencv.h"
 
 #include <string.h>

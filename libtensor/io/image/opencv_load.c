@@ -2,8 +2,8 @@
 /* Finds and loads the module, keeps it, and asks it. */
 #include "libtensor/io/image/opencv.h"
 
-#include "libtensor/io/image/codec.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/image/codec.h"
 #include "libtensor/io/image/film.h"
 #include "libtensor/io/image/opencv_module.h"
 

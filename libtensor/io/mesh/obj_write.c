@@ -6,8 +6,8 @@
 
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/text/number.h"
 #include "libtensor/io/text/lines.h"
+#include "libtensor/io/text/number.h"
 
 #include <stdio.h>
 #include <string.h>

@@ -6,8 +6,8 @@
 #include "libtensor/io/mesh/ply.h"
 
 #include "libtensor/io/file.h"
-#include "libtensor/io/text/number.h"
 #include "libtensor/io/mesh/ply_internal.h"
+#include "libtensor/io/text/number.h"
 
 #include <math.h>
 #include <string.h>

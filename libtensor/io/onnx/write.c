@@ -2,8 +2,8 @@
 /*
  * A model as bytes: one function for each message of onnx.proto.
  */
-#include "libtensor/io/onnx/onnx.h"
 #include "libtensor/io/onnx/fields.h"
+#include "libtensor/io/onnx/onnx.h"
 #include "libtensor/io/protobuf.h"
 
 static void put_attr(pb_sink *s, const void *what)

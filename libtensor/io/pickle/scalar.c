@@ -4,8 +4,8 @@
  *
  * Source: CPython Lib/pickletools.py, protocols 0 to 5.
  */
-#include "libtensor/io/text/number.h"
 #include "libtensor/io/pickle/machine.h"
+#include "libtensor/io/text/number.h"
 #include "libtensor/io/text/utf8.h"
 
 #include <stdio.h>

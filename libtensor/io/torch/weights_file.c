@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/io/torch/weights_file.h"
 
-#include "libtensor/io/file.h"
 #include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/file.h"
 #include "libtensor/io/torch/torch.h"
 
 static const char *const formats[] = {

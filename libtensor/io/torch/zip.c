@@ -5,9 +5,9 @@
  *
  * Source: pytorch torch/serialization.py (_load), caffe2/serialize/inline_container.h.
  */
+#include "libtensor/io/array/zip_read.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/torch/internal.h"
-#include "libtensor/io/array/zip_read.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -2,13 +2,13 @@
 /* Which algorithm a convolution of maps in blocks has: each is in a file of its own. */
 #include "libtensor/kernels/blocks/conv.h"
 
-#include "libtensor/kernels/blocks/product.h"
-#include "libtensor/kernels/conv/internal.h"
-#include "libtensor/kernels/blocks/stem.h"
-#include "libtensor/kernels/blocks/tiles.h"
 #include "libtensor/kernels/blocks/depthwise.h"
 #include "libtensor/kernels/blocks/expand.h"
+#include "libtensor/kernels/blocks/product.h"
+#include "libtensor/kernels/blocks/stem.h"
+#include "libtensor/kernels/blocks/tiles.h"
 #include "libtensor/kernels/blocks/winograd.h"
+#include "libtensor/kernels/conv/internal.h"
 
 #include <assert.h>
 

@@ -2,9 +2,9 @@
 #include "libtensor/kernels/blocks/expand.h"
 
 #include "libtensor/base/parallel.h"
+#include "libtensor/kernels/blocks/depthwise.h"
 #include "libtensor/kernels/conv/internal.h"
 #include "libtensor/kernels/conv/turned.h"
-#include "libtensor/kernels/blocks/depthwise.h"
 
 #include <string.h>
 

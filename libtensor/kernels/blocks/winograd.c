@@ -4,9 +4,9 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/blocks/conv.h"
 #include "libtensor/kernels/conv/turned.h"
-#include "libtensor/kernels/gemm/product.h"
 #include "libtensor/kernels/conv/winograd.h"
 #include "libtensor/kernels/conv/winograd2.h"
+#include "libtensor/kernels/gemm/product.h"
 
 enum {
     MOST_PLACES = 36,

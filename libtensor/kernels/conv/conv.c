@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A convolution and the gradient of its input: which algorithm each has, and what all of them share. */
+#include "libtensor/kernels/conv/depthwise.h"
 #include "libtensor/kernels/conv/internal.h"
 #include "libtensor/kernels/conv/tapwise.h"
 #include "libtensor/kernels/conv/turned.h"
 #include "libtensor/kernels/conv/way.h"
-#include "libtensor/kernels/conv/depthwise.h"
 #include "libtensor/kernels/conv/winograd.h"
 #include "libtensor/kernels/conv/winograd2.h"
 

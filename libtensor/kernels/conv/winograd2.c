@@ -3,8 +3,8 @@
 
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/conv/turned.h"
-#include "libtensor/kernels/gemm/product.h"
 #include "libtensor/kernels/conv/winograd.h"
+#include "libtensor/kernels/gemm/product.h"
 
 #include <string.h>
 

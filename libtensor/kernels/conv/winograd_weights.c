@@ -2,8 +2,8 @@
 #include "libtensor/kernels/conv/winograd_weights.h"
 
 #include "libtensor/base/parallel.h"
-#include "libtensor/kernels/gemm/product.h"
 #include "libtensor/kernels/conv/winograd.h"
+#include "libtensor/kernels/gemm/product.h"
 
 #include <string.h>
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A product with weights whose left side is read as 8-bit integers: rows of bytes times packed weights. */
 #include "libtensor/base/parallel.h"
+#include "libtensor/kernels/gemm/product.h"
 #include "libtensor/kernels/int8/int8.h"
 #include "libtensor/kernels/int8/weights.h"
-#include "libtensor/kernels/gemm/product.h"
 
 /* Rows that lie such a multiple of words apart share one set of the cache; another line between them helps. */
 enum { ALIASED = 1024, LINE = 16 };

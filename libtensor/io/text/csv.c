@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Names and numbers, with quotes where a name needs them. */
-#include "eval/csv.h"
+#include "libtensor/io/text/csv.h"
 
 #include "libtensor/io/text/number.h"
 
@@ -22,7 +22,7 @@ static void put_field(FILE *f, const char *text)
     fputc('"', f);
 }
 
-lt_status eval_csv_open(eval_csv *w, const char *path, const char *about, int n_metrics, const char *const *metric)
+lt_status lt_csv_open(lt_csv *w, const char *path, const char *about, int n_metrics, const char *const *metric)
 {
     const lt_status st = lt_atomic_open(&w->file, path);
 
@@ -49,7 +49,7 @@ static void put_value(FILE *f, double x)
         fputs(lt_print_float((float)x, text), f);
 }
 
-void eval_csv_add(eval_csv *w, const char *name, const double *value)
+void lt_csv_add(lt_csv *w, const char *name, const double *value)
 {
     put_field(w->file.stream, name);
     for (int i = 0; i < w->n_metrics; i++)
@@ -57,12 +57,12 @@ void eval_csv_add(eval_csv *w, const char *name, const double *value)
     fputc('\n', w->file.stream);
 }
 
-lt_status eval_csv_commit(eval_csv *w)
+lt_status lt_csv_commit(lt_csv *w)
 {
     return lt_atomic_commit(&w->file);
 }
 
-char *eval_csv_field(char **line)
+char *lt_csv_field(char **line)
 {
     char *const field = *line, *to = field, *from = field;
     bool quoted = false;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* CSV files of errors. */
-#include "eval/csv.h"
+#include "libtensor/io/text/csv.h"
 #include "tests/suite.h"
 
 #include <math.h>
@@ -14,13 +14,13 @@ START_TEST(csv)
     static const char *const metric[] = { "pa_mpjpe_mm", "f, \"aligned\"" };
     const double plain[2] = { 9.5, .75 }, failed[2] = { INFINITY, NAN };
     char text[256] = "";
-    eval_csv w;
+    lt_csv w;
     FILE *f;
 
-    ck_assert_int_eq(eval_csv_open(&w, PATH, "sample", 2, metric), LT_OK);
-    eval_csv_add(&w, "ABF10/0123", plain);
-    eval_csv_add(&w, "odd,\"name\"\n", failed);
-    ck_assert_int_eq(eval_csv_commit(&w), LT_OK);
+    ck_assert_int_eq(lt_csv_open(&w, PATH, "sample", 2, metric), LT_OK);
+    lt_csv_add(&w, "ABF10/0123", plain);
+    lt_csv_add(&w, "odd,\"name\"\n", failed);
+    ck_assert_int_eq(lt_csv_commit(&w), LT_OK);
     f = fopen(PATH, "r");
     ck_assert_uint_gt(fread(text, 1, sizeof(text) - 1, f), 0);
     fclose(f);
@@ -34,22 +34,22 @@ START_TEST(fields_of_a_line)
 {
     char text[] = "\"odd,\"\"name\"\"\",inf,,\"\",x\"y,", *rest = text;
 
-    ck_assert_str_eq(eval_csv_field(&rest), "odd,\"name\"");
-    ck_assert_str_eq(eval_csv_field(&rest), "inf");
-    ck_assert_str_eq(eval_csv_field(&rest), "");
-    ck_assert_str_eq(eval_csv_field(&rest), "");
-    ck_assert_str_eq(eval_csv_field(&rest), "xy,");         /* no line of ours: a quote that nobody closes */
-    ck_assert_ptr_null(eval_csv_field(&rest));
-    ck_assert_ptr_null(eval_csv_field(&rest));
+    ck_assert_str_eq(lt_csv_field(&rest), "odd,\"name\"");
+    ck_assert_str_eq(lt_csv_field(&rest), "inf");
+    ck_assert_str_eq(lt_csv_field(&rest), "");
+    ck_assert_str_eq(lt_csv_field(&rest), "");
+    ck_assert_str_eq(lt_csv_field(&rest), "xy,");         /* no line of ours: a quote that nobody closes */
+    ck_assert_ptr_null(lt_csv_field(&rest));
+    ck_assert_ptr_null(lt_csv_field(&rest));
 }
 END_TEST
 
 START_TEST(no_folder)
 {
     static const char *const metric[] = { "x" };
-    eval_csv w;
+    lt_csv w;
 
-    ck_assert_int_eq(eval_csv_open(&w, "no/such/folder.csv", "sample", 1, metric), LT_EIO);
+    ck_assert_int_eq(lt_csv_open(&w, "no/such/folder.csv", "sample", 1, metric), LT_EIO);
 }
 END_TEST
 
