@@ -2,12 +2,12 @@
 #include "estimate/checkpoint.h"
 
 #include "estimate/int8_table.h"
+#include "estimate/param_arrays.h"
 #include "libtensor/base/cpu.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/io/text/number.h"
 #include "libtensor/kernels/kernels.h"
-#include "models/param_arrays.h"
 
 #include <config.h>
 #include <inttypes.h>

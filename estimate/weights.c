@@ -3,10 +3,10 @@
 
 #include "estimate/checkpoint.h"
 #include "estimate/checkpoint_folder.h"
+#include "estimate/param_arrays.h"
+#include "estimate/weight_names.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/torch/weights_file.h"
-#include "models/param_arrays.h"
-#include "models/weight_names.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/export/meta.h"
 
+#include "estimate/param_arrays.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/io/text/utf8.h"
-#include "models/param_arrays.h"
 
 #include <cjson/cJSON.h>
 #include <string.h>

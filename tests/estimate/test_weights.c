@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Initial weights from other people's files: every published name finds its parameter, and only that. */
 #include "assets/hand/hand.h"
+#include "estimate/weight_names.h"
 #include "estimate/weights.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/file.h"
-#include "models/weight_names.h"
 #include "tests/estimate/weight_names.h"
 #include "tests/models/model_of.h"
 #include "tests/suite.h"

@@ -2,8 +2,8 @@
 /*
  * Parameters beside the arrays of a file: as such, and out of such.
  */
-#ifndef MODELS_PARAM_ARRAYS_H
-#define MODELS_PARAM_ARRAYS_H
+#ifndef ESTIMATE_PARAM_ARRAYS_H
+#define ESTIMATE_PARAM_ARRAYS_H
 
 #include "libtensor/graph/param.h"
 #include "libtensor/io/array/array.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "models/weight_names.h"
+#include "estimate/weight_names.h"
 
 #include <stdio.h>
 #include <stdlib.h>

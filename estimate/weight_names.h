@@ -6,8 +6,8 @@
  * Source: torchvision models/resnet.py, models/efficientnet.py; lukemelas/EfficientNet-PyTorch model.py;
  * timm models/efficientnet.py; lzfff12/HFL-Net and stevenlsw/Semi-Hand-Object networks/backbone.
  */
-#ifndef MODELS_WEIGHT_NAMES_H
-#define MODELS_WEIGHT_NAMES_H
+#ifndef ESTIMATE_WEIGHT_NAMES_H
+#define ESTIMATE_WEIGHT_NAMES_H
 
 #include "libtensor/io/array/array.h"
 

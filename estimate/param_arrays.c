@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "models/param_arrays.h"
+#include "estimate/param_arrays.h"
 
 lt_array reals_array(const lt_shape *shape, const lt_real *data)
 {
