@@ -3,5 +3,4 @@
 # Makes configure. Needed once after a clone, and after configure.ac changed.
 set -e
 cd "$(dirname "$0")"
-mkdir -p m4
 autoreconf --install --warnings=all

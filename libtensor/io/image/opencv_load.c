@@ -22,12 +22,12 @@
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static const lt_opencv *opencv;                 /* NULL: there is none */
 
-static bool load(const char *folder, const char *within)
+static bool load(const char *folder)
 {
     char path[2 * PATH_MAX];
     void *module;
 
-    snprintf(path, sizeof(path), "%s%s/%s", folder, within, LT_OPENCV_MODULE);
+    snprintf(path, sizeof(path), "%s/%s", folder, LT_OPENCV_MODULE);
     module = access(path, R_OK) == 0 ? dlopen(path, RTLD_NOW | RTLD_LOCAL) : NULL;
     opencv = module ? dlsym(module, LT_OPENCV_SYMBOL) : NULL;
     return opencv;
@@ -40,12 +40,12 @@ static void find_module(void)
     char self[PATH_MAX];
     const ssize_t n = readlink("/proc/self/exe", self, sizeof(self) - 1);
 
-    if (named && load(named, ""))
+    if (named && load(named))
         return;
     self[n > 0 ? n : 0] = '\0';
-    if (n > 0 && load(dirname(self), "/.libs"))
+    if (n > 0 && load(dirname(self)))
         return;
-    load(PALMAR_LIBDIR, "");
+    load(PALMAR_LIBDIR);
 }
 
 typedef struct {
