@@ -5,13 +5,13 @@
 
 #include <string.h>
 
-enum { V = LT_BODY_VERTICES, F = LT_BODY_FACES, J = LT_BODY_JOINTS, P = LT_BODY_HAND_PCA };
+enum { V = BODY_VERTICES, F = BODY_FACES, J = BODY_JOINTS, P = BODY_HAND_PCA };
 
 /* Files with few directions have ten of each kind, others a hundred expressions behind the shapes. */
-static lt_status count_directions(const lt_keyed *k, lt_body_model *m)
+static lt_status count_directions(const keyed *k, body_model *m)
 {
     lt_array a;
-    const lt_status st = lt_keyed_get(k, "shapedirs", 3, (int64_t[]){ V, 3, -1 }, &a);
+    const lt_status st = keyed_get(k, "shapedirs", 3, (int64_t[]){ V, 3, -1 }, &a);
     const int n = st ? 0 : (int)lt_min_i64(a.shape[2], 100000);
 
     if (!st && n != 20 && n <= 100)
@@ -22,10 +22,10 @@ static lt_status count_directions(const lt_keyed *k, lt_body_model *m)
 }
 
 /* The root is written as -1 or as an unsigned number's largest. */
-static lt_status take_tree(const lt_keyed *k, lt_body_model *m)
+static lt_status take_tree(const keyed *k, body_model *m)
 {
     lt_array a;
-    const lt_status st = lt_keyed_get(k, "kintree_table", 2, (int64_t[]){ 2, J }, &a);
+    const lt_status st = keyed_get(k, "kintree_table", 2, (int64_t[]){ 2, J }, &a);
 
     for (int j = 0; !st && j < J; j++) {
         const int64_t parent = lt_array_int(&a, (size_t)j);
@@ -38,7 +38,7 @@ static lt_status take_tree(const lt_keyed *k, lt_body_model *m)
     return st;
 }
 
-static lt_status fill(lt_arena *arena, const lt_keyed *k, lt_body_model *m)
+static lt_status fill(lt_arena *arena, const keyed *k, body_model *m)
 {
     const int64_t directions = m->shapes + m->expressions;
     const struct {
@@ -48,7 +48,7 @@ static lt_status fill(lt_arena *arena, const lt_keyed *k, lt_body_model *m)
         void *out;
     } list[] = {
         { "v_template", 2, { V, 3 }, &m->v_template }, { "shapedirs", 3, { V, 3, directions }, &m->shapedirs },
-        { "posedirs", 3, { V, 3, LT_BODY_FEATURES }, &m->posedirs }, { "J_regressor", 2, { J, V }, &m->J_regressor },
+        { "posedirs", 3, { V, 3, BODY_FEATURES }, &m->posedirs }, { "J_regressor", 2, { J, V }, &m->J_regressor },
         { "weights", 2, { V, J }, &m->weights }, { "hands_componentsl", 2, { P, P }, &m->hand_components[0] },
         { "hands_componentsr", 2, { P, P }, &m->hand_components[1] }, { "hands_meanl", 1, { P }, &m->hand_mean[0] },
         { "hands_meanr", 1, { P }, &m->hand_mean[1] },
@@ -61,21 +61,21 @@ static lt_status fill(lt_arena *arena, const lt_keyed *k, lt_body_model *m)
 
         if (!out)
             return lt_error(LT_ENOMEM, "%s: no memory for \"%s\"", k->path, list[i].key);
-        st = lt_keyed_floats(k, list[i].key, list[i].rank, list[i].shape, out);
+        st = keyed_floats(k, list[i].key, list[i].rank, list[i].shape, out);
         memcpy(list[i].out, &out, sizeof(out));
     }
     m->faces = lt_arena_array(arena, F, sizeof(*m->faces));
     if (!st && !m->faces)
         st = lt_error(LT_ENOMEM, "%s: no memory", k->path);
-    return st ? st : lt_keyed_faces(k, "f", F, V, m->faces);
+    return st ? st : keyed_faces(k, "f", F, V, m->faces);
 }
 
-lt_status lt_body_model_read(lt_arena *arena, const char *path, lt_body_model **out)
+lt_status body_file_read(lt_arena *arena, const char *path, body_model **out)
 {
     lt_arena *scratch = lt_arena_new();
-    lt_body_model *m = lt_arena_alloc(arena, sizeof(*m));
-    lt_keyed k;
-    lt_status st = scratch && m ? lt_keyed_open(scratch, path, &k) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    body_model *m = lt_arena_alloc(arena, sizeof(*m));
+    keyed k;
+    lt_status st = scratch && m ? keyed_open(scratch, path, &k) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
     if (!st)
         st = count_directions(&k, m);
@@ -84,7 +84,7 @@ lt_status lt_body_model_read(lt_arena *arena, const char *path, lt_body_model **
     if (!st)
         st = take_tree(&k, m);
     if (!st)
-        st = lt_keyed_sums(&k, "weights", m->weights, V, J);
+        st = keyed_sums(&k, "weights", m->weights, V, J);
     if (!st)
         *out = m;
     lt_arena_free(scratch);

@@ -13,24 +13,24 @@
 extern "C" {
 #endif
 
-enum { LT_BODY_VERTICES = 10475, LT_BODY_FACES = 20908, LT_BODY_JOINTS = 55, LT_BODY_FEATURES = 486,
-       LT_BODY_HAND_PCA = 45 };
+enum { BODY_VERTICES = 10475, BODY_FACES = 20908, BODY_JOINTS = 55, BODY_FEATURES = 486,
+       BODY_HAND_PCA = 45 };
 
 /* Metres, y up. Rows of a vertex's three coordinates run over directions, as in the file. */
 typedef struct {
     int shapes, expressions;        /* directions: 300 and 100, or 10 and 10 in older files */
-    float (*v_template)[3];         /* LT_BODY_VERTICES */
-    float *shapedirs;               /* (LT_BODY_VERTICES, 3, shapes + expressions) */
-    float *posedirs;                /* (LT_BODY_VERTICES, 3, LT_BODY_FEATURES) */
-    float *J_regressor;             /* (LT_BODY_JOINTS, LT_BODY_VERTICES) */
-    float *weights;                 /* (LT_BODY_VERTICES, LT_BODY_JOINTS) */
-    int32_t (*faces)[3];            /* LT_BODY_FACES */
-    int parent[LT_BODY_JOINTS];     /* -1 for the pelvis; always before its children */
-    float (*hand_components[2])[LT_BODY_HAND_PCA], *hand_mean[2];       /* left, right */
-} lt_body_model;
+    float (*v_template)[3];         /* BODY_VERTICES */
+    float *shapedirs;               /* (BODY_VERTICES, 3, shapes + expressions) */
+    float *posedirs;                /* (BODY_VERTICES, 3, BODY_FEATURES) */
+    float *J_regressor;             /* (BODY_JOINTS, BODY_VERTICES) */
+    float *weights;                 /* (BODY_VERTICES, BODY_JOINTS) */
+    int32_t (*faces)[3];            /* BODY_FACES */
+    int parent[BODY_JOINTS];     /* -1 for the pelvis; always before its children */
+    float (*hand_components[2])[BODY_HAND_PCA], *hand_mean[2];       /* left, right */
+} body_model;
 
 /**
- * lt_body_model_read - a body model
+ * body_file_read - a body model
  *
  *   out      owned by the arena; touched only on success
  *
@@ -38,7 +38,7 @@ typedef struct {
  * Errors: LT_EFORMAT names the file, the key, and the shape found against the one wanted; also an index out
  * of range, a number that is not finite, weights whose rows do not sum to 1, a joint before its parent.
  */
-LT_API lt_status lt_body_model_read(lt_arena *arena, const char *path, lt_body_model **out);
+lt_status body_file_read(lt_arena *arena, const char *path, body_model **out);
 
 #ifdef __cplusplus
 }

@@ -11,10 +11,10 @@
 #include <string.h>
 
 /* The first 10 of however many directions the file has. */
-static lt_status get_shapedirs(const lt_keyed *k, lt_hand_model *m)
+static lt_status get_shapedirs(const keyed *k, lt_hand_model *m)
 {
     lt_array a;
-    lt_status st = lt_keyed_get(k, "shapedirs", 3, (int64_t[]){ LT_HAND_VERTICES, 3, -1 }, &a);
+    lt_status st = keyed_get(k, "shapedirs", 3, (int64_t[]){ LT_HAND_VERTICES, 3, -1 }, &a);
     float *out = &m->shapedirs[0][0][0];
 
     if (st)
@@ -33,14 +33,14 @@ static lt_status get_shapedirs(const lt_keyed *k, lt_hand_model *m)
 }
 
 /* The tree must be MANO's; its root is written as -1 or as the unsigned 2^32 - 1. */
-static lt_status check_tree(const lt_keyed *k)
+static lt_status check_tree(const keyed *k)
 {
     lt_array a;
     lt_status st;
 
-    if (!lt_keyed_has(k, "kintree_table"))
+    if (!keyed_has(k, "kintree_table"))
         return LT_OK;
-    st = lt_keyed_get(k, "kintree_table", 2, (int64_t[]){ 2, LT_HAND_JOINTS }, &a);
+    st = keyed_get(k, "kintree_table", 2, (int64_t[]){ 2, LT_HAND_JOINTS }, &a);
     for (size_t j = 0; !st && j < LT_HAND_JOINTS; j++) {
         const int64_t parent = lt_array_int(&a, j);
         const bool root = parent < 0 || parent == UINT32_MAX;
@@ -63,14 +63,14 @@ static bool points_to_plus_x(const lt_hand_model *m)
     return m->v_template[middle_tip][0] > wrist;
 }
 
-static bool is_synthetic(const lt_keyed *k)
+static bool is_synthetic(const keyed *k)
 {
-    const char *kind = lt_keyed_text(k, "asset_kind");
+    const char *kind = keyed_text(k, "asset_kind");
 
     return kind && strcmp(kind, "synthetic") == 0;
 }
 
-static lt_status fill_model(const lt_keyed *k, lt_hand_model *m)
+static lt_status fill_model(const keyed *k, lt_hand_model *m)
 {
     const struct {
         const char *key;
@@ -88,15 +88,15 @@ static lt_status fill_model(const lt_keyed *k, lt_hand_model *m)
     lt_status st = LT_OK;
 
     for (size_t i = 0; i < LT_COUNT(list) && !st; i++)
-        st = lt_keyed_floats(k, list[i].key, list[i].rank, list[i].shape, list[i].out);
+        st = keyed_floats(k, list[i].key, list[i].rank, list[i].shape, list[i].out);
     if (!st)
         st = get_shapedirs(k, m);
     if (!st)
-        st = lt_keyed_faces(k, "f", LT_HAND_FACES, LT_HAND_VERTICES, m->faces);
+        st = keyed_faces(k, "f", LT_HAND_FACES, LT_HAND_VERTICES, m->faces);
     if (!st)
         st = check_tree(k);
     if (!st)
-        st = lt_keyed_sums(k, "weights", &m->weights[0][0], LT_HAND_VERTICES, LT_HAND_JOINTS);
+        st = keyed_sums(k, "weights", &m->weights[0][0], LT_HAND_VERTICES, LT_HAND_JOINTS);
     m->left = !st && points_to_plus_x(m);
     m->synthetic = !st && is_synthetic(k);
     return st;
@@ -105,8 +105,8 @@ static lt_status fill_model(const lt_keyed *k, lt_hand_model *m)
 static lt_status read_model(lt_arena *arena, lt_arena *scratch, const char *path, lt_hand_model **out)
 {
     void *model;
-    lt_keyed k;
-    lt_status st = lt_keyed_open(scratch, path, &k);
+    keyed k;
+    lt_status st = keyed_open(scratch, path, &k);
 
     if (!st)
         st = lt_arena_try(arena, sizeof(lt_hand_model), &model);
@@ -117,7 +117,7 @@ static lt_status read_model(lt_arena *arena, lt_arena *scratch, const char *path
     return st;
 }
 
-lt_status lt_hand_model_read(lt_arena *arena, const char *path, lt_hand_model **out)
+lt_status hand_file_read(lt_arena *arena, const char *path, lt_hand_model **out)
 {
     lt_arena *scratch = lt_arena_new();
     lt_status st;
@@ -131,7 +131,7 @@ lt_status lt_hand_model_read(lt_arena *arena, const char *path, lt_hand_model **
 
 /* ---- left hands ----------------------------------------------------------------------------------- */
 
-bool lt_hand_left_is_flipped(const lt_hand_model *left, const lt_hand_model *right)
+bool hand_left_is_flipped(const lt_hand_model *left, const lt_hand_model *right)
 {
     double apart = 0;
 
@@ -141,9 +141,9 @@ bool lt_hand_left_is_flipped(const lt_hand_model *left, const lt_hand_model *rig
     return left->left && !right->left && apart < 1;
 }
 
-void lt_hand_left_shape(lt_hand_model *left, lt_left_shape how)
+void hand_left_shape(lt_hand_model *left, hand_left_fix how)
 {
-    const int axes = how == LT_LEFT_AS_IS ? 0 : how == LT_LEFT_FIX_X ? 1 : 3;
+    const int axes = how == HAND_LEFT_AS_IS ? 0 : how == HAND_LEFT_FIX_X ? 1 : 3;
 
     for (int v = 0; v < LT_HAND_VERTICES; v++)
         for (int k = 0; k < axes; k++)
@@ -159,7 +159,7 @@ static lt_named_array named(const char *name, lt_elem type, int rank, const int6
     return (lt_named_array){ name, lt_array_make(type, rank, shape, data) };
 }
 
-lt_status lt_hand_model_write(const char *path, const lt_hand_model *m)
+lt_status hand_file_write(const char *path, const lt_hand_model *m)
 {
     enum { V = LT_HAND_VERTICES, F = LT_HAND_FACES, J = LT_HAND_JOINTS, P = LT_HAND_PCA };
     const char *kind = m->synthetic ? "synthetic" : "mano";

@@ -14,7 +14,7 @@ extern "C" {
 #endif
 
 /**
- * lt_hand_model_read - a MANO-shaped hand model from a .pkl or a .npz
+ * hand_file_read - a MANO-shaped hand model from a .pkl or a .npz
  *
  *   out      owned by the arena; touched only on success
  *
@@ -28,24 +28,24 @@ extern "C" {
  * index out of range, a number that is NaN or infinite, weights whose rows do not sum to 1, and
  * anything that the .npz and .pkl readers refuse. LT_EIO, LT_ENOMEM.
  */
-LT_API lt_status lt_hand_model_read(lt_arena *arena, const char *path, lt_hand_model **out);
+lt_status hand_file_read(lt_arena *arena, const char *path, lt_hand_model **out);
 
 /* What to make of a left hand's shape directions. Labels were made with each of the three. */
 typedef enum {
-    LT_LEFT_AS_IS,                  /* as released: DexYCB */
-    LT_LEFT_FIX_X,                  /* x turned: InterHand, ARCTIC, Keypoint Transformer */
-    LT_LEFT_NEGATE_ALL,             /* all of them turned: H2O-3D */
-} lt_left_shape;
+    HAND_LEFT_AS_IS,                /* as released: DexYCB */
+    HAND_LEFT_FIX_X,                /* x turned: InterHand, ARCTIC, Keypoint Transformer */
+    HAND_LEFT_NEGATE_ALL,           /* all of them turned: H2O-3D */
+} hand_left_fix;
 
-/* lt_hand_left_is_flipped - the released MANO_LEFT.pkl has its shape directions' x as in the right hand, where
+/* hand_left_is_flipped - the released MANO_LEFT.pkl has its shape directions' x as in the right hand, where
  * a mirror image has the opposite; a right hand tells. True when their x differ by less than 1 in all. */
-LT_API bool lt_hand_left_is_flipped(const lt_hand_model *left, const lt_hand_model *right);
+bool hand_left_is_flipped(const lt_hand_model *left, const lt_hand_model *right);
 
-/* lt_hand_left_shape - turn the directions that how says */
-LT_API void lt_hand_left_shape(lt_hand_model *left, lt_left_shape how);
+/* hand_left_shape - turn the directions that how says */
+void hand_left_shape(lt_hand_model *left, hand_left_fix how);
 
-/* lt_hand_model_write - the .npz form of it, atomically and packed; reads back to the same bits */
-LT_API lt_status lt_hand_model_write(const char *path, const lt_hand_model *model);
+/* hand_file_write - the .npz form of it, atomically and packed; reads back to the same bits */
+lt_status hand_file_write(const char *path, const lt_hand_model *model);
 
 #ifdef __cplusplus
 }

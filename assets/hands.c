@@ -26,7 +26,7 @@ static lt_status read_hand(lt_arena *arena, const char *path, lt_hand_model **ou
 
     if (stat(path, &s) != 0)
         return lt_error(LT_EIO, "%s: no such file; %s; without it the embedded hand is used", path, OFFERED);
-    return lt_hand_model_read(arena, path, out);
+    return hand_file_read(arena, path, out);
 }
 
 /* "x/MANO_LEFT.pkl" for "x/MANO_RIGHT.pkl" and back, if there is such a file; NULL otherwise. */
@@ -55,7 +55,7 @@ static lt_status mirrored(lt_arena *arena, const lt_hand_model *left, lt_hand_mo
         return lt_error(LT_ENOMEM, "no memory for the hand model");
     *fixed = *left;
     if (!left->synthetic)
-        lt_hand_left_shape(fixed, LT_LEFT_FIX_X);
+        hand_left_shape(fixed, HAND_LEFT_FIX_X);
     synth_hand_mirror(fixed, right);
     *out = right;
     return LT_OK;
@@ -74,7 +74,7 @@ static lt_status open_files(lt_arena *arena, const char *path, hands *h)
     other = other_side(arena, path);
     st = read_hand(arena, path, &first);
     if (!st && other)
-        st = lt_hand_model_read(arena, other, &second);
+        st = hand_file_read(arena, other, &second);
     if (!st && second && first->left == second->left)
         st = lt_error(LT_EFORMAT, "%s and %s: both are %s hands", path, other, first->left ? "left" : "right");
     if (st)

@@ -23,9 +23,9 @@ typedef struct {
  *            hand; NULL or "": what $PALMAR_HAND names; without that the embedded hand
  *
  * The other side's file is taken from the same folder where it is. With a left file alone the right hand is
- * its mirror image, the sign of its shape directions' x put right first (lt_hand_left_is_flipped: the released
+ * its mirror image, the sign of its shape directions' x put right first (hand_left_is_flipped: the released
  * file has it wrong).
- * Errors: those of lt_hand_model_read; a file that is not there names the page that offers it.
+ * Errors: those of hand_file_read; a file that is not there names the page that offers it.
  */
 lt_status hands_open(lt_arena *arena, const char *path, hands *out);
 

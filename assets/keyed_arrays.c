@@ -7,9 +7,9 @@
 #include <math.h>
 #include <string.h>
 
-lt_status lt_keyed_open(lt_arena *arena, const char *path, lt_keyed *out)
+lt_status keyed_open(lt_arena *arena, const char *path, keyed *out)
 {
-    lt_keyed k = { .arena = arena, .path = path };
+    keyed k = { .arena = arena, .path = path };
     uint8_t *bytes;
     size_t n;
     lt_status st = lt_read_file(arena, path, (size_t)1 << 30, &bytes, &n);
@@ -25,12 +25,12 @@ lt_status lt_keyed_open(lt_arena *arena, const char *path, lt_keyed *out)
     return st;
 }
 
-bool lt_keyed_has(const lt_keyed *k, const char *key)
+bool keyed_has(const keyed *k, const char *key)
 {
     return k->dict ? !lt_pis_none(lt_pdict_get(k->dict, key)) : lt_npz_find(&k->npz, key) != NULL;
 }
 
-const char *lt_keyed_text(const lt_keyed *k, const char *key)
+const char *keyed_text(const keyed *k, const char *key)
 {
     const lt_array *a = k->dict ? NULL : lt_npz_find(&k->npz, key);
 
@@ -39,13 +39,13 @@ const char *lt_keyed_text(const lt_keyed *k, const char *key)
     return a && lt_array_count(a) == 1 ? lt_array_text(a, 0) : NULL;
 }
 
-static lt_status get_array(const lt_keyed *k, const char *key, lt_array *out)
+static lt_status get_array(const keyed *k, const char *key, lt_array *out)
 {
     const lt_array *a;
     lt_status st;
 
     if (k->dict) {
-        if (!lt_keyed_has(k, key))
+        if (!keyed_has(k, key))
             return lt_error(LT_EFORMAT, "%s: no \"%s\", which such a model must have", k->path, key);
         st = lt_pickle_dense(k->arena, lt_pdict_get(k->dict, key), out);
         return st ? lt_error_prefix(st, "%s: \"%s\"", k->path, key) : LT_OK;
@@ -58,7 +58,7 @@ static lt_status get_array(const lt_keyed *k, const char *key, lt_array *out)
     return st;
 }
 
-lt_status lt_keyed_get(const lt_keyed *k, const char *key, int rank, const int64_t *shape, lt_array *out)
+lt_status keyed_get(const keyed *k, const char *key, int rank, const int64_t *shape, lt_array *out)
 {
     const lt_array want = lt_array_make(LT_ELEM_F4, rank, shape, NULL);
     char found[96], wanted[96];
@@ -71,10 +71,10 @@ lt_status lt_keyed_get(const lt_keyed *k, const char *key, int rank, const int64
                     lt_array_shape_text(&want, wanted, sizeof(wanted)));
 }
 
-lt_status lt_keyed_floats(const lt_keyed *k, const char *key, int rank, const int64_t *shape, float *out)
+lt_status keyed_floats(const keyed *k, const char *key, int rank, const int64_t *shape, float *out)
 {
     lt_array a;
-    const lt_status st = lt_keyed_get(k, key, rank, shape, &a);
+    const lt_status st = keyed_get(k, key, rank, shape, &a);
     const size_t n = st ? 0 : lt_array_count(&a);
 
     if (n)
@@ -85,10 +85,10 @@ lt_status lt_keyed_floats(const lt_keyed *k, const char *key, int rank, const in
     return st;
 }
 
-lt_status lt_keyed_faces(const lt_keyed *k, const char *key, int n, int n_vertices, int32_t (*out)[3])
+lt_status keyed_faces(const keyed *k, const char *key, int n, int n_vertices, int32_t (*out)[3])
 {
     lt_array a;
-    const lt_status st = lt_keyed_get(k, key, 2, (int64_t[]){ n, 3 }, &a);
+    const lt_status st = keyed_get(k, key, 2, (int64_t[]){ n, 3 }, &a);
 
     for (size_t i = 0; !st && i < 3 * (size_t)n; i++) {
         const int64_t v = lt_array_int(&a, i);
@@ -101,7 +101,7 @@ lt_status lt_keyed_faces(const lt_keyed *k, const char *key, int n, int n_vertic
     return st;
 }
 
-lt_status lt_keyed_sums(const lt_keyed *k, const char *key, const float *weights, int n, int width)
+lt_status keyed_sums(const keyed *k, const char *key, const float *weights, int n, int width)
 {
     for (int row = 0; row < n; row++) {
         double sum = 0;

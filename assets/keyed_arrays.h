@@ -15,26 +15,26 @@ typedef struct {
     const char *path;                   /* for error lines */
     lt_npz npz;
     const lt_pvalue *dict;
-} lt_keyed;
+} keyed;
 
-/* lt_keyed_open - read path, whose first bytes tell the format; all of it lives in the arena */
-lt_status lt_keyed_open(lt_arena *arena, const char *path, lt_keyed *out);
+/* keyed_open - read path, whose first bytes tell the format; all of it lives in the arena */
+lt_status keyed_open(lt_arena *arena, const char *path, keyed *out);
 
-/* lt_keyed_has - false, and no error, when the key is not there */
-bool lt_keyed_has(const lt_keyed *k, const char *key);
+/* keyed_has - false, and no error, when the key is not there */
+bool keyed_has(const keyed *k, const char *key);
 
-/* lt_keyed_text - the text under key, or NULL */
-const char *lt_keyed_text(const lt_keyed *k, const char *key);
+/* keyed_text - the text under key, or NULL */
+const char *keyed_text(const keyed *k, const char *key);
 
-/* lt_keyed_get - the numbers under key, of exactly this shape; -1 matches any */
-lt_status lt_keyed_get(const lt_keyed *k, const char *key, int rank, const int64_t *shape, lt_array *out);
+/* keyed_get - the numbers under key, of exactly this shape; -1 matches any */
+lt_status keyed_get(const keyed *k, const char *key, int rank, const int64_t *shape, lt_array *out);
 
-/* lt_keyed_floats - the same into out, all of them finite; lt_keyed_faces - into (n, 3), each index below
+/* keyed_floats - the same into out, all of them finite; keyed_faces - into (n, 3), each index below
  * n_vertices */
-lt_status lt_keyed_floats(const lt_keyed *k, const char *key, int rank, const int64_t *shape, float *out);
-lt_status lt_keyed_faces(const lt_keyed *k, const char *key, int n, int n_vertices, int32_t (*out)[3]);
+lt_status keyed_floats(const keyed *k, const char *key, int rank, const int64_t *shape, float *out);
+lt_status keyed_faces(const keyed *k, const char *key, int n, int n_vertices, int32_t (*out)[3]);
 
-/* lt_keyed_sums - n rows of weights sum to 1; rows are width long */
-lt_status lt_keyed_sums(const lt_keyed *k, const char *key, const float *weights, int n, int width);
+/* keyed_sums - n rows of weights sum to 1; rows are width long */
+lt_status keyed_sums(const keyed *k, const char *key, const float *weights, int n, int width);
 
 #endif

@@ -44,7 +44,7 @@ static lt_status open_hands(cli_checkpoint *c, const char *hand, const int tips[
     lt_status st = cli_hand_open(hand || !*d->hand ? hand : d->hand, tips, &c->hand);
 
     if (st == LT_OK && !hand && *d->hand_left)
-        st = lt_hand_model_read(c->arena, d->hand_left, &c->hand.left);
+        st = hand_file_read(c->arena, d->hand_left, &c->hand.left);
     return st;
 }
 

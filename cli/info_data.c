@@ -161,7 +161,7 @@ static lt_status survey_all(survey *v)
     if (!st)
         st = cli_hand_open(v->o->hand, NULL, &v->hand);
     if (!st && v->o->left) {
-        st = lt_hand_model_read(v->arena, v->o->left, &left);
+        st = hand_file_read(v->arena, v->o->left, &left);
         v->left = st ? NULL : left;
     } else if (!st) {
         v->left = v->hand.left;

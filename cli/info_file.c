@@ -114,15 +114,15 @@ static void add_hand_check(lt_arena *arena, const char *path, cJSON *root)
 {
     char reason[1024];
     lt_hand_model *hand;
-    lt_body_model *body;
+    body_model *body;
 
-    if (lt_hand_model_read(arena, path, &hand) == LT_OK) {
+    if (hand_file_read(arena, path, &hand) == LT_OK) {
         cJSON_AddStringToObject(root, "hand model", hand->synthetic ? "complete, synthetic" : "complete");
         cJSON_AddStringToObject(root, "side", hand->left ? "left" : "right");
         return;
     }
     snprintf(reason, sizeof(reason), "%s", lt_last_error());
-    if (lt_body_model_read(arena, path, &body) == LT_OK) {
+    if (body_file_read(arena, path, &body) == LT_OK) {
         cJSON_AddStringToObject(root, "body model", "complete");
         cJSON_AddNumberToObject(root, "shape directions", body->shapes);
         cJSON_AddNumberToObject(root, "expressions", body->expressions);

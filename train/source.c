@@ -39,7 +39,7 @@ static lt_status open_datasets(lt_arena *arena, const train_config *c, train_sou
                         "--set data.dir=FOLDER", c->path);
     st = dataset_find_layout(c->data.dir, &layout);
     if (!st && *c->data.hand_left)
-        st = lt_hand_model_read(arena, c->data.hand_left, &left);
+        st = hand_file_read(arena, c->data.hand_left, &left);
     o.left = left ? left : s->hands.left;
     if (!st)
         st = dataset_open(&o, &s->train);

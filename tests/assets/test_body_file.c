@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-enum { V = LT_BODY_VERTICES, F = LT_BODY_FACES, J = LT_BODY_JOINTS, KEYS = 11 };
+enum { V = BODY_VERTICES, F = BODY_FACES, J = BODY_JOINTS, KEYS = 11 };
 
 /* A body of the right shapes: zeros, but for what is checked. */
 static void list_arrays(int directions, lt_named_array list[KEYS])
@@ -17,7 +17,7 @@ static void list_arrays(int directions, lt_named_array list[KEYS])
         "hands_componentsr", "hands_meanl", "hands_meanr",
     };
     const int64_t shapes[KEYS][3] = {
-        { V, 3 }, { V, 3, directions }, { V, 3, LT_BODY_FEATURES }, { J, V }, { V, J }, { F, 3 }, { 2, J }, { 45, 45 },
+        { V, 3 }, { V, 3, directions }, { V, 3, BODY_FEATURES }, { J, V }, { V, J }, { F, 3 }, { 2, J }, { 45, 45 },
         { 45, 45 }, { 45 }, { 45 },
     };
     static const int ranks[KEYS] = { 2, 3, 3, 2, 2, 2, 2, 2, 2, 1, 1 };
@@ -50,11 +50,11 @@ START_TEST(body)
     const int directions = _i ? 400 : 20;
     lt_arena *arena = lt_arena_new();
     lt_named_array list[KEYS];
-    lt_body_model *m;
+    body_model *m;
 
     list_arrays(directions, list);
     check_ok(lt_npz_write(in_folder("b.npz"), list, KEYS, true));
-    check_ok(lt_body_model_read(arena, in_folder("b.npz"), &m));
+    check_ok(body_file_read(arena, in_folder("b.npz"), &m));
     ck_assert_int_eq(m->shapes, _i ? 300 : 10);
     ck_assert_int_eq(m->expressions, _i ? 100 : 10);
     ck_assert(m->v_template[1][1] == 0.5f && m->shapedirs[directions - 1] == 0.25f);
@@ -79,24 +79,24 @@ START_TEST(wrong)
     };
     lt_arena *arena = lt_arena_new();
     lt_named_array list[KEYS];
-    lt_body_model *m;
+    body_model *m;
 
     for (size_t i = 0; i < LT_COUNT(cases); i++) {
         list_arrays(20, list);
         ((float *)list[cases[i].key].array.data)[cases[i].at] = cases[i].value;
         check_ok(lt_npz_write(in_folder("b.npz"), list, KEYS, true));
-        check_error(lt_body_model_read(arena, in_folder("b.npz"), &m), LT_EFORMAT, cases[i].reason);
+        check_error(body_file_read(arena, in_folder("b.npz"), &m), LT_EFORMAT, cases[i].reason);
         free_arrays(list);
     }
     list_arrays(50, list);
     check_ok(lt_npz_write(in_folder("b.npz"), list, KEYS, true));
-    check_error(lt_body_model_read(arena, in_folder("b.npz"), &m), LT_EFORMAT, "50 directions, want 20");
+    check_error(body_file_read(arena, in_folder("b.npz"), &m), LT_EFORMAT, "50 directions, want 20");
     check_ok(lt_npz_write(in_folder("b.npz"), list + 1, 1, true));
-    check_error(lt_body_model_read(arena, in_folder("b.npz"), &m), LT_EFORMAT, "50 directions");
+    check_error(body_file_read(arena, in_folder("b.npz"), &m), LT_EFORMAT, "50 directions");
     list[1].name = "shapes";
     check_ok(lt_npz_write(in_folder("b.npz"), list, KEYS, true));
-    check_error(lt_body_model_read(arena, in_folder("b.npz"), &m), LT_EFORMAT, "no array \"shapedirs\"");
-    check_error(lt_body_model_read(arena, in_folder("none.npz"), &m), LT_EIO, "No such file");
+    check_error(body_file_read(arena, in_folder("b.npz"), &m), LT_EFORMAT, "no array \"shapedirs\"");
+    check_error(body_file_read(arena, in_folder("none.npz"), &m), LT_EIO, "No such file");
     free_arrays(list);
     lt_arena_free(arena);
 }
@@ -111,15 +111,15 @@ START_TEST(left_shape)
     right->shapedirs[5][1][1] = 3;
     memcpy(left, right, sizeof(*left));
     left->left = true;
-    ck_assert(lt_hand_left_is_flipped(left, right));
-    lt_hand_left_shape(left, LT_LEFT_AS_IS);
+    ck_assert(hand_left_is_flipped(left, right));
+    hand_left_shape(left, HAND_LEFT_AS_IS);
     ck_assert(left->shapedirs[5][0][1] == 2);
-    lt_hand_left_shape(left, LT_LEFT_FIX_X);
+    hand_left_shape(left, HAND_LEFT_FIX_X);
     ck_assert(left->shapedirs[5][0][1] == -2 && left->shapedirs[5][1][1] == 3);
-    ck_assert(!lt_hand_left_is_flipped(left, right));
-    lt_hand_left_shape(left, LT_LEFT_NEGATE_ALL);
+    ck_assert(!hand_left_is_flipped(left, right));
+    hand_left_shape(left, HAND_LEFT_NEGATE_ALL);
     ck_assert(left->shapedirs[5][0][1] == 2 && left->shapedirs[5][1][1] == -3);
-    ck_assert(!lt_hand_left_is_flipped(right, right));
+    ck_assert(!hand_left_is_flipped(right, right));
     free(right);
     free(left);
 }

@@ -59,8 +59,8 @@ START_TEST(npz_form)
     m->left = _i & 2;
     if (m->left)
         m->v_template[lt_hand_tips_ho3d[2]][0] = 2;
-    check_ok(lt_hand_model_write(in_folder("hand.npz"), m));
-    check_ok(lt_hand_model_read(arena, in_folder("hand.npz"), &back));
+    check_ok(hand_file_write(in_folder("hand.npz"), m));
+    check_ok(hand_file_read(arena, in_folder("hand.npz"), &back));
     ck_assert_mem_eq(back, m, sizeof(*m));
     lt_arena_free(arena);
     free(m);
@@ -78,7 +78,7 @@ START_TEST(pickle_form)
     for (size_t i = 0; i < KEYS; i++)
         dict[i] = (lt_pwrite){ .key = list[i].name, .kind = LT_PW_ARRAY, .array = list[i].array };
     check_ok(lt_pickle_write_dict(in_folder("hand.pkl"), dict, KEYS));
-    check_ok(lt_hand_model_read(arena, in_folder("hand.pkl"), &back));
+    check_ok(hand_file_read(arena, in_folder("hand.pkl"), &back));
     ck_assert_mem_eq(back, m, sizeof(*m));
     lt_arena_free(arena);
     free(m);
@@ -95,7 +95,7 @@ static void check_wrong(const lt_hand_model *m, size_t which, lt_array wrong, co
     list_arrays(m, list);
     list[which].array = wrong;
     check_ok(lt_npz_write(in_folder("wrong.npz"), list, KEYS, false));
-    check_error(lt_hand_model_read(arena, in_folder("wrong.npz"), &back), LT_EFORMAT, reason);
+    check_error(hand_file_read(arena, in_folder("wrong.npz"), &back), LT_EFORMAT, reason);
     lt_arena_free(arena);
 }
 
@@ -119,11 +119,11 @@ START_TEST(wrong_arrays)
     check_wrong(m, 6, list[6].array, "\"hands_mean\": element 2 is not finite");
     list_arrays(m, list);
     check_ok(lt_npz_write(in_folder("less.npz"), list, KEYS - 1, false));
-    check_error(lt_hand_model_read(arena, in_folder("less.npz"), &back), LT_EFORMAT, "no array \"hands_components\"");
+    check_error(hand_file_read(arena, in_folder("less.npz"), &back), LT_EFORMAT, "no array \"hands_components\"");
     put_file(in_folder("none.pkl"), "N.", 2);
-    check_error(lt_hand_model_read(arena, in_folder("none.pkl"), &back), LT_EFORMAT, "holds no dict");
+    check_error(hand_file_read(arena, in_folder("none.pkl"), &back), LT_EFORMAT, "holds no dict");
     put_file(in_folder("empty.pkl"), "}.", 2);
-    check_error(lt_hand_model_read(arena, in_folder("empty.pkl"), &back), LT_EFORMAT, "empty.pkl: no \"v_template\"");
+    check_error(hand_file_read(arena, in_folder("empty.pkl"), &back), LT_EFORMAT, "empty.pkl: no \"v_template\"");
     lt_arena_free(arena);
     free(m);
     free(other);

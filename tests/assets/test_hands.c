@@ -16,14 +16,14 @@ static void write_hands(const char *folder, bool right, bool left)
     check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &r));
     r->synthetic = false;
     synth_hand_mirror(r, l);
-    lt_hand_left_shape(l, LT_LEFT_FIX_X);
+    hand_left_shape(l, HAND_LEFT_FIX_X);
     check_ok(lt_make_dirs(folder));
     snprintf(path, sizeof(path), "%s/MANO_RIGHT.pkl", folder);
     if (right)
-        check_ok(lt_hand_model_write(path, r));
+        check_ok(hand_file_write(path, r));
     snprintf(path, sizeof(path), "%s/MANO_LEFT.pkl", folder);
     if (left)
-        check_ok(lt_hand_model_write(path, l));
+        check_ok(hand_file_write(path, l));
     lt_arena_free(arena);
 }
 
@@ -48,7 +48,7 @@ START_TEST(pairs)
     write_hands(in_folder("l"), false, true);
     open_path(arena, in_folder("both"), "MANO_RIGHT.pkl", &h);
     ck_assert(h.left && h.left->left && !h.right->left && !hands_are_embedded(&h));
-    ck_assert(lt_hand_left_is_flipped(h.left, h.right));
+    ck_assert(hand_left_is_flipped(h.left, h.right));
     open_path(arena, in_folder("both"), "MANO_LEFT.pkl", &h);
     ck_assert(h.left && h.left->left && !h.right->left);
     open_path(arena, in_folder("both"), "", &h);

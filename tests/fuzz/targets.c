@@ -276,7 +276,7 @@ static void run_hand_file(lt_arena *arena, const uint8_t *bytes, size_t n)
     const memory_file f = memory_file_of(bytes, n);
     lt_hand_model *hand;
 
-    if (lt_hand_model_read(arena, f.path, &hand) == LT_OK)
+    if (hand_file_read(arena, f.path, &hand) == LT_OK)
         sink = hand->v_template[0][0];
     close(f.fd);
 }
