@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A convolution and the gradient of its input: which algorithm each has, and what all of them share. */
+/* A convolution and the gradient of its input: which algorithm each has. */
 #include "libtensor/kernels/conv/depthwise.h"
 #include "libtensor/kernels/conv/internal.h"
 #include "libtensor/kernels/conv/tapwise.h"
@@ -10,29 +10,6 @@
 
 #include <assert.h>
 #include <string.h>
-
-/* Of n cells and their padding; 0 where the window does not fit */
-static int64_t out_size(int64_t n, int pad, int window, int dilation, int stride)
-{
-    const int64_t free = n + 2 * (int64_t)pad - (int64_t)dilation * (window - 1) - 1;
-
-    return free < 0 ? 0 : free / stride + 1;
-}
-
-int64_t lt_conv2d_out_h(const lt_conv2d_params *p)
-{
-    return out_size(p->h, p->pad_h, p->kh, p->dil_h, p->stride_h);
-}
-
-int64_t lt_conv2d_out_w(const lt_conv2d_params *p)
-{
-    return out_size(p->w, p->pad_w, p->kw, p->dil_w, p->stride_w);
-}
-
-lt_rect lt_conv2d_all(const lt_conv2d_params *p)
-{
-    return (lt_rect){ 0, lt_conv2d_out_h(p), 0, lt_conv2d_out_w(p) };
-}
 
 /* ---- which algorithm ---------------------------------------------------------------------------------- */
 
@@ -50,7 +27,7 @@ lt_conv_algorithm lt_conv2d_algorithm(const lt_conv2d_params *p)
         return LT_CONV_WINOGRAD;
     if (lt_tapwise_suits(p, CONV_FORWARD))
         return LT_CONV_TAPWISE;
-    if (conv_on_tiles(p, p->o, lt_conv2d_out_h(p) * lt_conv2d_out_w(p), p->c * p->kh * p->kw))
+    if (conv_forward_on_tiles(p))
         return LT_CONV_TILES;
     return lt_turned_suits(p) ? LT_CONV_TURNED : LT_CONV_DIRECT;
 }

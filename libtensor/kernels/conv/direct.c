@@ -25,8 +25,7 @@ void conv_forward_job(conv_job *j, const lt_conv2d_params *p, conv_taps *t)
 static int64_t packed_elements(const lt_conv2d_params *p, conv_direction d)
 {
     (void)d;
-    return lt_conv2d_algorithm(p) == LT_CONV_TILES ? lt_product_tiles_a(p->o, p->c * p->kh * p->kw)
-                                                   : conv_weight_count(p);
+    return conv_forward_on_tiles(p) ? lt_product_tiles_a(p->o, p->c * p->kh * p->kw) : conv_weight_count(p);
 }
 
 static void pack(const lt_conv2d_params *p, conv_direction d, const lt_real *weights, lt_real *packed)

@@ -105,9 +105,11 @@ void conv_direct_rect(const lt_conv2d_params *p, lt_rect r, const lt_real *x, co
 /**
  * conv_suits_tiles - whether this CPU has AMX's tiles, and a convolution with so many positions enough to do for them
  * conv_on_tiles    - whether its product over the maps is best made by them: not where it is little more than writing
+ * conv_forward_on_tiles - conv_on_tiles for the forward pass, where no other algorithm is better
  */
 bool conv_suits_tiles(const lt_conv2d_params *p, int64_t positions);
 bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k);
+bool conv_forward_on_tiles(const lt_conv2d_params *p);
 
 /* lt_product's pack_a, left, pack_b and right */
 void conv_pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);

@@ -133,6 +133,11 @@ bool conv_on_tiles(const lt_conv2d_params *p, int64_t m, int64_t n, int64_t k)
     return conv_suits_tiles(p, n) && (k > SHALLOW || m <= 2 * SHALLOW);
 }
 
+bool conv_forward_on_tiles(const lt_conv2d_params *p)
+{
+    return conv_on_tiles(p, p->o, lt_conv2d_out_h(p) * lt_conv2d_out_w(p), p->c * p->kh * p->kw);
+}
+
 int64_t conv_job_packed(const conv_job *j)
 {
     return j->product.left ? lt_product_tiles_a(j->m, j->product.k) : j->m * j->product.k;
