@@ -91,18 +91,6 @@ static void LT_PRINTF(2, 3) refuse(lt_graph *g, const char *fmt, ...)
     remember(g, LT_ESHAPE, text);
 }
 
-bool lt_shape_fits_memory(const lt_shape *s)
-{
-    size_t bytes = sizeof(double);
-
-    if (s->rank < 0 || s->rank > LT_MAX_RANK)
-        return false;
-    for (int i = 0; i < s->rank; i++)
-        if (s->dim[i] < 0 || !lt_size_mul(bytes, (size_t)s->dim[i], &bytes) || bytes > PTRDIFF_MAX)
-            return false;
-    return true;
-}
-
 bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t)
 {
     lt_tensor **list = lt_arena_grow(g->arena, g->tensor, (size_t)g->n_tensors, &g->tensors_room, sizeof(*list));

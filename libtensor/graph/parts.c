@@ -10,25 +10,7 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/plan_internal.h"
 
-enum { PIECE = 1 << 15 };           /* of a gradient, which a task adds */
-
-plan_share_fn plan_share_of(const lt_plan *p, int step)
-{
-    const plan_step *s = &p->step[step];
-
-    if (!p->train || !s->node || !p->node[s->node->id].active)
-        return NULL;
-    if (s->kind == STEP_FORWARD)
-        return s->node->op->forward_share;
-    return s->kind == STEP_BACKWARD ? s->node->op->backward_share : NULL;
-}
-
-int plan_next_share(const lt_plan *p, int from)
-{
-    while (from < p->n_steps && !plan_share_of(p, from))
-        from++;
-    return from;
-}
+enum { PIECE = 1 << 15 };           
 
 /* ---- joining ---- */
 

@@ -77,21 +77,24 @@ struct lt_plan {
     bool later_part;                /* has gradients of its own */
 };
 
-/* plan.c: one step of a run; the same, numbered, timed if that is wanted, and with what begins there */
+/* step.c: append a step; NULL without memory */
+plan_step *plan_add_step(lt_plan *p, step_kind kind, lt_node *node);
+
+/* one step of a run; the same, numbered, timed if that is wanted, and with what begins there */
 void plan_run_step(lt_plan *p, plan_step *s);
 void plan_run_at(lt_plan *p, int step);
-
-/* parts.c: let the first one's parts know of each other; run them all; run one step of them all, after what its op
- * shares */
-lt_status plan_join_parts(lt_plan *first);
-void plan_run_parts(lt_plan *first);
-void plan_run_parts_at(lt_plan *first, int step);
 
 /* plan_share_of   - what a step's op does of its part before all parts meet, or NULL
  * plan_next_share - the first step from `from` on that has such, or n_steps */
 typedef void (*plan_share_fn)(const lt_call *c);
 plan_share_fn plan_share_of(const lt_plan *p, int step);
 int plan_next_share(const lt_plan *p, int from);
+
+/* parts.c: let the first one's parts know of each other; run them all; run one step of them all, after what its op
+ * shares */
+lt_status plan_join_parts(lt_plan *first);
+void plan_run_parts(lt_plan *first);
+void plan_run_parts_at(lt_plan *first, int step);
 
 /* plan_parts_abreast - whether they run at the same time, rather than one after another */
 bool plan_parts_abreast(const lt_plan *first);
@@ -107,8 +110,6 @@ lt_real *plan_grad(const lt_plan *p, const lt_tensor *t);
 
 /* consume.c: the prologue, giving back each parameter after its last use, for good */
 void plan_consume(lt_plan *p);
-
-plan_step *plan_add_step(lt_plan *p, step_kind kind, lt_node *node);    /* NULL without memory */
 
 static inline plan_tensor *plan_root(const lt_plan *p, const lt_tensor *t)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "libtensor/graph/tensor.h"
+#include "libtensor/graph/internal.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -35,4 +35,16 @@ char *lt_shape_text(const lt_shape *s, char buf[LT_SHAPE_TEXT])
         n += snprintf(buf + n, (size_t)(LT_SHAPE_TEXT - n), i ? ", %lld" : "%lld", (long long)s->dim[i]);
     snprintf(buf + n, (size_t)(LT_SHAPE_TEXT - n), ")");
     return buf;
+}
+
+bool lt_shape_fits_memory(const lt_shape *s)
+{
+    size_t bytes = sizeof(double);
+
+    if (s->rank < 0 || s->rank > LT_MAX_RANK)
+        return false;
+    for (int i = 0; i < s->rank; i++)
+        if (s->dim[i] < 0 || !lt_size_mul(bytes, (size_t)s->dim[i], &bytes) || bytes > PTRDIFF_MAX)
+            return false;
+    return true;
 }

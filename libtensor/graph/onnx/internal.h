@@ -25,7 +25,9 @@ lt_status lt_onnx_fail(lt_onnx *w, lt_status status, const char *fmt, ...) LT_PR
 /* lt_onnx_alloc - in the arena; NULL, and a mistake, without memory or after a mistake */
 void *lt_onnx_alloc(lt_onnx *w, size_t count, size_t size);
 
-/* lt_onnx_part_name - for the next value inside the node */
+/* lt_onnx_name_of   - "trunk.conv1/conv2d.7" and a suffix: the layer, the op, the node's number
+ * lt_onnx_part_name - for the next value inside the node */
+const char *lt_onnx_name_of(lt_onnx *w, const lt_node *n, const char *suffix);
 const char *lt_onnx_part_name(lt_onnx *w);
 
 /* lt_onnx_add_tensor - a constant; data is borrowed, but reals that are not floats are converted */

@@ -1,68 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Describing a graph in ONNX's words: the walk over its nodes, and names. The words that ops use are
- * in words.c.
+ * Describing a graph in ONNX's words: the walk over its nodes, and what its values are called. The words that ops
+ * use are in words.c.
  */
 #include "libtensor/graph/onnx/internal.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
-lt_status lt_onnx_fail(lt_onnx *w, lt_status status, const char *fmt, ...)
-{
-    va_list args;
-
-    if (w->status)
-        return w->status;
-    w->status = status;
-    va_start(args, fmt);
-    lt_verror(status, fmt, args);
-    va_end(args);
-    return status;
-}
-
-void lt_onnx_refuse(lt_onnx *w, const char *fmt, ...)
-{
-    char why[512], where[LT_WHERE];
-    va_list args;
-
-    va_start(args, fmt);
-    vsnprintf(why, sizeof(why), fmt, args);
-    va_end(args);
-    lt_onnx_fail(w, LT_EINVAL, "%s%s%s%s: %s%s", w->at->op->name, *w->at->name ? " \"" : "", w->at->name,
-                 *w->at->name ? "\"" : "", why, lt_where(w->at->file, w->at->line, where));
-}
-
-void *lt_onnx_alloc(lt_onnx *w, size_t count, size_t size)
-{
-    void *memory = w->status ? NULL : lt_arena_array(w->arena, count, size);
-
-    if (!memory)
-        lt_onnx_fail(w, LT_ENOMEM, "no memory to describe the graph");
-    return memory;
-}
-
 /* ---- values and their names --------------------------------------------------------------------------------- */
-
-/* "trunk.conv1/conv2d.7": the layer, the op, the node's number */
-static const char *name_of(lt_onnx *w, const lt_node *n, const char *suffix)
-{
-    const char *name = lt_arena_printf(w->arena, "%s%s%s.%d%s", n->name, *n->name ? "/" : "", n->op->name, n->id,
-                                       suffix);
-
-    if (!name)
-        lt_onnx_fail(w, LT_ENOMEM, "no memory to describe the graph");
-    return name ? name : "";
-}
-
-const char *lt_onnx_part_name(lt_onnx *w)
-{
-    char suffix[32];
-
-    snprintf(suffix, sizeof(suffix), "/%d", ++w->part);
-    return name_of(w, w->at, suffix);
-}
 
 /* Results that are outputs of the graph have names of their own already. */
 static const char *result_name(lt_onnx *w, const lt_tensor *t)
@@ -72,7 +18,7 @@ static const char *result_name(lt_onnx *w, const lt_tensor *t)
     for (int i = 1; i < t->node->n_out; i++)
         if (t->node->outs[i] == t)
             snprintf(suffix, sizeof(suffix), ":%d", i);
-    return t->is_output ? t->name : name_of(w, t->node, suffix);
+    return t->is_output ? t->name : lt_onnx_name_of(w, t->node, suffix);
 }
 
 /* Made by the operator before, and not named yet: nobody knows it */

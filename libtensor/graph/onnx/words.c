@@ -10,34 +10,6 @@ enum { MAX_ATTRS = 8 };
 
 /* ---- operators and their attributes --------------------------------------------------------------------------- */
 
-/* Room for one more in a list. */
-static void *grown(lt_onnx *w, void *list, int n, size_t *room, size_t size)
-{
-    void *longer = w->status ? NULL : lt_arena_grow(w->arena, list, (size_t)n, room, size);
-
-    if (!longer && !w->status)
-        lt_onnx_fail(w, LT_ENOMEM, "no memory to describe the model");
-    return longer;
-}
-
-const char *lt_onnx_put(lt_onnx *w, const char *op, const char *const *in, int n_in)
-{
-    const lt_onnx_node node = {
-        .op = op, .name = lt_onnx_part_name(w), .n_in = n_in, .n_out = 1,
-        .in = lt_onnx_alloc(w, (size_t)n_in, sizeof(*node.in)), .out = lt_onnx_alloc(w, 1, sizeof(*node.out)),
-    };
-    lt_onnx_node *list = grown(w, w->model.node, w->model.n_nodes, &w->nodes_room, sizeof(*list));
-
-    if (w->status)
-        return "";
-    if (n_in)
-        memcpy(node.in, in, (size_t)n_in * sizeof(*in));
-    node.out[0] = node.name;
-    w->model.node = list;
-    list[w->model.n_nodes++] = node;
-    return node.out[0];
-}
-
 static lt_onnx_attr *add_attr(lt_onnx *w, const char *name, lt_onnx_attr_kind kind)
 {
     lt_onnx_node *n = w->status ? NULL : &w->model.node[w->model.n_nodes - 1];
@@ -102,31 +74,6 @@ void lt_onnx_same(lt_onnx *w, const lt_node *n, const char *op)
 }
 
 /* ---- constants -------------------------------------------------------------------------------------------------- */
-
-static const void *as_floats(lt_onnx *w, const lt_real *x, int64_t n)
-{
-    float *copy;
-
-    if (sizeof(*x) == sizeof(*copy))
-        return x;
-    copy = lt_onnx_alloc(w, (size_t)n, sizeof(*copy));
-    for (int64_t i = 0; copy && i < n; i++)
-        copy[i] = (float)x[i];
-    return copy;
-}
-
-const char *lt_onnx_add_tensor(lt_onnx *w, const char *name, lt_onnx_type type, lt_shape shape, const void *data,
-                               bool reals)
-{
-    lt_onnx_tensor *list = grown(w, w->model.tensor, w->model.n_tensors, &w->tensors_room, sizeof(*list));
-    const void *bytes = reals ? as_floats(w, data, lt_shape_numel(&shape)) : data;
-
-    if (w->status)
-        return "";
-    w->model.tensor = list;
-    list[w->model.n_tensors++] = (lt_onnx_tensor){ name, type, shape, bytes };
-    return name;
-}
 
 const char *lt_onnx_numbers(lt_onnx *w, lt_shape shape, const lt_real *value)
 {

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* All steps of a plan, one after another; and which of them first makes a number that is none. */
+#include "libtensor/base/cpu.h"
+#include "libtensor/graph/plan_internal.h"
+
+#include <math.h>
+#include <stdio.h>
+
+static void run_all(lt_plan *p)
+{
+    if (p->n_parts > 1) {
+        plan_run_parts(p);
+        return;
+    }
+    for (int i = 0; i < p->n_steps; i++)
+        plan_run_at(p, i);
+}
+
+/* Subnormal numbers are zero in tasks; so they are between them, as which work is a task depends on the threads. */
+void lt_run(lt_plan *p)
+{
+    const unsigned mode = lt_flush_denormals();
+
+    run_all(p);
+    lt_restore_denormals(mode);
+}
+
+void lt_plan_refresh(lt_plan *p)
+{
+    for (int k = 0; k < p->n_parts; k++) {
+        lt_plan *part = p->part[k];
+
+        for (int i = 0; i < part->n_prologue; i++)
+            plan_run_step(part, &part->prologue[i]);
+    }
+}
+
+static bool all_finite(const lt_real *x, int64_t n)
+{
+    for (int64_t i = 0; i < n; i++)
+        if (!isfinite(x[i]))
+            return false;
+    return true;
+}
+
+static bool step_is_finite(const plan_step *s)
+{
+    const lt_call *c = &s->call;
+
+    if (s->kind == STEP_ZERO)
+        return true;
+    for (int i = 0; s->kind != STEP_BACKWARD && i < c->n_out; i++)
+        if (c->outs[i]->dtype == LT_F32 && !all_finite(c->outs[i]->data, lt_numel(c->outs[i])))
+            return false;
+    for (int i = 0; s->kind == STEP_BACKWARD && i < c->n_in; i++)
+        if (c->din[i] && !all_finite(c->din[i], lt_numel(c->in[i])))
+            return false;
+    return true;
+}
+
+static bool parts_are_finite(const lt_plan *first, int step)
+{
+    for (int k = 0; k < first->n_parts; k++)
+        if (!step_is_finite(&first->part[k]->step[step]))
+            return false;
+    return true;
+}
+
+/* Of the last step up to i that has a name: an op without parameters has none, but follows one that has. */
+static const char *name_before(const lt_plan *p, int i)
+{
+    while (i > 0 && (!p->step[i].node || !*p->step[i].node->name))
+        i--;
+    return p->step[i].node ? p->step[i].node->name : "";
+}
+
+void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
+{
+    if (bytes)
+        *where = '\0';
+    for (int i = 0; i < p->n_steps; i++) {
+        const plan_step *s = &p->step[i];
+
+        plan_run_parts_at(p, i);
+        if (parts_are_finite(p, i))
+            continue;
+        snprintf(where, bytes, "%s %s\"%s\"%s", s->node->op->name, *s->node->name ? "" : "after ", name_before(p, i),
+                 s->kind == STEP_BACKWARD ? " (gradient)" : "");
+        return;
+    }
+}
