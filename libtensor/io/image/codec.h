@@ -5,7 +5,7 @@
 #ifndef LT_IO_IMAGE_CODEC_H
 #define LT_IO_IMAGE_CODEC_H
 
-#include "libtensor/io/image/image.h"
+#include "libtensor/io/image/pixels.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -15,7 +15,7 @@ extern "C" {
 lt_status lt_png_decode(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_image *out);
 lt_status lt_jpeg_decode(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_image *out);
 
-/* lt_image_check - LT_EFORMAT with the name when a header asks for more than the limits of image.h */
+/* lt_image_check - LT_EFORMAT with the name when a header asks for more than the limits of pixels.h */
 lt_status lt_image_check(const char *name, uint64_t width, uint64_t height);
 
 #ifdef __cplusplus

@@ -5,7 +5,7 @@
 #ifndef LT_IO_IMAGE_FILM_H
 #define LT_IO_IMAGE_FILM_H
 
-#include "libtensor/io/image/image.h"
+#include "libtensor/io/image/pixels.h"
 
 #ifdef __cplusplus
 extern "C" {

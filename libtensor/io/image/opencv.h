@@ -6,7 +6,7 @@
 #ifndef LT_IO_IMAGE_OPENCV_H
 #define LT_IO_IMAGE_OPENCV_H
 
-#include "libtensor/io/image/image.h"
+#include "libtensor/io/image/pixels.h"
 
 /* lt_opencv_decode - n bytes as an image in the arena; LT_EFORMAT when OpenCV does not know it either,
  * or its module is not there. Channels come out as RGB or RGBA. */

@@ -6,6 +6,7 @@
 #include "libtensor/io/image/codec.h"
 
 #include "libtensor/io/atomic_file.h"
+#include "libtensor/io/image/write.h"
 
 #include <png.h>
 #include <setjmp.h>

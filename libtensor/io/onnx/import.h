@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Internal: how one ONNX operator becomes ops of ours. import.c walks over a model and knows values by
- * name; rules.c, shapes.c and layers.c have a rule for each operator; arith.c the ops that only
- * an import needs.
+ * name; rules.c, shapes.c and layers.c have a rule for each operator; call.c what rules ask of the node; arith.c the
+ * ops that only an import needs.
  */
 #ifndef LT_IO_ONNX_IMPORT_H
 #define LT_IO_ONNX_IMPORT_H
@@ -51,6 +51,9 @@ const onnx_rule *onnx_rule_find(const char *op);
 
 /* onnx_fail - this node cannot be recorded; why, for one line */
 void onnx_fail(onnx_call *c, const char *fmt, ...) LT_PRINTF(2, 3);
+
+/* onnx_status - what a graph says of the node that was recorded last */
+lt_status onnx_status(const lt_graph *g, const lt_onnx_node *n);
 
 /* onnx_no_memory - nor can it, but the file is not to blame */
 void onnx_no_memory(onnx_call *c);

@@ -204,12 +204,6 @@ lt_pvalue *lt_pm_new(lt_pmachine *m, lt_pvalue *class_value, lt_pvalue *args)
 
 /* ---- Python's own -------------------------------------------------------------------------------- */
 
-lt_pvalue *lt_pm_bad_args(lt_pmachine *m, const char *name)
-{
-    lt_pm_fail(m, "calls %s with arguments that it does not take", name);
-    return m->none;
-}
-
 static bool is_sequence(const lt_pvalue *v)
 {
     return v->kind == LT_PLIST || v->kind == LT_PTUPLE || v->kind == LT_PSET;
@@ -293,11 +287,6 @@ static lt_pvalue *latin1_bytes(lt_pmachine *m, const lt_pvalue *text)
     v->u.text = out;
     v->n = n;
     return v;
-}
-
-bool lt_pm_is_text(const lt_pvalue *v, const char *want)
-{
-    return v->kind == LT_PSTR && text_is(v->u.text, v->n, want);
 }
 
 /* _codecs.encode(text, "latin1") */

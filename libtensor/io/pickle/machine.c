@@ -140,3 +140,14 @@ lt_pvalue *lt_pm_items(lt_pmachine *m, lt_pkind kind, lt_pvalue *const *item, si
         lt_pm_extend(m, v, item, kind == LT_PDICT ? 2 * n : n);
     return v;
 }
+
+lt_pvalue *lt_pm_bad_args(lt_pmachine *m, const char *name)
+{
+    lt_pm_fail(m, "calls %s with arguments that it does not take", name);
+    return m->none;
+}
+
+bool lt_pm_is_text(const lt_pvalue *v, const char *want)
+{
+    return v->kind == LT_PSTR && v->n == strlen(want) && memcmp(v->u.text, want, v->n) == 0;
+}
