@@ -1,32 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "models/model.h"
 
-#include "libtensor/io/text/nearest.h"
-#include "models/classifiers/classifier.h"
-#include "models/hocat/hocat.h"
-#include "models/unified/unified.h"
-
 #include <assert.h>
 #include <string.h>
-
-const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, NULL,
-};
-
-lt_status model_find(const char *name, const model_class **out)
-{
-    const char *names[16];
-    size_t n = 0;
-
-    for (; model_classes[n]; n++) {
-        names[n] = model_classes[n]->name;
-        if (strcmp(names[n], name) == 0) {
-            *out = model_classes[n];
-            return LT_OK;
-        }
-    }
-    return lt_unknown_name(name, names, n, "palmar help info names them", "no such model \"%s\"", name);
-}
 
 lt_status model_create(const model_class *cls, const char *where, const struct cJSON *config,
                        const lt_hand_layer *hand, lt_params *set, model *out)

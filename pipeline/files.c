@@ -179,14 +179,6 @@ static lt_status write_json(const predict_case *s, const predict_mesh_files *fil
 
 /* ---- all of it ------------------------------------------------------------------------------------------ */
 
-lt_status predict_file_name(lt_arena *arena, const predict_case *s, const char *ending, const char **name,
-                            const char **path)
-{
-    *name = lt_arena_printf(arena, "%s%s", s->v->name, ending);
-    *path = *name ? lt_path_join(arena, s->o->out, *name) : NULL;
-    return *path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", s->v->path);
-}
-
 lt_status predict_write_files(lt_arena *arena, const predict_case *s)
 {
     const char *json, *json_path, *png, *png_path;

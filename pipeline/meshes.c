@@ -2,6 +2,7 @@
 /* Hand and object as meshes in camera axes, and the files they go to. */
 #include "pipeline/internal.h"
 
+#include "libtensor/io/file.h"
 #include "libtensor/io/mesh/glb.h"
 #include "libtensor/io/mesh/obj.h"
 #include "libtensor/io/mesh/ply.h"
@@ -118,4 +119,12 @@ lt_status predict_write_meshes(lt_arena *arena, const predict_case *s, const lt_
     if (st)
         return st;
     return found ? write_alone(arena, s, "object", &object, &out->object) : remove_object(arena, s);
+}
+
+lt_status predict_file_name(lt_arena *arena, const predict_case *s, const char *ending, const char **name,
+                            const char **path)
+{
+    *name = lt_arena_printf(arena, "%s%s", s->v->name, ending);
+    *path = *name ? lt_path_join(arena, s->o->out, *name) : NULL;
+    return *path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", s->v->path);
 }

@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Lines, discs, skeletons, masks, sheets. */
+/* Lines, discs, skeletons, masks, pictures in pictures. */
 #include "vision/draw.h"
 
 #include <math.h>
 #include <string.h>
-
-enum { MAX_SIDE = 32768, GAP = 4 };
 
 static uint8_t mix(uint8_t below, uint8_t above, float share)
 {
@@ -29,7 +27,7 @@ draw_canvas draw_canvas_new(lt_arena *arena, int width, int height, draw_color f
 {
     draw_canvas c = { NULL, width, height };
 
-    if (width < 1 || height < 1 || width > MAX_SIDE || height > MAX_SIDE)
+    if (width < 1 || height < 1 || width > DRAW_MAX_SIDE || height > DRAW_MAX_SIDE)
         return c;
     c.rgb = lt_arena_array(arena, (size_t)width * (size_t)height, sizeof(*c.rgb));
     if (c.rgb)
@@ -213,29 +211,4 @@ void draw_picture(draw_canvas *c, int x, int y, int w, int h, const draw_canvas 
             if (x + u >= 0 && y + v >= 0 && x + u < c->width && y + v < c->height)
                 cover(c, x + u, y + v, mean_of(p, (int)x0, (int)y0, (int)x1, (int)y1), 1);
         }
-}
-
-draw_canvas draw_sheet(lt_arena *arena, const draw_canvas *picture, const char *const *title, int n,
-                       int columns, int w, int h)
-{
-    const draw_color paper = { 250, 250, 250 }, ink = { 40, 40, 40 };
-    const int head = title ? DRAW_GLYPH_HEIGHT + GAP : 0;
-    draw_canvas c = { NULL, 0, 0 };
-    int rows;
-
-    if (n < 1 || columns < 1 || w < 1 || h < 1 || w > MAX_SIDE || h > MAX_SIDE)
-        return c;
-    columns = columns < n ? columns : n;
-    rows = (n + columns - 1) / columns;
-    if (columns > MAX_SIDE / (w + GAP) || rows > MAX_SIDE / (h + head + GAP))
-        return c;
-    c = draw_canvas_new(arena, GAP + columns * (w + GAP), GAP + rows * (h + head + GAP), paper);
-    for (int i = 0; i < n && c.rgb; i++) {
-        const int x = GAP + i % columns * (w + GAP), y = GAP + i / columns * (h + head + GAP);
-
-        if (title && title[i])
-            draw_text(&c, x, y + 2, 1, ink, title[i]);
-        draw_picture(&c, x, y + head, w, h, &picture[i]);
-    }
-    return c;
 }

@@ -22,7 +22,10 @@ typedef struct {
 
 typedef struct { uint8_t r, g, b; } draw_color;
 
-enum { DRAW_GLYPH_WIDTH = 6, DRAW_GLYPH_HEIGHT = 9 };       /* a letter's cell at scale 1 */
+enum {
+    DRAW_GLYPH_WIDTH = 6, DRAW_GLYPH_HEIGHT = 9,        /* a letter's cell at scale 1 */
+    DRAW_MAX_SIDE = 32768,                              /* pixels; a larger canvas is refused */
+};
 
 /* draw_canvas_new - filled with one colour, in the arena; rgb NULL when there is no memory */
 draw_canvas draw_canvas_new(lt_arena *arena, int width, int height, draw_color fill);

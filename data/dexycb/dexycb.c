@@ -13,23 +13,6 @@
 
 /* ---- places ---- */
 
-dexycb_spot dexycb_find(const dexycb *d, int64_t at)
-{
-    int lo = 0, hi = d->n_sequences - 1;
-    const dexycb_sequence *q;
-
-    while (lo < hi) {
-        const int middle = (lo + hi + 1) / 2;
-        if (d->sequence[middle].first <= at)
-            lo = middle;
-        else
-            hi = middle - 1;
-    }
-    q = &d->sequence[lo];
-    at -= q->first;
-    return (dexycb_spot){ q, lo, d->camera[at / q->frames], (int)(at % q->frames) };
-}
-
 static int64_t number_of(const dexycb *d, int64_t index)
 {
     return d->kept ? d->kept[index] : index;

@@ -379,3 +379,20 @@ lt_status dexycb_open_tree(dexycb *d)
     lt_arena_free(t.scratch);
     return st;
 }
+
+dexycb_spot dexycb_find(const dexycb *d, int64_t at)
+{
+    int lo = 0, hi = d->n_sequences - 1;
+    const dexycb_sequence *q;
+
+    while (lo < hi) {
+        const int middle = (lo + hi + 1) / 2;
+        if (d->sequence[middle].first <= at)
+            lo = middle;
+        else
+            hi = middle - 1;
+    }
+    q = &d->sequence[lo];
+    at -= q->first;
+    return (dexycb_spot){ q, lo, d->camera[at / q->frames], (int)(at % q->frames) };
+}

@@ -15,14 +15,6 @@
 
 /* ---- its files ---- */
 
-const char *ho3d_path(const ho3d *h, int64_t index, lt_arena *arena, const char *kind, const char *ending)
-{
-    const char *name = h->name[index], *slash = strchr(name, '/');
-
-    return lt_arena_printf(arena, "%s/%s/%.*s/%s/%s.%s", h->base.root, h->base.split,
-                           (int)(slash - name), name, kind, slash + 1, ending);
-}
-
 static const char *missing_file(const dataset *d, int64_t index, lt_arena *arena)
 {
     const ho3d *h = (const ho3d *)d;

@@ -9,6 +9,14 @@
 #include <string.h>
 #include <unistd.h>
 
+const char *ho3d_path(const ho3d *h, int64_t index, lt_arena *arena, const char *kind, const char *ending)
+{
+    const char *name = h->name[index], *slash = strchr(name, '/');
+
+    return lt_arena_printf(arena, "%s/%s/%.*s/%s/%s.%s", h->base.root, h->base.split,
+                           (int)(slash - name), name, kind, slash + 1, ending);
+}
+
 enum { WIDTH = 640, HEIGHT = 480 };
 
 /* ---- images ---- */

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* All models, by name. A new one is its header here and its line. */
+#include "libtensor/io/text/nearest.h"
+#include "models/classifiers/classifier.h"
+#include "models/hocat/hocat.h"
+#include "models/model.h"
+#include "models/unified/unified.h"
+
+#include <string.h>
+
+const model_class *const model_classes[] = {
+    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, NULL,
+};
+
+lt_status model_find(const char *name, const model_class **out)
+{
+    const char *names[16];
+    size_t n = 0;
+
+    for (; model_classes[n]; n++) {
+        names[n] = model_classes[n]->name;
+        if (strcmp(names[n], name) == 0) {
+            *out = model_classes[n];
+            return LT_OK;
+        }
+    }
+    return lt_unknown_name(name, names, n, "palmar help info names them", "no such model \"%s\"", name);
+}
