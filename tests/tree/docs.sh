@@ -27,7 +27,7 @@ shown=$(awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on && NF' docs/adding-
     bad=1
 }
 
-for doc in *.md docs/*.md models/*/README.md; do
+for doc in *.md docs/*.md $(find libtensor assets vision data synth models estimate train eval pipeline cli tests -name README.md); do
     links=$(grep -oE '\]\([^)#: ]+[)#]' "$doc" | sed 's/^](//; s/.$//')
     for link in $links; do
         [ -e "$(dirname "$doc")/$link" ] || {
