@@ -12,24 +12,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-const char *lt_not_fetched(const uint8_t *bytes, size_t n)
-{
-    static const char pointer[] = "version https://git-lfs.github.com/";
-    static const char *const pages[] = { "<!doctype html", "<html" };
-    size_t blank = 0;
-
-    if (n == 0)
-        return "an empty file; did its download fail?";
-    if (n >= sizeof(pointer) - 1 && memcmp(bytes, pointer, sizeof(pointer) - 1) == 0)
-        return "a git-lfs pointer in the place of a file, which \"git lfs pull\" fetches";
-    while (blank < n && memchr(" \t\r\n", bytes[blank], 4))
-        blank++;
-    for (size_t i = 0; i < LT_COUNT(pages); i++)
-        if (n - blank >= strlen(pages[i]) && strncasecmp((const char *)bytes + blank, pages[i], strlen(pages[i])) == 0)
-            return "an HTML page in the place of a file; download it again, or with a browser";
-    return NULL;
-}
-
 static lt_status read_all(int fd, const char *path, uint8_t *bytes, size_t n)
 {
     size_t done = 0;

@@ -39,10 +39,6 @@ typedef struct {
 LT_API lt_status lt_file_load(lt_file *f, const char *path, size_t max_bytes);
 LT_API void lt_file_free(lt_file *f);
 
-/* lt_not_fetched - what stands where a download put no file: nothing, a git-lfs pointer, an HTML page; a constant for
- * an error line that says what to do, NULL for any other bytes */
-LT_API const char *lt_not_fetched(const uint8_t *bytes, size_t n);
-
 /* lt_is_folder - whether path is a folder, or a link to one; false also where that cannot be found out */
 LT_API bool lt_is_folder(const char *path);
 

@@ -196,7 +196,7 @@ START_TEST(no_weights)
         const char *reason;
     } cases[] = {
 #define CASE(text, reason) { text, sizeof(text) - 1, reason }
-        CASE("", "w.pth: an empty file; did its download fail?"),
+        CASE("", "w.pth: an empty file, want safetensors or a checkpoint of PyTorch; did its download fail?"),
         CASE("\n <!DOCTYPE html><html>", "w.pth: an HTML page"),
         CASE("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\n", "w.pth: a git-lfs pointer"),
         CASE("\x80\4\x95\x0b\0\0\0\0\0\0\0}.", "w.pth: a plain pickle"), CASE("\x80\2}.", "w.pth: a plain pickle"),
@@ -238,8 +238,9 @@ START_TEST(not_read)
     check_refused(read_torch, torch_sparse, sizeof(torch_sparse), "calls torch.serialization._get_layout");
     check_refused(read_torch, torch_complex, sizeof(torch_complex), "ComplexFloatStorage, whose elements are not");
     check_refused(read_torch, torch_script, sizeof(torch_script), "TorchScript");
-    check_refused(read_torch, "PK\3\4", 4, "zip archive");
-    check_refused(read_torch, "\x80\2K\1.", 5, "not a checkpoint of PyTorch");
+    check_refused(read_torch, "PK\3\4", 4, "x.pth: a zip archive that is cut short");
+    check_refused(read_torch, "\x80\2K\1.", 5, "x.pth: a pickle of Python, want a checkpoint of PyTorch");
+    check_refused(read_torch, "no", 2, "x.pth: not a checkpoint of PyTorch");
     check_refused(read_torch, "", 0, "x.pth: an empty file");
     check_refused(read_torch, "<html>", 6, "x.pth: an HTML page");
 }

@@ -8,6 +8,7 @@
 #include "libtensor/io/array/raw_array.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 
 #include <inttypes.h>
 #include <stdio.h>
@@ -194,7 +195,8 @@ lt_status lt_npy_parse_entry(lt_arena *arena, const char *name, const uint8_t *b
 
     *refused = NULL;
     if (!find_header(bytes, n, &c, &start))
-        return lt_error(LT_EFORMAT, "%s: not a .npy file, or cut in its header", name);
+        return lt_kind_of(bytes, n) == LT_KIND_NPY ? lt_error(LT_EFORMAT, "%s: a .npy array that is cut in its header", name)
+                                                   : lt_refuse(name, bytes, n, "a .npy array");
     wrong = parse_header(&c, &raw, refused);
     if (wrong)
         return lt_error(LT_EFORMAT, "%s: offset %zu: %s", name,

@@ -7,6 +7,7 @@
 #include "libtensor/io/array/raw_array.h"
 #include "libtensor/io/array/safetensors_dtype.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
@@ -248,6 +249,8 @@ lt_status lt_safetensors_parse(lt_arena *arena, const char *name, const uint8_t 
     cJSON *header;
     lt_status st;
 
+    if (lt_kind_of(bytes, n) && lt_kind_of(bytes, n) != LT_KIND_SAFETENSORS)
+        return lt_refuse(name, bytes, n, "a safetensors file");
     for (int i = 0; n >= 8 && i < 8; i++)
         length |= (uint64_t)bytes[i] << (8 * i);
     if (n < 10 || length < 2 || length > n - 8 || length > HEADER_MAX || bytes[8] != '{')

@@ -6,6 +6,7 @@
 #include "libtensor/io/array/zip_read.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -125,14 +126,15 @@ lt_status lt_zip_open(lt_arena *arena, const char *path, const uint8_t *bytes, s
     zip_int64_t count;
     lt_status st;
 
-    if (n == 0)                         /* to libzip an archive without entries */
-        return lt_error(LT_EFORMAT, "%s: empty, want a zip archive", path);
+    if (lt_kind_of(bytes, n) != LT_KIND_ZIP)            /* nothing is to libzip an archive without entries */
+        return lt_refuse(path, bytes, n, "a zip archive");
     zip_error_init(&error);
     z.archive = open_memory(bytes, n, &error);
     if (!z.archive) {
-        const char *other = lt_not_fetched(bytes, n);
+        const bool cut = zip_error_code_zip(&error) == ZIP_ER_NOZIP;        /* its list stands at the end */
 
-        st = lt_error(LT_EFORMAT, "%s: not a zip archive: %s", path, other ? other : zip_error_strerror(&error));
+        st = lt_error(LT_EFORMAT, "%s: %s: %s", path, cut ? "a zip archive that is cut short; copy or download it again"
+                                                          : "a damaged zip archive", zip_error_strerror(&error));
         zip_error_fini(&error);
         return st;
     }

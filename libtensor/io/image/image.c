@@ -7,24 +7,20 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/codec.h"
 #include "libtensor/io/image/opencv.h"
-
-#include <string.h>
-
-static bool starts_with(const uint8_t *bytes, size_t n, const char *magic, size_t length)
-{
-    return n >= length && memcmp(bytes, magic, length) == 0;
-}
+#include "libtensor/io/kind.h"
 
 lt_status lt_image_decode(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                           lt_image *out)
 {
-    if (n == 0)
-        return lt_error(LT_EFORMAT, "%s: empty file, want an image", name);
-    if (starts_with(bytes, n, "\x89PNG\r\n\x1a\n", 8))
-        return lt_png_decode(arena, name, bytes, n, out);
-    if (starts_with(bytes, n, "\xff\xd8\xff", 3))
-        return lt_jpeg_decode(arena, name, bytes, n, out);
-    return lt_opencv_decode(arena, name, bytes, n, out);
+    switch (lt_kind_of(bytes, n)) {
+    case LT_KIND_PNG:  return lt_png_decode(arena, name, bytes, n, out);
+    case LT_KIND_JPEG: return lt_jpeg_decode(arena, name, bytes, n, out);
+    case LT_KIND_WEBP:
+    case LT_KIND_TIFF:
+    case LT_KIND_BMP:
+    case LT_KIND_UNKNOWN: return lt_opencv_decode(arena, name, bytes, n, out);
+    default:              return lt_refuse(name, bytes, n, "an image");
+    }
 }
 
 lt_status lt_image_read(lt_arena *arena, const char *path, lt_image *out)

@@ -68,11 +68,8 @@ static uint8_t *make_room(void *ctx, int width, int height, int channels, int bi
 lt_status lt_opencv_decode(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_image *out)
 {
     request r = { .arena = arena, .name = name };
-    const char *other = lt_not_fetched(bytes, n);
     char error[256];
 
-    if (other)
-        return lt_error(LT_EFORMAT, "%s: %s", name, other);
     pthread_once(&once, find_module);
     if (!opencv)
         return lt_error(LT_EFORMAT, "%s: neither PNG nor JPEG; other formats need a build with OpenCV%s", name,

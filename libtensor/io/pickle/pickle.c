@@ -7,6 +7,7 @@
 #include "libtensor/io/pickle/pickle.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/pickle/machine.h"
 
 /* ---- opcodes: containers ------------------------------------------------------------------------- */
@@ -244,12 +245,7 @@ static const lt_pm_opcode ops[256] = {
 
 static void refuse_opcode(lt_pmachine *m, uint8_t code)
 {
-    const char *other = m->op_start ? NULL : lt_not_fetched(m->bytes, m->n);
-
-    if (other)
-        lt_pm_fail(m, "%s", other);
-    else
-        lt_pm_fail(m, "opcode 0x%02x is not one that is read%s", code, m->op_start ? "" : "; is the file a pickle?");
+    lt_pm_fail(m, "opcode 0x%02x is not one that is read%s", code, m->op_start ? "" : "; is the file a pickle?");
 }
 
 static void run_opcodes(lt_pmachine *m)
@@ -293,7 +289,10 @@ lt_status lt_pickle_parse(lt_arena *arena, const char *name, const uint8_t *byte
 {
     lt_pmachine m = { .arena = arena, .name = name, .bytes = bytes, .n = n, .file_bytes = n,
                       .budget = lt_pm_budget(n) };
+    const lt_kind kind = lt_kind_of(bytes, n);
 
+    if (kind && kind != LT_KIND_PICKLE)
+        return lt_refuse(name, bytes, n, "a pickle of Python");
     return lt_pm_run(&m, out);
 }
 

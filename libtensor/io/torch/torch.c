@@ -5,6 +5,7 @@
 #include "libtensor/io/torch/torch.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/torch/internal.h"
 
 #include <string.h>
@@ -25,18 +26,11 @@ lt_torch_container lt_torch_sniff(const uint8_t *bytes, size_t n)
 
 static lt_status read_container(lt_torch *t, lt_torch_container container, const lt_pvalue **value)
 {
-    const char *other;
-
     switch (container) {
     case LT_TORCH_ZIP:    return lt_torch_zip(t, value);
     case LT_TORCH_STREAM: return lt_torch_stream(t, value);
     case LT_TORCH_TAR:    return lt_torch_tar(t, value);
-    default:
-        other = lt_not_fetched(t->bytes, t->n);
-        if (other)
-            return lt_error(LT_EFORMAT, "%s: %s", t->path, other);
-        return lt_error(LT_EFORMAT, "%s: not a checkpoint of PyTorch: neither its zip, its stream of pickles nor "
-                        "its tar archive", t->path);
+    default:              return lt_refuse(t->path, t->bytes, t->n, "a checkpoint of PyTorch");
     }
 }
 

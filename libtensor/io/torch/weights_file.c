@@ -3,6 +3,7 @@
 
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/torch/torch.h"
 
 static const char *const formats[] = {
@@ -13,13 +14,13 @@ static const char *const formats[] = {
 /* Before it is read as safetensors, whose first 8 bytes may be anything: what people have in the place of one. */
 static lt_status check_kind(const char *path, const uint8_t *bytes, size_t n)
 {
-    const char *other = lt_not_fetched(bytes, n);
+    const lt_kind kind = lt_kind_of(bytes, n);
 
-    if (other)
-        return lt_error(LT_EFORMAT, "%s: %s", path, other);
-    if (n >= 2 && bytes[0] == 0x80 && bytes[1] >= 2 && bytes[1] <= 5 && (n < 9 || bytes[8] != '{'))
+    if (kind == LT_KIND_PICKLE)
         return lt_error(LT_EFORMAT, "%s: a plain pickle; read it in Python, and write its weights with torch.save or "
                         "as safetensors", path);
+    if (kind && kind != LT_KIND_SAFETENSORS)
+        return lt_refuse(path, bytes, n, "safetensors or a checkpoint of PyTorch");
     return LT_OK;
 }
 
