@@ -18,9 +18,12 @@ static void by_element(const lt_call *c, int64_t at, size_t n, double (*fn)(doub
         y[i] = (lt_real)fn((double)x[i]);
 }
 
+/* Towards zero; a whole number has no -0. */
+static double whole(double x) { return trunc(x) + 0.; }
+
 static void erf_chunk(const lt_call *c, int64_t at, size_t n) { by_element(c, at, n, erf); }
 static void sqrt_chunk(const lt_call *c, int64_t at, size_t n) { by_element(c, at, n, sqrt); }
-static void trunc_chunk(const lt_call *c, int64_t at, size_t n) { by_element(c, at, n, trunc); }
+static void trunc_chunk(const lt_call *c, int64_t at, size_t n) { by_element(c, at, n, whole); }
 
 static void erf_forward(const lt_call *c) { op_by_chunk(c, lt_numel(c->out), erf_chunk); }
 static void sqrt_forward(const lt_call *c) { op_by_chunk(c, lt_numel(c->out), sqrt_chunk); }

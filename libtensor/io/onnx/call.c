@@ -75,6 +75,20 @@ bool onnx_is_known(const onnx_call *c, int i)
     return i < c->n_in && c->in[i] && c->in[i]->ints;
 }
 
+bool onnx_all_whole(const onnx_call *c)
+{
+    int n = 0;
+
+    for (int i = 0; i < c->n_in; i++) {
+        const onnx_value *v = c->in[i];
+
+        if (v && !v->ints && !v->whole)
+            return false;
+        n += v != NULL;
+    }
+    return n > 0;
+}
+
 const int64_t *onnx_ints(onnx_call *c, int i, int *n)
 {
     static const int64_t none[1];

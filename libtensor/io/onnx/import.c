@@ -101,6 +101,7 @@ static lt_status record_node(lt_arena *arena, lt_graph *g, int64_t opset, const 
     lt_scope(g, n->name);
     if (c.status == LT_OK)
         rule->record(&c);
+    c.out.whole = c.out.whole || (rule->whole && c.out.t && onnx_all_whole(&c));
     if (c.status == LT_OK)
         c.status = onnx_status(g, n);
     if (c.status == LT_OK && !c.out.t && !c.out.ints)

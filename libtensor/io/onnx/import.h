@@ -32,7 +32,7 @@ typedef struct {
     onnx_value *in[ONNX_MAX_IN];    /* NULL: left out */
     int n_in;
     int64_t *listed;                /* numbers that this node and those before it have made of known ones */
-    onnx_value out;                 /* for a rule to fill: t, whole, or ints and shape */
+    onnx_value out;                 /* for a rule to fill: t, or ints and shape; a cast also whole */
     lt_status status;
 } onnx_call;
 
@@ -41,6 +41,7 @@ typedef struct {
     int min_in, max_in;
     const char *attrs;              /* names that the rule understands, each between blanks */
     void (*record)(onnx_call *c);
+    bool whole;                     /* of whole numbers it makes whole numbers: import.c marks them */
 } onnx_rule;
 
 /* Ends with a NULL op */
@@ -75,8 +76,9 @@ lt_tensor *onnx_reals(onnx_call *c, int i, lt_shape shape);
 /* onnx_axis - the attribute "axis", counted from the front, of input 0 */
 int onnx_axis(onnx_call *c, int64_t fallback);
 
-/* onnx_is_known - input i is there, as whole numbers */
+/* onnx_is_known - input i is there, as whole numbers; onnx_all_whole - all inputs are such, known or not */
 bool onnx_is_known(const onnx_call *c, int i);
+bool onnx_all_whole(const onnx_call *c);
 
 /* The node's attributes, or a fallback. onnx_attr_int is within lo .. hi; onnx_attr_equal - n equal numbers
  * within lo .. hi, as one; onnx_attr_is - a text attribute, fallback when missing, says this */

@@ -17,12 +17,22 @@ static void unary(onnx_call *c, lt_tensor *(*op)(lt_tensor *x))
     c->out.t = x ? op(x) : NULL;
 }
 
+/* Known whole numbers become a tensor beside a tensor of such. */
+static lt_tensor *operand(onnx_call *c, int i)
+{
+    const onnx_value *other = 1 - i < c->n_in ? c->in[1 - i] : NULL;
+    const lt_shape shape = onnx_shape(c, i);
+
+    if (!onnx_is_known(c, i) || !other || !other->whole)
+        return onnx_tensor(c, i);
+    return onnx_charge(c, lt_shape_numel(&shape)) ? onnx_reals(c, i, shape) : NULL;
+}
+
 static void binary(onnx_call *c, lt_tensor *(*op)(lt_tensor *a, lt_tensor *b))
 {
-    lt_tensor *a = onnx_tensor(c, 0), *b = onnx_tensor(c, 1);
+    lt_tensor *a = operand(c, 0), *b = operand(c, 1);
 
     c->out.t = a && b ? op(a, b) : NULL;
-    c->out.whole = a && b && c->in[0]->whole && c->in[1]->whole;
 }
 
 static void relu(onnx_call *c) { unary(c, lt_relu); }
@@ -35,11 +45,12 @@ static void subtract(onnx_call *c) { binary(c, lt_sub); }
 static void multiply(onnx_call *c) { binary(c, lt_mul); }
 static void larger(onnx_call *c) { binary(c, onnx_max); }
 
+/* Whole numbers are divided towards zero. A float's quotient of two that it holds exactly is cut off right. */
 static void divide(onnx_call *c)
 {
     binary(c, onnx_div);
-    if (c->out.whole)
-        onnx_fail(c, "of whole numbers; of reals is read");
+    if (c->out.t && onnx_all_whole(c))
+        c->out.t = onnx_trunc(c->out.t);
 }
 
 static void leaky_relu(onnx_call *c)
@@ -57,18 +68,18 @@ static void elu(onnx_call *c)
 }
 
 static const onnx_rule element_rules[] = {
-    { "Add", 2, 2, "", add },
-    { "Sub", 2, 2, "", subtract },
-    { "Mul", 2, 2, "", multiply },
-    { "Div", 2, 2, "", divide },
-    { "Max", 2, 2, "", larger },
-    { "Sqrt", 1, 1, "", square_root },
-    { "Erf", 1, 1, "", error_function },
-    { "Relu", 1, 1, "", relu },
-    { "LeakyRelu", 1, 1, " alpha ", leaky_relu },
-    { "Elu", 1, 1, " alpha ", elu },
-    { "Sigmoid", 1, 1, "", sigmoid },
-    { "Tanh", 1, 1, "", tangent },
+    { "Add", 2, 2, "", add, true },
+    { "Sub", 2, 2, "", subtract, true },
+    { "Mul", 2, 2, "", multiply, true },
+    { "Div", 2, 2, "", divide, true },
+    { "Max", 2, 2, "", larger, true },
+    { "Sqrt", 1, 1, "", square_root, false },
+    { "Erf", 1, 1, "", error_function, false },
+    { "Relu", 1, 1, "", relu, true },
+    { "LeakyRelu", 1, 1, " alpha ", leaky_relu, false },
+    { "Elu", 1, 1, " alpha ", elu, false },
+    { "Sigmoid", 1, 1, "", sigmoid, false },
+    { "Tanh", 1, 1, "", tangent, false },
     { 0 },
 };
 

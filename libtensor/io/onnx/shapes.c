@@ -26,7 +26,6 @@ static void view(onnx_call *c, lt_shape shape)
         lt_tensor *x = onnx_tensor(c, 0);
 
         c->out.t = x ? lt_reshape(x, shape) : NULL;
-        c->out.whole = c->in[0]->whole;
     }
 }
 
@@ -293,17 +292,17 @@ static void reduce_sum(onnx_call *c)
 }
 
 const onnx_rule onnx_shape_rules[] = {
-    { "Identity", 1, 1, "", identity },
-    { "Cast", 1, 1, " to ", cast },
-    { "Shape", 1, 1, " start end ", shape_of },
-    { "Range", 3, 3, "", range },
-    { "Reshape", 2, 2, "", reshape },
-    { "Flatten", 1, 1, " axis ", flatten },
-    { "Squeeze", 1, 1, "", squeeze },
-    { "Transpose", 1, 1, " perm ", transpose },
-    { "Concat", 1, ONNX_MAX_IN, " axis ", concat },
-    { "Slice", 3, 4, "", slice },
-    { "Gather", 2, 2, " axis ", gather },
-    { "ReduceSum", 2, 2, " keepdims noop_with_empty_axes ", reduce_sum },
+    { "Identity", 1, 1, "", identity, true },
+    { "Cast", 1, 1, " to ", cast, false },
+    { "Shape", 1, 1, " start end ", shape_of, false },
+    { "Range", 3, 3, "", range, false },
+    { "Reshape", 2, 2, "", reshape, true },
+    { "Flatten", 1, 1, " axis ", flatten, true },
+    { "Squeeze", 1, 1, "", squeeze, true },
+    { "Transpose", 1, 1, " perm ", transpose, true },
+    { "Concat", 1, ONNX_MAX_IN, " axis ", concat, true },
+    { "Slice", 3, 4, "", slice, true },
+    { "Gather", 2, 2, " axis ", gather, true },
+    { "ReduceSum", 2, 2, " keepdims noop_with_empty_axes ", reduce_sum, true },
     { 0 },
 };
