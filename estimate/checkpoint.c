@@ -296,6 +296,7 @@ static void put_back(const lt_safetensors *f, const model *m, lt_optim *optim, c
         array_load(lt_safetensors_find(f, state.name), state.data);
     }
     lt_optim_set_steps(optim, s->optim_steps);
+    lt_params_changed(m->params);
 }
 
 lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state)
@@ -362,6 +363,7 @@ lt_status checkpoint_load_model(const char *path, model *m)
         st = read_table(&f, m);
     for (lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
         array_load(best_of(&f, p), p->data);
+    lt_params_changed(m->params);
     lt_arena_free(arena);
     return st;
 }

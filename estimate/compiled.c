@@ -70,7 +70,6 @@ lt_status compiled_walk(const compiled *c, const loader_source *source, int thre
 
     if (st)
         return st;
-    lt_plan_refresh(c->plan);
     st = walk(c, l, visit, ctx, stop);
     for (int i = 0; st == LT_OK && i < loader_skipped(l); i++)
         skipped(ctx, i, loader_skipped_line(l, i));

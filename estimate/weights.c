@@ -216,6 +216,7 @@ lt_status weights_init(lt_arena *arena, const char *path, const model *m, weight
     for (size_t i = 0; i < a.file.n; i++)
         if (a.param[i])
             load_one(&a, i);
+    lt_params_changed(m->params);
     *out = a.report;
     return LT_OK;
 }

@@ -153,8 +153,8 @@ lt_status trainer_step(trainer *t, const hand_object_batch *b)
         if (isfinite(t->record.loss) && isfinite(t->record.grad_norm) && statistics_are_finite(t)) {
             t->bad_in_a_row = 0;
             warn_of_spike(t, b);
-            lt_optim_step(t->optim, t->record.lr, t->record.grad_norm);
             lt_statistics_update(t->params, ran);
+            lt_optim_step(t->optim, t->record.lr, t->record.grad_norm);
         } else {
             name_culprit(t, b, total, where, sizeof(where));
             st = skip(t, where);

@@ -146,10 +146,8 @@ void bench_free(bench *b)
 void bench_run_once(bench *b)
 {
     lt_run(b->plan);
-    if (has_step(b)) {
+    if (has_step(b))
         lt_optim_step(b->optim, 1e-6, lt_optim_grad_norm(b->optim));
-        lt_statistics_update(b->o.m->params, 1);
-    }
 }
 
 static double percentile(const double *sorted, int n, double p)

@@ -85,6 +85,27 @@ static lt_status allocate_info(lt_plan *p)
     return LT_OK;
 }
 
+/* The sets that the graph's parameters are of: one, as a rule. */
+static lt_status list_sets(lt_plan *p)
+{
+    size_t room = 0;
+
+    for (int i = 0; i < p->g->n_tensors; i++) {
+        const lt_param *param = p->g->tensor[i]->param;
+        int k = 0;
+
+        while (param && k < p->n_sets && p->set[k].set != param->set)
+            k++;
+        if (!param || k < p->n_sets)
+            continue;
+        p->set = lt_arena_grow(p->arena, p->set, (size_t)p->n_sets, &room, sizeof(*p->set));
+        if (!p->set)
+            return lt_error(LT_ENOMEM, "no memory to compile the graph");
+        p->set[p->n_sets++] = (struct plan_set){ .set = param->set };
+    }
+    return LT_OK;
+}
+
 static lt_status add_forward(lt_plan *p)
 {
     for (int k = 0; k < p->g->n_nodes; k++) {
@@ -124,6 +145,8 @@ static lt_status compile(lt_plan *p, const lt_graph *source, const lt_compile_op
 
     if (st == LT_OK)
         st = allocate_info(p);
+    if (st == LT_OK)
+        st = list_sets(p);
     if (st == LT_OK)
         st = add_forward(p);
     if (st == LT_OK && p->train)

@@ -33,6 +33,14 @@ const char *lt_where(const char *file, int line, char out[LT_WHERE]);
 bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t);
 bool lt_graph_add_node(lt_graph *g, lt_node *n);
 
+/* lt_params_version      - another one means that values have changed
+ * lt_params_collect      - a run of a training plan has added what its batch measured to the statistics, or replaced it
+ * lt_params_take_batches - for an update of the statistics: whether any batch came since the last one, and of how many
+ *                          the sums in grad are */
+uint64_t lt_params_version(const lt_params *set);
+void lt_params_collect(lt_params *set, bool replaced);
+bool lt_params_take_batches(lt_params *set, int *n);
+
 /* lt_graph_mark_needed - what outputs need, themselves included: needed[id] of each tensor of g
  * lt_node_is_needed    - whether that includes a result of n */
 void lt_graph_mark_needed(const lt_graph *g, bool *needed);

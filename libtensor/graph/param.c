@@ -11,6 +11,9 @@ struct lt_params {
     lt_param *first, **tail;
     lt_param **bucket;              /* open hash of names, a power of two */
     size_t n, n_buckets;
+    uint64_t version;               /* how often values have changed */
+    int batches;                    /* that statistics have collected since they were forgotten */
+    bool collected;                 /* some were, and no update has used them */
     lt_status status;
     char error[512];
     lt_param stand_in;
@@ -166,8 +169,35 @@ int64_t lt_params_count(const lt_params *set, lt_param_kind kind, const char *pr
     return n;
 }
 
+void lt_params_changed(lt_params *set)
+{
+    set->version++;
+}
+
+uint64_t lt_params_version(const lt_params *set)
+{
+    return set->version;
+}
+
+void lt_params_collect(lt_params *set, bool replaced)
+{
+    set->batches = replaced ? 1 : set->batches + 1;
+    set->collected = true;
+}
+
+bool lt_params_take_batches(lt_params *set, int *n)
+{
+    const bool collected = set->collected;
+
+    *n = set->batches;
+    set->batches = 0;
+    set->collected = false;
+    return collected;
+}
+
 void lt_params_zero_grad(lt_params *set)
 {
+    set->batches = 0;
     for (lt_param *p = set->first; p; p = p->next)
         if (p->grad)
             memset(p->grad, 0, (size_t)lt_param_numel(p) * sizeof(lt_real));

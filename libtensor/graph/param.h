@@ -66,6 +66,10 @@ LT_API int64_t lt_params_count(const lt_params *set, lt_param_kind kind, const c
 /* lt_params_zero_grad - forget the gradients */
 LT_API void lt_params_zero_grad(lt_params *set);
 
+/* lt_params_changed - for whoever writes p->data by hand: inference plans fold and pack the weights again in their next
+ * run. Optimisers, initial values and whatever else of the library writes parameters say it themselves. */
+LT_API void lt_params_changed(lt_params *set);
+
 /* lt_param_need_grad - give the parameter its grad; false without memory */
 LT_API bool lt_param_need_grad(lt_param *p);
 

@@ -56,11 +56,12 @@ LT_API lt_plan *lt_plan_part(const lt_plan *p, int i);
  * lt_run - forward, and for a training plan backward
  *
  * Gradients are added into param->grad: zero them first (lt_params_zero_grad) unless sums are wanted, or let the plan
- * replace them (lt_compile_opts).
+ * replace them (lt_compile_opts). An inference plan folds and packs parameters first that have changed since.
  */
 LT_API void lt_run(lt_plan *p);
 
-/* lt_plan_refresh - parameters changed: fold and pack them again. Inference plans only need it. */
+/* lt_plan_refresh - fold and pack the parameters again, now. lt_run does it by itself where they have changed
+ * (lt_params_changed). */
 LT_API void lt_plan_refresh(lt_plan *p);
 
 /* lt_plan_data - where the plan keeps t; NULL when it does not (fused away, recycled). Borrowed. */

@@ -72,6 +72,8 @@ struct lt_plan {
     double loss_weight;
     uint64_t seed, run;
     bool train, replace_grads, profile;
+    struct plan_set { lt_params *set; uint64_t version; } *set;     /* of the parameters; version: as last packed */
+    int n_sets;
     struct lt_plan **part;          /* of the batch, itself first; a later part knows only itself */
     int n_parts;
     bool later_part;                /* has gradients of its own */

@@ -16,23 +16,43 @@ static void run_all(lt_plan *p)
         plan_run_at(p, i);
 }
 
-/* Subnormal numbers are zero in tasks; so they are between them, as which work is a task depends on the threads. */
-void lt_run(lt_plan *p)
-{
-    const unsigned mode = lt_flush_denormals();
-
-    run_all(p);
-    lt_restore_denormals(mode);
-}
-
 void lt_plan_refresh(lt_plan *p)
 {
+    for (int k = 0; k < p->n_sets; k++)
+        p->set[k].version = lt_params_version(p->set[k].set);
     for (int k = 0; k < p->n_parts; k++) {
         lt_plan *part = p->part[k];
 
         for (int i = 0; i < part->n_prologue; i++)
             plan_run_step(part, &part->prologue[i]);
     }
+}
+
+static bool params_have_changed(const lt_plan *p)
+{
+    for (int k = 0; k < p->n_sets; k++)
+        if (p->set[k].version != lt_params_version(p->set[k].set))
+            return true;
+    return false;
+}
+
+/* What statistics collect in a run of a training plan */
+static void note_batch(lt_plan *p)
+{
+    for (int k = 0; p->train && k < p->n_sets; k++)
+        lt_params_collect(p->set[k].set, p->replace_grads);
+}
+
+/* Subnormal numbers are zero in tasks; so they are between them, as which work is a task depends on the threads. */
+void lt_run(lt_plan *p)
+{
+    const unsigned mode = lt_flush_denormals();
+
+    if (!p->train && params_have_changed(p))
+        lt_plan_refresh(p);
+    run_all(p);
+    note_batch(p);
+    lt_restore_denormals(mode);
 }
 
 static bool all_finite(const lt_real *x, int64_t n)
@@ -78,6 +98,7 @@ void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes)
 {
     if (bytes)
         *where = '\0';
+    note_batch(p);
     for (int i = 0; i < p->n_steps; i++) {
         const plan_step *s = &p->step[i];
 

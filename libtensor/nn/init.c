@@ -21,6 +21,7 @@ void lt_init_constant(lt_param *p, double value)
 {
     for (int64_t i = 0; i < lt_param_numel(p); i++)
         p->data[i] = (lt_real)value;
+    lt_params_changed(p->set);
 }
 
 /* Runs of elements are drawn in parallel: element i of a parameter begins at its own draw. */
@@ -55,6 +56,7 @@ void lt_init_uniform(lt_param *p, uint64_t seed, double bound)
     fill f = { p, stream_of(p, seed), bound };
 
     lt_parallel_for(lt_ceil_div(lt_param_numel(p), RUN), uniform_run, &f);
+    lt_params_changed(p->set);
 }
 
 void lt_init_normal(lt_param *p, uint64_t seed, double deviation)
@@ -62,6 +64,7 @@ void lt_init_normal(lt_param *p, uint64_t seed, double deviation)
     fill f = { p, stream_of(p, seed), deviation };
 
     lt_parallel_for(lt_ceil_div(lt_param_numel(p), RUN), normal_run, &f);
+    lt_params_changed(p->set);
 }
 
 /* Elements of the window behind the two channel dimensions. */

@@ -227,7 +227,7 @@ LT_API lt_tensor *lt_layer_norm(lt_tensor *x, lt_tensor *weight, lt_tensor *bias
  *   x  (B, C, ...)      weight, bias, running_mean, running_var  (C)
  *
  * A training plan uses the batch's mean and biased variance, and adds the mean and the unbiased variance
- * into the grad of the running statistics; lt_statistics_update moves them afterwards. Other plans, and a training plan
+ * into the grad of the running statistics; the optimiser's step moves them afterwards. Other plans, and a training plan
  * where no gradient comes back to it (a frozen teacher, what lt_detach is behind), use the running statistics, fold
  * into a convolution before it, and run as one scale and shift elsewhere.
  * Source: Ioffe and Szegedy 2015, algorithm 1.

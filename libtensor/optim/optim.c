@@ -2,6 +2,7 @@
 #include "libtensor/optim/optim.h"
 
 #include "libtensor/base/parallel.h"
+#include "libtensor/graph/internal.h"
 #include "libtensor/kernels/kernels.h"
 
 #include <math.h>
@@ -18,6 +19,7 @@ typedef struct {
 
 struct lt_optim {
     lt_arena *arena;
+    lt_params *set;
     lt_optim_opts opts;
     slot *slot;
     int n_slots;
@@ -82,6 +84,7 @@ lt_optim *lt_optim_new(lt_params *set, const lt_optim_opts *opts)
 
     if (o) {
         o->arena = arena;
+        o->set = set;
         o->opts = *opts;
         o->opts.beta1 = opts->beta1 > 0 ? opts->beta1 : 0.9;
         o->opts.beta2 = opts->beta2 > 0 ? opts->beta2 : 0.999;
@@ -131,6 +134,32 @@ double lt_optim_grad_norm(const lt_optim *o)
     for (int64_t k = 0; k < o->n_chunks; k++)
         sum += o->partial[k];
     return sqrt(sum);
+}
+
+/* ---- running statistics --------------------------------------------------------------------------- */
+
+static void update_statistics(lt_params *set, int n)
+{
+    for (lt_param *p = lt_params_first(set); n > 0 && p; p = p->next) {
+        const double batches = (double)n * (p->uses > 0 ? p->uses : 1);
+
+        if (p->kind != LT_STATISTIC || !p->grad || p->frozen)
+            continue;
+        for (int64_t i = 0; i < lt_param_numel(p); i++) {
+            p->data[i] += (lt_real)(p->momentum * (p->grad[i] / batches - p->data[i]));
+            p->grad[i] = 0;
+        }
+    }
+}
+
+void lt_statistics_update(lt_params *set, int n)
+{
+    int in_grad;
+
+    if (!lt_params_take_batches(set, &in_grad))
+        return;
+    update_statistics(set, n);
+    lt_params_changed(set);
 }
 
 /* ---- the step ------------------------------------------------------------------------------------- */
@@ -191,6 +220,7 @@ void lt_optim_step(lt_optim *o, double lr, double norm)
 {
     const lt_optim_opts *p = &o->opts;
     const double t = (double)++o->steps;
+    int batches;
     const lt_real scale = (lt_real)(p->clip_norm > 0 && norm > p->clip_norm ? p->clip_norm / norm : 1);
     step_job j = {
         .o = o,
@@ -209,6 +239,9 @@ void lt_optim_step(lt_optim *o, double lr, double norm)
     };
 
     lt_parallel_for(o->n_chunks, step_chunk, &j);
+    if (lt_params_take_batches(o->set, &batches))
+        update_statistics(o->set, batches);
+    lt_params_changed(o->set);
 }
 
 int64_t lt_optim_steps(const lt_optim *o)
@@ -259,18 +292,5 @@ static void swap_slot(void *ctx, int64_t i)
 void lt_optim_swap_ema(lt_optim *o)
 {
     lt_parallel_for(o->n_slots, swap_slot, o);
-}
-
-void lt_statistics_update(lt_params *set, int n)
-{
-    for (lt_param *p = lt_params_first(set); p; p = p->next) {
-        const double batches = (double)n * (p->uses > 0 ? p->uses : 1);
-
-        if (p->kind != LT_STATISTIC || !p->grad || p->frozen)
-            continue;
-        for (int64_t i = 0; i < lt_param_numel(p); i++) {
-            p->data[i] += (lt_real)(p->momentum * (p->grad[i] / batches - p->data[i]));
-            p->grad[i] = 0;
-        }
-    }
+    lt_params_changed(o->set);
 }

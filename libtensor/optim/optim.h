@@ -42,7 +42,8 @@ LT_API void lt_optim_free(lt_optim *o);
 /* lt_optim_grad_norm - the L2 norm of all gradients of weights; not finite when any of them is not */
 LT_API double lt_optim_grad_norm(const lt_optim *o);
 
-/* lt_optim_step - move the weights; norm is lt_optim_grad_norm's, used for clipping */
+/* lt_optim_step - move the weights, and the running statistics of the set by what the runs since the last update have
+ * collected, unless lt_statistics_update has done that; norm is lt_optim_grad_norm's, used for clipping */
 LT_API void lt_optim_step(lt_optim *o, double lr, double norm);
 
 /* lt_optim_steps - steps taken so far; settable for a resume */
@@ -62,9 +63,10 @@ LT_API lt_optim_state lt_optim_state_at(const lt_optim *o, int i);
 /* lt_optim_swap_ema - exchange weights and their average, to evaluate with it; swap again to go on */
 LT_API void lt_optim_swap_ema(lt_optim *o);
 
-/* lt_statistics_update - move running statistics by their momentum towards the mean of what n batches
- * (shards) collected, and forget what was collected. Each must have gone through every layer of the set whose
- * statistics a training plan collects; frozen ones stay. */
+/* lt_statistics_update - move running statistics by their momentum towards the mean of what n batches (shards) collected,
+ * and forget what was collected: for whoever has no optimiser, or adds up the sums of several runs by hand before its
+ * step. Each batch must have gone through every layer of the set whose statistics a training plan collects; frozen ones
+ * stay. Does nothing when no training plan has run since the last update. */
 LT_API void lt_statistics_update(lt_params *set, int n);
 
 typedef enum { LT_CONSTANT_LR, LT_STEP_LR, LT_COSINE_LR } lt_schedule_kind;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Optimisers against PyTorch over some steps; clipping, averages, state, schedules, running statistics. */
 #include "libtensor/graph/plan.h"
+#include "libtensor/nn/init.h"
 #include "libtensor/nn/layers.h"
 #include "libtensor/optim/optim.h"
 #include "tests/optim/optim_vectors.h"
@@ -272,12 +273,129 @@ START_TEST(statistics_of_a_batch_too_small)
 }
 END_TEST
 
+/* ---- nothing to be forgotten ---------------------------------------------------------------------- */
+
+/* A layer and a batch norm, to train, and an inference plan made before anything is learnt. */
+typedef struct {
+    lt_batch_norm_layer bn;
+    lt_graph *g;
+    lt_tensor *x, *y;
+    lt_plan *train, *infer;
+} learner;
+
+static learner learner_new(bool replace_grads)
+{
+    const lt_linear_layer layer = lt_linear_layer_new(set, "layer", 3, 2, true);
+    learner l = { .bn = lt_batch_norm_layer_new(set, "bn", 2), .g = lt_graph_new() };
+    lt_tensor *loss;
+
+    lt_init_default(set, 1);
+    l.x = lt_input(l.g, "x", LT_F32, 2, (int64_t[]){ 4, 3 });
+    l.y = lt_output(lt_batch_norm_layer_forward(&l.bn, lt_linear_layer_forward(&layer, l.x)), "y");
+    loss = lt_mse_loss(l.y, lt_input(l.g, "want", LT_F32, 2, (int64_t[]){ 4, 2 }), NULL);
+    l.infer = lt_compile(l.g, NULL);
+    l.train = lt_compile(l.g, &(lt_compile_opts){ .loss = loss, .train = true, .replace_grads = replace_grads });
+    for (int i = 0; i < 12; i++)
+        ((lt_real *)lt_plan_data(l.train, l.x))[i] = ((lt_real *)lt_plan_data(l.infer, l.x))[i] = (lt_real)sin(i);
+    return l;
+}
+
+static void learner_free(learner *l)
+{
+    lt_plan_free(l->train);
+    lt_plan_free(l->infer);
+    lt_graph_free(l->g);
+}
+
+/* What the plan made first says, and what one made now says */
+static void check_infer(const learner *l)
+{
+    lt_plan *now = lt_compile(l->g, NULL);
+
+    memcpy(lt_plan_data(now, l->x), lt_plan_data(l->infer, l->x), 12 * sizeof(lt_real));
+    lt_run(now);
+    lt_run(l->infer);
+    ck_assert_mem_eq(lt_plan_data(l->infer, l->y), lt_plan_data(now, l->y), 8 * sizeof(lt_real));
+    lt_plan_free(now);
+}
+
+START_TEST(an_inference_plan_refreshes_itself)
+{
+    learner l = learner_new(true);
+    lt_optim *o = lt_optim_new(set, &(lt_optim_opts){ .kind = LT_ADAM, .ema_decay = .5 });
+
+    check_infer(&l);
+    for (int step = 0; step < 3; step++) {
+        lt_run(l.train);
+        lt_optim_step(o, .1, lt_optim_grad_norm(o));
+        check_infer(&l);
+    }
+    lt_optim_swap_ema(o);
+    check_infer(&l);
+    lt_init_constant(l.bn.weight, 3);
+    check_infer(&l);
+    lt_run(l.train);
+    lt_statistics_update(set, 1);
+    check_infer(&l);
+    l.bn.bias->data[0] = 7;
+    lt_params_changed(set);
+    check_infer(&l);
+    lt_optim_free(o);
+    learner_free(&l);
+}
+END_TEST
+
+/* The step moves the statistics: once, whether lt_statistics_update comes before it, behind it or never. */
+START_TEST(a_step_updates_the_statistics)
+{
+    learner l = learner_new(true);
+    lt_optim *o = lt_optim_new(set, &(lt_optim_opts){ .kind = LT_SGD });
+    lt_real mean;
+
+    lt_run(l.train);
+    mean = (lt_real)(l.bn.running_mean->momentum * l.bn.running_mean->grad[0]);
+    ck_assert(mean != 0);
+    if (_i == 1)
+        lt_statistics_update(set, 1);
+    lt_optim_step(o, 0, 1);
+    if (_i == 2)
+        lt_statistics_update(set, 1);
+    lt_optim_step(o, 0, 1);                             /* nothing new was measured */
+    ck_assert_double_eq(l.bn.running_mean->data[0], mean);
+    lt_optim_free(o);
+    learner_free(&l);
+}
+END_TEST
+
+/* Sums of several runs are the mean of as many batches; forgotten gradients do not count. */
+START_TEST(a_step_knows_how_many_batches_were_summed)
+{
+    learner l = learner_new(false);
+    lt_optim *o = lt_optim_new(set, &(lt_optim_opts){ .kind = LT_SGD });
+    lt_real once;
+
+    lt_run(l.train);
+    lt_params_zero_grad(set);
+    lt_run(l.train);
+    once = l.bn.running_mean->grad[0];
+    lt_run(l.train);
+    ck_assert_double_eq(l.bn.running_mean->grad[0], 2 * once);
+    lt_optim_step(o, 0, 1);
+    ck_assert_double_eq_tol(l.bn.running_mean->data[0], l.bn.running_mean->momentum * once, 1e-9);
+    lt_optim_free(o);
+    learner_free(&l);
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_loop_test(tc, pytorch_agrees, 0, (int)LT_COUNT(kinds));
     tcase_add_test(tc, state_resumes);
     tcase_add_test(tc, statistics_of_a_layer_used_twice);
+    tcase_add_test(tc, an_inference_plan_refreshes_itself);
+    tcase_add_loop_test(tc, a_step_updates_the_statistics, 0, 3);
+    tcase_add_test(tc, a_step_knows_how_many_batches_were_summed);
     tcase_add_loop_test(tc, statistics_of_a_batch_too_small, 0, 2);
     tcase_add_test(tc, the_average_follows);
     tcase_add_test(tc, what_has_no_gradient_stays);
