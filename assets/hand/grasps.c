@@ -6,6 +6,7 @@
  * a few common movements account for most of a grasp.
  */
 #include "assets/hand/internal.h"
+#include "libtensor/geometry/eigen.h"
 
 #include <string.h>
 
@@ -80,41 +81,6 @@ static void covariance(double (*poses)[POSE], double cov[POSE][POSE])
             cov[j][i] = cov[i][j];
 }
 
-/* Turn rows and columns p and q of the symmetric a so that a[p][q] is 0; the rows of v go along. */
-static void jacobi_turn(double a[POSE][POSE], double v[POSE][POSE], int p, int q)
-{
-    const double theta = (a[q][q] - a[p][p]) / (2 * a[p][q]);
-    const double t = copysign(1, theta) / (fabs(theta) + sqrt(theta * theta + 1));
-    const double c = 1 / sqrt(t * t + 1), s = t * c;
-
-    for (int k = 0; k < POSE; k++) {
-        const double kp = a[k][p], kq = a[k][q];
-        a[k][p] = c * kp - s * kq;
-        a[k][q] = s * kp + c * kq;
-    }
-    for (int k = 0; k < POSE; k++) {
-        const double pk = a[p][k], qk = a[q][k], vp = v[p][k], vq = v[q][k];
-        a[p][k] = c * pk - s * qk;
-        a[q][k] = s * pk + c * qk;
-        v[p][k] = c * vp - s * vq;
-        v[q][k] = s * vp + c * vq;
-    }
-}
-
-/* Eigenvectors of a as the rows of v, by Jacobi's cyclic method: the same bits on every machine, which
- * the LAPACK at hand does not promise. */
-static void eigenvectors(double a[POSE][POSE], double v[POSE][POSE])
-{
-    memset(v, 0, sizeof(double[POSE][POSE]));
-    for (int i = 0; i < POSE; i++)
-        v[i][i] = 1;
-    for (int sweep = 0; sweep < 12; sweep++)
-        for (int p = 0; p < POSE; p++)
-            for (int q = p + 1; q < POSE; q++)
-                if (fabs(a[p][q]) > 1e-18)
-                    jacobi_turn(a, v, p, q);
-}
-
 /* Rows by falling variance, each with its largest number positive. */
 static void store_components(double a[POSE][POSE], double v[POSE][POSE], float out[POSE][POSE])
 {
@@ -155,7 +121,7 @@ lt_status hand_pose_space(lt_arena *arena, lt_hand_model *model)
         synth_hand_angles_to_pose(&frames, angles, poses[g]);
     }
     covariance(poses, cov);
-    eigenvectors(cov, v);
+    lt_eigen_symmetric(POSE, cov[0], v[0]);
     store_components(cov, v, model->hands_components);
     return LT_OK;
 }

@@ -1,17 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Internal: eigenvectors of small symmetric matrices, and the principal axes of a point set.
+ * Internal: the principal axes of a point set.
  */
 #ifndef LT_GEOMETRY_PRINCIPAL_H
 #define LT_GEOMETRY_PRINCIPAL_H
 
 #include "libtensor/base/common.h"
-
-enum { LT_EIGEN_MAX = 12 };
-
-/* lt_eigen_small - A (n, n) symmetric becomes its eigenvectors, row by row, eigenvalues w ascending;
- * n <= LT_EIGEN_MAX. False when LAPACK gives up, which finite matrices have not been seen to cause. */
-bool lt_eigen_small(int n, double *A, double *w);
 
 typedef struct {
     double centre[3];

@@ -11,7 +11,6 @@
 #include "libtensor/kernels/conv/conv.h"
 #include "libtensor/kernels/gemm/gemm.h"
 
-#include <cblas.h>
 #include <string.h>
 
 enum { MOST_RUNS = 200 };
@@ -57,15 +56,6 @@ static void run_gemm(void *ctx)
             false, p->c, p->n, NULL);
 }
 
-static void run_blas(void *ctx)
-{
-    const product *p = ctx;
-
-    cblas_sgemm(CblasRowMajor, p->ta ? CblasTrans : CblasNoTrans, p->tb ? CblasTrans : CblasNoTrans,
-                (int)p->m, (int)p->n, (int)p->k, 1, p->a, (int)(p->ta ? p->m : p->k), p->b,
-                (int)(p->tb ? p->k : p->n), 0, p->c, (int)p->n);
-}
-
 static void bench_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k)
 {
     const double flop = 2.0 * (double)m * (double)n * (double)k;
@@ -76,8 +66,6 @@ static void bench_gemm(lt_trans ta, lt_trans tb, int64_t m, int64_t n, int64_t k
     snprintf(name, sizeof(name), "gemm %d x %d x %d%s%s", (int)m, (int)n, (int)k, ta ? ", A^T" : "",
              tb ? ", B^T" : "");
     report(name, flop, run_gemm, &p);
-    if (lt_threads() == 1)
-        report("  OpenBLAS", flop, run_blas, &p);
     free_array(a), free_array(b), free_array(p.c);
 }
 
@@ -224,7 +212,6 @@ static void bench_threads(int threads)
 
 void bench(void)
 {
-    openblas_set_num_threads(1);
     lt_set_threads(1);
     bench_runs();
     bench_threads(1);

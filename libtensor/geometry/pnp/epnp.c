@@ -2,6 +2,7 @@
 /* EPnP, after Lepetit, Moreno-Noguer and Fua 2009; equation numbers are that paper's. */
 #include "libtensor/geometry/pnp/pnp.h"
 
+#include "libtensor/geometry/eigen.h"
 #include "libtensor/geometry/pnp/input.h"
 #include "libtensor/geometry/principal.h"
 #include "libtensor/geometry/rotation.h"
@@ -207,16 +208,14 @@ static void pose_from_betas(const epnp *e, const double beta[BETAS], double R[9]
     lt_vec3_sub(control, turned, t);
 }
 
-static bool prepare(epnp *e, const lt_camera *cam, int n, const double *X, const double *uv)
+static void prepare(epnp *e, const lt_camera *cam, int n, const double *X, const double *uv)
 {
     double MtM[144], w[12];
 
     fill_MtM(&e->shape, cam, n, X, uv, MtM);
-    if (!lt_eigen_small(12, MtM, w))
-        return false;
+    lt_eigen_small(12, MtM, w);
     memcpy(e->v, MtM, sizeof(e->v));                /* eigenvalues ascend: the first four */
     fill_distances(e);
-    return true;
 }
 
 lt_status lt_epnp(const lt_camera *cam, int n, const double *X, const double *uv, double R[9], double t[3])
@@ -231,8 +230,7 @@ lt_status lt_epnp(const lt_camera *cam, int n, const double *X, const double *uv
     lt_principal_of(n, X, &e.shape);
     if (e.shape.spread[2] <= LT_PNP_FLAT * e.shape.spread[0])
         return lt_pnp_planar(cam, n, X, uv, R, t);
-    if (!prepare(&e, cam, n, X, uv))
-        return lt_error(LT_ENUMERIC, "epnp: no eigenvectors for %d points", n);
+    prepare(&e, cam, n, X, uv);
     for (size_t g = 0; g < LT_COUNT(guess); g++) {
         double beta[BETAS], Rg[9], tg[3], err;
         guess[g](&e, beta);

@@ -2,6 +2,7 @@
 /* Pose of a flat thing: the homography between its plane and the image holds two columns of R, and t. */
 #include "libtensor/geometry/pnp/pnp.h"
 
+#include "libtensor/geometry/eigen.h"
 #include "libtensor/geometry/pnp/input.h"
 #include "libtensor/geometry/principal.h"
 #include "libtensor/geometry/rotation.h"
@@ -43,7 +44,8 @@ static bool homography(const lt_principal *s, const lt_camera *cam, int n, const
         plane[2] = 1;
         add_pair(AtA, plane, ray);
     }
-    if (!lt_eigen_small(9, AtA, w) || !(w[1] > 1e-12 * w[8]))     /* two solutions: a line, or 3 points */
+    lt_eigen_small(9, AtA, w);
+    if (!(w[1] > 1e-12 * w[8]))         /* two solutions: a line, or 3 points */
         return false;
     for (int k = 0; k < 3; k++) {
         const double *h = AtA;
