@@ -6,6 +6,7 @@
 #include <config.h>
 #include "estimate/weights.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/base/printable.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/kernels/kernels.h"
@@ -92,7 +93,7 @@ static void print_text(const cJSON *v, int indent)
     cJSON_ArrayForEach(item, v) {
         char *text = cJSON_IsObject(item) || cJSON_IsArray(item) ? NULL : cJSON_PrintUnformatted(item);
 
-        printf("%*s%-24s %s\n", indent, "", item->string ? item->string : "-",
+        lt_say(stdout, "%*s%-24s %s", indent, "", item->string ? item->string : "-",
                cJSON_IsString(item) ? item->valuestring : text ? text : "");
         cJSON_free(text);
         if (cJSON_IsObject(item) || cJSON_IsArray(item))

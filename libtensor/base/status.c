@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/base/status.h"
 
-#include <ctype.h>
+#include "libtensor/base/printable.h"
+
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -10,20 +12,12 @@ enum { LINE_MAX_BYTES = 1024 };
 static _Thread_local char last_error[LINE_MAX_BYTES];
 static _Thread_local lt_status last_status;
 
-/* A file's name or text may hold anything; what reaches the terminal holds no control codes. */
-static void make_printable(char *s)
-{
-    for (; *s; s++)
-        if (iscntrl((unsigned char)*s))
-            *s = '?';
-}
-
 lt_status lt_verror(lt_status status, const char *fmt, va_list args)
 {
     char line[LINE_MAX_BYTES];      /* the arguments may point into last_error */
 
     vsnprintf(line, sizeof(line), fmt, args);
-    make_printable(line);
+    lt_printable(line);
     memcpy(last_error, line, sizeof(line));
     return last_status = status;
 }
@@ -36,6 +30,18 @@ lt_status lt_error(lt_status status, const char *fmt, ...)
     lt_verror(status, fmt, args);
     va_end(args);
     return status;
+}
+
+lt_status lt_errno_status(int error)
+{
+    switch (error) {
+    case ENOSPC: case EDQUOT: case EFBIG:
+        return LT_ENOSPC;
+    case ENOMEM: case EMFILE: case ENFILE:
+        return LT_ENOMEM;
+    default:
+        return LT_EIO;
+    }
 }
 
 lt_status lt_error_prefix(lt_status status, const char *fmt, ...)

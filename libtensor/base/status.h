@@ -34,10 +34,14 @@ typedef enum {
  *
  *     return lt_error(LT_EFORMAT, "%s: ends early, header promises %zu bytes", path, n);
  *
- * The text is kept per thread, cut at 1023 bytes; control characters are replaced by '?'.
+ * The text is kept per thread, cut at 1023 bytes; what could steer a terminal is replaced by '?'.
  */
 LT_API lt_status lt_error(lt_status status, const char *fmt, ...) LT_PRINTF(2, 3);
 LT_API lt_status lt_verror(lt_status status, const char *fmt, va_list args);
+
+/* lt_errno_status - what an errno is to us: LT_ENOSPC where the disk or a quota is full, LT_ENOMEM without memory or
+ * descriptors, else LT_EIO */
+LT_API lt_status lt_errno_status(int error);
 
 /* lt_error_prefix - put "prefix: " before the remembered line; returns status, for use in a return */
 LT_API lt_status lt_error_prefix(lt_status status, const char *fmt, ...) LT_PRINTF(2, 3);

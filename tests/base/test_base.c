@@ -4,6 +4,7 @@
 #include "libtensor/base/cpu.h"
 #include "libtensor/base/order.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/base/printable.h"
 #include "libtensor/base/rng.h"
 #include "tests/suite.h"
 
@@ -283,6 +284,31 @@ START_TEST(numbers_ascend_before_nan)
 }
 END_TEST
 
+/* What is shown stays; what steers a terminal does not, however it is written; nor half a character. */
+START_TEST(text_that_reaches_a_terminal)
+{
+    static const char *const cases[][2] = {
+        { "", "" }, { "plain, \xc3\xa9 \xe2\x82\xac \xf0\x9f\x96\x90", "plain, \xc3\xa9 \xe2\x82\xac \xf0\x9f\x96\x90" },
+        { "\033[31mred\a\n\177", "?[31mred???" },
+        { "\302\233" "31m", "??31m" },                  /* U+009B, CSI, in UTF-8 */
+        { "\233" "31m", "?31m" },                       /* the same as a byte */
+        { "\302\240", "\302\240" },                     /* U+00A0, a blank */
+        { "a\xe2\x80\xae" "b", "a???b" },              /* U+202E, right to left from here on */
+        { "\xe2\x82", "??" }, { "\xff\xfe", "??" }, { "\xc0\x9b", "??" }, { "\xe0\x82\x9b", "???" },
+        { "\xed\xa0\x80", "???" }, { "\xf4\x90\x80\x80", "????" },
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        char text[64];
+
+        strcpy(text, cases[i][0]);
+        ck_assert_str_eq(lt_printable(text), cases[i][1]);
+    }
+    lt_error(LT_EINVAL, "%s", "x\302\233y");
+    ck_assert_str_eq(lt_last_error(), "x??y");
+}
+END_TEST
+
 START_TEST(medians)
 {
     double odd[3] = { 3, 1, 2 }, even[4] = { 4, 1, 3, 2 };
@@ -322,6 +348,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, every_task_runs_once);
     tcase_add_test(tc, sizes_know_when_they_overflow);
     tcase_add_test(tc, numbers_ascend_before_nan);
+    tcase_add_test(tc, text_that_reaches_a_terminal);
     tcase_add_test(tc, medians);
     tcase_add_test(tc, instruction_sets_have_names);
 }

@@ -20,13 +20,14 @@ START_TEST(csv)
     ck_assert_int_eq(lt_csv_open(&w, PATH, "sample", 2, metric), LT_OK);
     lt_csv_add(&w, "ABF10/0123", plain);
     lt_csv_add(&w, "odd,\"name\"\n", failed);
+    lt_csv_add(&w, "\033[2J \302\233 \xc3\xa9 \x9b \r", plain);
     ck_assert_int_eq(lt_csv_commit(&w), LT_OK);
     f = fopen(PATH, "r");
     ck_assert_uint_gt(fread(text, 1, sizeof(text) - 1, f), 0);
     fclose(f);
     unlink(PATH);
     ck_assert_str_eq(text, "sample,pa_mpjpe_mm,\"f, \"\"aligned\"\"\"\nABF10/0123,9.5,0.75\n"
-                           "\"odd,\"\"name\"\"\n\",inf,\n");
+                           "\"odd,\"\"name\"\"\n\",inf,\n\"?[2J ? \xc3\xa9 \xef\xbf\xbd ?\",9.5,0.75\n");
 }
 END_TEST
 

@@ -2,24 +2,37 @@
 /* Names and numbers, with quotes where a name needs them. */
 #include "libtensor/io/text/csv.h"
 
+#include "libtensor/base/printable.h"
 #include "libtensor/io/text/number.h"
+#include "libtensor/io/text/utf8.h"
 
 #include <math.h>
 #include <string.h>
 
+/* Of a character that could steer a terminal, but for the end of a line, a '?' is left. */
+static void put_character(FILE *f, uint32_t code)
+{
+    char utf8[LT_UTF8_MAX];
+
+    if (code == '"')
+        fputc('"', f);
+    if (lt_is_control(code) && code != '\n')
+        fputc('?', f);
+    else
+        fwrite(utf8, 1, lt_utf8_put(utf8, code), f);
+}
+
 static void put_field(FILE *f, const char *text)
 {
-    if (!text[strcspn(text, ",\"\r\n")]) {
-        fputs(text, f);
-        return;
-    }
-    fputc('"', f);
-    for (; *text; text++) {
-        if (*text == '"')
-            fputc('"', f);
-        fputc(*text, f);
-    }
-    fputc('"', f);
+    const bool quoted = text[strcspn(text, ",\"\r\n")];
+    const char *end = text + strlen(text);
+
+    if (quoted)
+        fputc('"', f);
+    while (text < end)
+        put_character(f, lt_utf8_next(&text, end));
+    if (quoted)
+        fputc('"', f);
 }
 
 lt_status lt_csv_open(lt_csv *w, const char *path, const char *about, int n_metrics, const char *const *metric)
