@@ -20,6 +20,15 @@
 
 /* ---- arguments ---------------------------------------------------------------------------------------- */
 
+enum { ARGP_BYTES = 1 << 18 };  /* more than argp takes for any help page; it does not look whether it got it */
+
+static void check_memory(void *memory)
+{
+    if (!memory)
+        exit(cli_fail(lt_error(LT_ENOMEM, "no memory for the command line")));
+    free(memory);
+}
+
 void cli_parse(const char *name, const struct argp *argp, int argc, char **argv, void *input)
 {
     static char full[64];
@@ -30,7 +39,8 @@ void cli_parse(const char *name, const struct argp *argp, int argc, char **argv,
         if (strcmp(argv[i], "-h") == 0)
             argv[i] = "--help";
     argp_err_exit_status = 2;
-    argp_parse(argp, argc, argv, 0, NULL, input);
+    check_memory(malloc(ARGP_BYTES));
+    check_memory(argp_parse(argp, argc, argv, 0, NULL, input) == 0 ? malloc(1) : NULL);
 }
 
 double cli_real(struct argp_state *state, const char *option, const char *text, double lo, double hi)
@@ -89,8 +99,7 @@ static void open_standard_streams(void)
         close(fd);
 }
 
-/* What was printed must have arrived. And exit() would wait for OpenBLAS's threads, which it starts when it is loaded
- * and which without memory try for ever. */
+/* What was printed must have arrived. _exit: libraries' threads are not waited for. */
 static void leave(int code, void *nothing)
 {
     (void)nothing;
@@ -119,6 +128,7 @@ static void leave_nothing_on(int number)
 void cli_begin(void)
 {
     open_standard_streams();
+    lt_json_watch_memory();
     on_exit(leave, NULL);
     signal(SIGXFSZ, SIG_IGN);           /* then it is an error of write */
     leave_nothing_on(SIGINT);
@@ -130,13 +140,20 @@ void cli_begin(void)
 
 static volatile sig_atomic_t stop_signal;
 
+static void end_at_once(int number)
+{
+    (void)number;
+    lt_atomic_unlink_all();
+    _exit(128 + stop_signal);
+}
+
+/* Work that has not come to an end in time is ended: nothing half written gets its name. */
 static void on_signal(int number)
 {
-    if (stop_signal) {
-        lt_atomic_unlink_all();
-        _exit(128 + number);
-    }
+    if (stop_signal)
+        end_at_once(number);
     stop_signal = number;
+    alarm(1);
 }
 
 void cli_catch_signals(void)
@@ -145,6 +162,8 @@ void cli_catch_signals(void)
 
     sigaction(SIGINT, &a, NULL);
     sigaction(SIGTERM, &a, NULL);
+    a.sa_handler = end_at_once;
+    sigaction(SIGALRM, &a, NULL);
 }
 
 int cli_stop_requested(void)
@@ -192,7 +211,7 @@ void cli_progress(const char *what, int64_t done, int64_t total)
 
 lt_status cli_print_json(cJSON *root, const char *what)
 {
-    if (!root)
+    if (!root || lt_json_lacked_memory())
         return lt_error(LT_ENOMEM, "no memory for %s", what);
     lt_json_print(stdout, root);
     putchar('\n');

@@ -63,7 +63,7 @@ void cli_threads(struct argp_state *state, const char *text);
 void cli_begin(void);
 
 /* cli_stop_requested - SIGINT or SIGTERM arrived; its number, or 0. cli_catch_signals makes it so; a
- * second signal ends the process at once. */
+ * second signal ends the process at once, and so does a second without an end. */
 int cli_stop_requested(void);
 void cli_catch_signals(void);
 

@@ -7,6 +7,8 @@
 #include "eval/evaluate.h"
 #include "eval/report/pictures.h"
 #include "eval/tables/claims.h"
+#include "libtensor/base/printable.h"
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 
 #include <math.h>
@@ -181,10 +183,12 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
 {
     const char *folder = a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
     evaluation *e;
-    lt_status st = folder ? lt_make_dirs(folder) : lt_error(LT_ENOMEM, "no memory to write the scores");
+    lt_status st = !folder ? lt_error(LT_ENOMEM, "no memory to write the scores")
+                   : a->out ? lt_make_dirs(folder) : lt_make_own_folder(folder);
 
     if (st)
         return st;
+    lt_atomic_sweep(folder);
     o->seconds_per_image = a->no_bench ? 0 : latency(o->m);
     st = evaluate(o, &e);
     if (st)
@@ -228,7 +232,7 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
     lt_status st;
 
     if (!a->data)
-        fprintf(stderr, "data: %s, which the run was trained on\n", c->config.data.dir);
+        lt_say(stderr, "data: %s, which the run was trained on", c->config.data.dir);
     st = open_data(a, c, a->split, &data);
     if (st == LT_OK && !a->submit && open_data(a, c, "train", &training))
         fprintf(stderr, "no mean-pose row: %s\n", lt_last_error());

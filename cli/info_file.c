@@ -164,7 +164,7 @@ lt_status info_file(const char *name, cJSON *root)
     if (!path) {
         st = lt_error(LT_ENOMEM, "no memory to read %s", name);
     } else if (access(path, F_OK) != 0) {
-        st = lt_error(LT_EIO, "%s: %s%s", path, strerror(errno), path == name ? "" : "; a dataset goes behind --data");
+        st = lt_error(lt_errno_status(errno), "%s: %s%s", path, strerror(errno), path == name ? "" : "; a dataset goes behind --data");
     } else {
         cJSON_AddStringToObject(root, "file", path);
         st = info_by_ending(arena, path, root);

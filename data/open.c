@@ -15,7 +15,7 @@ lt_status dataset_find_layout(const char *root, dataset_layout *out)
     bool ho3d = false, dexycb = false;
 
     if (!dir)
-        return lt_error(LT_EIO, "%s: %s; give the folder of a dataset, or make a synthetic one with `palmar synth`",
+        return lt_error(lt_errno_status(errno), "%s: %s; give the folder of a dataset, or make a synthetic one with `palmar synth`",
                         root, strerror(errno));
     while ((e = readdir(dir))) {
         ho3d = ho3d || !strcmp(e->d_name, "train.txt") || !strcmp(e->d_name, "evaluation.txt");

@@ -80,7 +80,7 @@ lt_status checkpoint_list(lt_arena *arena, const char *folder, const char *const
 
     *n = 0;
     if (!dir)
-        return errno == ENOENT ? LT_OK : lt_error(LT_EIO, "%s: %s", folder, strerror(errno));
+        return errno == ENOENT ? LT_OK : lt_error(lt_errno_status(errno), "%s: %s", folder, strerror(errno));
     st = scan(arena, folder, dir, &steps, &count);
     closedir(dir);
     if (st)
@@ -160,7 +160,7 @@ lt_status checkpoint_prune(const char *folder, int64_t step, int keep)
 
     for (int i = 0; st == LT_OK && i < n; i++)
         if (checkpoint_step(paths[i]) <= step && keep-- <= 0 && unlink(paths[i]) != 0 && errno != ENOENT)
-            st = lt_error(LT_EIO, "%s: %s", paths[i], strerror(errno));
+            st = lt_error(lt_errno_status(errno), "%s: %s", paths[i], strerror(errno));
     if (st == LT_OK)
         remove_leftovers(arena, folder);
     lt_arena_free(arena);

@@ -73,7 +73,7 @@ static lt_status add_folder(lt_arena *arena, const char *folder, paths *all)
     DIR *dir = opendir(folder);
 
     if (!dir)
-        return lt_error(LT_EIO, "%s: %s", folder, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", folder, strerror(errno));
     while (!st && (entry = readdir(dir)))
         if (is_image_name(entry->d_name))
             st = add_path(arena, all, lt_path_join(arena, folder, entry->d_name));
@@ -91,7 +91,7 @@ static lt_status add_input(lt_arena *arena, const char *input, paths *all)
     struct stat s;
 
     if (stat(input, &s))
-        return lt_error(LT_EIO, "%s: %s", input, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", input, strerror(errno));
     if (S_ISDIR(s.st_mode))
         return add_folder(arena, input, all);
     return add_path(arena, all, lt_arena_strdup(arena, input));
@@ -209,7 +209,7 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
         return lt_error(LT_EUSAGE, "%s: %s %s was trained without depth and takes none", o->depth, o->m->cls->name,
                         o->m->variant);
     if (stat(o->depth, &s))
-        return lt_error(LT_EIO, "%s: %s", o->depth, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", o->depth, strerror(errno));
     if (!S_ISDIR(s.st_mode) && list->n > 1)
         return lt_error(LT_EUSAGE, "%s: one depth image for %d images; want a folder with a NAME.png for each",
                         o->depth, list->n);

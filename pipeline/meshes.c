@@ -87,7 +87,7 @@ static lt_status remove_object(lt_arena *arena, const predict_case *s)
     const lt_status st = mesh_path(arena, s, "object", &name, &path);
 
     if (!st && unlink(path) && errno != ENOENT)
-        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
     return st;
 }
 

@@ -36,7 +36,7 @@ static lt_status need_empty_folder(const char *path)
     if (!d && errno == ENOENT)
         return lt_make_dirs(path);
     if (!d)
-        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
     if (is_unfinished(path))
         st = lt_error(LT_EINVAL, "%s: holds a dataset that was not finished; remove it, and it is made anew", path);
     while (!st && (e = readdir(d)))

@@ -52,18 +52,17 @@ static lt_status open_one(lt_arena *arena, const char *folder, const char *name,
                           int64_t step, FILE **out)
 {
     const char *path = lt_path_join(arena, folder, name);
-    const lt_status st = path ? cut(arena, path, prefix, step) : lt_error(LT_ENOMEM, "%s: no memory", name);
+    lt_status st = path ? lt_check_own(path) : lt_error(LT_ENOMEM, "%s: no memory", name);
 
-    if (st)
-        return st;
-    *out = fopen(path, "a");
-    return *out ? LT_OK : lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    if (!st)
+        st = cut(arena, path, prefix, step);
+    return st ? st : lt_append_own(path, out);
 }
 
 static lt_status open_events(lt_arena *arena, const char *folder, int64_t step, FILE **out)
 {
     const char *path = lt_path_join(arena, folder, "tb");
-    const lt_status st = path ? lt_make_dirs(path) : lt_error(LT_ENOMEM, "tb: no memory");
+    const lt_status st = path ? lt_make_own_folder(path) : lt_error(LT_ENOMEM, "tb: no memory");
 
     return st ? st : lt_events_open(arena, path, step, out);
 }
@@ -228,8 +227,7 @@ lt_status train_log_flush(train_log *l)
 
     for (size_t i = 0; i < LT_COUNT(files); i++)
         if (fflush(files[i]) || ferror(files[i]))
-            return lt_error(errno == ENOSPC || errno == EFBIG ? LT_ENOSPC : LT_EIO, "%s: %s", names[i],
-                            strerror(errno));
+            return lt_error(lt_errno_status(errno), "%s: %s", names[i], strerror(errno));
     return LT_OK;
 }
 

@@ -2,9 +2,9 @@
 #include "train/progress.h"
 
 #include "libtensor/base/clock.h"
+#include "libtensor/base/printable.h"
 #include "libtensor/io/file.h"
 
-#include <errno.h>
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -114,8 +114,7 @@ static void keep(train_progress *p, const char *kind, const char *fmt, va_list a
         return;
     strftime(when, sizeof(when), "%Y-%m-%d %H:%M:%S", &at);
     fprintf(p->log, "%s  %s", when, kind);
-    vfprintf(p->log, fmt, args);
-    fputc('\n', p->log);
+    lt_vsay(p->log, fmt, args);
     fflush(p->log);
 }
 
@@ -124,8 +123,7 @@ static void show(train_progress *p, bool warning, const char *fmt, va_list args)
     end_line(p);
     if (warning)
         fputs(p->colour ? "\033[33mwarning:\033[0m " : "warning: ", p->f);
-    vfprintf(p->f, fmt, args);
-    fputc('\n', p->f);
+    lt_vsay(p->f, fmt, args);
 }
 
 static void tell(train_progress *p, bool warning, const char *fmt, va_list args)
@@ -170,10 +168,11 @@ static void close_log(train_progress *p)
 
 lt_status progress_keep(train_progress *p, const char *path)
 {
-    FILE *f = fopen(path, "ae");
+    FILE *f;
+    const lt_status st = lt_append_own(path, &f);
 
-    if (!f)
-        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    if (st)
+        return st;
     if (p->said)
         fwrite(p->said, 1, p->said_bytes, f);
     fflush(f);

@@ -35,6 +35,23 @@ static const char readme[] =
     "checkpoints/  step-NNNNNN.safetensors, the newest few; last and best are further names of\n"
     "              two of them; palmar train --resume goes on from the newest sound one\n";
 
+/* A file system without locks is not held against anybody. */
+static lt_status lock(trainer *t)
+{
+    t->locked = open(t->opt->out, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (t->locked < 0)
+        return lt_error(lt_errno_status(errno), "%s: %s", t->opt->out, strerror(errno));
+    if (flock(t->locked, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+        return lt_error(LT_EINVAL, "%s: another palmar train is at work there; wait for it, or choose another --out",
+                        t->opt->out);
+    return LT_OK;
+}
+
+lt_status run_folder_lock(trainer *t)
+{
+    return t->opt->dry_run || t->locked >= 0 || !lt_is_folder(t->opt->out) ? LT_OK : lock(t);
+}
+
 /* One that was stopped before its first checkpoint left nothing to go on from, and is begun again. */
 lt_status run_folder_check(const trainer *t)
 {
@@ -46,18 +63,6 @@ lt_status run_folder_check(const trainer *t)
         return lt_error(LT_EINVAL, "%s: holds a run already; go on with --resume, or choose another --out",
                         t->opt->out);
     return st;
-}
-
-/* A file system without locks is not held against anybody. */
-static lt_status lock(trainer *t)
-{
-    t->locked = open(t->opt->out, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (t->locked < 0)
-        return lt_error(LT_EIO, "%s: %s", t->opt->out, strerror(errno));
-    if (flock(t->locked, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-        return lt_error(LT_EINVAL, "%s: another palmar train is at work there; wait for it, or choose another --out",
-                        t->opt->out);
-    return LT_OK;
 }
 
 static lt_status write_config(const trainer *t, const char *path)
@@ -119,9 +124,17 @@ lt_status run_folder_make(trainer *t)
     lt_status st = config && env && about && said ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", t->opt->out);
 
     if (st == LT_OK)
-        st = lt_make_dirs(t->checkpoints);
+        st = lt_make_dirs(t->opt->out);
     if (st == LT_OK)
-        st = lock(t);
+        st = run_folder_lock(t);
+    if (st == LT_OK && !t->opt->resume)
+        st = run_folder_check(t);       /* again, as only now nobody else can begin one */
+    if (st == LT_OK)
+        st = lt_make_own_folder(t->checkpoints);
+    if (st == LT_OK) {
+        lt_atomic_sweep(t->opt->out);
+        lt_atomic_sweep(t->checkpoints);
+    }
     if (st == LT_OK)
         st = progress_keep(&t->progress, said);
     if (st == LT_OK && t->opt->resume)

@@ -174,7 +174,9 @@ lt_status trainer_init(trainer *t, const train_options *o)
     t->checkpoints = t->arena ? lt_path_join(t->arena, o->out, "checkpoints") : NULL;
     if (!t->checkpoints)
         return lt_error(LT_ENOMEM, "no memory to begin");
-    st = load_config(t);
+    st = run_folder_lock(t);
+    if (st == LT_OK)
+        st = load_config(t);
     if (st == LT_OK)
         st = train_source_open(t->arena, &t->config, &t->source);
     if (st == LT_OK)

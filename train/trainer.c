@@ -67,10 +67,14 @@ static lt_status flush_log(trainer *t)
 static lt_status validate(trainer *t)
 {
     train_validation v = { .step = t->state.step, .epoch = (int64_t)t->state.position.epoch };
-    const lt_status st = score(t, &v);
+    lt_status st = score(t, &v);
     char loss[32] = "";
 
     if (st)
+        return st;
+    train_log_validation(&t->log, &v);
+    st = flush_log(t);
+    if (st)                     /* what is not written down has not happened: the resumed run validates again */
         return st;
     t->state.validated = t->state.step;
     if (v.pa_mpjpe_mm < t->state.best_mm) {
@@ -78,14 +82,13 @@ static lt_status validate(trainer *t)
         t->state.best_step = v.step;
         t->improved = true;
     }
-    train_log_validation(&t->log, &v);
     if (!isnan(v.loss))         /* some splits keep to themselves what the losses need */
         snprintf(loss, sizeof(loss), "loss %.4g, ", v.loss);
     progress_note(&t->progress, "validation at step %" PRId64 ": PA-MPJPE %.2f mm, MPJPE %.2f mm, %s%" PRId64
                   " samples%s", v.step, v.pa_mpjpe_mm, v.mpjpe_mm, loss, v.samples, t->improved ? ", best" : "");
     if (t->opt->validated)
         t->opt->validated(t->opt->ctx, &v);
-    return flush_log(t);
+    return LT_OK;
 }
 
 /* ---- between steps ------------------------------------------------------------------------------------ */
@@ -234,19 +237,22 @@ static lt_status train(trainer *t)
         return st;
     t->began_at = t->saved_at = lt_clock();
     t->first_step = t->state.step;
+    signals_install();                          /* before there are steps to keep, a signal ends the process at once */
     st = loop(t);
     if (st == LT_OK)
         progress_note(&t->progress, "done: %" PRId64 " steps, %" PRId64 " skipped, in %s", t->state.step,
                       t->state.skipped, t->opt->out);
+    t->signal = st == LT_ESTOPPED ? signals_stop() : 0;
+    signals_restore();
     return st;
 }
 
-static void fill_result(const trainer *t, lt_status st, train_result *out)
+static void fill_result(const trainer *t, train_result *out)
 {
     *out = (train_result){
         .step = t->state.step, .steps_here = t->state.step - t->first_step, .skipped = t->state.skipped,
         .loss = t->record.loss, .best_mm = t->state.best_mm, .img_per_s = t->record.img_per_s,
-        .signal = st == LT_ESTOPPED ? signals_stop() : 0,
+        .signal = t->signal,
     };
     if (t->optim && t->sum) {
         out->plan_bytes = trainer_plan_bytes(t);
@@ -259,7 +265,6 @@ lt_status train_run(const train_options *o, train_result *out)
     trainer t;
     lt_status st;
 
-    signals_install();
     st = trainer_init(&t, o);
     if (st == LT_OK)
         st = o->resume ? trainer_resume(&t) : run_folder_check(&t);
@@ -272,8 +277,7 @@ lt_status train_run(const train_options *o, train_result *out)
     if (st)
         progress_log(&t.progress, "ended: %s", lt_last_error());
     if (out)
-        fill_result(&t, st, out);
+        fill_result(&t, out);
     trainer_fini(&t);
-    signals_restore();
     return st;
 }

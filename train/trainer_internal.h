@@ -39,6 +39,7 @@ typedef struct {
     size_t resident;                /* of the process, before the model was made */
     double saved_at, began_at, step_seconds;
     int bad_in_a_row, samples_warned, checks_warned;
+    int signal;                     /* that stopped the run, or 0 */
     train_step_record record;       /* of the last step */
     bool improved;                  /* the last validation was the best, and is not saved yet */
 } trainer;
@@ -50,8 +51,10 @@ size_t trainer_plan_bytes(const trainer *t);
 size_t trainer_bytes(const trainer *t);         /* program, data's list, plans, batches, parameters, optimiser */
 void trainer_describe(trainer *t);
 
-/* run_folder.c: run_folder_check refuses an --out that holds a run already; run_folder_make writes config.json, env.json
- * and README.txt, and refuses a folder where another process trains. */
+/* run_folder.c: run_folder_lock, before anybody looks into it, refuses a folder where another process trains;
+ * run_folder_check refuses an --out that holds a run already; run_folder_make makes the folder, sweeps what a killed run
+ * left half written, and writes config.json, env.json and README.txt. */
+lt_status run_folder_lock(trainer *t);
 lt_status run_folder_check(const trainer *t);
 lt_status run_folder_make(trainer *t);
 

@@ -53,7 +53,7 @@ static lt_status list_folder(lt_arena *arena, const char *path, const char *mask
 
     *out = (listing){ 0 };
     if (!dir)
-        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
     while ((e = readdir(dir)))
         room += matches(e->d_name, mask);
     rewinddir(dir);

@@ -116,7 +116,7 @@ static lt_status name_models(const ho3d *h, const char ***out, int *n_out)
     int n = 0;
 
     if (others < 0)
-        return lt_error(LT_EIO, "%s: %s", h->models, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", h->models, strerror(errno));
     names = lt_arena_array(h->arena, (size_t)(YCB_COUNT + others), sizeof(*names));
     for (int id = 1; names && id <= YCB_COUNT; id++)
         names[n++] = ycb_find(id)->name;

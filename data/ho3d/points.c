@@ -159,7 +159,7 @@ static size_t read_block(ho3d_points *p, unsigned char block[BLOCK])
     if (!p->entry) {
         const size_t got = fread(block, 1, BLOCK, p->file);
         if (!got && ferror(p->file))
-            p->status = lt_error(LT_EIO, "%s: %s", p->path, strerror(errno));
+            p->status = lt_error(lt_errno_status(errno), "%s: %s", p->path, strerror(errno));
         return got;
     }
     n = zip_fread(p->entry, block, BLOCK);
@@ -252,7 +252,7 @@ static lt_status open_text(ho3d_points *p)
     if (!p->file || fstat(fd, &info) != 0) {
         if (fd >= 0 && !p->file)
             close(fd);
-        return lt_error(LT_EIO, "%s: %s", p->path, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", p->path, strerror(errno));
     }
     if (!S_ISREG(info.st_mode))
         return lt_error(LT_EIO, "%s: not a regular file", p->path);

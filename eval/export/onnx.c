@@ -124,8 +124,7 @@ static lt_status write_beside(const export_options *o, lt_arena *arena, lt_atomi
     if (st == LT_OK)
         st = lt_onnx_write(f->stream, f->path, &m);
     if (st == LT_OK && fflush(f->stream))
-        st = lt_error(errno == ENOSPC || errno == EFBIG ? LT_ENOSPC : LT_EIO, "%s: cannot write: %s", f->path,
-                      strerror(errno));
+        st = lt_error(lt_errno_status(errno), "%s: cannot write: %s", f->path, strerror(errno));
     if (st == LT_OK) {
         report->operators = m.n_nodes;
         report->opset = (int)m.opset;

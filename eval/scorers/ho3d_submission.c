@@ -90,7 +90,7 @@ static lt_status open_spool(const char *path, FILE **out)
     if (fd >= 0 && !*out)
         close(fd);
     free(name);
-    return *out ? LT_OK : lt_error(LT_EIO, "%s: cannot make a temporary file beside it: %s", path,
+    return *out ? LT_OK : lt_error(lt_errno_status(errno), "%s: cannot make a temporary file beside it: %s", path,
                                    strerror(errno));
 }
 
@@ -134,7 +134,7 @@ static lt_status check(const ho3d_submission *s, const char *what, int n, const 
 
 static lt_status spool_failed(const ho3d_submission *s)
 {
-    return lt_error(errno == ENOSPC ? LT_ENOSPC : LT_EIO, "%s: temporary file beside it: %s", s->file.path,
+    return lt_error(lt_errno_status(errno), "%s: temporary file beside it: %s", s->file.path,
                     strerror(errno));
 }
 

@@ -133,7 +133,7 @@ static lt_status read_folder(eval_claims *c, const char *folder)
     lt_status st = LT_OK;
 
     if (n < 0)
-        return lt_error(LT_EIO, "%s: %s", folder, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", folder, strerror(errno));
     c->run = lt_arena_array(c->arena, (size_t)n, sizeof(*c->run));
     if (!c->run)
         st = lt_error(LT_ENOMEM, "%s: no memory for %d runs", folder, n);

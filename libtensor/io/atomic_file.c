@@ -6,8 +6,10 @@
 
 #include "libtensor/io/file.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <signal.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,11 +51,44 @@ void lt_atomic_unlink_all(void)
     }
 }
 
+/* "NAME.PID-N.tmp", as open_temp calls them; the process, or 0 */
+static long owner_of(const char *name)
+{
+    const size_t n = strlen(name);
+    const char *dash, *dot;
+    char *end;
+    long pid;
+
+    if (n < 8 || strcmp(name + n - 4, ".tmp") != 0)
+        return 0;
+    for (dash = name + n - 5; dash > name && *dash >= '0' && *dash <= '9'; dash--)
+        ;
+    for (dot = dash - 1; *dash == '-' && dot > name && *dot >= '0' && *dot <= '9'; dot--)
+        ;
+    if (*dash != '-' || *dot != '.' || dot + 1 == dash || dash + 1 == name + n - 4)
+        return 0;
+    pid = strtol(dot + 1, &end, 10);
+    return end == dash ? pid : 0;
+}
+
+void lt_atomic_sweep(const char *folder)
+{
+    DIR *dir = opendir(folder);
+    const struct dirent *e;
+
+    while (dir && (e = readdir(dir))) {
+        const long pid = owner_of(e->d_name);
+
+        if (pid > 0 && kill((pid_t)pid, 0) != 0 && errno == ESRCH)
+            unlinkat(dirfd(dir), e->d_name, 0);
+    }
+    if (dir)
+        closedir(dir);
+}
+
 static lt_status system_error(const char *path, const char *doing, int error)
 {
-    const bool full = error == ENOSPC || error == EDQUOT || error == EFBIG;
-
-    return lt_error(full ? LT_ENOSPC : error == ENAMETOOLONG ? LT_EINVAL : LT_EIO, "%s: cannot %s: %s", path, doing,
+    return lt_error(error == ENAMETOOLONG ? LT_EINVAL : lt_errno_status(error), "%s: cannot %s: %s", path, doing,
                     strerror(error));
 }
 

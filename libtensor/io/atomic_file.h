@@ -49,6 +49,9 @@ LT_API void lt_atomic_abort(lt_atomic_file *f);
 /* lt_atomic_unlink_all - remove the temporary files that are open; for a handler of a signal that ends the process */
 LT_API void lt_atomic_unlink_all(void);
 
+/* lt_atomic_sweep - remove from a folder what processes that are no more, killed ones, left half written there */
+LT_API void lt_atomic_sweep(const char *folder);
+
 /* lt_write_file - n bytes as the whole of path, atomically; errors as lt_atomic_open and _commit */
 LT_API lt_status lt_write_file(const char *path, const void *bytes, size_t n);
 

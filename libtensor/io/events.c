@@ -7,7 +7,6 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/protobuf.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -121,12 +120,13 @@ lt_status lt_events_open(lt_arena *arena, const char *folder, int64_t step, FILE
     const char *name = lt_arena_printf(arena, "events.out.tfevents.%010lld.palmar", (long long)time(NULL));
     const char *path = name ? lt_path_join(arena, folder, name) : NULL;
     FILE *f;
+    lt_status st;
 
     if (!path)
         return lt_error(LT_ENOMEM, "%s: no memory", folder);
-    f = fopen(path, "ab");
-    if (!f)
-        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+    st = lt_append_own(path, &f);
+    if (st)
+        return st;
     if (fseek(f, 0, SEEK_END) == 0 && ftell(f) == 0)
         write_event(f, (event){ .version = "brain.Event:2" });
     write_event(f, (event){ .step = step + 1, .starts = true });

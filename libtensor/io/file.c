@@ -22,7 +22,7 @@ static lt_status read_all(int fd, const char *path, uint8_t *bytes, size_t n)
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)
-            return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+            return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
         if (got == 0)
             return lt_error(LT_EIO, "%s: became shorter while being read", path);
         done += (size_t)got;
@@ -49,9 +49,7 @@ lt_status lt_read_file(lt_arena *arena, const char *path, size_t max_bytes, uint
     lt_status st;
 
     if (fd < 0 || fstat(fd, &info) != 0) {
-        const bool short_of = errno == EMFILE || errno == ENFILE || errno == ENOMEM;
-
-        st = lt_error(short_of ? LT_ENOMEM : LT_EIO, "%s: %s", path, strerror(errno));
+        st = lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
         goto done;
     }
     st = check_size(path, &info, max_bytes);
@@ -103,8 +101,7 @@ static lt_status make_dir(const char *path)
         return LT_OK;
     if (error == EEXIST)
         error = ENOTDIR;
-    return lt_error(error == ENOSPC || error == EDQUOT ? LT_ENOSPC : LT_EIO,
-                    "%s: cannot make folder: %s", path, strerror(error));
+    return lt_error(lt_errno_status(error), "%s: cannot make folder: %s", path, strerror(error));
 }
 
 lt_status lt_make_dirs(const char *path)
@@ -127,6 +124,48 @@ lt_status lt_make_dirs(const char *path)
             return st;
     }
     return make_dir(part);
+}
+
+lt_status lt_check_own(const char *path)
+{
+    struct stat info;
+
+    if (lstat(path, &info) != 0 || S_ISREG(info.st_mode) || S_ISDIR(info.st_mode))
+        return LT_OK;
+    return lt_error(LT_EIO, "%s: %s, want a file or folder that is there itself; remove it", path,
+                    S_ISLNK(info.st_mode) ? "a link to another place" : "a pipe, socket or device");
+}
+
+lt_status lt_make_own_folder(const char *path)
+{
+    const lt_status st = lt_check_own(path);
+
+    return st ? st : lt_make_dirs(path);
+}
+
+/* O_NONBLOCK: a pipe must not wait for a reader */
+lt_status lt_append_own(const char *path, FILE **out)
+{
+    const int fd = open(path, O_WRONLY | O_APPEND | O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC, 0666);
+    struct stat info;
+    lt_status st;
+
+    if (fd < 0) {
+        const int error = errno;
+
+        st = lt_check_own(path);
+        return st ? st : lt_error(lt_errno_status(error), "%s: %s", path, strerror(error));
+    }
+    if (fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
+        close(fd);
+        return lt_error(LT_EIO, "%s: not a regular file", path);
+    }
+    *out = fdopen(fd, "ab");
+    if (*out)
+        return LT_OK;
+    st = lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
+    close(fd);
+    return st;
 }
 
 char *lt_path_join(lt_arena *arena, const char *folder, const char *name)

@@ -9,6 +9,8 @@
 #include "libtensor/base/common.h"
 #include "libtensor/base/status.h"
 
+#include <stdio.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -44,6 +46,15 @@ LT_API bool lt_is_folder(const char *path);
 
 /* lt_make_dirs - make folder path and those above it; one that is there already is fine */
 LT_API lt_status lt_make_dirs(const char *path);
+
+/* lt_check_own - whether what stands at path is itself there: no link to another place, no pipe, socket or device; LT_EIO.
+ * Nothing may stand there. For what is written inside a folder that somebody else may have prepared. */
+LT_API lt_status lt_check_own(const char *path);
+
+/* lt_make_own_folder - lt_make_dirs, where path itself may be no link. lt_append_own - a stream behind the end of a regular
+ * file, made if need be, that is no link. Errors: LT_EIO, LT_ENOSPC, LT_ENOMEM. */
+LT_API lt_status lt_make_own_folder(const char *path);
+LT_API lt_status lt_append_own(const char *path, FILE **out);
 
 /* lt_path_join - "folder/name" in the arena; name alone when folder is "" or name is absolute; NULL
  * when there is no memory */

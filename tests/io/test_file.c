@@ -8,7 +8,9 @@
 #include <errno.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 static int files_in_folder(void)
@@ -303,6 +305,70 @@ START_TEST(only_regular_files)
 }
 END_TEST
 
+/* What somebody may have put into a folder that is then written to: links out of it, pipes, devices. */
+START_TEST(nothing_is_written_through_links)
+{
+    const char *outside = in_folder("outside"), *link_to = in_folder("link"), *pipe = in_folder("pipe");
+    FILE *f;
+
+    check_ok(lt_write_file(outside, "old", 3));
+    ck_assert_int_eq(symlink(outside, link_to), 0);
+    ck_assert_int_eq(mkfifo(pipe, 0600), 0);
+    check_error(lt_append_own(link_to, &f), LT_EIO, "link: a link to another place, want a file or folder that is");
+    check_error(lt_append_own(pipe, &f), LT_EIO, "pipe: a pipe, socket or device");
+    check_error(lt_append_own("/dev/null", &f), LT_EIO, "/dev/null: not a regular file");
+    check_error(lt_append_own(in_folder("missing/name"), &f), LT_EIO, "missing/name: No such file");
+    check_contents(outside, "old");
+    check_ok(lt_append_own(outside, &f));
+    fputs(", new", f);
+    fclose(f);
+    check_contents(outside, "old, new");
+    unlink(link_to), unlink(pipe), unlink(outside);
+}
+END_TEST
+
+START_TEST(folders_of_ones_own)
+{
+    const char *link_to = in_folder("link");
+
+    check_ok(lt_make_own_folder(in_folder("own")));
+    check_ok(lt_make_own_folder(in_folder("own")));
+    ck_assert_int_eq(symlink(in_folder("own"), link_to), 0);
+    check_error(lt_make_own_folder(link_to), LT_EIO, "link: a link to another place");
+    ck_assert_int_eq(unlink(link_to), 0);
+    ck_assert_int_eq(symlink(in_folder("nowhere"), link_to), 0);
+    check_error(lt_make_own_folder(link_to), LT_EIO, "link: a link to another place");
+    ck_assert_int_eq(unlink(link_to), 0);
+    rmdir(in_folder("own"));
+}
+END_TEST
+
+/* Of a process that is no more; not of one that lives, nor what only looks like it. */
+START_TEST(leftovers_are_swept)
+{
+    static const char *const stay[] = { "a.tmp", "a.12.tmp", "a-1.tmp", "a.-1.tmp", "a.x-1.tmp", "a.1-.tmp", "a.1-2.txt" };
+    const pid_t gone = fork();
+    char dead[64], ours[64];
+
+    if (gone == 0)
+        _exit(0);
+    waitpid(gone, NULL, 0);
+    snprintf(dead, sizeof(dead), "config.json.%ld-0.tmp", (long)gone);
+    snprintf(ours, sizeof(ours), "config.json.%ld-17.tmp", (long)getpid());
+    put_file(in_folder(dead), "half", 4);
+    put_file(in_folder(ours), "half", 4);
+    for (size_t i = 0; i < LT_COUNT(stay); i++)
+        put_file(in_folder(stay[i]), "x", 1);
+    lt_atomic_sweep(scratch_folder);
+    ck_assert_int_eq(files_in_folder(), 1 + (int)LT_COUNT(stay));
+    ck_assert_int_ne(access(in_folder(dead), F_OK), 0);
+    ck_assert_int_eq(unlink(in_folder(ours)), 0);
+    for (size_t i = 0; i < LT_COUNT(stay); i++)
+        unlink(in_folder(stay[i]));
+    lt_atomic_sweep(in_folder("missing"));
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
@@ -318,6 +384,9 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, a_folder_to_write_to_only);
     tcase_add_test(tc, full_disk_keeps_old_file);
     tcase_add_test(tc, a_failed_write_is_remembered);
+    tcase_add_test(tc, nothing_is_written_through_links);
+    tcase_add_test(tc, folders_of_ones_own);
+    tcase_add_test(tc, leftovers_are_swept);
     tcase_add_test(tc, dirs);
     tcase_add_test(tc, paths);
     tcase_add_test(tc, only_regular_files);

@@ -95,7 +95,7 @@ lt_status lt_film_open(const char *path, lt_film **out)
     lt_status st = LT_OK;
 
     if (access(path, R_OK) != 0)
-        return lt_error(LT_EIO, "%s: %s", path, strerror(errno));
+        return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
     pthread_once(&once, find_module);
     if (!opencv)
         return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV%s; or make images of it first", path,

@@ -4,6 +4,7 @@
  */
 #include "libtensor/io/text/json.h"
 
+#include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/number.h"
@@ -11,9 +12,38 @@
 
 #include <cjson/cJSON.h>
 #include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
+
+/* ---- memory -------------------------------------------------------------------------------------- */
+
+/* cJSON reports a failed allocation like bad JSON, or leaves out what it was for. */
+static _Thread_local bool memory_failed;
+
+static void *watched_malloc(size_t n)
+{
+    void *memory = malloc(n);
+
+    memory_failed = memory_failed || !memory;
+    return memory;
+}
+
+void lt_json_watch_memory(void)
+{
+    cJSON_InitHooks(&(cJSON_Hooks){ .malloc_fn = watched_malloc, .free_fn = free });
+}
+
+bool lt_json_lacked_memory(void)
+{
+    const bool failed = memory_failed;
+
+    memory_failed = false;
+    return failed;
+}
+
+static pthread_once_t watching = PTHREAD_ONCE_INIT;
 
 /* ---- reading ------------------------------------------------------------------------------------- */
 
@@ -184,6 +214,8 @@ lt_status lt_json_parse(const char *name, const char *text, size_t n, cJSON **ou
     st = check_limits(name, text, end, &words);
     if (st)
         return st;
+    pthread_once(&watching, lt_json_watch_memory);
+    lt_json_lacked_memory();
     if (words)
         st = parse_words(name, text, n, &stop, &value);
     else
@@ -193,6 +225,10 @@ lt_status lt_json_parse(const char *name, const char *text, size_t n, cJSON **ou
     if (value && stop == n) {
         *out = value;
         return LT_OK;
+    }
+    if (lt_json_lacked_memory()) {
+        cJSON_Delete(value);
+        return lt_error(LT_ENOMEM, "%s: no memory to read it", name);
     }
     st = error_at(name, text, text + stop, value ? "text after the JSON value" : "not valid JSON from here on");
     cJSON_Delete(value);
@@ -238,7 +274,7 @@ void lt_json_print_string(FILE *f, const char *text)
             fputs("\\n", f);
         else if (code == '\t')
             fputs("\\t", f);
-        else if (code < 0x20 || code == 0x7f)
+        else if (lt_is_control(code))
             fprintf(f, "\\u%04x", (unsigned)code);
         else
             fwrite(utf8, 1, lt_utf8_put(utf8, code), f);
@@ -302,7 +338,8 @@ void lt_json_print(FILE *f, const cJSON *value)
 lt_status lt_json_write(const char *path, const cJSON *value)
 {
     lt_atomic_file f;
-    lt_status st = lt_atomic_open(&f, path);
+    lt_status st = lt_json_lacked_memory() ? lt_error(LT_ENOMEM, "%s: no memory for all that belongs in it", path)
+                                   : lt_atomic_open(&f, path);
 
     if (st)
         return st;

@@ -46,6 +46,13 @@ LT_API const char *lt_json_number(double x, char out[LT_JSON_NUMBER]);
 /* lt_json_print_string - text in quotes, escaped; bytes that are no UTF-8 become U+FFFD */
 LT_API void lt_json_print_string(FILE *f, const char *text);
 
+/* lt_json_watch_memory - let cJSON's allocations be watched from here on: reading then tells a lack of memory from bad
+ * JSON, and lt_json_write refuses a tree in which something was left out for it. The first lt_json_parse does it. */
+LT_API void lt_json_watch_memory(void);
+
+/* lt_json_lacked_memory - whether an allocation of cJSON on this thread failed since this was asked last */
+LT_API bool lt_json_lacked_memory(void);
+
 #ifdef __cplusplus
 }
 #endif
