@@ -20,13 +20,14 @@
 
 /* ---- arguments ---------------------------------------------------------------------------------------- */
 
-enum { ARGP_BYTES = 1 << 18 };  /* more than argp takes for any help page; it does not look whether it got it */
-
-static void check_memory(void *memory)
+/* argp looks at few of its allocations: an assertion or a fault is what becomes of the others. */
+static void without_memory(int number)
 {
-    if (!memory)
-        exit(cli_fail(lt_error(LT_ENOMEM, "no memory for the command line")));
-    free(memory);
+    static const char line[] = "palmar: no memory for the command line\n";
+    ssize_t written = write(STDERR_FILENO, line, sizeof(line) - 1);
+
+    (void)number, (void)written;
+    _exit(4);
 }
 
 void cli_parse(const char *name, const struct argp *argp, int argc, char **argv, void *input)
@@ -39,8 +40,12 @@ void cli_parse(const char *name, const struct argp *argp, int argc, char **argv,
         if (strcmp(argv[i], "-h") == 0)
             argv[i] = "--help";
     argp_err_exit_status = 2;
-    check_memory(malloc(ARGP_BYTES));
-    check_memory(argp_parse(argp, argc, argv, 0, NULL, input) == 0 ? malloc(1) : NULL);
+    signal(SIGABRT, without_memory);
+    signal(SIGSEGV, without_memory);
+    if (argp_parse(argp, argc, argv, 0, NULL, input))
+        without_memory(0);
+    signal(SIGABRT, SIG_DFL);
+    signal(SIGSEGV, SIG_DFL);
 }
 
 double cli_real(struct argp_state *state, const char *option, const char *text, double lo, double hi)

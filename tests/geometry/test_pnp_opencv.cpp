@@ -7,6 +7,7 @@
 
 #include <opencv2/calib3d.hpp>
 
+#include <cmath>
 #include <cstdio>
 #include <vector>
 
@@ -146,11 +147,64 @@ START_TEST(same_quality_behind_ransac)
 }
 END_TEST
 
+/* Few points of a small thing with noise are where mirror images and second solutions compete: a share of poses that are
+ * far off no larger than OpenCV's, by more than what is left to chance. */
+static void compare_far_off(bool flat, int n, double px, double noise)
+{
+    enum { TRIALS = 1000 };
+    lt_rng r = lt_rng_make(3, (uint64_t)n + flat);
+    const double depth = camera.fx * .2 / px;
+    int far = 0, cv_far = 0;
+
+    for (int trial = 0; trial < TRIALS; trial++) {
+        double q[4], truth[9], R[9], t[3], theirs[9];
+        std::vector<cv::Point3d> X;
+        std::vector<cv::Point2d> uv;
+        cv::Mat rvec, tvec;
+
+        for (double &x : q)
+            x = lt_rng_normal(&r);
+        lt_rot_from_quat(q, truth);
+        if (flat && std::fabs(truth[8]) < .5)           /* seen at a slant of at most 60 degrees */
+            continue;
+        for (int i = 0; i < n; i++) {
+            const double x[3] = { lt_rng_range(&r, -.1, .1), lt_rng_range(&r, -.1, .1),
+                                  flat ? 0 : lt_rng_range(&r, -.1, .1) }, at[3] = { 0, 0, depth };
+            double p[3], seen[2];
+
+            lt_rigid_apply(truth, at, x, p);
+            lt_camera_project(&camera, p, seen);
+            X.emplace_back(x[0], x[1], x[2]);
+            uv.emplace_back(seen[0] + noise * lt_rng_normal(&r), seen[1] + noise * lt_rng_normal(&r));
+        }
+        cv::solvePnP(X, uv, K, cv::noArray(), rvec, tvec, false, flat ? cv::SOLVEPNP_IPPE : cv::SOLVEPNP_EPNP);
+        lt_rot_from_axis_angle(rvec.ptr<double>(), theirs);
+        cv_far += lt_rot_angle(theirs, truth) > M_PI / 6;
+        if ((flat ? lt_pnp_planar : lt_epnp)(&camera, n, &X[0].x, &uv[0].x, R, t) != LT_OK
+            || lt_rot_angle(R, truth) > M_PI / 6)
+            far++;
+    }
+    std::printf("%s, %d points over %.0f px, %.1f px noise: %d of %d poses more than 30 degrees off, OpenCV %d\n",
+                flat ? "planar" : "EPnP", n, px, noise, far, TRIALS, cv_far);
+    ck_assert_int_le(far, cv_far + 15);
+}
+
+START_TEST(no_more_poses_are_far_off)
+{
+    compare_far_off(false, 6, 60, 1);
+    compare_far_off(false, 8, 60, 1);
+    compare_far_off(true, 6, 60, .5);
+    compare_far_off(true, 8, 60, 1);
+    compare_far_off(true, 8, 200, 1);
+}
+END_TEST
+
 static void add_tests(TCase *c)
 {
     tcase_set_timeout(c, 0);
     tcase_add_test(c, same_epnp);
     tcase_add_test(c, same_quality_behind_ransac);
+    tcase_add_test(c, no_more_poses_are_far_off);
 }
 
 int main()

@@ -187,12 +187,19 @@ static void gauss_newton(const epnp *e, double beta[BETAS])
     }
 }
 
-/* The control points in the camera, then R and t by Procrustes over all points. Of the n points nothing is
- * needed: along principal axes the alphas' second moments are n on the diagonal and 0 elsewhere. */
-static void pose_from_betas(const epnp *e, const double beta[BETAS], double R[9], double t[3])
+/* What the betas' control points in the camera come to. */
+typedef struct {
+    double H[9];                    /* R, but for the noise, by Procrustes over all points */
+    double centre[3];               /* of the points */
+} seen_shape;
+
+/* Of the n points nothing is needed: along principal axes the alphas' second moments are n on the diagonal and 0
+ * elsewhere. */
+static seen_shape shape_from_betas(const epnp *e, const double beta[BETAS])
 {
     const lt_principal *s = &e->shape;
-    double control[12] = { 0 }, H[9] = { 0 }, turned[3];
+    double control[12] = { 0 };
+    seen_shape out = { .H = { 0 } };
 
     for (int i = 0; i < 12; i++)
         for (int k = 0; k < BETAS; k++)
@@ -202,10 +209,26 @@ static void pose_from_betas(const epnp *e, const double beta[BETAS], double R[9]
             control[i] = -control[i];
     for (int j = 0; j < 3; j++)
         for (int k = 0; k < 9; k++)
-            H[k] += (control[3 * j + 3 + k / 3] - control[k / 3]) * s->spread[j] * s->axis[j][k % 3];
-    lt_rot_nearest(H, R);
-    lt_mat3_mulvec(R, s->centre, turned);
-    lt_vec3_sub(control, turned, t);
+            out.H[k] += (control[3 * j + 3 + k / 3] - control[k / 3]) * s->spread[j] * s->axis[j][k % 3];
+    memcpy(out.centre, control, sizeof(out.centre));
+    return out;
+}
+
+/* A pose found and its reprojection error. */
+typedef struct { double R[9], t[3], error; } solution;
+
+static void keep_better(solution *best, const lt_principal *shape, const seen_shape *seen, const lt_camera *cam, int n,
+                        const double *X, const double *uv)
+{
+    double turned[3];
+    solution s;
+
+    lt_rot_nearest(seen->H, s.R);
+    lt_mat3_mulvec(s.R, shape->centre, turned);
+    lt_vec3_sub(seen->centre, turned, s.t);
+    s.error = lt_pnp_error(cam, n, X, uv, s.R, s.t);
+    if (s.error < best->error)
+        *best = s;
 }
 
 static void prepare(epnp *e, const lt_camera *cam, int n, const double *X, const double *uv)
@@ -222,7 +245,7 @@ lt_status lt_epnp(const lt_camera *cam, int n, const double *X, const double *uv
 {
     static void (*const guess[])(const epnp *, double *) = { guess_from_4, guess_from_3, guess_from_5 };
     const lt_status st = lt_pnp_check("epnp", cam, n, 4, X, uv);
-    double best = INFINITY;
+    solution best = { .error = INFINITY };
     epnp e;
 
     if (st)
@@ -232,18 +255,22 @@ lt_status lt_epnp(const lt_camera *cam, int n, const double *X, const double *uv
         return lt_pnp_planar(cam, n, X, uv, R, t);
     prepare(&e, cam, n, X, uv);
     for (size_t g = 0; g < LT_COUNT(guess); g++) {
-        double beta[BETAS], Rg[9], tg[3], err;
+        double beta[BETAS];
+        seen_shape seen;
+
         guess[g](&e, beta);
         gauss_newton(&e, beta);
-        pose_from_betas(&e, beta, Rg, tg);
-        err = lt_pnp_error(cam, n, X, uv, Rg, tg);
-        if (err < best) {
-            best = err;
-            memcpy(R, Rg, sizeof(Rg));
-            memcpy(t, tg, sizeof(tg));
-        }
+        seen = shape_from_betas(&e, beta);
+        keep_better(&best, &e.shape, &seen, cam, n, X, uv);
+        if (lt_mat3_det(seen.H) >= 0)
+            continue;
+        for (int k = 6; k < 9; k++)                 /* a mirror image: near and far changed places */
+            seen.H[k] = -seen.H[k];
+        keep_better(&best, &e.shape, &seen, cam, n, X, uv);
     }
-    if (best == INFINITY)
+    if (best.error == INFINITY)
         return lt_error(LT_ENUMERIC, "epnp: no pose has all %d points in front of the camera", n);
+    memcpy(R, best.R, sizeof(best.R));
+    memcpy(t, best.t, sizeof(best.t));
     return LT_OK;
 }
