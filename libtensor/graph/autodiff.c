@@ -31,6 +31,36 @@ static void find_who_needs_grad(lt_plan *p)
     }
 }
 
+/* An op without a backward pass may not stand between the loss and what it learns: its inputs would silently learn
+ * nothing from there. */
+static lt_status check_backward(lt_plan *p)
+{
+    bool *reaches = lt_arena_array(p->arena, (size_t)p->g->n_tensors, sizeof(*reaches));     /* the loss */
+    char where[LT_WHERE];
+
+    if (!reaches)
+        return lt_error(LT_ENOMEM, "no memory to compile the backward pass");
+    reaches[p->loss->id] = true;
+    for (int k = p->g->n_nodes - 1; k >= 0; k--) {
+        const lt_node *n = p->g->node[k];
+        bool reached = false;
+
+        for (int i = 0; n && i < n->n_out; i++)
+            reached |= reaches[n->outs[i]->id];
+        if (!reached || (n->op->flags & LT_OP_DETACH))
+            continue;
+        for (int i = 0; i < n->n_in; i++) {
+            if (n->in[i] && p->tensor[n->in[i]->id].needs_grad && !differentiable(n->op))
+                return lt_error(LT_EINVAL, "%s%s%s%s: the loss depends on what it reads, and it has no backward; give it "
+                                "one, or lt_detach what is to learn nothing%s", n->op->name, *n->name ? " \"" : "",
+                                n->name, *n->name ? "\"" : "", lt_where(n->file, n->line, where));
+            if (n->in[i])
+                reaches[n->in[i]->id] = true;
+        }
+    }
+    return LT_OK;
+}
+
 static bool gradient_arrives(const lt_plan *p, const lt_node *n)
 {
     for (int i = 0; i < n->n_out; i++)
@@ -199,7 +229,12 @@ static bool add_backward(lt_plan *p, lt_node *n)
 
 lt_status plan_autodiff(lt_plan *p, bool recompute)
 {
+    lt_status st;
+
     find_who_needs_grad(p);
+    st = check_backward(p);
+    if (st)
+        return st;
     find_what_is_read(p);
     if (recompute)
         choose_what_to_redo(p);

@@ -17,6 +17,12 @@ static lt_status check(const lt_graph *g, const lt_compile_opts *o)
 {
     char text[LT_SHAPE_TEXT];
 
+    const lt_status stray = lt_take_stray_error();
+
+    if (stray)
+        return stray;
+    if (!g)
+        return lt_error(LT_EINVAL, "there is no graph to compile");
     if (g->status)
         return lt_graph_status(g);
     if (o->train && !o->loss)

@@ -151,11 +151,44 @@ static lt_tensor *or_harmless(lt_graph *g, lt_tensor *t)
     return t ? t : g->harmless;
 }
 
+/* A call without a tensor has no graph to keep its mistake in. */
+static _Thread_local lt_status stray_status;
+static _Thread_local char stray_error[1024];
+
+static lt_tensor *stray(const char *fmt, ...) LT_PRINTF(1, 2);
+
+static lt_tensor *stray(const char *fmt, ...)
+{
+    char where[LT_WHERE];
+    va_list args;
+    int n;
+
+    if (stray_status)
+        return NULL;
+    stray_status = LT_EINVAL;
+    va_start(args, fmt);
+    n = vsnprintf(stray_error, sizeof(stray_error), fmt, args);
+    va_end(args);
+    if (n >= 0 && (size_t)n < sizeof(stray_error))
+        snprintf(stray_error + n, sizeof(stray_error) - (size_t)n, "%s", lt_where(here_file(), here.line, where));
+    return NULL;
+}
+
+lt_status lt_take_stray_error(void)
+{
+    const lt_status st = stray_status;
+
+    stray_status = LT_OK;
+    return st ? lt_error(st, "%s", stray_error) : LT_OK;
+}
+
 lt_tensor *lt_input(lt_graph *g, const char *name, lt_dtype dtype, int rank, const int64_t *dim)
 {
     lt_shape shape = { .rank = rank };
     char text[LT_SHAPE_TEXT];
 
+    if (!g)
+        return stray("input \"%s\": there is no graph; lt_graph_new had no memory?", name);
     if (g->status)
         return g->harmless;
     if (rank < 0 || rank > LT_MAX_RANK) {
@@ -238,8 +271,11 @@ lt_tensor *lt_scalar(lt_graph *g, double value)
 
 lt_tensor *lt_output(lt_tensor *t, const char *name)
 {
-    const char *copy = lt_arena_strdup(t->graph->arena, name);
+    const char *copy;
 
+    if (!t)
+        return stray("output \"%s\": there is no tensor", name);
+    copy = lt_arena_strdup(t->graph->arena, name);
     if (t->graph->status == LT_OK) {
         t->is_output = true;
         t->name = copy ? copy : t->name;
@@ -249,6 +285,8 @@ lt_tensor *lt_output(lt_tensor *t, const char *name)
 
 lt_tensor *lt_want_grad(lt_tensor *input)
 {
+    if (!input)
+        return stray("lt_want_grad: there is no tensor");
     if (input->kind == LT_RESULT)
         refuse(input->graph, "a gradient is wanted of \"%s\", a result; only inputs and parameters have one afterwards",
                input->name);
@@ -298,6 +336,8 @@ void lt_call_init(lt_call *c, const lt_node *n)
     c->out = c->outs[0];
 }
 
+enum { NO_SHAPE = -1 };                             /* of a result before the shape rule has set one */
+
 static lt_node *node_new(lt_graph *g, const lt_op *op, const void *attr, size_t attr_bytes,
                          lt_tensor *const *in, int n_in)
 {
@@ -319,7 +359,7 @@ static lt_node *node_new(lt_graph *g, const lt_op *op, const void *attr, size_t 
     n->line = here.line;
     n->name = layer_name(g, n);
     for (int i = 0; i < n->n_out; i++) {
-        n->outs[i] = lt_tensor_new(g, LT_RESULT, n->name, LT_F32, (lt_shape){ 0 });
+        n->outs[i] = lt_tensor_new(g, LT_RESULT, n->name, LT_F32, (lt_shape){ .rank = NO_SHAPE });
         if (!n->outs[i])
             return NULL;
         n->outs[i]->node = n;
@@ -346,10 +386,13 @@ static lt_status check_results(lt_call *c)
 {
     char text[LT_SHAPE_TEXT];
 
-    for (int i = 0; i < c->n_out; i++)
+    for (int i = 0; i < c->n_out; i++) {
+        if (c->outs[i]->shape.rank == NO_SHAPE)
+            return lt_fail(c, "its shape rule set no shape for result %d", i);
         if (!lt_shape_fits_memory(&c->outs[i]->shape))
             return lt_fail(c, "its result would be %s, which no memory holds",
                            lt_shape_text(&c->outs[i]->shape, text));
+    }
     return LT_OK;
 }
 
@@ -373,8 +416,15 @@ lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes, lt_ten
     char where[LT_WHERE];
     lt_node *n;
 
-    if (!g || g->status)
-        return g ? g->harmless : NULL;
+    if (!g)
+        return stray("%s: no input is there", op->name ? op->name : "an op without a name");
+    if (g->status)
+        return g->harmless;
+    if (!op->name || !op->infer || (!op->forward && !(op->flags & LT_OP_VIEW))) {
+        refuse(g, "%s: an op without %s%s", op->name ? op->name : "lt_apply",
+               !op->name ? "a name" : !op->infer ? "a shape rule (infer)" : "forward", lt_where(here_file(), here.line, where));
+        return g->harmless;
+    }
     if (n_in > LT_MAX_IN) {
         refuse(g, "%s: %d inputs, at most %d are possible%s", op->name, n_in, LT_MAX_IN,
                lt_where(here_file(), here.line, where));
@@ -407,6 +457,8 @@ bool lt_become(lt_node *node, const lt_op *op, const void *attr, size_t attr_byt
 
 lt_tensor *lt_result(lt_tensor *t, int i)
 {
+    if (!t)
+        return stray("lt_result: there is no tensor");
     if (t->node && i >= 0 && i < t->node->n_out)
         return t->node->outs[i];
     if (t != t->graph->harmless)

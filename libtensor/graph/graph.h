@@ -15,6 +15,10 @@ extern "C" {
 #endif
 
 /* lt_graph_new - an empty graph, NULL without memory; the graph owns its tensors */
+/* A program and the library that it is linked with mean the same lt_real, or do not link. */
+#ifdef LT_DOUBLE
+#define lt_graph_new lt_graph_new_of_doubles
+#endif
 LT_API lt_graph *lt_graph_new(void);
 LT_API void lt_graph_free(lt_graph *g);
 

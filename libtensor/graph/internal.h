@@ -29,6 +29,9 @@ bool lt_shape_fits_memory(const lt_shape *s);
 enum { LT_WHERE = 256 };
 const char *lt_where(const char *file, int line, char out[LT_WHERE]);
 
+/* lt_take_stray_error - the first mistake on this thread that had no graph to be kept in, which is forgotten by it */
+lt_status lt_take_stray_error(void);
+
 /* lt_graph_add_tensor, lt_graph_add_node - append one made by hand; false without memory (kept in the graph) */
 bool lt_graph_add_tensor(lt_graph *g, lt_tensor *t);
 bool lt_graph_add_node(lt_graph *g, lt_node *n);

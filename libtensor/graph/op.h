@@ -68,7 +68,7 @@ typedef struct lt_call {
 enum {
     LT_OP_INPLACE = 1,              /* out may be the memory of in[0] when that dies here */
     LT_OP_VIEW = 2,                 /* out is the memory of in[0]; forward and backward do nothing */
-    LT_OP_DETACH = 4,               /* no gradient passes, in a training plan too */
+    LT_OP_DETACH = 4,               /* no gradient passes, on purpose: a target, an index */
     LT_OP_CHEAP = 8,                /* its result may be recomputed for backward instead of kept */
     LT_OP_ASSIGNS = 16,             /* backward honours lt_call.fresh */
     LT_OP_RANDOM = 32,              /* draws from lt_call.rng: never folded */
@@ -99,7 +99,8 @@ typedef struct lt_op {
      * Optional. */
     void (*plan)(lt_call *c);
 
-    /* Run. Cannot fail, allocate, or keep state anywhere but in saved. No backward: no gradient. */
+    /* Run. Cannot fail, allocate, or keep state anywhere but in saved. Without backward the op may not stand between a
+     * loss and what it learns, unless it says LT_OP_DETACH. */
     void (*forward)(const lt_call *c);
     void (*backward)(const lt_call *c);
 
@@ -172,10 +173,12 @@ struct lt_node {
 /**
  * lt_apply - record one use of op; attr is copied
  *
- * The graph is that of the first input that is not NULL; at least one must be there. After an error,
- * here or earlier in the graph, returns a tensor that is harmless to pass on.
- * Errors: an input is missing that is not optional, is not LT_F32 where the op says nothing else,
- * belongs to another graph; more than LT_MAX_IN of them; and those of the op's shape rule.
+ * The graph is that of the first input that is not NULL. After an error, here or earlier in the graph, returns a tensor
+ * that is harmless to pass on; where no input is there, and so no graph, NULL, which is harmless too: the next
+ * lt_compile of this thread reports it.
+ * Errors: an op without infer or forward; an input is missing that is not optional, is not LT_F32 where the op says
+ * nothing else, belongs to another graph; more than LT_MAX_IN of them; and those of the op's shape rule, which must set
+ * the shape of every result.
  */
 LT_API lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes,
                            lt_tensor *const *in, int n_in);

@@ -46,7 +46,7 @@ static void target_forward(const lt_call *c)
 }
 
 static const lt_op heatmap_target_op = {
-    .name = "heatmap_target", .infer = target_infer, .forward = target_forward,
+    .name = "heatmap_target", .flags = LT_OP_DETACH, .infer = target_infer, .forward = target_forward,
 };
 
 lt_tensor *heatmap_loss(lt_tensor *logits, lt_tensor *places, int h, int w, int margin, lt_tensor *weight)

@@ -99,7 +99,7 @@ static void target_forward(const lt_call *c)
 }
 
 static const lt_op confidence_target_op = {
-    .name = "confidence_target", .infer = target_infer, .forward = target_forward,
+    .name = "confidence_target", .flags = LT_OP_DETACH, .infer = target_infer, .forward = target_forward,
 };
 
 object_losses object_head_losses(const object_out *o, lt_tensor *points, lt_tensor *mask, lt_tensor *weight)

@@ -205,7 +205,7 @@ static hand_object_out forward(const hocat *m, lt_tensor *image, lt_tensor *hand
                                                             : pyramids(m, normal, hand_rois, object_rois, whole);
     lt_tensor *hand_main = lt_roi_align(p2.hand, hand_rois, roi, roi, 0.25);            /* F_hm */
     lt_tensor *object_main = lt_roi_align(p2.object, object_rois, roi, roi, 0.25);      /* F_om */
-    hand_object_out out;
+    hand_object_out out = { 0 };
 
     if (m->config.variant == HOCAT_FULL)
         hand_main = attend(m, hand_main, lt_roi_align(p2.object, hand_rois, roi, roi, 0.25));   /* F_h of F_hm, F_on */

@@ -141,7 +141,7 @@ static hand_object_out forward(const unified *m, lt_tensor *image, lt_tensor *de
     lt_tensor *places = lt_cell_places(image->graph, m->cells, m->cells);
     lt_tensor *hand = deformable_encoder_forward(&m->hand_encoder, tokens, places);     /* (B, 784, 64) */
     lt_tensor *object = deformable_encoder_forward(&m->object_encoder, tokens, places);
-    hand_object_out out;
+    hand_object_out out = { 0 };
 
     if (m->config.variant != UNIFIED_NO_CROSS_ATTENTION)
         cross_attention_forward(&m->cross, &hand, &object);

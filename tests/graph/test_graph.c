@@ -32,7 +32,12 @@ static lt_status infer_bare(lt_call *c)
     return lt_want_rank(c, 0, "input", 2);
 }
 
-static const lt_op bare_op = { .name = "bare", .infer = infer_bare };
+static void forward_bare(const lt_call *c)
+{
+    memcpy(c->out->data, c->in[0]->data, lt_nbytes(c->out));
+}
+
+static const lt_op bare_op = { .name = "bare", .infer = infer_bare, .forward = forward_bare };
 
 /* An op without LT_HERE does not blame the last call that had it. */
 START_TEST(a_place_that_is_not_known)
@@ -44,6 +49,88 @@ START_TEST(a_place_that_is_not_known)
     ck_assert_int_eq(lt_graph_status(g), LT_ESHAPE);
     ck_assert_str_eq(lt_last_error(), "bare: input is (3), want 2 dimensions");
     ck_assert_int_eq(lt_last_status(), LT_ESHAPE);
+}
+END_TEST
+
+/* ---- ops of one's own that lack something --------------------------------------------------------------- */
+
+static lt_status infer_same(lt_call *c)
+{
+    c->out->shape = c->in[0]->shape;
+    return LT_OK;
+}
+
+static lt_status infer_nothing(lt_call *c)
+{
+    (void)c;
+    return LT_OK;
+}
+
+static void check_refused(lt_graph *of, const char *words)
+{
+    ck_assert_ptr_null(lt_compile(of, NULL));
+    ck_assert_msg(strstr(lt_last_error(), words) != NULL, "\"%s\" does not say \"%s\"", lt_last_error(), words);
+}
+
+START_TEST(ops_that_are_not_whole)
+{
+    static const struct { lt_op op; const char *words; } cases[] = {
+        { { .name = "half", .forward = forward_bare }, "half: an op without a shape rule (infer)" },
+        { { .name = "half", .infer = infer_same }, "half: an op without forward" },
+        { { .infer = infer_same, .forward = forward_bare }, "an op without a name" },
+        { { .name = "half", .infer = infer_nothing, .forward = forward_bare },
+          "half: its shape rule set no shape for result 0" },
+    };
+    lt_tensor *x = lt_input(g, "x", LT_F32, 1, (int64_t[]){ 3 });
+
+    lt_output(lt_apply(&cases[_i].op, NULL, 0, &x, 1), "y");
+    check_refused(g, cases[_i].words);
+}
+END_TEST
+
+/* Between the loss and a weight it would cut the gradient in silence; beside that way, or detached, it may stand. */
+START_TEST(an_op_without_backward)
+{
+    static const lt_op copy_op = { .name = "copy", .infer = infer_same, .forward = forward_bare };
+    lt_param *w = lt_params_add(set, "layer", "w", LT_WEIGHT, LT_SHAPE(3));
+    lt_tensor *x = lt_input(g, "x", LT_F32, 1, (int64_t[]){ 3 }), *used = lt_use(g, w), *product = lt_mul(x, used), *y;
+
+    if (_i == 1)
+        product = lt_detach(product);
+    y = lt_apply(&copy_op, NULL, 0, &product, 1);
+    lt_output(y, "y");
+    if (_i == 2)
+        y = lt_mul(x, used);
+    else
+        y = lt_add(y, used);
+    lt_plan *p = lt_compile(g, &(lt_compile_opts){ .loss = lt_sum(y), .train = true });
+    if (_i == 0) {
+        ck_assert_ptr_null(p);
+        ck_assert_ptr_nonnull(strstr(lt_last_error(), "copy: the loss depends on what it reads, and it has no backward"));
+    } else {
+        ck_assert_msg(p != NULL, "%s", lt_last_error());
+    }
+    lt_plan_free(p);
+}
+END_TEST
+
+/* What has no tensor has no graph that could keep the mistake: the next plan on the thread tells it, once. */
+START_TEST(tensors_that_are_not_there)
+{
+    lt_tensor *y = lt_output(lt_relu(NULL), "y"); const int line = __LINE__;
+    char want[128];
+
+    ck_assert_ptr_null(y);
+    ck_assert_ptr_null(lt_want_grad(NULL));
+    ck_assert_ptr_null(lt_result(NULL, 1));
+    ck_assert_ptr_null(lt_input(NULL, "x", LT_F32, 0, NULL));
+    snprintf(want, sizeof(want), "relu: no input is there (%s:%d)", __FILE__, line);
+    check_refused(g, want);
+    lt_output(lt_relu(lt_input(g, "x", LT_F32, 1, (int64_t[]){ 3 })), "y");
+    lt_plan *p = lt_compile(g, NULL);
+    ck_assert_msg(p != NULL, "%s", lt_last_error());
+    lt_plan_free(p);
+    check_refused(NULL, "there is no graph to compile");
 }
 END_TEST
 
@@ -734,6 +821,9 @@ int main(void)
     tcase_add_test(tc, the_first_mistake_is_kept);
     tcase_add_test(tc, a_place_that_is_not_known);
     tcase_add_test(tc, scopes_name_layers_without_parameters);
+    tcase_add_loop_test(tc, ops_that_are_not_whole, 0, 4);
+    tcase_add_loop_test(tc, an_op_without_backward, 0, 3);
+    tcase_add_test(tc, tensors_that_are_not_there);
     tcase_add_test(tc, inputs_of_impossible_size);
     tcase_add_test(tc, products_of_sizes_that_overflow);
     tcase_add_test(tc, whole_numbers_are_no_real_ones);

@@ -102,6 +102,23 @@ static lt_real *run(lt_plan **p, lt_tensor *x, const lt_tensor *y, const lt_real
     return lt_plan_data(*p, y);
 }
 
+/* In a plan outputs are known by their tensors; in a file by their names. */
+START_TEST(two_ports_of_one_name)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_graph *g = lt_graph_new();
+    lt_tensor *x = lt_input(g, "x", LT_F32, 1, (int64_t[]){ 3 });
+    lt_onnx_model m;
+
+    lt_output(lt_relu(x), "y");
+    lt_output(lt_tanh(x), _i ? "x" : "y");
+    check_error(lt_onnx_describe(arena, g, NULL, &m), LT_EINVAL,
+                _i ? "two inputs or outputs are called \"x\"" : "two inputs or outputs are called \"y\"");
+    lt_graph_free(g);
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(a_file_runs_for_any_batch)
 {
     lt_arena *arena = lt_arena_new();
@@ -485,6 +502,7 @@ static void add_tests(TCase *tc)
     tcase_set_timeout(tc, 0);
     tcase_add_unchecked_fixture(tc, make_scratch_folder, remove_scratch_folder);
     tcase_add_test(tc, what_is_written_is_read);
+    tcase_add_loop_test(tc, two_ports_of_one_name, 0, 2);
     tcase_add_test(tc, a_file_runs_for_any_batch);
     tcase_add_loop_test(tc, other_writers_are_read, 0, LT_COUNT(others));
     tcase_add_test(tc, damaged);

@@ -20,3 +20,11 @@ $CC -O2 -Wall -Wextra -Werror $EXTRA_CFLAGS readme.c -o readme $($PKG_CONFIG --c
 # It leaves freeing to its end, as short programs do.
 ASAN_OPTIONS=detect_leaks=0 ./readme | tee readme.out
 awk '$1 == "loss" && $2 < 1e-3 { learned = 1 } END { exit !learned }' readme.out
+
+# A program that means another lt_real than the library does not link with it.
+# shellcheck disable=SC2046,SC2086 # lists of flags
+if $CC -DLT_DOUBLE -O2 $EXTRA_CFLAGS readme.c -o readme_double $($PKG_CONFIG --cflags --libs libtensor) 2>double.err; then
+    echo "a program with LT_DOUBLE links with the library in float"
+    exit 1
+fi
+grep -q 'lt_graph_new_of_doubles' double.err

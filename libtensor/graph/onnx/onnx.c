@@ -141,8 +141,21 @@ static void describe_node(lt_onnx *w, const lt_node *n)
             lt_onnx_refuse(w, "its onnx function does not say what result %d is", i);
 }
 
+/* Inputs and outputs are values of the model, each of which has a name of its own. */
+static bool is_taken(const lt_onnx_port *list, int n, const char *name)
+{
+    for (int i = 0; i < n; i++)
+        if (strcmp(list[i].name, name) == 0)
+            return true;
+    return false;
+}
+
 static void add_port(lt_onnx *w, lt_onnx_port *list, int *n, const lt_tensor *t)
 {
+    const lt_onnx_model *m = &w->model;
+
+    if (is_taken(m->input, m->n_inputs, t->name) || is_taken(m->output, m->n_outputs, t->name))
+        lt_onnx_fail(w, LT_EINVAL, "two inputs or outputs are called \"%s\"", t->name);
     list[(*n)++] = (lt_onnx_port){ t->name, type_of(w, t), shape_of(w, t) };
 }
 

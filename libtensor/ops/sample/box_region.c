@@ -65,7 +65,7 @@ static void forward(const lt_call *c)
             add_box(a, (const lt_real *)c->in[i]->data + 5 * r, c->out->data);
 }
 
-static const lt_op box_region_op = { .name = "box_region", .infer = infer, .forward = forward };
+static const lt_op box_region_op = { .name = "box_region", .flags = LT_OP_DETACH, .infer = infer, .forward = forward };
 
 lt_tensor *(lt_box_region)(lt_tensor *const *boxes, int n, int64_t B, int64_t H, int64_t W, double scale, int margin)
 {

@@ -36,7 +36,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op sample_index_op = {
-    .name = "sample_index", .keeps = LT_KEEP_NOTHING, .any_type = LT_ANY_TYPE_IN(0), .infer = infer,
+    .name = "sample_index", .flags = LT_OP_DETACH, .keeps = LT_KEEP_NOTHING, .any_type = LT_ANY_TYPE_IN(0), .infer = infer,
     .forward = forward, .onnx = onnx,
 };
 
