@@ -232,6 +232,7 @@ void layer_list(FILE *f)
  */
 static lt_status consume_infer(lt_call *c)
 {
+    c->out->shape = (lt_shape){ 0 };
     return lt_want_shape(c, 0, "chain", (lt_shape){ 0 });
 }
 
