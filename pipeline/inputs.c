@@ -3,6 +3,7 @@
 #include "pipeline/internal.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/text/natural.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -60,9 +61,9 @@ static lt_status add_path(lt_arena *arena, paths *p, char *path)
     return LT_OK;
 }
 
-static int by_text(const void *a, const void *b)
+static int by_number(const void *a, const void *b)
 {
-    return strcmp(*(char *const *)a, *(char *const *)b);
+    return lt_natural_order(*(char *const *)a, *(char *const *)b);
 }
 
 static lt_status add_folder(lt_arena *arena, const char *folder, paths *all)
@@ -82,8 +83,34 @@ static lt_status add_folder(lt_arena *arena, const char *folder, paths *all)
         return st;
     if (all->n == first)
         return lt_error(LT_EFORMAT, "%s: no images in this folder", folder);
-    qsort(all->path + first, all->n - first, sizeof(*all->path), by_text);
+    qsort(all->path + first, all->n - first, sizeof(*all->path), by_number);
     return LT_OK;
+}
+
+/* The shell lists frame*.jpg by letters, frame10 before frame2; what stands in another order was put there by hand. */
+static bool listed_by_shell(char *const *path, size_t n)
+{
+    for (size_t i = 1; i < n; i++)
+        if (strcmp(path[i - 1], path[i]) >= 0)
+            return false;
+    return true;
+}
+
+static bool in_order(char *const *path, size_t n)
+{
+    for (size_t i = 1; i < n; i++)
+        if (lt_natural_order(path[i - 1], path[i]) > 0)
+            return false;
+    return true;
+}
+
+/* n files that were named one by one, a film's frames: in the order in which their folder would give them. */
+static void sort_frames(const predict_options *o, char **path, size_t n)
+{
+    if (!listed_by_shell(path, n) || in_order(path, n))
+        return;
+    qsort(path, n, sizeof(*path), by_number);
+    predict_say(o, "%s: the first of %zu frames, which are taken in the order of the numbers in their names", path[0], n);
 }
 
 static lt_status add_input(lt_arena *arena, const char *input, paths *all)
@@ -224,16 +251,20 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
 lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict_list *out)
 {
     paths all = { 0 };
+    bool folders = false;
     lt_status st = LT_OK;
 
     *out = (predict_list){ 0 };
     for (int i = 0; i < o->n_inputs && st != LT_ENOMEM; i++) {
+        folders = folders || lt_is_folder(o->inputs[i]);
         st = add_input(arena, o->inputs[i], &all);
         if (st && st != LT_ENOMEM) {
             predict_say(o, "skipped: %s", lt_last_error());
             out->skipped++;
         }
     }
+    if (o->fps > 0 && !folders)
+        sort_frames(o, all.path, all.n);
     st = st == LT_ENOMEM ? st : give_names(arena, &all, out);
     st = st ? st : check_frames(out);
     return st || !o->depth ? st : find_depth(arena, o, out);

@@ -57,7 +57,7 @@ typedef struct {
  *                      or both in NAME.glb, whose axes are glTF's: y up, z backward
  *
  * The second image of a name becomes NAME-2, and so on. Folders give their images (by extension; not
- * hidden ones, nor overlays) in the order of their names, and are not descended. Images are turned upright as
+ * hidden ones, nor overlays) in the order of their names, numbers as numbers, and are not descended. Images are turned upright as
  * their EXIF orientation says. What is not given is assumed, and said on `messages`, of the first image and where it
  * changes:
  *   hand box     the central square of 60 % of the shorter side

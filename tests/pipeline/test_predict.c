@@ -262,6 +262,40 @@ START_TEST(folders)
 }
 END_TEST
 
+/* The names of the results of these inputs, in order. */
+static void check_listed(double fps, const char *const *inputs, int n, const char *names)
+{
+    const predict_options o = { .m = &tiny.m, .inputs = inputs, .n_inputs = n, .fps = fps };
+    const char *found = "";
+    predict_list list;
+
+    check_ok(predict_list_inputs(arena, &o, &list));
+    for (int i = 0; i < list.n; i++)
+        found = lt_arena_printf(arena, "%s%s ", found, list.input[i].name);
+    ck_assert_str_eq(found, names);
+}
+
+/* Frames come as they are numbered: from a folder, and from the shell, which goes by letters. */
+START_TEST(frames_in_order)
+{
+    static const char *const names[] = { "film/f1.png", "film/f10.png", "film/f2.JPEG", "film/f9999.jpg",
+                                         "film/f10000.jpg", "film/f007.Png" };
+    const char *const folder[] = { in("film") }, *const shell[] = { in("f1.png"), in("f10.png"), in("f2.png") };
+    const char *const by_hand[] = { shell[2], shell[1], shell[0] };
+
+    ck_assert_int_eq(lt_make_dirs(in("film")), LT_OK);
+    for (size_t i = 0; i < LT_COUNT(names); i++)
+        put_file(in(names[i]), "", 0);
+    for (int i = 0; i < 3; i++)
+        put_file(shell[i], "", 0);
+    check_listed(30, folder, 1, "f1 f2 f007 f10 f9999 f10000 ");
+    check_listed(0, folder, 1, "f1 f2 f007 f10 f9999 f10000 ");
+    check_listed(30, shell, 3, "f1 f2 f10 ");
+    check_listed(0, shell, 3, "f1 f10 f2 ");
+    check_listed(30, by_hand, 3, "f2 f10 f1 ");
+}
+END_TEST
+
 static bool at_once(void)
 {
     return true;
@@ -956,6 +990,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, formats);
     tcase_add_test(t, defaults);
     tcase_add_test(t, folders);
+    tcase_add_test(t, frames_in_order);
     tcase_add_test(t, stopped);
     tcase_add_test(t, wrong);
     tcase_add_test(t, not_finite);
