@@ -26,7 +26,7 @@ static bool say_turn(const predict_options *o, const predict_view *v, predict_as
     char text[PREDICT_ASSUMPTION_TEXT] = "";
 
     if (v->orientation != 1)
-        snprintf(text, sizeof(text), "turned upright (EXIF orientation %d), now %d x %d", v->orientation, v->width,
+        snprintf(text, sizeof(text), "turned upright (orientation %d of EXIF's), now %d x %d", v->orientation, v->width,
                  v->height);
     return say(o, v, said, TURN, text);
 }

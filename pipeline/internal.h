@@ -23,6 +23,7 @@ typedef struct {
     const char *depth;              /* the depth image, of a film the folder of them, or NULL */
     bool film;
     int frame;                      /* of a film, from 1; 0: an image */
+    int orientation;                /* of a frame as the film stores it, as EXIF has it */
     const predict_boxes_row *boxes; /* the image's line in --boxes, or NULL; of a film all of its frames', in order */
     size_t n_boxes;
 } predict_input;
@@ -60,7 +61,7 @@ typedef struct {
     const char *path, *name, *depth_path;
     const uint8_t *rgb;             /* (height, width, 3) */
     const float *depth;             /* (height, width) metres, or NULL */
-    int width, height, orientation; /* EXIF's, of the file */
+    int width, height, orientation; /* as the file stores it, as EXIF has it; rgb and depth are upright */
     crop_box hand_box, object_box;
     lt_camera camera;
     predict_source hand_from, object_from, camera_from;

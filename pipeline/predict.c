@@ -93,10 +93,10 @@ static lt_status predict_image(const predict_job *j, predict_smoother *smoother,
 /* ---- films ----------------------------------------------------------------------------------------------- */
 
 /* Frame k as an input of its own: film.mp4#12, whose results are film-000012.json and so on. */
-static lt_status name_frame(lt_arena *arena, const predict_input *film, int k, predict_input *out)
+static lt_status name_frame(lt_arena *arena, const predict_input *film, int k, int orientation, predict_input *out)
 {
     *out = (predict_input){
-        .path = lt_arena_printf(arena, "%s#%d", film->path, k), .frame = k,
+        .path = lt_arena_printf(arena, "%s#%d", film->path, k), .frame = k, .orientation = orientation,
         .name = lt_arena_printf(arena, "%s-%0*d", film->name, PREDICT_FRAME_DIGITS, k),
         .boxes = predict_frame_boxes(film, k),
     };
@@ -121,7 +121,7 @@ static lt_status predict_frame(const predict_job *j, lt_film *film, predict_smoo
     if (st) {
         st = count(j, st, only_this_image(st));
     } else if (*more) {
-        st = name_frame(arena, in, k, &frame);
+        st = name_frame(arena, in, k, lt_film_orientation(film), &frame);
         st = st ? st : predict_one(j, arena, smoother, &frame, &img, &unread);
         st = count(j, st, unread);
     }

@@ -21,18 +21,6 @@ const char *predict_source_name(predict_source s)
     return name[s];
 }
 
-static void turn_upright(const lt_image *stored, int orientation, predict_view *v, uint8_t *rgb)
-{
-    for (int y = 0; y < v->height; y++)
-        for (int x = 0; x < v->width; x++) {
-            int u, w;
-
-            lt_exif_turn(orientation, stored->width, stored->height, x, y, &u, &w);
-            memcpy(rgb + 3 * ((size_t)y * (size_t)v->width + (size_t)x),
-                   stored->data + 3 * ((size_t)w * (size_t)stored->width + (size_t)u), 3);
-        }
-}
-
 static lt_status read_upright(lt_arena *arena, const char *path, lt_exif *exif, predict_view *v)
 {
     lt_image img, stored;
@@ -54,7 +42,7 @@ static lt_status read_upright(lt_arena *arena, const char *path, lt_exif *exif, 
     st = lt_arena_try(arena, lt_image_bytes(&stored), (void **)&rgb);
     if (st)
         return lt_error_prefix(st, "%s", path);
-    turn_upright(&stored, exif->orientation, v, rgb);
+    lt_exif_upright(exif->orientation, stored.width, stored.height, 3, stored.data, rgb);
     v->rgb = rgb;
     return LT_OK;
 }
@@ -70,13 +58,7 @@ static lt_status read_depth(lt_arena *arena, const char *path, predict_view *v)
         st = lt_arena_try(arena, (size_t)width * (size_t)height * sizeof(*depth), (void **)&depth);
     if (st)
         return st;
-    for (int y = 0; y < v->height; y++)
-        for (int x = 0; x < v->width; x++) {
-            int u, w;
-
-            lt_exif_turn(v->orientation, width, height, x, y, &u, &w);
-            depth[(size_t)y * (size_t)v->width + (size_t)x] = stored[(size_t)w * (size_t)width + (size_t)u];
-        }
+    lt_exif_upright(v->orientation, width, height, sizeof(*depth), stored, depth);
     v->depth = depth;
     v->depth_path = path;
     return LT_OK;
@@ -142,7 +124,7 @@ lt_status predict_view_open(lt_arena *arena, const predict_options *o, const pre
     lt_status st = LT_OK;
 
     if (frame)
-        v.width = frame->width, v.height = frame->height, v.rgb = frame->data;
+        v.width = frame->width, v.height = frame->height, v.rgb = frame->data, v.orientation = in->orientation;
     else
         st = read_upright(arena, in->path, &exif, &v);
     if (!st && in->depth)

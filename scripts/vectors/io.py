@@ -81,7 +81,9 @@ def images():
     yield "png_gray_alpha", saved(Image.fromarray(np.stack([gray, gray], -1), "LA").save, "png")
     yield "bmp_rgb", saved(Image.fromarray(rgb).save, "bmp")
     yield "jpeg_gray", saved(Image.fromarray(gray).save, "jpeg", quality=90)
-    yield "jpeg_cmyk", saved(Image.fromarray(rgb).convert("CMYK").save, "jpeg")
+    cmyk = saved(Image.fromarray(rgb).convert("CMYK").save, "jpeg")
+    yield "jpeg_cmyk", cmyk
+    yield "jpeg_cmyk_rgb", np.asarray(Image.open(io.BytesIO(cmyk)).convert("RGB")).tobytes()
     big = np.add.outer(np.arange(24) * 5, np.arange(32) * 3).astype(np.uint8)
     big = np.stack([big, 255 - big, big // 2], -1)
     progressive = saved(Image.fromarray(big).save, "jpeg", progressive=True)

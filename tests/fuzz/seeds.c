@@ -3,6 +3,7 @@
 #include "tests/fuzz/fuzz.h"
 
 #include "tests/io/io_vectors.h"
+#include "tests/io/picture_vectors.h"
 #include "tests/io/ply_vectors.h"
 #include "tests/io/torch_vectors.h"
 
@@ -26,6 +27,8 @@ static const struct {
     BYTES("png", png_palette), BYTES("png", png_gray_alpha), BYTES("png", bmp_rgb),
     BYTES("jpeg", jpeg_gray), BYTES("jpeg", jpeg_cmyk), BYTES("jpeg", jpeg_progressive),
     BYTES("jpeg", jpeg_progressive_rgb),
+    BYTES("exif", exif_png), BYTES("exif", exif_webp), BYTES("exif", exif_dslr), BYTES("exif", exif_compact),
+    BYTES("film_head", film_turned), BYTES("film_head", film_turned_mkv),
     BYTES("torch", torch_zip), BYTES("torch", torch_stream), BYTES("torch", torch_wrapped),
     BYTES("torch", torch_module), BYTES("torch", torch_module_stream), BYTES("torch", torch_tar),
     BYTES("torch", torch_other_order), BYTES("torch", torch_bomb), BYTES("torch", torch_sparse),

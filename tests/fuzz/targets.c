@@ -13,6 +13,7 @@
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/image/exif.h"
+#include "libtensor/io/image/film_head.h"
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/mesh/obj.h"
 #include "libtensor/io/mesh/ply.h"
@@ -188,7 +189,20 @@ static void run_exif(lt_arena *arena, const uint8_t *bytes, size_t n)
     const lt_exif e = lt_exif_read(bytes, n);
 
     (void)arena;
+    if (e.orientation < 1 || e.orientation > 8)
+        abort();
     sink = lt_exif_focal_px(&e, 640, 480);
+}
+
+static void run_film_head(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    const lt_film_head head = lt_film_head_read(f.path);
+
+    (void)arena;
+    if (head.orientation < 1 || head.orientation > 8 || (head.want_bytes && head.want_bytes <= (int64_t)n))
+        abort();
+    close(f.fd);
 }
 
 static void look_at_mesh(const lt_mesh *m)
@@ -371,6 +385,7 @@ const fuzz_target fuzz_targets[] = {
     { "png", run_png, fuzz_png, 4096 },
     { "jpeg", run_jpeg, NULL, 4096 },
     { "exif", run_exif, NULL, 4096 },
+    { "film_head", run_film_head, NULL, 8192 },
     { "obj", run_obj, NULL, 4096 },
     { "mtl", run_mtl, NULL, 4096 },
     { "ply", run_ply, NULL, 4096 },

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What cameras write beside the picture, whole, cut, and bent. */
 #include "libtensor/io/image/exif.h"
+#include "tests/io/picture_vectors.h"
 #include "tests/suite.h"
 
 #include <math.h>
@@ -33,7 +34,10 @@ static const uint8_t big[] = {
 
 static bool sane(lt_exif e)
 {
-    return e.orientation >= 1 && e.orientation <= 8 && e.focal_35mm >= 0 && e.focal_35mm <= 5000;
+    const double focal = lt_exif_focal_px(&e, 640, 480);
+
+    return e.orientation >= 1 && e.orientation <= 8 && e.focal_35mm >= 0 && e.focal_35mm <= 5000 && focal >= 0 &&
+           focal <= 64000;
 }
 
 /* A copy of exactly n bytes, so that a read past the end is seen by the sanitizer. */
@@ -61,6 +65,47 @@ START_TEST(values)
 }
 END_TEST
 
+/* As Pillow writes it: before a PNG's pixels and behind them, behind a WebP's, and what two cameras say. */
+START_TEST(other_files)
+{
+    const size_t chunk = 12 + 26, head = 8 + 25;                /* eXIf; the signature and IHDR, behind which it stands */
+    uint8_t late[sizeof(exif_png)];
+    lt_exif e = read_copy(exif_png, sizeof(exif_png));
+
+    ck_assert_int_eq(e.orientation, 6);
+    ck_assert_mem_eq(exif_png + head + 4, "eXIf", 4);
+    memcpy(late, exif_png, head);
+    memcpy(late + head, exif_png + head + chunk, sizeof(exif_png) - head - chunk - 12);
+    memcpy(late + sizeof(late) - chunk - 12, exif_png + head, chunk);
+    memcpy(late + sizeof(late) - 12, exif_png + sizeof(late) - 12, 12);
+    ck_assert_int_eq(read_copy(late, sizeof(late)).orientation, 6);
+    e = read_copy(exif_webp, sizeof(exif_webp));
+    ck_assert_int_eq(e.orientation, 8);
+    e = read_copy(exif_dslr, sizeof(exif_dslr));
+    ck_assert_double_eq(e.focal_mm, 50);
+    ck_assert_double_eq_tol(lt_exif_focal_px(&e, 5184, 3456), 50 * 5728.1767 / 25.4, 1e-6);
+    ck_assert_double_eq_tol(lt_exif_focal_px(&e, 1728, 2592), 25 * 5728.1767 / 25.4, 1e-6);   /* half, and turned */
+    ck_assert_double_eq_tol(lt_exif_focal_px(&e, 3000, 3456), 50 * 5728.1767 / 25.4 * 3456 / 5184, 1e-6);
+    e = read_copy(exif_compact, sizeof(exif_compact));
+    ck_assert_int_eq(e.orientation, 3);
+    ck_assert_double_eq_tol(lt_exif_focal_px(&e, 1280, 960), 5.8 * 256, 1e-6);
+    ck_assert_double_eq(lt_exif_focal_px(&e, 1280, 99999), 0);      /* no lens is so wide */
+}
+END_TEST
+
+/* A segment behind fillers, and a chunk that begins with the JPEG's mark: both are met. */
+START_TEST(other_writers)
+{
+    static const uint8_t webp[] = "RIFF\x2c\0\0\0WEBPEXIF\x20\0\0\0Exif\0\0MM\0\x2a\0\0\0\x08\0\1"
+                                  "\1\x12\0\3\0\0\0\1\0\5\0\0\0\0\0";
+    uint8_t jpeg[LENGTH + 2] = { 0xff, 0xd8, 0xff, 0xff };
+
+    memcpy(jpeg + 4, little + 2, LENGTH - 2);
+    ck_assert_int_eq(read_copy(jpeg, sizeof(jpeg)).orientation, 6);
+    ck_assert_int_eq(read_copy(webp, sizeof(webp)).orientation, 5);
+}
+END_TEST
+
 START_TEST(cut)
 {
     for (size_t n = 0; n < LENGTH; n++) {
@@ -73,8 +118,26 @@ START_TEST(cut)
 }
 END_TEST
 
+/* Whatever stands in such a file */
+static void bend(const uint8_t *bytes, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        for (int v = 0; v < 256; v += 5) {
+            uint8_t b[1000];
+
+            memcpy(b, bytes, n);
+            b[i] = (uint8_t)v;
+            ck_assert(sane(read_copy(b, n)));
+        }
+    for (size_t k = 0; k < n; k++)
+        ck_assert(sane(read_copy(bytes, k)));
+}
+
 START_TEST(bent)
 {
+    bend(exif_png, sizeof(exif_png));
+    bend(exif_webp, sizeof(exif_webp));
+    bend(exif_dslr, sizeof(exif_dslr));
     for (size_t i = 0; i < LENGTH; i++)
         for (int v = 0; v < 256; v++) {
             uint8_t b[LENGTH];
@@ -112,6 +175,7 @@ START_TEST(turn)
 
     for (int o = 1; o <= 8; o++) {
         const int width = o < 5 ? 3 : 2;
+        char all[6];
 
         for (int i = 0; i < 6; i++) {
             int x, y;
@@ -119,6 +183,10 @@ START_TEST(turn)
             lt_exif_turn(o, 3, 2, i % width, i / width, &x, &y);
             ck_assert_int_eq("abcdef"[3 * y + x], upright[o - 1][i]);
         }
+        lt_exif_upright(o, 3, 2, 1, "abcdef", all);
+        ck_assert_mem_eq(all, upright[o - 1], 6);
+        lt_exif_upright(o, 3, 1, 2, "AaBbCc", all);             /* pixels of two bytes stay together */
+        ck_assert(all[0] + 'a' - 'A' == all[1] && all[4] + 'a' - 'A' == all[5]);
     }
 }
 END_TEST
@@ -126,6 +194,8 @@ END_TEST
 static void add_tests(TCase *t)
 {
     tcase_add_test(t, values);
+    tcase_add_test(t, other_files);
+    tcase_add_test(t, other_writers);
     tcase_add_test(t, cut);
     tcase_add_test(t, bent);
     tcase_add_test(t, hostile);

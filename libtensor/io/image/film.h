@@ -16,8 +16,9 @@ typedef struct lt_film lt_film;
 /**
  * lt_film_open - a film of any kind that OpenCV reads: mp4, avi, mov, mkv, webm
  *
- * OpenCV's module is looked for as lt_image_read does. Errors: LT_EIO: no such file; LT_EFORMAT: not a film, or
- * no OpenCV; LT_ENOMEM.
+ * OpenCV's module is looked for as lt_image_read does. Which way is up is read from MP4, QuickTime, Matroska and WebM
+ * ourselves: releases of OpenCV differ in it. Errors: LT_EIO: no such file, or no regular one; LT_EFORMAT: not a film,
+ * cut off, or no OpenCV; LT_ENOMEM.
  */
 LT_API lt_status lt_film_open(const char *path, lt_film **out);
 LT_API void lt_film_close(lt_film *film);
@@ -28,8 +29,12 @@ LT_API double lt_film_fps(const lt_film *film);
 /* lt_film_frames - how many frames the film says it has; 0 where it does not. It may be off by some. */
 LT_API int64_t lt_film_frames(const lt_film *film);
 
+/* lt_film_orientation - how its frames are stored, as EXIF has it (lt_exif_turn): 1 upright, 6 as a phone held upright
+ * stores them */
+LT_API int lt_film_orientation(const lt_film *film);
+
 /**
- * lt_film_next - the next frame, RGB of 8 bits, upright, in the arena; *more is false when there is none
+ * lt_film_next - the next frame, RGB of 8 bits, turned upright, in the arena; *more is false when there is none
  *
  * A film that breaks off ends there: OpenCV does not tell the two apart, but lt_film_frames may.
  * Errors: LT_EFORMAT: beyond the limits of lt_image_read; LT_ENOMEM.

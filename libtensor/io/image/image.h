@@ -20,7 +20,7 @@ extern "C" {
  * PNG:   8 and 16 bits stay; 1, 2 and 4 bits become 8. Gray stays gray, palettes become RGB; with
  *        transparency either becomes RGBA. No gamma or colour profile is applied.
  * JPEG:  gray or RGB; the exact integer inverse DCT and smooth chroma, as OpenCV and Pillow do by
- *        default. EXIF orientation is ignored. CMYK is refused.
+ *        default. EXIF orientation is ignored. CMYK and YCCK become RGB, inks inverted as Adobe stores them.
  * Other: as OpenCV reads it, if the library was built with it; otherwise refused. The module for that is
  *        looked for in $PALMAR_MODULES, in a build folder beside the program, and where it was installed.
  *

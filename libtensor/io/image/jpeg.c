@@ -36,6 +36,7 @@ typedef struct {
     const char *name;
     size_t n;
     lt_image img;
+    uint8_t *inks;                  /* a row of CMYK, or NULL */
 } decoder;
 
 static void on_error(j_common_ptr jpeg)
@@ -89,6 +90,7 @@ static struct jpeg_error_mgr *init_errors(error_state *e)
 static lt_status check_header(const decoder *d)
 {
     const uint64_t width = d->jpeg.image_width, height = d->jpeg.image_height;
+    const int components = d->jpeg.num_components;
     lt_status st = lt_image_check(d->name, width, height);
 
     if (st)
@@ -96,10 +98,29 @@ static lt_status check_header(const decoder *d)
     if (width * height / PIXELS_PER_BYTE > d->n)
         return lt_error(LT_EFORMAT, "%s: %ju x %ju pixels cannot be in %zu bytes", d->name,
                         (uintmax_t)width, (uintmax_t)height, d->n);
-    if (d->jpeg.num_components != 1 && d->jpeg.num_components != 3)
-        return lt_error(LT_EFORMAT, "%s: JPEG of %d components (CMYK?), want gray or colour", d->name,
-                        d->jpeg.num_components);
+    if (components != 1 && components != 3 && components != 4)
+        return lt_error(LT_EFORMAT, "%s: JPEG of %d components, want gray, colour or CMYK", d->name, components);
     return LT_OK;
+}
+
+/* Room for the pixels, and what they are asked for as. */
+static lt_status make_room(decoder *d)
+{
+    const int width = (int)d->jpeg.image_width, components = d->jpeg.num_components;
+    lt_status st = lt_image_init(d->arena, width, (int)d->jpeg.image_height, components == 1 ? 1 : 3, 8, &d->img);
+
+    d->jpeg.out_color_space = components == 1 ? JCS_GRAYSCALE : components == 3 ? JCS_RGB : JCS_CMYK;
+    if (!st && components == 4)
+        st = lt_arena_try(d->arena, 4 * (size_t)width, (void **)&d->inks);
+    return st ? lt_error_prefix(st, "%s", d->name) : LT_OK;
+}
+
+/* Inks are stored as Adobe does, 255 for none; each takes its share of the light. */
+static void mix_inks(const uint8_t *cmyk, uint8_t *rgb, int width)
+{
+    for (int x = 0; x < width; x++, cmyk += 4, rgb += 3)
+        for (int k = 0; k < 3; k++)
+            rgb[k] = (uint8_t)((cmyk[k] * cmyk[3] + 127) / 255);
 }
 
 static void read_rows(decoder *d)
@@ -107,9 +128,12 @@ static void read_rows(decoder *d)
     const size_t row = lt_image_bytes(&d->img) / (size_t)d->img.height;
 
     while (d->jpeg.output_scanline < d->jpeg.output_height) {
-        JSAMPROW out = d->img.data + d->jpeg.output_scanline * row;
+        uint8_t *out = d->img.data + d->jpeg.output_scanline * row;
+        JSAMPROW read = d->inks ? d->inks : out;
 
-        jpeg_read_scanlines(&d->jpeg, &out, 1);
+        jpeg_read_scanlines(&d->jpeg, &read, 1);
+        if (d->inks)
+            mix_inks(d->inks, out, d->img.width);
     }
 }
 
@@ -125,14 +149,10 @@ static lt_status run_decoder(decoder *d, const uint8_t *bytes)
     jpeg_mem_src(&d->jpeg, bytes, d->n);
     jpeg_read_header(&d->jpeg, TRUE);
     st = check_header(d);
+    st = st ? st : make_room(d);
     if (st)
         return st;
-    d->jpeg.out_color_space = d->jpeg.num_components == 1 ? JCS_GRAYSCALE : JCS_RGB;
     d->jpeg.dct_method = JDCT_ISLOW;
-    st = lt_image_init(d->arena, (int)d->jpeg.image_width, (int)d->jpeg.image_height,
-                       d->jpeg.num_components, 8, &d->img);
-    if (st)
-        return lt_error_prefix(st, "%s", d->name);
     d->error.may_end = !jpeg_has_multiple_scans(&d->jpeg) && !d->jpeg.arith_code;   /* that code reads on in zeros */
     jpeg_start_decompress(&d->jpeg);
     read_rows(d);

@@ -4,7 +4,9 @@
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/codec.h"
+#include "libtensor/io/image/exif.h"
 #include "libtensor/io/image/film.h"
+#include "libtensor/io/image/film_head.h"
 #include "libtensor/io/image/opencv_module.h"
 
 #include <dlfcn.h>
@@ -15,6 +17,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define MODULE_HINT ", its module where it was installed or where PALMAR_MODULES says"
@@ -86,16 +89,38 @@ struct lt_film {
     void *film;
     char *path;
     double fps, frames;
+    int orientation;
 };
+
+static lt_status check_file(const char *path)
+{
+    struct stat info;
+
+    if (access(path, R_OK) != 0 || stat(path, &info) != 0)
+        return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
+    return S_ISREG(info.st_mode) ? LT_OK : lt_error(LT_EIO, "%s: not a regular file", path);
+}
+
+static lt_status open_film(lt_film *f)
+{
+    const lt_film_head head = lt_film_head_read(f->path);
+    char error[256];
+
+    f->orientation = head.orientation;
+    f->film = opencv->film_open(f->path, &f->fps, &f->frames, error);
+    if (!f->film && head.want_bytes)
+        return lt_error(LT_EFORMAT, "%s: %s: it is cut off, and would have %jd bytes; copy or download it again", f->path,
+                        error, (intmax_t)head.want_bytes);
+    return f->film ? LT_OK : lt_error(LT_EFORMAT, "%s: %s", f->path, error);
+}
 
 lt_status lt_film_open(const char *path, lt_film **out)
 {
     lt_film *f;
-    char error[256];
-    lt_status st = LT_OK;
+    lt_status st = check_file(path);
 
-    if (access(path, R_OK) != 0)
-        return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
+    if (st)
+        return st;
     pthread_once(&once, find_module);
     if (!opencv)
         return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV%s; or make images of it first", path,
@@ -104,10 +129,7 @@ lt_status lt_film_open(const char *path, lt_film **out)
     if (!f)
         return lt_error(LT_ENOMEM, "%s: no memory", path);
     *f = (lt_film){ .path = strdup(path) };
-    if (!f->path)
-        st = lt_error(LT_ENOMEM, "%s: no memory", path);
-    else if (!(f->film = opencv->film_open(path, &f->fps, &f->frames, error)))
-        st = lt_error(LT_EFORMAT, "%s: %s", path, error);
+    st = f->path ? open_film(f) : lt_error(LT_ENOMEM, "%s: no memory", path);
     if (st)
         lt_film_close(f);
     else
@@ -135,13 +157,38 @@ int64_t lt_film_frames(const lt_film *film)
     return film->frames > 0 && film->frames < 1e9 ? (int64_t)film->frames : 0;
 }
 
+int lt_film_orientation(const lt_film *film)
+{
+    return film->orientation;
+}
+
+/* The stored frame turned, in the arena beside it */
+static lt_status turn_frame(const lt_film *film, lt_arena *arena, lt_image *frame)
+{
+    const bool across = film->orientation >= 5;
+    lt_image turned;
+    lt_status st = lt_image_init(arena, across ? frame->height : frame->width, across ? frame->width : frame->height,
+                                 frame->channels, frame->bits, &turned);
+
+    if (st)
+        return lt_error_prefix(st, "%s", film->path);
+    lt_exif_upright(film->orientation, frame->width, frame->height, 3, frame->data, turned.data);
+    *frame = turned;
+    return LT_OK;
+}
+
 lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more)
 {
     request r = { .arena = arena, .name = film->path };
     char error[256];
+    lt_status st = LT_OK;
 
     *more = opencv->film_next(film->film, make_room, &r, error) == 0;
-    if (*more)
+    if (*more && film->orientation != 1)
+        st = turn_frame(film, arena, &r.img);
+    if (*more && !st)
         *out = r.img;
+    if (*more)
+        return st;
     return r.status ? r.status : error[0] ? lt_error(LT_EFORMAT, "%s: %s", film->path, error) : LT_OK;
 }

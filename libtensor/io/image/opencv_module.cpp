@@ -87,6 +87,14 @@ static int decode(const uint8_t *bytes, size_t n, lt_opencv_room room, void *ctx
 
 static const char NO_FILM[] = "not a film that can be read";
 
+/* Frames as they are stored: 4.6 turns them the wrong way, others do not turn them, so that who asks does it. A reader
+ * that does not know the property does not turn. */
+static bool keep_stored(cv::VideoCapture &film)
+{
+    film.set(cv::CAP_PROP_ORIENTATION_AUTO, 0);
+    return film.get(cv::CAP_PROP_ORIENTATION_AUTO) <= 0;
+}
+
 /* Of OpenCV's readers those for files: the others look for cameras. FFmpeg would tell its troubles on stderr. */
 static void *film_open(const char *path, double *fps, double *frames, char error[256])
 {
@@ -99,6 +107,8 @@ static void *film_open(const char *path, double *fps, double *frames, char error
             film->open(path, cv::CAP_OPENCV_MJPEG);
         if (!film->isOpened())
             return refuse(error, NO_FILM);
+        if (!keep_stored(*film))
+            return refuse(error, "this OpenCV turns frames and cannot be told not to");
         *fps = film->get(cv::CAP_PROP_FPS);
         *frames = film->get(cv::CAP_PROP_FRAME_COUNT);
         return 0;

@@ -23,7 +23,7 @@ typedef uint8_t *(*lt_opencv_room)(void *ctx, int width, int height, int channel
  * decode      n bytes as an image into the room that it asks for, RGB or RGBA. Returns 0; or not 0 and why in
  *             error, which stays empty when no room was given
  * film_open   a film, its frames per second and their number, 0 where it does not say; NULL, and why in error
- * film_next   its next frame, RGB. Returns 0; or not 0, and error stays empty at the end too
+ * film_next   its next frame, RGB, as it is stored. Returns 0; or not 0, and error stays empty at the end too
  * film_close
  *
  * No exception leaves them.
