@@ -24,8 +24,9 @@ static const struct argp_option options[] = {
     { "hand-box", HAND_BOX, "X0,Y0,X1,Y1", 0, "where the hand is, pixels; default the middle of the image", 0 },
     { "object-box", OBJECT_BOX, "X0,Y0,X1,Y1", 0, "where the object is, pixels; default around the hand box", 0 },
     { "boxes", BOXES, "FILE", 0, "boxes image by image, as a detector left them: CSV with the columns image, hand_x0, "
-      "hand_y0, hand_x1, hand_y1, and if known object_x0 to object_y1 and side. An image is a file's name, a film's "
-      "frame film.mp4#12. What is not in it --hand-box, --object-box and --side say", 0 },
+      "hand_y0, hand_x1, hand_y1, and if known object_x0 to object_y1, object_name and side; a line for each hand. An "
+      "image is a file's name, a film's frame film.mp4#12. What is not in it --hand-box, --object-box, --object and "
+      "--side say", 0 },
     { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle; default none: no object pose", 0 },
     { "models", MODELS, "DIR", 0, "a dataset's models/ folder; default the embedded stand-ins", 0 },
     { "K", CAMERA, "FX,FY,CX,CY", 0, "the camera, pixels; default from EXIF, else a guess", 0 },

@@ -14,12 +14,16 @@ extern "C" {
 
 typedef enum { PREDICT_ANY_SIDE, PREDICT_RIGHT, PREDICT_LEFT } predict_side;
 
+struct predict_object;
+
 typedef struct {
     const char *image;              /* as the file has it: no folder, with or without its ending; or a frame's name */
     int64_t line;
     crop_box hand, object;          /* pixels of the upright image */
     bool has_hand, has_object;
     predict_side side;              /* PREDICT_ANY_SIDE: the file does not say */
+    const char *object_name;        /* "": the file does not say */
+    const struct predict_object *model;         /* of that name, once it is loaded */
     int input, frame;               /* whose they are, which is found out later; read as -1: nobody's */
 } predict_boxes_row;
 
@@ -36,11 +40,13 @@ typedef struct {
  *   image                                   a file's name, film.mp4#12 or film-000012
  *   hand_x0, hand_y0, hand_x1, hand_y1      pixels
  *   object_x0 ... object_y1, side           optional; side is left or right
+ *   object_name                             optional; as --object has it
  *
- * Columns stand in any order, others are passed over. Empty cells are not known; a box has all of its numbers or none.
- * What it gives is in the arena, which takes at most 12 times the file.
+ * An image may have several lines, one for each hand. Columns stand in any order, others are passed over. Empty cells
+ * are not known; a box has all of its numbers or none. What it gives is in the arena, which takes at most 16 times the
+ * file.
  * Errors: LT_EIO, LT_ENOMEM; LT_EFORMAT with file and line for a column that is missing or there twice, a line with
- * more or fewer cells than columns, what is no number, an empty box, an image listed twice.
+ * more or fewer cells than columns, what is no number, an empty box.
  */
 lt_status predict_boxes_read(lt_arena *arena, const char *path, predict_boxes *out);
 

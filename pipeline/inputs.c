@@ -110,7 +110,8 @@ static void sort_frames(const predict_options *o, char **path, size_t n)
     if (!listed_by_shell(path, n) || in_order(path, n))
         return;
     qsort(path, n, sizeof(*path), by_number);
-    predict_say(o, "%s: the first of %zu frames, which are taken in the order of the numbers in their names", path[0], n);
+    predict_say(o, "%s: the first of %zu frames, which are taken in the order of the numbers in their names", path[0],
+                n);
 }
 
 static lt_status add_input(lt_arena *arena, const char *input, paths *all)

@@ -5,8 +5,9 @@
 #include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
-enum { MOST_DIGITS = 9 };               /* of a frame's number */
+enum { MOST_DIGITS = 9, MOST_HANDS = 64 };      /* of a frame's number; of an image */
 
 /* A name that an input goes by: its file's, or that without the ending. */
 typedef struct {
@@ -22,9 +23,10 @@ typedef struct {
     size_t n_keys;
 } matcher;
 
+/* In this order names that differ in capitals alone, as IMG_1.JPG and IMG_1.jpg, stand together. */
 static int compare_text(const name_key *a, const name_key *b)
 {
-    const int order = memcmp(a->text, b->text, a->n < b->n ? a->n : b->n);
+    const int order = strncasecmp(a->text, b->text, a->n < b->n ? a->n : b->n);
 
     return order ? order : a->n < b->n ? -1 : a->n > b->n;
 }
@@ -57,7 +59,7 @@ static lt_status list_names(lt_arena *arena, matcher *m)
 /* ---- whose a line is ------------------------------------------------------------------------------------- */
 
 /* The image, or the film, of this name becomes the row's, unless it has another already. */
-static lt_status claim(const matcher *m, const char *text, size_t n, bool film, predict_boxes_row *row)
+static lt_status claim_as(const matcher *m, const char *text, size_t n, bool film, bool exactly, predict_boxes_row *row)
 {
     const name_key want = { text, n, 0 };
     size_t lo = 0, hi = m->n_keys;
@@ -73,7 +75,7 @@ static lt_status claim(const matcher *m, const char *text, size_t n, bool film, 
     for (; lo < m->n_keys && !compare_text(&m->key[lo], &want); lo++) {
         const int input = m->key[lo].input;
 
-        if (m->list->input[input].film != film)
+        if (m->list->input[input].film != film || (exactly && memcmp(m->key[lo].text, text, n) != 0))
             continue;
         if (row->input >= 0 && row->input != input)
             return lt_error(LT_EINVAL, "%s:%lld: %s may be %s or %s; give its ending, or predict one at a time",
@@ -82,6 +84,13 @@ static lt_status claim(const matcher *m, const char *text, size_t n, bool film, 
         row->input = input;
     }
     return LT_OK;
+}
+
+static lt_status claim(const matcher *m, const char *text, size_t n, bool film, predict_boxes_row *row)
+{
+    const lt_status st = claim_as(m, text, n, film, true, row);
+
+    return st || row->input >= 0 ? st : claim_as(m, text, n, film, false, row);
 }
 
 /* "film.mp4#12", "film-000012": *n characters name the film. */
@@ -128,15 +137,44 @@ static int by_owner(const void *a, const void *b)
     return x->line < y->line ? -1 : x->line > y->line;
 }
 
+static bool same_image(const predict_boxes_row *a, const predict_boxes_row *b)
+{
+    return a->input == b->input && a->frame == b->frame;
+}
+
+/* Several lines for an image are several hands. */
+static lt_status check_hands(const predict_boxes *b, const predict_boxes_row *first, const predict_boxes_row *row)
+{
+    if (row - first >= MOST_HANDS)
+        return lt_error(LT_EINVAL, "%s:%lld: more than %d lines for %s", b->path, (long long)row->line, MOST_HANDS,
+                        row->image);
+    for (; first < row; first++) {
+        if (!first->has_hand || !row->has_hand)
+            return lt_error(LT_EINVAL, "%s:%lld: %s and %s in line %lld are the same image; several hands want a "
+                            "hand's box each", b->path, (long long)row->line, row->image, first->image,
+                            (long long)first->line);
+        if (memcmp(&first->hand, &row->hand, sizeof(row->hand)) == 0)
+            return lt_error(LT_EINVAL, "%s:%lld: %s and %s in line %lld are the same image with the same hand's box; "
+                            "want one line for a hand", b->path, (long long)row->line, row->image, first->image,
+                            (long long)first->line);
+    }
+    return LT_OK;
+}
+
 static lt_status hand_out(predict_boxes *b, size_t from, predict_list *list)
 {
+    const predict_boxes_row *first = b->row + from;
+
     for (size_t i = from; i < b->n; i++) {
         const predict_boxes_row *row = &b->row[i];
         predict_input *in = &list->input[row->input];
+        lt_status st;
 
-        if (in->n_boxes && row[-1].frame == row->frame)
-            return lt_error(LT_EINVAL, "%s:%lld: %s and %s in line %lld are the same image; want one line for it",
-                            b->path, (long long)row->line, row->image, row[-1].image, (long long)row[-1].line);
+        if (!same_image(first, row))
+            first = row;
+        st = check_hands(b, first, row);
+        if (st)
+            return st;
         if (!in->n_boxes++)
             in->boxes = row;
     }
@@ -172,9 +210,18 @@ static int by_frame(const void *a, const void *b)
     return x->frame < y->frame ? -1 : x->frame > y->frame;
 }
 
-const predict_boxes_row *predict_frame_boxes(const predict_input *film, int k)
+const predict_boxes_row *predict_frame_boxes(const predict_input *film, int k, size_t *n)
 {
-    const predict_boxes_row key = { .frame = k };
+    const predict_boxes_row key = { .frame = k }, *end = film->boxes + film->n_boxes;
+    const predict_boxes_row *row = film->n_boxes ? bsearch(&key, film->boxes, film->n_boxes, sizeof(key), by_frame)
+                                                 : NULL;
 
-    return film->n_boxes ? bsearch(&key, film->boxes, film->n_boxes, sizeof(key), by_frame) : NULL;
+    *n = 0;
+    if (!row)
+        return NULL;
+    while (row > film->boxes && row[-1].frame == k)
+        row--;
+    while (row + *n < end && row[*n].frame == k)
+        ++*n;
+    return row;
 }

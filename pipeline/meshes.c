@@ -12,7 +12,7 @@
 #include <unistd.h>
 
 /* The triangles of the hand; those of a left one look outwards after a swap. */
-static lt_status hand_faces(lt_arena *arena, const predict_case *s, int32_t (**out)[3])
+static lt_status hand_faces(lt_arena *arena, const predict_case *s, int i, int32_t (**out)[3])
 {
     const lt_hand_model *hand = s->o->hand;
     int32_t (*face)[3] = lt_arena_array(arena, LT_HAND_FACES, sizeof(*face));
@@ -20,7 +20,7 @@ static lt_status hand_faces(lt_arena *arena, const predict_case *s, int32_t (**o
     if (!face)
         return lt_error(LT_ENOMEM, "no memory for a hand");
     memcpy(face, hand->faces, sizeof(hand->faces));
-    for (int f = 0; f < LT_HAND_FACES && s->v->left; f++) {
+    for (int f = 0; f < LT_HAND_FACES && s->view[i].left; f++) {
         face[f][1] = hand->faces[f][2];
         face[f][2] = hand->faces[f][1];
     }
@@ -28,103 +28,143 @@ static lt_status hand_faces(lt_arena *arena, const predict_case *s, int32_t (**o
     return LT_OK;
 }
 
-lt_status predict_hand_mesh(lt_arena *arena, const predict_case *s, lt_mesh *out)
+lt_status predict_hand_mesh(lt_arena *arena, const predict_case *s, int i, lt_mesh *out)
 {
     lt_mesh mesh = { .n_vertices = LT_HAND_VERTICES, .n_faces = LT_HAND_FACES };
-    const lt_status st = hand_faces(arena, s, &mesh.face);
+    const lt_status st = hand_faces(arena, s, i, &mesh.face);
 
     if (st)
         return st;
     mesh.vertex = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*mesh.vertex));
     if (!mesh.vertex)
         return lt_error(LT_ENOMEM, "no memory for a hand");
-    memcpy(mesh.vertex, s->r->e.vertices, sizeof(s->r->e.vertices));
+    memcpy(mesh.vertex, s->result[i].e.vertices, sizeof(s->result[i].e.vertices));
     *out = mesh;
     return LT_OK;
 }
 
-static lt_status pose_object(lt_arena *arena, const predict_case *s, lt_mesh *out)
+static lt_status pose_object(lt_arena *arena, const predict_case *s, int i, lt_mesh *out)
 {
-    const double *R = s->r->e.object.R, *t = s->r->e.object.t;
-    const lt_mesh *from = &s->object->mesh;
+    const double *R = s->result[i].e.object.R, *t = s->result[i].e.object.t;
+    const lt_mesh *from = &s->view[i].object->mesh;
 
     *out = *from;
     out->normal = NULL;
     out->vertex = lt_arena_array(arena, (size_t)from->n_vertices, sizeof(*out->vertex));
     if (!out->vertex)
         return lt_error(LT_ENOMEM, "no memory for an object of %d vertices", from->n_vertices);
-    for (int i = 0; i < from->n_vertices; i++)
+    for (int k = 0; k < from->n_vertices; k++)
         for (int d = 0; d < 3; d++)
-            out->vertex[i][d] = (float)(R[3 * d] * from->vertex[i][0] + R[3 * d + 1] * from->vertex[i][1] +
-                                        R[3 * d + 2] * from->vertex[i][2] + t[d]);
+            out->vertex[k][d] = (float)(R[3 * d] * from->vertex[k][0] + R[3 * d + 1] * from->vertex[k][1] +
+                                        R[3 * d + 2] * from->vertex[k][2] + t[d]);
     return LT_OK;
 }
 
-/* A file for each: NAME.hand.obj, NAME.object.ply. */
-static lt_status mesh_path(lt_arena *arena, const predict_case *s, const char *what, const char **name,
-                           const char **path)
+/* "hand" for the first, "hand-2" for the second */
+static const char *numbered(lt_arena *arena, const char *what, int i)
 {
-    const char *ending = lt_arena_printf(arena, ".%s.%s", what, s->o->format == PREDICT_OBJ ? "obj" : "ply");
-
-    return ending ? predict_file_name(arena, s, ending, name, path) : lt_error(LT_ENOMEM, "%s: no memory", s->v->path);
+    return i ? lt_arena_printf(arena, "%s-%d", what, i + 1) : what;
 }
 
-static lt_status write_alone(lt_arena *arena, const predict_case *s, const char *what, const lt_mesh *mesh,
+/* A file for each: NAME.hand.obj, NAME.object-2.ply. */
+static lt_status mesh_path(lt_arena *arena, const predict_case *s, const char *what, int i, const char **name,
+                           const char **path)
+{
+    const char *which = numbered(arena, what, i), *kind = s->o->format == PREDICT_OBJ ? "obj" : "ply";
+    const char *ending = which ? lt_arena_printf(arena, ".%s.%s", which, kind) : NULL;
+
+    return ending ? predict_file_name(arena, s, ending, name, path)
+                  : lt_error(LT_ENOMEM, "%s: no memory", s->view->path);
+}
+
+static lt_status write_alone(lt_arena *arena, const predict_case *s, const char *what, int i, const lt_mesh *mesh,
                              const char **name)
 {
     const char *path;
-    const lt_status st = mesh_path(arena, s, what, name, &path);
+    const lt_status st = mesh_path(arena, s, what, i, name, &path);
 
     if (st)
         return st;
     return s->o->format == PREDICT_OBJ ? lt_obj_write(path, mesh, NULL) : lt_ply_write_mesh(path, mesh);
 }
 
-/* What an earlier prediction of the same image left, where this one finds no object */
-static lt_status remove_object(lt_arena *arena, const predict_case *s)
+/* What an earlier prediction of the same image left, where this one finds none. *removed: there was a file */
+static lt_status remove_mesh(lt_arena *arena, const predict_case *s, const char *what, int i, bool *removed)
 {
     const char *name, *path;
-    const lt_status st = mesh_path(arena, s, "object", &name, &path);
+    const lt_status st = mesh_path(arena, s, what, i, &name, &path);
 
-    if (!st && unlink(path) && errno != ENOENT)
-        return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
+    *removed = !st && unlink(path) == 0;
+    return st || *removed || errno == ENOENT ? st : lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
+}
+
+/* One hand's files of its own */
+static lt_status write_pair(lt_arena *arena, const predict_case *s, int i, const lt_mesh *hand, predict_mesh_files *out)
+{
+    bool removed;
+    lt_mesh object;
+    lt_status st = write_alone(arena, s, "hand", i, hand, &out->hand);
+
+    if (st || !s->result[i].object_found)
+        return st ? st : remove_mesh(arena, s, "object", i, &removed);
+    st = pose_object(arena, s, i, &object);
+    return st ? st : write_alone(arena, s, "object", i, &object, &out->object);
+}
+
+/* The hands behind the last one, of an earlier prediction that had more */
+static lt_status remove_others(lt_arena *arena, const predict_case *s)
+{
+    bool hand = true, object;
+    lt_status st = LT_OK;
+
+    for (int i = s->n; hand && !st; i++) {
+        st = remove_mesh(arena, s, "hand", i, &hand);
+        st = st ? st : remove_mesh(arena, s, "object", i, &object);
+    }
     return st;
 }
 
-/* Both in one scene. object: NULL where it was not found */
-static lt_status write_scene(lt_arena *arena, const predict_case *s, const lt_mesh *hand, const lt_mesh *object,
-                             predict_mesh_files *out)
+/* All in one scene */
+static lt_status write_scene(lt_arena *arena, const predict_case *s, const lt_mesh *hand, predict_mesh_files *out)
 {
-    const lt_glb_part part[2] = {
-        { "hand", hand, { 0.80f, 0.50f, 0.38f, 1 } },
-        { object ? s->object->name : NULL, object, { 0.55f, 0.62f, 0.75f, 1 } },
-    };
-    const char *path;
-    const lt_status st = predict_file_name(arena, s, ".glb", &out->hand, &path);
+    static const float skin[4] = { 0.80f, 0.50f, 0.38f, 1 }, thing[4] = { 0.55f, 0.62f, 0.75f, 1 };
+    lt_glb_part *part = lt_arena_array(arena, 2 * (size_t)s->n, sizeof(*part));
+    lt_mesh *object = lt_arena_array(arena, (size_t)s->n, sizeof(*object));
+    const char *name, *path;
+    size_t n = 0;
+    lt_status st = part && object ? predict_file_name(arena, s, ".glb", &name, &path)
+                                  : lt_error(LT_ENOMEM, "%s: no memory", s->view->path);
 
-    out->object = object ? out->hand : NULL;
-    return st ? st : lt_glb_write(path, part, object ? 2 : 1);
+    for (int i = 0; i < s->n && !st; i++) {
+        const char *which = numbered(arena, "hand", i);
+
+        st = which ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", s->view->path);
+        out[i].hand = name;
+        part[n++] = (lt_glb_part){ which, &hand[i], { skin[0], skin[1], skin[2], skin[3] } };
+        if (st || !s->result[i].object_found)
+            continue;
+        out[i].object = name;
+        st = pose_object(arena, s, i, &object[i]);
+        part[n++] = (lt_glb_part){ s->view[i].object->name, &object[i], { thing[0], thing[1], thing[2], thing[3] } };
+    }
+    return st ? st : lt_glb_write(path, part, (int)n);
 }
 
 lt_status predict_write_meshes(lt_arena *arena, const predict_case *s, const lt_mesh *hand, predict_mesh_files *out)
 {
-    const bool found = s->r->object_found;
-    lt_mesh object;
-    lt_status st = found ? pose_object(arena, s, &object) : LT_OK;
+    lt_status st = LT_OK;
 
-    *out = (predict_mesh_files){ NULL, NULL };
-    if (!st && s->o->format == PREDICT_GLB)
-        return write_scene(arena, s, hand, found ? &object : NULL, out);
-    st = st ? st : write_alone(arena, s, "hand", hand, &out->hand);
-    if (st)
-        return st;
-    return found ? write_alone(arena, s, "object", &object, &out->object) : remove_object(arena, s);
+    if (s->o->format == PREDICT_GLB)
+        return write_scene(arena, s, hand, out);
+    for (int i = 0; i < s->n && !st; i++)
+        st = write_pair(arena, s, i, &hand[i], &out[i]);
+    return st ? st : remove_others(arena, s);
 }
 
 lt_status predict_file_name(lt_arena *arena, const predict_case *s, const char *ending, const char **name,
                             const char **path)
 {
-    *name = lt_arena_printf(arena, "%s%s", s->v->name, ending);
+    *name = lt_arena_printf(arena, "%s%s", s->view->name, ending);
     *path = *name ? lt_path_join(arena, s->o->out, *name) : NULL;
-    return *path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", s->v->path);
+    return *path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", s->view->path);
 }

@@ -29,15 +29,13 @@ static int draw_note(draw_canvas *c, int y, int scale, draw_color color, const c
     return y + height;
 }
 
-static int note_hand(draw_canvas *c, int y, int scale, const predict_case *s)
+static int note_hand(draw_canvas *c, int y, int scale, const predict_view *v, const predict_result *r)
 {
-    const predict_result *r = s->r;
-    const bool trusted = predict_trusted(s->v, r);
+    const bool trusted = predict_trusted(v, r);
     char line[160];
 
-    snprintf(line, sizeof(line), "%s hand  z %.2f m%s  2D-3D agreement %.1f px%s",
-             s->v->left ? "left" : "right", (double)r->e.joints[0][2], r->placed ? "" : " (a guess)",
-             r->agreement_px, trusted ? "" : "  LOW TRUST");
+    snprintf(line, sizeof(line), "%s hand  z %.2f m%s  2D-3D agreement %.1f px%s", v->left ? "left" : "right",
+             (double)r->e.joints[0][2], r->placed ? "" : " (a guess)", r->agreement_px, trusted ? "" : "  LOW TRUST");
     return draw_note(c, y, scale, trusted ? INK : WARN, line);
 }
 
@@ -50,55 +48,67 @@ static int count_seen(const predict_result *r)
     return n;
 }
 
-static int note_object(draw_canvas *c, int y, int scale, const predict_case *s)
+static int note_object(draw_canvas *c, int y, int scale, const predict_view *v, const predict_result *r)
 {
-    const predict_result *r = s->r;
     char line[160];
 
-    if (!s->object)
+    if (!v->object)
         snprintf(line, sizeof(line), "object not named  %d of %d points of its box seen  confidence %.2f",
                  count_seen(r), LT_BOX_POINTS, (double)r->e.object_confidence);
     else if (r->object_found)
-        snprintf(line, sizeof(line), "%s  z %.2f m  %d inliers  confidence %.2f", s->object->name,
+        snprintf(line, sizeof(line), "%s  z %.2f m  %d inliers  confidence %.2f", v->object->name,
                  r->e.object.t[2], r->e.object_inliers, (double)r->e.object_confidence);
     else
-        snprintf(line, sizeof(line), "%s  NO POSE FOUND  confidence %.2f", s->object->name,
+        snprintf(line, sizeof(line), "%s  NO POSE FOUND  confidence %.2f", v->object->name,
                  (double)r->e.object_confidence);
-    return draw_note(c, y, scale, r->object_found || !s->object ? INK : WARN, line);
+    return draw_note(c, y, scale, r->object_found || !v->object ? INK : WARN, line);
 }
 
+/* Of many hands those that leave half of the picture free */
 static void draw_notes(draw_canvas *c, const predict_case *s)
 {
     const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 500, c->height / 300));
+    const predict_view *v = s->view;
     char line[160];
-    int y = note_hand(c, 0, scale, s);
+    int y = 0;
 
-    y = note_object(c, y, scale, s);
-    snprintf(line, sizeof(line), "boxes: hand %s, object %s  camera: %s", predict_source_name(s->v->hand_from),
-             predict_source_name(s->v->object_from), predict_source_name(s->v->camera_from));
+    for (int i = 0; i < s->n && y < c->height / 2; i++) {
+        y = note_hand(c, y, scale, &v[i], &s->result[i]);
+        y = note_object(c, y, scale, &v[i], &s->result[i]);
+    }
+    snprintf(line, sizeof(line), "boxes: hand %s, object %s  camera: %s", predict_source_name(v->hand_from),
+             predict_source_name(v->object_from), predict_source_name(v->camera_from));
     draw_note(c, y, scale, INK, line);
+}
+
+static lt_status draw_hand(lt_arena *arena, draw_canvas *c, const predict_view *v, const predict_result *r,
+                           const lt_mesh *hand, float width)
+{
+    const pose_drawing all = {
+        .joints = r->e.joints, .vertices = r->e.vertices, .faces = hand->face,
+        .object = r->object_found ? &r->e.object : NULL,
+        .control = v->object ? v->object->control : NULL, .mesh = v->object ? &v->object->mesh : NULL,
+        .control2d = r->control2d,
+    };
+
+    draw_input_box(c, v->object_box, width, OBJECT_BOX);
+    draw_input_box(c, v->hand_box, width, HAND_BOX);
+    return pose_draw(arena, c, &v->camera, &all, width);
 }
 
 lt_status predict_write_overlay(lt_arena *arena, const predict_case *s, const lt_mesh *hand, const char *path)
 {
-    const predict_view *v = s->v;
+    const predict_view *v = s->view;
     const float width = fmaxf(1, (float)lt_min_i64(v->width, v->height) / 480);
-    const pose_drawing all = {
-        .joints = s->r->e.joints, .vertices = s->r->e.vertices, .faces = hand->face,
-        .object = s->r->object_found ? &s->r->e.object : NULL,
-        .control = s->object ? s->object->control : NULL, .mesh = s->object ? &s->object->mesh : NULL,
-        .control2d = (const float (*)[2])s->r->control2d,
-    };
     draw_canvas c = draw_canvas_new(arena, v->width, v->height, PAPER);
     lt_image img = { v->width, v->height, 3, 8, NULL };
-    lt_status st;
+    lt_status st = LT_OK;
 
     if (!c.rgb)
         return lt_error(LT_ENOMEM, "%s: no memory to draw on %d x %d pixels", v->path, v->width, v->height);
     memcpy(c.rgb, v->rgb, 3 * (size_t)v->width * (size_t)v->height);
-    draw_input_box(&c, v->object_box, width, OBJECT_BOX);
-    draw_input_box(&c, v->hand_box, width, HAND_BOX);
-    st = pose_draw(arena, &c, &v->camera, &all, width);
+    for (int i = 0; i < s->n && !st; i++)
+        st = draw_hand(arena, &c, &v[i], &s->result[i], &hand[i], width);
     if (st)
         return st;
     draw_notes(&c, s);

@@ -26,7 +26,7 @@ typedef struct {
 
     const crop_box *hand_box;       /* pixels of the upright image, for every image; NULL: default */
     const crop_box *object_box;
-    const char *boxes;              /* CSV of boxes for single images (pipeline/boxes.h), which go before the two;
+    const char *boxes;              /* CSV of boxes for single hands (pipeline/boxes.h), which go before the two;
                                      * NULL: none */
     const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg, NAME-000001.png for a
                                      * film's first frame; NULL: not known */
@@ -52,14 +52,14 @@ typedef struct {
  *
  * In `out`, for an image NAME.jpg:
  *   NAME.overlay.png   the image with boxes, skeleton, hand mesh, object box and confidences
- *   NAME.json          all numbers, with units, conventions, and where boxes and camera came from
+ *   NAME.json          all numbers, with units, conventions, where boxes and camera came from, and notes
  *   NAME.hand.obj, NAME.object.obj   the posed meshes in camera axes, metres; the latter when found. Or .ply,
  *                      or both in NAME.glb, whose axes are glTF's: y up, z backward
  *
  * The second image of a name becomes NAME-2, and so on. Folders give their images (by extension; not
- * hidden ones, nor overlays) in the order of their names, numbers as numbers, and are not descended. Images are turned upright as
- * their EXIF orientation says. What is not given is assumed, and said on `messages`, of the first image and where it
- * changes:
+ * hidden ones, nor overlays) in the order of their names, numbers as numbers, and are not descended. Images are turned
+ * upright as their EXIF orientation says. An image with several lines in `boxes` has several hands: NAME.hand-2.obj and
+ * so on. What is not given is assumed, and said on `messages`, of the first image and where it changes:
  *   hand box     the central square of 60 % of the shorter side
  *   object box   the hand box grown 1.3 times about its centre
  *   camera       focal length of the EXIF tag, else 1.2 times the longer side; centre of the image

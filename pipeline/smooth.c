@@ -6,8 +6,6 @@
 
 #include <string.h>
 
-enum { COAST = 15 };                    /* frames that a hand is predicted without being seen */
-
 /* From here on the hand is where its filters say; its mesh goes along. */
 static void move_hand(const predict_smoother *s, predict_result *r)
 {
@@ -28,7 +26,7 @@ static void move_hand(const predict_smoother *s, predict_result *r)
 static void step_hand(predict_smoother *s, const float (*joints)[3])
 {
     s->missed = joints ? 0 : s->missed + 1;
-    if (s->missed > COAST)
+    if (s->missed > PREDICT_COAST)
         memset(s->joint, 0, sizeof(s->joint));
     for (int j = 0; j < LT_HAND_KEYPOINTS; j++) {
         double at[3];

@@ -2,78 +2,15 @@
 /* One view through the network, and its hand and object put where the camera saw them. */
 #include "pipeline/internal.h"
 
-#include "assets/ycb/objects.h"
 #include "data/hand_object.h"
 #include "data/mirror.h"
 #include "estimate/feed.h"
-#include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/rotation.h"
 
 #include <math.h>
 #include <string.h>
 
 static const double AGREEMENT = 0.1;                /* of the hand box's side */
-
-/* ---- the object's model --------------------------------------------------------------------------------- */
-
-static lt_status stand_in(lt_arena *arena, const ycb_object *ycb, predict_object *out)
-{
-    float (*point)[3];
-    double control[LT_BOX_POINTS][3];
-    lt_box box;
-    lt_status st = synth_object_new(arena, ycb->id, &out->mesh);
-
-    st = st ? st : synth_object_points(arena, &out->mesh, &point);
-    st = st ? st : lt_box_from_points(SYNTH_POINTS, point[0], &box);
-    if (st)
-        return st;
-    lt_box21(&box, control);
-    for (int i = 0; i < LT_BOX_POINTS; i++)
-        for (int d = 0; d < 3; d++)
-            out->control[i][d] = (float)control[i][d];
-    out->name = ycb->name;
-    out->origin = "embedded stand-in, not the scanned model";
-    return LT_OK;
-}
-
-static lt_status from_folder(lt_arena *arena, const char *folder, const char *name, predict_object *out)
-{
-    const dataset_object *object;
-    int n;
-    const lt_status st = dataset_load_objects(arena, folder, &name, 1, &object, &n);
-
-    if (st)
-        return st;
-    out->mesh = object->mesh;
-    memcpy(out->control, object->control, sizeof(out->control));
-    out->name = object->name;
-    out->origin = folder;
-    return LT_OK;
-}
-
-static void find_symmetries(const ycb_object *ycb, predict_object *out)
-{
-    lt_pose turn[YCB_TURNS];
-
-    out->n_symmetries = ycb_symmetries(ycb, turn);
-    for (int i = 0; i < out->n_symmetries; i++)
-        lt_rot_to_quat(turn[i].R, out->symmetry[i]);
-}
-
-lt_status predict_object_load(lt_arena *arena, const predict_options *o, predict_object *out)
-{
-    const ycb_object *ycb;
-    lt_status st = predict_find_object(o->object, &ycb);
-
-    if (st)
-        return st;
-    find_symmetries(ycb, out);
-    st = o->models ? from_folder(arena, o->models, ycb->name, out) : stand_in(arena, ycb, out);
-    for (int i = 0; i < LT_BOX_POINTS && !st; i++)
-        for (int d = 0; d < 3; d++)
-            out->mirrored[i][d] = d ? out->control[i][d] : -out->control[i][d];
-    return st;
-}
 
 /* ---- through the network -------------------------------------------------------------------------------- */
 
@@ -221,10 +158,9 @@ bool predict_trusted(const predict_view *v, const predict_result *r)
     return r->placed && r->agreement_px <= AGREEMENT * (double)fmaxf(b.x1 - b.x0, b.y1 - b.y0);
 }
 
-lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_view *v, const predict_object *object,
-                        predict_result *out)
+lt_status predict_solve(predict_solver *s, lt_arena *arena, const predict_view *v, predict_result *out)
 {
-    const float (*control)[3] = !object ? NULL : v->left ? object->mirrored : object->control;
+    const float (*control)[3] = !v->object ? NULL : v->left ? v->object->mirrored : v->object->control;
     predict_view seen = *v;
     lt_status st = v->left ? predict_view_mirror(arena, v, &seen) : LT_OK;
 

@@ -80,8 +80,9 @@ static crop_box grown_box(crop_box b, double factor)
     return (crop_box){ (float)(cx - hx), (float)(cy - hy), (float)(cx + hx), (float)(cy + hy) };
 }
 
-/* row: the image's line in --boxes, or NULL */
-static void choose_boxes(const predict_options *o, const predict_boxes_row *row, predict_view *v)
+/* row: the hand's line in --boxes, or NULL */
+static void choose_hand(const predict_options *o, const predict_boxes_row *row, const predict_object *given,
+                        predict_view *v)
 {
     const bool hand = row && row->has_hand, object = row && row->has_object;
 
@@ -90,6 +91,7 @@ static void choose_boxes(const predict_options *o, const predict_boxes_row *row,
     v->object_box = object ? row->object : o->object_box ? *o->object_box : grown_box(v->hand_box, OBJECT_GROWTH);
     v->object_from = object ? PREDICT_LISTED : o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
     v->left = row && row->side != PREDICT_ANY_SIDE ? row->side == PREDICT_LEFT : o->left;
+    v->object = row && row->model ? row->model : given;
 }
 
 static void choose_camera(const predict_options *o, const lt_exif *exif, predict_view *v)
@@ -116,28 +118,54 @@ static lt_status check_inside(const predict_view *v, const char *what, crop_box 
     return LT_OK;
 }
 
-lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
-                            predict_view *out)
+static lt_status open_image(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
+                            predict_view *v)
 {
-    predict_view v = { .path = in->path, .name = in->name, .orientation = 1 };
     lt_exif exif = { .orientation = 1 };
     lt_status st = LT_OK;
 
+    *v = (predict_view){ .path = in->path, .name = in->name, .orientation = 1 };
     if (frame)
-        v.width = frame->width, v.height = frame->height, v.rgb = frame->data, v.orientation = in->orientation;
+        v->width = frame->width, v->height = frame->height, v->rgb = frame->data, v->orientation = in->orientation;
     else
-        st = read_upright(arena, in->path, &exif, &v);
+        st = read_upright(arena, in->path, &exif, v);
     if (!st && in->depth)
-        st = read_depth(arena, in->depth, &v);
+        st = read_depth(arena, in->depth, v);
+    if (!st)
+        choose_camera(o, &exif, v);
+    return st;
+}
+
+/* Hand i of the image; row: its line in --boxes, or NULL */
+static lt_status open_hand(const predict_options *o, const predict_boxes_row *row, const predict_object *given,
+                           predict_view *v)
+{
+    lt_status st;
+
+    choose_hand(o, row, given, v);
+    st = check_inside(v, "hand", v->hand_box);
+    st = st ? st : check_inside(v, "object", v->object_box);
+    return st && row ? lt_error_prefix(st, "%s:%lld", o->boxes, (long long)row->line) : st;
+}
+
+lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
+                            const predict_object *given, predict_notes *notes, predict_view **out, int *n)
+{
+    const int n_hands = in->n_boxes ? (int)in->n_boxes : 1;
+    predict_view *v = lt_arena_array(arena, (size_t)n_hands, sizeof(*v));
+    lt_status st = v ? open_image(arena, o, in, frame, v) : lt_error(LT_ENOMEM, "%s: no memory", in->path);
+
+    for (int i = 0; i < n_hands && !st; i++) {
+        v[i] = v[0];
+        v[i].hand = i;
+        v[i].n_hands = n_hands;
+        st = open_hand(o, in->n_boxes ? &in->boxes[i] : NULL, given, &v[i]);
+    }
     if (st)
         return st;
-    choose_boxes(o, in->boxes, &v);
-    choose_camera(o, &exif, &v);
-    st = check_inside(&v, "hand", v.hand_box);
-    st = st ? st : check_inside(&v, "object", v.object_box);
-    if (st)
-        return in->boxes ? lt_error_prefix(st, "%s:%lld", o->boxes, (long long)in->boxes->line) : st;
+    predict_note_assumed(o, v, n_hands, notes);
     *out = v;
+    *n = n_hands;
     return LT_OK;
 }
 

@@ -68,7 +68,7 @@ END_TEST
 /* As Pillow writes it: before a PNG's pixels and behind them, behind a WebP's, and what two cameras say. */
 START_TEST(other_files)
 {
-    const size_t chunk = 12 + 26, head = 8 + 25;                /* eXIf; the signature and IHDR, behind which it stands */
+    const size_t chunk = 12 + 26, head = 8 + 25;        /* eXIf; the signature and IHDR, behind which it stands */
     uint8_t late[sizeof(exif_png)];
     lt_exif e = read_copy(exif_png, sizeof(exif_png));
 

@@ -48,8 +48,8 @@ END_TEST
 
 /* The upper left of the matrix in the track's header: a, b, c, d. */
 static const double matrices[8][4] = {
-    { 1, 0, 0, 1 }, { -1, 0, 0, 1 }, { -1, 0, 0, -1 }, { 1, 0, 0, -1 }, { 0, 1, 1, 0 }, { 0, 1, -1, 0 }, { 0, -1, -1, 0 },
-    { 0, -1, 1, 0 },
+    { 1, 0, 0, 1 }, { -1, 0, 0, 1 }, { -1, 0, 0, -1 }, { 1, 0, 0, -1 },
+    { 0, 1, 1, 0 }, { 0, 1, -1, 0 }, { 0, -1, -1, 0 }, { 0, -1, 1, 0 },
 };
 
 static uint8_t *find_box(uint8_t *bytes, size_t n, const char *name)

@@ -124,7 +124,8 @@ static size_t write_inks(const uint8_t inks[4], J_COLOR_SPACE as, uint8_t **jpeg
 /* Photoshop stores inks inverted, in either way */
 START_TEST(mixed_inks)
 {
-    static const uint8_t inks[][4] = { { 255, 0, 0, 255 }, { 200, 100, 50, 128 }, { 255, 255, 255, 0 }, { 9, 9, 9, 255 } };
+    static const uint8_t inks[][4] = { { 255, 0, 0, 255 }, { 200, 100, 50, 128 }, { 255, 255, 255, 0 },
+                                       { 9, 9, 9, 255 } };
     static const uint8_t rgb[][3] = { { 255, 0, 0 }, { 100, 50, 25 }, { 0, 0, 0 }, { 9, 9, 9 } };
     static const J_COLOR_SPACE as[] = { JCS_CMYK, JCS_YCCK };
     lt_arena *arena = lt_arena_new();

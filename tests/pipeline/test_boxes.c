@@ -98,7 +98,6 @@ START_TEST(wrong)
         { HEADER "\na,999999,2,999999.001,3\n", "boxes.csv:2: an empty box" },
         { ALL "\na,1,2,3,4,5,6,5,8,\n", "boxes.csv:2: an empty box 5,6,5,8; want object_x0 left of object_x1" },
         { ALL "\na,1,2,3,4,,,,,both\n", "boxes.csv:2: side is \"both\", want left, right or nothing" },
-        { HEADER "\na,1,2,3,4\nb,1,2,3,4\na,5,6,7,8\n", "boxes.csv:4: a is listed twice, first in line 2" },
     };
 
     for (size_t i = 0; i < LT_COUNT(cases); i++)
@@ -162,7 +161,7 @@ START_TEST(memory)
     arena = lt_arena_new();
     for (int i = 0; i < N; i++)
         end = stpcpy(end, "a,,,,\n");
-    ck_assert_int_eq(read_bytes(arena, (const uint8_t *)text, strlen(text)), LT_EFORMAT);
+    check_ok(read_bytes(arena, (const uint8_t *)text, strlen(text)));
     ck_assert_uint_lt(lt_arena_bytes(arena), 16 * strlen(text) + (1 << 20));
     lt_arena_free(arena);
 }

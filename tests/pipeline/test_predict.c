@@ -84,13 +84,13 @@ static cJSON *numbers(const char *name)
     return root;
 }
 
-/* root.a.b.c of "a.b.c"; the test fails when it is not there */
+/* root.a.2.c of "a.2.c"; the test fails when it is not there */
 static const cJSON *get(const cJSON *root, const char *path)
 {
     char *copy = strdup(path), *rest = copy;
 
     for (const char *key = strtok_r(rest, ".", &rest); key; key = strtok_r(rest, ".", &rest)) {
-        root = cJSON_GetObjectItemCaseSensitive(root, key);
+        root = cJSON_IsArray(root) ? cJSON_GetArrayItem(root, atoi(key)) : cJSON_GetObjectItemCaseSensitive(root, key);
         ck_assert_msg(root, "no %s in %s", key, path);
     }
     free(copy);
@@ -161,6 +161,58 @@ START_TEST(one_image)
     cJSON_Delete(root);
     ck_assert(!strstr(said, "--hand-box"));
     ck_assert(strstr(said, "--object-box"));
+}
+END_TEST
+
+/* Whether there is a note with this code and these words. */
+static bool noted(const cJSON *root, const char *code, const char *words)
+{
+    const cJSON *note;
+
+    cJSON_ArrayForEach(note, get(root, "notes"))
+        if (strcmp(text(note, "code"), code) == 0 && strstr(text(note, "text"), words))
+            return true;
+    return false;
+}
+
+static void check_same(const cJSON *root, const char *a, const char *b)
+{
+    ck_assert_msg(cJSON_Compare(get(root, a), get(root, b), true), "%s and %s differ", a, b);
+}
+
+/* What programs read: lists of hands and objects, notes with codes; and beside them the keys of before. */
+START_TEST(schema)
+{
+    static const char *const hand[] = { "side", "position", "trusted", "joints3d_m", "theta_rad", "vertices_file" };
+    static const char *const object[] = { "name", "found", "R", "t_m", "confidence", "vertices_file" };
+    const char *const input[] = { in("one.png") };
+    cJSON *root;
+
+    write_png("one.png", false);
+    check_ok(predict((predict_options){ .object = "mug" }, 1, input, NULL));
+    root = numbers("out/one.json");
+    ck_assert_str_eq(text(root, "schema"), "palmar.frame/1");
+    ck_assert_int_eq(cJSON_GetArraySize(get(root, "hands")), 1);
+    ck_assert_int_eq(cJSON_GetArraySize(get(root, "objects")), 1);
+    ck_assert_int_eq(get(root, "objects.0.hand")->valueint, 0);
+    for (size_t i = 0; i < LT_COUNT(hand); i++)
+        check_same(root, lt_arena_printf(arena, "hands.0.%s", hand[i]), lt_arena_printf(arena, "hand.%s", hand[i]));
+    for (size_t i = 0; i < LT_COUNT(object); i++)
+        check_same(root, lt_arena_printf(arena, "objects.0.%s", object[i]),
+                   lt_arena_printf(arena, "object.%s", object[i]));
+    check_same(root, "hands.0.box", "boxes.hand");
+    check_same(root, "objects.0.box", "boxes.object");
+    check_same(root, "objects.0.box2d_px", "object_box2d_px");
+    ck_assert(noted(root, "hand-box-assumed", "no --hand-box: took the middle of the image, 26,16,74,64"));
+    ck_assert(noted(root, "object-box-assumed", "took the hand's box grown"));
+    ck_assert(noted(root, "camera-assumed", "120 px"));
+    ck_assert(!noted(root, "no-object", ""));
+    cJSON_Delete(root);
+    check_ok(predict((predict_options){ 0 }, 1, input, NULL));
+    root = numbers("out/one.json");
+    ck_assert(cJSON_IsNull(get(root, "objects.0.name")) && cJSON_IsFalse(get(root, "objects.0.found")));
+    ck_assert(noted(root, "no-object", "no --object"));
+    cJSON_Delete(root);
 }
 END_TEST
 
@@ -552,6 +604,7 @@ END_TEST
 
 /* ---- boxes from a file ---------------------------------------------------------------------------------- */
 
+#define NAMED "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side,object_name\n"
 #define COLUMNS "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side\n"
 
 static void write_text(const char *name, const char *words)
@@ -597,6 +650,59 @@ START_TEST(boxes)
 }
 END_TEST
 
+/* The hand of a result, alone or one of several */
+static double first_joint(const char *result, const char *hand)
+{
+    cJSON *root = numbers(result);
+    const double x = item(root, lt_arena_printf(arena, "%s.joints3d_m.5", hand), 0);
+
+    cJSON_Delete(root);
+    return x;
+}
+
+/* Two lines for an image are two hands, each with its side and its object, as if it were alone; what an earlier run
+ * left of a second hand goes. */
+START_TEST(several_hands)
+{
+    const char *const input[] = { in("a.png") };
+    predict_options o = { .boxes = in("boxes.csv"), .object = "mug" };
+    double alone[2];
+    cJSON *root;
+
+    write_png("a.png", false);
+    write_text("boxes.csv", NAMED "a,10,11,60,61,,,,,left,\n");
+    check_ok(predict(o, 1, input, NULL));
+    alone[0] = first_joint("out/a.json", "hand");
+    write_text("boxes.csv", NAMED "a.PNG,40,20,90,70,30,10,95,75,right,banana\n");
+    check_ok(predict(o, 1, input, NULL));
+    alone[1] = first_joint("out/a.json", "hand");
+    write_text("boxes.csv", NAMED "a,10,11,60,61,,,,,left,\na.png,40,20,90,70,30,10,95,75,right,banana\n");
+    check_ok(predict(o, 1, input, NULL));
+    root = numbers("out/a.json");
+    ck_assert_int_eq(cJSON_GetArraySize(get(root, "hands")), 2);
+    for (int i = 0; i < 2; i++)
+        ck_assert_double_eq_tol(first_joint("out/a.json", i ? "hands.1" : "hands.0"), alone[i], 1e-6);
+    ck_assert_str_eq(text(root, "hands.0.side"), "left");
+    ck_assert_str_eq(text(root, "hands.1.side"), "right");
+    ck_assert_str_eq(text(root, "objects.0.name"), "025_mug");
+    ck_assert_str_eq(text(root, "objects.1.name"), "011_banana");
+    ck_assert_int_eq(get(root, "objects.1.hand")->valueint, 1);
+    ck_assert_str_eq(text(root, "objects.1.box.source"), "listed");
+    ck_assert_str_eq(text(root, "hands.1.vertices_file"), "a.hand-2.obj");
+    ck_assert(noted(root, "object-box-assumed", "hand 1: no object box in "));
+    ck_assert(!noted(root, "object-box-assumed", "hand 2"));
+    ck_assert(exists(in("out/a.hand-2.obj")));
+    cJSON_Delete(root);
+    put_file(in("out/a.object-2.obj"), "", 0);
+    o.format = PREDICT_GLB;
+    check_ok(predict(o, 1, input, NULL));
+    write_text("boxes.csv", NAMED "a,10,11,60,61,,,,,left,\n");
+    o.format = PREDICT_OBJ;
+    check_ok(predict(o, 1, input, NULL));
+    ck_assert(exists(in("out/a.hand.obj")) && !exists(in("out/a.hand-2.obj")) && !exists(in("out/a.object-2.obj")));
+}
+END_TEST
+
 START_TEST(boxes_are_wrong)
 {
     static const struct { const char *lines, *reason; } cases[] = {
@@ -606,6 +712,7 @@ START_TEST(boxes_are_wrong)
         { "a.png,1,2,3,4,,,,,\nclip.avi#0,1,2,3,4,,,,,\n", "boxes.csv:3: clip.avi#0: a film's frames are counted" },
         { "clip#7,1,2,3,4,,,,,\nclip-000007,1,2,3,4,,,,,\n", "boxes.csv:3: clip-000007 and clip#7 in line 2 are the" },
         { "a.png,1,x,3,4,,,,,\n", "boxes.csv:2: hand_y0 is \"x\"" },
+        { "b,1,2,3,4,,,,,\nb,,,,,5,6,7,8,\n", "boxes.csv:3: b and b in line 2 are the same image; several hands want" },
     };
     const char *const inputs[] = { in("a.png"), in("a.jpg"), in("b.png"), in("clip.avi") };
 
@@ -864,6 +971,44 @@ START_TEST(film_with_both_hands)
 }
 END_TEST
 
+/* Two hands of one side that pass each other, listed now in this order and now in that, and a hand that goes away for
+ * some frames: each stays who it is. */
+START_TEST(film_of_several_hands)
+{
+    predict_followed f = { .arena = arena, .dt = 1.0 / 30 };
+    predict_result *r = lt_arena_array(arena, 3, sizeof(*r));
+
+    for (int k = 0; k < FILM; k++) {
+        const bool gone = k >= LOST && k < FOUND;
+        const float x = 4 * (float)k;
+        predict_view v[3] = {
+            { .camera = { 600, 600, 320, 240 }, .hand_box = { x, 0, x + 100, 100 } },
+            { .camera = { 600, 600, 320, 240 }, .hand_box = { 240 - x, 150, 340 - x, 250 } },
+            { .camera = { 600, 600, 320, 240 }, .hand_box = { 0, 0, 100, 100 }, .left = true },
+        };
+        const int at[3] = { k % 2, 1 - k % 2, 2 };   /* of each in the list */
+        predict_view listed[3];
+
+        for (int i = 0; i < 3; i++) {
+            listed[at[i]] = v[i];
+            frame_of(i == 1 ? -k : i * k, &v[i], &r[at[i]]);
+            r[at[i]].placed = true;
+        }
+        check_ok(predict_follow(&f, listed, r, gone ? 2 : 3));
+        ck_assert_uint_eq(f.n, 3);
+        if (k < 20)
+            continue;
+        ck_assert_double_eq_tol(r[at[0]].e.joints[3][0], 0.003, 2e-3);
+        ck_assert_double_eq_tol(r[at[1]].e.joints[3][0], -0.009 * k + 0.003, 2e-3);
+        if (!gone)
+            ck_assert_double_eq_tol(r[2].e.joints[3][0], 0.018 * k + 0.003, 4e-3);
+    }
+    for (int k = 0; k <= PREDICT_COAST; k++)
+        predict_follow_missed(&f);
+    ck_assert_uint_eq(f.n, 0);
+}
+END_TEST
+
 /* A picture whose results a film's frames would have. */
 START_TEST(film_beside_its_frame)
 {
@@ -986,6 +1131,7 @@ static void add_tests(TCase *t)
     tcase_add_checked_fixture(t, start, stop);
     tcase_set_timeout(t, 120);
     tcase_add_test(t, one_image);
+    tcase_add_test(t, schema);
     tcase_add_test(t, no_old_object_stays);
     tcase_add_test(t, formats);
     tcase_add_test(t, defaults);
@@ -1000,6 +1146,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, depth);
     tcase_add_test(t, depth_is_wrong);
     tcase_add_test(t, boxes);
+    tcase_add_test(t, several_hands);
     tcase_add_test(t, boxes_are_wrong);
     tcase_add_test(t, assumed_once);
     tcase_add_test(t, place);
@@ -1008,6 +1155,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, film_of_a_symmetric_thing);
     tcase_add_test(t, film_with_bad_fits);
     tcase_add_test(t, film_with_both_hands);
+    tcase_add_test(t, film_of_several_hands);
     tcase_add_test(t, film_beside_its_frame);
     tcase_add_test(t, film_of_stills);
 #ifdef HAVE_OPENCV

@@ -12,8 +12,8 @@ extern "C" {
 #endif
 
 typedef struct {
-    int orientation;            /* of the frames as they are stored, 1 upright .. 8 as EXIF has it; 1 where the file does
-                                 * not say, or names an angle that is no quarter turn */
+    int orientation;            /* of the frames as they are stored, 1 upright .. 8 as EXIF has it; 1 where the file
+                                 * does not say, or names an angle that is no quarter turn */
     int64_t want_bytes;         /* more than the file has, where it is cut off; else 0 */
 } lt_film_head;
 

@@ -109,8 +109,8 @@ static lt_status open_film(lt_film *f)
     f->orientation = head.orientation;
     f->film = opencv->film_open(f->path, &f->fps, &f->frames, error);
     if (!f->film && head.want_bytes)
-        return lt_error(LT_EFORMAT, "%s: %s: it is cut off, and would have %jd bytes; copy or download it again", f->path,
-                        error, (intmax_t)head.want_bytes);
+        return lt_error(LT_EFORMAT, "%s: %s: it is cut off, and would have %jd bytes; copy or download it again",
+                        f->path, error, (intmax_t)head.want_bytes);
     return f->film ? LT_OK : lt_error(LT_EFORMAT, "%s: %s", f->path, error);
 }
 

@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Which hand of a film's frame is which of the frames before. */
+#include "pipeline/internal.h"
+
+#include <math.h>
+
+enum { NOBODY = -1, REACH = 2 };        /* a hand moves by less than so many sides of its box from frame to frame */
+
+/* How far a box has moved, in its longer sides; infinity for a hand of the other side. */
+static float distance(const predict_smoother *s, const predict_view *v)
+{
+    const crop_box a = s->box, b = v->hand_box;
+    const float side = fmaxf(b.x1 - b.x0, b.y1 - b.y0);
+
+    if (s->left != v->left)
+        return INFINITY;
+    return hypotf((a.x0 + a.x1 - b.x0 - b.x1) / 2, (a.y0 + a.y1 - b.y0 - b.y1) / 2) / side;
+}
+
+/* The nearest pair of those that are left; false where none is near. */
+static bool next_pair(const predict_followed *f, const predict_view *v, int n, const int *who, const bool *taken,
+                      int *view, int *smoother)
+{
+    float best = REACH;
+
+    for (int i = 0; i < n; i++)
+        for (size_t k = 0; k < f->n && who[i] == NOBODY; k++)
+            if (!taken[k] && distance(&f->smoother[k], &v[i]) < best) {
+                best = distance(&f->smoother[k], &v[i]);
+                *view = i;
+                *smoother = (int)k;
+            }
+    return best < REACH;
+}
+
+/* who[i]: whose view i is. A film of one hand has that one, wherever it goes. */
+static void match(const predict_followed *f, const predict_view *v, int n, int *who, bool *taken)
+{
+    int i, k;
+
+    for (i = 0; i < n; i++)
+        who[i] = NOBODY;
+    if (n == 1 && f->n == 1) {
+        who[0] = 0;
+        taken[0] = true;
+        return;
+    }
+    while (next_pair(f, v, n, who, taken, &i, &k)) {
+        who[i] = k;
+        taken[k] = true;
+    }
+}
+
+static lt_status add_smoother(predict_followed *f, const predict_view *v, int *who)
+{
+    predict_smoother *longer = lt_arena_grow(f->arena, f->smoother, f->n, &f->room, sizeof(*longer));
+
+    if (!longer)
+        return lt_error(LT_ENOMEM, "%s: no memory for its hands", v->path);
+    f->smoother = longer;
+    *who = (int)f->n;
+    f->smoother[f->n++] = (predict_smoother){ .dt = f->dt, .left = v->left };
+    return LT_OK;
+}
+
+static void forget_lost(predict_followed *f)
+{
+    size_t kept = 0;
+
+    for (size_t k = 0; k < f->n; k++)
+        if (f->smoother[k].unseen <= PREDICT_COAST)
+            f->smoother[kept++] = f->smoother[k];
+    f->n = kept;
+}
+
+lt_status predict_follow(predict_followed *f, const predict_view *v, predict_result *r, int n)
+{
+    lt_arena *scratch = lt_arena_new();
+    int *who = scratch ? lt_arena_array(scratch, (size_t)n, sizeof(*who)) : NULL;
+    bool *taken = scratch ? lt_arena_array(scratch, f->n, sizeof(*taken)) : NULL;
+    lt_status st = who && taken ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory for its hands", v->path);
+
+    if (!st)
+        match(f, v, n, who, taken);
+    for (size_t k = 0; k < f->n && !st; k++)
+        if (!taken[k]) {
+            f->smoother[k].unseen++;
+            predict_smooth_missed(&f->smoother[k]);
+        }
+    for (int i = 0; i < n && !st; i++) {
+        if (who[i] == NOBODY)
+            st = add_smoother(f, &v[i], &who[i]);
+        if (st)
+            break;
+        f->smoother[who[i]].box = v[i].hand_box;
+        f->smoother[who[i]].unseen = 0;
+        predict_smooth(&f->smoother[who[i]], &v[i], v[i].object, &r[i]);
+    }
+    forget_lost(f);
+    lt_arena_free(scratch);
+    return st;
+}
+
+void predict_follow_missed(predict_followed *f)
+{
+    for (size_t k = 0; k < f->n; k++) {
+        f->smoother[k].unseen++;
+        predict_smooth_missed(&f->smoother[k]);
+    }
+    forget_lost(f);
+}

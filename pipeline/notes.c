@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What is told of an image: in its JSON each time, to whoever watches where it is new. */
+#include "pipeline/internal.h"
+
+#include "libtensor/base/printable.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+/* Names are part of the format: they stay. */
+static const struct {
+    const char *name;
+    bool each;                      /* said of each image that it holds for */
+    const char *otherwise;          /* what is said when it holds no longer; NULL: nothing */
+} kinds[PREDICT_NOTES] = {
+    [NOTE_TURNED] = { "turned", false, "upright as it is stored" },
+    [NOTE_HAND_BOX] = { "hand-box-assumed", false, "its hand box is listed" },
+    [NOTE_OBJECT_BOX] = { "object-box-assumed", false, "its object box is listed" },
+    [NOTE_CAMERA] = { "camera-assumed", false, "the camera is given" },
+    [NOTE_NO_OBJECT] = { "no-object", false, NULL },
+    [NOTE_NO_DEPTH] = { "no-depth", false, NULL },
+    [NOTE_NOT_SMOOTHED] = { "not-smoothed", false, NULL },
+    [NOTE_HAND_GUESSED] = { "hand-guessed", true, NULL },
+    [NOTE_LOW_TRUST] = { "low-trust", true, NULL },
+    [NOTE_NO_POSE] = { "object-not-found", true, NULL },
+};
+
+const char *predict_note_name(predict_note_code code)
+{
+    return kinds[code].name;
+}
+
+void predict_say(const predict_options *o, const char *fmt, ...)
+{
+    va_list args;
+
+    if (!o->messages)
+        return;
+    va_start(args, fmt);
+    lt_vsay(o->messages, fmt, args);
+    va_end(args);
+}
+
+void predict_note_add(predict_notes *notes, const predict_view *v, predict_note_code code, const char *fmt, ...)
+{
+    predict_note *longer = lt_arena_grow(notes->arena, notes->note, notes->n, &notes->room, sizeof(*longer));
+    const char *text;
+    va_list args;
+
+    va_start(args, fmt);
+    text = lt_arena_vprintf(notes->arena, fmt, args);
+    va_end(args);
+    if (text && v && v->n_hands > 1)
+        text = lt_arena_printf(notes->arena, "hand %d: %s", v->hand + 1, text);
+    if (longer)
+        notes->note = longer;
+    if (longer && text)
+        notes->note[notes->n++] = (predict_note){ code, text };
+    else
+        notes->lost = true;
+}
+
+/* All texts of a kind, a line each; "" where there is none. */
+static void texts_of(const predict_notes *notes, predict_note_code code, char out[PREDICT_SAID])
+{
+    size_t n = 0;
+
+    *out = '\0';
+    for (size_t i = 0; i < notes->n && n < PREDICT_SAID; i++)
+        if (notes->note[i].code == code)
+            n += (size_t)snprintf(out + n, PREDICT_SAID - n, "%s\n", notes->note[i].text);
+}
+
+static void say_kind(const predict_options *o, const char *path, const predict_notes *notes, predict_note_code code)
+{
+    for (size_t i = 0; i < notes->n; i++)
+        if (notes->note[i].code == code)
+            predict_say(o, "%s: %s", path, notes->note[i].text);
+}
+
+void predict_say_notes(const predict_options *o, const char *path, const predict_notes *notes, predict_said *said)
+{
+    bool any = false;
+
+    for (predict_note_code k = 0; k < PREDICT_NOTES; k++) {
+        char texts[PREDICT_SAID];
+
+        if (kinds[k].each)
+            continue;
+        texts_of(notes, k, texts);
+        if (strcmp(said->last[k], texts) == 0)
+            continue;
+        if (*texts)
+            say_kind(o, path, notes, k);
+        else if (kinds[k].otherwise)
+            predict_say(o, "%s: %s", path, kinds[k].otherwise);
+        memcpy(said->last[k], texts, sizeof(texts));
+        any = true;
+    }
+    if (any && said->many && !said->explained)
+        predict_say(o, "what was assumed is said again where it changes");
+    said->explained = said->explained || any;
+    for (predict_note_code k = 0; k < PREDICT_NOTES; k++)
+        if (kinds[k].each)
+            say_kind(o, path, notes, k);
+}
