@@ -27,8 +27,10 @@ static const struct argp_option options[] = {
       "hand_y0, hand_x1, hand_y1, and if known object_x0 to object_y1, object_name and side; a line for each hand. An "
       "image is a file's name, a film's frame film.mp4#12. What is not in it --hand-box, --object-box, --object and "
       "--side say", 0 },
-    { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle; default none: no object pose", 0 },
-    { "models", MODELS, "DIR", 0, "a dataset's models/ folder; default the embedded stand-ins", 0 },
+    { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle, or any folder of --models; default none: no "
+      "object pose", 0 },
+    { "models", MODELS, "DIR", 0, "a dataset's models/ folder, or one with objects of your own: a folder for each, with "
+      "a mesh in it; default the embedded stand-ins", 0 },
     { "K", CAMERA, "FX,FY,CX,CY", 0, "the camera, pixels; default from EXIF, else a guess", 0 },
     { "depth", DEPTH, "FILE|DIR", 0, "the image's depth, or a folder with NAME.png for NAME.jpg and NAME-000001.png "
       "for a film's first frame: as large as the image, 16 bits in millimetres or as HO3D packs it; default none", 0 },

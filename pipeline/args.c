@@ -78,8 +78,9 @@ static lt_status unknown_object(const char *text)
         strncat(all, " ", sizeof(all) - strlen(all) - 1);
         strncat(all, plain[i], sizeof(all) - strlen(all) - 1);
     }
+    strncat(all, "; or your own, by --models", sizeof(all) - strlen(all) - 1);
     lt_unknown_name(text, lt_nearest_name(text, full, YCB_COUNT) ? full : plain, YCB_COUNT, all, "no such object");
-    return lt_error_prefix(LT_EUSAGE, "--object %s", text);
+    return LT_EUSAGE;
 }
 
 lt_status predict_find_object(const char *text, const ycb_object **out)

@@ -37,6 +37,16 @@ static void note_object_box(const predict_options *o, const predict_view *v, pre
     note_box(o, v, NOTE_OBJECT_BOX, v->object_from, "object", "the hand's box grown 1.3 times", notes);
 }
 
+static void note_object(const predict_view *v, predict_notes *notes)
+{
+    if (!v->object)
+        predict_note_add(notes, v, NOTE_NO_OBJECT, "no --object: the hand alone, no object pose");
+    if (v->object && v->object->unit_note)
+        predict_note_add(notes, v, NOTE_OBJECT_UNIT, "%s", v->object->unit_note);
+    if (v->object && v->object->axes_note)
+        predict_note_add(notes, v, NOTE_OBJECT_AXES, "%s", v->object->axes_note);
+}
+
 static void note_camera(const predict_view *v, predict_notes *notes)
 {
     if (v->camera_from == PREDICT_EXIF)
@@ -53,8 +63,7 @@ void predict_note_assumed(const predict_options *o, const predict_view *v, int n
     for (int i = 0; i < n; i++) {
         note_hand_box(o, &v[i], notes);
         note_object_box(o, &v[i], notes);
-        if (!v[i].object)
-            predict_note_add(notes, &v[i], NOTE_NO_OBJECT, "no --object: the hand alone, no object pose");
+        note_object(&v[i], notes);
     }
     note_camera(v, notes);
     if (o->m->depth && !o->depth)

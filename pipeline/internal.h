@@ -21,7 +21,7 @@ void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3)
 /* docs/formats.md has the list of their names in the JSON */
 typedef enum {
     NOTE_TURNED, NOTE_HAND_BOX, NOTE_OBJECT_BOX, NOTE_CAMERA, NOTE_NO_OBJECT, NOTE_NO_DEPTH, NOTE_NOT_SMOOTHED,
-    NOTE_HAND_GUESSED, NOTE_LOW_TRUST, NOTE_NO_POSE,
+    NOTE_OBJECT_UNIT, NOTE_OBJECT_AXES, NOTE_HAND_GUESSED, NOTE_LOW_TRUST, NOTE_NO_POSE, NOTE_POSE_FAR,
     PREDICT_NOTES
 } predict_note_code;
 
@@ -102,6 +102,7 @@ typedef struct predict_object {
     float control[21][3], mirrored[21][3];
     double symmetry[YCB_TURNS][4];  /* turns that leave it as it is, about the middle of its box */
     int n_symmetries;
+    const char *unit_note, *axes_note;          /* what of its model is not as it should be, or NULL */
 } predict_object;
 
 /* predict_load_objects - those that the lines of b name, which point to them then, and *given of --object, or NULL */
@@ -151,6 +152,8 @@ void predict_note_assumed(const predict_options *o, const predict_view *v, int n
 
 /* ---- solve.c: from the view to a hand and an object in camera coordinates ------------------------------ */
 
+static const double PREDICT_NEAREST = 0.05, PREDICT_FARTHEST = 10;      /* metres that are believed */
+
 typedef struct {
     estimate e;                     /* of the hand as it is, left or right */
     double theta[3 * LT_HAND_JOINTS];
@@ -159,6 +162,7 @@ typedef struct {
     float control2d[LT_BOX_POINTS][2];          /* of the object's box, image pixels; NaN: not seen */
     bool placed;                    /* else the hand's position is a guess */
     bool object_found;
+    bool object_far;                /* a pose was found, too near or too far to be believed */
 } predict_result;
 
 typedef struct predict_solver predict_solver;

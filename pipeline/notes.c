@@ -21,9 +21,12 @@ static const struct {
     [NOTE_NO_OBJECT] = { "no-object", false, NULL },
     [NOTE_NO_DEPTH] = { "no-depth", false, NULL },
     [NOTE_NOT_SMOOTHED] = { "not-smoothed", false, NULL },
+    [NOTE_OBJECT_UNIT] = { "object-unit", false, NULL },
+    [NOTE_OBJECT_AXES] = { "object-axes", false, NULL },
     [NOTE_HAND_GUESSED] = { "hand-guessed", true, NULL },
     [NOTE_LOW_TRUST] = { "low-trust", true, NULL },
     [NOTE_NO_POSE] = { "object-not-found", true, NULL },
+    [NOTE_POSE_FAR] = { "object-far", true, NULL },
 };
 
 const char *predict_note_name(predict_note_code code)

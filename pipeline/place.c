@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-static const double GUESSED_DEPTH = 0.6, NEAREST = 0.05, FARTHEST = 10;     /* metres */
+static const double GUESSED_DEPTH = 0.6;                    /* metres */
 static const double UNDER_SKIN = 0.010, FAR_OFF = 0.25;     /* a joint, of what is seen; another thing's depth */
 enum { REACH = 2, FEW_JOINTS = 5 };                         /* pixels around a joint; joints that must be measured */
 
@@ -75,7 +75,7 @@ static bool find_place(const predict_view *v, const sight *s, double t[3])
     depth = measured_depth(v, s);
     if (fabs(depth - t[2]) < FAR_OFF)
         lt_hand_translation_at(&v->camera, LT_HAND_KEYPOINTS, s->X, s->uv, s->weight, depth, t);
-    return t[2] > NEAREST && t[2] < FARTHEST;
+    return t[2] > PREDICT_NEAREST && t[2] < PREDICT_FARTHEST;
 }
 
 static void move(float (*point)[3], int n, const double t[3])

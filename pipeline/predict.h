@@ -31,8 +31,9 @@ typedef struct {
     const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg, NAME-000001.png for a
                                      * film's first frame; NULL: not known */
     const lt_camera *camera;        /* NULL: from EXIF, or a default */
-    const char *object;             /* "003_cracker_box"; NULL: the hand alone */
-    const char *models;             /* a dataset's models/ folder; NULL: the embedded stand-ins */
+    const char *object;             /* "003_cracker_box", a folder of models; NULL: the hand alone */
+    const char *models;             /* a folder with a folder for each object (pipeline/object_mesh.h); NULL: the
+                                     * embedded stand-ins */
     predict_format format;          /* of the meshes */
     double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated, and a film
                                      * says by itself */

@@ -103,7 +103,9 @@ static lt_status run(predict_solver *s, const predict_view *v, const float (*con
         return lt_error(LT_ENUMERIC, "%s: the model's answer is not finite: its weights are damaged", v->path);
     points_in_image(s->batch, (const float (*)[2])r->e.joints2d, LT_HAND_KEYPOINTS, r->heatmap2d);
     points_in_image(s->batch, (const float (*)[2])r->e.control2d, LT_BOX_POINTS, r->control2d);
-    r->object_found = r->e.object_inliers > 0 && lt_pose_finite(&r->e.object) && r->e.object.t[2] > 0;
+    r->object_found = r->e.object_inliers > 0 && lt_pose_finite(&r->e.object) && r->e.object.t[2] > PREDICT_NEAREST &&
+                      r->e.object.t[2] < PREDICT_FARTHEST;
+    r->object_far = r->e.object_inliers > 0 && !r->object_found;
     return LT_OK;
 }
 
