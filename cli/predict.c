@@ -1,22 +1,22 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "pipeline/calibration.h"
 #include "pipeline/predict.h"
 
 #include <stdio.h>
 #include <string.h>
 
 enum { MAX_INPUTS = 4096 };
-enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, HAND, SIDE, FPS, DEPTH, MESH, BOXES };
+enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, MESH, BOXES };
 
 typedef struct {
-    const char *checkpoint, *hand, *out, *object, *models, *depth, *boxes;
+    const char *checkpoint, *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
     const char *inputs[MAX_INPUTS];
     int n_inputs;
     crop_box hand_box, object_box;
-    lt_camera camera;
     predict_format format;
-    bool has_hand_box, has_object_box, has_camera, left;
+    bool has_hand_box, has_object_box, left;
     double fps;
 } predict_args;
 
@@ -29,9 +29,12 @@ static const struct argp_option options[] = {
       "--side say", 0 },
     { "object", OBJECT, "NAME", 0, "which object, as 006_mustard_bottle, or any folder of --models; default none: no "
       "object pose", 0 },
-    { "models", MODELS, "DIR", 0, "a dataset's models/ folder, or one with objects of your own: a folder for each, with "
-      "a mesh in it; default the embedded stand-ins", 0 },
-    { "K", CAMERA, "FX,FY,CX,CY", 0, "the camera, pixels; default from EXIF, else a guess", 0 },
+    { "models", MODELS, "DIR", 0, "a dataset's models/ folder, or one with objects of your own: a folder for each, "
+      "with a mesh in it; default the embedded stand-ins", 0 },
+    { "K", CAMERA, "FX,FY,CX,CY|FILE", 0, "the camera, pixels of the upright image: four numbers, the nine of a "
+      "matrix, or a file of either, JSON or YAML, OpenCV's too; default from EXIF, else a guess", 0 },
+    { "distortion", LENS, "K1,K2,P1,P2[,K3[,K4,K5,K6]]", 0, "the lens, as OpenCV calibrates it: it is taken out of the "
+      "images first. Default what the file of --K says, else none", 0 },
     { "depth", DEPTH, "FILE|DIR", 0, "the image's depth, or a folder with NAME.png for NAME.jpg and NAME-000001.png "
       "for a film's first frame: as large as the image, 16 bits in millimetres or as HO3D packs it; default none", 0 },
     { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
@@ -80,6 +83,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case MODELS: a->models = arg; break;
     case DEPTH: a->depth = arg; break;
     case BOXES: a->boxes = arg; break;
+    case CAMERA: a->camera = arg; break;
+    case LENS: a->lens = arg; break;
     case HAND: a->hand = arg; break;
     case FPS: a->fps = cli_real(state, "fps", arg, 1, 1000); break;
     case SIDE: parse_side(a, state, arg); break;
@@ -92,14 +97,12 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         must(state, predict_parse_box("--object-box", arg, &a->object_box));
         a->has_object_box = true;
         break;
-    case CAMERA:
-        must(state, predict_parse_camera("--K", arg, &a->camera));
-        a->has_camera = true;
-        break;
     case ARGP_KEY_ARG: add_input(a, state, arg); break;
     case ARGP_KEY_END:
         if (!a->checkpoint || !a->n_inputs)
             argp_error(state, "want a checkpoint or a run's folder, and images or films");
+        if (a->lens && !a->camera)
+            argp_error(state, "--distortion: goes with --K, which it was calibrated with");
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -120,14 +123,23 @@ static bool stop(void)
     return cli_stop_requested();
 }
 
-static lt_status run(const predict_args *a, const cli_checkpoint *c)
+/* A file may hold both, and an option goes before the file. */
+static lt_status read_camera(const predict_args *a, calibration *out)
+{
+    lt_status st = a->camera ? calibration_read("--K", a->camera, out) : LT_OK;
+
+    return st || !a->lens ? st : calibration_parse_lens("--distortion", a->lens, &out->lens);
+}
+
+static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c)
 {
     const predict_options o = {
         .m = &c->m, .hand = c->hand.model, .checkpoint = c->path, .trained_on = c->config.data.dir,
         .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
-        .camera = a->has_camera ? &a->camera : NULL, .boxes = a->boxes, .depth = a->depth,
+        .camera = a->camera ? &camera->camera : NULL, .camera_width = camera->width, .camera_height = camera->height,
+        .camera_skew = camera->skew, .lens = &camera->lens, .boxes = a->boxes, .depth = a->depth,
         .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps,
         .alone = true, .stop = stop,
         .messages = stderr,
@@ -143,14 +155,18 @@ static lt_status run(const predict_args *a, const cli_checkpoint *c)
 int cmd_predict(int argc, char **argv)
 {
     static predict_args a = { .out = "predictions" };
+    calibration camera = { .width = 0 };
     cli_checkpoint c;
     lt_status st;
 
     cli_parse("predict", &argp, argc, argv, &a);
     cli_catch_signals();
+    st = read_camera(&a, &camera);
+    if (st)
+        return cli_fail(st);
     st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
     if (st == LT_OK)
-        st = run(&a, &c);
+        st = run(&a, &camera, &c);
     cli_checkpoint_close(&c);
     return st ? cli_fail(st) : 0;
 }

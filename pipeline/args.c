@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Boxes, cameras and object names as people type them. */
+/* Boxes and object names as people type them. */
 #include "pipeline/predict.h"
 
 #include "libtensor/io/text/nearest.h"
@@ -11,7 +11,7 @@
 enum { ID = 4 };                        /* length of "003_" */
 
 /* Four finite numbers with commas between, and nothing else. */
-static lt_status parse_four(const char *name, const char *want, const char *text, double out[4])
+static lt_status parse_four(const char *name, const char *text, double out[4])
 {
     const char *p = text;
 
@@ -20,7 +20,7 @@ static lt_status parse_four(const char *name, const char *want, const char *text
 
         out[i] = lt_strtod(p, &end);
         if (end == p || *end != (i < 3 ? ',' : '\0') || !isfinite(out[i]) || fabs(out[i]) > 1e6)
-            return lt_error(LT_EUSAGE, "%s %s: want %s in pixels", name, text, want);
+            return lt_error(LT_EUSAGE, "%s %s: want x0,y0,x1,y1 in pixels", name, text);
         p = end + 1;
     }
     return LT_OK;
@@ -29,7 +29,7 @@ static lt_status parse_four(const char *name, const char *want, const char *text
 lt_status predict_parse_box(const char *name, const char *text, crop_box *out)
 {
     double b[4];
-    const lt_status st = parse_four(name, "x0,y0,x1,y1", text, b);
+    const lt_status st = parse_four(name, text, b);
 
     if (st)
         return st;
@@ -37,20 +37,6 @@ lt_status predict_parse_box(const char *name, const char *text, crop_box *out)
         return lt_error(LT_EUSAGE, "%s %s: an empty box; the order is x0,y0,x1,y1: left, top, right, bottom",
                         name, text);
     *out = (crop_box){ (float)b[0], (float)b[1], (float)b[2], (float)b[3] };
-    return LT_OK;
-}
-
-lt_status predict_parse_camera(const char *name, const char *text, lt_camera *out)
-{
-    double k[4];
-    const lt_status st = parse_four(name, "fx,fy,cx,cy", text, k);
-
-    if (st)
-        return st;
-    if (!(k[0] >= 1 && k[1] >= 1))              /* less is said in shares of the width */
-        return lt_error(LT_EUSAGE, "%s %s: focal lengths must be at least 1 pixel; the order is fx,fy,cx,cy", name,
-                        text);
-    *out = (lt_camera){ .fx = k[0], .fy = k[1], .cx = k[2], .cy = k[3] };
     return LT_OK;
 }
 

@@ -9,6 +9,7 @@
 #include "estimate/estimator.h"
 #include "libtensor/geometry/kalman/kalman.h"
 #include "libtensor/geometry/mesh/mesh.h"
+#include "libtensor/io/image/exif.h"
 #include "libtensor/io/image/image.h"
 #include "pipeline/boxes.h"
 #include "pipeline/predict.h"
@@ -20,7 +21,8 @@ void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3)
 
 /* docs/formats.md has the list of their names in the JSON */
 typedef enum {
-    NOTE_TURNED, NOTE_HAND_BOX, NOTE_OBJECT_BOX, NOTE_CAMERA, NOTE_NO_OBJECT, NOTE_NO_DEPTH, NOTE_NOT_SMOOTHED,
+    NOTE_TURNED, NOTE_HAND_BOX, NOTE_OBJECT_BOX, NOTE_CAMERA, NOTE_CAMERA_SCALED, NOTE_CAMERA_DOUBTFUL,
+    NOTE_UNDISTORTED, NOTE_NO_OBJECT, NOTE_NO_DEPTH, NOTE_NOT_SMOOTHED,
     NOTE_OBJECT_UNIT, NOTE_OBJECT_AXES, NOTE_HAND_GUESSED, NOTE_LOW_TRUST, NOTE_NO_POSE, NOTE_POSE_FAR,
     PREDICT_NOTES
 } predict_note_code;
@@ -122,6 +124,7 @@ typedef struct predict_view {
     int width, height, orientation; /* as the file stores it, as EXIF has it; rgb and depth are upright */
     lt_camera camera;
     predict_source camera_from;
+    const lt_lens *lens;            /* what was taken out of the picture; NULL: nothing */
 
     /* of this hand alone */
     int hand, n_hands;              /* from 0; of the image */
@@ -144,6 +147,17 @@ lt_status predict_view_open(lt_arena *arena, const predict_options *o, const pre
 
 /* predict_view_mirror - the same seen in a mirror, x -> width - 1 - x */
 lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_view *out);
+
+/* ---- camera.c ------------------------------------------------------------------------------------------- */
+
+/* predict_choose_camera - v->camera for a picture of its size */
+void predict_choose_camera(const predict_options *o, const lt_exif *exif, predict_view *v, predict_notes *notes);
+
+/* predict_undistort - picture and depth without o->lens. LT_EINVAL: no lens makes such a picture; LT_ENOMEM */
+lt_status predict_undistort(lt_arena *arena, const predict_options *o, predict_view *v, predict_notes *notes);
+
+/* predict_undistort_box - of the distorted picture, in the one without distortion */
+crop_box predict_undistort_box(const predict_view *v, crop_box b);
 
 /* ---- assumed.c: what was not given --------------------------------------------------------------------- */
 

@@ -57,12 +57,12 @@ static void put_conventions(cJSON *root, bool *ok)
     static const char *const says[][2] = {
         { "axes", "camera: x right, y down, z forward" },
         { "units", "metres, radians, pixels; the unit ends the key" },
-        { "pixels", "of the image turned upright; centres are at whole numbers" },
+        { "pixels", "of the image turned upright, without its lens's distortion; centres are at whole numbers" },
         { "joints", "wrist, then thumb, index, middle, ring, little, each from base to tip" },
         { "theta", "axis-angle of 16 joints in MANO's order (wrist, index, middle, little, ring, thumb), "
                    "the wrist's in camera axes, no mean pose added" },
         { "object", "x_camera = R x_model + t, R by rows" },
-        { "K", "fx, fy, cx, cy" },
+        { "K", "fx, fy, cx, cy; distortion, which was taken out: k1, k2, p1, p2, k3, k4, k5, k6 of OpenCV" },
         { "former", "boxes, hand, object and object_box2d_px tell of the first hand alone; palmar.frame/2 will not "
                     "have them" },
     };
@@ -100,6 +100,7 @@ static void put_box(cJSON *to, const char *key, crop_box b, predict_source from,
 static void put_view(cJSON *root, const predict_view *v, bool *ok)
 {
     const double K[4] = { v->camera.fx, v->camera.fy, v->camera.cx, v->camera.cy };
+    double lens[LT_LENS_COEFFICIENTS];
     cJSON *camera;
 
     put_text(root, "schema", "palmar.frame/1", ok);
@@ -113,6 +114,9 @@ static void put_view(cJSON *root, const predict_view *v, bool *ok)
         return;
     put(camera, "K_px", cJSON_CreateDoubleArray(K, 4), ok);
     put_text(camera, "source", predict_source_name(v->camera_from), ok);
+    if (v->lens)
+        lt_lens_to_opencv(v->lens, lens);
+    put(camera, "distortion", v->lens ? cJSON_CreateDoubleArray(lens, LT_LENS_COEFFICIENTS) : cJSON_CreateNull(), ok);
 }
 
 static void put_hand(cJSON *h, const predict_view *v, const predict_result *r, const char *mesh, bool *ok)

@@ -171,8 +171,8 @@ static lt_status check_axes(lt_arena *arena, const ycb_object *ycb, predict_obje
     measure(&o->mesh, size, centre, &longest);
     if (!object_turn_of(size, centre, ycb->size, ycb->centre, turn))
         o->axes_note = lt_arena_printf(arena, "the model of %s is %.3g x %.3g x %.3g m, YCB's %.3g x %.3g x %.3g: "
-                                       "another object?", o->name, size[0], size[1], size[2], ycb->size[0], ycb->size[1],
-                                       ycb->size[2]);
+                                       "another object?", o->name, size[0], size[1], size[2], ycb->size[0],
+                                       ycb->size[1], ycb->size[2]);
     else if (turn[0] != 1 || turn[1] != 2 || turn[2] != 3)
         o->axes_note = lt_arena_printf(arena, "the model of %s has YCB's axes %s as its x, y and z: turn it, or poses "
                                        "are of another frame than the network's", o->name, axes_text(turn, axes));

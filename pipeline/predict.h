@@ -7,6 +7,7 @@
 
 #include "assets/ycb/ycb.h"
 #include "libtensor/geometry/hand/model.h"
+#include "libtensor/geometry/lens.h"
 #include "models/model.h"
 #include "vision/crop.h"
 
@@ -31,6 +32,9 @@ typedef struct {
     const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg, NAME-000001.png for a
                                      * film's first frame; NULL: not known */
     const lt_camera *camera;        /* NULL: from EXIF, or a default */
+    int camera_width, camera_height;        /* of the pictures it is for, others are scaled to; 0: these */
+    double camera_skew;             /* pixels; said, and left out */
+    const lt_lens *lens;            /* which the camera's pictures are taken out of before all else; NULL: none */
     const char *object;             /* "003_cracker_box", a folder of models; NULL: the hand alone */
     const char *models;             /* a folder with a folder for each object (pipeline/object_mesh.h); NULL: the
                                      * embedded stand-ins */
@@ -92,9 +96,6 @@ lt_status predict_parse_box(const char *name, const char *text, crop_box *out);
 
 /* predict_parse_format - "obj", "ply" or "glb" */
 lt_status predict_parse_format(const char *name, const char *text, predict_format *out);
-
-/* predict_parse_camera - "fx,fy,cx,cy" in pixels, focal lengths positive */
-lt_status predict_parse_camera(const char *name, const char *text, lt_camera *out);
 
 /* predict_find_object - "006_mustard_bottle", "syn_006_mustard_bottle" or "mustard_bottle". LT_EUSAGE
  * names the nearest, or else all of them. */

@@ -3,16 +3,14 @@
 #include "pipeline/internal.h"
 
 #include "libtensor/io/file.h"
-#include "libtensor/io/image/exif.h"
 #include "libtensor/io/image/image.h"
 #include "vision/picture.h"
 
-#include <math.h>
 #include <string.h>
 
 #define FILE_MAX ((size_t)1 << 30)
 
-static const double CENTRAL = 0.6, OBJECT_GROWTH = 1.3, FOCAL_PER_SIDE = 1.2;
+static const double CENTRAL = 0.6, OBJECT_GROWTH = 1.3;
 
 const char *predict_source_name(predict_source s)
 {
@@ -80,7 +78,7 @@ static crop_box grown_box(crop_box b, double factor)
     return (crop_box){ (float)(cx - hx), (float)(cy - hy), (float)(cx + hx), (float)(cy + hy) };
 }
 
-/* row: the hand's line in --boxes, or NULL */
+/* row: the hand's line in --boxes, or NULL. Boxes are of the picture as the lens made it. */
 static void choose_hand(const predict_options *o, const predict_boxes_row *row, const predict_object *given,
                         predict_view *v)
 {
@@ -92,19 +90,6 @@ static void choose_hand(const predict_options *o, const predict_boxes_row *row, 
     v->object_from = object ? PREDICT_LISTED : o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
     v->left = row && row->side != PREDICT_ANY_SIDE ? row->side == PREDICT_LEFT : o->left;
     v->object = row && row->model ? row->model : given;
-}
-
-static void choose_camera(const predict_options *o, const lt_exif *exif, predict_view *v)
-{
-    const double measured = lt_exif_focal_px(exif, v->width, v->height);
-    const double focal = measured > 0 ? measured : FOCAL_PER_SIDE * fmax(v->width, v->height);
-
-    v->camera = (lt_camera){ focal, focal, (v->width - 1) / 2.0, (v->height - 1) / 2.0 };
-    v->camera_from = measured > 0 ? PREDICT_EXIF : PREDICT_DEFAULT;
-    if (o->camera) {
-        v->camera = *o->camera;
-        v->camera_from = PREDICT_GIVEN;
-    }
 }
 
 static lt_status check_inside(const predict_view *v, const char *what, crop_box b)
@@ -119,7 +104,7 @@ static lt_status check_inside(const predict_view *v, const char *what, crop_box 
 }
 
 static lt_status open_image(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
-                            predict_view *v)
+                            predict_notes *notes, predict_view *v)
 {
     lt_exif exif = { .orientation = 1 };
     lt_status st = LT_OK;
@@ -131,9 +116,10 @@ static lt_status open_image(lt_arena *arena, const predict_options *o, const pre
         st = read_upright(arena, in->path, &exif, v);
     if (!st && in->depth)
         st = read_depth(arena, in->depth, v);
-    if (!st)
-        choose_camera(o, &exif, v);
-    return st;
+    if (st)
+        return st;
+    predict_choose_camera(o, &exif, v, notes);
+    return predict_undistort(arena, o, v, notes);
 }
 
 /* Hand i of the image; row: its line in --boxes, or NULL */
@@ -145,7 +131,13 @@ static lt_status open_hand(const predict_options *o, const predict_boxes_row *ro
     choose_hand(o, row, given, v);
     st = check_inside(v, "hand", v->hand_box);
     st = st ? st : check_inside(v, "object", v->object_box);
-    return st && row ? lt_error_prefix(st, "%s:%lld", o->boxes, (long long)row->line) : st;
+    if (st)
+        return row ? lt_error_prefix(st, "%s:%lld", o->boxes, (long long)row->line) : st;
+    if (v->hand_from != PREDICT_DEFAULT)
+        v->hand_box = predict_undistort_box(v, v->hand_box);
+    if (v->object_from != PREDICT_DEFAULT || v->hand_from != PREDICT_DEFAULT)
+        v->object_box = predict_undistort_box(v, v->object_box);
+    return LT_OK;
 }
 
 lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
@@ -153,7 +145,7 @@ lt_status predict_view_open(lt_arena *arena, const predict_options *o, const pre
 {
     const int n_hands = in->n_boxes ? (int)in->n_boxes : 1;
     predict_view *v = lt_arena_array(arena, (size_t)n_hands, sizeof(*v));
-    lt_status st = v ? open_image(arena, o, in, frame, v) : lt_error(LT_ENOMEM, "%s: no memory", in->path);
+    lt_status st = v ? open_image(arena, o, in, frame, notes, v) : lt_error(LT_ENOMEM, "%s: no memory", in->path);
 
     for (int i = 0; i < n_hands && !st; i++) {
         v[i] = v[0];

@@ -10,11 +10,11 @@ CFLAGS = -std=gnu11 -g -O2 -fno-omit-frame-pointer -DPALMAR_LIBDIR='""' $(SAN) -
 # Not what records a graph of an ONNX file: that stands on the whole library.
 RECORDING = $(shell grep -l 'include "libtensor/io/onnx/import.h"' $(ROOT)/libtensor/io/onnx/*.c)
 LIBTENSOR = $(filter-out $(RECORDING),$(wildcard $(ROOT)/libtensor/base/*.c $(ROOT)/libtensor/io/*.c $(ROOT)/libtensor/io/*/*.c))
-GEOMETRY = $(addprefix $(ROOT)/libtensor/geometry/,mesh/kd_tree.c pose.c procrustes.c rotation.c svd3.c)
+GEOMETRY = $(addprefix $(ROOT)/libtensor/geometry/,lens.c mesh/kd_tree.c pose.c procrustes.c rotation.c svd3.c)
 EVAL = $(addprefix $(ROOT)/eval/,metrics/metrics.c metrics/object_pose.c) \
 	$(addprefix $(ROOT)/eval/scorers/,bop_file.c hpe_file.c models_info.c results_file.c) \
 	$(addprefix $(ROOT)/assets/,body_file.c hand_file.c keyed_arrays.c ycb/symmetry.c ycb/ycb.c) \
-	$(ROOT)/data/ho3d/points.c $(ROOT)/pipeline/boxes.c
+	$(ROOT)/data/ho3d/points.c $(addprefix $(ROOT)/pipeline/,boxes.c calibration.c calibration_tree.c)
 READERS = $(LIBTENSOR) $(GEOMETRY) $(EVAL)
 TARGETS = $(addprefix $(ROOT)/tests/fuzz/,mutate_pickle.c mutate_png.c mutate_zip.c seeds.c targets.c)
 objects = $(patsubst $(ROOT)/%.c,%.o,$(1))

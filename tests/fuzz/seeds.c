@@ -82,6 +82,14 @@ static const struct {
          "a.png,1,2,30,4e1,,,,,left\n\"b, c\",10,20,30,40,-11,12,13,14, \r\n"),
     TEXT("boxes", "order", "\xef\xbb\xbfscore,hand_y1,hand_x1,hand_y0,hand_x0,image\n.9,4,3,2,1,f.mp4#12\n\n"
          ",,,,,f-000013"),
+    TEXT("calibration", "matrix", "# K\n[[606., 0, 316], [0, 6.07e+02, 232], [0 0 1]]\n"),
+    TEXT("calibration", "opencv", "%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n"
+         "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
+         "   data: [ 606., 0., 316., 0., 607., 232., 0., 0., 1. ]\n"
+         "distortion_coefficients: !!opencv-matrix\n   data: [ -.28, .07, .001, -.002, .03 ]\n"),
+    TEXT("calibration", "json", "{\"cam0\": {\"intrinsics\": [606, 607, 316, 232], \"distortion_model\": \"radtan\", "
+         "\"resolution\": [640, 480], \"k1\": 0.1}, "
+         "\"color\": {\"fx\": 606, \"fy\": 607, \"ppx\": 316, \"ppy\": 232}}"),
     TEXT("xyz", "two", "# points\n0.1 -2e-3 5\n\n1 2 3 255 0 0\n"),
 };
 

@@ -24,6 +24,7 @@
 #include "libtensor/io/text/yaml.h"
 #include "libtensor/io/torch/torch.h"
 #include "pipeline/boxes.h"
+#include "pipeline/calibration.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -373,6 +374,18 @@ static void run_boxes(lt_arena *arena, const uint8_t *bytes, size_t n)
     close(f.fd);
 }
 
+static void run_calibration(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    uint8_t *copy = malloc(n + 1);          /* a file's bytes have a NUL behind them */
+    calibration c;
+
+    memcpy(copy, bytes, n);
+    copy[n] = 0;
+    if (calibration_parse(arena, "K.yml", copy, n, &c) == LT_OK && !(c.camera.fx >= 1 && c.camera.fy >= 1))
+        abort();
+    free(copy);
+}
+
 const fuzz_target fuzz_targets[] = {
     { "pickle", run_pickle, fuzz_pickle, 4096 },
     { "torch", run_torch, fuzz_torch, 8192 },
@@ -397,6 +410,7 @@ const fuzz_target fuzz_targets[] = {
     { "points", run_points, NULL, 4096 },
     { "models_info", run_models_info, NULL, 4096 },
     { "boxes", run_boxes, NULL, 4096 },
+    { "calibration", run_calibration, NULL, 4096 },
     { 0 },
 };
 

@@ -106,6 +106,18 @@ START_TEST(reads_extrinsics)
 }
 END_TEST
 
+/* OpenCV's first line is no YAML, and its tag says what the map says; lines are counted all the same. */
+START_TEST(reads_what_opencv_writes)
+{
+    const lt_yaml *v = parse("%YAML:1.0\r\n---\nK: !!opencv-matrix\n   rows: 1\n   data: [ 6.06e+02, 0. ]\n");
+    double x[2];
+
+    check_ok(lt_yaml_numbers(get(get(v, "K"), "data"), x, 2));
+    ck_assert(x[0] == 606 && x[1] == 0);
+    ck_assert_int_eq(get(v, "K")->first->line, 4);
+}
+END_TEST
+
 START_TEST(reads_a_scalar_alone)
 {
     double x;
@@ -265,6 +277,7 @@ static void add_tests(TCase *tc)
     tcase_add_checked_fixture(tc, setup, teardown);
     tcase_add_test(tc, reads_meta);
     tcase_add_test(tc, reads_extrinsics);
+    tcase_add_test(tc, reads_what_opencv_writes);
     tcase_add_test(tc, reads_a_scalar_alone);
     tcase_add_test(tc, says_what_was_found);
     tcase_add_test(tc, reads_texts_with_percents);

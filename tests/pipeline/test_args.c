@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Boxes, cameras and object names as people type them. */
+#include "pipeline/calibration.h"
 #include "pipeline/predict.h"
 #include "tests/suite.h"
 
@@ -29,17 +30,17 @@ END_TEST
 
 START_TEST(cameras)
 {
-    lt_camera c;
+    calibration c;
 
-    ck_assert_int_eq(predict_parse_camera("--K", "614.6,614.1,320,240", &c), LT_OK);
-    ck_assert_double_eq(c.fx, 614.6);
-    ck_assert_double_eq(c.fy, 614.1);
-    ck_assert_double_eq(c.cx, 320);
-    ck_assert_double_eq(c.cy, 240);
-    ck_assert_int_eq(predict_parse_camera("--K", "0.96,1.28,0.5,0.5", &c), LT_EUSAGE);
+    ck_assert_int_eq(calibration_read("--K", "614.6,614.1,320,240", &c), LT_OK);
+    ck_assert_double_eq(c.camera.fx, 614.6);
+    ck_assert_double_eq(c.camera.fy, 614.1);
+    ck_assert_double_eq(c.camera.cx, 320);
+    ck_assert_double_eq(c.camera.cy, 240);
+    ck_assert_int_eq(calibration_read("--K", "0.96,1.28,0.5,0.5", &c), LT_EUSAGE);
     ck_assert_str_eq(lt_last_error(), "--K 0.96,1.28,0.5,0.5: focal lengths must be at least 1 pixel; the order is "
                                       "fx,fy,cx,cy");
-    ck_assert_int_eq(predict_parse_camera("--K", "614,614,320", &c), LT_EUSAGE);
+    ck_assert_int_eq(calibration_read("--K", "614,614,320", &c), LT_EUSAGE);
 }
 END_TEST
 

@@ -469,6 +469,93 @@ START_TEST(exif)
 }
 END_TEST
 
+/* The note on this camera of a.png, which is 100 x 80; NULL: none */
+static const char *doubt(predict_options o, const char *code)
+{
+    const char *const input[] = { in("a.png") };
+    const cJSON *note;
+    const char *found = NULL;
+    cJSON *root;
+
+    check_ok(predict(o, 1, input, NULL));
+    root = numbers("out/a.json");
+    cJSON_ArrayForEach(note, get(root, "notes"))
+        if (strcmp(text(note, "code"), code) == 0)
+            found = lt_arena_strdup(arena, text(note, "text"));
+    cJSON_Delete(root);
+    return found;
+}
+
+/* K that is not this picture's is doubted, and what would make it fit is named. */
+START_TEST(camera_doubtful)
+{
+    static const struct { lt_camera K; const char *words; } cases[] = {
+        { { 120, 120, 50, 40 }, NULL }, { { 120, 121, 46, 43 }, NULL },
+        { { 360, 360, 150, 120 }, "K of pictures of about 300 x 240? For this size it would be 120,120," },
+        { { 60, 60, 24, 19 }, "K of pictures of about 48 x 38?" },
+        { { 120, 50, 120, 40 }, "the order is fx,fy,cx,cy; was 120,120,50,40 meant?" },
+        { { 120, 120, 40, 50 }, "K of the picture before it was turned?" },
+        { { 120, 120, 50, 5000 }, "K of another camera or size" },
+        { { 4, 4, 50, 40 }, "focal lengths of 4 and 4 px for a picture of 100 x 80" },
+        { { 120, 200, 50, 40 }, "focal lengths of 120 and 200 px: most cameras have one" },
+    };
+
+    write_png("a.png", false);
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        const char *found = doubt((predict_options){ .camera = &cases[i].K }, "camera-doubtful");
+
+        ck_assert_msg(cases[i].words ? found && strstr(found, cases[i].words) : !found, "%zu: %s", i, found);
+    }
+    ck_assert(strstr(doubt((predict_options){ .camera = &cases[0].K, .camera_skew = 2 }, "camera-doubtful"),
+                     "skew of 2"));
+}
+END_TEST
+
+/* K of a file that says for which size it is */
+START_TEST(camera_scaled)
+{
+    const lt_camera K = { 240, 240, 99.5, 79.5 };
+    predict_options o = { .camera = &K, .camera_width = 200, .camera_height = 160 };
+    cJSON *root;
+
+    write_png("a.png", false);
+    ck_assert_str_eq(doubt(o, "camera-scaled"), "K is of pictures of 200 x 160: scaled to 100 x 80");
+    root = numbers("out/a.json");
+    ck_assert_double_eq(item(root, "camera.K_px", 1), 120);
+    ck_assert_double_eq(item(root, "camera.K_px", 2), 49.5);
+    cJSON_Delete(root);
+    o.camera_width = 300;
+    ck_assert(strstr(doubt(o, "camera-doubtful"), "of 300 x 160, and this one, of 100 x 80, has another shape"));
+}
+END_TEST
+
+/* A picture that a lens bent gives what the straight one does, boxes in its own pixels. */
+START_TEST(lens)
+{
+    const lt_camera K = { 100, 100, 49.5, 39.5 };
+    const lt_lens bent = { .k = { -0.3, 0.05 } }, none = { .k = { 0 } }, folded = { .k = { -4 } };
+    const char *const input[] = { in("a.png") };
+    predict_options o = { .camera = &K, .lens = &none, .hand_box = &(crop_box){ 20, 20, 70, 70 } };
+    lt_image img;
+    cJSON *root;
+
+    write_png("a.png", false);
+    ck_assert_ptr_null(doubt(o, "undistorted"));
+    o.lens = &bent;
+    ck_assert_ptr_nonnull(doubt(o, "undistorted"));
+    root = numbers("out/a.json");
+    ck_assert_double_eq(item(root, "camera.distortion", 0), -0.3);
+    ck_assert_double_lt(item(root, "hands.0.box.x0y0x1y1_px", 0), 19);
+    ck_assert_double_lt(item(root, "objects.0.box.x0y0x1y1_px", 1), 20);
+    cJSON_Delete(root);
+    check_ok(lt_image_read(arena, in("out/a.overlay.png"), &img));
+    ck_assert_int_eq(img.width, WIDTH);
+    o.lens = &folded;
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_EFORMAT);
+    ck_assert_msg(strstr(said, "a.png: no lens does this"), "%s", said);
+}
+END_TEST
+
 static bool differ(const lt_image *sheet, int x0, int x1)
 {
     for (int y = 0; y < sheet->height; y++)
@@ -1142,6 +1229,9 @@ static void add_tests(TCase *t)
     tcase_add_test(t, not_finite);
     tcase_add_test(t, mirror);
     tcase_add_test(t, exif);
+    tcase_add_test(t, camera_doubtful);
+    tcase_add_test(t, camera_scaled);
+    tcase_add_test(t, lens);
     tcase_add_test(t, sheet);
     tcase_add_test(t, depth);
     tcase_add_test(t, depth_is_wrong);

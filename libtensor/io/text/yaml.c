@@ -40,7 +40,7 @@ static lt_status refuse(const builder *b, const yaml_event_t *e, const char *rea
 static bool harmless(const yaml_char_t *tag)
 {
     static const char *const known[] = {
-        "python/tuple", "python/unicode", "python/str", "str", "int", "float", "seq", "map",
+        "python/tuple", "python/unicode", "python/str", "str", "int", "float", "seq", "map", "opencv-matrix",
     };
     static const char prefix[] = "tag:yaml.org,2002:";
     const char *t = (const char *)tag;
@@ -206,12 +206,25 @@ static int find_tag_line(const uint8_t *bytes, size_t n)
     return 0;
 }
 
+/* The length of OpenCV's first line, "%YAML:1.0", which is no YAML; its end stays, so that lines are counted. */
+static size_t opencv_head(const uint8_t *bytes, size_t n)
+{
+    size_t at = 0;
+
+    if (n < 6 || memcmp(bytes, "%YAML:", 6) != 0)
+        return 0;
+    while (at < n && bytes[at] != '\n' && bytes[at] != '\r')
+        at++;
+    return at;
+}
+
 lt_status lt_yaml_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, const lt_yaml **out)
 {
     builder b = { .arena = arena, .path = name };
     yaml_parser_t parser;
     yaml_event_t event;
     lt_status st = LT_OK;
+    size_t head;
     int tag_line;
 
     if (n > LT_YAML_MAX)
@@ -221,8 +234,9 @@ lt_status lt_yaml_parse(lt_arena *arena, const char *name, const uint8_t *bytes,
         return lt_error(LT_EFORMAT, "%s:%d: found a %%TAG line, which is not read", name, tag_line);
     if (!yaml_parser_initialize(&parser))
         return lt_error(LT_ENOMEM, "%s: no memory", name);
+    head = opencv_head(bytes, n);
     yaml_parser_set_encoding(&parser, YAML_UTF8_ENCODING);
-    yaml_parser_set_input_string(&parser, bytes, n);
+    yaml_parser_set_input_string(&parser, bytes + head, n - head);
     while (!st && !b.done) {
         if (!yaml_parser_parse(&parser, &event)) {
             st = complain(&b, &parser);

@@ -36,7 +36,8 @@ typedef struct lt_yaml {
  *   out      owned by the arena; touched only on success
  *
  * Block and flow style, quotes, comments, one "---". The tags that Python writes for plain values
- * (!!python/tuple, !!str, !!int, !!float, ...) say nothing. Errors: LT_EFORMAT with "path:line: reason":
+ * (!!python/tuple, !!str, !!int, !!float, ...) say nothing, nor do OpenCV's "%YAML:1.0" and !!opencv-matrix.
+ * Errors: LT_EFORMAT with "path:line: reason":
  * syntax, text that is not UTF-8, anchors, aliases, merge keys, other tags, %TAG lines, a second document, a key that
  * is no scalar or comes twice, a NUL character, nesting beyond LT_YAML_DEPTH, more than LT_YAML_NODES values. LT_EIO,
  * LT_ENOMEM.
