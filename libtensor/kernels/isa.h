@@ -1,17 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What each instruction set's folder offers to table.c: to overwrite the entries that it has. */
+/* What table.c fills tables with, for each instruction set: to overwrite the entries that it has. */
 #ifndef LT_KERNELS_ISA_H
 #define LT_KERNELS_ISA_H
 
 #include "libtensor/kernels/kernels.h"
 
-void lt_kernels_add_generic(lt_kernels *k);
-void lt_kernels_add_avx2(lt_kernels *k);
-void lt_kernels_add_avx512(lt_kernels *k);
-void lt_kernels_add_amx(lt_kernels *k);
+/* The units in body/; and products of bytes for CPUs with VNNI, if the compiler knows it */
+#define LT_UNITS(isa)                                                                               \
+    void lt_##isa##_add_elements(lt_kernels *k);                                                    \
+    void lt_##isa##_add_attention(lt_kernels *k);                                                   \
+    void lt_##isa##_add_products(lt_kernels *k);                                                    \
+    void lt_##isa##_add_bytes(lt_kernels *k);                                                       \
+    void lt_##isa##_add_depthwise(lt_kernels *k);                                                   \
+    void lt_##isa##_add_winograd(lt_kernels *k);                                                    \
+    void lt_##isa##_add_vnni(lt_kernels *k);
+LT_UNITS(generic)
+LT_UNITS(avx2)
+LT_UNITS(avx512)
 
-/* lt_kernels_add_avx2_exact, lt_kernels_add_avx512_exact - their products of bytes without VNNI */
-void lt_kernels_add_avx2_exact(lt_kernels *k);
-void lt_kernels_add_avx512_exact(lt_kernels *k);
+/* amx/kernels.c */
+void lt_kernels_add_amx(lt_kernels *k);
 
 #endif

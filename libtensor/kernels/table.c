@@ -29,19 +29,42 @@ static lt_isa best_isa(void)
 #endif
 }
 
+/* add_avx2 and the like: all units of one instruction set, and what VNNI does better */
+#define ADD_UNITS(name, id)                                                                         \
+    static void add_##name(lt_kernels *k)                                                           \
+    {                                                                                               \
+        lt_##name##_add_elements(k);                                                                \
+        lt_##name##_add_attention(k);                                                               \
+        lt_##name##_add_products(k);                                                                \
+        lt_##name##_add_bytes(k);                                                                   \
+        lt_##name##_add_depthwise(k);                                                               \
+        lt_##name##_add_winograd(k);                                                                \
+        if (lt_cpu_has_vnni(id))                                                                    \
+            lt_##name##_add_vnni(k);                                                                \
+        k->isa = id;                                                                                \
+    }
+ADD_UNITS(generic, LT_ISA_GENERIC)
+#if defined(HAVE_AVX2) && !defined(LT_DOUBLE)
+ADD_UNITS(avx2, LT_ISA_AVX2)
+#endif
+#if defined(HAVE_AVX512) && !defined(LT_DOUBLE)
+ADD_UNITS(avx512, LT_ISA_AVX512)
+#endif
+
 lt_status lt_kernels_get(lt_isa isa, lt_kernels *k)
 {
     if (isa > best_isa())
         return lt_error(LT_EINVAL, "no %s kernels: this CPU and this build have %s at best",
                         lt_isa_name(isa), lt_isa_name(best_isa()));
-    lt_kernels_add_generic(k);
+    *k = (lt_kernels){ 0 };
+    add_generic(k);
 #if defined(HAVE_AVX2) && !defined(LT_DOUBLE)
     if (isa >= LT_ISA_AVX2)
-        lt_kernels_add_avx2(k);
+        add_avx2(k);
 #endif
 #if defined(HAVE_AVX512) && !defined(LT_DOUBLE)
     if (isa >= LT_ISA_AVX512)
-        lt_kernels_add_avx512(k);
+        add_avx512(k);
 #endif
 #if defined(HAVE_AMX) && !defined(LT_DOUBLE)
     if (isa >= LT_ISA_AMX)
@@ -55,11 +78,11 @@ void lt_kernels_without_vnni(lt_kernels *k)
     (void)k;
 #if defined(HAVE_AVX2) && !defined(LT_DOUBLE)
     if (k->isa == LT_ISA_AVX2)
-        lt_kernels_add_avx2_exact(k);
+        lt_avx2_add_bytes(k);
 #endif
 #if defined(HAVE_AVX512) && !defined(LT_DOUBLE)
     if (k->isa >= LT_ISA_AVX512)
-        lt_kernels_add_avx512_exact(k);
+        lt_avx512_add_bytes(k);
 #endif
 }
 
@@ -95,7 +118,7 @@ lt_status lt_kernels_init(void)
 /* So that lt_k is never without a table, even where nobody has called lt_kernels_init. */
 __attribute__((constructor)) static void start_generic(void)
 {
-    lt_kernels_add_generic(&chosen);
+    add_generic(&chosen);
 }
 
 void lt_kernels_use(const lt_kernels *k)

@@ -15,7 +15,7 @@
 #ifndef LT_KERNELS_AMX_TILES_H
 #define LT_KERNELS_AMX_TILES_H
 
-#include "libtensor/kernels/avx512/vec.h"
+#include "libtensor/kernels/vec/avx512.h"
 
 #ifdef LT_DOUBLE
 #error "tiles add floats"

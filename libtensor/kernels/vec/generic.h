@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A vector of one element: what the tiles of plain C are made of. */
-#ifndef LT_KERNELS_GENERIC_VEC_H
-#define LT_KERNELS_GENERIC_VEC_H
+#ifndef LT_KERNELS_VEC_GENERIC_H
+#define LT_KERNELS_VEC_GENERIC_H
 
-#include "libtensor/kernels/body/body.h"
+#include "libtensor/kernels/vec/unit.h"
+
+#define ISA(name) lt_generic_##name
 
 typedef lt_real vec;
 typedef int32_t ivec;

@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A vector of 16 floats, and a tile of 14 x 2 of them: 28 of the 32 registers. */
-#ifndef LT_KERNELS_AVX512_VEC_H
-#define LT_KERNELS_AVX512_VEC_H
+#ifndef LT_KERNELS_VEC_AVX512_H
+#define LT_KERNELS_VEC_AVX512_H
 
-#include "libtensor/kernels/body/body.h"
+#include "libtensor/kernels/vec/unit.h"
 
 #include <immintrin.h>
+
+#define ISA(name) lt_avx512_##name
 
 typedef __m512 vec;
 typedef __m512i ivec;
@@ -84,6 +86,10 @@ INLINE ivec i_dot(ivec sum, ivec u, ivec s)
 
     return _mm512_add_epi32(_mm512_add_epi32(sum, even), odd);
 }
+
+/* The same with VNNI, of which the compiler must be told */
+#define VNNI_TARGET __attribute__((target("avx512vnni")))
+#define VNNI_DOT(sum, u, s) _mm512_dpbusd_epi32(sum, u, s)
 
 /* DL doubles, of as many elements */
 typedef __m512d dvec;

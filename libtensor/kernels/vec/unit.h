@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What the shared kernel bodies need. The .inc files beside this one are plain C, compiled once for
- * each instruction set by its folder's kernels.c, which says how wide a vector is (vec.h).
+ * What the units of the kernels need beside vectors. They are plain C, compiled once for each instruction set.
  */
-#ifndef LT_KERNELS_BODY_H
-#define LT_KERNELS_BODY_H
+#ifndef LT_KERNELS_VEC_UNIT_H
+#define LT_KERNELS_VEC_UNIT_H
 
 #include "libtensor/kernels/kernels.h"
 
@@ -12,6 +11,9 @@
 #include <string.h>
 
 #define INLINE static inline __attribute__((always_inline))
+
+/* Before a static function that several units have a copy of, though not each of them calls it */
+#define SHARED __attribute__((unused))
 
 /* The next loop's iterations are independent, even where its pointers are equal. */
 #ifdef __clang__

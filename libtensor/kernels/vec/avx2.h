@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A vector of 8 floats, and a tile of 6 x 2 of them: 12 of the 16 registers. */
-#ifndef LT_KERNELS_AVX2_VEC_H
-#define LT_KERNELS_AVX2_VEC_H
+#ifndef LT_KERNELS_VEC_AVX2_H
+#define LT_KERNELS_VEC_AVX2_H
 
-#include "libtensor/kernels/body/body.h"
+#include "libtensor/kernels/vec/unit.h"
 
 #include <immintrin.h>
+
+#define ISA(name) lt_avx2_##name
 
 typedef __m256 vec;
 typedef __m256i ivec;
@@ -79,6 +81,12 @@ INLINE ivec i_dot(ivec sum, ivec u, ivec s)
 
     return _mm256_add_epi32(_mm256_add_epi32(sum, even), odd);
 }
+
+/* The same with VNNI in 256 bits, where the compiler knows it */
+#if defined(__clang__) ? __clang_major__ >= 12 : __GNUC__ >= 11
+#define VNNI_TARGET __attribute__((target("avxvnni")))
+#define VNNI_DOT(sum, u, s) _mm256_dpbusd_avx_epi32(sum, u, s)
+#endif
 
 /* DL doubles, of as many elements */
 typedef __m256d dvec;

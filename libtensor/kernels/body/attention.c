@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Attention and its gradients. */
+#include "libtensor/kernels/vec/vec.h"
+
+#include "libtensor/kernels/body/math.inc"
+#include "libtensor/kernels/body/each.inc"
+#include "libtensor/kernels/body/attention.inc"
+
+void ISA(add_attention)(lt_kernels *k)
+{
+    add_attention(k);
+}
