@@ -9,14 +9,14 @@
 #include "libtensor/kernels/body/tile.inc"
 #include "libtensor/kernels/body/bytes.inc"
 
-#define BYTES(name) exact_##name
-#define BYTES_TARGET
+#define TILE(name) exact_##name
+#define TILE_TARGET
 #define DOT(sum, u, s) i_dot(sum, u, s)
 #include "libtensor/kernels/body/bytes_tile.inc"
 
 #ifdef VNNI_DOT
-#define BYTES(name) vnni_##name
-#define BYTES_TARGET VNNI_TARGET
+#define TILE(name) vnni_##name
+#define TILE_TARGET VNNI_TARGET
 #define DOT(sum, u, s) VNNI_DOT(sum, u, s)
 #include "libtensor/kernels/body/bytes_tile.inc"
 #endif

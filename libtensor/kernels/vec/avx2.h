@@ -12,7 +12,7 @@
 typedef __m256 vec;
 typedef __m256i ivec;
 
-enum { VL = 8, TILE_ROWS = 6, TILE_VECS = 2 };
+enum { VL = 8, TILE_ROWS = 6, TILE_VECS = 2, PARTS_ARE_FREE = false };
 #define TILE_LIST(X) ROWS6(X, 1) ROWS6(X, 2)
 
 INLINE vec v_zero(void) { return _mm256_setzero_ps(); }

@@ -10,8 +10,8 @@
 typedef lt_real vec;
 typedef int32_t ivec;
 
-enum { VL = 1, TILE_ROWS = 4, TILE_VECS = 4 };
-#define TILE_LIST(X) ROWS4(X, 1) ROWS4(X, 2) ROWS4(X, 3) ROWS4(X, 4)
+enum { VL = 1, TILE_ROWS = 4, TILE_VECS = 4, PARTS_ARE_FREE = false };
+#define TILE_LIST(X) ROWS4(X, 1) ROWS4(X, 4)
 
 INLINE vec v_zero(void) { return 0; }
 INLINE vec v_set(lt_real x) { return x; }
