@@ -5,7 +5,7 @@
 
 #include "libtensor/kernels/kernels.h"
 
-/* The units in body/; and products of bytes for CPUs with VNNI, if the compiler knows it */
+/* The units in body/ and tile/; and products of bytes for CPUs with VNNI, if the compiler knows it */
 #define LT_UNITS(isa)                                                                               \
     void lt_##isa##_add_elements(lt_kernels *k);                                                    \
     void lt_##isa##_add_attention(lt_kernels *k);                                                   \

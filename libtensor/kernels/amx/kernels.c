@@ -3,7 +3,7 @@
 #include "libtensor/kernels/amx/tiles.h"
 #include "libtensor/kernels/isa.h"
 
-#include "libtensor/kernels/body/math.inc"
+#include "libtensor/kernels/vec/math.inc"
 #include "libtensor/kernels/amx/attention.inc"
 #include "libtensor/kernels/amx/attention_grad.inc"
 #include "libtensor/kernels/amx/product.inc"

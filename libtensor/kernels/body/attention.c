@@ -2,8 +2,8 @@
 /* Attention and its gradients. */
 #include "libtensor/kernels/vec/vec.h"
 
-#include "libtensor/kernels/body/math.inc"
-#include "libtensor/kernels/body/each.inc"
+#include "libtensor/kernels/vec/math.inc"
+#include "libtensor/kernels/vec/each.inc"
 #include "libtensor/kernels/body/attention.inc"
 
 void ISA(add_attention)(lt_kernels *k)

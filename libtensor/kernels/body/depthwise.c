@@ -2,10 +2,10 @@
 /* Depthwise convolutions and their gradients. */
 #include "libtensor/kernels/vec/vec.h"
 
-#include "libtensor/kernels/body/math.inc"
-#include "libtensor/kernels/body/each.inc"
-#include "libtensor/kernels/body/epilogue.inc"
-#include "libtensor/kernels/body/sum.inc"
+#include "libtensor/kernels/vec/math.inc"
+#include "libtensor/kernels/vec/each.inc"
+#include "libtensor/kernels/vec/epilogue.inc"
+#include "libtensor/kernels/vec/sum.inc"
 #include "libtensor/kernels/body/depthwise_lanes.inc"
 #include "libtensor/kernels/body/depthwise.inc"
 #include "libtensor/kernels/body/depthwise_gradients.inc"

@@ -2,8 +2,8 @@
 /* Winograd's transforms. */
 #include "libtensor/kernels/vec/vec.h"
 
-#include "libtensor/kernels/body/each.inc"
-#include "libtensor/kernels/body/turn.inc"
+#include "libtensor/kernels/vec/each.inc"
+#include "libtensor/kernels/vec/turn.inc"
 #include "libtensor/kernels/body/winograd.inc"
 #include "libtensor/kernels/body/windows.inc"
 #include "libtensor/kernels/body/winograd2.inc"

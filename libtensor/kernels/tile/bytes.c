@@ -3,22 +3,22 @@
 #include "libtensor/kernels/vec/vec.h"
 
 #ifndef LT_DOUBLE
-#include "libtensor/kernels/body/math.inc"
-#include "libtensor/kernels/body/each.inc"
-#include "libtensor/kernels/body/epilogue.inc"
-#include "libtensor/kernels/body/tile.inc"
-#include "libtensor/kernels/body/bytes.inc"
+#include "libtensor/kernels/vec/math.inc"
+#include "libtensor/kernels/vec/each.inc"
+#include "libtensor/kernels/vec/epilogue.inc"
+#include "libtensor/kernels/tile/tile.inc"
+#include "libtensor/kernels/tile/bytes.inc"
 
 #define TILE(name) exact_##name
 #define TILE_TARGET
 #define DOT(sum, u, s) i_dot(sum, u, s)
-#include "libtensor/kernels/body/bytes_tile.inc"
+#include "libtensor/kernels/tile/bytes_tile.inc"
 
 #ifdef VNNI_DOT
 #define TILE(name) vnni_##name
 #define TILE_TARGET VNNI_TARGET
 #define DOT(sum, u, s) VNNI_DOT(sum, u, s)
-#include "libtensor/kernels/body/bytes_tile.inc"
+#include "libtensor/kernels/tile/bytes_tile.inc"
 #endif
 #endif
 
