@@ -18,7 +18,7 @@ static const struct argp_option options[] = {
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
     { "seed", SEED, "N", 0, "the same seed gives the same files; default 0", 0 },
     { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's", 0 },
-    { "png", PNG, NULL, 0, "ho3d: lossless images as v2 has them; default JPEG as in v3", 0 },
+    { "png", PNG, NULL, 0, "ho3d: lossless images, and masks, as v2 has them; default JPEG as in v3", 0 },
     { "alias-ycb", ALIAS, NULL, 0, "name the objects as the real ones, without \"syn_\"", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { 0 },

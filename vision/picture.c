@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "vision/picture.h"
 
-enum { MASK_LEVEL = 200 };
+enum { MASK_LEVEL = 200 };      /* a JPEG's edges ring, so that no lower one is safe */
 
 static lt_status check_size(const char *path, const lt_image *img, int width, int height)
 {
@@ -28,9 +28,19 @@ static bool divides(const lt_image *mask, int width, int height)
            width / mask->width == height / mask->height;
 }
 
+/* Red is nobody's in version 3, and green nobody's in version 2. */
+static bool has_red(const lt_image *rgb)
+{
+    for (size_t i = 0; i < lt_image_bytes(rgb); i += 3)
+        if (rgb->data[i] > MASK_LEVEL)
+            return true;
+    return false;
+}
+
 lt_status picture_read_mask(lt_arena *arena, const char *path, int width, int height, lt_image *out)
 {
     lt_image img, mask;
+    size_t other;                               /* the colour that stands beside blue */
     lt_status st = lt_image_read(arena, path, &img);
 
     if (!st && !divides(&img, width, height))
@@ -42,8 +52,9 @@ lt_status picture_read_mask(lt_arena *arena, const char *path, int width, int he
         st = lt_image_init(arena, img.width, img.height, 1, 8, &mask);
     if (st)
         return st;
+    other = has_red(&img) ? 0 : 1;
     for (size_t i = 0; i < lt_image_bytes(&mask); i++)
-        mask.data[i] = img.data[3 * i] > MASK_LEVEL || img.data[3 * i + 2] > MASK_LEVEL ? 255 : 0;
+        mask.data[i] = img.data[3 * i + other] > MASK_LEVEL || img.data[3 * i + 2] > MASK_LEVEL ? 255 : 0;
     *out = mask;
     return LT_OK;
 }

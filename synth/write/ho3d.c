@@ -11,7 +11,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { SEG_STEP = 4 };              /* masks are stored at a quarter of the size */
+enum { SEG_STEP = 4, SEG_QUALITY = 95 };    /* masks are stored at a quarter of the size; of version 2's JPEG */
 
 static const char *split_name(bool evaluation)
 {
@@ -57,10 +57,11 @@ static lt_status write_depth(lt_arena *arena, const synth_picture *p, const char
     return lt_png_write_fast(path, &img);
 }
 
-/* Red: hand, blue: object. */
-static lt_status write_seg(lt_arena *arena, const synth_picture *p, const char *path)
+/* Version 2 has JPEG, the hand red and the object blue; version 3 PNG, the hand blue and the object green. */
+static lt_status write_seg(lt_arena *arena, const synth_picture *p, const char *path, bool version_2)
 {
     const int w = SYNTH_WIDTH / SEG_STEP, h = SYNTH_HEIGHT / SEG_STEP;
+    const int hand = version_2 ? 0 : 2, object = version_2 ? 2 : 1;
     lt_image img;
     lt_status st = lt_image_init(arena, w, h, 3, 8, &img);
 
@@ -70,10 +71,10 @@ static lt_status write_seg(lt_arena *arena, const synth_picture *p, const char *
         for (int x = 0; x < w; x++) {
             const int middle = (y * SEG_STEP + SEG_STEP / 2) * SYNTH_WIDTH + x * SEG_STEP + SEG_STEP / 2;
             const uint8_t label = p->label[middle];
-            img.data[3 * (y * w + x)] = label == 255 ? 255 : 0;
-            img.data[3 * (y * w + x) + 2] = label == p->object_id ? 255 : 0;
+            img.data[3 * (y * w + x) + hand] = label == 255 ? 255 : 0;
+            img.data[3 * (y * w + x) + object] = label == p->object_id ? 255 : 0;
         }
-    return lt_png_write_fast(path, &img);
+    return version_2 ? lt_jpeg_write(path, &img, SEG_QUALITY) : lt_png_write_fast(path, &img);
 }
 
 /* ---- the annotation ---- */
@@ -242,7 +243,7 @@ static lt_status write_file(lt_arena *arena, const char *root, const synth_pictu
                             int quality, synth_file *out)
 {
     static const char *const folder[SYNTH_FRAME_FILES] = { "rgb", "depth", "seg", "meta" };
-    const char *const ending[SYNTH_FRAME_FILES] = { png ? "png" : "jpg", "png", "png", "pkl" };
+    const char *const ending[SYNTH_FRAME_FILES] = { png ? "png" : "jpg", "png", png ? "jpg" : "png", "pkl" };
     const char *path = lt_arena_printf(arena, "%s/%s/%s/%04d.%s", split_name(p->evaluation), p->sequence,
                                        folder[kind], p->frame, ending[kind]);
     const char *full = path ? lt_path_join(arena, root, path) : NULL;
@@ -253,7 +254,7 @@ static lt_status write_file(lt_arena *arena, const char *root, const synth_pictu
     switch (kind) {
     case 0: st = write_rgb(p, full, png, quality); break;
     case 1: st = write_depth(arena, p, full); break;
-    case 2: st = write_seg(arena, p, full); break;
+    case 2: st = write_seg(arena, p, full, png); break;
     default: st = write_meta(arena, p, full); break;
     }
     return st ? st : synth_describe_file(root, path, out);

@@ -17,7 +17,7 @@ extern "C" {
 /**
  * synth_write_picture - rgb, depth, seg and meta of one frame under root
  *
- *   png      the colour image as PNG (version 2) in place of JPEG of the given quality
+ *   png      version 2: the colour image as PNG in place of JPEG of the given quality, its colours in the mask
  *   files    what was written, SYNTH_FRAME_FILES of them
  *
  * The folders must be there: synth_make_sequence. May run on many threads for different frames.

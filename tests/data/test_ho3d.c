@@ -528,30 +528,45 @@ START_TEST(depth_is_a_picture)
 }
 END_TEST
 
+/* The channels of hand, object and arm; -1: not in the picture. */
+typedef struct { int hand, object, arm; } colours;
+
+static const colours version_3 = { 2, 1, -1 };
+
 /* Hand in the upper left corner, object beside it, an arm below in neither's colour. */
-static void mask(const char *path, bool jpg, int width, int height)
+static void mask(const char *path, bool jpg, int width, int height, colours c)
 {
     lt_image img;
 
     check_ok(lt_make_dirs(at("train/ABF10/seg")));
     check_ok(lt_image_init(arena, width, height, 3, 8, &img));
     for (int y = 0; y < height / 2; y++)
-        for (int x = 0; x < width / 2; x++)
-            img.data[3 * (y * width + x) + (y >= height / 4 ? 1 : x < width / 4 ? 0 : 2)] = 255;
+        for (int x = 0; x < width / 2; x++) {
+            const int channel = y >= height / 4 ? c.arm : x < width / 4 ? c.hand : c.object;
+            if (channel >= 0)
+                img.data[3 * (y * width + x) + channel] = 255;
+        }
     check_ok(jpg ? lt_jpeg_write(at(path), &img, 95) : lt_png_write(at(path), &img));
 }
 
+/* Version 2's JPEG and the same saved anew; version 3's PNG; and either with the hand hidden, with nothing red. */
+static const struct { const char *path; bool jpg; int width, height; colours c; } masks[] = {
+    { "train/ABF10/seg/0123.jpg", true, 160, 120, { 0, 2, 1 } },
+    { "train/ABF10/seg/0123.png", false, 160, 120, { 0, 2, 1 } },
+    { "train/ABF10/seg/0123.png", false, 640, 480, { 0, 2, 1 } },
+    { "train/ABF10/seg/0123.png", false, 160, 120, { 2, 1, -1 } },
+    { "train/ABF10/seg/0123.jpg", true, 160, 120, { 2, 1, -1 } },
+    { "train/ABF10/seg/0123.png", false, 160, 120, { -1, 1, -1 } },
+    { "train/ABF10/seg/0123.jpg", true, 160, 120, { -1, 2, -1 } },
+};
+
 START_TEST(foreground)
 {
-    static const struct { const char *path; bool jpg; int width, height; } file[] = {
-        { "train/ABF10/seg/0123.png", false, 160, 120 }, { "train/ABF10/seg/0123.jpg", true, 160, 120 },
-        { "train/ABF10/seg/0123.png", false, 640, 480 },
-    };
-    const int w = file[_i].width, h = file[_i].height;
+    const int w = masks[_i].width, h = masks[_i].height, left = masks[_i].c.hand < 0 ? w / 4 : 0;
     dataset *d = open_split("train");
     dataset_sample s;
 
-    mask(file[_i].path, file[_i].jpg, w, h);
+    mask(masks[_i].path, masks[_i].jpg, w, h, masks[_i].c);
     check_ok(dataset_read(d, 0, 0, arena, &s));
     ck_assert_ptr_null(s.foreground);
     check_ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
@@ -560,8 +575,8 @@ START_TEST(foreground)
     ck_assert_int_eq(s.foreground_height, h);
     for (int y = 0; y < h; y++)
         for (int x = 0; x < w; x++)
-            if (!file[_i].jpg || (x % (w / 4) > 1 && x % (w / 4) < w / 4 - 2 && y != h / 4))
-                ck_assert_int_eq(s.foreground[y * w + x], x < w / 2 && y < h / 4 ? 255 : 0);
+            if (!masks[_i].jpg || (x % (w / 4) > 1 && x % (w / 4) < w / 4 - 2 && y != h / 4))
+                ck_assert_int_eq(s.foreground[y * w + x], x >= left && x < w / 2 && y < h / 4 ? 255 : 0);
     dataset_free(d);
 }
 END_TEST
@@ -575,7 +590,7 @@ START_TEST(foreground_missing_or_broken)
     check_ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
     ck_assert(!(s.flags & SAMPLE_FOREGROUND));
     ck_assert_ptr_null(s.foreground);
-    mask("train/ABF10/seg/0123.png", false, 160, 100);
+    mask("train/ABF10/seg/0123.png", false, 160, 100, version_3);
     ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
     ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: mask of 160 x 100, expected 640 x 480 or a whole "
                                                       "fraction of it", path));
@@ -707,7 +722,7 @@ START_TEST(without_memory)
     long n = 0;
     lt_status st;
 
-    mask("train/ABF10/seg/0123.png", false, 160, 120);
+    mask("train/ABF10/seg/0123.png", false, 160, 120, version_3);
     do {
         lt_arena *scratch = lt_arena_new();
         dataset *d = NULL;
@@ -749,7 +764,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, images_missing_or_broken);
     tcase_add_test(c, depth_missing);
     tcase_add_test(c, depth_is_a_picture);
-    tcase_add_loop_test(c, foreground, 0, 3);
+    tcase_add_loop_test(c, foreground, 0, LT_COUNT(masks));
     tcase_add_test(c, foreground_missing_or_broken);
     tcase_add_loop_test(c, annotation_wrong, 0, LT_COUNT(wrong));
     tcase_add_test(c, annotation_of_other_shapes);

@@ -28,6 +28,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 #include <zlib.h>
 
 enum { W = SYNTH_WIDTH, H = SYNTH_HEIGHT };
@@ -384,25 +385,54 @@ static void pixels_return(const shot *s)
         ck_assert_float_eq_tol(s->sample.depth[i], s->depth[i], 7e-5);
 }
 
-static void masks_return(const shot *s)
+/* In the version's container and colours. */
+static void mask_returns(const shot *s, const char *path, int hand_channel, int object_channel)
 {
+    const int other = 3 - hand_channel - object_channel;
     lt_image seg;
     int hands = 0, objects = 0;
 
-    check_ok(lt_image_read(arena, at("one/train/SYN1PM00/seg/0077.png"), &seg));
+    check_ok(lt_image_read(arena, path, &seg));
     ck_assert_int_eq(seg.width, W / 4);
     ck_assert_int_eq(seg.height, H / 4);
     for (int y = 0; y < H / 4; y++)
         for (int x = 0; x < W / 4; x++) {
             const uint8_t *p = seg.data + 3 * (y * W / 4 + x);
             const uint8_t label = s->frame->label[(4 * y + 2) * W + 4 * x + 2];
-            ck_assert_int_eq(p[0] > 200, label == SYNTH_LABEL_HAND);
-            ck_assert_int_eq(p[2] > 200, label == 9);
-            hands += p[0] > 200;
-            objects += p[2] > 200;
+            ck_assert_int_eq(p[hand_channel] > 200, label == SYNTH_LABEL_HAND);
+            ck_assert_int_eq(p[object_channel] > 200, label == 9);
+            ck_assert_int_le(p[other], 100);                /* a JPEG's edges ring */
+            hands += p[hand_channel] > 200;
+            objects += p[object_channel] > 200;
         }
     ck_assert_int_gt(hands, 100);
     ck_assert_int_gt(objects, 20);
+}
+
+/* What the reader makes of the mask that is there. */
+static void foreground_returns(const shot *s)
+{
+    dataset_sample again;
+
+    check_ok(dataset_read(s->d, 0, SAMPLE_FOREGROUND, arena, &again));
+    for (int y = 0; y < H / 4; y++)
+        for (int x = 0; x < W / 4; x++) {
+            const uint8_t label = s->frame->label[(4 * y + 2) * W + 4 * x + 2];
+            ck_assert_int_eq(again.foreground[y * W / 4 + x], label == SYNTH_LABEL_HAND || label == 9 ? 255 : 0);
+        }
+}
+
+static void masks_return(const shot *s)
+{
+    const char *jpg = at("one/train/SYN1PM00/seg/0077.jpg");
+    synth_file file[SYNTH_FRAME_FILES];
+
+    mask_returns(s, jpg, 0, 2);
+    foreground_returns(s);
+    unlink(jpg);
+    check_ok(synth_write_picture(at("one"), &s->picture, false, 95, file));
+    mask_returns(s, at("one/train/SYN1PM00/seg/0077.png"), 2, 1);
+    foreground_returns(s);
 }
 
 /* Seen hand pixels, taken back into space by the clean depth, lie on the hand. */
