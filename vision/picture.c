@@ -1,7 +1,32 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "vision/picture.h"
 
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
 enum { MASK_LEVEL = 200 };      /* a JPEG's edges ring, so that no lower one is safe */
+
+/* Cameras and cards write capitals, and copies keep them. */
+const char *picture_path(lt_arena *arena, const char *stem, const char *usual)
+{
+    static const char *const ending[] = { "png", "jpg", "jpeg", "PNG", "JPG", "JPEG" };
+    const size_t n = strlen(stem), room = n + sizeof(".jpeg");
+    char *path = lt_arena_printf(arena, "%s.%s", stem, usual), *other;
+
+    if (!path || access(path, F_OK) == 0)
+        return path;
+    other = lt_arena_alloc(arena, room);
+    if (!other)
+        return NULL;
+    memcpy(other, stem, n);
+    for (size_t i = 0; i < LT_COUNT(ending); i++) {
+        snprintf(other + n, room - n, ".%s", ending[i]);
+        if (access(other, F_OK) == 0)
+            return other;
+    }
+    return path;
+}
 
 static lt_status check_size(const char *path, const lt_image *img, int width, int height)
 {

@@ -11,6 +11,16 @@
 extern "C" {
 #endif
 
+/**
+ * picture_path - the picture that is there, whatever its ending: png, jpg or jpeg, in small letters or capital ones
+ *
+ *   stem    its path without ending and dot
+ *   usual   the ending that is tried first, "png"; also that of the answer where none is there
+ *
+ * In the arena; NULL without memory.
+ */
+const char *picture_path(lt_arena *arena, const char *stem, const char *usual);
+
 /* picture_read_rgb - 8-bit RGB of width x height. Errors: those of lt_image_read; another size. */
 lt_status picture_read_rgb(lt_arena *arena, const char *path, int width, int height, lt_image *out);
 

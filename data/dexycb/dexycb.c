@@ -84,15 +84,27 @@ static lt_status read_label(const dexycb *d, dexycb_spot spot, dataset_sample *s
     return fill_object(d, spot, &l, s);
 }
 
-static const char *frame_path(const dexycb *d, dexycb_spot spot, lt_arena *arena, const char *what, const char *ending)
+static const char *picture(const dexycb *d, dexycb_spot spot, lt_arena *arena, const char *what, const char *usual)
 {
-    return lt_arena_printf(arena, "%s/%s/%s/%s_%06d.%s", d->base.root, spot.sequence->folder, d->serial[spot.camera],
-                           what, spot.frame, ending);
+    const char *stem = lt_arena_printf(arena, "%s/%s/%s/%s_%06d", d->base.root, spot.sequence->folder,
+                                       d->serial[spot.camera], what, spot.frame);
+
+    return stem ? picture_path(arena, stem, usual) : NULL;
+}
+
+static const char *rgb_path(const dexycb *d, dexycb_spot spot, lt_arena *arena)
+{
+    return picture(d, spot, arena, "color", "jpg");
+}
+
+static const char *depth_path(const dexycb *d, dexycb_spot spot, lt_arena *arena)
+{
+    return picture(d, spot, arena, "aligned_depth_to_color", "png");
 }
 
 static lt_status read_rgb(const dexycb *d, dexycb_spot spot, lt_arena *arena, uint8_t **out)
 {
-    const char *path = frame_path(d, spot, arena, "color", "jpg");
+    const char *path = rgb_path(d, spot, arena);
     lt_image img;
     const lt_status st = path ? picture_read_rgb(arena, path, DEXYCB_WIDTH, DEXYCB_HEIGHT, &img)
                               : lt_error(LT_ENOMEM, "%s: no memory", spot.sequence->folder);
@@ -104,7 +116,7 @@ static lt_status read_rgb(const dexycb *d, dexycb_spot spot, lt_arena *arena, ui
 
 static lt_status read_depth(const dexycb *d, dexycb_spot spot, lt_arena *arena, float **out)
 {
-    const char *path = frame_path(d, spot, arena, "aligned_depth_to_color", "png");
+    const char *path = depth_path(d, spot, arena);
 
     return path ? picture_read_depth(arena, path, DEXYCB_WIDTH, DEXYCB_HEIGHT, out)
                 : lt_error(LT_ENOMEM, "%s: no memory", spot.sequence->folder);
@@ -202,16 +214,14 @@ lt_status dexycb_models_info(const dataset *base, lt_arena *arena, const char **
 
 static const char *missing_file(const dataset *base, int64_t index, lt_arena *arena)
 {
-    static const char *const what[] = { "color", "aligned_depth_to_color", "labels" },
-        *const ending[] = { "jpg", "png", "npz" };
     const dexycb *d = (const dexycb *)base;
     const dexycb_spot spot = dexycb_find(d, number_of(d, index));
+    const char *const file[] = { rgb_path(d, spot, arena), depth_path(d, spot, arena),
+                                 dexycb_label_path(d, spot, arena) };
 
-    for (int i = 0; i < 3; i++) {
-        const char *path = frame_path(d, spot, arena, what[i], ending[i]);
-        if (path && access(path, F_OK))
-            return path;
-    }
+    for (size_t i = 0; i < LT_COUNT(file); i++)
+        if (file[i] && access(file[i], F_OK))
+            return file[i];
     return NULL;
 }
 

@@ -60,6 +60,9 @@ typedef struct {
     dexycb_pose object;
 } dexycb_label;
 
+/* dexycb_label_path - of its file; NULL without memory */
+const char *dexycb_label_path(const dexycb *d, dexycb_spot spot, lt_arena *arena);
+
 /* dexycb_read_label - without the segmentation. Errors name file and array. */
 lt_status dexycb_read_label(const dexycb *d, dexycb_spot spot, dexycb_label *out);
 

@@ -83,11 +83,16 @@ static lt_status pose_of(const lt_npz *npz, int object, const float Rt[12], dexy
     return LT_OK;
 }
 
+const char *dexycb_label_path(const dexycb *d, dexycb_spot spot, lt_arena *arena)
+{
+    return lt_arena_printf(arena, "%s/%s/%s/labels_%06d.npz", d->base.root, spot.sequence->folder,
+                           d->serial[spot.camera], spot.frame);
+}
+
 static lt_status open_label(lt_arena *arena, const dexycb *d, dexycb_spot spot, const char *const *key, size_t n,
                             lt_npz *out)
 {
-    const char *path = arena ? lt_arena_printf(arena, "%s/%s/%s/labels_%06d.npz", d->base.root, spot.sequence->folder,
-                                               d->serial[spot.camera], spot.frame) : NULL;
+    const char *path = arena ? dexycb_label_path(d, spot, arena) : NULL;
 
     return path ? lt_npz_read_only(arena, path, key, n, out)
                 : lt_error(LT_ENOMEM, "%s: no memory", spot.sequence->folder);

@@ -11,6 +11,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <unistd.h>
 
 /* ---- its files ---- */
@@ -18,15 +19,12 @@
 static const char *missing_file(const dataset *d, int64_t index, lt_arena *arena)
 {
     const ho3d *h = (const ho3d *)d;
-    const char *png = ho3d_path(h, index, arena, "rgb", "png"), *jpg = ho3d_path(h, index, arena, "rgb", "jpg");
-    const char *const other[] = { ho3d_path(h, index, arena, "depth", "png"),
-                                  ho3d_path(h, index, arena, "meta", "pkl") };
+    const char *const file[] = { ho3d_picture(h, index, arena, "rgb"), ho3d_picture(h, index, arena, "depth"),
+                                 ho3d_meta_path(h, index, arena) };
 
-    if (png && jpg && access(png, F_OK) && access(jpg, F_OK))
-        return jpg;
-    for (int i = 0; i < 2; i++)
-        if (other[i] && access(other[i], F_OK))
-            return other[i];
+    for (size_t i = 0; i < LT_COUNT(file); i++)
+        if (file[i] && access(file[i], F_OK))
+            return file[i];
     return NULL;
 }
 
@@ -191,11 +189,11 @@ static lt_status find_whether_synthetic(ho3d *h)
     return st;
 }
 
-static const char *kind_of(const ho3d *h)
+static int version_of(const ho3d *h)
 {
-    const char *png = ho3d_path(h, 0, h->arena, "rgb", "png");
+    const char *rgb = ho3d_picture(h, 0, h->arena, "rgb");
 
-    return png && !access(png, F_OK) ? "HO3D v2" : "HO3D v3";
+    return rgb && !strcasecmp(strrchr(rgb, '.'), ".png") && !access(rgb, F_OK) ? 2 : 3;
 }
 
 static lt_status open_all(ho3d *h, const ho3d_options *o)
@@ -210,7 +208,8 @@ static lt_status open_all(ho3d *h, const ho3d_options *o)
         st = open_truth(h, "evaluation_verts.json", LT_HAND_VERTICES, &h->vertices);
     if (st)
         return st;
-    h->base.kind = kind_of(h);
+    h->version = version_of(h);
+    h->base.kind = h->version == 2 ? "HO3D v2" : "HO3D v3";
     return find_whether_synthetic(h);
 }
 

@@ -13,11 +13,14 @@ typedef struct {
     const char *models;
     const char **name;              /* base.count of them, "ABF10/0123" */
     bool evaluation;
+    int version;                    /* 2: the colour images are PNG; 3: JPEG */
     const float *xyz, *vertices;    /* ground truth of the evaluation: our axes, MANO order; or NULL */
 } ho3d;
 
-/* ho3d_path - "train/ABF10/rgb/0123.png" from the split, the sample and what is asked for; NULL without memory */
-const char *ho3d_path(const ho3d *h, int64_t index, lt_arena *arena, const char *kind, const char *ending);
+/* ho3d_picture - "train/ABF10/rgb/0123.png" of a sample and a kind ("rgb", "depth", "seg"), with the ending that is
+ * there; ho3d_meta_path - of its annotation. NULL without memory */
+const char *ho3d_picture(const ho3d *h, int64_t index, lt_arena *arena, const char *kind);
+const char *ho3d_meta_path(const ho3d *h, int64_t index, lt_arena *arena);
 
 /* ho3d_from_gl - from OpenGL axes: y and z change their sign. out may be in. */
 static inline void ho3d_from_gl(const float in[3], float out[3])

@@ -9,29 +9,42 @@
 #include <string.h>
 #include <unistd.h>
 
-const char *ho3d_path(const ho3d *h, int64_t index, lt_arena *arena, const char *kind, const char *ending)
+/* "train/ABF10/rgb/0123" from the split, the sample and what is asked for */
+static const char *stem_of(const ho3d *h, int64_t index, lt_arena *arena, const char *kind)
 {
     const char *name = h->name[index], *slash = strchr(name, '/');
 
-    return lt_arena_printf(arena, "%s/%s/%.*s/%s/%s.%s", h->base.root, h->base.split,
-                           (int)(slash - name), name, kind, slash + 1, ending);
+    return lt_arena_printf(arena, "%s/%s/%.*s/%s/%s", h->base.root, h->base.split, (int)(slash - name), name, kind,
+                           slash + 1);
+}
+
+const char *ho3d_picture(const ho3d *h, int64_t index, lt_arena *arena, const char *kind)
+{
+    const bool jpg = h->version == 3 && !strcmp(kind, "rgb");
+    const char *stem = stem_of(h, index, arena, kind);
+
+    return stem ? picture_path(arena, stem, jpg ? "jpg" : "png") : NULL;
+}
+
+const char *ho3d_meta_path(const ho3d *h, int64_t index, lt_arena *arena)
+{
+    const char *stem = stem_of(h, index, arena, "meta");
+
+    return stem ? lt_arena_printf(arena, "%s.pkl", stem) : NULL;
 }
 
 enum { WIDTH = 640, HEIGHT = 480 };
 
 /* ---- images ---- */
 
-/* The colour image's path: png in version 2, jpg in version 3. */
 static lt_status rgb_path(const ho3d *h, int64_t index, lt_arena *arena, const char **out)
 {
-    const char *png = ho3d_path(h, index, arena, "rgb", "png");
-    const char *jpg = ho3d_path(h, index, arena, "rgb", "jpg");
-
-    if (!png || !jpg)
+    *out = ho3d_picture(h, index, arena, "rgb");
+    if (!*out)
         return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
-    if (access(png, F_OK) && access(jpg, F_OK))
-        return lt_error(LT_EIO, "%s: no such file, nor %s", png, strrchr(jpg, '/') + 1);
-    *out = access(png, F_OK) ? jpg : png;
+    if (access(*out, F_OK))
+        return lt_error(LT_EIO, "%s.png: no such file, nor %s.jpg", stem_of(h, index, arena, "rgb"),
+                        strchr(h->name[index], '/') + 1);
     return LT_OK;
 }
 
@@ -53,7 +66,7 @@ static lt_status read_rgb(const ho3d *h, int64_t index, lt_arena *arena, dataset
 
 static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
 {
-    const char *path = ho3d_path(h, index, arena, "depth", "png");
+    const char *path = ho3d_picture(h, index, arena, "depth");
     float *depth;
     const lt_status st = path ? picture_read_depth(arena, path, WIDTH, HEIGHT, &depth)
                               : lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
@@ -68,15 +81,15 @@ static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, datas
 /* Not every copy of the data has the masks: without one, the sample has no foreground. */
 static lt_status read_foreground(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
 {
-    const char *png = ho3d_path(h, index, arena, "seg", "png"), *jpg = ho3d_path(h, index, arena, "seg", "jpg");
+    const char *path = ho3d_picture(h, index, arena, "seg");
     lt_image mask;
     lt_status st;
 
-    if (!png || !jpg)
+    if (!path)
         return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
-    if (access(png, F_OK) && access(jpg, F_OK))
+    if (access(path, F_OK))
         return LT_OK;
-    st = picture_read_mask(arena, access(png, F_OK) ? jpg : png, WIDTH, HEIGHT, &mask);
+    st = picture_read_mask(arena, path, WIDTH, HEIGHT, &mask);
     if (st)
         return st;
     s->foreground = mask.data;
@@ -231,7 +244,7 @@ static lt_status read_object(const ho3d *h, const lt_pvalue *meta, const char *p
 
 static lt_status read_meta(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
 {
-    const char *path = ho3d_path(h, index, arena, "meta", "pkl");
+    const char *path = ho3d_meta_path(h, index, arena);
     const lt_pvalue *meta;
     lt_status st;
 

@@ -394,6 +394,26 @@ START_TEST(right_hand)
 }
 END_TEST
 
+START_TEST(other_endings)
+{
+    static const char *const ending[] = { "JPG", "jpeg", "PNG" };
+    dataset *d;
+    dataset_sample s;
+
+    small_tree();
+    d = open_small(DEXYCB_EVERY);
+    for (size_t i = 0; i < LT_COUNT(ending); i++) {
+        ck_assert_int_eq(rename(at(frame(0, "color", 2, i ? ending[i - 1] : "jpg")),
+                                at(frame(0, "color", 2, ending[i]))), 0);
+        ck_assert_ptr_null(d->ops->missing(d, 2, arena));
+        check_ok(dataset_read(d, 2, 0, arena, &s));
+    }
+    unlink(at(frame(0, "color", 2, "PNG")));
+    ck_assert_str_eq(d->ops->missing(d, 2, arena), at(frame(0, "color", 2, "jpg")));
+    dataset_free(d);
+}
+END_TEST
+
 /* A left hand is a right hand in the mirror: image, depth, pose, object. */
 START_TEST(left_hand)
 {
@@ -1064,6 +1084,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, official_lists);
     tcase_add_test(c, order_of_the_list);
     tcase_add_test(c, right_hand);
+    tcase_add_test(c, other_endings);
     tcase_add_test(c, left_hand);
     tcase_add_loop_test(c, foreground, 0, 2);
     tcase_add_test(c, foreground_is_broken);

@@ -581,6 +581,44 @@ START_TEST(foreground)
 }
 END_TEST
 
+/* As cameras, cards and people name them. */
+static const struct { const char *rgb, *depth, *seg, *kind; } endings[] = {
+    { "JPG", "PNG", "PNG", "HO3D v3" }, { "jpeg", "png", "png", "HO3D v3" }, { "JPEG", "png", "JPG", "HO3D v3" },
+    { "PNG", "PNG", "jpeg", "HO3D v2" },
+};
+
+static void name_anew(const char *kind, const char *from, const char *to)
+{
+    const char *old = at(lt_arena_printf(arena, "train/ABF10/%s/0123.%s", kind, from));
+
+    ck_assert_int_eq(rename(old, at(lt_arena_printf(arena, "train/ABF10/%s/0123.%s", kind, to))), 0);
+}
+
+START_TEST(other_endings)
+{
+    dataset *d;
+    dataset_sample s;
+
+    if (!strcmp(endings[_i].rgb, "PNG")) {
+        unlink(at("train/ABF10/rgb/0123.jpg"));
+        picture("train/ABF10/rgb/0123.jpg", false, W, H);
+    }
+    mask("train/ABF10/seg/0123.png", false, 160, 120, version_3);
+    name_anew("rgb", "jpg", endings[_i].rgb);
+    name_anew("depth", "png", endings[_i].depth);
+    name_anew("seg", "png", endings[_i].seg);
+    d = open_split("train");
+    ck_assert_str_eq(d->kind, endings[_i].kind);
+    ck_assert_ptr_null(d->ops->missing(d, 0, arena));
+    check_ok(dataset_read(d, 0, SAMPLE_DEPTH | SAMPLE_FOREGROUND, arena, &s));
+    ck_assert_int_eq(s.flags & (SAMPLE_DEPTH | SAMPLE_FOREGROUND), SAMPLE_DEPTH | SAMPLE_FOREGROUND);
+    unlink(at(lt_arena_printf(arena, "train/ABF10/rgb/0123.%s", endings[_i].rgb)));
+    ck_assert_str_eq(d->ops->missing(d, 0, arena), at(strcmp(endings[_i].rgb, "PNG") ? "train/ABF10/rgb/0123.jpg"
+                                                                                    : "train/ABF10/rgb/0123.png"));
+    dataset_free(d);
+}
+END_TEST
+
 START_TEST(foreground_missing_or_broken)
 {
     const char *path = at("train/ABF10/seg/0123.png");
@@ -765,6 +803,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, depth_missing);
     tcase_add_test(c, depth_is_a_picture);
     tcase_add_loop_test(c, foreground, 0, LT_COUNT(masks));
+    tcase_add_loop_test(c, other_endings, 0, LT_COUNT(endings));
     tcase_add_test(c, foreground_missing_or_broken);
     tcase_add_loop_test(c, annotation_wrong, 0, LT_COUNT(wrong));
     tcase_add_test(c, annotation_of_other_shapes);
