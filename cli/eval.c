@@ -216,6 +216,8 @@ static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const ch
         o.filter = "valid";                             /* where there is no hand, none is scored */
     o.vertices = !a->submit;
     st = dataset_open(&o, out);
+    if (st == LT_OK && (*out)->partial)
+        fprintf(stderr, "%s: %s\n", o.root, (*out)->partial);
     if (st == LT_OK && (a->setup || a->filter) && !dataset_is_dexycb(*out))
         st = lt_error(LT_EUSAGE, "%s: is %s, and --setup and --filter choose among DexYCB's samples", o.root,
                       (*out)->kind);

@@ -98,6 +98,8 @@ static lt_status score_dexycb(const eval_file_options *o, lt_arena *arena)
                       "poses (BOP) are scored", o->pred);
     if (!st)
         st = dataset_open(&part, &d);
+    if (!st && d->partial)
+        fprintf(stderr, "%s: %s\n", o->data, d->partial);
     if (!st)
         st = poses ? score_objects(o, d, arena) : score_hands(o, d);
     dataset_free(d);

@@ -94,10 +94,11 @@ typedef struct {
 
 struct dataset {
     const dataset_ops *ops;
-    const char *kind;               /* "HO3D v2", "HO3D v3", "DexYCB s0" */
+    const char *kind;               /* "HO3D v2", "HO3D v3", "DexYCB s0", "DexYCB s0 (part)" */
     const char *split;              /* "train", "evaluation" */
     const char *root;               /* the folder it was opened from */
     bool synthetic;                 /* written by `palmar synth`: reports must say so */
+    const char *partial;            /* what of the split is not there, a sentence to be said; NULL: it is whole */
     int64_t count;
     const dataset_object *objects;
     int n_objects;

@@ -246,6 +246,10 @@ static void describe_data(trainer *t)
     progress_note(&t->progress, "data         %s%s, %s: %" PRId64 " to train on, %" PRId64 " %s%s to validate",
                   s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
                   s->check_count, s->evaluation ? "of " : "held back", s->evaluation ? s->evaluation->split : "");
+    if (s->train->partial)
+        progress_note(&t->progress, "             %s", s->train->partial);
+    if (s->evaluation && s->evaluation->partial)
+        progress_note(&t->progress, "             %s", s->evaluation->partial);
     progress_note(&t->progress, "hand         %s%s, finger tips (vertices %d %d %d %d %d) %.2f mm from the annotated",
                   s->hands.name, s->hand->synthetic && !hands_are_embedded(&s->hands) ? " (synthetic)" : "",
                   tips[0], tips[1], tips[2], tips[3], tips[4], s->tips_rms_mm);

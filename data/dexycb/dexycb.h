@@ -48,14 +48,30 @@ typedef struct {
  * is read as a sample. A dataset by `palmar synth` says its own numbers of subjects and sequences in
  * synthetic.json; the rules of the splits are the same.
  *
- * Errors: missing folders, calibration or models, a subject of the split that is not there, sequences that
- * are not 100, an empty split; the line says what to do. The caller frees *out with dataset_free.
+ * A subject that is not there is left out, and partial says so.
+ *
+ * Errors: missing folders, calibration or models, no subject of the split there, sequences that are not 100, an
+ * empty split; the line says what to do. The caller frees *out with dataset_free.
  */
 lt_status dexycb_open(const dexycb_options *options, dataset **out);
 
+/* Names of folders, sorted, in an arena. */
+typedef struct { const char **name; int n; } dexycb_folders;
+
+/* dexycb_list_subjects - those of subjects in a tree; none is no error. dexycb_list_sequences - a subject's. Errors:
+ * LT_EIO, LT_ENOMEM. */
+lt_status dexycb_list_subjects(lt_arena *arena, const char *root, dexycb_folders *out);
+lt_status dexycb_list_sequences(lt_arena *arena, const char *root, const char *subject, dexycb_folders *out);
+
+/* dexycb_subject_number - "20200709-subject-01" is 0, as dexycb_has_subject counts; dexycb_find_subject - the folder of
+ * that number, or NULL */
+int dexycb_subject_number(const char *folder);
+const char *dexycb_find_subject(const dexycb_folders *subjects, int number);
+
 /* Where a sample stands in the official lists. */
 typedef struct {
-    int64_t index;                  /* in the toolkit's list of the split, before any filter: HPE files count so */
+    int64_t index;                  /* in the toolkit's list of the split, before any filter: HPE files count so. Of
+                                       what is there, where the split is partial */
     int scene, image;               /* BOP's ids: sequence and camera within the split; frame */
     bool keyframe;                  /* a BOP target: every fourth frame */
     int n_targets, target[DEXYCB_MAX_OBJECTS];      /* YCB ids on the table; target[grasped] is in the hand */

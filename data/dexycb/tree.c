@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* DexYCB's folders and calibration: which sequences a split has, and what is said of each. */
+/* DexYCB's sequences and calibration: which sequences a split has, and what is said of each. */
 #include "data/dexycb/internal.h"
 
 #include "assets/ycb/ycb.h"
@@ -8,78 +8,20 @@
 #include "libtensor/io/text/yaml.h"
 
 #include <cjson/cJSON.h>
-#include <ctype.h>
-#include <dirent.h>
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-/* Names in a folder, sorted. */
-typedef struct { const char **name; int n; } listing;
-
 typedef struct {
     dexycb *d;
     lt_arena *scratch;
     int n_subjects, n_sequences;    /* of the whole dataset: 10 and 100, or what synthetic.json says */
-    listing subjects;
+    dexycb_folders subjects;
     const lt_yaml *mano[DEXYCB_SUBJECTS];       /* read once for each subject's calibration */
     const char *mano_id[DEXYCB_SUBJECTS];
     int n_mano;
 } tree;
-
-/* ---- folders ---- */
-
-static int by_name(const void *a, const void *b)
-{
-    return strcmp(*(const char *const *)a, *(const char *const *)b);
-}
-
-/* Eight digits, then what the mask says: "########-subject-##" or "########_######". */
-static bool matches(const char *name, const char *mask)
-{
-    for (; *mask; mask++, name++)
-        if (*mask == '#' ? !isdigit((unsigned char)*name) : *mask != *name)
-            return false;
-    return !*name;
-}
-
-static lt_status list_folder(lt_arena *arena, const char *path, const char *mask, listing *out)
-{
-    DIR *dir = opendir(path);
-    const struct dirent *e;
-    int room = 0;
-
-    *out = (listing){ 0 };
-    if (!dir)
-        return lt_error(lt_errno_status(errno), "%s: %s", path, strerror(errno));
-    while ((e = readdir(dir)))
-        room += matches(e->d_name, mask);
-    rewinddir(dir);
-    out->name = lt_arena_array(arena, (size_t)room, sizeof(*out->name));
-    while (out->name && out->n < room && (e = readdir(dir)))
-        if (matches(e->d_name, mask) && !(out->name[out->n++] = lt_arena_strdup(arena, e->d_name)))
-            out->name = NULL;
-    closedir(dir);
-    if (room && !out->name)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    qsort(out->name, (size_t)out->n, sizeof(*out->name), by_name);
-    return LT_OK;
-}
-
-static int subject_number(const char *folder)
-{
-    return atoi(strrchr(folder, '-') + 1) - 1;
-}
-
-static const char *find_subject(const tree *t, int number)
-{
-    for (int i = 0; i < t->subjects.n; i++)
-        if (subject_number(t->subjects.name[i]) == number)
-            return t->subjects.name[i];
-    return NULL;
-}
 
 /* ---- a sequence's meta.yml ---- */
 
@@ -245,17 +187,12 @@ static lt_status read_sequence(tree *t, const char *folder, dexycb_sequence *q)
 
 /* ---- the split ---- */
 
-static lt_status add_subject(tree *t, int number)
+static lt_status add_subject(tree *t, const char *subject)
 {
     dexycb *d = t->d;
-    const char *subject = find_subject(t, number);
-    listing sequences;
-    lt_status st;
+    dexycb_folders sequences;
+    lt_status st = dexycb_list_sequences(t->scratch, d->base.root, subject, &sequences);
 
-    if (!subject)
-        return lt_error(LT_EIO, "%s: no folder ########-subject-%02d, which split %s of s%d has samples from",
-                        d->base.root, number + 1, dexycb_split_name(d->split), d->split.setup);
-    st = list_folder(t->scratch, lt_path_join(t->scratch, d->base.root, subject), "########_######", &sequences);
     if (st)
         return st;
     if (sequences.n != t->n_sequences)
@@ -272,17 +209,65 @@ static lt_status add_subject(tree *t, int number)
     return st;
 }
 
-static lt_status add_sequences(tree *t)
+/* "1, 2, 5" of a set of subjects, whose numbers are counted from 1 */
+static const char *numbers_of(unsigned subjects, char out[40])
+{
+    int n = 0;
+
+    out[0] = 0;
+    for (int i = 0; i < DEXYCB_SUBJECTS; i++)
+        if (subjects & 1u << i)
+            n += sprintf(out + n, n ? ", %d" : "%d", i + 1);
+    return out;
+}
+
+/* Few have room for all subjects: the split is of those that are there, and says so. */
+static lt_status say_what_is_missing(const tree *t, unsigned there, unsigned missing)
 {
     dexycb *d = t->d;
+    const char *split = dexycb_split_name(d->split);
+    char have[40], lack[40];
+
+    if (!missing)
+        return LT_OK;
+    numbers_of(there, have);
+    numbers_of(missing, lack);
+    if (!there)
+        return lt_error(LT_EIO, "%s: split %s of s%d is of subjects %s, and no folder like ########-subject-%02d is "
+                        "there", d->base.root, split, d->split.setup, lack, atoi(lack));
+    d->base.partial = lt_arena_printf(d->arena, "split %s of s%d is of subject%s %s alone: there is no folder of %s; "
+                                      "what is scored is a part of the split, and result files count the samples of "
+                                      "that part",
+                                      split, d->split.setup, strchr(have, ',') ? "s" : "", have, lack);
+    d->base.kind = lt_arena_printf(d->arena, "%s (part)", d->base.kind);
+    return d->base.partial && d->base.kind ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", d->base.root);
+}
+
+static lt_status add_subjects(tree *t)
+{
+    dexycb *d = t->d;
+    unsigned there = 0, missing = 0;
     lt_status st = LT_OK;
 
     d->sequence = lt_arena_array(d->arena, (size_t)t->n_subjects * (size_t)t->n_sequences, sizeof(*d->sequence));
     if (!d->sequence)
         return lt_error(LT_ENOMEM, "%s: no memory", d->base.root);
-    for (int i = 0; !st && i < t->n_subjects; i++)
-        if (dexycb_has_subject(d->split, i))
-            st = add_subject(t, i);
+    for (int i = 0; !st && i < t->n_subjects; i++) {
+        const char *subject = dexycb_find_subject(&t->subjects, i);
+        if (!dexycb_has_subject(d->split, i))
+            continue;
+        *(subject ? &there : &missing) |= 1u << i;
+        if (subject)
+            st = add_subject(t, subject);
+    }
+    return st ? st : say_what_is_missing(t, there, missing);
+}
+
+static lt_status add_sequences(tree *t)
+{
+    dexycb *d = t->d;
+    lt_status st = add_subjects(t);
+
     for (int i = 0; i < d->n_serials; i++)
         if (dexycb_has_camera(d->split, i))
             d->camera[d->n_cameras++] = i;
@@ -360,7 +345,7 @@ static lt_status open_tree(tree *t)
     lt_status st = read_marker(t);
 
     if (!st)
-        st = list_folder(t->scratch, t->d->base.root, "########-subject-##", &t->subjects);
+        st = dexycb_list_subjects(t->scratch, t->d->base.root, &t->subjects);
     if (!st && !t->subjects.n)
         st = lt_error(LT_EIO, "%s: no folder like 20200709-subject-01; give the folder that DexYCB's archives were "
                       "unpacked into, or make a synthetic one with `palmar synth --layout dexycb`", t->d->base.root);

@@ -982,7 +982,6 @@ static const struct { const char *path, *text; lt_status st; const char *reason;
     { "calibration/mano_subject-01/mano.yml", "betas: [1, 2]\n", LT_EFORMAT, "found a list of 2, expected 10" },
     { "synthetic.json", NULL, LT_EFORMAT, "5 sequences, expected 100" },
     { "synthetic.json", "{\"subjects\": 11, \"sequences\": 5}", LT_EFORMAT, "from 1 to 10" },
-    { "synthetic.json", "{\"subjects\": 2, \"sequences\": 5}", LT_EIO, "subject-02" },
     { "20200701-subject-01/20200709_100000/meta.yml", NULL, LT_EIO, "meta.yml" },
     { "20200701-subject-01/20200709_100000/meta.yml", "a: 1\n", LT_EFORMAT, "no key \"num_frames\"" },
     { "20200701-subject-01/20200709_100000/meta.yml", "num_frames: 0\n", LT_EFORMAT, "from 1 to 10000" },
@@ -1020,6 +1019,61 @@ START_TEST(empty_split)
 {
     small_tree();
     open_fails("s1", "val", LT_EINVAL, "has no samples: the dataset has 1 subjects of 5 sequences");
+}
+END_TEST
+
+/* Subjects 3 and 10 of DexYCB's ten: the splits are of these, by the rules that all have, or there is none. */
+static void two_subjects(void)
+{
+    calibration(10, 8);
+    for (int q = 0; q < 100; q++) {
+        meta(2, q, 8, 72, false);
+        meta(9, q, 8, 72, false);
+    }
+}
+
+START_TEST(some_subjects)
+{
+    dexycb_folders list;
+    dataset *d;
+
+    two_subjects();
+    d = open_list("s0", "train");
+    ck_assert_int_eq(d->count, 2 * 80 * 8 * 72);
+    ck_assert_str_eq(d->kind, "DexYCB s0 (part)");
+    ck_assert_str_eq(d->partial, "split train of s0 is of subjects 3, 10 alone: there is no folder of 1, 2, 4, 5, 6, 7, "
+                     "8, 9; what is scored is a part of the split, and result files count the samples of that part");
+    ck_assert_ptr_eq(strstr(dataset_name(d, 0), "20200703-subject-03/20200709_100000/"), dataset_name(d, 0));
+    dataset_free(d);
+    d = open_list("s1", "train");
+    ck_assert_int_eq(d->count, 100 * 8 * 72 * 2);
+    dataset_free(d);
+    open_fails("s0", "val", LT_EIO, ": split val of s0 is of subjects 1, 2, and no folder like ########-subject-01 is "
+               "there");
+    open_fails("s1", "test", LT_EIO, ": split test of s1 is of subjects 8, 9, and no folder");
+    check_ok(dexycb_list_subjects(arena, scratch_folder, &list));
+    ck_assert_int_eq(list.n, 2);
+    ck_assert_int_eq(dexycb_subject_number(list.name[1]), 9);
+    check_ok(dexycb_list_sequences(arena, scratch_folder, list.name[1], &list));
+    ck_assert_int_eq(list.n, 100);
+}
+END_TEST
+
+/* Of the generator's, the marker says how many there were; a whole split is not called a part. */
+START_TEST(some_synthetic_subjects)
+{
+    dataset *d;
+
+    small_tree();
+    d = open_list("s0", "train");
+    ck_assert_str_eq(d->kind, "DexYCB s0");
+    ck_assert_ptr_null(d->partial);
+    dataset_free(d);
+    text_file("synthetic.json", "{\"subjects\": 2, \"sequences\": 5}");
+    d = open_list("s0", "train");
+    ck_assert_int_eq(d->count, 24);
+    ck_assert_ptr_nonnull(strstr(d->partial, "of subject 1 alone: there is no folder of 2;"));
+    dataset_free(d);
 }
 END_TEST
 
@@ -1102,6 +1156,8 @@ static void add_tests(TCase *c)
     tcase_add_test(c, no_such_split);
     tcase_add_loop_test(c, tree_is_broken, 0, LT_COUNT(broken));
     tcase_add_test(c, empty_split);
+    tcase_add_test(c, some_subjects);
+    tcase_add_test(c, some_synthetic_subjects);
     tcase_add_test(c, sample_is_broken);
     tcase_add_test(c, pictures_are_broken);
 }
