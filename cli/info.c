@@ -240,6 +240,8 @@ int cmd_info(int argc, char **argv)
         st = info_data(&(info_data_options){ a.data, a.setup, a.hand, a.hand_left, a.samples }, root);
     if (st == LT_OK && a.file)
         st = info_file(a.file, root);
+    if (!a.json && !cJSON_GetArraySize(cJSON_GetObjectItem(root, "notes")))
+        cJSON_DeleteItemFromObject(root, "notes");      /* people need not read that there are none */
     if (st == LT_OK || cJSON_GetArraySize(root) > 1)
         print(root, a.json);
     cJSON_Delete(root);

@@ -11,23 +11,44 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { HANDS = 200 };               /* annotated hands that are compared with the model */
+/* Annotated hands that are compared with the model; masks that are held against hands. */
+enum { HANDS = 200, MASKS = 50 };
 
 typedef struct {
     const info_data_options *o;
     dataset_layout layout;
+    dexycb_folders subjects;        /* DexYCB's that are there */
     cli_hand hand;
     lt_arena *arena;
     const lt_hand_model *left;
-    cJSON *root;
+    cJSON *root, *notes;
     int faults;                     /* what is wrong, over all splits; fault: the first */
-    char fault[1024];
+    char fault[1024], slip[SLIP_TEXT];          /* slip: what may have led to it */
 } survey;
 
-static void add_fault(survey *v, const char *split, const char *what)
+static void add_note(survey *v, const char *code, const char *split, const char *what)
 {
+    cJSON *note = cJSON_CreateObject();
+    char text[1200];
+
+    snprintf(text, sizeof(text), "%s: %s", split, what);
+    cJSON_AddStringToObject(note, "code", code);
+    cJSON_AddStringToObject(note, "text", text);
+    cJSON_AddItemToArray(v->notes, note);
+}
+
+static void add_fault(survey *v, const char *code, const char *split, const char *what)
+{
+    add_note(v, code, split, what);
     if (!v->faults++)
         snprintf(v->fault, sizeof(v->fault), "%s: %s: %s", v->o->root, split, what);
+}
+
+/* The first slip that is found stands for what else is wrong: the lines before it may be its consequence. */
+static void add_slip(survey *v, const slip *s)
+{
+    if (!*v->slip)
+        snprintf(v->slip, sizeof(v->slip), "%s", s->text);
 }
 
 /* ---- one split ---- */
@@ -44,7 +65,7 @@ static lt_status survey_files(survey *v, const dataset *d, cJSON *split)
     if (m.first) {
         cJSON_AddStringToObject(split, "first missing file", m.first);
         snprintf(line, sizeof(line), "%lld samples lack a file, the first %s", (long long)m.samples, m.first);
-        add_fault(v, d->split, line);
+        add_fault(v, "missing-file", d->split, line);
     }
     return LT_OK;
 }
@@ -60,7 +81,7 @@ static lt_status survey_samples(survey *v, const dataset *d, cJSON *split)
     cJSON_AddNumberToObject(split, "unreadable of these", (double)s.bad);
     if (s.bad) {
         cJSON_AddItemToObject(split, "unreadable", cJSON_CreateStringArray(s.line, s.n_lines));
-        add_fault(v, d->split, s.line[0]);
+        add_fault(v, "unreadable", d->split, s.line[0]);
     }
     return LT_OK;
 }
@@ -82,10 +103,11 @@ static lt_status survey_side(survey *v, const dataset *d, bool left, cJSON *spli
     if (check_hands_good(&c))
         return LT_OK;
     snprintf(line, sizeof(line), "%s hands are %.1f mm from the hand model (%s), %.0f %% in view%s%s", side, c.rms_mm,
-             v->hand.name, 100 * c.in_view, c.slip ? "; it looks as if " : "; were they made with another hand model?",
-             c.slip ? c.slip : "");
+             v->hand.name, 100 * c.in_view, c.slip.code ? "; it looks as if " :
+             "; were they made with another hand model?", c.slip.text);
     cJSON_AddStringToObject(test, "wrong", line);
-    add_fault(v, d->split, line);
+    add_fault(v, c.slip.code ? c.slip.code : "hands", d->split, line);
+    add_slip(v, &c.slip);
     return LT_OK;
 }
 
@@ -101,6 +123,73 @@ static lt_status survey_hands(survey *v, dataset *d, cJSON *split)
     return st;
 }
 
+/* Objects are held against hands, and so after these have been found sound. */
+static lt_status survey_scene(survey *v, const dataset *d, cJSON *split)
+{
+    char line[600];
+    check_scene c;
+    const lt_status st = check_cameras_and_objects(d, HANDS, &c);
+
+    if (st)
+        return st;
+    if (c.odd_cameras) {
+        snprintf(line, sizeof(line), "%lld of %lld samples have odd intrinsics, the first %s; it looks as if %s",
+                 (long long)c.odd_cameras, (long long)c.samples, c.odd_camera, c.camera.text);
+        add_fault(v, c.camera.code, d->split, line);
+        add_slip(v, &c.camera);
+    }
+    if (c.objects)
+        cJSON_AddNumberToObject(split, "objects from hands, m", c.apart);
+    if (c.object.code && !*v->slip) {
+        snprintf(line, sizeof(line), "objects are %.3g m from the hands that hold them; it looks as if %s", c.apart,
+                 c.object.text);
+        add_fault(v, c.object.code, d->split, line);
+        add_slip(v, &c.object);
+    }
+    return LT_OK;
+}
+
+/* Colours that mean something else make hand or object background where data.background asks. */
+static lt_status survey_masks(survey *v, const dataset *d, cJSON *split)
+{
+    char line[200];
+    check_masks c;
+    const lt_status st = check_masks_on_hands(d, MASKS, &c);
+
+    if (st || !c.joints)
+        return st;
+    cJSON_AddNumberToObject(split, "share of joints on masks", (double)c.on_mask / (double)c.joints);
+    if (check_masks_good(&c))
+        return LT_OK;
+    snprintf(line, sizeof(line), "masks have %.0f %% of the joints: their colours are not those of hand and object",
+             100 * (double)c.on_mask / (double)c.joints);
+    add_fault(v, "masks", d->split, line);
+    return LT_OK;
+}
+
+/* Labels are looked at as they are: those of another size are refused when they are read as samples. */
+static lt_status survey_labels(survey *v, dataset *d, cJSON *split)
+{
+    lt_status st;
+
+    d->any_size = true;
+    st = survey_hands(v, d, split);
+    if (!st)
+        st = survey_scene(v, d, split);
+    d->any_size = false;
+    return st ? st : survey_masks(v, d, split);
+}
+
+static void describe(survey *v, const dataset *d)
+{
+    if (cJSON_GetObjectItem(v->root, "dataset"))
+        return;
+    cJSON_AddStringToObject(v->root, "dataset", d->kind);
+    cJSON_AddBoolToObject(v->root, "synthetic", d->synthetic);
+    cJSON_AddNumberToObject(v->root, "objects", d->n_objects);
+    cJSON_AddStringToObject(v->root, "hand", v->hand.name);
+}
+
 static lt_status survey_split(survey *v, const char *name)
 {
     const dataset_options o = { .root = v->o->root, .split = name, .setup = v->o->setup, .hand = v->hand.model,
@@ -111,24 +200,53 @@ static lt_status survey_split(survey *v, const char *name)
 
     if (st)
         return st;
-    if (!cJSON_GetObjectItem(v->root, "dataset")) {
-        cJSON_AddStringToObject(v->root, "dataset", d->kind);
-        cJSON_AddBoolToObject(v->root, "synthetic", d->synthetic);
-        cJSON_AddNumberToObject(v->root, "objects", d->n_objects);
-        cJSON_AddStringToObject(v->root, "hand", v->hand.name);
-    }
+    describe(v, d);
     split = cJSON_AddObjectToObject(v->root, name);
     cJSON_AddNumberToObject(split, v->layout == DATASET_DEXYCB ? "samples with a hand" : "samples", (double)d->count);
+    if (d->partial)
+        add_note(v, "partial", name, d->partial);
     st = survey_files(v, d, split);
     if (!st)
         st = survey_samples(v, d, split);
     if (!st)
-        st = survey_hands(v, d, split);
+        st = survey_labels(v, d, split);
     dataset_free(d);
     return st;
 }
 
 /* ---- the lists of DexYCB ---- */
+
+/* Each subject's folder, and how many sequences are in it. */
+static lt_status list_subjects(survey *v)
+{
+    cJSON *list = cJSON_AddObjectToObject(v->root, "subjects");
+    lt_status st = dexycb_list_subjects(v->arena, v->o->root, &v->subjects);
+
+    for (int i = 0; !st && i < v->subjects.n; i++) {
+        dexycb_folders sequences;
+        st = dexycb_list_sequences(v->arena, v->o->root, v->subjects.name[i], &sequences);
+        if (!st)
+            cJSON_AddNumberToObject(list, v->subjects.name[i], sequences.n);
+    }
+    return st;
+}
+
+/* Whether a split has a subject that is there; a note where it has none. */
+static bool has_subject(survey *v, const char *name)
+{
+    const char *setup = v->o->setup ? v->o->setup : "s0";
+    char line[128];
+    dexycb_split split;
+
+    if (dexycb_split_parse(setup, name, &split))
+        return true;                                /* opening it says what is wrong */
+    for (int i = 0; i < v->subjects.n; i++)
+        if (dexycb_has_subject(split, dexycb_subject_number(v->subjects.name[i])))
+            return true;
+    snprintf(line, sizeof(line), "no subject of this split of %s is there", setup);
+    add_note(v, "empty-split", name, line);
+    return false;
+}
 
 /* All frames of each setup's splits; a split may be empty where subjects were left out. */
 static void list_setups(survey *v)
@@ -152,37 +270,73 @@ static void list_setups(survey *v)
     }
 }
 
-static lt_status survey_all(survey *v)
+static lt_status open_hands(survey *v)
 {
-    static const char *const of_layout[2][3] = { { "train", "evaluation" }, { "train", "val", "test" } };
-    lt_status st = dataset_find_layout(v->o->root, &v->layout);
     lt_hand_model *left;
+    lt_status st = cli_hand_open(v->o->hand, NULL, &v->hand);
 
-    if (!st)
-        st = cli_hand_open(v->o->hand, NULL, &v->hand);
     if (!st && v->o->left) {
         st = hand_file_read(v->arena, v->o->left, &left);
         v->left = st ? NULL : left;
     } else if (!st) {
         v->left = v->hand.left;
     }
-    if (!st && v->layout == DATASET_DEXYCB)
-        list_setups(v);
-    for (int i = 0; !st && i < 3 && of_layout[v->layout][i]; i++)
-        st = survey_split(v, of_layout[v->layout][i]);
-    if (!st && v->faults)
-        st = lt_error(LT_EFORMAT, "%s", v->fault);
     return st;
+}
+
+static lt_status survey_splits(survey *v)
+{
+    static const char *const of_layout[2][3] = { { "train", "evaluation" }, { "train", "val", "test" } };
+    int opened = 0;
+
+    for (int i = 0; i < 3 && of_layout[v->layout][i]; i++) {
+        const char *name = of_layout[v->layout][i];
+        lt_status st;
+        /* the last one is opened in any case: where no split is there, its line says which would be wanted */
+        if (v->layout == DATASET_DEXYCB && v->subjects.n && !has_subject(v, name) && (opened || i < 2))
+            continue;
+        st = survey_split(v, name);
+        if (st)
+            return st;
+        opened++;
+    }
+    return LT_OK;
+}
+
+/* The first thing that is wrong, and what may have led to it. */
+static lt_status verdict(const survey *v)
+{
+    if (!v->faults)
+        return LT_OK;
+    if (*v->slip && !strstr(v->fault, v->slip))
+        return lt_error(LT_EFORMAT, "%s; it looks as if %s", v->fault, v->slip);
+    return lt_error(LT_EFORMAT, "%s", v->fault);
+}
+
+static lt_status survey_all(survey *v)
+{
+    lt_status st = dataset_find_layout(v->o->root, &v->layout);
+
+    if (!st)
+        st = open_hands(v);
+    if (!st && v->layout == DATASET_DEXYCB) {
+        st = list_subjects(v);
+        list_setups(v);
+    }
+    if (!st)
+        st = survey_splits(v);
+    return st ? st : verdict(v);
 }
 
 lt_status info_data(const info_data_options *o, cJSON *root)
 {
-    survey v = { .o = o, .root = root, .arena = lt_arena_new() };
-    lt_status st = v.arena ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", o->root);
+    survey v = { .o = o, .root = root, .arena = lt_arena_new(), .notes = cJSON_CreateArray() };
+    lt_status st = v.arena && v.notes ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", o->root);
 
     cJSON_AddStringToObject(root, "folder", o->root);
     if (!st)
         st = survey_all(&v);
+    cJSON_AddItemToObject(root, "notes", v.notes);
     cli_hand_close(&v.hand);
     lt_arena_free(v.arena);
     return st;

@@ -17,7 +17,7 @@ typedef struct {
 } info_data_options;
 
 /**
- * info_data - add to root: layout, splits and their counts, missing and unreadable files, the self-test
+ * info_data - add to root: layout, splits and their counts, missing and unreadable files, the self-test, notes
  *
  * Errors: the dataset cannot be opened; or, after all of it was looked at, that something is wrong with it: the
  * line says what, and root has the rest.

@@ -3,6 +3,7 @@
 #include "data/dataset.h"
 
 #include "assets/ycb/ycb.h"
+#include "data/slip.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/file.h"
@@ -172,7 +173,27 @@ static double diameter_of(const float (*point)[3], int n, const float *centre, s
     return best;
 }
 
-static lt_status measure(dataset_object *o, const char *path)
+/* What a hand may hold, metres; a coin and a guitar are within it. */
+static const double LEAST_SIZE = 0.002, MOST_SIZE = 5, SMALL = 0.02, LARGE = 1.5;
+
+/* A model in another unit fits no label, and poses estimated with it are somewhere else. */
+static lt_status check_size(const dataset_object *o, const char *obj, const char *xyz)
+{
+    const double size = (double)o->diameter, points = (double)o->diagonal;
+    const int power = slip_unit(size, SMALL, LARGE);
+    char unit[SLIP_UNIT];
+
+    if (size < LEAST_SIZE || size > MOST_SIZE)
+        return lt_error(LT_EFORMAT, "%s: %.3g m across, expected a thing that a hand can hold, in metres%s%s", obj,
+                        size, power ? "; it looks as if the model is " : "",
+                        power ? slip_unit_words(power, false, unit) : "");
+    if (points > 10 * size || points < size / 10)
+        return lt_error(LT_EFORMAT, "%s: %.3g m across, and %s %.3g m: one of them is in another unit than metres", xyz,
+                        points, strrchr(obj, '/') + 1, size);
+    return LT_OK;
+}
+
+static lt_status measure(dataset_object *o, const char *obj, const char *path)
 {
     double control[LT_BOX_POINTS][3];
     spoke *by_length;
@@ -194,7 +215,7 @@ static lt_status measure(dataset_object *o, const char *path)
     o->diameter = (float)diameter_of((const float (*)[3])o->mesh.vertex, o->mesh.n_vertices, o->control[20],
                                      by_length);
     free(by_length);
-    return LT_OK;
+    return check_size(o, obj, path);
 }
 
 static lt_status load_object(lt_arena *arena, const char *folder, dataset_object *o)
@@ -217,7 +238,7 @@ static lt_status load_object(lt_arena *arena, const char *folder, dataset_object
     if (!st && n > 10000000)
         st = lt_error(LT_EFORMAT, "%s: %zu points, expected at most 10 million", xyz, n);
     o->n_points = (int)n;
-    return st ? st : measure(o, xyz);
+    return st ? st : measure(o, obj, xyz);
 }
 
 /* The folder of a model under either of its names into *folder, or NULL where there is none. */

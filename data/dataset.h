@@ -102,6 +102,8 @@ struct dataset {
     int64_t count;
     const dataset_object *objects;
     int n_objects;
+    bool opengl;                    /* its files have OpenGL's axes */
+    bool any_size;                  /* labels are given out whatever their size, to see what is wrong with them */
     const int *tips;                /* vertices of the finger tips that the annotation uses (5) */
 };
 
@@ -157,7 +159,8 @@ void dataset_free(dataset *d);
  *   out     (*n_out) objects that live, with their arrays, in arena
  *
  * Errors: no such folder or none of the models in it (the line says where they are to be had); a model
- * without textured_simple.obj or points.xyz, or with a broken one; one without triangles.
+ * without textured_simple.obj or points.xyz, or with a broken one; one without triangles; one that no hand could hold,
+ * with the unit that it may be in.
  */
 lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *const *names, int n,
                                const dataset_object **out, int *n_out);

@@ -45,14 +45,14 @@ static bool all(const float *x, int n, float value)
     return true;
 }
 
-static lt_status read_hand(const lt_npz *npz, dexycb_label *out)
+static lt_status read_hand(const lt_npz *npz, float most, dexycb_label *out)
 {
     static const int64_t pose[2] = { 1, 51 }, joints[3] = { 1, LT_HAND_KEYPOINTS, 3 },
                          joints2d[3] = { 1, LT_HAND_KEYPOINTS, 2 };
-    lt_status st = numbers(npz, "pose_m", 2, pose, MOST, out->pose, 51);
+    lt_status st = numbers(npz, "pose_m", 2, pose, most, out->pose, 51);
 
     if (!st)
-        st = numbers(npz, "joint_3d", 3, joints, MOST, out->joints[0], LT_HAND_KEYPOINTS * 3);
+        st = numbers(npz, "joint_3d", 3, joints, most, out->joints[0], LT_HAND_KEYPOINTS * 3);
     if (!st)
         st = numbers(npz, "joint_2d", 3, joints2d, MOST_PIXELS, out->joints2d[0], LT_HAND_KEYPOINTS * 2);
     if (!st)
@@ -60,11 +60,12 @@ static lt_status read_hand(const lt_npz *npz, dexycb_label *out)
     return st;
 }
 
-static lt_status read_objects(const lt_npz *npz, const dexycb_sequence *q, float out[DEXYCB_MAX_OBJECTS][12])
+static lt_status read_objects(const lt_npz *npz, const dexycb_sequence *q, float most,
+                              float out[DEXYCB_MAX_OBJECTS][12])
 {
     const int64_t shape[3] = { q->n_objects, 3, 4 };
 
-    return numbers(npz, "pose_y", 3, shape, MOST, out[0], (size_t)q->n_objects * 12);
+    return numbers(npz, "pose_y", 3, shape, most, out[0], (size_t)q->n_objects * 12);
 }
 
 /* [R|t] of an object; R is a rotation but for what float and a labeller's rounding leave of it. */
@@ -102,6 +103,7 @@ lt_status dexycb_read_label(const dexycb *d, dexycb_spot spot, dexycb_label *out
 {
     static const char *const key[] = { "pose_m", "joint_3d", "joint_2d", "pose_y" };
     const int grasped = spot.sequence->grasped;
+    const float most = d->base.any_size ? INFINITY : MOST;
     float object[DEXYCB_MAX_OBJECTS][12];
     lt_arena *arena = lt_arena_new();
     lt_npz npz;
@@ -109,9 +111,9 @@ lt_status dexycb_read_label(const dexycb *d, dexycb_spot spot, dexycb_label *out
 
     *out = (dexycb_label){ 0 };
     if (!st)
-        st = read_hand(&npz, out);
+        st = read_hand(&npz, most, out);
     if (!st)
-        st = read_objects(&npz, spot.sequence, object);
+        st = read_objects(&npz, spot.sequence, most, object);
     if (!st)
         st = pose_of(&npz, grasped, object[grasped], &out->object);
     lt_arena_free(arena);
@@ -127,7 +129,7 @@ lt_status dexycb_read_poses(const dexycb *d, dexycb_spot spot, dexycb_pose out[D
     lt_status st = open_label(arena, d, spot, key, LT_COUNT(key), &npz);
 
     if (!st)
-        st = read_objects(&npz, spot.sequence, object);
+        st = read_objects(&npz, spot.sequence, MOST, object);
     for (int i = 0; !st && i < spot.sequence->n_objects; i++)
         st = pose_of(&npz, i, object[i], &out[i]);
     lt_arena_free(arena);

@@ -4,6 +4,7 @@
 
 #include "assets/ycb/ycb.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/pickle/pickle.h"
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
@@ -154,6 +155,25 @@ static lt_status open_models(ho3d *h, const ho3d_options *o)
     return st ? st : dataset_load_objects(h->arena, h->models, names, n, &h->base.objects, &h->base.n_objects);
 }
 
+/* H2O-3D comes from the same authors, in the same folders, with two hands in a frame. What is wrong with a file is for
+ * whoever reads it as a sample. */
+static lt_status refuse_two_hands(const ho3d *h)
+{
+    static const char *const keys[] = { "rightHandJoints3D", "leftHandJoints3D", "rightHandPose", "leftHandPose" };
+    lt_arena *arena = lt_arena_new();
+    const char *path = arena ? ho3d_meta_path(h, 0, arena) : NULL;
+    const lt_pvalue *meta;
+    lt_status st = path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", h->base.root);
+
+    if (!st && !lt_pickle_read(arena, path, &meta))
+        for (size_t i = 0; !st && i < LT_COUNT(keys); i++)
+            if (lt_pdict_get(meta, keys[i]))
+                st = lt_error(LT_EFORMAT, "%s: H2O-3D, whose frames have two hands (%s), is not read; HO3D v2 and v3 "
+                              "are", h->base.root, keys[i]);
+    lt_arena_free(arena);
+    return st;
+}
+
 /* One of the two files of ground truth into our axes, where it is there. */
 static lt_status open_truth(ho3d *h, const char *file, int points, const float **out)
 {
@@ -200,6 +220,8 @@ static lt_status open_all(ho3d *h, const ho3d_options *o)
 {
     lt_status st = read_list(h);
 
+    if (!st)
+        st = refuse_two_hands(h);
     if (!st && !o->no_objects)
         st = open_models(h, o);
     if (!st && h->evaluation)
@@ -231,6 +253,7 @@ lt_status ho3d_open(const ho3d_options *o, dataset **out)
     h->evaluation = !strcmp(o->split, "evaluation");
     h->base.ops = &ops;
     h->base.split = h->evaluation ? "evaluation" : "train";
+    h->base.opengl = true;
     h->base.tips = lt_hand_tips_ho3d;
     st = open_all(h, o);
     if (st)

@@ -27,7 +27,7 @@ typedef struct {
  * Evaluation samples have the hand box, the wrist and the object; where root holds evaluation_xyz.json
  * (released by the authors in 2024) they have joints too, and vertices where asked for.
  *
- * Errors: missing folder, list, models or ground truth of another length; the line says what to do.
+ * Errors: missing folder, list, models or ground truth of another length; H2O-3D; the line says what to do.
  * The caller frees *out with dataset_free.
  */
 lt_status ho3d_open(const ho3d_options *options, dataset **out);

@@ -6,6 +6,7 @@
 #include "libtensor/io/pickle/pickle.h"
 #include "vision/picture.h"
 
+#include <math.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -104,35 +105,44 @@ static lt_status read_foreground(const ho3d *h, int64_t index, lt_arena *arena, 
 /* What angles (radians), shapes (deviations) and places (metres) stay far below, unless the unit is another. */
 static const float MOST = 100, MOST_PIXELS = 1e6f;
 
+/* A sample's annotation, and what numbers in it stay below. */
+typedef struct { const lt_pvalue *meta; const char *path; float most; } annotation;
+
 /* n numbers below `most` under key, or an error line with file and key. */
-static lt_status numbers(const lt_pvalue *meta, const char *path, const char *key, float most, float *out, size_t n)
+static lt_status numbers(const annotation *a, const char *key, float most, float *out, size_t n)
 {
-    const lt_pvalue *v = lt_pdict_get(meta, key);
+    const lt_pvalue *v = lt_pdict_get(a->meta, key);
     lt_status st;
 
     if (v && lt_pis_none(v))
         return lt_error(LT_EFORMAT, "%s: %s is None, expected %zu numbers: this frame is not annotated, so "
-                        "it should not be listed", path, key, n);
+                        "it should not be listed", a->path, key, n);
     st = lt_pfloats(v, key, out, n);
     for (size_t i = 0; i < n && !st; i++)
         if (fabsf(out[i]) >= most)
             st = lt_error(LT_EFORMAT, "%s: number %zu is %g, expected less than %g", key, i, (double)out[i],
                           (double)most);
-    return st ? lt_error_prefix(st, "%s", path) : LT_OK;
+    return st ? lt_error_prefix(st, "%s", a->path) : LT_OK;
 }
 
-static lt_status read_camera(const lt_pvalue *meta, const char *path, lt_camera *cam)
+/* Intrinsics by columns, as OpenGL and MATLAB have them. */
+static bool is_transposed(const float K[9])
+{
+    return K[0] > 0 && K[4] > 0 && K[1] == 0 && K[2] == 0 && K[3] == 0 && K[5] == 0 && K[8] == 1;
+}
+
+static lt_status read_camera(const annotation *a, lt_camera *cam)
 {
     float K[9];
-    const lt_status st = numbers(meta, path, "camMat", MOST_PIXELS, K, 9);
+    const lt_status st = numbers(a, "camMat", MOST_PIXELS, K, 9);
 
     if (st)
         return st;
     if (!(K[0] > 0 && K[4] > 0) || K[1] != 0 || K[3] != 0 || K[6] != 0 || K[7] != 0 ||
         K[8] != 1)
         return lt_error(LT_EFORMAT, "%s: camMat is [%g %g %g; %g %g %g; %g %g %g], expected "
-                        "[fx 0 cx; 0 fy cy; 0 0 1]", path, K[0], K[1], K[2], K[3], K[4], K[5], K[6],
-                        K[7], K[8]);
+                        "[fx 0 cx; 0 fy cy; 0 0 1]%s", a->path, K[0], K[1], K[2], K[3], K[4], K[5], K[6],
+                        K[7], K[8], is_transposed(K) ? "; it is transposed" : "");
     *cam = (lt_camera){ K[0], K[4], K[2], K[5] };
     return LT_OK;
 }
@@ -147,13 +157,13 @@ static void rotation_from(const float aa[3], bool flip, float out[9])
         out[i] = (float)(flip && i >= 3 ? -R[i] : R[i]);
 }
 
-static lt_status read_pose(const lt_pvalue *meta, const char *path, dataset_sample *s)
+static lt_status read_pose(const annotation *a, dataset_sample *s)
 {
     float pose[3 * LT_HAND_JOINTS];
-    lt_status st = numbers(meta, path, "handPose", MOST, pose, LT_COUNT(pose));
+    lt_status st = numbers(a, "handPose", a->most, pose, LT_COUNT(pose));
 
     if (!st)
-        st = numbers(meta, path, "handBeta", MOST, s->beta, LT_HAND_BETAS);
+        st = numbers(a, "handBeta", a->most, s->beta, LT_HAND_BETAS);
     if (st)
         return st;
     for (int i = 0; i < LT_HAND_JOINTS; i++)
@@ -171,13 +181,13 @@ static void set_joints(const float mano[LT_HAND_KEYPOINTS][3], dataset_sample *s
     s->flags |= SAMPLE_JOINTS | SAMPLE_ROOT;
 }
 
-static lt_status read_train_hand(const lt_pvalue *meta, const char *path, dataset_sample *s)
+static lt_status read_train_hand(const annotation *a, dataset_sample *s)
 {
     float mano[LT_HAND_KEYPOINTS][3];
-    lt_status st = read_pose(meta, path, s);
+    lt_status st = read_pose(a, s);
 
     if (!st)
-        st = numbers(meta, path, "handJoints3D", MOST, &mano[0][0], LT_COUNT(mano) * 3);
+        st = numbers(a, "handJoints3D", a->most, &mano[0][0], LT_COUNT(mano) * 3);
     if (st)
         return st;
     for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
@@ -199,14 +209,13 @@ static lt_status same_wrist(const char *path, int64_t index, const float root[3]
 }
 
 /* Wrist and box from the annotation; the rest from the ground-truth files where they are. */
-static lt_status read_evaluation_hand(const ho3d *h, int64_t index, const lt_pvalue *meta,
-                                      const char *path, dataset_sample *s)
+static lt_status read_evaluation_hand(const ho3d *h, int64_t index, const annotation *a, dataset_sample *s)
 {
     float root[3];
-    lt_status st = numbers(meta, path, "handJoints3D", MOST, root, 3);
+    lt_status st = numbers(a, "handJoints3D", a->most, root, 3);
 
     if (!st)
-        st = numbers(meta, path, "handBoundingBox", MOST_PIXELS, s->hand_box, 4);
+        st = numbers(a, "handBoundingBox", MOST_PIXELS, s->hand_box, 4);
     if (st)
         return st;
     if (h->xyz)
@@ -217,23 +226,23 @@ static lt_status read_evaluation_hand(const ho3d *h, int64_t index, const lt_pva
     }
     ho3d_from_gl(root, s->root);
     s->flags |= SAMPLE_HAND_BOX | SAMPLE_ROOT;
-    return h->xyz ? same_wrist(path, index, s->root, s->joints[0]) : LT_OK;
+    return h->xyz && !h->base.any_size ? same_wrist(a->path, index, s->root, s->joints[0]) : LT_OK;
 }
 
-static lt_status read_object(const ho3d *h, const lt_pvalue *meta, const char *path, dataset_sample *s)
+static lt_status read_object(const ho3d *h, const annotation *a, dataset_sample *s)
 {
-    const char *name = lt_pstr(lt_pdict_get(meta, "objName"));
+    const char *name = lt_pstr(lt_pdict_get(a->meta, "objName"));
     float aa[3], t[3];
     lt_status st;
 
     if (!name)
-        return lt_error(LT_EFORMAT, "%s: objName: expected a text, the name of a YCB model", path);
+        return lt_error(LT_EFORMAT, "%s: objName: expected a text, the name of a YCB model", a->path);
     s->object = dataset_find_object(&h->base, name);
     if (s->object < 0)
-        return lt_error(LT_EIO, "%s: objName is %s, which is not in %s", path, name, h->models);
-    st = numbers(meta, path, "objRot", MOST, aa, 3);
+        return lt_error(LT_EIO, "%s: objName is %s, which is not in %s", a->path, name, h->models);
+    st = numbers(a, "objRot", a->most, aa, 3);
     if (!st)
-        st = numbers(meta, path, "objTrans", MOST, t, 3);
+        st = numbers(a, "objTrans", a->most, t, 3);
     if (st)
         return st;
     rotation_from(aa, true, s->R);
@@ -244,23 +253,21 @@ static lt_status read_object(const ho3d *h, const lt_pvalue *meta, const char *p
 
 static lt_status read_meta(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
 {
-    const char *path = ho3d_meta_path(h, index, arena);
-    const lt_pvalue *meta;
+    annotation a = { .path = ho3d_meta_path(h, index, arena), .most = h->base.any_size ? INFINITY : MOST };
     lt_status st;
 
-    if (!path)
+    if (!a.path)
         return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
-    st = lt_pickle_read(arena, path, &meta);
+    st = lt_pickle_read(arena, a.path, &a.meta);
     if (st)
         return st;
-    if (meta->kind != LT_PDICT)
-        return lt_error(LT_EFORMAT, "%s: expected a dictionary of annotations", path);
-    st = read_camera(meta, path, &s->camera);
+    if (a.meta->kind != LT_PDICT)
+        return lt_error(LT_EFORMAT, "%s: expected a dictionary of annotations", a.path);
+    st = read_camera(&a, &s->camera);
     if (!st)
-        st = h->evaluation ? read_evaluation_hand(h, index, meta, path, s)
-                           : read_train_hand(meta, path, s);
+        st = h->evaluation ? read_evaluation_hand(h, index, &a, s) : read_train_hand(&a, s);
     if (!st && h->base.n_objects)
-        st = read_object(h, meta, path, s);
+        st = read_object(h, &a, s);
     return st;
 }
 

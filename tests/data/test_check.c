@@ -219,8 +219,8 @@ START_TEST(names_the_slip)
     ck_assert_int_eq(check_pose(&f.base, hand, 20, cases[_i].left, &c), LT_OK);
     ck_assert_int_eq(c.hands, 20);
     ck_assert(!check_hands_good(&c));
-    ck_assert_ptr_nonnull(c.slip);
-    ck_assert_msg(strstr(c.slip, cases[_i].name), "\"%s\" lacks \"%s\"", c.slip, cases[_i].name);
+    ck_assert_ptr_nonnull(c.slip.code);
+    ck_assert_msg(strstr(c.slip.text, cases[_i].name), "\"%s\" lacks \"%s\"", c.slip.text, cases[_i].name);
 }
 END_TEST
 
@@ -233,7 +233,7 @@ START_TEST(nothing_is_wrong)
     ck_assert(check_hands_good(&c));
     ck_assert_double_lt(c.rms_mm, 1e-3);
     ck_assert_double_eq(c.in_view, 1);
-    ck_assert_ptr_null(c.slip);
+    ck_assert_ptr_null(c.slip.code);
     ck_assert_int_eq(check_pose(&f.base, hand, 20, true, &c), LT_OK);       /* no left hand is there */
     ck_assert_int_eq(c.hands, 0);
     ck_assert(check_hands_good(&c));
@@ -248,7 +248,7 @@ START_TEST(says_when_it_does_not_know)
 
     ck_assert_int_eq(check_pose(&f.base, hand, 20, false, &c), LT_OK);
     ck_assert(!check_hands_good(&c));
-    ck_assert_ptr_null(c.slip);
+    ck_assert_ptr_null(c.slip.code);
 }
 END_TEST
 

@@ -102,15 +102,23 @@ static void meta(const char *path, bool evaluation, const lt_pwrite *change)
     check_ok(lt_pickle_write_dict(at(path), item, KEYS));
 }
 
-static void model(const char *name)
+/* Its mesh and its points, each in a unit of its own. */
+static void model_in(const char *name, float unit, float points_unit)
 {
-    float vertex[4][3] = { { 0, 0, 0 }, { .04f, 0, 0 }, { 0, .06f, 0 }, { 0, 0, .1f } };
+    const float u = unit, p = points_unit;
+    float vertex[4][3] = { { 0, 0, 0 }, { .04f * u, 0, 0 }, { 0, .06f * u, 0 }, { 0, 0, .1f * u } };
+    float point[4][3] = { { 0, 0, 0 }, { .04f * p, 0, 0 }, { 0, .06f * p, 0 }, { 0, 0, .1f * p } };
     int32_t face[4][3] = { { 0, 2, 1 }, { 0, 1, 3 }, { 0, 3, 2 }, { 1, 2, 3 } };
     const lt_mesh mesh = { .n_vertices = 4, .n_faces = 4, .vertex = vertex, .face = face };
 
     check_ok(lt_make_dirs(at(lt_arena_printf(arena, "models/%s", name))));
     check_ok(lt_obj_write(at(lt_arena_printf(arena, "models/%s/textured_simple.obj", name)), &mesh, NULL));
-    check_ok(lt_xyz_write(at(lt_arena_printf(arena, "models/%s/points.xyz", name)), (const float (*)[3])vertex, 4));
+    check_ok(lt_xyz_write(at(lt_arena_printf(arena, "models/%s/points.xyz", name)), (const float (*)[3])point, 4));
+}
+
+static void model(const char *name)
+{
+    model_in(name, 1, 1);
 }
 
 static void make_split(const char *split, bool jpg)
@@ -446,6 +454,25 @@ START_TEST(model_is_no_mesh)
 }
 END_TEST
 
+static const struct { float unit, points; const char *line; } sizes[] = {
+    { 1000, 1000, "%s: 117 m across, expected a thing that a hand can hold, in metres; it looks as if the model is in "
+      "millimetres, not metres" },
+    { 100, 100, "%s: 11.7 m across, expected a thing that a hand can hold, in metres; it looks as if the model is in "
+      "centimetres, not metres" },
+    { 0.001f, 0.001f, "%s: 0.000117 m across, expected a thing that a hand can hold, in metres; it looks as if the "
+      "model is 1000 times too small" },
+    { 0, 0, "%s: 0 m across, expected a thing that a hand can hold, in metres" },
+    { 1, 1000, "%s: 123 m across, and textured_simple.obj 0.117 m: one of them is in another unit than metres" },
+};
+
+START_TEST(model_in_another_unit)
+{
+    model_in("006_mustard_bottle", sizes[_i].unit, sizes[_i].points);
+    open_fails("train", lt_arena_printf(arena, sizes[_i].line, at(sizes[_i].points > sizes[_i].unit
+               ? "models/006_mustard_bottle/points.xyz" : "models/006_mustard_bottle/textured_simple.obj")));
+}
+END_TEST
+
 START_TEST(truth_broken)
 {
     const char *path = at("evaluation_xyz.json");
@@ -643,6 +670,7 @@ END_TEST
 /* An item of the annotation in place of the right one, and what is said of it. */
 static const float zeros[64], not_a_number[3] = { 0, NAN, 0 }, near_camera[3] = { 0, 0, 0.3f };
 static const float enormous[10] = { 0, 1e6f }, millimetres[63] = { 0, 0, -600 };
+static const float transposed[9] = { 600, 0, 0, 0, 610, 0, 320, 240, 1 };
 static const float skewed[9] = { 600, 2, 320, 0, 600, 240, 0, 0, 1 };
 static const struct {
     bool evaluation;
@@ -665,6 +693,8 @@ static const struct {
       ": camMat is [0 0 0; 0 0 0; 0 0 0], expected [fx 0 cx; 0 fy cy; 0 0 1]" },
     { false, "camMat", LT_PW_ARRAY, 3, 3, skewed, NULL,
       ": camMat is [600 2 320; 0 600 240; 0 0 1], expected [fx 0 cx; 0 fy cy; 0 0 1]" },
+    { false, "camMat", LT_PW_ARRAY, 3, 3, transposed, NULL,
+      ": camMat is [600 0 0; 0 610 0; 320 240 1], expected [fx 0 cx; 0 fy cy; 0 0 1]; it is transposed" },
     { false, "objRot", LT_PW_ARRAY, 3, 0, not_a_number, NULL, "objRot" },
     { false, "objTrans", LT_PW_STR, 0, 0, NULL, "far away", "objTrans" },
     { false, "objName", LT_PW_INT, 0, 0, NULL, NULL,
@@ -729,6 +759,26 @@ START_TEST(annotation_missing_key)
     unlink(at("train/ABF10/meta/0123.pkl"));
     read_fails("train", lt_arena_printf(arena, "%s: No such file or directory",
                                         at("train/ABF10/meta/0123.pkl")));
+}
+END_TEST
+
+/* H2O-3D's keys, of either split. */
+START_TEST(two_hands)
+{
+    lt_pwrite item[KEYS];
+
+    set_items(item, false);
+    item[4].key = "leftHandPose";
+    item[6].key = "leftHandTrans";
+    item[7].key = "leftHandJoints3D";
+    check_ok(lt_pickle_write_dict(at("train/ABF10/meta/0123.pkl"), item, KEYS));
+    open_fails("train", lt_arena_printf(arena, "%s: H2O-3D, whose frames have two hands (leftHandJoints3D), is not "
+                                        "read; HO3D v2 and v3 are", scratch_folder));
+    set_items(item, true);
+    item[7].key = "rightHandJoints3D";
+    check_ok(lt_pickle_write_dict(at("evaluation/ABF10/meta/0123.pkl"), item, KEYS));
+    open_fails("evaluation", lt_arena_printf(arena, "%s: H2O-3D, whose frames have two hands (rightHandJoints3D), is "
+                                             "not read; HO3D v2 and v3 are", scratch_folder));
 }
 END_TEST
 
@@ -797,6 +847,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, models_of_ones_own);
     tcase_add_test(c, model_is_no_mesh);
     tcase_add_test(c, model_incomplete);
+    tcase_add_loop_test(c, model_in_another_unit, 0, LT_COUNT(sizes));
     tcase_add_test(c, truth_broken);
     tcase_add_test(c, truth_cut_anywhere);
     tcase_add_test(c, images_missing_or_broken);
@@ -808,6 +859,7 @@ static void add_tests(TCase *c)
     tcase_add_loop_test(c, annotation_wrong, 0, LT_COUNT(wrong));
     tcase_add_test(c, annotation_of_other_shapes);
     tcase_add_test(c, annotation_missing_key);
+    tcase_add_test(c, two_hands);
     tcase_add_test(c, behind_the_camera);
     tcase_add_test(c, no_such_sample);
     tcase_add_test(c, without_memory);
