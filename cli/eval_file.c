@@ -7,6 +7,7 @@
 #include "eval/scorers/bop_score.h"
 #include "eval/scorers/dexycb_files.h"
 #include "eval/scorers/ho3d_files.h"
+#include "libtensor/base/printable.h"
 #include "libtensor/io/file.h"
 
 #include <stdio.h>
@@ -22,6 +23,13 @@ static lt_status is_synthetic(const eval_file_options *o, bool *out)
     return st;
 }
 
+/* Before the scores, which may be read by a program that stops at any line. */
+static void say(const eval_notes *notes)
+{
+    for (int i = 0; i < notes->n; i++)
+        lt_say(stderr, "%s", notes->note[i].text);
+}
+
 /* HO3D's own 14 lines, and as scores.txt in --out. */
 static lt_status score_ho3d(const eval_file_options *o, lt_arena *arena)
 {
@@ -29,11 +37,13 @@ static lt_status score_ho3d(const eval_file_options *o, lt_arena *arena)
     const char *verts = lt_path_join(arena, o->data, "evaluation_verts.json");
     const char *out = o->out ? lt_path_join(arena, o->out, "scores.txt") : NULL;
     double scores[HO3D_SCORES];
+    eval_notes notes = { 0 };
     bool synthetic = false;
     int64_t n;
     lt_status st = xyz && verts ? is_synthetic(o, &synthetic) : lt_error(LT_ENOMEM, "%s: no memory", o->pred);
 
-    st = st ? st : ho3d_score_files(o->pred, xyz, verts, scores, &n, o->progress, NULL);
+    st = st ? st : ho3d_score_files(o->pred, xyz, verts, scores, &n, &notes, o->progress, NULL);
+    say(&notes);
     if (st)
         return st;
     fprintf(stderr,
@@ -98,8 +108,6 @@ static lt_status score_dexycb(const eval_file_options *o, lt_arena *arena)
                       "poses (BOP) are scored", o->pred);
     if (!st)
         st = dataset_open(&part, &d);
-    if (!st && d->partial)
-        fprintf(stderr, "%s: %s\n", o->data, d->partial);
     if (!st)
         st = poses ? score_objects(o, d, arena) : score_hands(o, d);
     dataset_free(d);

@@ -2,32 +2,37 @@
 /* yajl pushes, the caller pulls: a block of text is parsed when all frames of the last one have been taken. */
 #include "data/ho3d/points.h"
 
+#include "data/ho3d/points_text.h"
+#include "libtensor/base/arena.h"
+#include "libtensor/geometry/hand/model.h"
 #include "libtensor/io/text/number.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <math.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <yajl/yajl_parse.h>
-#include <zip.h>
 
 enum { BLOCK = 1 << 15, POINT_TEXT = 8, LISTS = 2, WORD_MAX = 256 };        /* a point is at least "[0,0,0]," */
 
+/* yajl does not look at what its allocator returns, so it has memory that is there already: it gets whole words, no
+ * texts and a few levels of lists, for which it takes 5 KB. */
+typedef struct { max_align_t bytes[(1 << 14) / sizeof(max_align_t)]; size_t used; } pool;
+
 struct ho3d_points {
     char *path;
-    FILE *file;
-    zip_t *archive;
-    zip_file_t *entry;
+    points_text *text;
     yajl_handle parser;
+    pool pool;
     lt_status status;               /* sticky */
     bool at_end;                    /* of the text */
-    size_t word;                    /* bytes of a word that the last block ended in */
+    char block[BLOCK + 1];          /* n_tail bytes of it are the beginning of a word */
+    size_t n_tail;
 
     int points[LISTS], lists;
+    bool any;                       /* ho3d_points_any */
+    bool counted;                   /* points of the last list are those of its first frame */
     /* the parser's place */
     int depth, list, point, coordinate;
     int64_t frame;
@@ -38,6 +43,35 @@ struct ho3d_points {
     bool ended[LISTS];
     int reading;                    /* the caller's list */
 };
+
+/* ---- the parser's memory ---- */
+
+static void *pool_alloc(void *ctx, size_t n)
+{
+    pool *p = ctx;
+    void *out = (char *)p->bytes + p->used;
+
+    if (n > sizeof(p->bytes) - p->used)
+        return NULL;
+    p->used += (n + sizeof(max_align_t) - 1) / sizeof(max_align_t) * sizeof(max_align_t);
+    return out;
+}
+
+/* What lies behind the old block is copied too, and of no harm. */
+static void *pool_realloc(void *ctx, void *old, size_t n)
+{
+    char *out = pool_alloc(ctx, n);
+
+    if (out && old)
+        memmove(out, old, n);
+    return out;
+}
+
+static void pool_free(void *ctx, void *block)
+{
+    (void)ctx;
+    (void)block;
+}
 
 /* ---- the parser's side ---- */
 
@@ -54,6 +88,16 @@ static int level(const ho3d_points *p)
     return p->depth - (p->lists > 1);
 }
 
+static bool is_last(const ho3d_points *p)
+{
+    return p->list == p->lists - 1;
+}
+
+static int most_points(const ho3d_points *p)
+{
+    return p->any && is_last(p) && !p->counted ? HO3D_MOST_POINTS : p->points[p->list];
+}
+
 static int on_start_array(void *ctx)
 {
     ho3d_points *p = ctx;
@@ -61,158 +105,219 @@ static int on_start_array(void *ctx)
 
     p->depth++;
     if (at == 0)
-        return p->list < p->lists || refuse(p, "one more list", "the end");
+        return p->list < p->lists ||
+               refuse(p, "one more list", p->any ? "the end (H2O-3D's predictions have more, and are not read)"
+                                                 : "the end");
     if (at == 2)
-        return p->point < p->points[p->list] || refuse(p, "one more point", "the end of the frame");
+        return p->point < most_points(p) || refuse(p, "one more point", "the end of the frame");
     return at < 3 || refuse(p, "a list", "a number");
+}
+
+static int end_point(ho3d_points *p)
+{
+    if (p->coordinate != 3)
+        return refuse(p, "the end of the point", "three numbers");
+    p->coordinate = 0;
+    p->point++;
+    return 1;
+}
+
+static int end_frame(ho3d_points *p)
+{
+    char wanted[32];
+
+    if (p->any && is_last(p) && !p->counted) {
+        p->points[p->list] = p->point;
+        p->counted = true;
+    }
+    snprintf(wanted, sizeof(wanted), "%d points", p->points[p->list]);
+    if (p->point != p->points[p->list])
+        return refuse(p, "the end of the frame", wanted);
+    p->point = 0;
+    p->frame++;
+    p->ready[p->list]++;
+    return 1;
+}
+
+static void end_frames(ho3d_points *p)
+{
+    p->ended[p->list++] = true;
+    p->frame = 0;
 }
 
 static int on_end_array(void *ctx)
 {
     ho3d_points *p = ctx;
-    char wanted[32];
 
     p->depth--;
     switch (level(p)) {
-    case 2:
-        if (p->coordinate != 3)
-            return refuse(p, "the end of the point", "three numbers");
-        p->coordinate = 0;
-        p->point++;
-        return 1;
-    case 1:
-        if (p->point != p->points[p->list]) {
-            snprintf(wanted, sizeof(wanted), "%d points", p->points[p->list]);
-            return refuse(p, "the end of the frame", wanted);
-        }
-        p->point = 0;
-        p->frame++;
-        p->ready[p->list]++;
-        return 1;
-    case 0:
-        p->ended[p->list++] = true;
-        p->frame = 0;
-        return 1;
+    case 2: return end_point(p);
+    case 1: return end_frame(p);
+    case 0: end_frames(p); return 1;
     default:
+        while (p->any && p->list && p->list < p->lists)         /* joints alone */
+            end_frames(p);
         return p->list == p->lists || refuse(p, "the end", "a list of joints and one of vertices");
     }
 }
 
-static int on_number(void *ctx, const char *text, size_t n)
+/* The first number stands one list less deep: the file is the list of joints alone. */
+static void notice_joints_alone(ho3d_points *p)
 {
-    ho3d_points *p = ctx;
-    char copy[LT_NUMBER_TEXT + 32];
-    const char *end;
-    double x;
+    if (p->any && p->lists > 1 && level(p) == 2 && !p->list && !p->frame && !p->point && !p->coordinate) {
+        p->lists = 1;
+        p->ended[1] = true;
+        p->any = false;
+    }
+}
 
+static const char *place_name(const ho3d_points *p)
+{
+    const int n = p->points[p->list];
+
+    return n == LT_HAND_KEYPOINTS ? "joint" : n == LT_HAND_VERTICES ? "vertex" : "point";
+}
+
+static int take_number(ho3d_points *p, double x, const char *text)
+{
+    notice_joints_alone(p);
     if (level(p) != 3 || p->coordinate >= 3)
         return refuse(p, "a number", "none here");
-    if (n >= sizeof(copy))
-        return refuse(p, "a very long number", "a coordinate in metres");
-    memcpy(copy, text, n);
-    copy[n] = 0;
-    x = lt_strtod(copy, &end);
-    if (end == copy || !(fabs(x) < 1e4))
-        return refuse(p, copy, "a coordinate in metres");
+    if (!(fabs(x) < 1e4)) {
+        p->status = lt_error(LT_EFORMAT, "%s: frame %lld, %s %d, %c: found %s, expected a coordinate in metres",
+                             p->path, (long long)p->frame, place_name(p), p->point, "xyz"[p->coordinate], text);
+        return 0;
+    }
     p->x[p->n_x++] = (float)x;
     p->coordinate++;
     return 1;
 }
 
-static int on_null(void *ctx) { return refuse(ctx, "null", "numbers"); }
+static int on_number(void *ctx, const char *text, size_t n)
+{
+    char copy[WORD_MAX + 1];
+    const char *end;
+
+    if (n >= sizeof(copy))
+        return refuse(ctx, "a very long number", "a coordinate in metres");
+    memcpy(copy, text, n);
+    copy[n] = '\0';
+    return take_number(ctx, lt_strtod(copy, &end), copy);
+}
+
+static int on_null(void *ctx)
+{
+    ho3d_points *p = ctx;
+
+    if (!p->any || level(p) != 0 || p->list != 1)
+        return refuse(p, "null", "numbers");
+    end_frames(p);
+    return 1;
+}
+
 static int on_boolean(void *ctx, int b) { return refuse(ctx, b ? "true" : "false", "numbers"); }
 static int on_start_map(void *ctx) { return refuse(ctx, "an object", "a list"); }
 
-static int on_string(void *ctx, const unsigned char *s, size_t n)
-{
-    (void)s;
-    (void)n;
-    return refuse(ctx, "a text", "numbers");
-}
-
 static const yajl_callbacks callbacks = {
-    .yajl_null = on_null, .yajl_boolean = on_boolean, .yajl_number = on_number, .yajl_string = on_string,
-    .yajl_start_map = on_start_map, .yajl_start_array = on_start_array, .yajl_end_array = on_end_array,
+    .yajl_null = on_null, .yajl_boolean = on_boolean, .yajl_number = on_number, .yajl_start_map = on_start_map,
+    .yajl_start_array = on_start_array, .yajl_end_array = on_end_array,
 };
-
-/* What yajl made of the last bytes; its own complaint is cut to its first line. */
-static lt_status verdict(ho3d_points *p, yajl_status ys)
-{
-    unsigned char *text;
-
-    if (ys == yajl_status_ok || p->status)
-        return p->status;
-    text = yajl_get_error(p->parser, 0, NULL, 0);
-    p->status = lt_error(LT_EFORMAT, "%s: frame %lld: %.*s", p->path, (long long)p->frame,
-                         (int)strcspn(text ? (const char *)text : "", "\n"), text ? (const char *)text : "");
-    yajl_free_error(p->parser, text);
-    return p->status;
-}
 
 /* ---- text ---- */
 
-/* The next block; 0 at the end. Errors go to the status. */
-static size_t read_block(ho3d_points *p, unsigned char block[BLOCK])
+static bool is_separator(char c)
 {
-    zip_int64_t n;
-
-    if (!p->entry) {
-        const size_t got = fread(block, 1, BLOCK, p->file);
-        if (!got && ferror(p->file))
-            p->status = lt_error(lt_errno_status(errno), "%s: %s", p->path, strerror(errno));
-        return got;
-    }
-    n = zip_fread(p->entry, block, BLOCK);
-    if (n < 0)
-        p->status = lt_error(LT_EFORMAT, "%s: pred.json: %s", p->path, zip_file_strerror(p->entry));
-    return n > 0 ? (size_t)n : 0;
+    return c && strchr("[]{},: \t\r\n", c);
 }
 
-/* How many of n bytes may be parsed: what lies before a word that is longer than any number. yajl looks at a word that
- * goes on in the next block from its start again, with every block. */
-static size_t before_long_word(ho3d_points *p, const unsigned char *block, size_t n)
+/* The bytes up to the end of the last word that is followed by something. */
+static size_t whole_words(const char *text, size_t n)
 {
-    for (size_t i = 0; i < n; i++) {
-        p->word = block[i] && strchr("[], \t\r\n", block[i]) ? 0 : p->word + 1;
-        if (p->word > WORD_MAX)
-            return i > WORD_MAX ? i - WORD_MAX : 0;
-    }
+    while (n && !is_separator(text[n - 1]))
+        n--;
     return n;
+}
+
+/* The word that yajl stopped in, of n bytes that it was given. */
+static void word_of_error(const ho3d_points *p, size_t n, char word[WORD_MAX])
+{
+    const size_t consumed = yajl_get_bytes_consumed(p->parser);
+    size_t from = consumed ? consumed - 1 : 0, to = from;
+
+    while (to < n && !is_separator(p->block[to]))
+        to++;
+    from = whole_words(p->block, from);
+    snprintf(word, WORD_MAX, "%.*s", (int)(to - from), p->block + from);
+}
+
+/* Why yajl stopped, where no callback did. NaN and infinities are no JSON, though Python writes them so. */
+static lt_status verdict(ho3d_points *p, size_t n)
+{
+    const char *text;
+    char word[WORD_MAX];
+
+    if (p->status)
+        return p->status;
+    text = (const char *)yajl_get_error(p->parser, 0, NULL, 0);
+    word_of_error(p, n, word);
+    if (!strcmp(word, "NaN") || !strcmp(word, "Infinity") || !strcmp(word, "-Infinity"))
+        take_number(p, NAN, word);
+    else if (text && !strncmp(text, "lexical", 7))
+        refuse(p, word, "numbers");
+    else
+        p->status = lt_error(LT_EFORMAT, "%s: frame %lld, point %d: %.*s", p->path, (long long)p->frame, p->point,
+                             (int)strcspn(text ? text : "", "\n"), text ? text : "");
+    return p->status;
+}
+
+/* n bytes of the block. A text is refused before yajl has any of it, for it would keep the whole; a word that is longer
+ * than any number, too. */
+static lt_status parse(ho3d_points *p, size_t n)
+{
+    const char *quote = memchr(p->block, '"', n);
+    const size_t whole = whole_words(p->block, quote ? (size_t)(quote - p->block) : n);
+
+    if (yajl_parse(p->parser, (const unsigned char *)p->block, whole) != yajl_status_ok)
+        return verdict(p, whole);
+    p->n_tail = n - whole;
+    if (quote)
+        refuse(p, "a text", "numbers");
+    else if (p->n_tail > WORD_MAX)
+        refuse(p, "a very long word", "numbers");
+    memmove(p->block, p->block + whole, p->n_tail);
+    return p->status;
 }
 
 static lt_status parse_block(ho3d_points *p)
 {
-    unsigned char block[BLOCK];
-    size_t n, short_words;
+    size_t n;
 
     memmove(p->x, p->x + p->taken, (p->n_x - p->taken) * sizeof(*p->x));
     p->n_x -= p->taken;
     p->taken = 0;
-    n = read_block(p, block);
+    p->status = points_text_read(p->text, p->block + p->n_tail, BLOCK - p->n_tail, &n);
     if (p->status)
         return p->status;
-    short_words = before_long_word(p, block, n);
-    if (n && !verdict(p, yajl_parse(p->parser, block, short_words)) && short_words < n)
-        refuse(p, "a very long word", "numbers");
-    if (n)
-        return p->status;
-    p->at_end = true;
-    if (verdict(p, yajl_complete_parse(p->parser)))
-        return p->status;
-    return p->ended[p->lists - 1] ? LT_OK : (p->status = lt_error(LT_EFORMAT, "%s: ends early", p->path));
+    p->at_end = !n;
+    n += p->n_tail;
+    if (p->at_end)
+        p->block[n++] = ' ';                            /* ends the last word */
+    if (!parse(p, n) && p->at_end && (yajl_complete_parse(p->parser) != yajl_status_ok || !p->ended[p->lists - 1]))
+        p->status = lt_error(LT_EFORMAT, "%s: frame %lld: ends early", p->path, (long long)p->frame);
+    return p->status;
 }
 
 lt_status ho3d_points_next(ho3d_points *p, float *out, bool *more)
 {
     const int list = p->reading;
-    const size_t n = 3 * (size_t)p->points[list < p->lists ? list : 0];
+    size_t n;
 
     *more = false;
-    if (list == p->lists)
+    if (list == LISTS)
         return p->status;
     while (!p->status && !p->ready[list] && !p->ended[list])
         parse_block(p);
-    if (!p->status && !p->ready[list] && list == p->lists - 1)
+    if (!p->status && !p->ready[list] && list >= p->lists - 1)
         while (!p->status && !p->at_end)
             parse_block(p);
     if (p->status)
@@ -221,6 +326,7 @@ lt_status ho3d_points_next(ho3d_points *p, float *out, bool *more)
         p->reading++;
         return LT_OK;
     }
+    n = 3 * (size_t)p->points[list];
     memcpy(out, p->x + p->taken, n * sizeof(*out));
     p->taken += n;
     p->ready[list]--;
@@ -230,42 +336,17 @@ lt_status ho3d_points_next(ho3d_points *p, float *out, bool *more)
 
 /* ---- opening ---- */
 
-static lt_status open_archive(ho3d_points *p)
+static yajl_handle new_parser(ho3d_points *p)
 {
-    int why = 0;
+    yajl_alloc_funcs memory = { pool_alloc, pool_realloc, pool_free, &p->pool };
 
-    p->archive = zip_open(p->path, ZIP_RDONLY | ZIP_CHECKCONS, &why);
-    if (!p->archive)
-        return lt_error(LT_EFORMAT, "%s: no zip archive, or a damaged one (libzip's error %d)", p->path, why);
-    p->entry = zip_fopen(p->archive, "pred.json", 0);
-    return p->entry ? LT_OK
-                    : lt_error(LT_EFORMAT, "%s: %s; expected pred.json in it", p->path, zip_strerror(p->archive));
-}
-
-static lt_status open_text(ho3d_points *p)
-{
-    const int fd = open(p->path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    struct stat info;
-    char magic[2] = { 0 };
-
-    p->file = fd >= 0 ? fdopen(fd, "rb") : NULL;
-    if (!p->file || fstat(fd, &info) != 0) {
-        if (fd >= 0 && !p->file)
-            close(fd);
-        return lt_error(lt_errno_status(errno), "%s: %s", p->path, strerror(errno));
-    }
-    if (!S_ISREG(info.st_mode))
-        return lt_error(LT_EIO, "%s: not a regular file", p->path);
-    if (fread(magic, 1, 2, p->file) == 2 && magic[0] == 'P' && magic[1] == 'K')
-        return open_archive(p);
-    rewind(p->file);
-    return LT_OK;
+    return yajl_alloc(&callbacks, &memory, p);
 }
 
 lt_status ho3d_points_open(const char *path, const int *points, int lists, ho3d_points **out)
 {
-    ho3d_points *p = calloc(1, sizeof(*p));
-    size_t most = BLOCK / POINT_TEXT + 1;
+    ho3d_points *p = lt_alloc(sizeof(*p));
+    size_t most = BLOCK / POINT_TEXT + 1 + HO3D_MOST_POINTS;
     lt_status st;
 
     if (!p)
@@ -274,11 +355,13 @@ lt_status ho3d_points_open(const char *path, const int *points, int lists, ho3d_
         p->points[i] = points[i];
         most += (size_t)points[i];
     }
+    for (int i = lists; i < LISTS; i++)
+        p->ended[i] = true;
     p->lists = lists;
     p->path = strdup(path);
-    p->x = calloc(most, 3 * sizeof(*p->x));
-    p->parser = yajl_alloc(&callbacks, NULL, p);
-    st = p->path && p->x && p->parser ? open_text(p) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    p->x = lt_alloc(most * 3 * sizeof(*p->x));
+    p->parser = new_parser(p);
+    st = p->path && p->x && p->parser ? points_text_open(path, &p->text) : lt_error(LT_ENOMEM, "%s: no memory", path);
     if (st)
         ho3d_points_close(p);
     else
@@ -286,19 +369,29 @@ lt_status ho3d_points_open(const char *path, const int *points, int lists, ho3d_
     return st;
 }
 
+void ho3d_points_any(ho3d_points *p)
+{
+    p->any = true;
+}
+
+int ho3d_points_of(const ho3d_points *p, int list)
+{
+    return p->points[list];
+}
+
+const char *ho3d_points_note(const ho3d_points *p)
+{
+    return points_text_note(p->text);
+}
+
 void ho3d_points_close(ho3d_points *p)
 {
     if (!p)
         return;
-    if (p->entry)
-        zip_fclose(p->entry);
-    if (p->archive)
-        zip_discard(p->archive);
-    if (p->file)
-        fclose(p->file);
     if (p->parser)
         yajl_free(p->parser);
-    free(p->x);
+    points_text_close(p->text);
+    lt_release(p->x);
     free(p->path);
-    free(p);
+    lt_release(p);
 }

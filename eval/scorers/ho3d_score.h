@@ -60,6 +60,17 @@ void ho3d_scorer_free(ho3d_scorer *s);
 lt_status ho3d_scorer_add(ho3d_scorer *s, int64_t n, const float *p_xyz, const float *p_verts,
                           const float *g_xyz, const float *g_verts, ho3d_sample_errors *each);
 
+/**
+ * ho3d_scorer_add_mesh - the same of meshes with another number of points than MANO's
+ *
+ *   points           of p_verts (n, points, 3), of all samples of a scorer; 778 is ho3d_scorer_add, 0: joints alone
+ *
+ * As the script has it, the four mesh scores then are -1 (the means -100, for it has them in cm), and vertices are
+ * aligned for F by what aligns the joints, with a scale that is not divided by the prediction's own.
+ */
+lt_status ho3d_scorer_add_mesh(ho3d_scorer *s, int64_t n, const float *p_xyz, const float *p_verts, int points,
+                               const float *g_xyz, const float *g_verts);
+
 /* ho3d_scorer_scores - the scores so far; all NaN without samples */
 void ho3d_scorer_scores(const ho3d_scorer *s, double scores[HO3D_SCORES]);
 

@@ -492,8 +492,8 @@ START_TEST(truth_broken)
     open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, point 0: found null, expected numbers",
                                              path));
     text_file("evaluation_xyz.json", "[[[1, 1e9, 3]]]");
-    open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, point 0: found 1e9, expected a coordinate "
-                                             "in metres", path));
+    open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, joint 0, y: found 1e9, expected a "
+                                             "coordinate in metres", path));
     text_file("evaluation_xyz.json", "{\"xyz\": 1}");
     open_fails("evaluation", lt_arena_printf(arena, "%s: frame 0, point 0: found an object, expected a list",
                                              path));

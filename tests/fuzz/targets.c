@@ -328,22 +328,32 @@ static void run_hpe(lt_arena *arena, const uint8_t *bytes, size_t n)
 }
 
 /* Frames of two points and of one, in place of 21 and 778: few bytes make many. */
-static void run_points(lt_arena *arena, const uint8_t *bytes, size_t n)
+static void read_points(const char *path, bool any)
 {
     static const int points[2] = { 2, 1 };
-    const memory_file f = memory_file_of(bytes, n);
+    static float out[HO3D_MOST_POINTS][3];
     ho3d_points *file;
 
-    (void)arena;
-    if (ho3d_points_open(f.path, points, 2, &file) == LT_OK) {
-        for (int list = 0; list < 2; list++) {
-            float out[2][3];
-            bool more = true;
-            while (more && ho3d_points_next(file, &out[0][0], &more) == LT_OK)
-                sink = out[list ? 0 : 1][2];
-        }
-        ho3d_points_close(file);
+    if (ho3d_points_open(path, points, 2, &file) != LT_OK)
+        return;
+    if (any)
+        ho3d_points_any(file);
+    for (int list = 0; list < 2; list++) {
+        bool more = true;
+        while (more && ho3d_points_next(file, &out[0][0], &more) == LT_OK)
+            for (int i = 0; more && i < ho3d_points_of(file, list); i++)
+                sink = out[i][2];
     }
+    ho3d_points_close(file);
+}
+
+static void run_points(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+
+    (void)arena;
+    read_points(f.path, false);
+    read_points(f.path, true);
     close(f.fd);
 }
 
