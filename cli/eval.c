@@ -39,8 +39,8 @@ static const struct argp_option options[] = {
       "default eval in the run's folder", 0 },
     { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
       "pred.zip; DexYCB: .txt hand joints, .csv object poses, .json detections", 0 },
-    { "pred", PRED, "FILE", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: .txt "
-      "or .csv", 0 },
+    { "pred", PRED, "FILE", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: text "
+      "of hand joints (HPE) or BOP's csv", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "max-pa-mpjpe", MAX_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
@@ -217,7 +217,7 @@ static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const ch
     o.vertices = !a->submit;
     st = dataset_open(&o, out);
     if (st == LT_OK && (*out)->partial)
-        fprintf(stderr, "%s: %s\n", o.root, (*out)->partial);
+        lt_say(stderr, "%s: %s", o.root, (*out)->partial);
     if (st == LT_OK && (a->setup || a->filter) && !dataset_is_dexycb(*out))
         st = lt_error(LT_EUSAGE, "%s: is %s, and --setup and --filter choose among DexYCB's samples", o.root,
                       (*out)->kind);

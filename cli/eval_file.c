@@ -7,6 +7,7 @@
 #include "eval/scorers/bop_score.h"
 #include "eval/scorers/dexycb_files.h"
 #include "eval/scorers/ho3d_files.h"
+#include "eval/scorers/result_kind.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/io/file.h"
 
@@ -57,8 +58,10 @@ static lt_status score_ho3d(const eval_file_options *o, lt_arena *arena)
 static lt_status score_hands(const eval_file_options *o, const dataset *d)
 {
     double scores[DEXYCB_SCORES];
-    const lt_status st = dexycb_score_hpe(d, o->pred, scores);
+    eval_notes notes = { 0 };
+    const lt_status st = dexycb_score_hpe(d, o->pred, scores, &notes);
 
+    say(&notes);
     if (st)
         return st;
     fprintf(stderr, "Protocol: %s%s, split %s; %lld samples with a hand; pa: similarity per sample, reflections "
@@ -77,11 +80,13 @@ static void print_recall(const char *name, const bop_recall *r)
 static lt_status score_objects(const eval_file_options *o, const dataset *d, lt_arena *arena)
 {
     const char *models_info;
+    eval_notes notes = { 0 };
     bop_recalls r;
     lt_status st = dexycb_models_info(d, arena, &models_info);
 
     if (!st)
-        st = bop_score(d, o->pred, models_info, o->progress, NULL, &r);
+        st = bop_score(d, o->pred, models_info, &notes, o->progress, NULL, &r);
+    say(&notes);
     if (st)
         return st;
     fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, key frames; VSD delta 15 mm; %s%s\n",
@@ -94,20 +99,18 @@ static lt_status score_objects(const eval_file_options *o, const dataset *d, lt_
 }
 
 /* Object poses are asked for in every key frame, hand joints where a hand is annotated. */
-static lt_status score_dexycb(const eval_file_options *o, lt_arena *arena)
+static lt_status score_dexycb(const eval_file_options *o, bool poses, lt_arena *arena)
 {
-    const bool poses = lt_ends_with(o->pred, ".csv");
     dataset *d = NULL;
     cli_hand hand;
     lt_status st = cli_hand_open(o->hand, NULL, &hand);
     const dataset_options part = { .root = o->data, .split = o->split, .models = o->models, .setup = o->setup,
                                    .filter = poses ? "every" : "valid", .hand = hand.model, .left = hand.left };
 
-    if (!st && !poses && !lt_ends_with(o->pred, ".txt"))
-        st = lt_error(LT_EINVAL, "%s: which result file of DexYCB's? .txt of hand joints (HPE) and .csv of object "
-                      "poses (BOP) are scored", o->pred);
     if (!st)
         st = dataset_open(&part, &d);
+    if (!st && d->partial)
+        lt_say(stderr, "%s: %s", o->data, d->partial);
     if (!st)
         st = poses ? score_objects(o, d, arena) : score_hands(o, d);
     dataset_free(d);
@@ -119,10 +122,19 @@ lt_status eval_file(const eval_file_options *o)
 {
     lt_arena *arena = lt_arena_new();
     dataset_layout layout;
+    result_kind kind;
     lt_status st = arena ? dataset_find_layout(o->data, &layout) : lt_error(LT_ENOMEM, "%s: no memory", o->pred);
 
     if (!st)
-        st = layout == DATASET_HO3D ? score_ho3d(o, arena) : score_dexycb(o, arena);
+        st = result_kind_of(o->pred, &kind);
+    if (!st && kind == RESULT_COCO)
+        st = lt_error(LT_EINVAL, "%s: %s, which is not scored; DexYCB's text of hand joints (HPE) and csv of object "
+                      "poses (BOP) are", o->pred, result_kind_name(kind));
+    else if (!st && (kind == RESULT_HO3D) != (layout == DATASET_HO3D))
+        st = lt_error(LT_EINVAL, "%s: %s, and %s is a folder of %s", o->pred, result_kind_name(kind), o->data,
+                      layout == DATASET_HO3D ? "HO3D" : "DexYCB");
+    else if (!st)
+        st = layout == DATASET_HO3D ? score_ho3d(o, arena) : score_dexycb(o, kind == RESULT_BOP, arena);
     lt_arena_free(arena);
     return st;
 }

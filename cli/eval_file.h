@@ -11,7 +11,7 @@
 #include <stdint.h>
 
 typedef struct {
-    const char *pred;               /* HO3D: pred.json or pred.zip; DexYCB: .txt of hand joints, .csv of object poses */
+    const char *pred;               /* HO3D's pred.json or pred.zip; DexYCB's text of hand joints, BOP's csv */
     const char *data;               /* the folder of HO3D or DexYCB, which has the truth */
     const char *split, *setup;      /* DexYCB's */
     const char *models;             /* of the objects; NULL: where the dataset has them */
@@ -21,7 +21,9 @@ typedef struct {
 } eval_file_options;
 
 /**
- * eval_file - the scores on stdout, the protocol they were made by on stderr
+ * eval_file - the scores on stdout; on stderr notes on the file, and the protocol that they were made by
+ *
+ * What the file is, is seen by how it begins.
  *
  * HO3D has the 14 lines of its own scorer, DexYCB those of its toolkit.
  *

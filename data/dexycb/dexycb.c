@@ -34,6 +34,11 @@ dexycb_place dexycb_place_of(const dataset *base, int64_t index)
     return p;
 }
 
+int64_t dexycb_list_length(const dataset *base)
+{
+    return ((const dexycb *)base)->total;
+}
+
 /* ---- reading ---- */
 
 /* The model of an annotated object into *out, an index into the dataset's objects. */

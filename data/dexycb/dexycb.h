@@ -78,8 +78,10 @@ typedef struct {
     int grasped;
 } dexycb_place;
 
-/* dexycb_place_of - of sample index of d, which dexycb_open opened */
+/* dexycb_place_of - of sample index of d, which dexycb_open opened; dexycb_list_length - of the list that index counts
+ * in */
 dexycb_place dexycb_place_of(const dataset *d, int64_t index);
+int64_t dexycb_list_length(const dataset *d);
 
 /* x_cam = R x_model + t */
 typedef struct {

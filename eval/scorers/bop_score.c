@@ -3,6 +3,7 @@
 #include "eval/scorers/bop_score.h"
 
 #include "assets/ycb/symmetry.h"
+#include "data/slip.h"
 #include "eval/metrics/object_pose.h"
 #include "eval/metrics/vsd.h"
 #include "eval/scorers/bop_file.h"
@@ -11,9 +12,11 @@
 #include "libtensor/geometry/rotation.h"
 #include "vision/silhouette.h"
 
+#include <math.h>
 #include <stdio.h>
+#include <string.h>
 
-enum { STEPS = 10, BLOCK = 64 };
+enum { STEPS = 10, BLOCK = 64, LOOK = 256 };        /* LOOK: poses that slips are looked for in */
 
 static const double DELTA = 0.015;              /* metres */
 static const double WIDTH = 640;                /* of the image that MSPD's pixels are counted in */
@@ -55,9 +58,16 @@ typedef struct {
     lt_pose e, g;                 /* estimated, true */
 } target;
 
+static const double FAR = 1e4;                  /* metres, beyond which nothing is */
+
+static bool is_near(const double t[3])
+{
+    return fabs(t[0]) < FAR && fabs(t[1]) < FAR && fabs(t[2]) < FAR;
+}
+
 static bool is_rigid(const lt_pose *p)
 {
-    return lt_rot_is_near(p->R, 1e-2) && lt_pose_finite(p);
+    return lt_pose_finite(p) && lt_rot_is_near(p->R, 1e-2) && is_near(p->t);
 }
 
 static lt_status draw(const target *t, const lt_pose *p, lt_arena *arena, float **out)
@@ -131,6 +141,8 @@ static lt_status measure(target *t, const bop_estimate *estimate, lt_arena *aren
 typedef struct {
     int64_t index;                  /* of the sample */
     totals all, grasped;
+    slip_pose pose[DEXYCB_MAX_OBJECTS];         /* the estimates that are poses */
+    int n_poses;
     lt_status status;
     char line[1024];
 } frame;
@@ -141,7 +153,20 @@ typedef struct {
     bop_model model[YCB_COUNT + 1];
     bop_file file;
     frame *frame;
+    slip_pose *look;                /* (LOOK), n_look of them: the first that are scored */
+    int n_look;
 } job;
+
+static void keep_pose(const target *t, frame *f)
+{
+    slip_pose *p = &f->pose[f->n_poses++];
+
+    *p = (slip_pose){ .found = t->e, .wanted = t->g };
+    for (int i = 0; i < 8 * 3; i++)
+        p->corner[i / 3][i % 3] = (double)t->o->control[i / 3][i % 3];
+    if (t->o->ycb_id)
+        memcpy(p->centre, ycb_find(t->o->ycb_id)->centre, sizeof(p->centre));
+}
 
 static lt_status measure_frame(const job *j, frame *f, lt_arena *arena)
 {
@@ -152,14 +177,18 @@ static lt_status measure_frame(const job *j, frame *f, lt_arena *arena)
     for (int i = 0; !st && i < place.n_targets; i++) {
         const int id = place.target[i];
         target t = { .o = s.model[i], .model = &j->model[id], .scene = &s };
+        const bop_estimate *estimate;
         totals one;
         if (!s.pose[i].known)
             continue;
         if (j->models_info && !(t.model->diameter > 0))
             return lt_error(LT_EFORMAT, "%s: has no object %d, %s", j->models_info, id, t.o->name);
         t.g = lt_pose_of(s.pose[i].R, s.pose[i].t);
-        st = measure(&t, bop_file_find(&j->file, place.scene, place.image, id), arena, &one);
+        estimate = bop_file_find(&j->file, place.scene, place.image, id);
+        st = measure(&t, estimate, arena, &one);
         add(&f->all, &one);
+        if (estimate && is_rigid(&estimate->pose))
+            keep_pose(&t, f);
         if (i == place.grasped)
             add(&f->grasped, &one);
     }
@@ -188,6 +217,8 @@ static lt_status measure_block(job *j, int64_t n, totals *all, totals *grasped)
             return lt_error(j->frame[i].status, "%s", j->frame[i].line);
         add(all, &j->frame[i].all);
         add(grasped, &j->frame[i].grasped);
+        for (int k = 0; k < j->frame[i].n_poses && j->n_look < LOOK; k++)
+            j->look[j->n_look++] = j->frame[i].pose[k];
     }
     return LT_OK;
 }
@@ -209,7 +240,8 @@ static lt_status prepare(job *j, lt_arena *arena, const char *path)
     lt_status st;
 
     j->frame = arena ? lt_arena_array(arena, BLOCK, sizeof(*j->frame)) : NULL;
-    if (!j->frame)
+    j->look = arena ? lt_arena_array(arena, LOOK, sizeof(*j->look)) : NULL;
+    if (!j->frame || !j->look)
         return lt_error(LT_ENOMEM, "%s: no memory", path);
     st = bop_file_read(arena, path, &j->file);
     if (st)
@@ -217,8 +249,109 @@ static lt_status prepare(job *j, lt_arena *arena, const char *path)
     return j->models_info ? models_info_read(arena, j->models_info, j->model) : measure_models(j->d, arena, j->model);
 }
 
-lt_status bop_score(const dataset *d, const char *path, const char *models_info, bop_progress progress, void *ctx,
-                    bop_recalls *out)
+/* ---- what is to be said of the file ---- */
+
+static const bop_estimate *earlier(const bop_estimate *a, const bop_estimate *b)
+{
+    return !a || b->line < a->line ? b : a;
+}
+
+static void say_no_poses(const bop_file *file, const char *path, eval_notes *notes)
+{
+    const bop_estimate *first = NULL;
+    int64_t n = 0;
+
+    for (int64_t i = 0; i < file->n; i++)
+        if (!is_rigid(&file->estimate[i].pose)) {
+            first = earlier(first, &file->estimate[i]);
+            n++;
+        }
+    if (n)
+        eval_note(notes, "no-pose", "%s: %lld of %lld estimates are no pose and count as misses; the first, line %lld: "
+                  "%s", path, (long long)n, (long long)file->n, (long long)first->line,
+                  !is_near(first->pose.t) ? "t is not finite, or farther than 10 km" :
+                  !lt_all_finite(9, first->pose.R) ? "R has a number that is not finite" : "R is no rotation matrix");
+}
+
+/* What of an estimate's ids occurs in the split. */
+typedef struct { bool scene, image, keyframe, object; } known_ids;
+
+static void look_up(const dataset *d, const bop_estimate *e, known_ids *known, int *last_scene)
+{
+    *known = (known_ids){ 0 };
+    *last_scene = 0;
+    for (int64_t i = 0; i < d->count; i++) {
+        const dexycb_place p = dexycb_place_of(d, i);
+        *last_scene = p.scene > *last_scene ? p.scene : *last_scene;
+        if (p.scene != e->scene)
+            continue;
+        known->scene = true;
+        known->image |= p.image == e->image;
+        known->keyframe |= p.image == e->image && p.keyframe;
+        for (int k = 0; k < p.n_targets; k++)
+            known->object |= p.target[k] == e->object;
+    }
+}
+
+/* All estimates of a target, of which the best counts, are for something. */
+static void mark_targets(const dataset *d, const bop_file *file, bool *is_target)
+{
+    for (int64_t i = 0; i < d->count; i++) {
+        const dexycb_place p = dexycb_place_of(d, i);
+        for (int k = 0; p.keyframe && k < p.n_targets; k++) {
+            const bop_estimate *e = bop_file_find(file, p.scene, p.image, p.target[k]);
+            for (; e && e < file->estimate + file->n && e->scene == p.scene && e->image == p.image &&
+                   e->object == p.target[k]; e++)
+                is_target[e - file->estimate] = true;
+        }
+    }
+}
+
+static lt_status say_unknown(const dataset *d, const bop_file *file, const char *path, lt_arena *arena,
+                             eval_notes *notes)
+{
+    bool *is_target = lt_arena_array(arena, (size_t)file->n, sizeof(*is_target));
+    const bop_estimate *first = NULL;
+    known_ids known;
+    char why[96];
+    int64_t n = 0;
+    int last;
+
+    if (!is_target)
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    mark_targets(d, file, is_target);
+    for (int64_t i = 0; i < file->n; i++)
+        if (!is_target[i]) {
+            first = earlier(first, &file->estimate[i]);
+            n++;
+        }
+    if (!n)
+        return LT_OK;
+    look_up(d, first, &known, &last);
+    if (!known.scene)
+        snprintf(why, sizeof(why), "scene %d, and there are 0 to %d", first->scene, last);
+    else if (!known.image)
+        snprintf(why, sizeof(why), "scene %d has no image %d", first->scene, first->image);
+    else if (!known.keyframe)
+        snprintf(why, sizeof(why), "image %d of scene %d is no key frame", first->image, first->scene);
+    else
+        snprintf(why, sizeof(why), "scene %d has no object %d", first->scene, first->object);
+    eval_note(notes, "unknown-id", "%s: %lld of %lld estimates are for nothing that is scored in split %s; the first, "
+              "line %lld: %s", path, (long long)n, (long long)file->n, d->split, (long long)first->line, why);
+    return LT_OK;
+}
+
+static void look_for_slip(const job *j, const char *path, eval_notes *notes)
+{
+    slip s;
+
+    slip_in_poses(j->look, j->n_look, (slip_file){ 0 }, &s);
+    if (s.code)
+        eval_note(notes, s.code, "%s: it looks as if %s", path, s.text);
+}
+
+lt_status bop_score(const dataset *d, const char *path, const char *models_info, eval_notes *notes,
+                    bop_progress progress, void *ctx, bop_recalls *out)
 {
     lt_arena *arena = lt_arena_new();
     job j = { .d = d, .models_info = models_info };
@@ -236,6 +369,11 @@ lt_status bop_score(const dataset *d, const char *path, const char *models_info,
         if (!st && progress && !progress(ctx, i + 1, d->count))
             st = lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld samples", path, (long long)i + 1,
                           (long long)d->count);
+    }
+    if (!st && notes) {
+        say_no_poses(&j.file, path, notes);
+        st = say_unknown(d, &j.file, path, arena, notes);
+        look_for_slip(&j, path, notes);
     }
     if (!st)
         *out = (bop_recalls){ recall_of(&all), recall_of(&grasped) };

@@ -10,6 +10,7 @@
 #define EVAL_SCORERS_BOP_SCORE_H
 
 #include "data/dexycb/dexycb.h"
+#include "eval/scorers/notes.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -34,16 +35,18 @@ typedef bool (*bop_progress)(void *ctx, int64_t done, int64_t total);
  *   d            a split, with the filter every; its models and depth images are read
  *   models_info  BOP's file of the models' diameters and symmetries, or NULL: the diameter is the largest distance
  *                of two vertices, symmetries are those of ycb_symmetries
+ *   notes        estimates that are no poses or for nothing that is scored, by their lines, and the slip that the file
+ *                looks like; may be NULL
  *   progress     may be NULL
  *
  * Every annotated object is a target, however little of it is seen. Of several estimates of a target the one with the
  * best score counts; one that is not a rigid pose never hits. The same on any number of threads.
  *
- * Errors: another header, a line that is no estimate (with its number), a frame that cannot be read, models_info_read's
+ * Errors: those of bop_file_read, a frame that cannot be read, models_info_read's
  * and a target that models_info lacks, LT_ESTOPPED.
  */
-lt_status bop_score(const dataset *d, const char *path, const char *models_info, bop_progress progress, void *ctx,
-                    bop_recalls *out);
+lt_status bop_score(const dataset *d, const char *path, const char *models_info, eval_notes *notes,
+                    bop_progress progress, void *ctx, bop_recalls *out);
 
 #ifdef __cplusplus
 }

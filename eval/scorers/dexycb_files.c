@@ -2,6 +2,7 @@
 #include "eval/scorers/dexycb_files.h"
 
 #include "data/mirror.h"
+#include "data/slip.h"
 #include "eval/scorers/hpe_file.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
@@ -153,13 +154,78 @@ void dexycb_results_abort(dexycb_results *f)
 
 /* ---- scoring an HPE file ---- */
 
-static lt_status score_lines(const dataset *d, const char *path, const hpe_file *file, dexycb_scorer *scorer)
+enum { LOOK = 256 };                /* hands of a side that slips are looked for in */
+
+/* Estimated and true joints of some hands, as they are on disk: right, left. */
+typedef struct { float found[2][LOOK][J][3], wanted[2][LOOK][J][3]; int n[2]; } looked_at;
+
+static void keep(looked_at *k, bool left, const float (*found)[3], const float (*wanted)[3])
 {
+    const int i = k->n[left];
+
+    if (i == LOOK)
+        return;
+    memcpy(k->found[left][i], found, sizeof(k->found[left][i]));
+    memcpy(k->wanted[left][i], wanted, sizeof(k->wanted[left][i]));
+    k->n[left]++;
+}
+
+static slip slip_of_side(const looked_at *k, bool left)
+{
+    const slip_points p = { .what = "the joints", .file.millimetres = true, .n = k->n[left], .points = J, .skip = -1,
+                            .found = k->found[left][0][0], .wanted = k->wanted[left][0][0], .places = true };
+    slip out;
+
+    slip_in_points(&p, &out);
+    return out;
+}
+
+/* Left hands may have a slip of their own: they were not mirrored back. */
+static void look_for_slips(const char *path, const looked_at *k, eval_notes *notes)
+{
+    const slip right = slip_of_side(k, false), left = slip_of_side(k, true);
+    const bool same = !k->n[0] || !k->n[1] || !strcmp(right.text, left.text);
+    const slip *one = k->n[0] ? &right : &left;
+
+    if (same && one->code)
+        eval_note(notes, one->code, "%s: it looks as if %s", path, one->text);
+    if (!same && right.code)
+        eval_note(notes, right.code, "%s: right hands: it looks as if %s", path, right.text);
+    if (!same && left.code)
+        eval_note(notes, left.code, "%s: left hands: it looks as if %s", path, left.text);
+}
+
+static void count_unknown(const dataset *d, const char *path, const hpe_file *file, eval_notes *notes)
+{
+    const int64_t length = dexycb_list_length(d);
+    const hpe_line *first = NULL;
+    int64_t n = 0;
+
+    for (int64_t i = 0; i < file->n; i++) {
+        const hpe_line *line = &file->line[i];
+        if (line->index < length)
+            continue;
+        n++;
+        if (!first || line->number < first->number)
+            first = line;
+    }
+    if (n)
+        eval_note(notes, "unknown-id", "%s: %lld of %lld lines are for no sample of split %s; the first, line %lld: "
+                  "sample %lld, and there are %lld", path, (long long)n, (long long)file->n, d->split,
+                  (long long)first->number, (long long)first->index, (long long)length);
+}
+
+static lt_status score_lines(const dataset *d, const char *path, const hpe_file *file, looked_at *k,
+                             dexycb_scorer *scorer)
+{
+    const int64_t step = (d->count + LOOK - 1) / LOOK;
+
     for (int64_t i = 0; i < d->count; i++) {
         const int64_t index = dexycb_place_of(d, i).index;
         const hpe_line *found = hpe_file_find(file, index);
         lt_arena *arena = lt_arena_new();
         dataset_sample s;
+        bool left;
         lt_status st = arena ? dataset_annotation(d, i, arena, &s) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
         lt_arena_free(arena);
@@ -168,25 +234,31 @@ static lt_status score_lines(const dataset *d, const char *path, const hpe_file 
                           dataset_name(d, i));
         if (st)
             return st;
-        if (s.flags & SAMPLE_MIRRORED)
-            for (int j = 0; j < J; j++)
-                mirror_point(s.joints[j]);
+        left = s.flags & SAMPLE_MIRRORED;
+        for (int j = 0; left && j < J; j++)
+            mirror_point(s.joints[j]);
         dexycb_scorer_add(scorer, 1, found->joints[0], s.joints[0], NULL);
+        if (i % step == 0)
+            keep(k, left, (const float (*)[3])found->joints, (const float (*)[3])s.joints);
     }
     return LT_OK;
 }
 
-lt_status dexycb_score_hpe(const dataset *d, const char *path, double scores[DEXYCB_SCORES])
+lt_status dexycb_score_hpe(const dataset *d, const char *path, double scores[DEXYCB_SCORES], eval_notes *notes)
 {
     lt_arena *arena = lt_arena_new();
+    looked_at *k = arena ? lt_arena_alloc(arena, sizeof(*k)) : NULL;
     dexycb_scorer *scorer = dexycb_scorer_new();
     hpe_file file;
-    lt_status st = arena && scorer ? hpe_file_read(arena, path, &file) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    lt_status st = k && scorer ? hpe_file_read(arena, path, &file) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
     if (!st)
-        st = score_lines(d, path, &file, scorer);
-    if (!st)
+        st = score_lines(d, path, &file, k, scorer);
+    if (!st) {
+        count_unknown(d, path, &file, notes);
+        look_for_slips(path, k, notes);
         dexycb_scorer_scores(scorer, scores);
+    }
     dexycb_scorer_free(scorer);
     lt_arena_free(arena);
     return st;

@@ -10,6 +10,7 @@
 
 #include "data/dexycb/dexycb.h"
 #include "eval/scorers/dexycb_score.h"
+#include "eval/scorers/notes.h"
 #include "libtensor/geometry/pose.h"
 
 #ifdef __cplusplus
@@ -54,11 +55,11 @@ void dexycb_results_abort(dexycb_results *f);           /* NULL is fine */
  *
  *   d        the split, with the filter valid: each of its samples has to be in the file; more may be
  *   scores   DEXYCB_SCORES of them
+ *   notes    lines for no sample of the split, and the slip that the file looks like; may be NULL
  *
- * Errors: a line that is not an index and 63 numbers (with its number), a sample that is missing, a label that cannot
- * be read.
+ * Errors: those of hpe_file_read, a sample that is missing, a label that cannot be read.
  */
-lt_status dexycb_score_hpe(const dataset *d, const char *path, double scores[DEXYCB_SCORES]);
+lt_status dexycb_score_hpe(const dataset *d, const char *path, double scores[DEXYCB_SCORES], eval_notes *notes);
 
 #ifdef __cplusplus
 }

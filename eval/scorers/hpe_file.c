@@ -2,6 +2,7 @@
 #include "eval/scorers/hpe_file.h"
 
 #include "eval/scorers/results_file.h"
+#include "libtensor/io/text/lines.h"
 #include "libtensor/io/text/number.h"
 
 #include <math.h>
@@ -18,6 +19,15 @@ static int by_index(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
+/* A coordinate in mm, which is below 10 km. */
+static lt_status check_coordinate(const char *path, int64_t line, int k, double x)
+{
+    if (fabs(x) < 1e7)
+        return LT_OK;
+    return lt_error(LT_EFORMAT, "%s:%lld: joint %d, %c is %g, expected millimetres", path, (long long)line, k / 3,
+                    "xyz"[k % 3], x);
+}
+
 /* An index and 63 numbers, in mm. */
 static lt_status parse_line(const char *path, int64_t number, const char *text, void *row)
 {
@@ -29,14 +39,19 @@ static lt_status parse_line(const char *path, int64_t number, const char *text, 
     if (end == text || x != floor(x) || !(x >= 0 && x < 1e15))
         return lt_error(LT_EFORMAT, "%s:%lld: expected the index of a sample first", path, (long long)number);
     out->index = (int64_t)x;
-    for (; *end == ',' && n < 3 * J; n++) {
+    out->number = number;
+    for (end = lt_skip_blanks(end); *end == ',' && n < 3 * J; n++) {
         const char *from = end + 1;
+        lt_status st;
         x = lt_strtod(from, &end);
-        if (end == from || !isfinite(x))
+        if (end == from)
             break;
+        st = check_coordinate(path, number, n, x);
+        if (st)
+            return st;
         out->joints[n / 3][n % 3] = (float)(x / 1000);
+        end = lt_skip_blanks(end);
     }
-    end += strspn(end, " \r");
     if (n != 3 * J || *end)
         return lt_error(LT_EFORMAT, "%s:%lld: %d numbers after the index, expected %d, all finite", path,
                         (long long)number, n, 3 * J);

@@ -12,13 +12,18 @@
 extern "C" {
 #endif
 
-typedef struct { int64_t index; float joints[LT_HAND_KEYPOINTS][3]; } hpe_line;         /* metres */
+typedef struct {
+    int64_t index;                  /* of the sample */
+    float joints[LT_HAND_KEYPOINTS][3];     /* metres */
+    int64_t number;                 /* of the line in the file, from 1 */
+} hpe_line;
 
 /* By index */
 typedef struct { hpe_line *line; int64_t n; } hpe_file;
 
-/* hpe_file_read - all lines, in arena. Errors: a line that is not an index and 63 numbers, with its number; two of one
- * sample. */
+/* hpe_file_read - all lines, in arena, with blanks wherever the toolkit allows them. Errors: a line that is not an
+ * index and 63 numbers, with its number; a coordinate that is not finite or beyond 10 km, with joint and axis; two
+ * of one sample. */
 lt_status hpe_file_read(lt_arena *arena, const char *path, hpe_file *out);
 
 /* hpe_file_find - a line of that sample, or NULL */

@@ -2,28 +2,52 @@
 #include "eval/scorers/results_file.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/text/lines.h"
 
+#include <ctype.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define MOST_BYTES ((size_t)2 << 30)
 
-/* The lines of text into rows. */
-static lt_status parse(const char *path, char *text, const results_format *f, char *rows, int64_t *n)
+/* Whether a line is the header, however it is spaced. */
+static bool is_header(const char *line, const char *header)
 {
-    int64_t number = 0;
+    for (; *header; header++, line++) {
+        line = lt_skip_blanks(line);
+        if (tolower((unsigned char)*line) != tolower((unsigned char)*header))
+            return false;
+    }
+    return true;
+}
+
+/* The lines of text into rows. */
+static lt_status parse(const char *path, char *text, size_t size, const results_format *f, char *rows, int64_t *n)
+{
+    lt_text_lines lines = lt_lines_of(text, size);
+    bool begun = false;
+    const char *line;
 
     *n = 0;
-    for (char *line; (line = strsep(&text, "\n")) != NULL; ) {
+    while ((line = lt_next_line(&lines)) != NULL) {
         lt_status st;
-        number++;
-        if (!*line || (number == 1 && f->header))
+        line = lt_skip_blanks(line);
+        if (!*line)
             continue;
-        st = f->parse(path, number, line, rows + (size_t)*n * f->row_size);
+        if (f->header && !begun && isalpha((unsigned char)*line)) {
+            if (!is_header(line, f->header))
+                break;
+            begun = true;
+            continue;
+        }
+        begun = true;
+        st = f->parse(path, (int64_t)lines.number, line, rows + (size_t)*n * f->row_size);
         if (st)
             return st;
         ++*n;
     }
+    if (f->header && !begun)
+        return lt_error(LT_EFORMAT, "%s: expected \"%s\" first, or lines of these", path, f->header);
     return LT_OK;
 }
 
@@ -37,13 +61,11 @@ lt_status results_file_read(lt_arena *arena, const char *path, const results_for
         return st;
     if (memchr(bytes, 0, size))
         return lt_error(LT_EFORMAT, "%s: found a NUL byte, expected text", path);
-    if (f->header && strncmp((char *)bytes, f->header, strlen(f->header)))
-        return lt_error(LT_EFORMAT, "%s: expected \"%s\" first", path, f->header);
     lines = size / f->shortest + 1;
     *rows = lt_arena_array(arena, lines, f->row_size);
     if (!*rows)
         return lt_error(LT_ENOMEM, "%s: no memory for %zu lines", path, lines);
-    st = parse(path, (char *)bytes, f, *rows, n);
+    st = parse(path, (char *)bytes, size, f, *rows, n);
     if (st)
         return st;
     qsort(*rows, (size_t)*n, f->row_size, f->order);

@@ -12,7 +12,7 @@ extern "C" {
 #endif
 
 typedef struct {
-    const char *header;                 /* what the first line begins with; NULL: it is a result already */
+    const char *header;                 /* what the first line may begin with, if not with a result; NULL: none */
     size_t shortest;                    /* bytes of the shortest line that is a result */
     size_t row_size;                    /* bytes of a row in memory */
     lt_status (*parse)(const char *path, int64_t line, const char *text, void *row);
@@ -20,7 +20,7 @@ typedef struct {
 } results_format;
 
 /*
- * results_file_read - all lines of a file but the empty ones, in order
+ * results_file_read - all lines of a file but the blank ones, in order
  *
  *   rows, n     n rows of f->row_size bytes, in arena
  *

@@ -594,20 +594,20 @@ START_TEST(hpe_file)
     ck_assert_int_eq(sscanf(strstr(text, "\n6,") + 3, "%lf", &x), 1);
     ck_assert_double_eq_tol(x, 1000 * l.joints[0][0], 1e-3);        /* sample 6 is a left hand */
     ck_assert_ptr_null(strstr(text, "\n12,"));                     /* and 12 to 17 have none */
-    check_ok(dexycb_score_hpe(d, at("hpe.txt"), scores));
+    check_ok(dexycb_score_hpe(d, at("hpe.txt"), scores, NULL));
     for (int i = 0; i < DEXYCB_SCORES; i++)
         ck_assert_double_eq_tol(scores[i], i % 2, i % 2 ? 0.01 : 1e-3);     /* no distance is 0 but by chance */
     text_file("bad.txt", "0,1,2,3\n");
-    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
+    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores, NULL), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "bad.txt:1: 3 numbers after the index, expected 63, all finite"));
     text_file("bad.txt", "x\n");
-    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
+    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores, NULL), LT_EFORMAT);
     *strchr(text, '\n') = 0;
     check_ok(lt_write_file(at("bad.txt"), text, strlen(text) + 1));
-    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
+    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores, NULL), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "bad.txt: found a NUL byte, expected text"));
     text_file("bad.txt", text);
-    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores), LT_EFORMAT);
+    ck_assert_int_eq(dexycb_score_hpe(d, at("bad.txt"), scores, NULL), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "has no line for sample 1, "));
     dataset_free(d);
 }
@@ -652,7 +652,7 @@ static bop_recalls recalls(const dataset *d, const char *name)
 {
     bop_recalls r;
 
-    check_ok(bop_score(d, at(name), NULL, NULL, NULL, &r));
+    check_ok(bop_score(d, at(name), NULL, NULL, NULL, NULL, &r));
     return r;
 }
 
@@ -671,7 +671,7 @@ static void refuse(const dataset *d, const char *text, const char *why)
     bop_recalls r;
 
     text_file("bad.csv", text);
-    ck_assert_int_eq(bop_score(d, at("bad.csv"), NULL, NULL, NULL, &r), LT_EFORMAT);
+    ck_assert_int_eq(bop_score(d, at("bad.csv"), NULL, NULL, NULL, NULL, &r), LT_EFORMAT);
     ck_assert_msg(strstr(lt_last_error(), why) != NULL, "%s", lt_last_error());
 }
 
@@ -830,7 +830,7 @@ START_TEST(bop_models_info)
     text_file("models/bop/models_info.json", lt_arena_printf(arena, info, 117));
     check_ok(dexycb_models_info(d, arena, &path));
     ck_assert_str_eq(path, at("models/bop/models_info.json"));
-    check_ok(bop_score(d, at("turned.csv"), path, NULL, NULL, &r));
+    check_ok(bop_score(d, at("turned.csv"), path, NULL, NULL, NULL, &r));
     ck_assert(r.grasped.mssd == 1 && r.grasped.mspd == 1);
     ck_assert_double_lt(r.grasped.vsd, 1);
 
@@ -840,11 +840,11 @@ START_TEST(bop_models_info)
     ck_assert_str_eq(path, at("bop/s0/models_eval/models_info.json"));
     put_bottles("off.csv", false, 0.04f);
     ck_assert_double_lt(recall(d, "off.csv").mssd, 0.5);
-    check_ok(bop_score(d, at("off.csv"), path, NULL, NULL, &r));
+    check_ok(bop_score(d, at("off.csv"), path, NULL, NULL, NULL, &r));
     ck_assert_double_eq(r.grasped.mssd, 1);
 
     text_file("bop/s0/models_eval/models_info.json", "{\"2\": {\"diameter\": 269}}");
-    ck_assert_int_eq(bop_score(d, at("off.csv"), path, NULL, NULL, &r), LT_EFORMAT);
+    ck_assert_int_eq(bop_score(d, at("off.csv"), path, NULL, NULL, NULL, &r), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "models_info.json: has no object 5, 006_mustard_bottle"));
     dataset_free(d);
 }
@@ -860,11 +860,11 @@ START_TEST(bop_bad_table)
     small_tree();
     put_boxes("all.csv", 0);
     d = open_small(DEXYCB_EVERY);
-    ck_assert_int_eq(bop_score(d, at("all.csv"), NULL, NULL, NULL, &r), LT_EIO);
+    ck_assert_int_eq(bop_score(d, at("all.csv"), NULL, NULL, NULL, NULL, &r), LT_EIO);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "the object is 003_cracker_box, which is not in "));
     l.object[0][0][0] = 7;
     write_label(frame(0, "labels", 0, "npz"), &l);
-    ck_assert_int_eq(bop_score(d, at("all.csv"), NULL, NULL, NULL, &r), LT_EFORMAT);
+    ck_assert_int_eq(bop_score(d, at("all.csv"), NULL, NULL, NULL, NULL, &r), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "labels_000000.npz: pose_y: object 0: expected a rotation"));
     dataset_free(d);
 }
