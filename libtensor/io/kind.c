@@ -2,9 +2,11 @@
 /* First bytes of files that people have, and what each is called. */
 #include "libtensor/io/kind.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
 
 static const struct { const char *name, *hint; } kinds[LT_KINDS] = {
     [LT_KIND_UNKNOWN] = { "unknown", NULL },
@@ -20,8 +22,11 @@ static const struct { const char *name, *hint; } kinds[LT_KINDS] = {
     [LT_KIND_RAR] = { "a rar archive", "unpack it first" },
     [LT_KIND_TAR] = { "a tar archive", "unpack it first" },
     [LT_KIND_PICKLE] = { "a pickle of Python", NULL },
+    [LT_KIND_TORCH_ZIP] = { "a checkpoint of PyTorch", NULL },
+    [LT_KIND_TORCH_STREAM] = { "a checkpoint of PyTorch", NULL },
     [LT_KIND_SAFETENSORS] = { "a safetensors file", NULL },
     [LT_KIND_NPY] = { "a .npy array", NULL },
+    [LT_KIND_NPZ] = { "an .npz archive", NULL },
     [LT_KIND_HDF5] = { "an HDF5 file", "save what is in it with numpy.savez" },
     [LT_KIND_MATLAB] = { "a MATLAB file", "save what is in it with numpy.savez" },
     [LT_KIND_PNG] = { "a PNG image", NULL },
@@ -93,6 +98,29 @@ static bool is_safetensors(const uint8_t *bytes, size_t n)
            (bytes[9] == '"' || bytes[9] == '}' || bytes[9] == ' ' || bytes[9] == '\n');
 }
 
+/* What an archive begins with tells whose it is: PyTorch's with NAME/data.pkl, NumPy's with NAME.npy. */
+static lt_kind zip_kind(const uint8_t *bytes, size_t n)
+{
+    static const char torch[] = "/data.pkl", npz[] = ".npy";
+    const size_t length = n >= 30 ? bytes[26] | (size_t)bytes[27] << 8 : 0;
+    const uint8_t *end = bytes + 30 + length;
+
+    if (length == 0 || length > n - 30)
+        return LT_KIND_ZIP;
+    if (length >= sizeof(torch) - 1 && memcmp(end - (sizeof(torch) - 1), torch, sizeof(torch) - 1) == 0)
+        return LT_KIND_TORCH_ZIP;
+    return length >= sizeof(npz) - 1 && memcmp(end - (sizeof(npz) - 1), npz, sizeof(npz) - 1) == 0 ? LT_KIND_NPZ
+                                                                                                    : LT_KIND_ZIP;
+}
+
+/* A stream of PyTorch's begins with a pickled number: LONG1 of 10 bytes behind the protocol. */
+static bool is_torch_stream(const uint8_t *bytes, size_t n)
+{
+    static const uint8_t number[] = "\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.";
+
+    return n >= 15 && bytes[0] == 0x80 && memcmp(bytes + 2, number, 13) == 0;
+}
+
 static bool is_pickle(const uint8_t *bytes, size_t n)
 {
     return n >= 2 && bytes[0] == 0x80 && bytes[1] >= 2 && bytes[1] <= 5;
@@ -126,12 +154,14 @@ lt_kind lt_kind_of(const uint8_t *bytes, size_t n)
         return LT_KIND_EMPTY;
     for (size_t i = 0; i < LT_COUNT(marks); i++)
         if (n >= marks[i].at + marks[i].n && memcmp(bytes + marks[i].at, marks[i].bytes, marks[i].n) == 0)
-            return marks[i].kind;
+            return marks[i].kind == LT_KIND_ZIP ? zip_kind(bytes, n) : marks[i].kind;
     kind = media_kind(bytes, n);
     if (kind)
         return kind;
     if (is_safetensors(bytes, n))
         return LT_KIND_SAFETENSORS;
+    if (is_torch_stream(bytes, n))
+        return LT_KIND_TORCH_STREAM;
     if (is_pickle(bytes, n))
         return LT_KIND_PICKLE;
     return is_bmp(bytes, n) ? LT_KIND_BMP : text_kind(bytes, n);
@@ -149,8 +179,9 @@ const char *lt_kind_hint(lt_kind kind)
 
 lt_kind lt_kind_of_file(const char *path)
 {
+    struct stat info;
     uint8_t bytes[512];
-    FILE *f = fopen(path, "rb");
+    FILE *f = stat(path, &info) == 0 && S_ISREG(info.st_mode) ? fopen(path, "rb") : NULL;
     size_t n;
     bool read;
 
@@ -162,13 +193,41 @@ lt_kind lt_kind_of_file(const char *path)
     return read ? lt_kind_of(bytes, n) : LT_KIND_UNKNOWN;
 }
 
-lt_status lt_refuse(const char *name, const uint8_t *bytes, size_t n, const char *want)
+lt_status lt_refuse_kind(const char *name, lt_kind kind, const char *want)
 {
-    const lt_kind kind = lt_kind_of(bytes, n);
     const char *hint = lt_kind_hint(kind);
 
     if (!kind)
         return lt_error(LT_EFORMAT, "%s: not %s", name, want);
     return lt_error(LT_EFORMAT, "%s: %s, want %s%s%s", name, lt_kind_name(kind), want, hint ? "; " : "",
                     hint ? hint : "");
+}
+
+lt_status lt_refuse(const char *name, const uint8_t *bytes, size_t n, const char *want)
+{
+    return lt_refuse_kind(name, lt_kind_of(bytes, n), want);
+}
+
+lt_status lt_refuse_cut(const char *name, lt_kind kind, const char *fmt, ...)
+{
+    char reason[256];
+    va_list args;
+
+    va_start(args, fmt);
+    vsnprintf(reason, sizeof(reason), fmt, args);
+    va_end(args);
+    return lt_error(LT_EFORMAT, "%s: %s that is cut short: %s; copy or download it again", name, lt_kind_name(kind),
+                    reason);
+}
+
+lt_status lt_refuse_other(const char *name, const uint8_t *bytes, size_t n, lt_kind own, const char *want)
+{
+    const lt_kind kind = lt_kind_of(bytes, n);
+
+    return kind && kind != LT_KIND_EMPTY && kind != own ? lt_refuse(name, bytes, n, want) : LT_OK;
+}
+
+bool lt_kind_is_zip(lt_kind kind)
+{
+    return kind == LT_KIND_ZIP || kind == LT_KIND_NPZ || kind == LT_KIND_TORCH_ZIP;
 }

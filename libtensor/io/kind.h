@@ -16,7 +16,8 @@ typedef enum {
     LT_KIND_UNKNOWN,
     LT_KIND_EMPTY, LT_KIND_LFS, LT_KIND_HTML,           /* where a download put no file */
     LT_KIND_ZIP, LT_KIND_GZIP, LT_KIND_XZ, LT_KIND_BZIP2, LT_KIND_ZSTD, LT_KIND_7Z, LT_KIND_RAR, LT_KIND_TAR,
-    LT_KIND_PICKLE, LT_KIND_SAFETENSORS, LT_KIND_NPY, LT_KIND_HDF5, LT_KIND_MATLAB,
+    LT_KIND_PICKLE, LT_KIND_TORCH_ZIP, LT_KIND_TORCH_STREAM, LT_KIND_SAFETENSORS, LT_KIND_NPY, LT_KIND_NPZ,
+    LT_KIND_HDF5, LT_KIND_MATLAB,
     LT_KIND_PNG, LT_KIND_JPEG, LT_KIND_HEIC, LT_KIND_AVIF, LT_KIND_WEBP, LT_KIND_TIFF, LT_KIND_GIF, LT_KIND_BMP,
     LT_KIND_MP4, LT_KIND_MATROSKA, LT_KIND_AVI,
     LT_KIND_PLY, LT_KIND_GLB, LT_KIND_PDF, LT_KIND_JSON,
@@ -31,7 +32,8 @@ LT_API lt_kind lt_kind_of(const uint8_t *bytes, size_t n);
 LT_API const char *lt_kind_name(lt_kind kind);
 LT_API const char *lt_kind_hint(lt_kind kind);
 
-/* lt_kind_of_file - of a file's first bytes; LT_KIND_UNKNOWN, and no error, where it cannot be read */
+/* lt_kind_of_file - of a file's first bytes; LT_KIND_UNKNOWN, and no error, where it cannot be read or is no regular
+ * file, which is not opened */
 LT_API lt_kind lt_kind_of_file(const char *path);
 
 /**
@@ -43,6 +45,18 @@ LT_API lt_kind lt_kind_of_file(const char *path);
  * "x.jpg: a HEIC image, want a PNG or JPEG; set the camera to Most Compatible, or convert it to JPEG"
  */
 LT_API lt_status lt_refuse(const char *name, const uint8_t *bytes, size_t n, const char *want);
+
+/* lt_refuse_kind - the same where the kind is known */
+LT_API lt_status lt_refuse_kind(const char *name, lt_kind kind, const char *want);
+
+/* lt_refuse_cut - the refusal of a file that is of the right kind and ends early: LT_EFORMAT, and "x.npy: a .npy array
+ * that is cut short: " with the reason that fmt gives, and what to do. lt_refuse_other - LT_OK, but lt_refuse where the
+ * bytes are of a kind, and not of this one nor empty: for readers of text, which has no first bytes of its own */
+LT_API lt_status lt_refuse_cut(const char *name, lt_kind kind, const char *fmt, ...) LT_PRINTF(3, 4);
+LT_API lt_status lt_refuse_other(const char *name, const uint8_t *bytes, size_t n, lt_kind own, const char *want);
+
+/* lt_kind_is_zip - an archive, whatever it holds */
+LT_API bool lt_kind_is_zip(lt_kind kind);
 
 #ifdef __cplusplus
 }

@@ -441,15 +441,20 @@ END_TEST
 /* What stands in a model's place where the real file was not fetched is text too, and has no triangles. */
 START_TEST(model_is_no_mesh)
 {
-    static const char *const texts[] = {
-        "", "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 1234\n", "<!DOCTYPE html>\n",
+    static const struct {
+        const char *text, *reason;
+    } cases[] = {
+        { "", "0 vertices and 0 triangles, expected a mesh; is it a git-lfs pointer or a failed download?" },
+        { "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 1234\n",
+          "a git-lfs pointer in the place of a file, want a mesh in OBJ; \"git lfs pull\" fetches it" },
+        { "<!DOCTYPE html>\n",
+          "an HTML page in the place of a file, want a mesh in OBJ; download it again, or with a browser" },
     };
     const char *path = "models/006_mustard_bottle/textured_simple.obj";
 
-    for (size_t i = 0; i < LT_COUNT(texts); i++) {
-        text_file(path, texts[i]);
-        open_fails("train", lt_arena_printf(arena, "%s: 0 vertices and 0 triangles, expected a mesh; is it a git-lfs "
-                                            "pointer or a failed download?", at(path)));
+    for (size_t i = 0; i < LT_COUNT(cases); i++) {
+        text_file(path, cases[i].text);
+        open_fails("train", lt_arena_printf(arena, "%s: %s", at(path), cases[i].reason));
     }
 }
 END_TEST

@@ -451,7 +451,7 @@ START_TEST(bad_wire)
         { "\x3a\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01", 11, "a length that passes the end" },
         { "\x09\x00", 2, "a number is cut off" },
         { "\x38\x00", 2, "field 7 is of kind 0, want 2" },
-        { "PK\3\4", 4, "offset" },
+        { "PK\3\4", 4, "a zip archive, want an ONNX file" },
     };
 
     for (size_t i = 0; i < LT_COUNT(cases); i++)

@@ -80,7 +80,8 @@ START_TEST(refused)
         size_t n;
         const char *reason;
     } cases[] = {
-        RAW("", "not a PLY file"), RAW("plx\n", "not a PLY file"), RAW("ply\n", "does not end"),
+        RAW("", "an empty file, want a PLY file"), RAW("\x89PNG\r\n\x1a\n", "a PNG image, want a PLY file"),
+        RAW("plx\n", "not a PLY file"), RAW("ply\n", "does not end"),
         RAW("ply\nend_header\n", "without format"), RAW("ply\nformat ascii 2.0\n", "a format other than"),
         RAW("ply\nfoo\n", "neither format, element"), RAW("ply\nelement v\n", "want \"element NAME COUNT\""),
         RAW(PLY("element v -1\n"), "want \"element NAME COUNT\""), RAW(PLY("element v 1x\n"), "more rows"),

@@ -121,20 +121,20 @@ static zip_t *open_memory(const uint8_t *bytes, size_t n, zip_error_t *error)
 
 lt_status lt_zip_open(lt_arena *arena, const char *path, const uint8_t *bytes, size_t n, lt_zip *out)
 {
+    const lt_kind kind = lt_kind_of(bytes, n);
     lt_zip z = { .path = path };
     zip_error_t error;
     zip_int64_t count;
     lt_status st;
 
-    if (lt_kind_of(bytes, n) != LT_KIND_ZIP)            /* nothing is to libzip an archive without entries */
+    if (!lt_kind_is_zip(kind))                          /* nothing is to libzip an archive without entries */
         return lt_refuse(path, bytes, n, "a zip archive");
     zip_error_init(&error);
     z.archive = open_memory(bytes, n, &error);
     if (!z.archive) {
-        const bool cut = zip_error_code_zip(&error) == ZIP_ER_NOZIP;        /* its list stands at the end */
-
-        st = lt_error(LT_EFORMAT, "%s: %s: %s", path, cut ? "a zip archive that is cut short; copy or download it again"
-                                                          : "a damaged zip archive", zip_error_strerror(&error));
+        st = zip_error_code_zip(&error) == ZIP_ER_NOZIP
+            ? lt_refuse_cut(path, kind, "no list of what it holds at the end of its %zu bytes", n)
+            : lt_error(LT_EFORMAT, "%s: a damaged zip archive: %s", path, zip_error_strerror(&error));
         zip_error_fini(&error);
         return st;
     }
@@ -155,27 +155,47 @@ lt_status lt_zip_open(lt_arena *arena, const char *path, const uint8_t *bytes, s
     return st;
 }
 
-lt_status lt_zip_unpack(lt_zip *z, size_t i, uint8_t *out)
+/* How much follows, unpacked and forgotten, though not far beyond what is wanted; -1 where it cannot be unpacked, or
+ * the checksum at its end is wrong. */
+static zip_int64_t skip(zip_file_t *f, size_t want)
+{
+    uint8_t block[1 << 14];
+    zip_int64_t got = 1, all = 0;
+
+    while (got > 0 && (size_t)all <= want) {
+        got = zip_fread(f, block, sizeof(block));
+        all += got;
+    }
+    return got < 0 ? got : all;
+}
+
+lt_status lt_zip_look(lt_zip *z, size_t i, uint8_t *out, size_t n)
 {
     const lt_zip_entry *e = &z->entry[i];
+    const size_t kept = n < e->bytes ? n : e->bytes;
     zip_file_t *f = zip_fopen_index(z->archive, i, 0);
-    zip_int64_t got;
-    uint8_t past;
+    zip_int64_t got, rest;
     lt_status st = LT_OK;
 
     if (!f)
         return lt_error(LT_EFORMAT, "%s: \"%s\": %s", z->path, e->name, zip_strerror(z->archive));
-    got = zip_fread(f, out, e->bytes);
-    if (got < 0)
+    got = zip_fread(f, out, kept);
+    rest = got == (zip_int64_t)kept ? skip(f, e->bytes - kept) : 0;
+    if (got < 0 || (rest < 0 && kept < e->bytes))
         st = lt_error(LT_EFORMAT, "%s: \"%s\": %s", z->path, e->name, zip_file_strerror(f));
-    else if ((size_t)got != e->bytes)
+    else if (rest >= 0 && (size_t)(got + rest) < e->bytes)
         st = lt_error(LT_EFORMAT, "%s: \"%s\" unpacks to %zu bytes, want %zu", z->path, e->name,
-                      (size_t)got, e->bytes);
-    else if (zip_fread(f, &past, 1) != 0)       /* the checksum is compared on reaching the end */
+                      (size_t)(got + rest), e->bytes);
+    else if (rest < 0 || (size_t)(got + rest) > e->bytes)
         st = lt_error(LT_EFORMAT, "%s: \"%s\": wrong checksum or more data than declared", z->path,
                       e->name);
     zip_fclose(f);
     return st;
+}
+
+lt_status lt_zip_unpack(lt_zip *z, size_t i, uint8_t *out)
+{
+    return lt_zip_look(z, i, out, z->entry[i].bytes);
 }
 
 void lt_zip_close(lt_zip *z)

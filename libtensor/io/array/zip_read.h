@@ -26,6 +26,9 @@ lt_status lt_zip_open(lt_arena *arena, const char *path, const uint8_t *bytes, s
 /* lt_zip_unpack - entry i, all of it, into out (entry[i].bytes of room); verifies its checksum */
 lt_status lt_zip_unpack(lt_zip *z, size_t i, uint8_t *out);
 
+/* lt_zip_look - the same, but of what it unpacks only the first n bytes stay, or all where it has fewer */
+lt_status lt_zip_look(lt_zip *z, size_t i, uint8_t *out, size_t n);
+
 void lt_zip_close(lt_zip *z);
 
 #endif

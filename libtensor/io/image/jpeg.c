@@ -7,6 +7,7 @@
 
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/image/write.h"
+#include "libtensor/io/kind.h"
 
 #include <setjmp.h>
 #include <stdio.h>
@@ -18,7 +19,7 @@
 
 /* A progressive file may repeat scans for ever, each in a few bytes. Real ones have 6 to 20; small pictures may have
  * more of them, up to so many pixels in all scans. */
-enum { SCANS_MAX = 500, SCANS_OF_ANY = 24, SCANNED_MAX = 1 << 28, PIXELS_PER_BYTE = 512 };
+enum { SCANS_MAX = 500, SCANS_OF_ANY = 24, SCANNED_MAX = 1 << 28, PIXELS_PER_BYTE = 512, PADDING_MAX = 64 };
 
 /* The first member of each is what libjpeg hands back to us. */
 typedef struct {
@@ -137,12 +138,22 @@ static void read_rows(decoder *d)
     }
 }
 
+/* In its last marker, with a few bytes of padding perhaps: what is bad in one that does not was never all of it. */
+static bool ends_whole(const uint8_t *bytes, size_t n)
+{
+    for (size_t i = n; i-- > 1 && n - i < PADDING_MAX;)
+        if (bytes[i - 1] == 0xff && bytes[i] == JPEG_EOI)
+            return true;
+    return false;
+}
+
 static lt_status run_decoder(decoder *d, const uint8_t *bytes)
 {
     lt_status st;
 
     if (setjmp(d->error.jump))
-        return lt_error(LT_EFORMAT, "%s: bad JPEG: %s", d->name, d->error.message);
+        return ends_whole(bytes, d->n) ? lt_error(LT_EFORMAT, "%s: bad JPEG: %s", d->name, d->error.message)
+                                       : lt_refuse_cut(d->name, LT_KIND_JPEG, "ends after %zu bytes", d->n);
     jpeg_create_decompress(&d->jpeg);
     d->progress.progress_monitor = on_progress;
     d->jpeg.progress = &d->progress;

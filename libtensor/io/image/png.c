@@ -7,6 +7,7 @@
 
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/image/write.h"
+#include "libtensor/io/kind.h"
 
 #include <png.h>
 #include <setjmp.h>
@@ -23,6 +24,7 @@ typedef struct {
     const char *name;
     const uint8_t *bytes;
     size_t n, at;                   /* the input, and where we are in it */
+    bool cut;                       /* more was wanted than it has */
     lt_image img;
     lt_status status;
     char message[128];
@@ -46,7 +48,8 @@ static void read_bytes(png_structp png, png_bytep out, size_t n)
 {
     decoder *d = png_get_io_ptr(png);
 
-    if (n > d->n - d->at)
+    d->cut = n > d->n - d->at;
+    if (d->cut)
         png_error(png, "ends early");
     memcpy(out, d->bytes + d->at, n);
     d->at += n;
@@ -105,7 +108,8 @@ static lt_status read_rows(decoder *d)
 static lt_status run_decoder(decoder *d)
 {
     if (setjmp(png_jmpbuf(d->png)))
-        return lt_error(LT_EFORMAT, "%s: bad PNG: %s", d->name, d->message);
+        return d->cut ? lt_refuse_cut(d->name, LT_KIND_PNG, "ends after %zu bytes", d->n)
+                      : lt_error(LT_EFORMAT, "%s: bad PNG: %s", d->name, d->message);
     png_set_user_limits(d->png, LT_IMAGE_MAX_SIDE, LT_IMAGE_MAX_SIDE);
     png_set_chunk_cache_max(d->png, CHUNKS_MAX);
     png_set_chunk_malloc_max(d->png, CHUNK_BYTES_MAX);

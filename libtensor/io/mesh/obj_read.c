@@ -6,6 +6,7 @@
 #include "libtensor/io/mesh/obj.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/mesh/obj_texture.h"
 #include "libtensor/io/text/lines.h"
 
@@ -348,8 +349,10 @@ static lt_status parse(lt_arena *scratch, obj *o, char *text, size_t n)
 static lt_status read_obj(lt_arena *arena, const char *path, const lt_file *file, lt_mesh *out, const char **texture)
 {
     obj o = { .path = path };
-    lt_status st;
+    lt_status st = lt_refuse_other(path, file->bytes, file->n, LT_KIND_UNKNOWN, "a mesh in OBJ");
 
+    if (st)
+        return st;
     if (memchr(file->bytes, '\0', file->n))
         return lt_error(LT_EFORMAT, "%s: a zero byte: no text file", path);
     st = parse(file->memory, &o, (char *)file->bytes, file->n);

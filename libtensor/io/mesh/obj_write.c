@@ -6,6 +6,7 @@
 
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/text/lines.h"
 #include "libtensor/io/text/number.h"
 
@@ -152,6 +153,8 @@ lt_status lt_xyz_read(lt_arena *arena, const char *path, float (**points)[3], si
     lt_file file;
     lt_status st = lt_file_load(&file, path, LT_FILE_MAX);
 
+    if (!st)
+        st = lt_refuse_other(path, file.bytes, file.n, LT_KIND_UNKNOWN, "points, three numbers a line");
     if (!st && memchr(file.bytes, '\0', file.n))
         st = lt_error(LT_EFORMAT, "%s: a zero byte: no text file", path);
     if (!st)

@@ -2,6 +2,7 @@
 /*
  * PLY: the lines up to end_header.
  */
+#include "libtensor/io/kind.h"
 #include "libtensor/io/mesh/ply_internal.h"
 
 #include <stdlib.h>
@@ -177,7 +178,7 @@ lt_status lt_ply_header(lt_arena *arena, const char *name, const uint8_t *bytes,
         return lt_error(LT_ENOMEM, "%s: no memory", name);
     st = next_line(&r);
     if (st || r.words != 1 || strcmp(r.word[0], "ply") != 0)
-        return lt_error(LT_EFORMAT, "%s: not a PLY file", name);
+        return lt_refuse(name, bytes, n, "a PLY file");
     for (st = next_line(&r); !st && !is(&r, 0, "end_header"); st = st ? st : next_line(&r))
         st = take_line(&r);
     if (!st && !out->ply.format)

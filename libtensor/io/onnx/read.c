@@ -5,6 +5,7 @@
  * functions call each other.
  */
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/onnx/fields.h"
 #include "libtensor/io/onnx/reader.h"
 
@@ -323,6 +324,9 @@ lt_status lt_onnx_parse(lt_arena *arena, const char *name, const uint8_t *bytes,
     pb_field f;
     lt_status st;
 
+    st = lt_refuse_other(name, bytes, n, LT_KIND_UNKNOWN, "an ONNX file");
+    if (st)
+        return st;
     if (n > INT32_MAX)
         return lt_error(LT_EFORMAT, "%s: %zu bytes, but an ONNX file holds at most %d", name, n, INT32_MAX);
     if (!m.path)

@@ -7,6 +7,7 @@
 #include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/text/number.h"
 #include "libtensor/io/text/utf8.h"
 
@@ -211,6 +212,9 @@ lt_status lt_json_parse(const char *name, const char *text, size_t n, cJSON **ou
     if (text == end)
         return lt_error(LT_EFORMAT, "%s: empty, want JSON", name);
     n = (size_t)(end - text);
+    st = lt_refuse_other(name, (const uint8_t *)text, n, LT_KIND_JSON, "JSON");
+    if (st)
+        return st;
     st = check_limits(name, text, end, &words);
     if (st)
         return st;

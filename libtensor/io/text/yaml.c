@@ -3,6 +3,7 @@
 #include "libtensor/io/text/yaml.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/text/number.h"
 
 #include <math.h>
@@ -223,12 +224,15 @@ lt_status lt_yaml_parse(lt_arena *arena, const char *name, const uint8_t *bytes,
     builder b = { .arena = arena, .path = name };
     yaml_parser_t parser;
     yaml_event_t event;
-    lt_status st = LT_OK;
+    lt_status st;
     size_t head;
     int tag_line;
 
     if (n > LT_YAML_MAX)
         return lt_error(LT_EFORMAT, "%s: %zu bytes, at most %zu are read", name, n, LT_YAML_MAX);
+    st = lt_refuse_other(name, bytes, n, LT_KIND_JSON, "YAML");         /* which JSON is too */
+    if (st)
+        return st;
     tag_line = find_tag_line(bytes, n);
     if (tag_line)
         return lt_error(LT_EFORMAT, "%s:%d: found a %%TAG line, which is not read", name, tag_line);

@@ -7,6 +7,7 @@
  *
  * Source: pytorch torch/serialization.py (legacy_load within _legacy_load).
  */
+#include "libtensor/io/kind.h"
 #include "libtensor/io/torch/internal.h"
 
 #include <stdlib.h>
@@ -64,7 +65,7 @@ static lt_status find_members(tar *a)
         const uint8_t *head = t->bytes + pos;
 
         if (!octal(head + 124, &size) || size > t->n - pos - BLOCK)
-            return lt_error(LT_EFORMAT, "%s: offset %zu: tar member with a size beyond the file", t->path, pos);
+            return lt_refuse_cut(t->path, LT_KIND_TAR, "the member at %zu has a size beyond the file", pos);
         for (size_t i = 0; i < LT_COUNT(wanted); i++)
             if (strncmp((const char *)head, wanted[i].name, 100) == 0)
                 *wanted[i].file = (member){ .bytes = head + BLOCK, .n = size };
@@ -72,6 +73,8 @@ static lt_status find_members(tar *a)
         pos += lt_min_i64((int64_t)(t->n - pos), (int64_t)((BLOCK - size % BLOCK) % BLOCK));
     }
     for (size_t i = 0; i < LT_COUNT(wanted); i++) {
+        if (!wanted[i].file->bytes && t->n - pos < BLOCK)
+            return lt_refuse_cut(t->path, LT_KIND_TAR, "without \"%s\", and without its end", wanted[i].name);
         if (!wanted[i].file->bytes)
             return lt_error(LT_EFORMAT, "%s: a tar archive without \"%s\": no checkpoint of PyTorch", t->path,
                             wanted[i].name);

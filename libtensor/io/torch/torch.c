@@ -8,20 +8,15 @@
 #include "libtensor/io/kind.h"
 #include "libtensor/io/torch/internal.h"
 
-#include <string.h>
-
 lt_torch_container lt_torch_sniff(const uint8_t *bytes, size_t n)
 {
-    /* behind PROTO and its number: LONG1 of 10 bytes, 0x1950a86a20f9469cfc6c, and STOP */
-    static const uint8_t magic[13] = "\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.";
+    const lt_kind kind = lt_kind_of(bytes, n);
 
-    if (n >= 4 && memcmp(bytes, "PK\3\4", 4) == 0)
+    if (lt_kind_is_zip(kind))
         return LT_TORCH_ZIP;
-    if (n >= 15 && bytes[0] == 0x80 && memcmp(bytes + 2, magic, sizeof(magic)) == 0)
+    if (kind == LT_KIND_TORCH_STREAM)
         return LT_TORCH_STREAM;
-    if (n >= 512 && memcmp(bytes + 257, "ustar", 5) == 0)
-        return LT_TORCH_TAR;
-    return LT_TORCH_NONE;
+    return kind == LT_KIND_TAR ? LT_TORCH_TAR : LT_TORCH_NONE;
 }
 
 static lt_status read_container(lt_torch *t, lt_torch_container container, const lt_pvalue **value)
