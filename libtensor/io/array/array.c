@@ -41,6 +41,14 @@ lt_array lt_array_make(lt_elem type, int rank, const int64_t *shape, const void 
     return a;
 }
 
+const lt_refused_array *lt_refused_find(const lt_refused_array *list, size_t n, const char *name)
+{
+    for (size_t i = 0; i < n; i++)
+        if (strcmp(list[i].name, name) == 0)
+            return &list[i];
+    return NULL;
+}
+
 size_t lt_array_count(const lt_array *a)
 {
     size_t n = 1;

@@ -39,6 +39,17 @@ typedef struct {
     lt_array array;
 } lt_named_array;
 
+/* One that is in a file and whole, but not read, as its elements are of a type that nothing here has a use for; the
+ * rest of the file is none the worse for it. */
+typedef struct {
+    const char *name, *reason;
+    const uint8_t *pickle;                  /* of a .npy of Python's objects: n bytes, a pickle; else NULL */
+    size_t n;
+} lt_refused_array;
+
+/* lt_refused_find - why the array of that name was not read, or NULL */
+LT_API const lt_refused_array *lt_refused_find(const lt_refused_array *list, size_t n, const char *name);
+
 /* lt_elem_size - bytes of one element; lt_elem_name - "f4", "bf16", "bool", "text" */
 LT_API size_t lt_elem_size(lt_elem type);
 LT_API const char *lt_elem_name(lt_elem type);

@@ -184,41 +184,78 @@ static bool find_header(const uint8_t *bytes, size_t n, cursor *c, size_t *data_
     return true;
 }
 
-lt_status lt_npy_parse_entry(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
-                             lt_array *out, const char **refused)
+/* What begins as a .npy file and goes on as none, or does not even begin so. */
+static lt_status refuse(const char *name, const uint8_t *bytes, size_t n)
 {
-    lt_raw_array raw = { .rank = 0 };
-    size_t start, want;
+    if (lt_kind_of(bytes, n) != LT_KIND_NPY)
+        return lt_refuse(name, bytes, n, "a .npy array");
+    if (n >= 12 && (bytes[6] < 1 || bytes[6] > 3))
+        return lt_error(LT_EFORMAT, "%s: a .npy array of version %d, want 1 to 3", name, bytes[6]);
+    return lt_refuse_cut(name, LT_KIND_NPY, "in its header");
+}
+
+/* The header in the first n bytes of a file of `all`: how the elements lie, and where they begin. */
+static lt_status take_head(const char *name, const uint8_t *bytes, size_t n, size_t all, lt_raw_array *raw,
+                           size_t *start, const char **refused)
+{
     const char *wrong;
-    lt_status st;
+    size_t want;
     cursor c;
 
     *refused = NULL;
-    if (!find_header(bytes, n, &c, &start))
-        return lt_kind_of(bytes, n) == LT_KIND_NPY ? lt_error(LT_EFORMAT, "%s: a .npy array that is cut in its header", name)
-                                                   : lt_refuse(name, bytes, n, "a .npy array");
-    wrong = parse_header(&c, &raw, refused);
+    if (!find_header(bytes, n, &c, start))
+        return refuse(name, bytes, n);
+    wrong = parse_header(&c, raw, refused);
     if (wrong)
         return lt_error(LT_EFORMAT, "%s: offset %zu: %s", name,
                         (size_t)(c.p - (const char *)bytes), wrong);
     if (*refused)
         return LT_OK;
-    if (!lt_raw_bytes(&raw, &want))
+    if (!lt_raw_bytes(raw, &want))
         return lt_error(LT_EFORMAT, "%s: shape of more than %zu bytes", name, LT_FILE_MAX);
-    if (want > n - start)
-        return lt_error(LT_EFORMAT, "%s: ends early, header promises %zu bytes of data, found %zu",
-                        name, want, n - start);
+    if (want > all - *start)
+        return lt_refuse_cut(name, LT_KIND_NPY, "ends early, header promises %zu bytes of data, found %zu", want,
+                             all - *start);
+    return LT_OK;
+}
+
+lt_status lt_npy_describe(const char *name, const uint8_t *bytes, size_t n, size_t all, lt_array *out,
+                          const char **refused)
+{
+    lt_raw_array raw = { .rank = 0 };
+    size_t start;
+    const lt_status st = take_head(name, bytes, n, all, &raw, &start, refused);
+
+    if (!st && !*refused)
+        *out = lt_array_make(raw.type, raw.rank, raw.shape, NULL);
+    return st;
+}
+
+lt_status lt_npy_parse_entry(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
+                             lt_array *out, lt_refused_array *refused)
+{
+    lt_raw_array raw = { .rank = 0 };
+    size_t start = 0;
+    lt_status st = take_head(name, bytes, n, n, &raw, &start, &refused->reason);
+
+    if (st)
+        return st;
+    if (refused->reason) {
+        refused->pickle = raw.objects ? bytes + start : NULL;
+        refused->n = raw.objects ? n - start : 0;
+        return LT_OK;
+    }
     st = lt_raw_load(arena, &raw, bytes + start, out);
     return st ? lt_error_prefix(st, "%s", name) : LT_OK;
 }
 
 lt_status lt_npy_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_array *out)
 {
-    const char *refused;
+    lt_refused_array refused;
     lt_status st = lt_npy_parse_entry(arena, name, bytes, n, out, &refused);
 
-    if (!st && refused)
-        return lt_error(LT_EFORMAT, "%s: %s", name, refused);
+    if (!st && refused.reason)
+        return lt_error(LT_EFORMAT, "%s: %s", name, refused.reason);
     return st;
 }
 

@@ -7,10 +7,16 @@
 
 #include "libtensor/io/array/array.h"
 
-/* lt_npy_parse_entry - lt_npy_parse; elements that we do not read are LT_OK with *refused set (a
- * constant text) and out untouched, otherwise *refused is NULL */
+/* lt_npy_parse_entry - lt_npy_parse; elements that we do not read are LT_OK with refused->reason set and out untouched,
+ * otherwise that is NULL. Of Python's objects refused->pickle is where in bytes their pickle begins. */
 lt_status lt_npy_parse_entry(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
-                             lt_array *out, const char **refused);
+                             lt_array *out, lt_refused_array *refused);
+
+/* lt_npy_describe - type and shape alone, data NULL, out of the first n bytes of `all`; LT_NPY_READ_MAX are enough */
+lt_status lt_npy_describe(const char *name, const uint8_t *bytes, size_t n, size_t all, lt_array *out,
+                          const char **refused);
+
+enum { LT_NPY_READ_MAX = (1 << 16) + 12 };
 
 enum { LT_NPY_HEADER_MAX = 512 };
 

@@ -7,6 +7,7 @@
 #include "libtensor/io/array/npy_entry.h"
 #include "libtensor/io/array/zip_read.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 
 #include <string.h>
 
@@ -19,35 +20,62 @@ static void strip_suffix(char *name)
         name[n - 4] = '\0';
 }
 
-static lt_status read_entry(lt_arena *arena, lt_zip *z, size_t i, lt_npz *out)
+/* The pickle of an array of objects, out of memory that goes; others that are refused have none. */
+static bool keep_pickle(lt_arena *arena, lt_refused_array *r)
 {
-    const size_t n = z->entry[i].bytes;
-    char *where = lt_arena_printf(arena, "%s: \"%s\"", z->path, z->entry[i].name);
-    char *name = lt_arena_strdup(arena, z->entry[i].name);
-    uint8_t *bytes = lt_alloc(n);
-    const char *refused;
-    lt_status st;
+    uint8_t *copy = r->pickle ? lt_arena_alloc(arena, r->n) : NULL;
 
-    if (!where || !name || !bytes) {
-        lt_release(bytes);
-        return lt_error(LT_ENOMEM, "%s: no memory for %zu bytes", z->path, n);
-    }
-    strip_suffix(name);
-    st = lt_zip_unpack(z, i, bytes);
-    if (!st)
-        st = lt_npy_parse_entry(arena, where, bytes, n, &out->entry[out->n].array, &refused);
-    if (!st && refused)
-        out->refused[out->n_refused++] = (lt_npz_refused){ name, refused };
+    if (copy)
+        memcpy(copy, r->pickle, r->n);
+    if (r->pickle && !copy)
+        return false;
+    r->pickle = copy;
+    return true;
+}
+
+/* Entry i, called so in error lines; its elements only where they are wanted. */
+static lt_status read_entry(lt_arena *arena, lt_zip *z, size_t i, bool elements, const char *where, lt_npz *out)
+{
+    const size_t all = z->entry[i].bytes, n = elements || all < LT_NPY_READ_MAX ? all : LT_NPY_READ_MAX;
+    lt_named_array *e = &out->entry[out->n];
+    lt_refused_array *r = &out->refused[out->n_refused];
+    uint8_t *bytes = lt_alloc(n);
+    lt_status st = bytes ? lt_zip_look(z, i, bytes, n) : lt_error(LT_ENOMEM, "%s: no memory for %zu bytes", z->path, n);
+
+    if (!st && !lt_ends_with(z->entry[i].name, ".npy") && lt_kind_of(bytes, n) != LT_KIND_NPY)
+        r->reason = "no .npy array";                            /* a text that somebody put beside them */
+    else if (!st && elements)
+        st = lt_npy_parse_entry(arena, where, bytes, n, &e->array, r);
     else if (!st)
-        out->entry[out->n++].name = name;
+        st = lt_npy_describe(where, bytes, n, all, &e->array, &r->reason);
+    if (!st && !keep_pickle(arena, r))
+        st = lt_error(LT_ENOMEM, "%s: no memory for %zu bytes", z->path, r->n);
     lt_release(bytes);
     return st;
 }
 
-/* The arrays that are asked for; names NULL: all. */
+static lt_status add_entry(lt_arena *arena, lt_zip *z, size_t i, bool elements, lt_npz *out)
+{
+    char *where = lt_arena_printf(arena, "%s: \"%s\"", z->path, z->entry[i].name);
+    char *name = lt_arena_strdup(arena, z->entry[i].name);
+    lt_status st = where && name ? read_entry(arena, z, i, elements, where, out)
+                                 : lt_error(LT_ENOMEM, "%s: no memory", z->path);
+
+    if (st)
+        return st;
+    strip_suffix(name);
+    if (out->refused[out->n_refused].reason)
+        out->refused[out->n_refused++].name = name;
+    else
+        out->entry[out->n++].name = name;
+    return LT_OK;
+}
+
+/* What is asked for: arrays of these names, NULL for all; with their elements or without. */
 typedef struct {
     const char *const *name;
     size_t n;
+    bool elements;
 } selection;
 
 static bool selected(const selection *only, const char *entry)
@@ -70,7 +98,7 @@ static lt_status read_entries(lt_arena *arena, lt_zip *z, const selection *only,
     if (!npz.path || !npz.entry || !npz.refused)
         return lt_error(LT_ENOMEM, "%s: no memory for %zu entries", z->path, z->n);
     for (size_t i = 0; i < z->n; i++) {
-        lt_status st = selected(only, z->entry[i].name) ? read_entry(arena, z, i, &npz) : LT_OK;
+        lt_status st = selected(only, z->entry[i].name) ? add_entry(arena, z, i, only->elements, &npz) : LT_OK;
 
         if (st)
             return st;
@@ -95,7 +123,18 @@ static lt_status parse(lt_arena *arena, const char *name, const uint8_t *bytes, 
 
 lt_status lt_npz_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_npz *out)
 {
-    return parse(arena, name, bytes, n, &(selection){ NULL, 0 }, out);
+    return parse(arena, name, bytes, n, &(selection){ .elements = true }, out);
+}
+
+lt_status lt_npz_parse_list(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_npz *out)
+{
+    return parse(arena, name, bytes, n, &(selection){ .elements = false }, out);
+}
+
+lt_status lt_npz_parse_one(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, const char *array,
+                           lt_npz *out)
+{
+    return parse(arena, name, bytes, n, &(selection){ &array, 1, true }, out);
 }
 
 static lt_status read_file(lt_arena *arena, const char *path, const selection *only, lt_npz *out)
@@ -111,12 +150,12 @@ static lt_status read_file(lt_arena *arena, const char *path, const selection *o
 
 lt_status lt_npz_read(lt_arena *arena, const char *path, lt_npz *out)
 {
-    return read_file(arena, path, &(selection){ NULL, 0 }, out);
+    return read_file(arena, path, &(selection){ .elements = true }, out);
 }
 
 lt_status lt_npz_read_only(lt_arena *arena, const char *path, const char *const *names, size_t n, lt_npz *out)
 {
-    return read_file(arena, path, &(selection){ names, n }, out);
+    return read_file(arena, path, &(selection){ names, n, true }, out);
 }
 
 const lt_array *lt_npz_find(const lt_npz *npz, const char *name)
@@ -130,10 +169,10 @@ const lt_array *lt_npz_find(const lt_npz *npz, const char *name)
 lt_status lt_npz_get(const lt_npz *npz, const char *name, const lt_array **out)
 {
     const lt_array *a = lt_npz_find(npz, name);
+    const lt_refused_array *refused = a ? NULL : lt_refused_find(npz->refused, npz->n_refused, name);
 
-    for (size_t i = 0; !a && i < npz->n_refused; i++)
-        if (strcmp(npz->refused[i].name, name) == 0)
-            return lt_error(LT_EFORMAT, "%s: \"%s\": %s", npz->path, name, npz->refused[i].reason);
+    if (refused)
+        return lt_error(LT_EFORMAT, "%s: \"%s\": %s", npz->path, name, refused->reason);
     if (!a)
         return lt_error(LT_EFORMAT, "%s: no array \"%s\"", npz->path, name);
     *out = a;

@@ -11,16 +11,11 @@
 extern "C" {
 #endif
 
-/* An entry that is whole but that we do not read (Python objects, complex numbers), and why. */
-typedef struct {
-    const char *name, *reason;
-} lt_npz_refused;
-
 typedef struct {
     const char *path;               /* for error lines */
     size_t n, n_refused;
     lt_named_array *entry;          /* names without ".npy", in the order of the archive */
-    lt_npz_refused *refused;
+    lt_refused_array *refused;      /* of Python's objects, complex numbers and the like */
 } lt_npz;
 
 /**
@@ -45,6 +40,12 @@ LT_API lt_status lt_npz_read_only(lt_arena *arena, const char *path, const char 
 /* lt_npz_parse - the same from n bytes in memory; name is for the error line */
 LT_API lt_status lt_npz_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                               lt_npz *out);
+
+/* lt_npz_parse_list - what is in it without its elements, whose data are NULL: no more is held in memory than a header,
+ * however large the arrays are. lt_npz_parse_one - only the array of this name, if it is there */
+LT_API lt_status lt_npz_parse_list(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, lt_npz *out);
+LT_API lt_status lt_npz_parse_one(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, const char *array,
+                                  lt_npz *out);
 
 /* lt_npz_find - the array of that name, or NULL; borrowed from the arena of npz */
 LT_API const lt_array *lt_npz_find(const lt_npz *npz, const char *name);

@@ -53,13 +53,14 @@ const char *lt_raw_type(lt_raw_array *raw, const char *code, size_t n)
         raw->unicode = code[0] == 'U';
         return text_type(raw, code + 1, n - 1);
     }
-    if (n > 0 && code[0] == 'O')
+    raw->objects = n > 0 && code[0] == 'O';
+    if (raw->objects)
         return "elements are Python objects";
     if (n > 0 && code[0] == 'V')
         return "elements are structures";
     if (n > 0 && code[0] == 'c')
         return "elements are complex numbers";
-    return "elements of a type that is not read";
+    return "elements are of a type that is not read";
 }
 
 bool lt_raw_order(lt_raw_array *raw, char order)

@@ -12,6 +12,7 @@ typedef struct {
     lt_elem type;
     size_t width;                   /* bytes of an element; of text: all its characters */
     bool unicode;                   /* text of 4-byte characters (U), not of bytes (S) */
+    bool objects;                   /* of Python's, which are refused: a pickle follows */
     bool swap;                      /* the other byte order */
     bool fortran;                   /* the first index runs fastest */
     int rank;

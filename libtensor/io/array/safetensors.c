@@ -28,6 +28,7 @@ const char *const lt_safetensors_dtype[LT_ELEM_COUNT] = {
 typedef struct {
     const char *name;
     lt_raw_array raw;
+    const char *unread;                 /* a dtype that is not read; NULL: it is */
     size_t begin, end;                  /* in the data */
 } entry;
 
@@ -42,34 +43,28 @@ static bool take_size(const cJSON *number, size_t *out)
     return true;
 }
 
-static const char unread[] = "dtype that is not read";
-
-/* What is wrong with an entry; of its dtype also which it is, and which are read. */
-static lt_status refuse(const char *path, const cJSON *item, const char *wrong)
+static bool take_dtype(const char *dtype, lt_raw_array *raw)
 {
-    const cJSON *dtype = cJSON_GetObjectItemCaseSensitive(item, "dtype");
-    char names[16 * LT_ELEM_COUNT];
-    size_t n = 0;
-
-    if (wrong != unread || !cJSON_IsString(dtype))
-        return lt_error(LT_EFORMAT, "%s: \"%s\": %s", path, item->string, wrong);
-    for (int t = 0; t < LT_ELEM_COUNT; t++)
-        if (lt_safetensors_dtype[t])
-            n += (size_t)snprintf(names + n, sizeof(names) - n, " %s", lt_safetensors_dtype[t]);
-    return lt_error(LT_EFORMAT, "%s: \"%s\": dtype \"%.20s\" is not read, want one of%s", path, item->string,
-                    dtype->valuestring, names);
-}
-
-static const char *take_dtype(const cJSON *dtype, lt_raw_array *raw)
-{
-    for (int t = 0; cJSON_IsString(dtype) && t < LT_ELEM_COUNT; t++) {
-        if (!lt_safetensors_dtype[t] || strcmp(lt_safetensors_dtype[t], dtype->valuestring) != 0)
+    for (int t = 0; t < LT_ELEM_COUNT; t++) {
+        if (!lt_safetensors_dtype[t] || strcmp(lt_safetensors_dtype[t], dtype) != 0)
             continue;
         raw->type = (lt_elem)t;
         raw->width = lt_elem_size(raw->type);
-        return NULL;
+        return true;
     }
-    return unread;
+    return false;
+}
+
+/* Which dtype it is that is not read, and which are; NULL without memory */
+static const char *why_unread(lt_arena *arena, const char *dtype)
+{
+    char names[16 * LT_ELEM_COUNT];
+    size_t n = 0;
+
+    for (int t = 0; t < LT_ELEM_COUNT; t++)
+        if (lt_safetensors_dtype[t])
+            n += (size_t)snprintf(names + n, sizeof(names) - n, " %s", lt_safetensors_dtype[t]);
+    return lt_arena_printf(arena, "dtype \"%.20s\" is not read, want one of%s", dtype, names);
 }
 
 static const char *take_shape(const cJSON *shape, lt_raw_array *raw)
@@ -90,10 +85,11 @@ static const char *take_shape(const cJSON *shape, lt_raw_array *raw)
     return NULL;
 }
 
-/* NULL, or what is wrong with this entry by itself. */
-static const char *take_entry(const cJSON *item, size_t data_bytes, entry *e)
+/* NULL, or what is wrong with this entry by itself, wherever the file ends. */
+static const char *take_entry(const cJSON *item, entry *e)
 {
     const cJSON *offsets = cJSON_GetObjectItemCaseSensitive(item, "data_offsets");
+    const cJSON *dtype = cJSON_GetObjectItemCaseSensitive(item, "dtype");
     const char *wrong;
     size_t want;
 
@@ -101,17 +97,19 @@ static const char *take_entry(const cJSON *item, size_t data_bytes, entry *e)
     e->name = item->string;
     if (!cJSON_IsObject(item))
         return "no object";
-    wrong = take_dtype(cJSON_GetObjectItemCaseSensitive(item, "dtype"), &e->raw);
-    if (!wrong)
-        wrong = take_shape(cJSON_GetObjectItemCaseSensitive(item, "shape"), &e->raw);
+    if (!cJSON_IsString(dtype))
+        return "dtype is no text";
+    if (!take_dtype(dtype->valuestring, &e->raw))
+        e->unread = dtype->valuestring;
+    wrong = take_shape(cJSON_GetObjectItemCaseSensitive(item, "shape"), &e->raw);
     if (wrong)
         return wrong;
     if (cJSON_GetArraySize(offsets) != 2 || !take_size(offsets->child, &e->begin) ||
         !take_size(offsets->child->next, &e->end))
         return "data_offsets are no two numbers";
-    if (e->begin > e->end || e->end > data_bytes)
+    if (e->begin > e->end)
         return "data_offsets outside the data";
-    if (!lt_raw_bytes(&e->raw, &want) || want != e->end - e->begin)
+    if (!e->unread && (!lt_raw_bytes(&e->raw, &want) || want != e->end - e->begin))
         return "data_offsets that disagree with dtype and shape";
     return NULL;
 }
@@ -160,6 +158,9 @@ static lt_status check_places(const char *path, entry *list, size_t n, size_t da
                             path, list[i].name, list[i].begin, at);
         at = list[i].end;
     }
+    if (at > data_bytes)
+        return lt_refuse_cut(path, LT_KIND_SAFETENSORS, "data_offsets outside the data, up to %zu of %zu bytes",
+                             at, data_bytes);
     if (at != data_bytes)
         return lt_error(LT_EFORMAT, "%s: %zu bytes of data, entries cover %zu", path, data_bytes, at);
     return LT_OK;
@@ -187,26 +188,39 @@ static lt_status take_meta(lt_arena *arena, const cJSON *meta, lt_safetensors *o
     return LT_OK;
 }
 
+static lt_status load_entry(lt_arena *arena, const entry *e, const uint8_t *data, lt_safetensors *out)
+{
+    const char *name = lt_arena_strdup(arena, e->name);
+    const char *why = e->unread && name ? why_unread(arena, e->unread) : name;
+    lt_raw_array raw = e->raw;
+    lt_status st;
+
+    if (!name || !why)
+        return lt_error(LT_ENOMEM, "%s: no memory", out->path);
+    if (e->unread) {
+        out->refused[out->n_refused++] = (lt_refused_array){ .name = name, .reason = why };
+        return LT_OK;
+    }
+    lt_raw_order(&raw, '<');
+    st = lt_raw_load(arena, &raw, data + e->begin, &out->entry[out->n].array);
+    if (st)
+        return lt_error_prefix(st, "%s: \"%s\"", out->path, name);
+    out->entry[out->n++].name = name;
+    return LT_OK;
+}
+
 static lt_status load_entries(lt_arena *arena, const entry *list, size_t n, const uint8_t *data,
                               lt_safetensors *out)
 {
-    out->entry = lt_arena_array(arena, n, sizeof(*out->entry));
-    if (!out->entry)
-        return lt_error(LT_ENOMEM, "%s: no memory for %zu entries", out->path, n);
-    for (size_t i = 0; i < n; i++) {
-        lt_named_array *e = &out->entry[out->n++];
-        lt_raw_array raw = list[i].raw;
-        lt_status st;
+    lt_status st = LT_OK;
 
-        lt_raw_order(&raw, '<');
-        e->name = lt_arena_strdup(arena, list[i].name);
-        if (!e->name)
-            return lt_error(LT_ENOMEM, "%s: no memory", out->path);
-        st = lt_raw_load(arena, &raw, data + list[i].begin, &e->array);
-        if (st)
-            return lt_error_prefix(st, "%s: \"%s\"", out->path, e->name);
-    }
-    return LT_OK;
+    out->entry = lt_arena_array(arena, n, sizeof(*out->entry));
+    out->refused = lt_arena_array(arena, n, sizeof(*out->refused));
+    if (!out->entry || !out->refused)
+        return lt_error(LT_ENOMEM, "%s: no memory for %zu entries", out->path, n);
+    for (size_t i = 0; !st && i < n; i++)
+        st = load_entry(arena, &list[i], data, out);
+    return st;
 }
 
 /* Everything but the memory of the header, which the caller frees. */
@@ -230,9 +244,9 @@ static lt_status load(lt_arena *arena, lt_arena *scratch, const cJSON *header, c
             meta = item;
             continue;
         }
-        wrong = take_entry(item, data_bytes, &list[n++]);
+        wrong = take_entry(item, &list[n++]);
         if (wrong)
-            return refuse(out->path, item, wrong);
+            return lt_error(LT_EFORMAT, "%s: \"%s\": %s", out->path, item->string, wrong);
     }
     st = check_places(out->path, list, n, data_bytes);
     if (!st)
@@ -243,16 +257,19 @@ static lt_status load(lt_arena *arena, lt_arena *scratch, const cJSON *header, c
 lt_status lt_safetensors_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                                lt_safetensors *out)
 {
+    const lt_kind kind = lt_kind_of(bytes, n);
     lt_safetensors s = { .path = lt_arena_strdup(arena, name) };
     lt_arena *scratch;
     uint64_t length = 0;
     cJSON *header;
     lt_status st;
 
-    if (lt_kind_of(bytes, n) && lt_kind_of(bytes, n) != LT_KIND_SAFETENSORS)
+    if (kind && kind != LT_KIND_SAFETENSORS)
         return lt_refuse(name, bytes, n, "a safetensors file");
     for (int i = 0; n >= 8 && i < 8; i++)
         length |= (uint64_t)bytes[i] << (8 * i);
+    if (kind && length >= 2 && length <= HEADER_MAX && length > n - 8)
+        return lt_refuse_cut(name, kind, "header of %ju bytes in a file of %zu", (uintmax_t)length, n);
     if (n < 10 || length < 2 || length > n - 8 || length > HEADER_MAX || bytes[8] != '{')
         return lt_error(LT_EFORMAT, "%s: not a safetensors file: header of %ju bytes in a file of %zu",
                         name, (uintmax_t)length, n);

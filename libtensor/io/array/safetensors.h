@@ -19,8 +19,9 @@ typedef struct {
 
 typedef struct {
     const char *path;               /* for error lines */
-    size_t n, n_meta;
+    size_t n, n_meta, n_refused;
     lt_named_array *entry;          /* in the order of their data */
+    lt_refused_array *refused;      /* of dtypes that are not read: 8-bit floats among them */
     lt_text_pair *meta;             /* "__metadata__" */
 } lt_safetensors;
 
@@ -30,8 +31,8 @@ typedef struct {
  *   out      owned by the arena; touched only on success
  *
  * Errors: LT_EFORMAT: header larger than 100 MB or than the file; no JSON object; two entries of one
- * name; an unknown dtype (8-bit floats among them); byte ranges that overlap, leave holes, pass the end
- * or disagree with dtype and shape; rank above LT_ARRAY_MAX_RANK. LT_EIO, LT_ENOMEM.
+ * name; byte ranges that overlap, leave holes, pass the end (the file is cut) or disagree with dtype and shape; rank
+ * above LT_ARRAY_MAX_RANK. LT_EIO, LT_ENOMEM.
  */
 LT_API lt_status lt_safetensors_read(lt_arena *arena, const char *path, lt_safetensors *out);
 
