@@ -192,8 +192,9 @@ static lt_status from_name(const export_args *a)
     if (st == LT_OK && a->init)
         st = weights_init(hand.arena, a->init, &m, &r);
     if (st == LT_OK && a->init)
-        fprintf(stderr, "%s: %s, names of %s: %d arrays loaded, %d missing, %d left over\n", a->init, r.format,
-                r.family, r.n_loaded, r.n_missing, r.n_left_over);
+        fprintf(stderr, "%s: %s, names of %s%s%s%s: %d arrays loaded, %d missing, %d left over\n", a->init, r.format,
+                r.family, *r.taken ? " behind \"" : "", r.taken, *r.taken ? "\"" : "", r.n_loaded, r.n_missing,
+                r.n_left_over);
     else if (st == LT_OK)
         fprintf(stderr, "untrained: --init FILE gives weights\n");
     if (st == LT_OK)

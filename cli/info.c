@@ -177,6 +177,9 @@ static lt_status add_init(const char *path, const model *m, cJSON *root)
         cJSON_AddStringToObject(init, "file", path);
         cJSON_AddStringToObject(init, "format", r.format);
         cJSON_AddStringToObject(init, "names of", r.family);
+        cJSON_AddStringToObject(init, "taken from", r.taken);
+        if (r.n_also)
+            add_names(init, "fits as well", r.also, r.n_also);
         cJSON_AddNumberToObject(init, "loaded", r.n_loaded);
         add_names(init, "not in it", r.missing, r.n_missing);
         add_names(init, "left over", r.left_over, r.n_left_over);

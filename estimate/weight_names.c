@@ -51,9 +51,21 @@ static bool fits(int length)
 
 /* ---- torchvision: ours -------------------------------------------------------------------------------- */
 
+/* PyTorch wraps single layers as well, in parts that begin with "_": "layer1._orig_mod.0.conv1.weight" is
+ * "layer1.0.conv1.weight". */
 static bool same_name(const char *theirs, char *out)
 {
-    return fits(snprintf(out, WEIGHT_NAME, "%s", theirs));
+    char *to = out;
+
+    if (!fits(snprintf(out, WEIGHT_NAME, "%s", theirs)))
+        return false;
+    for (const char *from = out;; from++) {
+        while (from[0] == '.' && from[1] == '_')
+            from += 1 + strcspn(from + 1, ".");
+        *to++ = *from;
+        if (!*from)
+            return true;
+    }
 }
 
 /* ---- EfficientNet-B0 ------------------------------------------------------------------------------------ */
@@ -150,42 +162,13 @@ static bool hfl_name(const char *theirs, char *out)
 
 /* ---- families --------------------------------------------------------------------------------------------- */
 
-static const weight_family families[] = {
+const weight_family weight_families[] = {
+    { "torchvision and palmar", NULL, same_name },
+    { "timm", "if they are of a tf_ model, they were trained with TensorFlow's padding and a norm's eps of 1e-3",
+      timm_name },
     { "efficientnet_pytorch",
       "its weights were trained with TensorFlow's padding and a norm's eps of 1e-3; here padding is symmetric and "
-      "eps 1e-5, so expect to train on", lukemelas_name, "_conv_stem.weight" },
-    { "timm", "if they are of a tf_ model, they were trained with TensorFlow's padding and a norm's eps of 1e-3",
-      timm_name, "conv_stem.weight" },
-    { "HFL-Net", NULL, hfl_name, "layer0_h.0.weight" },
-    { "torchvision and palmar", NULL, same_name, NULL },
+      "eps 1e-5, so expect to train on", lukemelas_name },
+    { "HFL-Net", NULL, hfl_name },
+    { 0 },
 };
-
-/* What training programs put before every name. */
-static const char *unwrapped(const char *name)
-{
-    static const char *const wrappers[] = { "honet.", "module.", "base_net." };
-
-    for (size_t i = 0; i < LT_COUNT(wrappers); i++) {
-        const char *rest = behind(name, wrappers[i]);
-
-        if (rest)
-            name = rest;
-    }
-    return name;
-}
-
-const weight_family *weight_family_of(const lt_named_array *entry, size_t n)
-{
-    const weight_family *f = families;
-
-    for (; f->mark; f++)
-        for (size_t i = 0; i < n; i++)
-            if (strcmp(unwrapped(entry[i].name), f->mark) == 0)
-                return f;
-    return f;
-}
-
-bool weight_name(const weight_family *f, const char *theirs, char out[WEIGHT_NAME])
-{
-    return f->ours(unwrapped(theirs), out);
-}

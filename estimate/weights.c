@@ -4,8 +4,6 @@
 #include "estimate/checkpoint.h"
 #include "estimate/checkpoint_folder.h"
 #include "estimate/param_arrays.h"
-#include "estimate/weight_names.h"
-#include "libtensor/io/file.h"
 #include "libtensor/io/torch/weights_file.h"
 
 #include <math.h>
@@ -18,39 +16,25 @@ typedef struct {
     lt_arena *arena;
     const model *m;
     lt_weights_file file;
+    weight_place place;
     lt_param **param, **twin;       /* file.n of them; twin: what takes the same weight besides */
     const lt_array **average;       /* of the weight, which a run of ours may have kept and is taken instead; or NULL */
-    const char *block;              /* of the model, whose parameters the file's names are; or NULL */
     weights_report report;
 } match;
 
-static lt_param *param_in(const match *a, const char *block, const char *name)
+/* What its own dict calls the array. */
+static const char *own_name(const match *a, size_t i)
 {
-    const char *full = lt_arena_printf(a->arena, "%s.%s", block, name);
-
-    return full ? lt_params_find(a->m->params, full) : NULL;
+    return a->file.entry[i].name + a->file.within[i];
 }
 
-static lt_param *param_named(const match *a, const char *name)
+static lt_status check_array(const match *a, const lt_array *array, const char *name, const lt_param *p)
 {
-    lt_param *p = lt_params_find(a->m->params, name);
+    const lt_status st = array_check(a->file.path, name, array, p->name, &p->shape);
 
-    return p || !a->block ? p : param_in(a, a->block, name);
-}
-
-/* What every file of its kind has besides, and no network needs. */
-static bool passed_over(const char *name)
-{
-    return lt_ends_with(name, ".num_batches_tracked") || strncmp(name, "optim.", 6) == 0;
-}
-
-static lt_status check_array(const match *a, const lt_named_array *e, const lt_param *p)
-{
-    const lt_status st = array_check(a->file.path, e->name, &e->array, p->name, &p->shape);
-
-    for (size_t i = 0; !st && i < lt_array_count(&e->array); i++)
-        if (!isfinite(lt_array_get(&e->array, i)))
-            return lt_error(LT_EFORMAT, "%s: \"%s\" is not finite at %zu", a->file.path, e->name, i);
+    for (size_t i = 0; !st && i < lt_array_count(array); i++)
+        if (!isfinite(lt_array_get(array, i)))
+            return lt_error(LT_EFORMAT, "%s: \"%s\" is not finite at %zu", a->file.path, name, i);
     return st;
 }
 
@@ -71,93 +55,140 @@ static bool is_summed(const lt_array *from, const lt_param *p)
 }
 
 /* Published weights are for one network, of which the model may have two. */
-static lt_status match_twin(match *a, const lt_named_array *e, const char *name, size_t i)
+static lt_status match_twin(match *a, size_t i)
 {
-    const char *const *twins = a->m->cls->twins;
+    const char *const *twins = a->m->cls->twins, *block = a->place.block, *name = a->param[i]->name;
+    const lt_array *array = &a->file.entry[i].array;
+    const size_t n = twins ? strlen(twins[0]) : 0;
     lt_param *p;
 
-    if (!twins || !a->block || strcmp(a->block, twins[0]) != 0 || a->param[i] != param_in(a, twins[0], name))
+    if (!twins || !block || strcmp(block, twins[0]) != 0 || strncmp(name, block, n) != 0 || name[n] != '.')
         return LT_OK;
-    p = param_in(a, twins[1], name);
+    p = weight_param_in(a->m, twins[1], name + n + 1);
     if (!p)
         return LT_OK;
     a->twin[i] = p;
     a->report.n_loaded++;
-    return is_summed(&e->array, p) ? LT_OK : check_array(a, e, p);
+    return is_summed(array, p) ? LT_OK : check_array(a, array, own_name(a, i), p);
 }
 
-/* The block that most of the names are of: a file is of one network, and two of ours may share a name. */
-static void choose_block(match *a, const weight_family *f)
+static lt_status find_average(match *a, size_t i)
 {
-    int most = 0;
-
-    for (int b = 0; a->m->cls->blocks[b]; b++) {
-        char name[WEIGHT_NAME];
-        int n = 0;
-
-        for (size_t i = 0; i < a->file.n; i++)
-            n += !passed_over(a->file.entry[i].name) && weight_name(f, a->file.entry[i].name, name) &&
-                 param_in(a, a->m->cls->blocks[b], name);
-        if (n > most) {
-            most = n;
-            a->block = a->m->cls->blocks[b];
-        }
-    }
-}
-
-static lt_status find_average(match *a, const lt_named_array *e, const lt_param *p, size_t i)
-{
-    const lt_named_array *average = checkpoint_average(a->file.entry, a->file.n, e->name);
+    const lt_named_array *average = checkpoint_average(a->file.entry, a->file.n, a->file.entry[i].name);
 
     if (!average)
         return LT_OK;
     a->average[i] = &average->array;
-    return check_array(a, average, p);
+    return check_array(a, &average->array, average->name, a->param[i]);
 }
 
-static lt_status match_one(match *a, const weight_family *f, size_t i)
+/* Whether an array lies in the dict that the weights are taken from. */
+static bool in_same_dict(const match *a, size_t i, size_t taken)
+{
+    const size_t n = a->file.within[taken];
+
+    return a->file.within[i] >= n && strncmp(a->file.entry[i].name, a->file.entry[taken].name, n) == 0;
+}
+
+static lt_status match_one(match *a, size_t i)
 {
     const lt_named_array *e = &a->file.entry[i];
-    char name[WEIGHT_NAME];
-    lt_param *p;
+    lt_param *p = weight_passed_over(e->name) ? NULL : weight_param(&a->place, a->m, e->name);
     lt_status st;
 
-    if (passed_over(e->name))
+    if (!p)
         return LT_OK;
-    p = weight_name(f, e->name, name) ? param_named(a, name) : NULL;
-    if (!p) {
-        a->report.left_over[a->report.n_left_over++] = e->name;
-        return LT_OK;
-    }
     if (is_taken(a, p, i))
-        return lt_error(LT_EFORMAT, "%s: \"%s\" is the second array for \"%s\"", a->file.path, e->name, p->name);
+        return lt_error(LT_EFORMAT, "%s: \"%s\" is the second array for \"%s\"", a->file.path, own_name(a, i), p->name);
     a->param[i] = p;
     a->report.n_loaded++;
-    st = check_array(a, e, p);
-    st = st ? st : match_twin(a, e, name, i);
-    return st ? st : find_average(a, e, p, i);
+    st = check_array(a, &e->array, own_name(a, i), p);
+    st = st ? st : match_twin(a, i);
+    return st ? st : find_average(a, i);
+}
+
+/* What a parameter wants and the file has, but in elements that are not read. */
+static lt_status check_refused(const match *a)
+{
+    for (size_t i = 0; i < a->file.n_refused; i++) {
+        const lt_refused_array *r = &a->file.refused[i];
+        const lt_param *p = weight_param(&a->place, a->m, r->name);
+
+        if (p)
+            return lt_error(LT_EFORMAT, "%s: \"%s\", which \"%s\" wants: %s", a->file.path, r->name, p->name,
+                            r->reason);
+    }
+    return LT_OK;
+}
+
+static void list_left_over(match *a)
+{
+    size_t taken = 0;
+
+    while (taken < a->file.n && !a->param[taken])
+        taken++;
+    for (size_t i = 0; taken < a->file.n && i < a->file.n; i++)
+        if (!a->param[i] && !weight_passed_over(own_name(a, i)) && in_same_dict(a, i, taken))
+            a->report.left_over[a->report.n_left_over++] = a->file.entry[i].name + a->file.within[taken];
+}
+
+/* Some of the names that there are, and of those that are wanted. */
+static lt_status none_fits(const match *a)
+{
+    const char *name[SHOWN], *wanted[SHOWN];
+    size_t n = 0, n_wanted = 0;
+
+    if (!a->file.n && a->file.n_refused)
+        return lt_error(LT_EINVAL, "%s: \"%s\": %s", a->file.path, a->file.refused[0].name, a->file.refused[0].reason);
+    if (!a->file.n)
+        return lt_error(LT_EINVAL, "%s: holds no arrays (%s)", a->file.path, a->file.format);
+    for (; n < a->file.n && n < SHOWN; n++)
+        name[n] = a->file.entry[n].name;
+    for (const lt_param *p = lt_params_first(a->m->params); p && n_wanted < 3; p = p->next)
+        wanted[n_wanted++] = p->name;
+    return lt_error(LT_EINVAL, "%s: none of its %zu arrays has the name of a parameter of %s; it has %s%s, and wanted "
+                    "are %s ...", a->file.path, a->file.n, a->m->cls->name, weights_list(a->arena, name, (int)n),
+                    n < a->file.n ? " ..." : "", weights_list(a->arena, wanted, (int)n_wanted));
+}
+
+/* Nothing fits, and that is not because the model is of another size: then at least half of the names would be its own,
+ * and not in words that are translated. */
+static bool is_foreign(const match *a)
+{
+    size_t counted = 0;
+
+    for (size_t i = 0; i < a->file.n; i++)
+        counted += !weight_passed_over(a->file.entry[i].name);
+    return !a->place.fit && (!a->place.named || a->place.family != weight_families ||
+                             2 * (size_t)a->place.named < counted);
 }
 
 static lt_status match_all(match *a)
 {
-    const weight_family *f = weight_family_of(a->file.entry, a->file.n);
-    lt_status st = LT_OK;
+    lt_status st = weight_place_find(a->arena, &a->file, a->m, &a->place);
 
+    if (st)
+        return st;
     a->report.format = a->file.format;
-    a->report.family = f->name;
-    a->report.note = f->note;
+    a->report.family = a->place.family->name;
+    a->report.note = a->place.family->note;
+    a->report.taken = a->place.prefix;
+    memcpy(a->report.also, a->place.also, sizeof(a->place.also));
+    a->report.n_also = a->place.n_also;
     a->param = lt_arena_array(a->arena, a->file.n, sizeof(*a->param));
     a->twin = lt_arena_array(a->arena, a->file.n, sizeof(*a->twin));
     a->average = lt_arena_array(a->arena, a->file.n, sizeof(lt_array *));
     a->report.left_over = lt_arena_array(a->arena, a->file.n, sizeof(char *));
     if (!a->param || !a->twin || !a->average || !a->report.left_over)
         return lt_error(LT_ENOMEM, "%s: no memory", a->file.path);
-    choose_block(a, f);
+    if (is_foreign(a))
+        return none_fits(a);
     for (size_t i = 0; !st && i < a->file.n; i++)
-        st = match_one(a, f, i);
-    if (!st && !a->report.n_loaded)
-        st = lt_error(LT_EINVAL, "%s: none of its %zu arrays has the name of a parameter of %s", a->file.path,
-                      a->file.n, a->m->cls->name);
+        st = match_one(a, i);
+    if (!st)
+        st = check_refused(a);
+    if (!st)
+        list_left_over(a);
     return st;
 }
 

@@ -73,6 +73,10 @@ static void tell_weights(trainer *t, lt_arena *arena, const weights_report *r)
 {
     progress_note(&t->progress, "init         %s: %s, names of %s; %d parameters loaded", t->opt->init, r->format,
                   r->family, r->n_loaded);
+    if (*r->taken)
+        progress_note(&t->progress, "  taken      what stands behind \"%s\"", r->taken);
+    if (r->n_also)
+        progress_note(&t->progress, "  not taken  what fits as well, behind: %s", weights_list(arena, r->also, r->n_also));
     progress_note(&t->progress, "  not in it  %d: %s", r->n_missing, weights_list(arena, r->missing, r->n_missing));
     progress_note(&t->progress, "  left over  %d: %s", r->n_left_over,
                   weights_list(arena, r->left_over, r->n_left_over));

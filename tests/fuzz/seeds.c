@@ -5,6 +5,7 @@
 #include "tests/io/io_vectors.h"
 #include "tests/io/picture_vectors.h"
 #include "tests/io/ply_vectors.h"
+#include "tests/io/resaved_vectors.h"
 #include "tests/io/torch_vectors.h"
 
 #include <string.h>
@@ -20,7 +21,8 @@ static const struct {
     BYTES("pickle", pickle_4), BYTES("pickle", pickle_5), BYTES("pickle", pickle_expressions),
     BYTES("pickle", pickle_evil_0), BYTES("pickle", pickle_evil_2), BYTES("pickle", pickle_evil_4),
     BYTES("pickle", pickle_loop), BYTES("pickle", pickle_objects),
-    BYTES("npz", npz_deflated), BYTES("npz", npz_stored),
+    BYTES("pickle", resaved_pickle),
+    BYTES("npz", npz_deflated), BYTES("npz", npz_stored), BYTES("npz", resaved_npz),
     BYTES("npy", npy_fortran), BYTES("npy", npy_v2), BYTES("npy", npy_v3), BYTES("npy", npy_complex),
     BYTES("npy", npy_struct),
     BYTES("png", png_gray), BYTES("png", png_deep), BYTES("png", png_bits), BYTES("png", png_rgb),
@@ -36,6 +38,7 @@ static const struct {
     BYTES("ply", ply_ascii), BYTES("ply", ply_little), BYTES("ply", ply_big), BYTES("ply", ply_splats),
     { "rle", "mask", (const uint8_t *)mask_rle, sizeof(mask_rle) - 1 }, BYTES("rle", mask_40x50),
     BYTES("hand_file", npz_deflated), BYTES("hand_file", pickle_expressions), BYTES("hand_file", pickle_4),
+    BYTES("hand_file", resaved_npz), BYTES("hand_file", resaved_npy), BYTES("hand_file", torch_zip),
 };
 
 #define TEXT(target, name, text) { target, name, text, sizeof(text) - 1 }
@@ -49,6 +52,8 @@ static const struct {
          "\0\0\xc0\x3f\0\0\0\xc0\x80\x3f\x20\xc0"),
     TEXT("safetensors", "one", "\x38\0\0\0\0\0\0\0{\"t\":{\"dtype\":\"F32\",\"shape\":[2],\"data_offsets\":[0,8]}}  "
          "\0\0\xc0\x3f\0\0\0\xc0"),
+    TEXT("safetensors", "eight", "\x38\0\0\0\0\0\0\0{\"t\":{\"dtype\":\"F8\",\"shape\":[2],\"data_offsets\":[0,2]}}   "
+         "12"),
     /* opset 17; a graph with a constant, an input and a Relu of it */
     TEXT("onnx", "relu", "\x08\x08\x42\4\x0a\0\x10\x11\x3a\x4c\x0a\x0c\x0a\1x\x12\1y\"\4Relu\x12\1g"
          "*\x12\x08\2\x10\1\"\x08\0\0\x80\x3f\0\0\0\x40\x42\1wZ\x13\x0a\1x\x12\x0e\x0a\x0c\x08\1\x12\x08\x0a\2\x08\1"

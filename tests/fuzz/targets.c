@@ -56,6 +56,15 @@ static void look_at_all(const lt_named_array *entry, size_t n)
     }
 }
 
+static void look_at_refused(const lt_refused_array *list, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        sink = (double)(strlen(list[i].name) + strlen(list[i].reason));
+        for (size_t k = 0; list[i].pickle && k < list[i].n; k++)
+            sink = list[i].pickle[k];
+    }
+}
+
 /* For readers that want a file: one in memory, with a path. */
 typedef struct {
     int fd;
@@ -95,8 +104,13 @@ static void run_torch(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     lt_torch_file f;
 
-    if (lt_torch_parse(arena, "x.pth", bytes, n, &f) == LT_OK)
+    if (lt_torch_parse(arena, "x.pth", bytes, n, &f) == LT_OK) {
         look_at_all(f.entry, f.n);
+        for (size_t i = 0; i < f.n; i++)
+            if (f.within[i] > strlen(f.entry[i].name))
+                abort();
+        look_at_refused(f.refused, f.n_refused);
+    }
 }
 
 static void run_npy(lt_arena *arena, const uint8_t *bytes, size_t n)
@@ -111,8 +125,12 @@ static void run_npz(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     lt_npz z;
 
-    if (lt_npz_parse(arena, "x.npz", bytes, n, &z) == LT_OK)
+    if (lt_npz_parse(arena, "x.npz", bytes, n, &z) == LT_OK) {
         look_at_all(z.entry, z.n);
+        look_at_refused(z.refused, z.n_refused);
+        if (lt_npz_parse_list(arena, "x.npz", bytes, n, &z) != LT_OK && lt_last_status() != LT_ENOMEM)
+            abort();                                /* it asks for less */
+    }
 }
 
 static void run_safetensors(lt_arena *arena, const uint8_t *bytes, size_t n)
@@ -121,6 +139,7 @@ static void run_safetensors(lt_arena *arena, const uint8_t *bytes, size_t n)
 
     if (lt_safetensors_parse(arena, "x.safetensors", bytes, n, &s) == LT_OK) {
         look_at_all(s.entry, s.n);
+        look_at_refused(s.refused, s.n_refused);
         sink = lt_safetensors_meta(&s, "format") ? 1 : 0;
     }
 }
@@ -397,7 +416,7 @@ static void run_calibration(lt_arena *arena, const uint8_t *bytes, size_t n)
 }
 
 const fuzz_target fuzz_targets[] = {
-    { "pickle", run_pickle, fuzz_pickle, 4096 },
+    { "pickle", run_pickle, fuzz_pickle, 16384 },
     { "torch", run_torch, fuzz_torch, 8192 },
     { "npy", run_npy, NULL, 4096 },
     { "npz", run_npz, fuzz_zip, 4096 },

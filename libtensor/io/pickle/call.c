@@ -1,9 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The classes and functions that a pickle may name, and what calling, making and building them means.
- * A name outside the table is an error; nothing is ever looked up anywhere else.
- *
- * Source: SciPy's and chumpy's class names as they stand in MANO's files.
+ * The classes and functions of a pickle, and what calling and building them means. Those of the table become the
+ * values that they stand for. Any other name stays what it is, text: calling it makes an object that nobody opens.
+ * Nothing is ever looked up anywhere else, and nothing is run.
  */
 #include "libtensor/io/pickle/machine.h"
 
@@ -16,44 +15,28 @@ typedef lt_pvalue *call_fn(lt_pmachine *m, const lt_pvalue *args);
 static call_fn call_encode, call_dict, call_list, call_tuple, call_set, call_bytes, call_value, call_reconstructor;
 
 static const lt_pm_class table[] = {
-    { "numpy.core.multiarray", "_reconstruct", lt_pm_numpy_reconstruct, false },
-    { "numpy._core.multiarray", "_reconstruct", lt_pm_numpy_reconstruct, false },
-    { "numpy.core.multiarray", "scalar", lt_pm_numpy_scalar, false },
-    { "numpy._core.multiarray", "scalar", lt_pm_numpy_scalar, false },
-    { "numpy.core.numeric", "_frombuffer", lt_pm_numpy_frombuffer, false },
-    { "numpy._core.numeric", "_frombuffer", lt_pm_numpy_frombuffer, false },
-    { "numpy", "dtype", lt_pm_numpy_dtype, false },
-    { "numpy", "ndarray", NULL, false },
-    { "numpy", "bool_", NULL, false },
-    { "numpy", "int8", NULL, false }, { "numpy", "uint8", NULL, false },
-    { "numpy", "int16", NULL, false }, { "numpy", "uint16", NULL, false },
-    { "numpy", "int32", NULL, false }, { "numpy", "uint32", NULL, false },
-    { "numpy", "int64", NULL, false }, { "numpy", "uint64", NULL, false },
-    { "numpy", "float16", NULL, false }, { "numpy", "float32", NULL, false },
-    { "numpy", "float64", NULL, false }, { "numpy", "str_", NULL, false },
-    { "_codecs", "encode", call_encode, false },
-    { "collections", "OrderedDict", call_dict, false },
-    { "collections", "defaultdict", call_dict, false },
-    { "builtins", "dict", call_dict, false },
-    { "builtins", "list", call_list, false },
-    { "builtins", "tuple", call_tuple, false },
-    { "builtins", "slice", call_value, false },
-    { "builtins", "set", call_set, false },
-    { "builtins", "frozenset", call_set, false },
-    { "builtins", "bytes", call_bytes, false },
-    { "builtins", "bytearray", call_bytes, false },
-    { "builtins", "int", call_value, false }, { "builtins", "long", call_value, false },
-    { "builtins", "float", call_value, false }, { "builtins", "bool", call_value, false },
-    { "builtins", "str", call_value, false },
-    { "builtins", "object", NULL, true },
-    { "copyreg", "_reconstructor", call_reconstructor, false },
-    { "chumpy.ch", "Ch", NULL, true },
-    { "chumpy.reordering", "Select", NULL, true },
-    { "chumpy.reordering", "Reshape", NULL, true },
-    { "chumpy.reordering", "transpose", NULL, true },
-    { "scipy.sparse.csc", "csc_matrix", NULL, true }, { "scipy.sparse._csc", "csc_matrix", NULL, true },
-    { "scipy.sparse.csr", "csr_matrix", NULL, true }, { "scipy.sparse._csr", "csr_matrix", NULL, true },
-    { "scipy.sparse.coo", "coo_matrix", NULL, true }, { "scipy.sparse._coo", "coo_matrix", NULL, true },
+    { "numpy.core.multiarray", "_reconstruct", lt_pm_numpy_reconstruct },
+    { "numpy._core.multiarray", "_reconstruct", lt_pm_numpy_reconstruct },
+    { "numpy.core.multiarray", "scalar", lt_pm_numpy_scalar },
+    { "numpy._core.multiarray", "scalar", lt_pm_numpy_scalar },
+    { "numpy.core.numeric", "_frombuffer", lt_pm_numpy_frombuffer },
+    { "numpy._core.numeric", "_frombuffer", lt_pm_numpy_frombuffer },
+    { "numpy", "dtype", lt_pm_numpy_dtype },
+    { "_codecs", "encode", call_encode },
+    { "collections", "OrderedDict", call_dict },
+    { "collections", "defaultdict", call_dict },
+    { "builtins", "dict", call_dict },
+    { "builtins", "list", call_list },
+    { "builtins", "tuple", call_tuple },
+    { "builtins", "slice", call_value },
+    { "builtins", "set", call_set },
+    { "builtins", "frozenset", call_set },
+    { "builtins", "bytes", call_bytes },
+    { "builtins", "bytearray", call_bytes },
+    { "builtins", "int", call_value }, { "builtins", "long", call_value },
+    { "builtins", "float", call_value }, { "builtins", "bool", call_value },
+    { "builtins", "str", call_value },
+    { "copyreg", "_reconstructor", call_reconstructor },
 };
 
 static bool text_is(const char *text, size_t n, const char *want)
@@ -71,61 +54,38 @@ static bool module_is(const char *text, size_t n, const char *want)
 
 /* ---- names --------------------------------------------------------------------------------------- */
 
-/* A class value's mark is its place in the table, or behind that in the dialect's, or OPAQUE. */
-enum { OPAQUE = LT_COUNT(table) + (1 << 16) };
+/* A class value's mark is its place in the table, or behind that in the dialect's, or UNKNOWN. */
+enum { UNKNOWN = LT_COUNT(table) + (1 << 16) };
 
+/* NULL for a name that nobody knows. */
 static const lt_pm_class *class_at(const lt_pmachine *m, size_t i)
 {
-    static const lt_pm_class opaque = { .name = "", .makes_object = true };
-
-    if (i == OPAQUE)
-        return &opaque;
+    if (i == UNKNOWN)
+        return NULL;
     return i < LT_COUNT(table) ? &table[i] : &m->dialect->classes[i - LT_COUNT(table)];
 }
 
-/* "torch" holds "torch" and "torch.nn", not "torchlike" */
-static bool in_package(const char *const *package, const char *module, size_t n)
-{
-    const char *dot = memchr(module, '.', n);
-    const size_t top = dot ? (size_t)(dot - module) : n;
-
-    for (; package && *package; package++)
-        if (text_is(module, top, *package))
-            return true;
-    return false;
-}
-
-static bool find_class(const lt_pmachine *m, const char *module, size_t n_module, const char *name,
-                       size_t n_name, size_t *out)
+static size_t find_class(const lt_pmachine *m, const char *module, size_t n_module, const char *name, size_t n_name)
 {
     const size_t n = LT_COUNT(table) + (m->dialect ? m->dialect->n : 0);
 
     for (size_t i = 0; i < n; i++) {
         const lt_pm_class *c = class_at(m, i);
 
-        *out = i;
         if (module_is(module, n_module, c->module) && text_is(name, n_name, c->name))
-            return true;
+            return i;
     }
-    *out = OPAQUE;
-    return m->dialect && in_package(m->dialect->packages, module, n_module);
+    return UNKNOWN;
 }
 
 lt_pvalue *lt_pm_global(lt_pmachine *m, const char *module, size_t n_module, const char *name,
                         size_t n_name)
 {
-    const int shown_module = (int)(n_module < 100 ? n_module : 100);
-    const int shown_name = (int)(n_name < 100 ? n_name : 100);
+    const size_t i = find_class(m, module, n_module, name, n_name);
     lt_pvalue *v;
     char *dotted;
-    size_t i;
 
-    if (!find_class(m, module, n_module, name, n_name, &i)) {
-        lt_pm_fail(m, "names %.*s.%.*s, which is not among the classes that may be read", shown_module, module,
-                   shown_name, name);
-        return m->none;
-    }
-    if (i != OPAQUE) {
+    if (i != UNKNOWN) {
         module = class_at(m, i)->module;            /* what Python 3 calls it */
         n_module = strlen(module);
     }
@@ -143,63 +103,39 @@ lt_pvalue *lt_pm_global(lt_pmachine *m, const char *module, size_t n_module, con
     return v;
 }
 
-/* ---- calling and making -------------------------------------------------------------------------- */
+/* ---- calling ------------------------------------------------------------------------------------- */
 
-static lt_pvalue *new_object(lt_pmachine *m, const lt_pvalue *class_value)
+lt_pvalue *lt_pm_object(lt_pmachine *m, const char *class_name)
 {
     lt_pvalue *v = lt_pm_value(m, LT_POBJECT);
 
     if (!m->status)
-        v->u.object.class_name = class_value->u.text;
+        v->u.object.class_name = class_name;
     return v;
 }
 
-/* Whether calling it makes an inert object: a dialect's class, or of unknown names a class, by Python's habit one with
- * a capital. */
-static bool is_inert(const lt_pmachine *m, const lt_pvalue *callee)
+/* An object that stays closed. One that is made of a dict, as many kinds of dicts are, holds what the dict does. */
+static lt_pvalue *make_object(lt_pmachine *m, const char *class_name, lt_pvalue *made_of)
 {
-    const char *name = strrchr(callee->u.text, '.') + 1;
+    lt_pvalue *v = lt_pm_object(m, class_name);
 
-    if (callee->mark != OPAQUE)
-        return callee->mark >= LT_COUNT(table) && class_at(m, callee->mark)->makes_object;
-    name += strspn(name, "_");
-    return *name >= 'A' && *name <= 'Z';
+    if (!m->status && (made_of->kind == LT_PDICT || made_of->kind == LT_PLIST))
+        v->items = made_of;
+    return v;
 }
 
 lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args)
 {
     const lt_pm_class *c = callee->kind == LT_PCLASS ? class_at(m, callee->mark) : NULL;
+    const char *name = callee->kind == LT_PCLASS ? callee->u.text : NULL;
 
-    if (!c) {
-        lt_pm_fail(m, "calls what is no class");
+    if (callee->kind == LT_POBJECT)                 /* what calling an unknown name gave */
+        name = callee->u.object.class_name;
+    if (!name || args->kind != LT_PTUPLE) {
+        lt_pm_fail(m, name ? "calls %s with what is no tuple" : "calls what is no class", name);
         return m->none;
     }
-    if (args->kind == LT_PTUPLE && is_inert(m, callee))
-        return new_object(m, callee);
-    if (args->kind != LT_PTUPLE || !c->call) {
-        lt_pm_fail(m, "calls %s, which is not one that may be called so", callee->u.text);
-        return m->none;
-    }
-    return c->call(m, args);
-}
-
-static lt_pvalue *make_object(lt_pmachine *m, const lt_pvalue *class_value)
-{
-    if (class_value->kind != LT_PCLASS || !class_at(m, class_value->mark)->makes_object) {
-        lt_pm_fail(m, "makes an object of %s, which is not one that may be made",
-                   class_value->kind == LT_PCLASS ? class_value->u.text : "what is no class");
-        return m->none;
-    }
-    return new_object(m, class_value);
-}
-
-lt_pvalue *lt_pm_new(lt_pmachine *m, lt_pvalue *class_value, lt_pvalue *args)
-{
-    if (args->kind != LT_PTUPLE || (args->n && !(class_value->kind == LT_PCLASS && class_value->mark == OPAQUE))) {
-        lt_pm_fail(m, "makes an object with arguments");
-        return m->none;
-    }
-    return make_object(m, class_value);
+    return c ? c->call(m, args) : make_object(m, name, args->n ? args->u.item[0] : m->none);
 }
 
 /* ---- Python's own -------------------------------------------------------------------------------- */
@@ -308,12 +244,12 @@ static lt_pvalue *call_bytes(lt_pmachine *m, const lt_pvalue *args)
     return args->n == 0 ? lt_pm_text(m, LT_PBYTES, "", 0) : lt_pm_bad_args(m, "bytes");
 }
 
-/* copyreg._reconstructor(class, object, None): NEWOBJ before there was NEWOBJ */
+/* copyreg._reconstructor(class, base, what the base is made of): NEWOBJ before there was NEWOBJ */
 static lt_pvalue *call_reconstructor(lt_pmachine *m, const lt_pvalue *args)
 {
-    if (args->n != 3 || args->u.item[2]->kind != LT_PNONE)
+    if (args->n != 3 || args->u.item[0]->kind != LT_PCLASS)
         return lt_pm_bad_args(m, "copyreg._reconstructor");
-    return make_object(m, args->u.item[0]);
+    return make_object(m, args->u.item[0]->u.text, args->u.item[2]);
 }
 
 /* ---- BUILD --------------------------------------------------------------------------------------- */
@@ -333,6 +269,7 @@ void lt_pm_build(lt_pmachine *m, lt_pvalue *object, lt_pvalue *state)
         object->u.object.state = state;
         break;
     case LT_PDICT:                      /* attributes of an OrderedDict: of no meaning here */
+    case LT_POWN:
         break;
     default:
         lt_pm_fail(m, "gives a state to a value that has none");

@@ -2,14 +2,17 @@
 /*
  * The array that a pickled value stands for. chumpy pickles a lazy expression: Ch holds its value in x,
  * Select gathers idxs out of the flattened value of a. Only these shapes of it are evaluated.
+ *
+ * Source: chumpy ch.py, reordering.py.
  */
 #include "libtensor/io/pickle/dense.h"
 
 #include "libtensor/io/array/raw_array.h"
+#include "libtensor/io/pickle/sparse.h"
 
 #include <string.h>
 
-enum { NESTING_MAX = 16, ELEMENTS_MAX = 1 << 22 };
+enum { NESTING_MAX = 16 };
 
 static const lt_pvalue *member(const lt_pvalue *v, const char *name)
 {
@@ -23,26 +26,61 @@ static bool class_is(const lt_pvalue *v, const char *name)
     return dot && strcmp(dot + 1, name) == 0;
 }
 
-/* A tuple, list or array of at most 8 sizes, as a shape. */
-static bool take_shape(const lt_pvalue *v, lt_array *out)
-{
-    const lt_array *a = lt_parray(v);
-    const bool sequence = v && (v->kind == LT_PTUPLE || v->kind == LT_PLIST);
-    const size_t n = sequence ? v->n : a && a->type != LT_ELEM_TEXT ? lt_array_count(a) : 0;
+/* ---- lists of numbers ---------------------------------------------------------------------------- */
 
-    if ((!sequence && !a) || n > LT_ARRAY_MAX_RANK)
-        return false;
-    out->rank = (int)n;
-    for (size_t i = 0; i < n; i++) {
-        if (sequence && !lt_pint(v->u.item[i], &out->shape[i]))
+static bool is_sequence(const lt_pvalue *v)
+{
+    return v->kind == LT_PLIST || v->kind == LT_PTUPLE;
+}
+
+/* The shape that a list has down its first items; false where it has too many dimensions or elements. */
+static bool list_shape(const lt_pvalue *v, lt_array *out)
+{
+    size_t count = 1;
+
+    for (out->rank = 0; is_sequence(v); out->rank++) {
+        if (out->rank == LT_ARRAY_MAX_RANK || !lt_size_mul(count, v->n, &count) || count > LT_DENSE_MAX)
             return false;
-        if (!sequence)
-            out->shape[i] = lt_array_int(a, i);
-        if (out->shape[i] < 0 || out->shape[i] > ELEMENTS_MAX)
-            return false;
+        out->shape[out->rank] = (int64_t)v->n;
+        if (v->n == 0) {
+            out->rank++;
+            break;
+        }
+        v = v->u.item[0];
     }
     return true;
 }
+
+/* All of it, each level as long as its shape says. */
+static bool take_list(const lt_pvalue *v, const lt_array *shape, int d, double **out)
+{
+    if (d == shape->rank)
+        return lt_pfloat(v, (*out)++);
+    if (!is_sequence(v) || v->n != (size_t)shape->shape[d])
+        return false;
+    for (size_t i = 0; i < v->n; i++)
+        if (!take_list(v->u.item[i], shape, d + 1, out))
+            return false;
+    return true;
+}
+
+static lt_status list_of_numbers(lt_arena *arena, const lt_pvalue *v, lt_array *a)
+{
+    lt_array list = { .type = LT_ELEM_F8 };
+    double *out;
+
+    if (!list_shape(v, &list))
+        return lt_error(LT_EFORMAT, "a list of more than 8 dimensions or %d elements", LT_DENSE_MAX);
+    list.data = out = lt_arena_array(arena, lt_array_count(&list), sizeof(*out));
+    if (!out)
+        return lt_error(LT_ENOMEM, "no memory for %zu numbers", lt_array_count(&list));
+    if (!take_list(v, &list, 0, &out))
+        return lt_error(LT_EFORMAT, "a list that is no array of numbers: of rows of one length each");
+    *a = list;
+    return LT_OK;
+}
+
+/* ---- chumpy -------------------------------------------------------------------------------------- */
 
 /* A new shape for as many elements. */
 static lt_status reshape(const lt_pvalue *shape, lt_array *a)
@@ -50,7 +88,7 @@ static lt_status reshape(const lt_pvalue *shape, lt_array *a)
     lt_array wanted = *a;
     size_t bytes, now;
 
-    if (!take_shape(shape, &wanted) || !lt_array_bytes(&wanted, &bytes) || !lt_array_bytes(a, &now) ||
+    if (!lt_take_shape(shape, &wanted) || !lt_array_bytes(&wanted, &bytes) || !lt_array_bytes(a, &now) ||
         bytes != now)
         return lt_error(LT_EFORMAT, "a chumpy shape that does not fit its elements");
     *a = wanted;
@@ -95,7 +133,7 @@ static lt_status transpose(lt_arena *arena, const lt_pvalue *axes, lt_array *a)
         return lt_error(LT_ENOMEM, "no memory for %zu numbers", n);
     for (int d = 0; d < a->rank; d++)
         order.shape[d] = a->rank - 1 - d;
-    if (!lt_pis_none(axes) && (!take_shape(axes, &order) || order.rank != a->rank))
+    if (!lt_pis_none(axes) && (!lt_take_shape(axes, &order) || order.rank != a->rank))
         return lt_error(LT_EFORMAT, "chumpy transpose with other axes than its array");
     for (int d = a->rank - 1; d >= 0; d--) {
         stride[d] = step;
@@ -113,96 +151,6 @@ static lt_status transpose(lt_arena *arena, const lt_pvalue *axes, lt_array *a)
     return LT_OK;
 }
 
-/* ---- sparse matrices ----------------------------------------------------------------------------- */
-
-typedef struct {
-    const lt_array *data, *major, *minor;   /* csc: indptr, indices; coo: rows, columns */
-    int64_t rows, cols;
-    double *out;                            /* (rows, cols) */
-} sparse;
-
-static lt_status bad_sparse(const char *what)
-{
-    return lt_error(LT_EFORMAT, "sparse matrix: %s", what);
-}
-
-static bool is_vector(const lt_array *a)
-{
-    return a && a->type != LT_ELEM_TEXT && a->rank == 1;
-}
-
-static bool put(sparse *s, int64_t row, int64_t col, size_t i)
-{
-    if (row < 0 || row >= s->rows || col < 0 || col >= s->cols)
-        return false;
-    s->out[row * s->cols + col] += lt_array_get(s->data, i);        /* SciPy adds up repeated places */
-    return true;
-}
-
-static lt_status fill_coo(sparse *s)
-{
-    if (s->major->shape[0] != s->data->shape[0] || s->minor->shape[0] != s->data->shape[0])
-        return bad_sparse("rows, columns and data of different lengths");
-    for (size_t i = 0; i < (size_t)s->data->shape[0]; i++)
-        if (!put(s, lt_array_int(s->major, i), lt_array_int(s->minor, i), i))
-            return bad_sparse("index outside its shape");
-    return LT_OK;
-}
-
-/* csc walks columns, csr rows; indptr says where each one's entries lie. */
-static lt_status fill_compressed(sparse *s, bool by_column)
-{
-    const int64_t n = by_column ? s->cols : s->rows;
-
-    if (s->major->shape[0] != n + 1 || s->minor->shape[0] != s->data->shape[0] ||
-        lt_array_int(s->major, 0) != 0 || lt_array_int(s->major, (size_t)n) != s->data->shape[0])
-        return bad_sparse("indptr that does not fit its shape and data");
-    for (int64_t j = 0; j < n; j++) {
-        const int64_t begin = lt_array_int(s->major, (size_t)j);
-        const int64_t end = lt_array_int(s->major, (size_t)j + 1);
-
-        if (begin > end || begin < 0 || end > s->data->shape[0])
-            return bad_sparse("indptr that is not ascending");
-        for (int64_t i = begin; i < end; i++) {
-            const int64_t k = lt_array_int(s->minor, (size_t)i);
-
-            if (!put(s, by_column ? k : j, by_column ? j : k, (size_t)i))
-                return bad_sparse("index outside its shape");
-        }
-    }
-    return LT_OK;
-}
-
-static lt_status densify(lt_arena *arena, const lt_pvalue *v, lt_array *out)
-{
-    const bool coo = class_is(v, "coo_matrix");
-    sparse s = {
-        .data = lt_parray(member(v, "data")),
-        .major = lt_parray(member(v, coo ? "row" : "indptr")),
-        .minor = lt_parray(member(v, coo ? "col" : "indices")),
-    };
-    const lt_pvalue *shape = member(v, "_shape");
-    lt_array dense = { .type = LT_ELEM_F8 };
-    size_t bytes;
-    lt_status st;
-
-    if (!is_vector(s.data) || !is_vector(s.major) || !is_vector(s.minor) || !take_shape(shape, &dense) ||
-        dense.rank != 2)
-        return bad_sparse("lacks _shape, data or indices");
-    s.rows = dense.shape[0];
-    s.cols = dense.shape[1];
-    if (!lt_array_bytes(&dense, &bytes) || bytes / 8 > ELEMENTS_MAX)
-        return bad_sparse("too large when made dense");
-    s.out = lt_arena_alloc(arena, bytes);
-    if (!s.out)
-        return lt_error(LT_ENOMEM, "no memory for %zu bytes", bytes);
-    st = coo ? fill_coo(&s) : fill_compressed(&s, class_is(v, "csc_matrix"));
-    dense.data = s.out;
-    if (!st)
-        *out = dense;
-    return st;
-}
-
 /* ---- expressions --------------------------------------------------------------------------------- */
 
 static lt_status apply(lt_arena *arena, const lt_pvalue *node, lt_array *a)
@@ -216,13 +164,30 @@ static lt_status apply(lt_arena *arena, const lt_pvalue *node, lt_array *a)
     return LT_OK;                               /* Ch: its value is x */
 }
 
+/* NULL is what is not there. */
+static lt_status plain_array(lt_arena *arena, const lt_pvalue *v, lt_array *a)
+{
+    char found[160];
+
+    if (v && lt_is_sparse(v))
+        return lt_sparse_dense(arena, v, a);
+    if (v && is_sequence(v) && v->n)
+        return list_of_numbers(arena, v, a);
+    if (!lt_parray(v))
+        return lt_error(LT_EFORMAT, "%s, no array of numbers", v ? lt_pdescribe(v, found, sizeof(found)) : "nothing");
+    if (lt_parray(v)->type == LT_ELEM_TEXT)
+        return lt_error(LT_EFORMAT, "text, no array of numbers");
+    *a = *lt_parray(v);
+    return LT_OK;
+}
+
 /* Down to the array at the bottom of the expression, then its operations on the way back up. */
 lt_status lt_pickle_dense(lt_arena *arena, const lt_pvalue *v, lt_array *out)
 {
     const lt_pvalue *node[NESTING_MAX];
     int n = 0;
     lt_array a;
-    lt_status st = LT_OK;
+    lt_status st;
 
     while (v && v->kind == LT_POBJECT && strncmp(v->u.object.class_name, "chumpy.", 7) == 0) {
         if (n == NESTING_MAX)
@@ -230,12 +195,7 @@ lt_status lt_pickle_dense(lt_arena *arena, const lt_pvalue *v, lt_array *out)
         node[n++] = v;
         v = member(v, class_is(v, "Ch") ? "x" : "a");
     }
-    if (v && v->kind == LT_POBJECT && strncmp(v->u.object.class_name, "scipy.", 6) == 0)
-        st = densify(arena, v, &a);
-    else if (!lt_parray(v) || lt_parray(v)->type == LT_ELEM_TEXT)
-        return lt_error(LT_EFORMAT, "no array of numbers");
-    else
-        a = *lt_parray(v);
+    st = plain_array(arena, v, &a);
     while (!st && n > 0)
         st = apply(arena, node[--n], &a);
     if (!st)

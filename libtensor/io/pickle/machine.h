@@ -14,18 +14,16 @@
 
 typedef struct lt_pmachine lt_pmachine;
 
-/* One known name. call NULL: it may stand there, but not be called. */
+/* One known name, and the value that calling it with a tuple gives. */
 typedef struct {
     const char *module, *name;
     lt_pvalue *(*call)(lt_pmachine *m, const lt_pvalue *args);
-    bool makes_object;                  /* NEWOBJ makes an LT_POBJECT of it, and a call where a dialect has it */
 } lt_pm_class;
 
 /* What a format that is built on pickles adds to Python's and NumPy's own classes. */
 typedef struct {
     const lt_pm_class *classes;
     size_t n;
-    const char *const *packages;        /* whose other names may stand there, inert; NULL-terminated */
     lt_pvalue *(*persistent)(lt_pmachine *m, const lt_pvalue *id);      /* meaning of PERSID */
 } lt_pm_dialect;
 
@@ -120,13 +118,13 @@ lt_pvalue *lt_pm_items(lt_pmachine *m, lt_pkind kind, lt_pvalue *const *item, si
 /* lt_pm_extend - append count items to a list, set or dict; to a dict an even number of them */
 void lt_pm_extend(lt_pmachine *m, lt_pvalue *to, lt_pvalue *const *item, size_t count);
 
-/* lt_pm_global - what a module and a name stand for; lt_pm_call, lt_pm_new, lt_pm_build - the meaning of
- * REDUCE, NEWOBJ and BUILD for the classes that we know */
+/* lt_pm_global - what a module and a name stand for; lt_pm_call, lt_pm_build - the meaning of REDUCE, which NEWOBJ
+ * shares, and of BUILD; lt_pm_object - an object that stays closed */
 lt_pvalue *lt_pm_global(lt_pmachine *m, const char *module, size_t n_module, const char *name,
                         size_t n_name);
 lt_pvalue *lt_pm_call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args);
-lt_pvalue *lt_pm_new(lt_pmachine *m, lt_pvalue *class_value, lt_pvalue *args);
 void lt_pm_build(lt_pmachine *m, lt_pvalue *object, lt_pvalue *state);
+lt_pvalue *lt_pm_object(lt_pmachine *m, const char *class_name);
 
 /* lt_pm_bad_args - a failure: name is called with arguments that it does not take; lt_pm_is_text - v is this text */
 lt_pvalue *lt_pm_bad_args(lt_pmachine *m, const char *name);
@@ -145,7 +143,8 @@ lt_pvalue *lt_pm_numpy_scalar(lt_pmachine *m, const lt_pvalue *args);
 void lt_pm_build_dtype(lt_pmachine *m, lt_pvalue *v, const lt_pvalue *state);
 void lt_pm_build_array(lt_pmachine *m, lt_pvalue *v, const lt_pvalue *state);
 
-/* lt_pm_check - result has no cycle, is not too deep, and every array in it was given its elements */
+/* lt_pm_check - result has no cycle, is not too deep, and every array in it was given its elements. What is so within
+ * an object is cut off there: nobody needs it. */
 void lt_pm_check(lt_pmachine *m);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * NumPy's own names in a pickle: dtypes, arrays in both of their forms, scalars.
+ * NumPy's own names in a pickle: dtypes, arrays in both of their forms, scalars. What has elements of Python's is a
+ * list of them; what has others that are not read is an object that says so.
  *
  * Source: numpy/core/src/multiarray, __reduce__ and __setstate__ of ndarray, dtype and scalars.
  */
@@ -14,6 +15,7 @@
 typedef struct {
     lt_array plain;                     /* first: lt_pvalue points to it */
     lt_raw_array raw;
+    const char *refused;                /* why elements of it are not read; NULL: they are */
 } dtype_value;
 
 static dtype_value *dtype_of(const lt_pvalue *v)
@@ -26,7 +28,7 @@ lt_pvalue *lt_pm_numpy_dtype(lt_pmachine *m, const lt_pvalue *args)
 {
     dtype_value *d = lt_pm_alloc(m, sizeof(*d));
     lt_pvalue *v = lt_pm_value(m, LT_PDTYPE);
-    const char *code, *wrong;
+    const char *code;
     size_t n;
 
     if (m->status)
@@ -40,11 +42,7 @@ lt_pvalue *lt_pm_numpy_dtype(lt_pmachine *m, const lt_pvalue *args)
         code++;
         n--;
     }
-    wrong = lt_raw_type(&d->raw, code, n);
-    if (wrong) {
-        lt_pm_fail(m, "numpy.dtype \"%.*s\": %s", (int)(n < 40 ? n : 40), code, wrong);
-        return m->none;
-    }
+    d->refused = lt_raw_type(&d->raw, code, n);
     d->plain.type = d->raw.type;
     v->u.array = &d->plain;
     return v;
@@ -57,17 +55,18 @@ void lt_pm_build_dtype(lt_pmachine *m, lt_pvalue *v, const lt_pvalue *state)
     bool good = state->kind == LT_PTUPLE && state->n >= 5 && state->u.item[1]->kind == LT_PSTR &&
                 state->u.item[1]->n == 1 && lt_raw_order(&d->raw, state->u.item[1]->u.text[0]);
 
-    for (size_t i = 2; good && i < 5; i++)
-        good = state->u.item[i]->kind == LT_PNONE;
     if (!good)
-        lt_pm_fail(m, "state of a numpy.dtype that is no plain number or text");
+        lt_pm_fail(m, "state of a numpy.dtype that is not one");
+    for (size_t i = 2; good && i < 5; i++)
+        if (state->u.item[i]->kind != LT_PNONE)
+            d->refused = "elements are structures";
 }
 
-/* _reconstruct(ndarray, (0,), "b"): an array whose elements come with BUILD */
+/* _reconstruct(ndarray, (0,), "b"), or a class that is one as well, as matrix and memmap are: an array whose elements
+ * come with BUILD */
 lt_pvalue *lt_pm_numpy_reconstruct(lt_pmachine *m, const lt_pvalue *args)
 {
-    if (args->n != 3 || args->u.item[0]->kind != LT_PCLASS ||
-        strcmp(args->u.item[0]->u.text, "numpy.ndarray") != 0)
+    if (args->n != 3 || args->u.item[0]->kind != LT_PCLASS)
         return lt_pm_bad_args(m, "numpy _reconstruct");
     return lt_pm_value(m, LT_PARRAY);
 }
@@ -85,8 +84,45 @@ static bool take_shape(lt_raw_array *raw, const lt_pvalue *shape)
     return true;
 }
 
+/* The next values as lists in lists, from dimension d of a shape on. */
+static lt_pvalue *nest(lt_pmachine *m, const lt_raw_array *raw, int d, lt_pvalue *const **item)
+{
+    lt_pvalue *list;
+
+    if (d == raw->rank)
+        return *(*item)++;
+    list = lt_pm_items(m, LT_PLIST, NULL, 0);
+    for (int64_t i = 0; !m->status && i < raw->shape[d]; i++) {
+        lt_pvalue *inner = nest(m, raw, d + 1, item);
+
+        if (!m->status)
+            lt_pm_extend(m, list, &inner, 1);
+    }
+    return list;
+}
+
+/* An array of Python's objects: v becomes the list of them, or where it has no dimensions the one that there is. They
+ * stand in C order, whatever the array's own is. */
+static void fill_objects(lt_pmachine *m, lt_pvalue *v, const lt_raw_array *raw, const lt_pvalue *data)
+{
+    lt_pvalue *const *item = data->u.item;
+    const lt_pvalue *filled;
+    size_t count = 1;
+
+    for (int d = 0; d < raw->rank; d++)
+        if (raw->shape[d] < 0 || !lt_size_mul(count, (size_t)raw->shape[d], &count))
+            count = SIZE_MAX;
+    if (data->kind != LT_PLIST || data->n != count) {
+        lt_pm_fail(m, "array of Python objects whose list of them is not what its shape wants");
+        return;
+    }
+    filled = count ? nest(m, raw, 0, &item) : lt_pm_items(m, LT_PLIST, NULL, 0);
+    if (!m->status)
+        *v = *filled;
+}
+
 /* The elements of v, out of bytes or of a Python 2 string; exactly as many as the shape wants. */
-static void fill_array(lt_pmachine *m, lt_pvalue *v, const lt_raw_array *raw, const lt_pvalue *data)
+static void fill_numbers(lt_pmachine *m, lt_pvalue *v, const lt_raw_array *raw, const lt_pvalue *data)
 {
     lt_array *a = lt_pm_alloc(m, sizeof(*a));
     size_t want;
@@ -107,16 +143,45 @@ static void fill_array(lt_pmachine *m, lt_pvalue *v, const lt_raw_array *raw, co
     }
 }
 
-/* (version, shape, dtype, is_fortran, data); the oldest files have no version */
+/* An array that nobody can read becomes an object that says why. */
+static void close_array(lt_pmachine *m, lt_pvalue *v, const char *why)
+{
+    static const char start[] = "numpy.ndarray whose ";
+    char *name = lt_pm_alloc(m, sizeof(start) + strlen(why));
+
+    if (!name)
+        return;
+    memcpy(name, start, sizeof(start));
+    strcat(name, why);
+    *v = (lt_pvalue){ .kind = LT_POBJECT, .u.object.class_name = name };
+}
+
+static void fill_array(lt_pmachine *m, lt_pvalue *v, const dtype_value *d, const lt_raw_array *raw,
+                       const lt_pvalue *data)
+{
+    if (d->raw.objects)
+        fill_objects(m, v, raw, data);
+    else if (d->refused)
+        close_array(m, v, d->refused);
+    else
+        fill_numbers(m, v, raw, data);
+}
+
+/* (version, shape, dtype, is_fortran, data), and what a class of somebody's has besides; the oldest files have no
+ * version */
 void lt_pm_build_array(lt_pmachine *m, lt_pvalue *v, const lt_pvalue *state)
 {
-    const size_t first = state->kind == LT_PTUPLE && state->n == 5;
-    const bool good = state->kind == LT_PTUPLE && state->n == 4 + first;
+    const size_t first = state->kind == LT_PTUPLE && state->n >= 5;
+    const bool good = state->kind == LT_PTUPLE && state->n >= 4 && !v->u.array;
     lt_pvalue *const *part = good ? state->u.item + first : NULL;
     const dtype_value *d = good ? dtype_of(part[1]) : NULL;
     lt_raw_array raw;
 
-    if (!d || v->u.array || (part[2]->kind != LT_PBOOL && part[2]->kind != LT_PINT)) {
+    if (good && part[1]->kind == LT_POBJECT) {              /* NumPy's dtypes of variable length, say */
+        close_array(m, v, "elements are of a type that is not read");
+        return;
+    }
+    if (!d || (part[2]->kind != LT_PBOOL && part[2]->kind != LT_PINT)) {
         lt_pm_fail(m, "state of a numpy.ndarray that is not one");
         return;
     }
@@ -125,7 +190,7 @@ void lt_pm_build_array(lt_pmachine *m, lt_pvalue *v, const lt_pvalue *state)
     if (!take_shape(&raw, part[0]))
         lt_pm_fail(m, "shape of an array is not a tuple of at most %d integers", LT_ARRAY_MAX_RANK);
     else
-        fill_array(m, v, &raw, part[3]);
+        fill_array(m, v, d, &raw, part[3]);
 }
 
 /* _frombuffer(bytes, dtype, shape, "C" or "F"): protocol 5 */
@@ -141,7 +206,7 @@ lt_pvalue *lt_pm_numpy_frombuffer(lt_pmachine *m, const lt_pvalue *args)
     raw.fortran = lt_pm_is_text(args->u.item[3], "F");
     if (!take_shape(&raw, args->u.item[2]))
         return lt_pm_bad_args(m, "numpy _frombuffer");
-    fill_array(m, v, &raw, args->u.item[0]);
+    fill_array(m, v, d, &raw, args->u.item[0]);
     return v;
 }
 
@@ -153,6 +218,6 @@ lt_pvalue *lt_pm_numpy_scalar(lt_pmachine *m, const lt_pvalue *args)
 
     if (!d)
         return lt_pm_bad_args(m, "numpy scalar");
-    fill_array(m, v, &d->raw, args->u.item[1]);
+    fill_array(m, v, d, &d->raw, args->u.item[1]);
     return v;
 }

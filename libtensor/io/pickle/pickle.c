@@ -10,6 +10,8 @@
 #include "libtensor/io/kind.h"
 #include "libtensor/io/pickle/machine.h"
 
+#include <string.h>
+
 /* ---- opcodes: containers ------------------------------------------------------------------------- */
 
 static void push_items(lt_pmachine *m, lt_pkind kind)
@@ -23,17 +25,30 @@ static void push_items(lt_pmachine *m, lt_pkind kind)
         lt_pm_push(m, lt_pm_items(m, kind, item, kind == LT_PDICT ? n / 2 : n));
 }
 
+/* What items are put into: an object has a container for them beside its state. What is put into one besides that is of
+ * another kind goes nowhere. */
+static lt_pvalue *container(lt_pmachine *m, lt_pvalue *to, lt_pkind kind)
+{
+    static const char *const names[] = { [LT_PLIST] = "list", [LT_PSET] = "set", [LT_PDICT] = "dict" };
+
+    if (to->kind == LT_POBJECT && to->items && to->items->kind != kind)
+        return lt_pm_items(m, kind, NULL, 0);
+    if (to->kind == LT_POBJECT) {
+        if (!to->items)
+            to->items = lt_pm_items(m, kind, NULL, 0);
+        to = to->items;
+    }
+    if (!m->status && to->kind != kind)
+        lt_pm_fail(m, "adds items to what is no %s", names[kind]);
+    return to;
+}
+
 /* Moves what is above the mark into the container below it. */
 static void extend_top(lt_pmachine *m, lt_pkind kind)
 {
     size_t n;
-    lt_pvalue **item = lt_pm_pop_mark(m, &n), *to = lt_pm_top(m);
+    lt_pvalue **item = lt_pm_pop_mark(m, &n), *to = container(m, lt_pm_top(m), kind);
 
-    if (to->kind == LT_POBJECT && m->dialect)
-        return;                             /* of a class that is a list or dict besides: not looked into */
-    if (to->kind != kind)
-        lt_pm_fail(m, "adds items to what is no %s",
-                   kind == LT_PLIST ? "list" : kind == LT_PSET ? "set" : "dict");
     if (kind == LT_PDICT && n % 2)
         lt_pm_fail(m, "dict with a key that has no value");
     if (!m->status)
@@ -68,22 +83,18 @@ static void op_tuple3(lt_pmachine *m)       { push_tuple(m, 3); }
 
 static void op_append(lt_pmachine *m)
 {
-    lt_pvalue *v = lt_pm_pop(m), *list = lt_pm_top(m);
+    lt_pvalue *v = lt_pm_pop(m), *list = container(m, lt_pm_top(m), LT_PLIST);
 
-    if (list->kind != LT_PLIST && !(list->kind == LT_POBJECT && m->dialect))
-        lt_pm_fail(m, "adds an item to what is no list");
-    if (!m->status && list->kind == LT_PLIST)
+    if (!m->status)
         lt_pm_extend(m, list, &v, 1);
 }
 
 static void op_setitem(lt_pmachine *m)
 {
-    lt_pvalue *value = lt_pm_pop(m), *key = lt_pm_pop(m), *dict = lt_pm_top(m);
+    lt_pvalue *value = lt_pm_pop(m), *key = lt_pm_pop(m), *dict = container(m, lt_pm_top(m), LT_PDICT);
     lt_pvalue *pair[2] = { key, value };
 
-    if (dict->kind != LT_PDICT && !(dict->kind == LT_POBJECT && m->dialect))
-        lt_pm_fail(m, "adds an item to what is no dict");
-    if (!m->status && dict->kind == LT_PDICT)
+    if (!m->status)
         lt_pm_extend(m, dict, pair, 2);
 }
 
@@ -155,29 +166,48 @@ static void op_stack_global(lt_pmachine *m)
         lt_pm_push(m, lt_pm_global(m, module->u.text, module->n, name->u.text, name->n));
 }
 
-static void op_reduce(lt_pmachine *m)
+static void call(lt_pmachine *m, lt_pvalue *callee, lt_pvalue *args)
 {
-    lt_pvalue *args = lt_pm_pop(m), *callee = lt_pm_pop(m);
-
     if (!m->status)
         lt_pm_push(m, lt_pm_call(m, callee, args));
 }
 
-static void op_newobj(lt_pmachine *m)
+static void op_reduce(lt_pmachine *m)
 {
-    lt_pvalue *args = lt_pm_pop(m), *class_value = lt_pm_pop(m);
+    lt_pvalue *args = lt_pm_pop(m);
 
-    if (!m->status)
-        lt_pm_push(m, lt_pm_new(m, class_value, args));
+    call(m, lt_pm_pop(m), args);
 }
 
+/* The same with arguments by name, which mean nothing to the classes that are known. */
 static void op_newobj_ex(lt_pmachine *m)
 {
-    lt_pvalue *named = lt_pm_pop(m);
+    if (lt_pm_pop(m)->kind != LT_PDICT)
+        lt_pm_fail(m, "an object made with what is no dict of arguments");
+    op_reduce(m);
+}
 
-    if (named->kind != LT_PDICT || named->n)
-        lt_pm_fail(m, "an object made with named arguments");
-    op_newobj(m);
+/* Python 2's classes: the name in two lines, or the first value above the mark, and arguments above that. */
+static void op_inst(lt_pmachine *m)
+{
+    lt_pvalue *callee, **above;
+    size_t n;
+
+    op_global(m);
+    callee = lt_pm_pop(m);
+    above = lt_pm_pop_mark(m, &n);
+    call(m, callee, lt_pm_items(m, LT_PTUPLE, above, n));
+}
+
+static void op_obj(lt_pmachine *m)
+{
+    size_t n;
+    lt_pvalue **above = lt_pm_pop_mark(m, &n);
+
+    if (n == 0)
+        lt_pm_fail(m, "makes an object of no class");
+    if (!m->status)
+        call(m, above[0], lt_pm_items(m, LT_PTUPLE, above + 1, n - 1));
 }
 
 static void op_build(lt_pmachine *m)
@@ -212,8 +242,6 @@ static void op_persid(lt_pmachine *m)
 }
 
 /* Opcodes that no data needs: what each would do is in its line. */
-static void op_inst(lt_pmachine *m)     { lt_pm_fail(m, "INST: makes an object of an old-style class"); }
-static void op_obj(lt_pmachine *m)      { lt_pm_fail(m, "OBJ: makes an object of an old-style class"); }
 static void op_ext(lt_pmachine *m)      { lt_pm_fail(m, "EXT: a class by its number in the writer's registry"); }
 static void op_buffer(lt_pmachine *m)   { lt_pm_fail(m, "NEXT_BUFFER: bytes that are outside the file"); }
 static void op_readonly(lt_pmachine *m) { lt_pm_fail(m, "READONLY_BUFFER: of bytes that are outside the file"); }
@@ -238,7 +266,7 @@ static const lt_pm_opcode ops[256] = {
     [0x87] = op_tuple3, ['}'] = op_empty_dict, ['d'] = op_dict, ['s'] = op_setitem, ['u'] = op_setitems,
     [0x8f] = op_empty_set, [0x90] = op_additems, [0x91] = op_frozenset, ['p'] = op_put, ['q'] = op_binput,
     ['r'] = op_long_binput, [0x94] = op_memoize, ['g'] = op_get, ['h'] = op_binget, ['j'] = op_long_binget,
-    ['c'] = op_global, [0x93] = op_stack_global, ['R'] = op_reduce, ['b'] = op_build, [0x81] = op_newobj,
+    ['c'] = op_global, [0x93] = op_stack_global, ['R'] = op_reduce, ['b'] = op_build, [0x81] = op_reduce,
     [0x92] = op_newobj_ex, ['P'] = op_persid, ['Q'] = op_binpersid, ['i'] = op_inst, ['o'] = op_obj,
     [0x82] = op_ext, [0x83] = op_ext, [0x84] = op_ext, [0x97] = op_buffer, [0x98] = op_readonly,
 };
@@ -282,6 +310,13 @@ lt_status lt_pm_run(lt_pmachine *m, const lt_pvalue **out)
     lt_release(m->mark);
     lt_release(m->memo);
     return m->status;
+}
+
+bool lt_pickle_sniff(const uint8_t *bytes, size_t n)
+{
+    const lt_kind kind = lt_kind_of(bytes, n);
+
+    return kind == LT_KIND_PICKLE || (!kind && memchr("(})]cN", bytes[0], 6));
 }
 
 lt_status lt_pickle_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,

@@ -3,7 +3,7 @@
  * The part of Python's pickle, protocols 0 to 5, that datasets and hand models are stored in. A file
  * becomes a tree of plain values. Nothing in it is ever executed, imported or looked up.
  *
- * Source: CPython Lib/pickletools.py for the opcodes; NumPy, SciPy and chumpy for how they pickle.
+ * Source: CPython Lib/pickletools.py for the opcodes; NumPy for how it pickles.
  */
 #ifndef LT_IO_PICKLE_PICKLE_H
 #define LT_IO_PICKLE_PICKLE_H
@@ -24,9 +24,10 @@ typedef enum {
     LT_PLIST, LT_PTUPLE, LT_PSET,   /* item, n */
     LT_PDICT,                       /* item: key, value, key, value ...; n pairs, in file order */
     LT_PARRAY,                      /* array: numpy.ndarray, and numpy scalars with rank 0 */
-    LT_POBJECT,                     /* object: its class, and its state or NULL where it had none */
+    LT_POBJECT,                     /* object: its class, and its state or NULL where it had none; items */
     LT_PCLASS,                      /* text: the dotted name of a class or function, inert */
     LT_PDTYPE,                      /* array: rank 0, type; no data */
+    LT_POWN,                        /* text, own: what a reader that is built on this one made of its own */
 } lt_pkind;
 
 /* Values may be shared: one list can stand in several places. There are no cycles, and no value is
@@ -37,7 +38,8 @@ struct lt_pvalue {
     uint32_t mark;                  /* the reader's own */
     union {
         size_t n;
-        void *own;                  /* of an object that a reader made: its own */
+        lt_pvalue *items;           /* of an object: the dict or list of what was put into it, or NULL */
+        void *own;
     };
     union {
         int64_t integer;
@@ -59,19 +61,24 @@ enum { LT_PICKLE_DEPTH = 64 };
  *
  *   out      owned by the arena; touched only on success
  *
- * The classes that mean something: numpy arrays, scalars and dtypes; str, int, list, dict, set and their
- * like; OrderedDict and defaultdict (as dicts); scipy.sparse csc, csr and coo matrices and chumpy's Ch,
- * Select, Reshape and transpose (as LT_POBJECT). Any other name is refused.
+ * The classes that mean something: numpy arrays (also those of subclasses, as numpy.matrix is one), scalars and
+ * dtypes; str, int, list, dict, set and their like; OrderedDict and defaultdict (as dicts). An array of Python
+ * objects becomes a list, nested as deep as it has dimensions, or of none the object itself. Whatever else a file
+ * names becomes an LT_POBJECT that stays closed; so do integers beyond 64 bits, and arrays of complex numbers, of
+ * structures and the like. It is an error only to him who wants to read it.
  *
- * Errors: LT_EFORMAT names the file, the byte offset and the reason: truncated, unknown opcode, a class
- * outside the list, a size beyond what the file holds, a value inside itself, nesting too deep, over
- * 16 million values. LT_EIO, LT_ENOMEM.
+ * Errors: LT_EFORMAT names the file, the byte offset and the reason: cut short, unknown opcode, a size beyond what
+ * the file holds, a value inside itself, nesting too deep, over 16 million values. LT_EIO, LT_ENOMEM.
  */
 LT_API lt_status lt_pickle_read(lt_arena *arena, const char *path, const lt_pvalue **out);
 
 /* lt_pickle_parse - the same from n bytes in memory, which must live as long as the arena */
 LT_API lt_status lt_pickle_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                                  const lt_pvalue **out);
+
+/* lt_pickle_sniff - whether bytes may be a pickle's; protocols 0 and 1 have no first bytes of their own, but begin with
+ * a container, a class or None */
+LT_API bool lt_pickle_sniff(const uint8_t *bytes, size_t n);
 
 /* lt_pdict_get - the value under a text key, the last one where there are several; NULL when it is
  * not there or d is NULL or no dict */
@@ -87,6 +94,10 @@ LT_API bool lt_pfloat(const lt_pvalue *v, double *out);
 
 /* lt_pis_none - v is NULL or Python's None */
 LT_API bool lt_pis_none(const lt_pvalue *v);
+
+/* lt_pdescribe - what v is, for an error line: "a list", "(778, 3)", "an object of config.Config"; into out, cut at n
+ * bytes; returns out */
+LT_API const char *lt_pdescribe(const lt_pvalue *v, char *out, size_t n);
 
 /**
  * lt_pfloats - exactly n finite numbers out of an array of any shape, or out of (nested) lists

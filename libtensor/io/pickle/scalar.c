@@ -53,29 +53,37 @@ static void op_binint(lt_pmachine *m)   { push_int(m, LT_PINT, (int32_t)lt_pm_ta
 static void op_binint1(lt_pmachine *m)  { push_int(m, LT_PINT, (int64_t)lt_pm_take_uint(m, 1)); }
 static void op_binint2(lt_pmachine *m)  { push_int(m, LT_PINT, (int64_t)lt_pm_take_uint(m, 2)); }
 
+/* Digits, a sign before and an L behind them perhaps. */
+static bool is_integer(const char *text, size_t n)
+{
+    size_t i = n && *text == '-';
+    const size_t first = i;
+
+    while (i < n && text[i] >= '0' && text[i] <= '9')
+        i++;
+    return i > first && (i == n || (i + 1 == n && text[i] == 'L'));
+}
+
+/* Generators of random numbers have states of 128 bits, which nobody asks for. */
+static void push_huge(lt_pmachine *m)
+{
+    lt_pm_push(m, lt_pm_object(m, "builtins.int"));
+}
+
 static void op_int(lt_pmachine *m)
 {
     size_t n;
     const char *text = lt_pm_take_line(m, &n);
     int64_t x = 0;
 
-    if (text && !lt_pm_parse_int(text, n, &x))
-        lt_pm_fail(m, "not a 64-bit integer");
-    else if (text)
-        push_int(m, n == 2 && text[0] == '0' && (text[1] | 1) == '1' ? LT_PBOOL : LT_PINT, x);
-}
-
-/* Beside weights there are generators' states of 128 bits, which nobody asks for. */
-static void push_huge(lt_pmachine *m, uint64_t n)
-{
-    lt_pvalue *v = m->dialect ? lt_pm_value(m, LT_POBJECT) : m->none;
-
-    if (!m->dialect)
-        lt_pm_fail(m, "integer of %ju bytes, want at most 8", (uintmax_t)n);
-    if (m->status)
+    if (!text)
         return;
-    v->u.object.class_name = "builtins.int";
-    lt_pm_push(m, v);
+    if (lt_pm_parse_int(text, n, &x))
+        push_int(m, n == 2 && text[0] == '0' && (text[1] | 1) == '1' ? LT_PBOOL : LT_PINT, x);
+    else if (is_integer(text, n))
+        push_huge(m);
+    else
+        lt_pm_fail(m, "not an integer");
 }
 
 static void push_long(lt_pmachine *m, uint64_t n)
@@ -86,7 +94,7 @@ static void push_long(lt_pmachine *m, uint64_t n)
     if (!p)
         return;
     if (n > 8) {
-        push_huge(m, n);
+        push_huge(m);
         return;
     }
     for (uint64_t i = 0; i < 8; i++)            /* two's complement: the last bit goes on for ever */

@@ -6,6 +6,8 @@
 
 enum { FIRST_ROOM = 64 };
 
+#define CUT "; where the file is cut short, copy or download it again"
+
 /* ---- input --------------------------------------------------------------------------------------- */
 
 /* The next n bytes, or NULL and a failure. */
@@ -14,7 +16,7 @@ const uint8_t *lt_pm_take(lt_pmachine *m, uint64_t n)
     const uint8_t *p = m->bytes + m->pos;
 
     if (n > m->n - m->pos) {
-        lt_pm_fail(m, "ends early, wants %ju bytes more and has %zu", (uintmax_t)n, m->n - m->pos);
+        lt_pm_fail(m, "ends early, wants %ju bytes more and has %zu" CUT, (uintmax_t)n, m->n - m->pos);
         return NULL;
     }
     m->pos += (size_t)n;
@@ -40,7 +42,7 @@ const char *lt_pm_take_line(lt_pmachine *m, size_t *n)
 
     *n = 0;
     if (!end) {
-        lt_pm_fail(m, "ends early, in a line of text");
+        lt_pm_fail(m, "ends early, in a line of text" CUT);
         return NULL;
     }
     *n = (size_t)(end - start);

@@ -5,6 +5,7 @@
 #include "libtensor/io/pickle/pickle.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 const lt_pvalue *lt_pdict_get(const lt_pvalue *d, const char *key)
@@ -109,28 +110,34 @@ static bool gather(gathering *g, const lt_pvalue *v)
     return true;
 }
 
-static const char *describe(const lt_pvalue *v, char *text, size_t n)
+const char *lt_pdescribe(const lt_pvalue *v, char *out, size_t n)
 {
     static const char *const names[] = {
         [LT_PNONE] = "None", [LT_PBOOL] = "a bool", [LT_PINT] = "an integer", [LT_PFLOAT] = "a number",
         [LT_PSTR] = "text", [LT_PBYTES] = "bytes", [LT_PLIST] = "a list", [LT_PTUPLE] = "a tuple",
-        [LT_PSET] = "a set", [LT_PDICT] = "a dict", [LT_POBJECT] = "an object", [LT_PCLASS] = "a class",
-        [LT_PDTYPE] = "a dtype",
+        [LT_PSET] = "a set", [LT_PDICT] = "a dict", [LT_PCLASS] = "a class", [LT_PDTYPE] = "a dtype",
+        [LT_POWN] = "an object",
     };
 
-    return v->kind == LT_PARRAY ? lt_array_shape_text(v->u.array, text, n) : names[v->kind];
+    if (v->kind == LT_PARRAY)
+        return lt_array_shape_text(v->u.array, out, n);
+    if (v->kind == LT_POBJECT)
+        snprintf(out, n, "an object of %s", v->u.object.class_name);
+    else
+        snprintf(out, n, "%s", names[v->kind]);
+    return out;
 }
 
 lt_status lt_pfloats(const lt_pvalue *v, const char *what, float *out, size_t n)
 {
     gathering g = { .out = out, .n = n, .steps = 16 * n + 64 };
-    char shape[64];
+    char found[160];
 
     if (!v)
         return lt_error(LT_EFORMAT, "%s: missing", what);
     if (!gather(&g, v) || g.found != n)
         return lt_error(LT_EFORMAT, "%s: want %zu numbers, found %s", what, n,
-                        describe(v, shape, sizeof(shape)));
+                        lt_pdescribe(v, found, sizeof(found)));
     for (size_t i = 0; i < n; i++)
         if (!isfinite(out[i]))
             return lt_error(LT_EFORMAT, "%s: number %zu is not finite", what, i);

@@ -14,7 +14,8 @@
 typedef struct lt_torch_storage lt_torch_storage;
 struct lt_torch_storage {
     const char *key;
-    lt_elem type;                   /* u1 where the file says only bytes */
+    lt_elem type;                   /* u1 where the file says only bytes, and of what is not read */
+    const char *unread;             /* the class of a storage whose elements are not read; NULL: they are */
     uint64_t count;                 /* elements promised */
     uint64_t stored;                /* and how the stream counts them: an untyped storage's are bytes */
     uint64_t view_begin, view_count;        /* the part that is meant */
@@ -41,6 +42,7 @@ typedef struct {
     const uint8_t *bytes;
     size_t n;
     bool big_endian;
+    bool in_stream;                 /* storages stand one behind the other */
     size_t spent;                   /* of lt_pm_budget(n) */
     lt_torch_storage *storages;
     size_t n_storages;
@@ -53,6 +55,10 @@ typedef struct {
  * storages and tensors join t's lists. name is for the error line. */
 lt_status lt_torch_pickle(lt_torch *t, const char *name, const uint8_t *bytes, size_t n, size_t *pos,
                           const lt_pvalue **out);
+
+/* What LT_POWN values of this address are: tensors that are not read; own is why, a text. And how the names of the
+ * functions begin that make a tensor of what was saved: an object of one is a tensor of a kind that is not read. */
+extern const char lt_torch_unread[], lt_torch_makers[];
 
 /* lt_torch_view - the elements of a tensor: shape and strides in elements, behind begin, of the storage.
  * NULL, and *array its shape, or why it cannot be. */

@@ -7,13 +7,16 @@
  */
 #include "libtensor/io/torch/internal.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* A tensor may have marks that many others share, a storage a key; PyTorch's marks are two, its keys numbers. */
 enum { MARKS_MAX = 16, KEY_BYTES_MAX = 256 };
 
-/* A storage in a pickle is an object of this class, by address; what it is, is its lt_torch_storage. */
-static const char storage_class[] = "torch storage";
+/* A storage and a tensor that is not read are values of our own, told apart by these. Of the first own is its
+ * lt_torch_storage, of the second why. */
+static const char storage_kind[] = "a storage";
+const char lt_torch_unread[] = "a tensor that is not read", lt_torch_makers[] = "torch._utils._rebuild_";
 
 static const struct {
     const char *storage, *dtype;
@@ -25,6 +28,15 @@ static const struct {
     { "ShortStorage", "int16", LT_ELEM_I2 }, { "CharStorage", "int8", LT_ELEM_I1 },
     { "ByteStorage", "uint8", LT_ELEM_U1 }, { "BoolStorage", "bool", LT_ELEM_BOOL },
     { "UntypedStorage", "uint8", LT_ELEM_U1 },
+};
+
+/* Elements that are passed over, and their bytes, which the stream counts in elements. */
+static const struct {
+    const char *storage;
+    uint64_t size;
+} unread[] = {
+    { "ComplexFloatStorage", 8 }, { "ComplexDoubleStorage", 16 }, { "QInt8Storage", 1 }, { "QUInt8Storage", 1 },
+    { "QInt32Storage", 4 },
 };
 
 bool lt_torch_type(const char *dotted, lt_elem *out)
@@ -59,12 +71,28 @@ static bool take_view(const lt_pvalue *v, lt_torch_storage *s)
     return s->view_begin <= s->count && s->view_count <= s->count - s->view_begin;
 }
 
+/* The type of a storage, as bytes where its elements are not read; false where nobody knows how large these are, which
+ * matters in the stream alone: there the next one begins behind them. */
+static bool take_type(const lt_torch *t, const char *dotted, lt_torch_storage *s)
+{
+    const char *dot = strrchr(dotted, '.'), *name = dot ? dot + 1 : dotted;
+    bool known = false;
+
+    if (lt_torch_type(dotted, &s->type))
+        return true;
+    s->type = LT_ELEM_U1;
+    s->unread = dotted;
+    for (size_t i = 0; !known && i < LT_COUNT(unread); i++)
+        known = strcmp(unread[i].storage, name) == 0 && !__builtin_mul_overflow(s->count, unread[i].size, &s->count);
+    return known || !t->in_stream;
+}
+
 /* ("storage", class, key, device, elements) and in the stream a view behind it */
 static lt_pvalue *storage(lt_pmachine *m, const lt_pvalue *id)
 {
     lt_torch *t = m->context;
     lt_torch_storage *s = lt_pm_alloc(m, sizeof(*s));
-    lt_pvalue *v = lt_pm_value(m, LT_POBJECT), *const *part = id->u.item;
+    lt_pvalue *v = lt_pm_value(m, LT_POWN), *const *part = id->u.item;
 
     if (m->status)
         return m->none;
@@ -76,21 +104,21 @@ static lt_pvalue *storage(lt_pmachine *m, const lt_pvalue *id)
         lt_pm_fail(m, "a storage with a key of %zu bytes, want at most %d", part[2]->n, KEY_BYTES_MAX);
     *s = (lt_torch_storage){ .key = part[2]->u.text, .count = (uint64_t)part[4]->u.integer, .at = m->op_start };
     s->stored = s->count;
-    if (!lt_torch_type(part[1]->u.text, &s->type))
+    if (!take_type(t, part[1]->u.text, s))
         lt_pm_fail(m, "a storage of %s, whose elements are not read", part[1]->u.text);
-    if (!take_view(id->n == 6 ? part[5] : m->none, s))
+    if (!s->unread && !take_view(id->n == 6 ? part[5] : m->none, s))
         lt_pm_fail(m, "a view beyond its storage");
     s->next = t->storages;
     t->storages = s;
     t->n_storages++;
-    v->u.object.class_name = storage_class;
+    v->u.text = storage_kind;
     v->own = s;
     return v;
 }
 
 static lt_torch_storage *storage_of(const lt_pvalue *v)
 {
-    return v->kind == LT_POBJECT && v->u.object.class_name == storage_class ? v->own : NULL;
+    return v->kind == LT_POWN && v->u.text == storage_kind ? v->own : NULL;
 }
 
 static lt_pvalue *persistent(lt_pmachine *m, const lt_pvalue *id)
@@ -120,6 +148,25 @@ static bool take_sizes(const lt_pvalue *v, int rank, int64_t *out)
         out[i] = v->u.item[i]->u.integer;
     }
     return true;
+}
+
+static lt_pvalue *unread_tensor(lt_pmachine *m, const char *what, const char *why)
+{
+    enum { REASON = 160 };
+    char *reason = lt_pm_alloc(m, REASON);
+    lt_pvalue *v = lt_pm_value(m, LT_POWN);
+
+    if (m->status)
+        return m->none;
+    snprintf(reason, REASON, "%s, %s", what, why);
+    v->u.text = lt_torch_unread;
+    v->own = reason;
+    return v;
+}
+
+static bool is_unread(const lt_pvalue *v)
+{
+    return v->kind == LT_POWN && v->u.text == lt_torch_unread;
 }
 
 /* An untyped storage is so many bytes; the tensor says of what. */
@@ -197,11 +244,13 @@ static lt_pvalue *call_tensor(lt_pmachine *m, const lt_pvalue *args)
 {
     lt_torch_storage *s = args->n >= 4 ? storage_of(args->u.item[0]) : NULL;
 
-    if (s && is_marked(m, args)) {
-        lt_pm_fail(m, "a tensor that is a negated or conjugated view; save it resolved (torch.resolve_neg)");
-        return m->none;
-    }
-    return s ? tensor(m, args, s) : bad_tensor(m);
+    if (!s)
+        return bad_tensor(m);
+    if (s->unread)
+        return unread_tensor(m, s->unread, "whose elements are not read");
+    if (is_marked(m, args))
+        return unread_tensor(m, "a negated or conjugated view", "to be saved resolved (torch.resolve_neg)");
+    return tensor(m, args, s);
 }
 
 /* (storage, offset, size, stride, requires_grad, hooks, dtype, ...) */
@@ -212,28 +261,31 @@ static lt_pvalue *call_tensor_v3(lt_pmachine *m, const lt_pvalue *args)
 
     if (!s || args->u.item[6]->kind != LT_PCLASS)
         return bad_tensor(m);
-    if (!lt_torch_type(args->u.item[6]->u.text, &type)) {
-        lt_pm_fail(m, "a tensor of %s, whose elements are not read", args->u.item[6]->u.text);
-        return m->none;
-    }
+    if (s->unread || !lt_torch_type(args->u.item[6]->u.text, &type))
+        return unread_tensor(m, args->u.item[6]->u.text, "whose elements are not read");
     return tensor(m, args, retyped(m, s, type));
 }
 
 /* (tensor, requires_grad, hooks, ...): the tensor */
 static lt_pvalue *call_parameter(lt_pmachine *m, const lt_pvalue *args)
 {
-    return args->n >= 1 && args->u.item[0]->kind == LT_PARRAY ? args->u.item[0] : bad_tensor(m);
+    lt_pvalue *x = args->n >= 1 ? args->u.item[0] : m->none;
+
+    return x->kind == LT_PARRAY || x->kind == LT_POBJECT || is_unread(x) ? x : bad_tensor(m);
 }
 
-/* (_rebuild_tensor_v2, class, its arguments, attributes): a parameter with attributes of its own */
+/* (_rebuild_tensor_v2, class, its arguments, attributes): a parameter with attributes of its own. Tensors that are made
+ * in another way are left closed. */
 static lt_pvalue *call_from_type(lt_pmachine *m, const lt_pvalue *args)
 {
     lt_pvalue *const *part = args->u.item;
+    const char *maker = args->n == 4 && part[0]->kind == LT_PCLASS ? part[0]->u.text : "";
 
-    if (args->n != 4 || part[0]->kind != LT_PCLASS || part[2]->kind != LT_PTUPLE ||
-        strcmp(part[0]->u.text, "torch._utils._rebuild_tensor_v2") != 0)
+    if (strncmp(maker, lt_torch_makers, strlen(lt_torch_makers)) != 0 || part[2]->kind != LT_PTUPLE)
         return bad_tensor(m);
-    return call_tensor(m, part[2]);
+    if (strcmp(maker, "torch._utils._rebuild_tensor_v2") == 0)
+        return call_tensor(m, part[2]);
+    return strcmp(maker, "torch._utils._rebuild_tensor_v3") == 0 ? call_tensor_v3(m, part[2]) : lt_pm_object(m, maker);
 }
 
 /* Size((2, 3)): the tuple */
@@ -253,30 +305,17 @@ static lt_pvalue *call_device(lt_pmachine *m, const lt_pvalue *args)
 }
 
 static const lt_pm_class classes[] = {
-    { "torch._utils", "_rebuild_tensor", call_tensor, false },
-    { "torch._utils", "_rebuild_tensor_v2", call_tensor, false },
-    { "torch._utils", "_rebuild_tensor_v3", call_tensor_v3, false },
-    { "torch._utils", "_rebuild_parameter", call_parameter, false },
-    { "torch._utils", "_rebuild_parameter_with_state", call_parameter, false },
-    { "torch._tensor", "_rebuild_from_type_v2", call_from_type, false },
-    { "torch", "Size", call_size, false },
-    { "torch", "device", call_device, false },
-    { "argparse", "Namespace", NULL, true },
-    { "types", "SimpleNamespace", NULL, true },
-    { "collections", "deque", NULL, true },
-    { "datetime", "datetime", NULL, true }, { "datetime", "date", NULL, true }, { "datetime", "time", NULL, true },
-    { "datetime", "timedelta", NULL, true }, { "datetime", "timezone", NULL, true },
+    { "torch._utils", "_rebuild_tensor", call_tensor },
+    { "torch._utils", "_rebuild_tensor_v2", call_tensor },
+    { "torch._utils", "_rebuild_tensor_v3", call_tensor_v3 },
+    { "torch._utils", "_rebuild_parameter", call_parameter },
+    { "torch._utils", "_rebuild_parameter_with_state", call_parameter },
+    { "torch._tensor", "_rebuild_from_type_v2", call_from_type },
+    { "torch", "Size", call_size },
+    { "torch", "device", call_device },
 };
 
-static const char *const packages[] = {
-    "torch", "torchvision", "ultralytics", "models", "utils", "timm", "pytorch_lightning", "lightning",
-    "lightning_fabric", "omegaconf", "yacs", "easydict", "addict", "mmcv", "mmengine", "fvcore", "pathlib",
-    "collections", "typing", "enum", "datetime", NULL,
-};
-
-static const lt_pm_dialect dialect = {
-    .classes = classes, .n = LT_COUNT(classes), .packages = packages, .persistent = persistent,
-};
+static const lt_pm_dialect dialect = { .classes = classes, .n = LT_COUNT(classes), .persistent = persistent };
 
 lt_status lt_torch_pickle(lt_torch *t, const char *name, const uint8_t *bytes, size_t n, size_t *pos,
                           const lt_pvalue **out)

@@ -69,8 +69,9 @@ static lt_status check_storage(const stream *s, const lt_torch_storage *m, size_
     for (int i = 7; left >= 8 && i >= 0; i--)
         count = count << 8 | s->t->bytes[s->pos + (size_t)i];
     if (left < 8 || !lt_size_mul((size_t)m->count, lt_elem_size(m->type), bytes) || *bytes > left - 8)
-        return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\" of %ju %s does not fit into the %zu bytes left",
-                        s->t->path, s->pos, m->key, (uintmax_t)m->count, lt_elem_name(m->type), left);
+        return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\" of %ju %s does not fit into the %zu bytes left; "
+                        "where the file is cut short, copy or download it again", s->t->path, s->pos, m->key,
+                        (uintmax_t)m->count, lt_elem_name(m->type), left);
     if (count != m->stored)
         return lt_error(LT_EFORMAT, "%s: offset %zu: storage \"%s\" has %ju elements, its mention at %zu says %ju",
                         s->t->path, s->pos, m->key, (uintmax_t)count, m->at, (uintmax_t)m->stored);
@@ -145,8 +146,10 @@ static lt_status read_storages(stream *s)
 lt_status lt_torch_stream(lt_torch *t, const lt_pvalue **out)
 {
     stream s = { .t = t };
-    lt_status st = read_head(&s);
+    lt_status st;
 
+    t->in_stream = true;
+    st = read_head(&s);
     if (!st)
         st = next(&s, out);
     return st ? st : read_storages(&s);

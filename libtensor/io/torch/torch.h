@@ -26,27 +26,27 @@ typedef struct {
     const char *path;               /* for error lines */
     lt_torch_container container;
     const lt_pvalue *value;         /* what was saved; its tensors are LT_PARRAY */
-    size_t n;
-    lt_named_array *entry;          /* the weights, named as state_dict() names them */
+    size_t n, n_refused;
+    lt_named_array *entry;          /* all tensors: "state_dict.conv1.weight" */
+    size_t *within;                 /* n of them: where in the name that begins which its dict has for it */
+    lt_refused_array *refused;      /* quantized, sparse and complex tensors, those of 8-bit floats */
 } lt_torch_file;
 
 /**
- * lt_torch_read - a checkpoint's weights
+ * lt_torch_read - a checkpoint's tensors
  *
  *   out      owned by the arena; touched only on success
  *
- * The weights are looked for under "state_dict", "model_state_dict", "model", "network", "net", "ema",
- * "teacher", "student" and "params", one in another, else in the saved value itself. Nested dicts join
- * their keys with a dot. A pickled module (as ultralytics saves them) gives its parameters and buffers.
- * Tensors of half precision stay so. Views, strides and shared storages give C-ordered arrays, which may
- * share memory.
+ * Dicts and lists join their keys and indices with a dot, of whatever class they are. A pickled module (as ultralytics
+ * saves them) gives its parameters and buffers. Tensors of half precision stay so. Views, strides and shared storages
+ * give C-ordered arrays, which may share memory.
  *
- * Pickles are read with lt_pickle_read's classes, PyTorch's own tensor functions, and as inert objects
- * whatever belongs to the packages that are known to stand in checkpoints. Nothing is ever called.
+ * Pickles are read with lt_pickle_read's classes and PyTorch's own tensor functions; other names are objects that stay
+ * closed. Nothing is ever called.
  *
  * Errors: LT_EFORMAT names file, offset and reason: TorchScript; a storage of another size than
- * promised; a tensor beyond its storage, or one with more elements than the file could hold; quantized,
- * sparse and complex tensors; whatever the pickle and zip readers refuse. LT_EIO, LT_ENOMEM.
+ * promised; a tensor beyond its storage, or one with more elements than the file could hold;
+ * whatever the pickle and zip readers refuse. LT_EIO, LT_ENOMEM.
  */
 LT_API lt_status lt_torch_read(lt_arena *arena, const char *path, lt_torch_file *out);
 
