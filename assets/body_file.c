@@ -70,23 +70,30 @@ static lt_status fill(lt_arena *arena, const keyed *k, body_model *m)
     return st ? st : keyed_faces(k, "f", F, V, m->faces);
 }
 
+lt_status body_file_take(lt_arena *arena, const keyed *k, body_model **out)
+{
+    body_model *m = lt_arena_alloc(arena, sizeof(*m));
+    lt_status st = m ? count_directions(k, m) : lt_error(LT_ENOMEM, "%s: no memory", k->path);
+
+    if (!st)
+        st = fill(arena, k, m);
+    if (!st)
+        st = take_tree(k, m);
+    if (!st)
+        st = keyed_sums(k, "weights", m->weights, V, J);
+    if (!st)
+        *out = m;
+    return st;
+}
+
 lt_status body_file_read(lt_arena *arena, const char *path, body_model **out)
 {
     lt_arena *scratch = lt_arena_new();
-    body_model *m = lt_arena_alloc(arena, sizeof(*m));
     keyed k;
-    lt_status st = scratch && m ? keyed_open(scratch, path, &k) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    lt_status st = scratch ? keyed_open(scratch, path, &k) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
     if (!st)
-        st = count_directions(&k, m);
-    if (!st)
-        st = fill(arena, &k, m);
-    if (!st)
-        st = take_tree(&k, m);
-    if (!st)
-        st = keyed_sums(&k, "weights", m->weights, V, J);
-    if (!st)
-        *out = m;
+        st = body_file_take(arena, &k, out);
     lt_arena_free(scratch);
     return st;
 }

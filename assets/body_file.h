@@ -40,6 +40,10 @@ typedef struct {
  */
 lt_status body_file_read(lt_arena *arena, const char *path, body_model **out);
 
+/* body_file_take - the same from arrays that are open already */
+struct keyed;
+lt_status body_file_take(lt_arena *arena, const struct keyed *k, body_model **out);
+
 #ifdef __cplusplus
 }
 #endif

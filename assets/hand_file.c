@@ -52,16 +52,80 @@ static lt_status check_tree(const keyed *k)
     return st;
 }
 
-/* A right hand's middle finger points from the wrist to -x. */
-static bool points_to_plus_x(const lt_hand_model *m)
+/* ---- size and axes --------------------------------------------------------------------------------- */
+
+/* Longest side of the box around the mean hand. */
+static double hand_span(const lt_hand_model *m)
+{
+    double span = 0;
+
+    for (int d = 0; d < 3; d++) {
+        float low = m->v_template[0][d], high = low;
+
+        for (int v = 1; v < LT_HAND_VERTICES; v++) {
+            low = fminf(low, m->v_template[v][d]);
+            high = fmaxf(high, m->v_template[v][d]);
+        }
+        span = fmax(span, (double)high - low);
+    }
+    return span;
+}
+
+/* A grown hand is about 0.2 long; one that is not may be in another unit. */
+static lt_status check_size(const char *path, const lt_hand_model *m)
+{
+    static const struct {
+        const char *name;
+        double metres;
+    } units[] = { { "millimetres", 1e-3 }, { "centimetres", 1e-2 }, { "inches", 0.0254 } };
+    const double span = hand_span(m);
+
+    if (span > 0.05 && span < 0.6)
+        return LT_OK;
+    for (size_t i = 0; i < LT_COUNT(units); i++)
+        if (span * units[i].metres > 0.1 && span * units[i].metres < 0.35)
+            return lt_error(LT_EFORMAT, "%s: \"v_template\" spans %.3g, and a hand some 0.2 metres: in %s? then "
+                            "multiply v_template, shapedirs and posedirs by %g", path, span, units[i].name,
+                            units[i].metres);
+    return lt_error(LT_EFORMAT, "%s: \"v_template\" spans %.3g, and a hand some 0.2 metres", path, span);
+}
+
+/* From the wrist to the tip of the middle finger: along -x in a right hand, along x in a left one. */
+static void finger_direction(const lt_hand_model *m, double out[3])
 {
     const int middle_tip = lt_hand_tips_ho3d[2];
-    double wrist = 0;
 
-    for (int v = 0; v < LT_HAND_VERTICES; v++)
-        wrist += (double)m->J_regressor[0][v] * m->v_template[v][0];
-    return m->v_template[middle_tip][0] > wrist;
+    for (int d = 0; d < 3; d++) {
+        out[d] = m->v_template[middle_tip][d];
+        for (int v = 0; v < LT_HAND_VERTICES; v++)
+            out[d] -= (double)m->J_regressor[0][v] * m->v_template[v][d];
+    }
 }
+
+static lt_status check_axes(const char *path, const lt_hand_model *m)
+{
+    double along[3];
+    int longest = 0;
+
+    finger_direction(m, along);
+    for (int d = 1; d < 3; d++)
+        if (fabs(along[d]) > fabs(along[longest]))
+            longest = d;
+    if (longest == 0)
+        return LT_OK;
+    return lt_error(LT_EFORMAT, "%s: \"v_template\": the middle finger points along %c, and MANO's along x: axes "
+                    "swapped?", path, "xyz"[longest]);
+}
+
+static bool points_to_plus_x(const lt_hand_model *m)
+{
+    double along[3];
+
+    finger_direction(m, along);
+    return along[0] > 0;
+}
+
+/* ---- reading --------------------------------------------------------------------------------------- */
 
 static bool is_synthetic(const keyed *k)
 {
@@ -97,21 +161,22 @@ static lt_status fill_model(const keyed *k, lt_hand_model *m)
         st = check_tree(k);
     if (!st)
         st = keyed_sums(k, "weights", &m->weights[0][0], LT_HAND_VERTICES, LT_HAND_JOINTS);
+    if (!st)
+        st = check_size(k->path, m);
+    if (!st)
+        st = check_axes(k->path, m);
     m->left = !st && points_to_plus_x(m);
     m->synthetic = !st && is_synthetic(k);
     return st;
 }
 
-static lt_status read_model(lt_arena *arena, lt_arena *scratch, const char *path, lt_hand_model **out)
+lt_status hand_file_take(lt_arena *arena, const keyed *k, lt_hand_model **out)
 {
     void *model;
-    keyed k;
-    lt_status st = keyed_open(scratch, path, &k);
+    lt_status st = lt_arena_try(arena, sizeof(lt_hand_model), &model);
 
     if (!st)
-        st = lt_arena_try(arena, sizeof(lt_hand_model), &model);
-    if (!st)
-        st = fill_model(&k, model);
+        st = fill_model(k, model);
     if (!st)
         *out = model;
     return st;
@@ -120,11 +185,11 @@ static lt_status read_model(lt_arena *arena, lt_arena *scratch, const char *path
 lt_status hand_file_read(lt_arena *arena, const char *path, lt_hand_model **out)
 {
     lt_arena *scratch = lt_arena_new();
-    lt_status st;
+    keyed k;
+    lt_status st = scratch ? keyed_open(scratch, path, &k) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
-    if (!scratch)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    st = read_model(arena, scratch, path, out);
+    if (!st)
+        st = hand_file_take(arena, &k, out);
     lt_arena_free(scratch);
     return st;
 }

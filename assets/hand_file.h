@@ -18,17 +18,22 @@ extern "C" {
  *
  *   out      owned by the arena; touched only on success
  *
- * The first bytes tell the format, not the name. Keys: v_template, shapedirs, posedirs, weights,
+ * The first bytes tell the format, not the name: see keyed_open. Keys: v_template, shapedirs, posedirs, weights,
  * J_regressor, f, hands_components, hands_mean; kintree_table is checked where it is there. Arrays may
- * be of any number type; in a .pkl shapedirs may be chumpy's and J_regressor a sparse matrix. shapedirs
+ * be of any number type; as objects of Python's they may be chumpy's, sparse matrices, numpy.matrix or lists. shapedirs
  * may have more than 10 directions: the first 10 are kept. left is set when the fingers point to +x.
  * synthetic is set by asset_kind = "synthetic".
  *
  * Errors: LT_EFORMAT names the file, the key, and the shape found against the one wanted; also a face
- * index out of range, a number that is NaN or infinite, weights whose rows do not sum to 1, and
- * anything that the .npz and .pkl readers refuse. LT_EIO, LT_ENOMEM.
+ * index out of range, a number that is NaN or infinite, weights whose rows do not sum to 1, a hand of a size that none
+ * has (which unit would make it one is said) or that does not lie along x, and anything that keyed_open refuses.
+ * LT_EIO, LT_ENOMEM.
  */
 lt_status hand_file_read(lt_arena *arena, const char *path, lt_hand_model **out);
+
+/* hand_file_take - the same from arrays that are open already */
+struct keyed;
+lt_status hand_file_take(lt_arena *arena, const struct keyed *k, lt_hand_model **out);
 
 /* What to make of a left hand's shape directions. Labels were made with each of the three. */
 typedef enum {

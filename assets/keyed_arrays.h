@@ -1,23 +1,33 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Named arrays out of a .npz or a pickled dict, for models of hands and bodies: found by key, held against the
- * shape wanted, checked number by number.
+ * Named arrays out of whatever people keep them in, for models of hands and bodies: found by key, held against the
+ * shape wanted before they are read, checked number by number.
  */
 #ifndef ASSETS_KEYED_ARRAYS_H
 #define ASSETS_KEYED_ARRAYS_H
 
 #include "libtensor/io/array/npz.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/pickle/pickle.h"
 
-/* Exactly one of npz.path and dict is there. */
-typedef struct {
-    lt_arena *arena;                    /* where arrays are made */
+/* A dict, or else arrays, of which those of an .npz are read when they are asked for. */
+typedef struct keyed {
+    lt_arena *arena;                    /* where all of it lives, and arrays are made */
     const char *path;                   /* for error lines */
-    lt_npz npz;
+    lt_kind kind;                       /* of the file */
+    const uint8_t *bytes;               /* n of them */
+    size_t n;
     const lt_pvalue *dict;
+    lt_npz npz;                         /* or the arrays of a safetensors file */
 } keyed;
 
-/* keyed_open - read path, whose first bytes tell the format; all of it lives in the arena */
+/**
+ * keyed_open - read path, whose first bytes tell the format; all of it lives in the arena
+ *
+ * An .npz, also one of object arrays, as numpy.savez(**dict) leaves them; a pickled dict; a .npy of one, as numpy.save
+ * leaves it; a dict of tensors that torch.save wrote; safetensors.
+ * Errors: LT_EFORMAT: another kind of file, or a damaged one; LT_EIO, LT_ENOMEM.
+ */
 lt_status keyed_open(lt_arena *arena, const char *path, keyed *out);
 
 /* keyed_has - false, and no error, when the key is not there */
@@ -25,6 +35,9 @@ bool keyed_has(const keyed *k, const char *key);
 
 /* keyed_text - the text under key, or NULL */
 const char *keyed_text(const keyed *k, const char *key);
+
+/* keyed_value - what is under key where that is an object of Python's, in an .npz too; *out is NULL where it is none */
+lt_status keyed_value(const keyed *k, const char *key, const lt_pvalue **out);
 
 /* keyed_get - the numbers under key, of exactly this shape; -1 matches any */
 lt_status keyed_get(const keyed *k, const char *key, int rank, const int64_t *shape, lt_array *out);

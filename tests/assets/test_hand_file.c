@@ -15,7 +15,7 @@ static lt_hand_model *make_model(void)
     lt_rng rng = lt_rng_make(7, 0);
 
     for (size_t i = 0; i < V * 3; i++)
-        (&m->v_template[0][0])[i] = (float)lt_rng_normal(&rng);
+        (&m->v_template[0][0])[i] = 0.02f * (float)lt_rng_normal(&rng);
     for (size_t i = 0; i < V * 3 * 10; i++)
         (&m->shapedirs[0][0][0])[i] = (float)lt_rng_normal(&rng);
     for (size_t i = 0; i < V * 3 * 135; i++)
@@ -29,8 +29,8 @@ static lt_hand_model *make_model(void)
     for (int i = 0; i < P; i++)
         m->hands_components[i][i] = m->hands_mean[i] = (float)i;
     m->J_regressor[0][0] = 1;
-    m->v_template[0][0] = 0.5f;                         /* the wrist */
-    m->v_template[lt_hand_tips_ho3d[2]][0] = -0.5f;     /* the middle finger: a right hand */
+    m->v_template[0][0] = 0.1f;                         /* the wrist */
+    m->v_template[lt_hand_tips_ho3d[2]][0] = -0.1f;     /* the middle finger: a right hand */
     return m;
 }
 
@@ -58,7 +58,7 @@ START_TEST(npz_form)
     m->synthetic = _i & 1;
     m->left = _i & 2;
     if (m->left)
-        m->v_template[lt_hand_tips_ho3d[2]][0] = 2;
+        m->v_template[lt_hand_tips_ho3d[2]][0] = 0.3f;
     check_ok(hand_file_write(in_folder("hand.npz"), m));
     check_ok(hand_file_read(arena, in_folder("hand.npz"), &back));
     ck_assert_mem_eq(back, m, sizeof(*m));
@@ -130,6 +130,48 @@ START_TEST(wrong_arrays)
 }
 END_TEST
 
+/* The unit that would make a hand of it is named, and the axis that it lies along. */
+START_TEST(units_and_axes)
+{
+    static const struct {
+        float factor;
+        const char *reason;
+    } units[] = {
+        { 1000, "in millimetres? then multiply v_template, shapedirs and posedirs by 0.001" },
+        { 100, "in centimetres? then multiply" }, { 1 / 0.0254f, "in inches? then multiply" },
+        { 10, "spans 2, and a hand some 0.2 metres" }, { 0.001f, "spans 0.0002, and a hand some 0.2 metres" },
+    };
+    lt_arena *arena = lt_arena_new();
+    lt_hand_model *back;
+
+    for (size_t i = 0; i < LT_COUNT(units); i++) {
+        lt_hand_model *m = make_model();
+
+        for (int v = 0; v < V; v++)
+            for (int d = 0; d < 3; d++)
+                m->v_template[v][d] = units[i].factor * (d ? 0 : m->v_template[v][d] > 0 ? 0.1f : -0.1f);
+        check_ok(hand_file_write(in_folder("unit.npz"), m));
+        check_error(hand_file_read(arena, in_folder("unit.npz"), &back), LT_EFORMAT, units[i].reason);
+        free(m);
+    }
+    for (int axis = 1; axis < 3; axis++) {
+        lt_hand_model *m = make_model();
+
+        for (int v = 0; v < V; v++) {
+            const float x = m->v_template[v][0];
+
+            m->v_template[v][0] = m->v_template[v][axis];
+            m->v_template[v][axis] = x;
+        }
+        check_ok(hand_file_write(in_folder("axis.npz"), m));
+        check_error(hand_file_read(arena, in_folder("axis.npz"), &back), LT_EFORMAT,
+                    axis == 1 ? "points along y, and MANO's along x: axes swapped?" : "points along z");
+        free(m);
+    }
+    lt_arena_free(arena);
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
@@ -137,6 +179,7 @@ static void add_tests(TCase *tc)
     tcase_add_loop_test(tc, npz_form, 0, 4);
     tcase_add_test(tc, pickle_form);
     tcase_add_test(tc, wrong_arrays);
+    tcase_add_test(tc, units_and_axes);
 }
 
 int main(void)
