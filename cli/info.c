@@ -13,6 +13,7 @@
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
+#include <string.h>
 
 enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES, SETUP, HAND, HAND_LEFT, INIT };
 
@@ -77,7 +78,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, "[FILE]",
-    "Tell what is in a model, a checkpoint (ours or PyTorch's), a dataset, a hand file, an npz or a pickle.\v"
+    "Tell what is in a model, a checkpoint (ours or PyTorch's), a dataset, a hand file, safetensors or their index, an "
+    ".npz, a .npy or a pickle, whatever it is called.\v"
     "  palmar info --model hocat --variant full --json\n"
     "  palmar info runs/tiny/checkpoints/last.safetensors\n"
     "  palmar info --model resnet50 --init resnet50-0676ba61.pth\n"
@@ -91,6 +93,8 @@ static void print_text(const cJSON *v, int indent)
     const cJSON *item;
 
     cJSON_ArrayForEach(item, v) {
+        if (item->string && strcmp(item->string, "notes") == 0)     /* behind all the rest */
+            continue;
         char *text = cJSON_IsObject(item) || cJSON_IsArray(item) ? NULL : cJSON_PrintUnformatted(item);
 
         lt_say(stdout, "%*s%-24s %s", indent, "", item->string ? item->string : "-",
@@ -103,11 +107,15 @@ static void print_text(const cJSON *v, int indent)
 
 static void print(const cJSON *root, bool json)
 {
+    const cJSON *note;
+
     if (json) {
         lt_json_print(stdout, root);
         putchar('\n');
     } else {
         print_text(root, 0);
+        cJSON_ArrayForEach(note, cJSON_GetObjectItemCaseSensitive(root, "notes"))
+            lt_say(stdout, "%-24s %s", "note", cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(note, "text")));
     }
 }
 

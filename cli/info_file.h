@@ -12,8 +12,10 @@ struct cJSON;
 /**
  * info_file - add to root: arrays with shape and type, metadata; of hands and bodies, whether they are complete
  *
- *   name   .safetensors, .npz, .pkl, or PyTorch's; a run's folder stands for its last checkpoint
+ *   name   safetensors and their index, an .npz, a .npy, a pickle, or PyTorch's, told apart by their first bytes; a
+ *          run's folder stands for its last checkpoint
  *
+ * "notes" is a list of { code, text }; docs/formats.md has the codes.
  * Errors: no such file, one of another kind, a broken one.
  */
 lt_status info_file(const char *name, struct cJSON *root);
