@@ -5,6 +5,7 @@
 #include "estimate/param_arrays.h"
 #include "libtensor/base/cpu.h"
 #include "libtensor/io/array/safetensors.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/text/json.h"
 #include "libtensor/io/text/number.h"
 #include "libtensor/kernels/kernels.h"
@@ -184,22 +185,73 @@ size_t checkpoint_bytes(const model *m, const lt_optim *optim)
 
 /* ---- reading ------------------------------------------------------------------------------------------ */
 
-static lt_status read_file(lt_arena *arena, const char *path, lt_safetensors *f)
+/* What people give for one of ours. */
+static lt_status check_kind(const char *path)
 {
-    const lt_status st = lt_safetensors_read(arena, path, f);
-    const char *format, *crc;
+    const lt_kind kind = lt_kind_of_file(path);
+
+    if (kind == LT_KIND_TORCH_ZIP || kind == LT_KIND_TORCH_STREAM)
+        return lt_error(LT_EFORMAT, "%s: a checkpoint of PyTorch, want one of palmar train; palmar train --init %s "
+                        "begins with its weights", path, path);
+    if (kind && kind != LT_KIND_SAFETENSORS)
+        return lt_refuse_kind(path, kind, "a checkpoint of palmar train");
+    return LT_OK;
+}
+
+/* Three numbers; false where they are none. */
+static bool take_version(const char *text, int out[3])
+{
+    int end = 0;
+
+    return text && sscanf(text, "%9d.%9d.%9d%n", &out[0], &out[1], &out[2], &end) == 3 && !text[end];
+}
+
+/* A later version may write what this one cannot know of. */
+static lt_status check_version(const lt_safetensors *f)
+{
+    const char *text = lt_safetensors_meta(f, "version");
+    int theirs[3], ours[3];
+
+    if (!take_version(text, theirs) || !take_version(PACKAGE_VERSION, ours))
+        return lt_error(LT_EFORMAT, "%s: metadata \"version\" is no version", f->path);
+    for (int i = 0; i < 3; i++) {
+        if (theirs[i] > ours[i])
+            return lt_error(LT_EINVAL, "%s: written by palmar %s, and this is %s: want a palmar that is no older",
+                            f->path, text, PACKAGE_VERSION);
+        if (theirs[i] < ours[i])
+            break;
+    }
+    return LT_OK;
+}
+
+static lt_status check_sum(const lt_safetensors *f, const char *crc)
+{
     char found[16];
 
+    snprintf(found, sizeof(found), "%08" PRIx32, crc_all(f->entry, f->n, f->meta, f->n_meta));
+    if (strcmp(found, crc) != 0)
+        return lt_error(LT_EFORMAT, "%s: is damaged: its check sum is %s, its contents give %s", f->path, crc, found);
+    return LT_OK;
+}
+
+static lt_status read_file(lt_arena *arena, const char *path, lt_safetensors *f)
+{
+    const char *format, *crc;
+    lt_status st = check_kind(path);
+
+    if (!st)
+        st = lt_safetensors_read(arena, path, f);
     if (st)
         return st;
     format = lt_safetensors_meta(f, "format");
     crc = lt_safetensors_meta(f, "crc32");
-    if (!format || strcmp(format, FORMAT) != 0 || !crc)
-        return lt_error(LT_EFORMAT, "%s: has weights, but is no checkpoint of palmar train", path);
-    snprintf(found, sizeof(found), "%08" PRIx32, crc_all(f->entry, f->n, f->meta, f->n_meta));
-    if (strcmp(found, crc) != 0)
-        return lt_error(LT_EFORMAT, "%s: is damaged: its check sum is %s, its contents give %s", path, crc, found);
-    return LT_OK;
+    if (!format || strcmp(format, FORMAT) != 0)
+        return lt_error(LT_EFORMAT, "%s: has weights, but is no checkpoint of palmar train; palmar train --init %s "
+                        "begins with them", path, path);
+    st = check_version(f);
+    if (!st && !crc)
+        st = lt_error(LT_EFORMAT, "%s: is damaged: has no check sum", path);
+    return st ? st : check_sum(f, crc);
 }
 
 static lt_status check_model(const lt_safetensors *f, const model *m)
@@ -229,6 +281,25 @@ static lt_status check_params(const lt_safetensors *f, const model *m)
 
     for (const lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
         st = check_entry(f, p->name, &p->shape);
+    return st;
+}
+
+static lt_status read_for(lt_arena *arena, const char *path, const model *m, lt_safetensors *f)
+{
+    lt_status st = arena ? read_file(arena, path, f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = check_model(f, m);
+    return st ? st : check_params(f, m);
+}
+
+lt_status checkpoint_check(const char *path, const model *m)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_safetensors f;
+    const lt_status st = read_for(arena, path, m, &f);
+
+    lt_arena_free(arena);
     return st;
 }
 
@@ -304,12 +375,8 @@ lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, che
     lt_arena *arena = lt_arena_new();
     checkpoint_state s;
     lt_safetensors f;
-    lt_status st = arena ? read_file(arena, path, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    lt_status st = read_for(arena, path, m, &f);
 
-    if (st == LT_OK)
-        st = check_model(&f, m);
-    if (st == LT_OK)
-        st = check_params(&f, m);
     if (st == LT_OK)
         st = check_optim(&f, optim);
     if (st == LT_OK)
@@ -353,14 +420,12 @@ lt_status checkpoint_load_model(const char *path, model *m)
 {
     lt_arena *arena = lt_arena_new();
     lt_safetensors f;
-    lt_status st = arena ? read_file(arena, path, &f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    lt_status st = read_for(arena, path, m, &f);
 
     if (st == LT_OK)
-        st = check_model(&f, m);
-    if (st == LT_OK)
-        st = check_params(&f, m);
-    if (st == LT_OK)
         st = read_table(&f, m);
+    if (st == LT_OK)
+        st = lt_params_allocate(m->params);
     for (lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next)
         array_load(best_of(&f, p), p->data);
     lt_params_changed(m->params);
@@ -421,6 +486,7 @@ lt_status checkpoint_head_read(lt_arena *arena, const char *path, checkpoint_hea
     out->config = lt_safetensors_meta(&f, "config");
     if (!out->config)
         return lt_error(LT_EFORMAT, "%s: carries no configuration", path);
+    out->isa = lt_safetensors_meta(&f, "isa");
     st = get_tips(&f, out->tips);
     return st ? st : get_int(&f, "step", &out->step);
 }

@@ -42,9 +42,14 @@ lt_status checkpoint_save(const char *path, const model *m, const lt_optim *opti
  * checkpoint_load - put back what checkpoint_save wrote
  *
  * Model and optimiser are as they were before on any error. Errors: LT_EFORMAT for a file that is damaged or
- * no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both.
+ * no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both, and for one
+ * of a later version of palmar.
  */
 lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state);
+
+/* checkpoint_check - whether the file is of this model, whose parameters need no values for it; errors as
+ * checkpoint_load_model */
+lt_status checkpoint_check(const char *path, const model *m);
 
 /* checkpoint_average - among a file's n arrays, the average over a run's steps of the weight of this name; NULL where
  * the run kept none */
@@ -53,6 +58,7 @@ const lt_named_array *checkpoint_average(const lt_named_array *entry, size_t n, 
 /**
  * checkpoint_load_model - weights and running statistics alone, to evaluate or predict
  *
+ * Names and shapes are held against the file's before a model that is only described (lt_params_defer) gets memory.
  * Where the run kept an average of the weights, that is what is loaded. m->int8 becomes the file's table, which
  * lives as long as the parameters, or NULL. Errors as checkpoint_load, and those of int8_table_parse.
  */
@@ -70,6 +76,7 @@ lt_status checkpoint_save_int8(const char *path, const char *from, const model *
 typedef struct {
     const char *config;             /* JSON text, in the arena */
     int64_t step;
+    const char *isa;                /* instruction set that it was computed with, in the arena; NULL: it does not say */
     int tips[5];                    /* vertices that its hand layer took for finger tips; HO3D's if it does not say */
 } checkpoint_head;
 

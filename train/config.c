@@ -288,19 +288,30 @@ void train_config_fini(train_config *c)
     c->tree = c->model_keys = NULL;
 }
 
-lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
+lt_status train_config_describe(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
 {
     const char *where = lt_arena_printf(lt_params_arena(set), "%s: model", c->path);
     lt_status st;
 
     if (!where)
         return lt_error(LT_ENOMEM, "%s: no memory", c->path);
+    lt_params_defer(set);
     st = model_create(c->model, where, c->model_keys, hand, set, out);
     if (st)
         return lt_config_blame(c->path, "--set", c->set, c->n_set, st);
     out->bilinear = c->data.bilinear;
-    out->cls->init(out, (uint64_t)c->loop.seed);
     return LT_OK;
+}
+
+lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
+{
+    lt_status st = train_config_describe(c, hand, set, out);
+
+    if (st == LT_OK)
+        st = lt_params_allocate(set);
+    if (st == LT_OK)
+        out->cls->init(out, (uint64_t)c->loop.seed);
+    return st;
 }
 
 /* ---- writing ------------------------------------------------------------------------------------------ */

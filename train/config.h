@@ -84,6 +84,9 @@ void train_config_fini(train_config *c);
  */
 lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out);
 
+/* train_config_describe - the same without values (lt_params_defer), which a checkpoint brings */
+lt_status train_config_describe(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out);
+
 /* train_config_json - every key with its value, m's own included; the caller frees it with cJSON_Delete; NULL
  * without memory */
 struct cJSON *train_config_json(const train_config *c, const model *m);

@@ -76,7 +76,8 @@ static void tell_weights(trainer *t, lt_arena *arena, const weights_report *r)
     if (*r->taken)
         progress_note(&t->progress, "  taken      what stands behind \"%s\"", r->taken);
     if (r->n_also)
-        progress_note(&t->progress, "  not taken  what fits as well, behind: %s", weights_list(arena, r->also, r->n_also));
+        progress_note(&t->progress, "  not taken  what fits as well, behind: %s",
+                      weights_list(arena, r->also, r->n_also));
     progress_note(&t->progress, "  not in it  %d: %s", r->n_missing, weights_list(arena, r->missing, r->n_missing));
     progress_note(&t->progress, "  left over  %d: %s", r->n_left_over,
                   weights_list(arena, r->left_over, r->n_left_over));
@@ -101,6 +102,19 @@ static lt_status init_weights(trainer *t)
     return st;
 }
 
+/* The model of a run that goes on: its values come from a checkpoint. One that is named may be anybody's, and its
+ * shapes are looked at before memory is taken. */
+static lt_status describe_model(trainer *t)
+{
+    const char *named = *t->opt->resume ? checkpoint_last(t->arena, t->opt->resume) : "";
+    lt_status st = named ? train_config_describe(&t->config, t->source.layer, t->params, &t->model)
+                         : lt_error(LT_ENOMEM, "%s: no memory", t->opt->resume);
+
+    if (st == LT_OK && *named)
+        st = checkpoint_check(named, &t->model);
+    return st ? st : lt_params_allocate(t->params);
+}
+
 static lt_status build_model(trainer *t)
 {
     lt_status st;
@@ -108,7 +122,10 @@ static lt_status build_model(trainer *t)
     t->params = lt_params_new();
     if (!t->params)
         return lt_error(LT_ENOMEM, "no memory for the model");
-    st = train_config_model(&t->config, t->source.layer, t->params, &t->model);
+    if (t->opt->resume)
+        st = describe_model(t);
+    else
+        st = train_config_model(&t->config, t->source.layer, t->params, &t->model);
     if (st == LT_OK)
         st = init_weights(t);
     if (st == LT_OK)

@@ -11,6 +11,7 @@ struct lt_params {
     lt_param *first, **tail;
     lt_param **bucket;              /* open hash of names, a power of two */
     size_t n, n_buckets;
+    bool deferred;                  /* values come later */
     uint64_t version;               /* how often values have changed */
     int batches;                    /* that statistics have collected since they were forgotten */
     bool collected;                 /* some were, and no update has used them */
@@ -87,6 +88,28 @@ static lt_param *refuse(lt_params *set, lt_status status)
     return &set->stand_in;
 }
 
+static bool allocate(lt_params *set, lt_param *p)
+{
+    p->data = lt_arena_array(set->arena, (size_t)lt_param_numel(p), sizeof(lt_real));
+    if (!p->data)
+        lt_error(LT_ENOMEM, "parameter \"%s\": no memory for %lld values", p->name, (long long)lt_param_numel(p));
+    return p->data != NULL;
+}
+
+void lt_params_defer(lt_params *set)
+{
+    set->deferred = true;
+}
+
+lt_status lt_params_allocate(lt_params *set)
+{
+    set->deferred = false;
+    for (lt_param *p = set->first; p; p = p->next)
+        if (!p->data && !allocate(set, p))
+            return LT_ENOMEM;
+    return LT_OK;
+}
+
 lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt_param_kind kind,
                         lt_shape shape)
 {
@@ -109,12 +132,10 @@ lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt
     if (lt_shape_numel(&shape) == 0)
         return refuse(set, lt_error(LT_ESHAPE, "parameter \"%s\" is %s, want at least one value", full,
                                     lt_shape_text(&shape, text)));
-    p->data = lt_arena_array(set->arena, (size_t)lt_shape_numel(&shape), sizeof(lt_real));
-    if (!p->data)
-        return refuse(set, lt_error(LT_ENOMEM, "parameter \"%s\": no memory for %lld values", full,
-                                    (long long)lt_shape_numel(&shape)));
     p->name = full;
     p->shape = shape;
+    if (!set->deferred && !allocate(set, p))
+        return refuse(set, LT_ENOMEM);
     p->kind = kind;
     p->rate = 1;
     p->momentum = 0.1;

@@ -49,6 +49,15 @@ LT_API lt_param *lt_params_add(lt_params *set, const char *prefix, const char *n
                                lt_shape shape);
 LT_API lt_status lt_params_status(const lt_params *set);
 
+/**
+ * lt_params_defer - parameters that are added from now on have names and shapes, and no values: data is NULL
+ * lt_params_allocate - zeros for all that have none, and for those that are added later
+ *
+ * To hold a model against a file before memory is taken for it. LT_ENOMEM.
+ */
+LT_API void lt_params_defer(lt_params *set);
+LT_API lt_status lt_params_allocate(lt_params *set);
+
 /* lt_name - a name put together, living as long as the set: lt_name(set, "%s.%d", prefix, i); "" without memory, which
  * is a problem that the set keeps */
 LT_API const char *lt_name(lt_params *set, const char *fmt, ...) LT_PRINTF(2, 3);

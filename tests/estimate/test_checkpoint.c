@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Weights out of a checkpoint, to predict with: the average of them where the run kept one; and the table of layers
  * that read 8-bit integers. */
+#define _GNU_SOURCE                     /* memmem */
+#include <config.h>
 #include "assets/hand/hand.h"
 #include "estimate/checkpoint.h"
 #include "estimate/int8_table.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/io/file.h"
 #include "tests/suite.h"
 #include "train/config.h"
 
@@ -111,6 +114,92 @@ START_TEST(table_in_a_checkpoint)
 }
 END_TEST
 
+/* A small file whose configuration speaks of a large model is refused before that takes memory. */
+START_TEST(shapes_before_memory)
+{
+    static const char large[] = "{ \"model\": { \"name\": \"hocat\", \"image_size\": 1024, \"width\": 256, "
+                                "\"blocks\": [8, 36, 36, 8], \"roi\": 8, \"depth\": 1, \"heads\": 2 } }";
+    const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
+    lt_params *set = lt_params_new();
+    train_config c;
+    lt_optim *optim;
+    small_model s;
+    model m;
+
+    small_model_init(&s);
+    optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, large, &state), LT_OK);
+    ck_assert_int_eq(train_config_parse(s.arena, "large", large, NULL, 0, &c), LT_OK);
+    ck_assert_int_eq(train_config_describe(&c, s.m.hand, set, &m), LT_OK);
+    check_error(checkpoint_load_model(path, &m), LT_EINVAL,
+                "\"trunk.conv1.weight\" is (8, 3, 7, 7), the model's \"trunk.conv1.weight\" is (256, 3, 7, 7)");
+    ck_assert_int_eq(checkpoint_check(path, &m), LT_EINVAL);
+    ck_assert_ptr_null(lt_params_first(set)->data);
+    ck_assert_uint_lt(lt_arena_bytes(lt_params_arena(set)), 4 << 20);
+    lt_params_free(set);
+    set = lt_params_new();
+    train_config_fini(&c);
+    ck_assert_int_eq(train_config_describe(&s.c, s.m.hand, set, &m), LT_OK);        /* the one that it is of gets it */
+    ck_assert_int_eq(checkpoint_load_model(path, &m), LT_OK);
+    ck_assert_mem_eq(lt_params_first(set)->data, lt_params_first(s.set)->data,
+                     (size_t)lt_param_numel(lt_params_first(set)) * sizeof(lt_real));
+    unlink(path);
+    lt_params_free(set);
+    lt_optim_free(optim);
+    small_model_fini(&s);
+}
+END_TEST
+
+/* A later version's is refused by its number, whatever else it has; what is no checkpoint of ours, by its kind. */
+START_TEST(of_others)
+{
+    static const struct {
+        const char *version, *reason;
+        lt_status status;
+    } versions[] = {
+        { "0.1.1", "written by palmar 0.1.1, and this is 0.1.0", LT_EINVAL }, { "0.2.0", "0.2.0", LT_EINVAL },
+        { "1.0.0", "1.0.0", LT_EINVAL }, { "0.0.9", "is damaged: its check sum", LT_EFORMAT },
+        { "0.1.x", "\"version\" is no version", LT_EFORMAT },
+    };
+    static const struct {
+        const char *bytes;
+        size_t n;
+        const char *reason;
+    } files[] = {
+        { "PK\3\4\x14\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x0a\0\0\0a/data.pkl", 40,
+          "a checkpoint of PyTorch, want one of palmar train; palmar train --init " },
+        { "\x89PNG\r\n\x1a\n", 8, "a PNG image, want a checkpoint of palmar train" },
+        { "\2\0\0\0\0\0\0\0{}", 10, "has weights, but is no checkpoint of palmar train; palmar train --init" },
+    };
+    const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
+    static const char ours[] = "\"version\":\"" PACKAGE_VERSION;
+    checkpoint_head head;
+    lt_optim *optim;
+    small_model s;
+    uint8_t *bytes, *at;
+    size_t n;
+
+    small_model_init(&s);
+    optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state), LT_OK);
+    ck_assert_int_eq(lt_read_file(s.arena, path, LT_FILE_MAX, &bytes, &n), LT_OK);
+    at = memmem(bytes, n, ours, sizeof(ours) - 1);
+    ck_assert_ptr_nonnull(at);
+    for (size_t i = 0; i < LT_COUNT(versions); i++) {
+        memcpy(at + sizeof(ours) - 1 - 5, versions[i].version, 5);
+        put_file(path, bytes, n);
+        check_error(checkpoint_head_read(s.arena, path, &head), versions[i].status, versions[i].reason);
+    }
+    for (size_t i = 0; i < LT_COUNT(files); i++) {
+        put_file(path, files[i].bytes, files[i].n);
+        check_error(checkpoint_load_model(path, &s.m), LT_EFORMAT, files[i].reason);
+    }
+    unlink(path);
+    lt_optim_free(optim);
+    small_model_fini(&s);
+}
+END_TEST
+
 static const struct { const char *text, *want; } damaged[] = {
     { "{", "here: int8:1:1: " },
     { "[]", "here: int8: want a list \"layers\"" },
@@ -149,6 +238,8 @@ static void add_tests(TCase *c)
     tcase_set_timeout(c, 0);
     tcase_add_loop_test(c, weights_or_their_average, 0, 2);
     tcase_add_test(c, table_in_a_checkpoint);
+    tcase_add_test(c, shapes_before_memory);
+    tcase_add_test(c, of_others);
     tcase_add_loop_test(c, damaged_table, 0, LT_COUNT(damaged));
 }
 
