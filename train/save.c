@@ -6,8 +6,10 @@
 
 #include "estimate/checkpoint_folder.h"
 #include "libtensor/base/clock.h"
+#include "libtensor/base/cpu.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
+#include "libtensor/kernels/kernels.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -61,7 +63,8 @@ static lt_status check_optim(const trainer *t, const cJSON *had, const cJSON *ha
     return LT_OK;
 }
 
-static lt_status check_same_run(const trainer *t, const char *path)
+/* isa: what the checkpoint says it was computed with, or NULL. */
+static lt_status check_same_run(const trainer *t, const char *path, const char **isa)
 {
     cJSON *had = NULL, *have = train_config_json(&t->config, &t->model);
     checkpoint_head head;
@@ -71,6 +74,7 @@ static lt_status check_same_run(const trainer *t, const char *path)
         st = lt_json_parse(path, head.config, strlen(head.config), &had);
     if (st == LT_OK)
         st = check_optim(t, had, have);
+    *isa = st ? NULL : head.isa;
     cJSON_Delete(had);
     cJSON_Delete(have);
     return st;
@@ -78,9 +82,15 @@ static lt_status check_same_run(const trainer *t, const char *path)
 
 static lt_status load(trainer *t, const char *path)
 {
-    const lt_status st = check_same_run(t, path);
+    const char *isa, *here = lt_isa_name(lt_k->isa);
+    lt_status st = check_same_run(t, path, &isa);
 
-    return st ? st : checkpoint_load(path, &t->model, t->optim, &t->state);
+    if (st == LT_OK)
+        st = checkpoint_load(path, &t->model, t->optim, &t->state);
+    if (st == LT_OK && isa && strcmp(isa, here) != 0)
+        progress_note(&t->progress, "%s was computed with %s instructions and goes on with %s, so not to the same bits",
+                      path, isa, here);
+    return st;
 }
 
 /* An older checkpoint than others of the folder would begin a second branch in it, and they would win. */
