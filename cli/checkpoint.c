@@ -6,6 +6,8 @@
 #include "estimate/checkpoint.h"
 #include "estimate/checkpoint_folder.h"
 #include "libtensor/io/file.h"
+#include "tasks/hand_object/config.h"
+#include "tasks/tasks.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -40,7 +42,7 @@ static lt_status find_file(const char *path, cli_checkpoint *c)
 /* As given, else as the run had them */
 static lt_status open_hands(cli_checkpoint *c, const char *hand, const int tips[5])
 {
-    const train_data_config *d = &c->config.data;
+    const hand_object_config *d = hand_object_config_of(&c->config);
     lt_status st = cli_hand_open(hand || !*d->hand ? hand : d->hand, tips, &c->hand);
 
     if (st == LT_OK && !hand && *d->hand_left)
@@ -54,7 +56,7 @@ static lt_status read_model(cli_checkpoint *c, const char *hand)
     lt_status st = checkpoint_head_read(c->arena, c->path, &head);
 
     if (st == LT_OK)
-        st = train_config_parse(c->arena, c->path, head.config, NULL, 0, &c->config);
+        st = train_config_parse(c->arena, tasks, c->path, head.config, NULL, 0, &c->config);
     if (st == LT_OK)
         st = open_hands(c, hand, head.tips);
     if (st)
@@ -63,7 +65,7 @@ static lt_status read_model(cli_checkpoint *c, const char *hand)
     if (c->hand.model->synthetic)
         fprintf(stderr, "hand: %s\n", hands_note());
     c->params = lt_params_new();
-    st = c->params ? train_config_describe(&c->config, c->hand.layer, c->params, &c->m)
+    st = c->params ? hand_object_model(&c->config, c->hand.layer, c->params, &c->m)
                    : lt_error(LT_ENOMEM, "no memory for the model");
     return st ? st : checkpoint_load_model(c->path, &c->m);
 }
@@ -81,11 +83,12 @@ lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint
 
 dataset_options cli_checkpoint_data(const cli_checkpoint *c, const char *root, const char *split)
 {
-    const char *objects = c->config.data.objects;
+    const hand_object_config *d = hand_object_config_of(&c->config);
+    const char *objects = d->objects;
 
     return (dataset_options){
         .root = root, .split = split, .models = *objects && access(objects, R_OK) == 0 ? objects : NULL,
-        .setup = train_setup_name(&c->config), .filter = train_filter_name(&c->config),
+        .setup = hand_object_setup(d), .filter = hand_object_filter(d),
         .hand = c->hand.model, .left = c->hand.left,
     };
 }

@@ -4,12 +4,12 @@
 
 #include "data/open.h"
 #include "eval/bench/bench.h"
-#include "eval/evaluate.h"
-#include "eval/report/pictures.h"
 #include "eval/tables/claims.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
+#include "tasks/hand_object/evaluate.h"
+#include "tasks/hand_object/pictures.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -206,7 +206,7 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
 
 static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const char *split, dataset **out)
 {
-    dataset_options o = cli_checkpoint_data(c, a->data ? a->data : c->config.data.dir, split);
+    dataset_options o = cli_checkpoint_data(c, a->data ? a->data : c->config.data->dir, split);
     lt_status st;
 
     o.models = a->models ? a->models : o.models;
@@ -234,7 +234,7 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
     lt_status st;
 
     if (!a->data)
-        lt_say(stderr, "data: %s, which the run was trained on", c->config.data.dir);
+        lt_say(stderr, "data: %s, which the run was trained on", c->config.data->dir);
     st = open_data(a, c, a->split, &data);
     if (st == LT_OK && !a->submit && open_data(a, c, "train", &training))
         fprintf(stderr, "no mean-pose row: %s\n", lt_last_error());

@@ -2,8 +2,8 @@
 #include "cli/export_int8.h"
 
 #include "data/open.h"
-#include "eval/export/int8.h"
 #include "libtensor/base/parallel.h"
+#include "tasks/hand_object/int8.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

@@ -134,7 +134,7 @@ static lt_status read_camera(const predict_args *a, calibration *out)
 static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c)
 {
     const predict_options o = {
-        .m = &c->m, .hand = c->hand.model, .checkpoint = c->path, .trained_on = c->config.data.dir,
+        .m = &c->m, .hand = c->hand.model, .checkpoint = c->path, .trained_on = c->config.data->dir,
         .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "tasks/tasks.h"
 #include "train/trainer.h"
 
 #include <cjson/cJSON.h>
@@ -95,13 +96,13 @@ static const struct argp argp = {
 
 int cmd_train(int argc, char **argv)
 {
-    train_args a = { .o = { .config = NULL } };
+    train_args a = { .o = { .tasks = tasks } };
     train_result r = { .step = 0 };
     lt_status st;
 
     cli_parse("train", &argp, argc, argv, &a);
     if (a.keys) {
-        train_config_help(stdout);
+        train_config_help(tasks, stdout);
         return 0;
     }
     a.o.set = a.over.set;

@@ -114,7 +114,7 @@ static bool describe(contents *c, const model *m, const char *config, const chec
     put_int(c, "skipped", s->skipped);
     put_int(c, "optim_steps", s->optim_steps);
     put_int(c, "validated", s->validated);
-    put(c, "best", lt_arena_strdup(c->arena, lt_json_number(s->best_mm, best)));
+    put(c, "best", lt_arena_strdup(c->arena, lt_json_number(s->best, best)));
     put_int(c, "best_step", s->best_step);
     put(c, "isa", lt_isa_name(lt_k->isa));
     if (m->hand)
@@ -351,9 +351,9 @@ static lt_status get_state(const lt_safetensors *f, checkpoint_state *out)
         return st;
     out->position.epoch = (uint64_t)epoch;
     out->seed = (uint64_t)seed;
-    out->best_mm = best ? lt_strtod(best, &end) : INFINITY;
+    out->best = best ? lt_strtod(best, &end) : INFINITY;
     if (best && end == best)
-        out->best_mm = INFINITY;                /* "null": no validation yet */
+        out->best = INFINITY;                /* "null": no validation yet */
     return LT_OK;
 }
 

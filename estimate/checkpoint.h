@@ -23,7 +23,7 @@ typedef struct {
     loader_position position;       /* of the next batch */
     uint64_t seed;
     int64_t validated;              /* the step of the last validation; 0 before one */
-    double best_mm;                 /* the lowest PA-MPJPE of a validation so far; infinite before one */
+    double best;                 /* the task's first metric, at its best so far; infinite before a validation */
     int64_t best_step;              /* of that validation; 0 before one */
 } checkpoint_state;
 

@@ -1,21 +1,18 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/compiled.h"
 
-#include "estimate/feed.h"
-
-lt_status compiled_new(const model *m, int batch, bool train, compiled *out)
+lt_status compiled_new(const recipe *by, int batch, bool train, compiled *out)
 {
-    const int parts = train ? feed_parts(m, batch) : 1;
-    compiled c = { .record = { .g = lt_graph_new(), .batch = batch / parts }, .parts = parts };
+    const int parts = train && by->parts ? by->parts(by->ctx, batch) : 1;
+    compiled c = { .by = *by, .record = { .g = lt_graph_new(), .batch = batch / parts }, .parts = parts };
     lt_compile_opts opts = { .train = train, .replace_grads = true, .parts = parts };
-    lt_status st;
+    lt_status st, graph;
 
     if (!c.record.g)
         return lt_error(LT_ENOMEM, "no memory for the graph");
-    m->cls->record(m, true, &c.record);
-    st = lt_graph_status(c.record.g);
-    if (st == LT_OK)
-        st = feed_check(&c.record);
+    st = by->record(by->ctx, &c.record);
+    graph = lt_graph_status(c.record.g);
+    st = graph ? graph : st;
     if (st == LT_OK) {
         opts.loss = train ? c.record.loss : NULL;
         c.plan = lt_compile(c.record.g, &opts);
@@ -42,6 +39,11 @@ const lt_real *compiled_output(const compiled *c, const char *name)
     return t ? lt_plan_data(c->plan, t) : NULL;
 }
 
+double compiled_loss(const compiled *c, const lt_tensor *loss)
+{
+    return *(const lt_real *)lt_plan_data(c->plan, loss);
+}
+
 static lt_status walk(const compiled *c, loader *l, compiled_visit visit, void *ctx, bool (*stop)(void))
 {
     for (;;) {
@@ -53,10 +55,12 @@ static lt_status walk(const compiled *c, loader *l, compiled_visit visit, void *
         st = loader_next(l, &batch);
         if (st || !batch)
             return st;
-        if (feed_batch(c->plan, &c->record, batch, 0) > 0) {
-            lt_run(c->plan);
-            visit(ctx, c, batch);
-        }
+        if (!(c->by.feed(c->by.ctx, c->plan, &c->record, batch, 0, 0, 1) > 0))
+            continue;
+        lt_run(c->plan);
+        st = visit(ctx, c, batch);
+        if (st)
+            return st;
     }
 }
 

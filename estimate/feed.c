@@ -74,7 +74,7 @@ int feed_parts(const model *m, int batch)
     enum { FEW_WEIGHTS = 1 << 24 };
     const bool pays = lt_params_count(m->params, LT_WEIGHT, "") < FEW_WEIGHTS;
 
-    return pays && batch % FEED_MAX_PARTS == 0 ? FEED_MAX_PARTS : 1;
+    return pays && batch % COMPILED_MAX_PARTS == 0 ? COMPILED_MAX_PARTS : 1;
 }
 
 static bool counts(const hand_object_batch *b, int slot)
@@ -122,7 +122,8 @@ static void copy_port(const lt_plan *p, const model_port *port, const hand_objec
     }
 }
 
-double feed_part(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first, int part, int n)
+/* Part number `part` of the n that feed_batch would fill at once; a neighbour may come from another part. */
+static double feed_part(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first, int part, int n)
 {
     const slots all = { first, n * r->batch }, mine = { first + part * r->batch, r->batch };
     const bool some = weight_of(b, all) > 0;
@@ -135,4 +136,29 @@ double feed_part(const lt_plan *p, const model_record *r, const hand_object_batc
 double feed_batch(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first)
 {
     return feed_part(p, r, b, first, 0, 1);
+}
+
+static lt_status recipe_record(const void *ctx, model_record *r)
+{
+    const model *m = ctx;
+
+    m->cls->record(m, true, r);
+    return lt_graph_status(r->g) == LT_OK ? feed_check(r) : LT_OK;
+}
+
+static int recipe_parts(const void *ctx, int batch)
+{
+    return feed_parts(ctx, batch);
+}
+
+static double recipe_feed(const void *ctx, const lt_plan *p, const model_record *r, const void *batch, int first,
+                          int part, int n)
+{
+    (void)ctx;
+    return feed_part(p, r, batch, first, part, n);
+}
+
+recipe feed_recipe(const model *m)
+{
+    return (recipe){ .ctx = m, .record = recipe_record, .parts = recipe_parts, .feed = recipe_feed };
 }

@@ -6,8 +6,7 @@
 #define ESTIMATE_FEED_H
 
 #include "data/hand_object.h"
-#include "libtensor/graph/plan.h"
-#include "models/model.h"
+#include "estimate/compiled.h"
 
 /* feed_options - how the model wants its crops: size, cells, window, depth */
 void feed_options(const model *m, hand_object_options *o);
@@ -19,11 +18,12 @@ void feed_options(const model *m, hand_object_options *o);
  */
 lt_status feed_check(const model_record *r);
 
-enum { FEED_MAX_PARTS = 2 };
-
 /* feed_parts - in how many parts (lt_compile_opts.parts) a batch to train on is computed: 2 where it can be halved and
  * the model has few weights, for each half prepares them and makes their gradients anew; else 1 */
 int feed_parts(const model *m, int batch);
+
+/* feed_recipe - m's graph with its losses, fed with hand_object_batch; m must outlive it */
+recipe feed_recipe(const model *m);
 
 /**
  * feed_batch - fill the inputs of a plan with slots first .. first + r->batch - 1 of b
@@ -33,9 +33,5 @@ int feed_parts(const model *m, int batch);
  * no black image disturbs the batch's statistics. Returns 0, and fills nothing, when no sample counts.
  */
 double feed_batch(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first);
-
-/* feed_part - fill part number `part` of the n that feed_batch would fill at once; a neighbour may come from another
- * part. Returns the weight of the part's own samples. */
-double feed_part(const lt_plan *p, const model_record *r, const hand_object_batch *b, int first, int part, int n);
 
 #endif

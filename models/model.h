@@ -62,17 +62,12 @@ typedef enum {
     MODEL_POSE_REFINED,             /* in the image's pixels, with the guards and the refinement of lt_pnp_refined */
 } model_pose;
 
-/* What a model is for, and so which ports it has. There is data here to train and to score the first. */
-typedef enum {
-    MODEL_HAND_OBJECT,
-    MODEL_CLASSIFIER,               /* a published network, known for its speed elsewhere: to measure */
-} model_task;
-
 typedef struct model_class {
     const char *name;               /* "hocat" */
     size_t size;                    /* of the model's own struct, which begins with its config, as read by keys */
     const char *paper;
-    model_task task;
+    const char *task;               /* what it is trained for: "hand-object"; NULL: nothing here, it is known for its
+                                     * speed elsewhere */
     const char *const *variants;    /* NULL-terminated; the first is the default */
     const lt_config_key *keys;      /* of the "model" group of a config */
     const char *const *blocks;      /* name prefixes of the parts, for listings; NULL-terminated */

@@ -5,6 +5,7 @@
 #include "libtensor/io/text/json.h"
 #include "libtensor/io/text/nearest.h"
 #include "libtensor/optim/optim.h"
+#include "train/task.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -15,56 +16,8 @@
 static const char *const kinds[] = { "sgd", "adam", "adamw", NULL };                /* as lt_optim_kind */
 static const char *const schedules[] = { "constant", "step", "cosine", NULL };      /* as lt_schedule_kind */
 
-static const char *const setups[] = { "s0", "s1", "s2", "s3", NULL };
-static const char *const filters[] = { "valid", "every", "hfl-net", "hoisdf", NULL };
-
-#define DATA(field) #field, .offset = offsetof(train_data_config, field)
 #define OPTIM(field) #field, .offset = offsetof(train_optim_config, field)
 #define LOOP(field) #field, .offset = offsetof(train_loop_config, field)
-
-static const lt_config_key data_keys[] = {
-    { DATA(dir), .type = LT_CONFIG_TEXT, .fallback = "\"\"", .doc = "folder of the dataset" },
-    { DATA(objects), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
-      .doc = "folder of the object models; empty: models/ in the dataset, or beside it" },
-    { DATA(hand), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
-      .doc = "hand model: MANO's .pkl, a .npz, the folder of MANO's, or embedded; empty: $PALMAR_HAND, else embedded" },
-    { DATA(hand_left), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
-      .doc = "DexYCB: left hand model, whose components left hands' poses are in; empty: the file beside the right "
-             "one's, or that one's mirror image" },
-    { DATA(setup), .type = LT_CONFIG_CHOICE, .fallback = "\"s0\"", .choices = setups,
-      .doc = "DexYCB: all seen, or unseen subjects, views, objects" },
-    { DATA(filter), .type = LT_CONFIG_CHOICE, .fallback = "\"valid\"", .choices = filters,
-      .doc = "DexYCB: with a hand; every frame; as HFL-Net; as HOISDF: right hands in contact" },
-    { DATA(threads), .type = LT_CONFIG_INT, .fallback = "2", .lo = 1, .hi = 64,
-      .doc = "threads that prepare samples" },
-    { DATA(ahead), .type = LT_CONFIG_INT, .fallback = "2", .lo = 1, .hi = 64,
-      .doc = "batches that are prepared ahead" },
-    { DATA(tolerate), .type = LT_CONFIG_NUMBER, .fallback = "0.05", .lo = 0, .hi = 1,
-      .doc = "share of unreadable samples that is skipped; 0: the first one stops" },
-    { DATA(augment), .type = LT_CONFIG_BOOL, .fallback = "true", .doc = "jitter, turn and recolour the crops" },
-    { DATA(bilinear), .type = LT_CONFIG_BOOL, .fallback = "false",
-      .doc = "sample HOCAT's crops between pixels, not at the nearest" },
-    { DATA(contact_mm), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1000,
-      .doc = "train on samples whose hand comes this close to the object; 0: on all" },
-    { DATA(centre_jitter), .type = LT_CONFIG_NUMBER, .fallback = "0.1", .lo = 0, .hi = 1,
-      .doc = "HOCAT: the crop's centre moves by up to this share of its side" },
-    { DATA(scale_jitter), .type = LT_CONFIG_NUMBER, .fallback = "0.2", .lo = 0, .hi = 0.9,
-      .doc = "HOCAT: deviation of the crop's scale, and its limit" },
-    { DATA(rotation_deg), .type = LT_CONFIG_NUMBER, .fallback = "180", .lo = 0, .hi = 180,
-      .doc = "the crop turns by up to this, degrees" },
-    { DATA(rotation_chance), .type = LT_CONFIG_NUMBER, .fallback = "1", .lo = 0, .hi = 1,
-      .doc = "below 1: with this chance it turns by rotation_deg times a normal draw, cut at 2" },
-    { DATA(blur), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1,
-      .doc = "deviation of the blur at most, pixels" },
-    { DATA(brightness), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
-    { DATA(contrast), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
-    { DATA(saturation), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
-    { DATA(hue), .type = LT_CONFIG_NUMBER, .fallback = "0.15", .lo = 0, .hi = 0.5,
-      .doc = "hue turns by up to this, in turns" },
-    { DATA(background), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1,
-      .doc = "chance of another background behind hand and object; needs their masks (HO3D: seg/, DexYCB: seg)" },
-    { .name = NULL },
-};
 
 static const lt_config_key optim_keys[] = {
     { OPTIM(kind), .type = LT_CONFIG_CHOICE, .fallback = "\"adam\"", .choices = kinds,
@@ -123,47 +76,41 @@ static const lt_config_key loop_keys[] = {
     { .name = NULL },
 };
 
-const char *train_setup_name(const train_config *c)
-{
-    return setups[c->data.setup];
-}
-
-const char *train_filter_name(const train_config *c)
-{
-    return filters[c->data.filter];
-}
-
 /* ---- reading ------------------------------------------------------------------------------------------ */
 
 static const char *const groups[] = { "model", "data", "optim", "train" };
 
-/* The group that a key is in which was given without: "epochs"; NULL: none of these */
-static const char *group_of(const char *key)
+static bool has_key(const lt_config_key *keys, const char *name)
 {
-    static const struct { const char *name; const lt_config_key *keys; } group[] = {
-        { "data", data_keys }, { "optim", optim_keys }, { "train", loop_keys },
-    };
-
-    for (size_t i = 0; i < LT_COUNT(group); i++)
-        for (const lt_config_key *k = group[i].keys; k->name; k++)
-            if (strcmp(k->name, key) == 0)
-                return group[i].name;
-    return NULL;
+    for (const lt_config_key *k = keys; k->name; k++)
+        if (strcmp(k->name, name) == 0)
+            return true;
+    return false;
 }
 
-static lt_status unknown_group(const char *path, const char *name)
+/* The group that a key is in which was given without: "epochs"; NULL: none of these */
+static const char *group_of(const task *const *tasks, const char *key)
 {
-    const char *group = group_of(name);
+    for (; *tasks; tasks++)
+        if (has_key((*tasks)->data_keys, key))
+            return "data";
+    return has_key(optim_keys, key) ? "optim" : has_key(loop_keys, key) ? "train" : NULL;
+}
+
+static lt_status unknown_group(const train_config *c, const char *name)
+{
+    const char *group = group_of(c->tasks, name);
 
     if (group)
-        return lt_error(LT_EINVAL, "%s: %s: no such group; did you mean \"%s.%s\"?", path, name, group, name);
+        return lt_error(LT_EINVAL, "%s: %s: no such group; did you mean \"%s.%s\"?", c->path, name, group, name);
     return lt_unknown_name(name, groups, LT_COUNT(groups), "there are model, data, optim, train",
-                           "%s: %s: no such group", path, name);
+                           "%s: %s: no such group", c->path, name);
 }
 
-static lt_status check_groups(const char *path, const cJSON *tree)
+static lt_status check_groups(const train_config *c)
 {
-    const cJSON *item;
+    const cJSON *tree = c->tree, *item;
+    const char *path = c->path;
 
     if (!cJSON_IsObject(tree))
         return lt_error(LT_EINVAL, "%s: want an object with the groups model, data, optim, train", path);
@@ -175,9 +122,17 @@ static lt_status check_groups(const char *path, const cJSON *tree)
         if (cJSON_GetObjectItemCaseSensitive(tree, item->string) != item)
             return lt_error(LT_EINVAL, "%s: %s: is there twice", path, item->string);
         if (i == LT_COUNT(groups))
-            return unknown_group(path, item->string);
+            return unknown_group(c, item->string);
     }
     return LT_OK;
+}
+
+static const task *find_task(const task *const *tasks, const model_class *m)
+{
+    for (; m->task && *tasks; tasks++)
+        if (strcmp((*tasks)->name, m->task) == 0)
+            return *tasks;
+    return NULL;
 }
 
 static lt_status read_model(train_config *c)
@@ -190,7 +145,8 @@ static lt_status read_model(train_config *c)
                         model_classes[0]->name);
     if (model_find(name->valuestring, &c->model))
         return lt_error_prefix(LT_EINVAL, "%s: model.name", c->path);
-    if (c->model->task != MODEL_HAND_OBJECT)
+    c->task = find_task(c->tasks, c->model);
+    if (!c->task)
         return lt_error(LT_EINVAL, "%s: model.name: %s is a classifier: palmar bench and info know it, but there "
                         "is no data to train it on", c->path, c->model->name);
     c->model_keys = cJSON_Duplicate(group, true);
@@ -207,6 +163,13 @@ static lt_status read_group(lt_arena *arena, const train_config *c, const char *
 
     return where ? lt_config_read(arena, where, cJSON_GetObjectItemCaseSensitive(c->tree, name), keys, out)
                  : lt_error(LT_ENOMEM, "%s: no memory", c->path);
+}
+
+static lt_status read_data(lt_arena *arena, train_config *c)
+{
+    c->data = lt_arena_alloc(arena, c->task->data_size);
+    return c->data ? read_group(arena, c, "data", c->task->data_keys, c->data)
+                   : lt_error(LT_ENOMEM, "%s: no memory", c->path);
 }
 
 static lt_status check_values(const train_config *c)
@@ -231,11 +194,11 @@ static lt_status read_tree(lt_arena *arena, train_config *c)
         for (int i = 0; st == LT_OK && i < c->n_set; i++)
             st = lt_config_set(c->tree, "--set", c->set[i]);
     if (st == LT_OK)
-        st = check_groups(c->path, c->tree);
+        st = check_groups(c);
     if (st == LT_OK)
         st = read_model(c);
     if (st == LT_OK)
-        st = read_group(arena, c, "data", data_keys, &c->data);
+        st = read_data(arena, c);
     if (st == LT_OK)
         st = read_group(arena, c, "optim", optim_keys, &c->optim);
     if (st == LT_OK)
@@ -249,10 +212,10 @@ static lt_status read_tree(lt_arena *arena, train_config *c)
     return st;
 }
 
-lt_status train_config_load(lt_arena *arena, const char *path, const char *const *set, int n_set,
-                            train_config *out)
+lt_status train_config_load(lt_arena *arena, const task *const *tasks, const char *path, const char *const *set,
+                            int n_set, train_config *out)
 {
-    train_config c = { .path = lt_arena_strdup(arena, path), .set = set, .n_set = n_set };
+    train_config c = { .path = lt_arena_strdup(arena, path), .tasks = tasks, .set = set, .n_set = n_set };
     lt_status st;
 
     if (!c.path)
@@ -265,10 +228,10 @@ lt_status train_config_load(lt_arena *arena, const char *path, const char *const
     return st;
 }
 
-lt_status train_config_parse(lt_arena *arena, const char *name, const char *text, const char *const *set,
-                             int n_set, train_config *out)
+lt_status train_config_parse(lt_arena *arena, const task *const *tasks, const char *name, const char *text,
+                             const char *const *set, int n_set, train_config *out)
 {
-    train_config c = { .path = lt_arena_strdup(arena, name), .set = set, .n_set = n_set };
+    train_config c = { .path = lt_arena_strdup(arena, name), .tasks = tasks, .set = set, .n_set = n_set };
     lt_status st;
 
     if (!c.path)
@@ -288,7 +251,7 @@ void train_config_fini(train_config *c)
     c->tree = c->model_keys = NULL;
 }
 
-lt_status train_config_describe(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
+lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
 {
     const char *where = lt_arena_printf(lt_params_arena(set), "%s: model", c->path);
     lt_status st;
@@ -297,20 +260,15 @@ lt_status train_config_describe(const train_config *c, const lt_hand_layer *hand
         return lt_error(LT_ENOMEM, "%s: no memory", c->path);
     lt_params_defer(set);
     st = model_create(c->model, where, c->model_keys, hand, set, out);
-    if (st)
-        return lt_config_blame(c->path, "--set", c->set, c->n_set, st);
-    out->bilinear = c->data.bilinear;
-    return LT_OK;
+    return st ? lt_config_blame(c->path, "--set", c->set, c->n_set, st) : LT_OK;
 }
 
-lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
+lt_status train_config_init(const train_config *c, const model *m)
 {
-    lt_status st = train_config_describe(c, hand, set, out);
+    const lt_status st = lt_params_allocate(m->params);
 
     if (st == LT_OK)
-        st = lt_params_allocate(set);
-    if (st == LT_OK)
-        out->cls->init(out, (uint64_t)c->loop.seed);
+        m->cls->init(m, (uint64_t)c->loop.seed);
     return st;
 }
 
@@ -336,7 +294,7 @@ struct cJSON *train_config_json(const train_config *c, const model *m)
     cJSON *tree = cJSON_CreateObject();
     const struct { const char *name; cJSON *group; } part[] = {
         { "model", model_json(m) },
-        { "data", lt_config_write(data_keys, &c->data) },
+        { "data", lt_config_write(c->task->data_keys, c->data) },
         { "optim", lt_config_write(optim_keys, &c->optim) },
         { "train", lt_config_write(loop_keys, &c->loop) },
     };
@@ -377,21 +335,25 @@ static void print_keys(FILE *f, const char *group, const lt_config_key *k)
     }
 }
 
-void train_config_help(FILE *f)
+void train_config_help(const task *const *tasks, FILE *f)
 {
     fprintf(f, "  model.name: one of");
     for (int i = 0; model_classes[i]; i++)
-        if (model_classes[i]->task == MODEL_HAND_OBJECT)
+        if (find_task(tasks, model_classes[i]))
             fprintf(f, " %s", model_classes[i]->name);
     fprintf(f, "\n      the model to train\n");
     for (int i = 0; model_classes[i]; i++) {
-        if (model_classes[i]->task != MODEL_HAND_OBJECT)
+        if (!find_task(tasks, model_classes[i]))
             continue;
         fprintf(f, "\n%s\n", model_classes[i]->name);
         print_keys(f, "model", model_classes[i]->keys);
     }
-    fprintf(f, "\nall models\n");
-    print_keys(f, "data", data_keys);
+    for (int i = 0; tasks[i]; i++) {
+        fprintf(f, "\n%s\n", tasks[1] ? tasks[i]->name : "all models");
+        print_keys(f, "data", tasks[i]->data_keys);
+    }
+    if (tasks[1])
+        fprintf(f, "\nall models\n");
     print_keys(f, "optim", optim_keys);
     print_keys(f, "train", loop_keys);
 }

@@ -114,7 +114,7 @@ static void parts(FILE *f, const char *const *name, const double *value, int n)
 
 /* ---- the same for TensorBoard --------------------------------------------------------------------------- */
 
-enum { MAX_TAG = 80, MAX_SCALARS = MODEL_PORTS + 8 };
+enum { MAX_TAG = 80, MAX_SCALARS = MODEL_PORTS + TRAIN_METRICS + 8 };
 
 /* Numbers of one step, under tags "group/name" */
 typedef struct {
@@ -148,8 +148,8 @@ static void validation_curves(FILE *f, const train_validation *v)
 {
     curves c = { .group = "validation" };
 
-    curve(&c, "pa_mpjpe_mm", v->pa_mpjpe_mm);
-    curve(&c, "mpjpe_mm", v->mpjpe_mm);
+    for (int i = 0; i < v->n_metrics; i++)
+        curve(&c, v->metric[i]->key, v->value[i]);
     curve(&c, "loss", v->loss);
     for (int i = 0; i < v->n_parts; i++)
         curve(&c, v->part_name[i], v->part[i]);
@@ -178,7 +178,10 @@ void train_log_step(train_log *l, const train_step_record *r)
 
 static void csv_heading(FILE *f, const train_validation *v)
 {
-    fprintf(f, "step,epoch,samples,pa_mpjpe_mm,mpjpe_mm,loss");
+    fprintf(f, "step,epoch,samples");
+    for (int i = 0; i < v->n_metrics; i++)
+        fprintf(f, ",%s", v->metric[i]->key);
+    fprintf(f, ",loss");
     for (int i = 0; i < v->n_parts; i++)
         fprintf(f, ",%s", v->part_name[i]);
     fprintf(f, "\n");
@@ -195,8 +198,8 @@ static void csv_number(FILE *f, double x)
 static void csv_line(FILE *f, const train_validation *v)
 {
     fprintf(f, "%" PRId64 ",%" PRId64 ",%" PRId64, v->step, v->epoch, v->samples);
-    csv_number(f, v->pa_mpjpe_mm);
-    csv_number(f, v->mpjpe_mm);
+    for (int i = 0; i < v->n_metrics; i++)
+        csv_number(f, v->value[i]);
     csv_number(f, v->loss);
     for (int i = 0; i < v->n_parts; i++)
         csv_number(f, v->part[i]);
@@ -207,8 +210,8 @@ void train_log_validation(train_log *l, const train_validation *v)
 {
     fprintf(l->log, "{\"step\":%" PRId64 ",\"epoch\":%" PRId64 ",\"samples\":%" PRId64, v->step, v->epoch,
             v->samples);
-    number(l->log, "pa_mpjpe_mm", v->pa_mpjpe_mm);
-    number(l->log, "mpjpe_mm", v->mpjpe_mm);
+    for (int i = 0; i < v->n_metrics; i++)
+        number(l->log, v->metric[i]->key, v->value[i]);
     number(l->log, "validation_loss", v->loss);
     parts(l->log, v->part_name, v->part, v->n_parts);
     fprintf(l->log, "}\n");

@@ -7,6 +7,7 @@
 #ifndef TRAIN_LOG_H
 #define TRAIN_LOG_H
 
+#include "estimate/metric.h"
 #include "libtensor/base/arena.h"
 #include "models/model.h"
 
@@ -24,10 +25,14 @@ typedef struct {
     const char *bad;                /* not NULL: the step was skipped for this tensor, which is not finite */
 } train_step_record;
 
-/* One validation. Losses are NaN where the samples lack what they compare with. */
+enum { TRAIN_METRICS = 8 };
+
+/* One validation. Losses are NaN where the samples lack what they compare with, metrics where they lack a truth. */
 typedef struct {
     int64_t step, epoch, samples;
-    double pa_mpjpe_mm, mpjpe_mm;   /* mean over samples; mpjpe after the wrists are put together */
+    const metric *metric[TRAIN_METRICS];
+    double value[TRAIN_METRICS];
+    int n_metrics;
     double loss;
     const char *part_name[MODEL_PORTS];
     double part[MODEL_PORTS];

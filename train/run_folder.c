@@ -4,6 +4,7 @@
  */
 #include "train/trainer_internal.h"
 
+#include "data/dataset.h"
 #include "estimate/checkpoint_folder.h"
 #include "libtensor/base/cpu.h"
 #include "libtensor/base/parallel.h"
@@ -78,7 +79,7 @@ static lt_status write_env(const trainer *t, const char *path)
 {
     cJSON *env = cJSON_CreateObject();
     char hash[16];
-    const char *of = dataset_crc32(t->arena, t->config.data.dir, hash);
+    const char *of = dataset_crc32(t->arena, t->config.data->dir, hash);
     struct utsname host;
     lt_status st;
 
@@ -87,9 +88,7 @@ static lt_status write_env(const trainer *t, const char *path)
     cJSON_AddStringToObject(env, "cpu", lt_cpu_model());
     cJSON_AddStringToObject(env, "isa", lt_isa_name(lt_k->isa));
     cJSON_AddNumberToObject(env, "threads", lt_threads());
-    cJSON_AddStringToObject(env, "data", t->source.train->kind);
-    cJSON_AddBoolToObject(env, "synthetic_data", t->source.train->synthetic);
-    cJSON_AddBoolToObject(env, "synthetic_hand", t->source.hand->synthetic);
+    t->config.task->facts(t->run, env);
     cJSON_AddStringToObject(env, "data_crc32", hash);
     cJSON_AddStringToObject(env, "data_crc32_of", of ? of : "");
     st = env ? lt_json_write(path, env) : lt_error(LT_ENOMEM, "%s: no memory", path);
@@ -107,11 +106,11 @@ static void compare_data(trainer *t, const char *env)
 
     if (access(env, R_OK) != 0 || lt_json_read(env, &old))
         return;
-    of = dataset_crc32(t->arena, t->config.data.dir, now);
+    of = dataset_crc32(t->arena, t->config.data->dir, now);
     was = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(old, "data_crc32"));
     if (was && strcmp(was, now))
         progress_warn(&t->progress, "%s holds other data than the run had: the CRC-32 of %s is %s, and was %s",
-                      t->config.data.dir, of ? of : "its list", now, was);
+                      t->config.data->dir, of ? of : "its list", now, was);
     cJSON_Delete(old);
 }
 

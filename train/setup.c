@@ -28,16 +28,16 @@ static lt_status load_config(trainer *t)
     lt_status st;
 
     if (o->config)
-        return train_config_load(t->arena, o->config, o->set, o->n_set, &t->config);
+        return train_config_load(t->arena, o->tasks, o->config, o->set, o->n_set, &t->config);
     if (!o->resume)
         return lt_error(LT_EINVAL, "no configuration given");
     if (!own)
         return lt_error(LT_ENOMEM, "%s: no memory", o->out);
     if (!*o->resume || access(own, R_OK) == 0)
-        return train_config_load(t->arena, own, o->set, o->n_set, &t->config);
+        return train_config_load(t->arena, o->tasks, own, o->set, o->n_set, &t->config);
     from = checkpoint_last(t->arena, o->resume);
     st = from ? checkpoint_head_read(t->arena, from, &head) : lt_error(LT_ENOMEM, "%s: no memory", o->resume);
-    return st ? st : train_config_parse(t->arena, from, head.config, o->set, o->n_set, &t->config);
+    return st ? st : train_config_parse(t->arena, o->tasks, from, head.config, o->set, o->n_set, &t->config);
 }
 
 /* The resolved configuration as one line, the same for the same settings. */
@@ -102,16 +102,14 @@ static lt_status init_weights(trainer *t)
     return st;
 }
 
-/* The model of a run that goes on: its values come from a checkpoint. One that is named may be anybody's, and its
- * shapes are looked at before memory is taken. */
-static lt_status describe_model(trainer *t)
+/* The values of a run that goes on come from a checkpoint. One that is named may be anybody's, and its shapes are looked
+ * at before memory is taken. */
+static lt_status check_resumed(trainer *t)
 {
     const char *named = *t->opt->resume ? checkpoint_last(t->arena, t->opt->resume) : "";
-    lt_status st = named ? train_config_describe(&t->config, t->source.layer, t->params, &t->model)
-                         : lt_error(LT_ENOMEM, "%s: no memory", t->opt->resume);
+    const lt_status st = !named ? lt_error(LT_ENOMEM, "%s: no memory", t->opt->resume)
+        : *named ? checkpoint_check(named, &t->model) : LT_OK;
 
-    if (st == LT_OK && *named)
-        st = checkpoint_check(named, &t->model);
     return st ? st : lt_params_allocate(t->params);
 }
 
@@ -122,10 +120,9 @@ static lt_status build_model(trainer *t)
     t->params = lt_params_new();
     if (!t->params)
         return lt_error(LT_ENOMEM, "no memory for the model");
-    if (t->opt->resume)
-        st = describe_model(t);
-    else
-        st = train_config_model(&t->config, t->source.layer, t->params, &t->model);
+    st = t->config.task->build(t->run, &t->config, t->params, &t->model);
+    if (st == LT_OK)
+        st = t->opt->resume ? check_resumed(t) : train_config_init(&t->config, &t->model);
     if (st == LT_OK)
         st = init_weights(t);
     if (st == LT_OK)
@@ -137,10 +134,11 @@ static lt_status compile_plans(trainer *t)
 {
     const int batch = t->config.optim.batch / t->config.optim.shards;
     const lt_optim_opts opts = optim_opts(&t->config.optim);
-    lt_status st = compiled_new(&t->model, batch, true, &t->train);
+    const recipe how = t->config.task->recipe(t->run);
+    lt_status st = compiled_new(&how, batch, true, &t->train);
 
-    if (st == LT_OK && t->source.check_count)
-        st = compiled_new(&t->model, batch, false, &t->check);
+    if (st == LT_OK && t->checked.count)
+        st = compiled_new(&how, batch, false, &t->check);
     if (st)
         return st;
     t->sum = tree_sum_new(t->params, t->config.optim.shards);
@@ -152,7 +150,7 @@ static void count_steps(trainer *t)
 {
     const train_optim_config *o = &t->config.optim;
 
-    t->steps_of_epoch = lt_ceil_div(t->source.train_count, o->batch);
+    t->steps_of_epoch = lt_ceil_div(t->samples.count, o->batch);
     t->total_steps = t->steps_of_epoch * o->epochs;
     if (o->steps)
         t->total_steps = lt_min_i64(t->total_steps, o->steps);
@@ -171,25 +169,11 @@ static size_t resident_bytes(void)
     return pages * (size_t)sysconf(_SC_PAGESIZE);
 }
 
-/* So that the run's config finds the same data and hands from any folder, and whatever $PALMAR_HAND says then */
-static lt_status keep_paths(trainer *t)
-{
-    train_data_config *d = &t->config.data;
-
-    d->hand = t->source.hands.path;
-    d->dir = lt_path_whole(t->arena, d->dir);
-    if (*d->objects)
-        d->objects = lt_path_whole(t->arena, d->objects);
-    if (*d->hand_left)
-        d->hand_left = lt_path_whole(t->arena, d->hand_left);
-    return d->dir && d->objects && d->hand_left ? LT_OK : lt_error(LT_ENOMEM, "no memory to begin");
-}
-
 lt_status trainer_init(trainer *t, const train_options *o)
 {
     lt_status st;
 
-    *t = (trainer){ .opt = o, .saved_step = -1, .locked = -1, .state = { .best_mm = INFINITY } };
+    *t = (trainer){ .opt = o, .saved_step = -1, .locked = -1, .state = { .best = INFINITY } };
     progress_init(&t->progress, o->progress ? o->progress : stderr, o->quiet);
     t->arena = lt_arena_new();
     t->checkpoints = t->arena ? lt_path_join(t->arena, o->out, "checkpoints") : NULL;
@@ -199,16 +183,15 @@ lt_status trainer_init(trainer *t, const train_options *o)
     if (st == LT_OK)
         st = load_config(t);
     if (st == LT_OK)
-        st = train_source_open(t->arena, &t->config, &t->source);
-    if (st == LT_OK)
-        st = keep_paths(t);
+        st = t->config.task->open(t->arena, &t->config, &t->run);
     t->resident = resident_bytes();             /* the program, and what it knows of the data */
     if (st == LT_OK)
         st = build_model(t);
     if (st)
         return st;
     t->state.seed = (uint64_t)t->config.loop.seed;
-    train_source_sizes(&t->source, &t->model);
+    t->samples = t->config.task->samples(t->run);
+    t->checked = t->config.task->checked(t->run);
     count_steps(t);
     return compile_plans(t);
 }
@@ -224,7 +207,8 @@ void trainer_fini(trainer *t)
     compiled_free(&t->train);
     compiled_free(&t->check);
     lt_params_free(t->params);
-    train_source_close(&t->source);
+    if (t->run)
+        t->config.task->close(t->run);
     train_config_fini(&t->config);
     progress_fini(&t->progress);
     lt_arena_free(t->arena);
@@ -239,10 +223,9 @@ size_t trainer_plan_bytes(const trainer *t)
 
 static size_t batch_bytes(const trainer *t)
 {
-    const size_t side = (size_t)t->model.image_size;
-    const size_t batches = (size_t)t->config.data.ahead + 1 + (t->check.plan ? COMPILED_AHEAD + 1 : 0);
+    const size_t batches = (size_t)t->config.data->ahead + 1 + (t->check.plan ? COMPILED_AHEAD + 1 : 0);
 
-    return batches * (size_t)t->config.optim.batch * side * side * 4 * sizeof(float);
+    return batches * (size_t)t->config.optim.batch * t->config.task->sample_bytes(t->run);
 }
 
 size_t trainer_bytes(const trainer *t)
@@ -260,22 +243,9 @@ size_t trainer_bytes(const trainer *t)
 
 static void describe_data(trainer *t)
 {
-    const train_source *s = &t->source;
     const train_optim_config *o = &t->config.optim;
-    const int *tips = s->train->tips;
 
-    progress_note(&t->progress, "data         %s%s, %s: %" PRId64 " to train on, %" PRId64 " %s%s to validate",
-                  s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
-                  s->check_count, s->evaluation ? "of " : "held back", s->evaluation ? s->evaluation->split : "");
-    if (s->train->partial)
-        progress_note(&t->progress, "             %s", s->train->partial);
-    if (s->evaluation && s->evaluation->partial)
-        progress_note(&t->progress, "             %s", s->evaluation->partial);
-    progress_note(&t->progress, "hand         %s%s, finger tips (vertices %d %d %d %d %d) %.2f mm from the annotated",
-                  s->hands.name, s->hand->synthetic && !hands_are_embedded(&s->hands) ? " (synthetic)" : "",
-                  tips[0], tips[1], tips[2], tips[3], tips[4], s->tips_rms_mm);
-    if (hands_are_embedded(&s->hands))
-        progress_note(&t->progress, "             %s", hands_note());
+    t->config.task->describe(t->run, &t->progress);
     progress_note(&t->progress, "steps        %" PRId64 " of %d samples in %d shard%s, %" PRId64 " an epoch",
                   t->total_steps, o->batch, o->shards, o->shards > 1 ? "s" : "", t->steps_of_epoch);
 }

@@ -5,19 +5,8 @@
  */
 #include "train/trainer_internal.h"
 
-#include "estimate/feed.h"
-
 #include <inttypes.h>
 #include <math.h>
-
-static double total_weight(const hand_object_batch *b)
-{
-    double sum = 0;
-
-    for (int i = 0; i < b->count; i++)
-        sum += b->weight[i];
-    return sum;
-}
 
 static double value(const lt_plan *p, const lt_tensor *tensor)
 {
@@ -25,7 +14,7 @@ static double value(const lt_plan *p, const lt_tensor *tensor)
 }
 
 /* Fill the plan with a shard and set what depends on it; false when no sample counts. */
-static bool load_shard(trainer *t, const hand_object_batch *b, int shard, double total)
+static bool load_shard(trainer *t, const void *batch, int shard, double total)
 {
     const compiled *c = &t->train;
     const int n_shards = t->config.optim.shards, first = shard * c->parts * c->record.batch;
@@ -35,7 +24,7 @@ static bool load_shard(trainer *t, const hand_object_batch *b, int shard, double
     for (int k = 0; k < c->parts; k++) {
         lt_plan *part = lt_plan_part(c->plan, k);
 
-        t->share[k] = feed_part(part, &c->record, b, first, k, c->parts) / total;
+        t->share[k] = c->by.feed(c->by.ctx, part, &c->record, batch, first, k, c->parts) / total;
         lt_plan_set_loss_weight(part, t->share[k]);
         share += t->share[k];
     }
@@ -56,12 +45,12 @@ static void add_losses(trainer *t)
 }
 
 /* Gradients of the batch into the parameters, losses into the record; the number of shards with samples. */
-static int run_shards(trainer *t, const hand_object_batch *b, double total)
+static int run_shards(trainer *t, const void *batch, double total)
 {
     int ran = 0;
 
     for (int s = 0; s < t->config.optim.shards; s++) {
-        if (load_shard(t, b, s, total)) {
+        if (load_shard(t, batch, s, total)) {
             lt_run(t->train.plan);
             add_losses(t);
             ran++;
@@ -84,11 +73,11 @@ static bool statistics_are_finite(const trainer *t)
 }
 
 /* Run the shards again, tensor by tensor, until one is not finite. */
-static void name_culprit(trainer *t, const hand_object_batch *b, double total, char *where, size_t bytes)
+static void name_culprit(trainer *t, const void *batch, double total, char *where, size_t bytes)
 {
     where[0] = '\0';
     for (int s = 0; s < t->config.optim.shards && !where[0]; s++)
-        if (load_shard(t, b, s, total))
+        if (load_shard(t, batch, s, total))
             lt_plan_find_nonfinite(t->train.plan, where, bytes);
     if (!where[0])
         snprintf(where, bytes, "the sum of the shards' gradients");
@@ -108,16 +97,16 @@ static lt_status skip(trainer *t, const char *where)
                     "tensor is %s; try a lower optim.lr or optim.clip_norm=1", t->record.step, limit, where);
 }
 
-static void warn_of_spike(trainer *t, const hand_object_batch *b)
+static void warn_of_spike(trainer *t, const void *batch)
 {
     const double times = train_log_spike(&t->log, t->record.grad_norm);
-    const dataset *d = t->source.train;
+    const task *of = t->config.task;
+    const char *second = of->sample_name(t->run, batch, 1);
 
     if (times > 0)
         progress_warn(&t->progress, "step %" PRId64 ": the gradient's norm %.3g is %.0f times the usual; its "
                       "first samples are %s%s%s", t->record.step, t->record.grad_norm, times,
-                      dataset_name(d, b->index[0]), b->count > 1 ? ", " : "",
-                      b->count > 1 ? dataset_name(d, b->index[1]) : "");
+                      of->sample_name(t->run, batch, 0), second ? ", " : "", second ? second : "");
 }
 
 static void begin_record(trainer *t)
@@ -139,24 +128,24 @@ static void begin_record(trainer *t)
         t->record.part_name[i] = losses->port[i].name;
 }
 
-lt_status trainer_step(trainer *t, const hand_object_batch *b)
+lt_status trainer_step(trainer *t, const void *batch)
 {
-    const double total = total_weight(b);
+    const double total = t->config.task->weight(batch);
     lt_status st = LT_OK;
     char where[256];
 
     begin_record(t);
     if (total > 0) {
-        const int ran = run_shards(t, b, total);
+        const int ran = run_shards(t, batch, total);
 
         t->record.grad_norm = lt_optim_grad_norm(t->optim);
         if (isfinite(t->record.loss) && isfinite(t->record.grad_norm) && statistics_are_finite(t)) {
             t->bad_in_a_row = 0;
-            warn_of_spike(t, b);
+            warn_of_spike(t, batch);
             lt_statistics_update(t->params, ran);
             lt_optim_step(t->optim, t->record.lr, t->record.grad_norm);
         } else {
-            name_culprit(t, b, total, where, sizeof(where));
+            name_culprit(t, batch, total, where, sizeof(where));
             st = skip(t, where);
         }
     }

@@ -3,7 +3,6 @@
 
 #include "libtensor/base/clock.h"
 #include "train/signals.h"
-#include "train/validate.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -33,17 +32,6 @@ static bool validation_is_due(const trainer *t)
         || (step % t->steps_of_epoch == 0 && every(epoch, c->validate_every));
 }
 
-/* Each once, though every validation comes by it */
-static void warn_skipped(void *ctx, int i, const char *line)
-{
-    trainer *t = ctx;
-
-    if (i < t->checks_warned)
-        return;
-    t->checks_warned = i + 1;
-    progress_warn(&t->progress, "%s", line);
-}
-
 static lt_status score(trainer *t, train_validation *v)
 {
     const bool ema = t->config.optim.ema_decay > 0;
@@ -51,7 +39,7 @@ static lt_status score(trainer *t, train_validation *v)
 
     if (ema)
         lt_optim_swap_ema(t->optim);
-    st = validate_run(&t->check, &t->source, &t->config.data, warn_skipped, t, stop_asked, v);
+    st = trainer_validate(t, v);
     if (ema)
         lt_optim_swap_ema(t->optim);
     return st;
@@ -64,11 +52,35 @@ static lt_status flush_log(trainer *t)
     return st ? lt_error_prefix(st, "%s", t->opt->out) : LT_OK;
 }
 
+static bool is_best(const trainer *t, const train_validation *v)
+{
+    if (!t->state.best_step)
+        return isfinite(v->value[0]);
+    return metric_better(v->metric[0], v->value[0], t->state.best);
+}
+
+static void tell(trainer *t, const train_validation *v)
+{
+    char text[256] = "";
+    size_t n = 0;
+
+    for (int i = 0; i < v->n_metrics && n < sizeof(text); i++)
+        n += (size_t)snprintf(text + n, sizeof(text) - n, "%s %.2f%s%s, ", v->metric[i]->name, v->value[i],
+                              *v->metric[i]->unit ? " " : "", v->metric[i]->unit);
+    if (!isnan(v->loss) && n < sizeof(text))    /* some splits keep to themselves what the losses need */
+        snprintf(text + n, sizeof(text) - n, "loss %.4g, ", v->loss);
+    progress_note(&t->progress, "validation at step %" PRId64 ": %s%" PRId64 " samples%s", v->step, text, v->samples,
+                  t->improved ? ", best" : "");
+}
+
 static lt_status validate(trainer *t)
 {
     train_validation v = { .step = t->state.step, .epoch = (int64_t)t->state.position.epoch };
-    lt_status st = score(t, &v);
-    char loss[32] = "";
+    lt_status st;
+
+    for (const char *const *key = t->config.task->metrics; *key; key++)
+        v.metric[v.n_metrics++] = metric_find(*key);
+    st = score(t, &v);
 
     if (st)
         return st;
@@ -77,15 +89,12 @@ static lt_status validate(trainer *t)
     if (st)                     /* what is not written down has not happened: the resumed run validates again */
         return st;
     t->state.validated = t->state.step;
-    if (v.pa_mpjpe_mm < t->state.best_mm) {
-        t->state.best_mm = v.pa_mpjpe_mm;
+    if (is_best(t, &v)) {
+        t->state.best = v.value[0];
         t->state.best_step = v.step;
         t->improved = true;
     }
-    if (!isnan(v.loss))         /* some splits keep to themselves what the losses need */
-        snprintf(loss, sizeof(loss), "loss %.4g, ", v.loss);
-    progress_note(&t->progress, "validation at step %" PRId64 ": PA-MPJPE %.2f mm, MPJPE %.2f mm, %s%" PRId64
-                  " samples%s", v.step, v.pa_mpjpe_mm, v.mpjpe_mm, loss, v.samples, t->improved ? ", best" : "");
+    tell(t, &v);
     if (t->opt->validated)
         t->opt->validated(t->opt->ctx, &v);
     return LT_OK;
@@ -125,19 +134,17 @@ static lt_status between_steps(trainer *t)
 
 /* ---- the loop ----------------------------------------------------------------------------------------- */
 
-static lt_status next_batch(trainer *t, hand_object_batch **b)
+static lt_status next_batch(trainer *t, void **batch)
 {
-    void *batch = NULL;
-    lt_status st = loader_next(t->loader, &batch);
+    lt_status st = loader_next(t->loader, batch);
 
-    if (st == LT_OK && !batch)                  /* the epoch ended */
-        st = loader_next(t->loader, &batch);
+    if (st == LT_OK && !*batch)                 /* the epoch ended */
+        st = loader_next(t->loader, batch);
     if (st)
         return st;
     for (; t->samples_warned < loader_skipped(t->loader); t->samples_warned++)
         progress_warn(&t->progress, "%s", loader_skipped_line(t->loader, t->samples_warned));
     t->state.position = loader_where(t->loader);
-    *b = batch;
     return LT_OK;
 }
 
@@ -169,15 +176,15 @@ static lt_status report(trainer *t, bool last)
 static lt_status one_step(trainer *t)
 {
     const double began = lt_clock();
-    hand_object_batch *b;
+    void *batch = NULL;
     lt_status st, logged;
 
     if (t->opt->before_step)
         t->opt->before_step(t->opt->ctx, t->state.step + 1, t->params);
-    st = next_batch(t, &b);
+    st = next_batch(t, &batch);
     if (st)
         return st;
-    st = trainer_step(t, b);
+    st = trainer_step(t, batch);
     clock_step(t, began);
     logged = report(t, st || t->state.step == t->total_steps);
     return st ? st : logged;
@@ -212,17 +219,16 @@ static lt_status loop(trainer *t)
 static lt_status start_loader(trainer *t)
 {
     const train_config *c = &t->config;
-    const loader_source source = train_source_loader(&t->source);
     const loader_options o = {
-        .batch = c->optim.batch, .threads = c->data.threads, .ahead = c->data.ahead, .shuffle = true,
-        .seed = t->state.seed, .tolerate = c->data.tolerate,
+        .batch = c->optim.batch, .threads = c->data->threads, .ahead = c->data->ahead, .shuffle = true,
+        .seed = t->state.seed, .tolerate = c->data->tolerate,
     };
 
-    if (t->state.position.next > t->source.train_count)
+    if (t->state.position.next > t->samples.count)
         return lt_error(LT_EINVAL, "%s: stopped at sample %lld of an epoch, but %s has %lld to train on; --data says "
                         "where the run's own data are", t->opt->out, (long long)t->state.position.next,
-                        c->data.dir, (long long)t->source.train_count);
-    return loader_new(&source, &o, t->state.position, &t->loader);
+                        c->data->dir, (long long)t->samples.count);
+    return loader_new(&t->samples, &o, t->state.position, &t->loader);
 }
 
 static lt_status train(trainer *t)
@@ -251,7 +257,7 @@ static void fill_result(const trainer *t, train_result *out)
 {
     *out = (train_result){
         .step = t->state.step, .steps_here = t->state.step - t->first_step, .skipped = t->state.skipped,
-        .loss = t->record.loss, .best_mm = t->state.best_mm, .img_per_s = t->record.img_per_s,
+        .loss = t->record.loss, .best = t->state.best, .img_per_s = t->record.img_per_s,
         .signal = t->signal,
     };
     if (t->optim && t->sum) {

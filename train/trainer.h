@@ -6,8 +6,10 @@
 #define TRAIN_TRAINER_H
 
 #include "train/log.h"
+#include "train/task.h"
 
 typedef struct {
+    const task *const *tasks;       /* all that there are, NULL-terminated */
     const char *config;             /* JSON file or the folder of a run; NULL with resume: the run's own */
     const char *const *set;         /* overrides: "optim.lr=3e-4" */
     int n_set;
@@ -31,7 +33,7 @@ typedef struct {
     int64_t steps_here;             /* taken by this call */
     int64_t skipped;                /* without a finite gradient, in all */
     double loss;                    /* of the last step */
-    double best_mm;                 /* PA-MPJPE of the best checkpoint; infinite without one */
+    double best;                    /* the task's first metric at the best checkpoint; infinite without one */
     double img_per_s;
     size_t plan_bytes, bytes;       /* memory of the plans; of plans, parameters and optimiser */
     int signal;                     /* that stopped the run, with LT_ESTOPPED; else 0 */

@@ -7,10 +7,9 @@
 
 #include "estimate/checkpoint.h"
 #include "estimate/compiled.h"
-#include "estimate/feed.h"
 #include "estimate/weights.h"
 #include "train/progress.h"
-#include "train/source.h"
+#include "train/task.h"
 #include "train/trainer.h"
 #include "train/tree_sum.h"
 
@@ -19,11 +18,12 @@ typedef struct {
     lt_arena *arena;
     train_config config;
     const char *config_text;        /* resolved, one line of JSON */
-    train_source source;
+    task_run *run;                  /* what the task opened */
+    loader_source samples, checked;
     lt_params *params;
     model model;
     compiled train;
-    double share[FEED_MAX_PARTS];       /* of the parts of the last shard, of its batch's weight */
+    double share[COMPILED_MAX_PARTS];       /* of the parts of the last shard, of its batch's weight */
     compiled check;                 /* to validate; empty without */
     lt_optim *optim;
     tree_sum *sum;
@@ -59,7 +59,10 @@ lt_status run_folder_check(const trainer *t);
 lt_status run_folder_make(trainer *t);
 
 /* step.c: one step on a batch, recorded in t->record. LT_ENUMERIC after too many bad ones. */
-lt_status trainer_step(trainer *t, const hand_object_batch *b);
+lt_status trainer_step(trainer *t, const void *batch);
+
+/* validate.c: score the model as it is; step and epoch are the caller's. LT_ESTOPPED after a signal. */
+lt_status trainer_validate(trainer *t, train_validation *out);
 
 /* save.c */
 lt_status trainer_save(trainer *t);             /* step file, last, best; does nothing when just done */

@@ -1,93 +1,76 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "train/validate.h"
+/*
+ * How good the model is in the middle of a run: the task's scores and the losses on samples that it does not learn from.
+ */
+#include "train/trainer_internal.h"
 
-#include "eval/metrics/metrics.h"
+#include "train/signals.h"
 
 #include <math.h>
 
-enum { J = LT_HAND_KEYPOINTS };
-
 typedef struct {
-    double pa, mpjpe, loss, part[MODEL_PORTS];      /* sums over samples */
-    int64_t n_joints, n_samples;
+    trainer *t;
+    records records;
+    double loss, part[MODEL_PORTS];     /* sums over samples */
     bool no_losses;
-    compiled_skipped told;
-    void *told_ctx;
 } sums;
 
-static void add_joints(sums *s, const lt_real *predicted, const float *truth)
+static lt_status visit(void *ctx, const compiled *c, const void *batch)
 {
-    double p[3 * J], g[3 * J], aligned[3 * J];
-
-    for (int i = 0; i < 3 * J; i++)
-        p[i] = predicted[i];
-    eval_widen(3 * J, truth, g);
-    eval_align_root(J, p, g, 0, aligned);
-    s->mpjpe += eval_mpjpe(J, aligned, g);
-    eval_align_procrustes(EVAL_REFLECT, J, p, g, aligned);
-    s->pa += eval_mpjpe(J, aligned, g);
-    s->n_joints++;
-}
-
-static double value(const compiled *c, const lt_tensor *t)
-{
-    return *(const lt_real *)lt_plan_data(c->plan, t);
-}
-
-static void add_losses(sums *s, const compiled *c, int64_t n)
-{
-    for (int i = 0; i < c->record.losses.n; i++)
-        s->part[i] += (double)n * value(c, c->record.losses.port[i].tensor);
-    s->loss += (double)n * value(c, c->record.loss);
-}
-
-static void visit(void *ctx, const compiled *c, const hand_object_batch *b)
-{
-    const lt_real *joints = compiled_output(c, "joints");
     sums *s = ctx;
-    int64_t n = 0;
+    const task *of = s->t->config.task;
+    const int64_t before = s->records.n;
+    const lt_status st = of->score(s->t->run, c, batch, &s->records, &s->no_losses);
+    const double n = (double)(s->records.n - before);
 
-    for (int i = 0; i < b->count; i++) {
-        if (!(b->weight[i] > 0))
-            continue;
-        n++;
-        if (joints && (b->flags[i] & SAMPLE_JOINTS))
-            add_joints(s, joints + 3 * J * i, b->joints + 3 * J * i);
-        s->no_losses |= !(b->flags[i] & SAMPLE_HAND_POSE);
+    for (int i = 0; i < c->record.losses.n; i++)
+        s->part[i] += n * compiled_loss(c, c->record.losses.port[i].tensor);
+    s->loss += n * compiled_loss(c, c->record.loss);
+    return st;
+}
+
+/* Each once, though every validation comes by it */
+static void warn_skipped(void *ctx, int i, const char *line)
+{
+    trainer *t = ((sums *)ctx)->t;
+
+    if (i < t->checks_warned)
+        return;
+    t->checks_warned = i + 1;
+    progress_warn(&t->progress, "%s", line);
+}
+
+static bool stop_asked(void)
+{
+    return signals_stop() != 0;
+}
+
+static void fill(sums *s, train_validation *out)
+{
+    const model_ports *losses = &s->t->check.record.losses;
+    const double n = (double)s->records.n;
+    const bool any = s->records.n && !s->no_losses;
+
+    out->samples = s->records.n;
+    records_sort(&s->records);
+    s->t->config.task->measure(s->t->run, &s->records, out->value);
+    out->loss = any ? s->loss / n : NAN;
+    out->n_parts = losses->n;
+    for (int i = 0; i < losses->n; i++) {
+        out->part_name[i] = losses->port[i].name;
+        out->part[i] = any ? s->part[i] / n : NAN;
     }
-    s->n_samples += n;
-    add_losses(s, c, n);
 }
 
-static void skipped(void *ctx, int i, const char *line)
+lt_status trainer_validate(trainer *t, train_validation *out)
 {
-    const sums *s = ctx;
+    const loader_source samples = t->config.task->checked(t->run);
+    const train_data_config *d = t->config.data;
+    sums s = { .t = t };
+    const lt_status st = compiled_walk(&t->check, &samples, d->threads, d->tolerate, visit, warn_skipped, &s, stop_asked);
 
-    s->told(s->told_ctx, i, line);
-}
-
-static double mean(double sum, int64_t n)
-{
-    return n ? sum / (double)n : NAN;
-}
-
-lt_status validate_run(const compiled *c, const train_source *source, const train_data_config *data,
-                       compiled_skipped told, void *ctx, bool (*stop)(void), train_validation *out)
-{
-    const loader_source samples = train_source_checker(source);
-    sums s = { .told = told, .told_ctx = ctx };
-    const lt_status st = compiled_walk(c, &samples, data->threads, data->tolerate, visit, skipped, &s, stop);
-
-    if (st)
-        return st;
-    out->samples = s.n_samples;
-    out->pa_mpjpe_mm = 1000 * mean(s.pa, s.n_joints);
-    out->mpjpe_mm = 1000 * mean(s.mpjpe, s.n_joints);
-    out->loss = s.no_losses ? NAN : mean(s.loss, s.n_samples);
-    out->n_parts = c->record.losses.n;
-    for (int i = 0; i < out->n_parts; i++) {
-        out->part_name[i] = c->record.losses.port[i].name;
-        out->part[i] = s.no_losses ? NAN : mean(s.part[i], s.n_samples);
-    }
-    return LT_OK;
+    if (st == LT_OK)
+        fill(&s, out);
+    records_free(&s.records);
+    return st;
 }

@@ -51,7 +51,7 @@ static void describe_image(meta *m, const model *mo)
     add(m, "depth.unknown", "1");
 }
 
-static void describe_hand_object(meta *m, const char *hand_name)
+static void describe_hand(meta *m, const char *hand_name)
 {
     add(m, "boxes", "x0, y0, x1, y1 in pixels of the image");
     add(m, "axes", "camera: x right, y down, z forward");
@@ -78,8 +78,8 @@ static lt_status describe(const export_options *o, lt_arena *arena, lt_onnx_mode
     add(m, "paper", o->m->cls->paper);
     add(m, "config", export_config(arena, o->m));
     describe_image(m, o->m);
-    if (o->m->cls->task == MODEL_HAND_OBJECT)
-        describe_hand_object(m, o->hand_name ? o->hand_name : "");
+    if (o->m->hand)
+        describe_hand(m, o->hand_name ? o->hand_name : "");
     out->name = o->m->cls->name;
     out->producer = "palmar";
     out->version = PACKAGE_VERSION;

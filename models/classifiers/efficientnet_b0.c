@@ -70,7 +70,6 @@ static void record(const model *self, bool losses, model_record *r)
 const model_class efficientnet_b0_class = {
     .name = "efficientnet_b0", .size = sizeof(efficientnet_b0),
     .paper = "Tan and Le 2019, ICML, pages 6105-6114",
-    .task = MODEL_CLASSIFIER,
     .variants = classifier_variants, .keys = keys, .blocks = blocks,
     .mean = imagenet_mean, .deviation = imagenet_deviation,
     .build = build, .init = init, .record = record,

@@ -64,7 +64,6 @@ static void record(const model *self, bool losses, model_record *r)
 const model_class resnet50_class = {
     .name = "resnet50", .size = sizeof(resnet50),
     .paper = "He et al. 2016, CVPR, pages 770-778",
-    .task = MODEL_CLASSIFIER,
     .variants = classifier_variants, .keys = keys, .blocks = blocks,
     .mean = imagenet_mean, .deviation = imagenet_deviation,
     .build = build, .init = init, .record = record,

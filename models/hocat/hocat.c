@@ -229,7 +229,7 @@ static void record(const model *self, bool losses, model_record *r)
 }
 
 const model_class hocat_class = {
-    .name = "hocat", .size = sizeof(hocat),
+    .name = "hocat", .size = sizeof(hocat), .task = "hand-object",
     .paper = "Cai et al. 2025, Electronics 14(5), 1029",
     .variants = variants, .keys = keys, .blocks = blocks,
     .check = check, .build = build, .init = init, .record = record,

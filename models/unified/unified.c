@@ -163,7 +163,7 @@ static void record(const model *self, bool losses, model_record *r)
 }
 
 const model_class unified_class = {
-    .name = "unified", .size = sizeof(unified),
+    .name = "unified", .size = sizeof(unified), .task = "hand-object",
     .paper = "Bandi and Thomas 2025, Robotics 14(4), 53",
     .variants = variants, .keys = keys, .blocks = blocks, .twins = twins,
     .check = check, .build = build, .init = init, .record = record,

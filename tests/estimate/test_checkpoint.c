@@ -8,6 +8,7 @@
 #include "estimate/int8_table.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/file.h"
+#include "tasks/tasks.h"
 #include "tests/suite.h"
 #include "train/config.h"
 
@@ -34,8 +35,9 @@ static void small_model_init(small_model *s)
     *s = (small_model){ .arena = lt_arena_new(), .set = lt_params_new() };
     ck_assert_int_eq(synth_hand_new(s->arena, SYNTH_HAND_MANO_LIKE, &hand), LT_OK);
     ck_assert_int_eq(lt_hand_layer_new(s->arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
-    ck_assert_int_eq(train_config_parse(s->arena, "tiny", text, NULL, 0, &s->c), LT_OK);
+    ck_assert_int_eq(train_config_parse(s->arena, tasks, "tiny", text, NULL, 0, &s->c), LT_OK);
     ck_assert_int_eq(train_config_model(&s->c, layer, s->set, &s->m), LT_OK);
+    ck_assert_int_eq(train_config_init(&s->c, &s->m), LT_OK);
 }
 
 static void small_model_fini(small_model *s)
@@ -48,7 +50,7 @@ static void small_model_fini(small_model *s)
 START_TEST(weights_or_their_average)
 {
     const lt_optim_opts opts = { .kind = LT_ADAM, .ema_decay = _i ? 0.9 : 0 };
-    const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
+    const checkpoint_state state = { .step = 7, .best = INFINITY };
     small_model s;
     lt_optim *optim;
     lt_param *w;
@@ -79,7 +81,7 @@ static const lt_int8_table table = { layers, LT_COUNT(layers) };
 /* Loaded by whatever loads a checkpoint, with the metadata of the one that it was made from. */
 START_TEST(table_in_a_checkpoint)
 {
-    const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
+    const checkpoint_state state = { .step = 7, .best = INFINITY };
     checkpoint_state found;
     checkpoint_head head;
     lt_optim *optim;
@@ -130,7 +132,7 @@ START_TEST(shapes_before_memory)
     optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
     ck_assert_int_eq(checkpoint_save(path, &s.m, optim, large, &state), LT_OK);
     ck_assert_int_eq(train_config_parse(s.arena, "large", large, NULL, 0, &c), LT_OK);
-    ck_assert_int_eq(train_config_describe(&c, s.m.hand, set, &m), LT_OK);
+    ck_assert_int_eq(train_config_model(&c, s.m.hand, set, &m), LT_OK);
     check_error(checkpoint_load_model(path, &m), LT_EINVAL,
                 "\"trunk.conv1.weight\" is (8, 3, 7, 7), the model's \"trunk.conv1.weight\" is (256, 3, 7, 7)");
     ck_assert_int_eq(checkpoint_check(path, &m), LT_EINVAL);
@@ -139,7 +141,7 @@ START_TEST(shapes_before_memory)
     lt_params_free(set);
     set = lt_params_new();
     train_config_fini(&c);
-    ck_assert_int_eq(train_config_describe(&s.c, s.m.hand, set, &m), LT_OK);        /* the one that it is of gets it */
+    ck_assert_int_eq(train_config_model(&s.c, s.m.hand, set, &m), LT_OK);        /* the one that it is of gets it */
     ck_assert_int_eq(checkpoint_load_model(path, &m), LT_OK);
     ck_assert_mem_eq(lt_params_first(set)->data, lt_params_first(s.set)->data,
                      (size_t)lt_param_numel(lt_params_first(set)) * sizeof(lt_real));

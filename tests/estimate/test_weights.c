@@ -5,6 +5,7 @@
 #include "estimate/weights.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/file.h"
+#include "tasks/tasks.h"
 #include "tests/estimate/weight_names.h"
 #include "tests/models/model_of.h"
 #include "tests/suite.h"
@@ -378,8 +379,9 @@ START_TEST(into_hocat)
 
     check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
     check_ok(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer));
-    check_ok(train_config_parse(arena, "tiny", text, NULL, 0, &c));
+    check_ok(train_config_parse(arena, tasks, "tiny", text, NULL, 0, &c));
     check_ok(train_config_model(&c, layer, set, &m));
+    check_ok(train_config_init(&c, &m));
     put_file(in_folder("stem.pth"), resnet_stem, sizeof(resnet_stem));
     check_ok(weights_init(arena, in_folder("stem.pth"), &m, &r));
     ck_assert_int_eq(r.n_loaded, 3);
@@ -416,8 +418,9 @@ START_TEST(into_both_streams)
         stem[i] = (float)i;
     check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
     check_ok(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer));
-    check_ok(train_config_parse(arena, "unified", text, NULL, 0, &c));
+    check_ok(train_config_parse(arena, tasks, "unified", text, NULL, 0, &c));
     check_ok(train_config_model(&c, layer, set, &m));
+    check_ok(train_config_init(&c, &m));
     check_ok(lt_safetensors_write(in_folder("b0.safetensors"), list, 2, NULL, 0));
     check_ok(weights_init(arena, in_folder("b0.safetensors"), &m, &r));
     ck_assert_int_eq(r.n_loaded, 4);

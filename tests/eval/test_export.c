@@ -298,7 +298,7 @@ static const lt_config_key no_keys[] = { { .name = NULL } };
 
 static lt_status export_with(void (*record)(const model *, bool, model_record *), int batch, export_report *r)
 {
-    const model_class cls = { .name = "test", .paper = "", .task = MODEL_CLASSIFIER, .keys = no_keys, .record = record };
+    const model_class cls = { .name = "test", .paper = "", .keys = no_keys, .record = record };
     const model m = { .cls = &cls, .variant = "full", .self = r };
 
     return export_onnx(&(export_options){ .m = &m, .batch = batch }, in_folder("kept.onnx"), r);

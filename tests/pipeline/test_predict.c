@@ -3,12 +3,12 @@
 #include <config.h>
 #include "pipeline/internal.h"
 
-#include "eval/report/sheet.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/mesh/obj.h"
 #include "libtensor/io/mesh/ply.h"
+#include "tasks/hand_object/sheet.h"
 #include "tests/estimate/tiny_model.h"
 #include "tests/io/avi.h"
 #include "tests/suite.h"

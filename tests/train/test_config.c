@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The configuration of a run: overrides, slips of the pen, and that what is written reads back. */
 #include "libtensor/io/text/json.h"
+#include "tasks/hand_object/config.h"
+#include "tasks/tasks.h"
 #include "tests/suite.h"
 #include "train/config.h"
 
@@ -17,7 +19,7 @@ static void refuse(const char *text, const char *set, const char *line)
 {
     const char *const sets[] = { set };
     train_config c;
-    const lt_status st = train_config_parse(arena, "run.json", text, sets, set != NULL, &c);
+    const lt_status st = train_config_parse(arena, tasks, "run.json", text, sets, set != NULL, &c);
 
     ck_assert_int_ne(st, LT_OK);
     ck_assert_str_eq(lt_last_error(), line);
@@ -30,14 +32,14 @@ START_TEST(defaults_are_the_papers)
 {
     train_config c;
 
-    ck_assert_int_eq(train_config_parse(arena, "run.json", "{" MODEL "}", NULL, 0, &c), LT_OK);
+    ck_assert_int_eq(train_config_parse(arena, tasks, "run.json", "{" MODEL "}", NULL, 0, &c), LT_OK);
     ck_assert_str_eq(c.model->name, "hocat");
     ck_assert_int_eq(c.optim.batch, 32);
     ck_assert_int_eq(c.optim.epochs, 120);
     ck_assert_double_eq(c.optim.lr, 1e-4);
     ck_assert_double_eq(c.optim.gamma, 0.7);
     ck_assert_double_eq(c.optim.weight_decay, 5e-4);
-    ck_assert_double_eq(c.data.background, 0);
+    ck_assert_double_eq(hand_object_config_of(&c)->background, 0);
     ck_assert_int_eq(c.loop.max_bad_steps, 5);
     train_config_fini(&c);
 }
@@ -48,10 +50,10 @@ START_TEST(overrides)
     const char *const sets[] = { "optim.lr=3e-4", "data.dir=/some where", "model.width=16", "optim.shards=4" };
     train_config c;
 
-    ck_assert_int_eq(train_config_parse(arena, "run.json", "{" MODEL ", \"optim\": { \"lr\": 1 } }", sets, 4, &c),
+    ck_assert_int_eq(train_config_parse(arena, tasks, "run.json", "{" MODEL ", \"optim\": { \"lr\": 1 } }", sets, 4, &c),
                      LT_OK);
     ck_assert_double_eq(c.optim.lr, 3e-4);
-    ck_assert_str_eq(c.data.dir, "/some where");
+    ck_assert_str_eq(c.data->dir, "/some where");
     ck_assert_int_eq(c.optim.shards, 4);
     ck_assert_int_eq(cJSON_GetObjectItem(c.model_keys, "width")->valueint, 16);
     ck_assert_ptr_null(cJSON_GetObjectItem(c.model_keys, "name"));
@@ -67,10 +69,10 @@ START_TEST(slips_in_the_models_keys)
     train_config c;
     model m;
 
-    check_ok(train_config_parse(arena, "run.json", "{" MODEL "}", sets, 1, &c));
+    check_ok(train_config_parse(arena, tasks, "run.json", "{" MODEL "}", sets, 1, &c));
     check_error(train_config_model(&c, NULL, params, &m), LT_EUSAGE, "--set model.width: -3 is not between 8 and 256");
     train_config_fini(&c);
-    check_ok(train_config_parse(arena, "run.json", "{ \"model\": { \"name\": \"hocat\", \"width\": -3 } }", NULL, 0,
+    check_ok(train_config_parse(arena, tasks, "run.json", "{ \"model\": { \"name\": \"hocat\", \"width\": -3 } }", NULL, 0,
                                 &c));
     check_error(train_config_model(&c, NULL, params, &m), LT_EINVAL, "run.json: model.width: -3 is not between");
     train_config_fini(&c);
@@ -108,7 +110,7 @@ START_TEST(help_names_every_key)
     size_t n;
     FILE *f = open_memstream(&text, &n);
 
-    train_config_help(f);
+    train_config_help(tasks, f);
     fclose(f);
     ck_assert_ptr_nonnull(strstr(text, "  optim.lr: number from 0 to 1e+30, default 1e-4\n"));
     ck_assert_ptr_nonnull(strstr(text, "  optim.kind: one of sgd adam adamw, default \"adam\"\n"));

@@ -74,9 +74,12 @@ START_TEST(torn)
 }
 END_TEST
 
+#define METRICS                                                                                     \
+    .metric = { metric_find("pa_mpjpe_mm"), metric_find("mpjpe_mm") }, .value = { 8.5, 20 }, .n_metrics = 2
+
 START_TEST(validation_lines)
 {
-    const train_validation v = { .step = 7, .epoch = 2, .samples = 5, .pa_mpjpe_mm = 8.5, .mpjpe_mm = 20,
+    const train_validation v = { .step = 7, .epoch = 2, .samples = 5, METRICS,
                                  .loss = NAN, .part_name = { "a" }, .part = { NAN }, .n_parts = 1 };
     train_log l;
 
@@ -112,7 +115,7 @@ static const char *only_file(const char *folder, size_t *n)
 
 START_TEST(curves_for_tensorboard)
 {
-    const train_validation v = { .step = 3, .pa_mpjpe_mm = 8.5, .mpjpe_mm = 20, .loss = NAN };
+    const train_validation v = { .step = 3, METRICS, .loss = NAN };
     static const char *const there[] = { "train/loss", "train/a", "train/lr", "train/img_per_s",
                                          "validation/pa_mpjpe_mm", "validation/mpjpe_mm" };
     static const char *const absent[] = { "train/b", "train/grad_norm", "validation/loss" };    /* not finite */

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "eval/export/int8.h"
+#include "tasks/hand_object/int8.h"
 
 #include "estimate/checkpoint.h"
 #include "estimate/feed.h"
 #include "eval/bench/bench.h"
-#include "eval/each_batch.h"
+#include "tasks/hand_object/each_batch.h"
 
 #include <sys/stat.h>
 

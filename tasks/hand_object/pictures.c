@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "eval/report/pictures.h"
+#include "tasks/hand_object/pictures.h"
 
 #include "estimate/feed.h"
-#include "eval/report/sheet.h"
+#include "tasks/hand_object/sheet.h"
 
 typedef struct {
     const evaluate_options *o;

@@ -2,7 +2,7 @@
 /*
  * Reporting: the tables, JSON and files of an evaluation.
  */
-#include "eval/evaluation_internal.h"
+#include "tasks/hand_object/internal.h"
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/csv.h"

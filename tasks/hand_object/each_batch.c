@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "eval/each_batch.h"
+#include "tasks/hand_object/each_batch.h"
 
 #include "estimate/feed.h"
 #include "libtensor/base/parallel.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The zero predictor and the mean of a training set. */
-#include "eval/predictors.h"
+#include "tasks/hand_object/predictors.h"
 
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/hand/layer.h"

@@ -2,11 +2,11 @@
 /*
  * A trained hand-object model as a checkpoint for inference with 8-bit integers, and what they cost and gain.
  */
-#ifndef EVAL_EXPORT_INT8_H
-#define EVAL_EXPORT_INT8_H
+#ifndef TASKS_HAND_OBJECT_INT8_H
+#define TASKS_HAND_OBJECT_INT8_H
 
 #include "estimate/calibrate.h"
-#include "eval/evaluate.h"
+#include "tasks/hand_object/evaluate.h"
 
 typedef struct {
     model *m;                       /* loaded from the checkpoint `from`; gets the table */

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Result files for the official scorers: what a model sees in a split, as HO3D's and DexYCB's toolkits take it. */
 #include "estimate/estimator.h"
-#include "eval/each_batch.h"
 #include "eval/scorers/dexycb_files.h"
 #include "eval/scorers/ho3d_score.h"
 #include "eval/scorers/ho3d_submission.h"
 #include "libtensor/io/file.h"
+#include "tasks/hand_object/each_batch.h"
 #include "vision/crop.h"
 
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Means by joint, object and sequence. The errors are such that no similarity makes them smaller. */
-#include "eval/breakdown.h"
+#include "tasks/hand_object/breakdown.h"
 
 #include "libtensor/io/file.h"
 #include "tests/suite.h"

@@ -4,8 +4,8 @@
  *
  * Camera axes (x right, y down, z forward), metres, joints in simple order.
  */
-#ifndef EVAL_PREDICTORS_H
-#define EVAL_PREDICTORS_H
+#ifndef TASKS_HAND_OBJECT_PREDICTORS_H
+#define TASKS_HAND_OBJECT_PREDICTORS_H
 
 #include "libtensor/base/status.h"
 #include "libtensor/geometry/hand/model.h"

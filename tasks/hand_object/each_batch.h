@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The samples of a split, batch after batch. */
-#ifndef EVAL_EACH_BATCH_H
-#define EVAL_EACH_BATCH_H
+#ifndef TASKS_HAND_OBJECT_EACH_BATCH_H
+#define TASKS_HAND_OBJECT_EACH_BATCH_H
 
 #include "data/hand_object.h"
-#include "eval/evaluate.h"
+#include "tasks/hand_object/evaluate.h"
 
 /* done: samples before the batch */
 typedef lt_status (*eval_batch_fn)(void *ctx, const hand_object_batch *b, int64_t done);

@@ -3,8 +3,8 @@
  * Scoring a model on a dataset's split: the papers' metrics, their tables with our rows beneath, files for
  * the official scorers. The zero predictor and the mean-pose predictor are scored beside it.
  */
-#ifndef EVAL_EVALUATE_H
-#define EVAL_EVALUATE_H
+#ifndef TASKS_HAND_OBJECT_EVALUATE_H
+#define TASKS_HAND_OBJECT_EVALUATE_H
 
 #include "estimate/estimator.h"
 #include "eval/tables/tables.h"

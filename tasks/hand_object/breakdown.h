@@ -2,8 +2,8 @@
 /*
  * Where errors lie: mean errors of each joint, of each object, of each sequence.
  */
-#ifndef EVAL_BREAKDOWN_H
-#define EVAL_BREAKDOWN_H
+#ifndef TASKS_HAND_OBJECT_BREAKDOWN_H
+#define TASKS_HAND_OBJECT_BREAKDOWN_H
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/status.h"

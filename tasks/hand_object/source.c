@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "train/source.h"
+#include "tasks/hand_object/source.h"
 
 #include "assets/hand_file.h"
 #include "data/contact.h"
@@ -26,32 +26,33 @@ static bool validates(const train_config *c)
     return c->loop.validate_every > 0 || c->loop.validate_steps > 0;
 }
 
-static lt_status open_datasets(lt_arena *arena, const train_config *c, train_source *s)
+static lt_status open_datasets(lt_arena *arena, const train_config *c, run_source *s)
 {
-    dataset_options o = { .root = c->data.dir, .split = "train", .models = c->data.objects,
-                          .setup = train_setup_name(c), .filter = train_filter_name(c), .hand = s->hand };
+    const hand_object_config *d = hand_object_config_of(c);
+    dataset_options o = { .root = d->common.dir, .split = "train", .models = d->objects,
+                          .setup = hand_object_setup(d), .filter = hand_object_filter(d), .hand = s->hand };
     lt_hand_model *left = NULL;
     dataset_layout layout;
     lt_status st;
 
-    if (!*c->data.dir)
+    if (!*d->common.dir)
         return lt_error(LT_EUSAGE, "%s: data.dir: no dataset given; name its folder with --data or "
                         "--set data.dir=FOLDER", c->path);
-    st = dataset_find_layout(c->data.dir, &layout);
-    if (!st && *c->data.hand_left)
-        st = hand_file_read(arena, c->data.hand_left, &left);
+    st = dataset_find_layout(d->common.dir, &layout);
+    if (!st && *d->hand_left)
+        st = hand_file_read(arena, d->hand_left, &left);
     o.left = left ? left : s->hands.left;
     if (!st)
         st = dataset_open(&o, &s->train);
     if (st || !validates(c))
         return st;
-    o.split = check_split(arena, layout, c->data.dir);
+    o.split = check_split(arena, layout, d->common.dir);
     return o.split ? dataset_open(&o, &s->evaluation) : LT_OK;
 }
 
 static hand_object_options train_options_of(const train_config *c)
 {
-    const train_data_config *d = &c->data;
+    const hand_object_config *d = hand_object_config_of(c);
     hand_object_options o = hand_object_defaults(d->augment, (uint64_t)c->loop.seed);
 
     o.centre_jitter = d->centre_jitter;
@@ -63,7 +64,7 @@ static hand_object_options train_options_of(const train_config *c)
     return o;
 }
 
-static lt_status deal(const train_config *c, train_source *s)
+static lt_status deal(const train_config *c, run_source *s)
 {
     const int64_t want = validates(c) ? c->loop.validate_samples : 0;
 
@@ -82,28 +83,30 @@ static lt_status deal(const train_config *c, train_source *s)
 }
 
 /* Of the training samples, those with the hand at the object. */
-static lt_status keep_contact(lt_arena *arena, const train_config *c, train_source *s)
+static lt_status keep_contact(lt_arena *arena, const train_config *c, run_source *s)
 {
+    const hand_object_config *d = hand_object_config_of(c);
     lt_status st;
 
-    if (c->data.contact_mm <= 0)
+    if (d->contact_mm <= 0)
         return LT_OK;
-    st = contact_select(s->train, s->hand, s->train_count, c->data.contact_mm / 1e3, arena, &s->train_feed.index,
+    st = contact_select(s->train, s->hand, s->train_count, d->contact_mm / 1e3, arena, &s->train_feed.index,
                         &s->train_feed.count);
     s->train_count = s->train_feed.count;
     if (st == LT_OK && s->train_count == 0)
         return lt_error(LT_EINVAL, "%s: data.contact_mm: no hand comes within %g mm of its object in %s", c->path,
-                        c->data.contact_mm, s->train->root);
+                        d->contact_mm, s->train->root);
     return st;
 }
 
 /* That there are masks is seen on the first sample, rather than never: a run would just learn the rooms. A sample
  * that cannot be read is the loader's affair. */
-static lt_status check_foreground(lt_arena *arena, const train_config *c, const train_source *s)
+static lt_status check_foreground(lt_arena *arena, const train_config *c, const run_source *s)
 {
+    const hand_object_config *d = hand_object_config_of(c);
     dataset_sample first;
 
-    if (!c->data.augment || c->data.background <= 0)
+    if (!d->augment || d->background <= 0)
         return LT_OK;
     if (dataset_read(s->train, 0, SAMPLE_FOREGROUND, arena, &first) || (first.flags & SAMPLE_FOREGROUND))
         return LT_OK;
@@ -112,13 +115,13 @@ static lt_status check_foreground(lt_arena *arena, const train_config *c, const 
                     s->train->root, s->train->split);
 }
 
-lt_status train_source_open(lt_arena *arena, const train_config *c, train_source *out)
+lt_status source_open(lt_arena *arena, const train_config *c, run_source *out)
 {
     lt_hand_layer *layer = NULL;
     lt_status st;
 
-    *out = (train_source){ 0 };
-    st = hands_open(arena, c->data.hand, &out->hands);
+    *out = (run_source){ 0 };
+    st = hands_open(arena, hand_object_config_of(c)->hand, &out->hands);
     out->hand = out->hands.right;
     if (st == LT_OK)
         st = open_datasets(arena, c, out);
@@ -139,20 +142,20 @@ lt_status train_source_open(lt_arena *arena, const train_config *c, train_source
     return keep_contact(arena, c, out);
 }
 
-void train_source_close(train_source *s)
+void source_close(run_source *s)
 {
     dataset_free(s->train);
     dataset_free(s->evaluation);
     s->train = s->evaluation = NULL;
 }
 
-void train_source_sizes(train_source *s, const model *m)
+void source_sizes(run_source *s, const model *m)
 {
     feed_options(m, &s->train_feed.options);
     feed_options(m, &s->check_feed.options);
 }
 
-loader_source train_source_loader(const train_source *s)
+loader_source source_loader(const run_source *s)
 {
     loader_source l = hand_object_source(&s->train_feed);
 
@@ -164,27 +167,27 @@ loader_source train_source_loader(const train_source *s)
 
 static const char *check_name(const void *ctx, int64_t index)
 {
-    const train_source *s = ctx;
+    const run_source *s = ctx;
 
     return dataset_name(s->check_feed.data, s->check_first + index);
 }
 
 static void *check_batch_new(const void *ctx, int capacity)
 {
-    const train_source *s = ctx;
+    const run_source *s = ctx;
 
     return hand_object_batch_new(capacity, s->check_feed.options.size, s->check_feed.options.cells);
 }
 
 static lt_status check_fill(const void *ctx, uint64_t epoch, int64_t index, lt_arena *scratch, void *batch, int slot)
 {
-    const train_source *s = ctx;
+    const run_source *s = ctx;
 
     return hand_object_source(&s->check_feed).fill(&s->check_feed, epoch, s->check_first + index, scratch, batch,
                                                    slot);
 }
 
-loader_source train_source_checker(const train_source *s)
+loader_source source_checker(const run_source *s)
 {
     loader_source l = hand_object_source(&s->check_feed);
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "eval/breakdown.h"
+#include "tasks/hand_object/breakdown.h"
 
 #include "eval/metrics/curve.h"
 #include "eval/metrics/metrics.h"

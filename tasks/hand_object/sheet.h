@@ -2,8 +2,8 @@
 /*
  * Contact sheets: samples of a dataset, the truth beside the prediction, in one PNG.
  */
-#ifndef EVAL_REPORT_SHEET_H
-#define EVAL_REPORT_SHEET_H
+#ifndef TASKS_HAND_OBJECT_SHEET_H
+#define TASKS_HAND_OBJECT_SHEET_H
 
 #include "data/dataset.h"
 #include "estimate/estimator.h"

@@ -2,16 +2,16 @@
 /*
  * What scoring leaves for reporting.
  */
-#ifndef EVAL_EVALUATION_INTERNAL_H
-#define EVAL_EVALUATION_INTERNAL_H
+#ifndef TASKS_HAND_OBJECT_INTERNAL_H
+#define TASKS_HAND_OBJECT_INTERNAL_H
 
-#include "eval/breakdown.h"
-#include "eval/evaluate.h"
-#include "eval/predictors.h"
 #include "eval/scorers/dexycb_score.h"
 #include "eval/scorers/ho3d_score.h"
 #include "eval/scorers/object_score.h"
 #include "eval/tables/rows.h"
+#include "tasks/hand_object/breakdown.h"
+#include "tasks/hand_object/evaluate.h"
+#include "tasks/hand_object/predictors.h"
 
 enum { EVALUATE_OBJECT_TABLES = 4 };
 

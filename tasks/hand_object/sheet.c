@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "eval/report/sheet.h"
+#include "tasks/hand_object/sheet.h"
 
 #include "data/mirror.h"
 #include "libtensor/io/image/image.h"

@@ -2,10 +2,10 @@
 /*
  * A contact sheet of a scored split: what is true beside what the model sees.
  */
-#ifndef EVAL_REPORT_PICTURES_H
-#define EVAL_REPORT_PICTURES_H
+#ifndef TASKS_HAND_OBJECT_PICTURES_H
+#define TASKS_HAND_OBJECT_PICTURES_H
 
-#include "eval/evaluate.h"
+#include "tasks/hand_object/evaluate.h"
 
 /**
  * evaluate_pictures - draw n samples, spread evenly over o's split, as one PNG

@@ -2,8 +2,8 @@
 /*
  * Scoring: batches of a split through the model and the two predictors that see no image.
  */
-#include "eval/each_batch.h"
-#include "eval/evaluation_internal.h"
+#include "tasks/hand_object/each_batch.h"
+#include "tasks/hand_object/internal.h"
 #include "vision/crop.h"
 
 #include "data/hand_pose.h"

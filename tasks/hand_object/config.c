@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "tasks/hand_object/config.h"
+
+#include "train/task.h"
+
+static const char *const setups[] = { "s0", "s1", "s2", "s3", NULL };
+static const char *const filters[] = { "valid", "every", "hfl-net", "hoisdf", NULL };
+
+#define DATA(field) #field, .offset = offsetof(hand_object_config, field)
+
+const lt_config_key hand_object_keys[] = {
+    TRAIN_DIR_KEY(hand_object_config),
+    { DATA(objects), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
+      .doc = "folder of the object models; empty: models/ in the dataset, or beside it" },
+    { DATA(hand), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
+      .doc = "hand model: MANO's .pkl, a .npz, the folder of MANO's, or embedded; empty: $PALMAR_HAND, else embedded" },
+    { DATA(hand_left), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
+      .doc = "DexYCB: left hand model, whose components left hands' poses are in; empty: the file beside the right "
+             "one's, or that one's mirror image" },
+    { DATA(setup), .type = LT_CONFIG_CHOICE, .fallback = "\"s0\"", .choices = setups,
+      .doc = "DexYCB: all seen, or unseen subjects, views, objects" },
+    { DATA(filter), .type = LT_CONFIG_CHOICE, .fallback = "\"valid\"", .choices = filters,
+      .doc = "DexYCB: with a hand; every frame; as HFL-Net; as HOISDF: right hands in contact" },
+    TRAIN_LOADER_KEYS(hand_object_config),
+    { DATA(augment), .type = LT_CONFIG_BOOL, .fallback = "true", .doc = "jitter, turn and recolour the crops" },
+    { DATA(bilinear), .type = LT_CONFIG_BOOL, .fallback = "false",
+      .doc = "sample HOCAT's crops between pixels, not at the nearest" },
+    { DATA(contact_mm), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1000,
+      .doc = "train on samples whose hand comes this close to the object; 0: on all" },
+    { DATA(centre_jitter), .type = LT_CONFIG_NUMBER, .fallback = "0.1", .lo = 0, .hi = 1,
+      .doc = "HOCAT: the crop's centre moves by up to this share of its side" },
+    { DATA(scale_jitter), .type = LT_CONFIG_NUMBER, .fallback = "0.2", .lo = 0, .hi = 0.9,
+      .doc = "HOCAT: deviation of the crop's scale, and its limit" },
+    { DATA(rotation_deg), .type = LT_CONFIG_NUMBER, .fallback = "180", .lo = 0, .hi = 180,
+      .doc = "the crop turns by up to this, degrees" },
+    { DATA(rotation_chance), .type = LT_CONFIG_NUMBER, .fallback = "1", .lo = 0, .hi = 1,
+      .doc = "below 1: with this chance it turns by rotation_deg times a normal draw, cut at 2" },
+    { DATA(blur), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1,
+      .doc = "deviation of the blur at most, pixels" },
+    { DATA(brightness), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
+    { DATA(contrast), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
+    { DATA(saturation), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1, .doc = "factor 1 +- this" },
+    { DATA(hue), .type = LT_CONFIG_NUMBER, .fallback = "0.15", .lo = 0, .hi = 0.5,
+      .doc = "hue turns by up to this, in turns" },
+    { DATA(background), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1,
+      .doc = "chance of another background behind hand and object; needs their masks (HO3D: seg/, DexYCB: seg)" },
+    { .name = NULL },
+};
+
+const hand_object_config *hand_object_config_of(const train_config *c)
+{
+    return (const hand_object_config *)c->data;
+}
+
+const char *hand_object_setup(const hand_object_config *d)
+{
+    return setups[d->setup];
+}
+
+const char *hand_object_filter(const hand_object_config *d)
+{
+    return filters[d->filter];
+}
+
+lt_status hand_object_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
+{
+    const lt_status st = train_config_model(c, hand, set, out);
+
+    if (st == LT_OK)
+        out->bilinear = hand_object_config_of(c)->bilinear;
+    return st;
+}
