@@ -84,12 +84,10 @@ static lt_status choose_entry(points_text *t, zip_uint64_t *out)
     return LT_OK;
 }
 
-/* Why libzip refused; it has several names for memory that it did not get. errno was 0 before. */
+/* Why libzip refused. errno was 0 before. */
 static lt_status refuse_archive(const char *path, const char *why)
 {
-    if (errno == ENOMEM)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    return lt_error(LT_EFORMAT, "%s: %s", path, why);
+    return lt_error(lt_decoder_status(errno), "%s: %s", path, why);
 }
 
 static lt_status open_archive(points_text *t)

@@ -44,6 +44,11 @@ lt_status lt_errno_status(int error)
     }
 }
 
+lt_status lt_decoder_status(int error)
+{
+    return error == ENOMEM ? LT_ENOMEM : LT_EFORMAT;
+}
+
 lt_status lt_error_prefix(lt_status status, const char *fmt, ...)
 {
     char prefix[LINE_MAX_BYTES / 2];

@@ -8,6 +8,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/kind.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <zip.h>
@@ -109,6 +110,12 @@ static lt_status list_entries(lt_arena *arena, lt_zip *z, size_t archive_bytes)
     return check_unique(z);
 }
 
+/* Why libzip refused. errno was 0 before. */
+static lt_status refuse_entry(const lt_zip *z, size_t i, const char *why)
+{
+    return lt_error(lt_decoder_status(errno), "%s: \"%s\": %s", z->path, z->entry[i].name, why);
+}
+
 static zip_t *open_memory(const uint8_t *bytes, size_t n, zip_error_t *error)
 {
     zip_source_t *source = zip_source_buffer_create(bytes, n, 0, error);
@@ -130,9 +137,11 @@ lt_status lt_zip_open(lt_arena *arena, const char *path, const uint8_t *bytes, s
     if (!lt_kind_is_zip(kind))                          /* nothing is to libzip an archive without entries */
         return lt_refuse(path, bytes, n, "a zip archive");
     zip_error_init(&error);
+    errno = 0;
     z.archive = open_memory(bytes, n, &error);
     if (!z.archive) {
-        st = zip_error_code_zip(&error) == ZIP_ER_NOZIP
+        st = errno == ENOMEM ? lt_error(LT_ENOMEM, "%s: no memory", path)
+            : zip_error_code_zip(&error) == ZIP_ER_NOZIP
             ? lt_refuse_cut(path, kind, "no list of what it holds at the end of its %zu bytes", n)
             : lt_error(LT_EFORMAT, "%s: a damaged zip archive: %s", path, zip_error_strerror(&error));
         zip_error_fini(&error);
@@ -173,16 +182,18 @@ lt_status lt_zip_look(lt_zip *z, size_t i, uint8_t *out, size_t n)
 {
     const lt_zip_entry *e = &z->entry[i];
     const size_t kept = n < e->bytes ? n : e->bytes;
-    zip_file_t *f = zip_fopen_index(z->archive, i, 0);
+    zip_file_t *f;
     zip_int64_t got, rest;
     lt_status st = LT_OK;
 
+    errno = 0;
+    f = zip_fopen_index(z->archive, i, 0);
     if (!f)
-        return lt_error(LT_EFORMAT, "%s: \"%s\": %s", z->path, e->name, zip_strerror(z->archive));
+        return refuse_entry(z, i, zip_strerror(z->archive));
     got = zip_fread(f, out, kept);
     rest = got == (zip_int64_t)kept ? skip(f, e->bytes - kept) : 0;
     if (got < 0 || (rest < 0 && kept < e->bytes))
-        st = lt_error(LT_EFORMAT, "%s: \"%s\": %s", z->path, e->name, zip_file_strerror(f));
+        st = refuse_entry(z, i, zip_file_strerror(f));
     else if (rest >= 0 && (size_t)(got + rest) < e->bytes)
         st = lt_error(LT_EFORMAT, "%s: \"%s\" unpacks to %zu bytes, want %zu", z->path, e->name,
                       (size_t)(got + rest), e->bytes);

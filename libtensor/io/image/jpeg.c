@@ -9,6 +9,7 @@
 #include "libtensor/io/image/write.h"
 #include "libtensor/io/kind.h"
 
+#include <errno.h>
 #include <setjmp.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -152,8 +153,10 @@ static lt_status run_decoder(decoder *d, const uint8_t *bytes)
     lt_status st;
 
     if (setjmp(d->error.jump))
-        return ends_whole(bytes, d->n) ? lt_error(LT_EFORMAT, "%s: bad JPEG: %s", d->name, d->error.message)
-                                       : lt_refuse_cut(d->name, LT_KIND_JPEG, "ends after %zu bytes", d->n);
+        return errno != ENOMEM && !ends_whole(bytes, d->n)
+            ? lt_refuse_cut(d->name, LT_KIND_JPEG, "ends after %zu bytes", d->n)
+            : lt_error(lt_decoder_status(errno), "%s: bad JPEG: %s", d->name, d->error.message);
+    errno = 0;
     jpeg_create_decompress(&d->jpeg);
     d->progress.progress_monitor = on_progress;
     d->jpeg.progress = &d->progress;

@@ -9,6 +9,7 @@
 #include "libtensor/io/image/write.h"
 #include "libtensor/io/kind.h"
 
+#include <errno.h>
 #include <png.h>
 #include <setjmp.h>
 #include <stdio.h>
@@ -109,7 +110,8 @@ static lt_status run_decoder(decoder *d)
 {
     if (setjmp(png_jmpbuf(d->png)))
         return d->cut ? lt_refuse_cut(d->name, LT_KIND_PNG, "ends after %zu bytes", d->n)
-                      : lt_error(LT_EFORMAT, "%s: bad PNG: %s", d->name, d->message);
+                      : lt_error(lt_decoder_status(errno), "%s: bad PNG: %s", d->name, d->message);
+    errno = 0;
     png_set_user_limits(d->png, LT_IMAGE_MAX_SIDE, LT_IMAGE_MAX_SIDE);
     png_set_chunk_cache_max(d->png, CHUNKS_MAX);
     png_set_chunk_malloc_max(d->png, CHUNK_BYTES_MAX);
