@@ -31,6 +31,19 @@ static void find_who_needs_grad(lt_plan *p)
     }
 }
 
+/* Whatever else reads it would write gradients of rows that are in no step. */
+static lt_status check_reader(const lt_plan *p, const lt_node *n, int i)
+{
+    const lt_param *param = plan_root_tensor(p, n->in[i])->param;
+    char where[LT_WHERE];
+
+    if (!param || !param->rows || (i == 0 && (n->op->flags & LT_OP_ROWS)))
+        return LT_OK;
+    return lt_error(LT_EINVAL, "%s%s%s%s: reads all of \"%s\", which is stepped by rows; read those of a step "
+                    "with lt_rows%s", n->op->name, *n->name ? " \"" : "", n->name, *n->name ? "\"" : "", param->name,
+                    lt_where(n->file, n->line, where));
+}
+
 /* An op without a backward pass may not stand between the loss and what it learns: its inputs would silently learn
  * nothing from there. */
 static lt_status check_backward(lt_plan *p)
@@ -54,6 +67,8 @@ static lt_status check_backward(lt_plan *p)
                 return lt_error(LT_EINVAL, "%s%s%s%s: the loss depends on what it reads, and it has no backward; give it "
                                 "one, or lt_detach what is to learn nothing%s", n->op->name, *n->name ? " \"" : "",
                                 n->name, *n->name ? "\"" : "", lt_where(n->file, n->line, where));
+            if (n->in[i] && p->tensor[n->in[i]->id].needs_grad && check_reader(p, n, i))
+                return LT_EINVAL;
             if (n->in[i])
                 reaches[n->in[i]->id] = true;
         }

@@ -13,6 +13,21 @@ static const lt_tensor *viewed(const lt_tensor *t)
     return t;
 }
 
+/* A parameter may have been resized since it was recorded. */
+static lt_status check_params(const lt_graph *g)
+{
+    char was[LT_SHAPE_TEXT], is[LT_SHAPE_TEXT];
+
+    for (int i = 0; i < g->n_tensors; i++) {
+        const lt_tensor *t = g->tensor[i];
+
+        if (t->param && !lt_same_shape(&t->shape, &t->param->shape))
+            return lt_error(LT_ESHAPE, "the graph has \"%s\" as %s, and now it is %s; record the graph again", t->name,
+                            lt_shape_text(&t->shape, was), lt_shape_text(&t->param->shape, is));
+    }
+    return LT_OK;
+}
+
 static lt_status check(const lt_graph *g, const lt_compile_opts *o)
 {
     char text[LT_SHAPE_TEXT];
@@ -37,7 +52,7 @@ static lt_status check(const lt_graph *g, const lt_compile_opts *o)
         return lt_error(LT_EINVAL, "the loss is \"%s\" itself, want a result", viewed(o->loss)->name);
     if (o->loss && lt_numel(o->loss) != 1)
         return lt_error(LT_ESHAPE, "the loss is %s, want one number", lt_shape_text(&o->loss->shape, text));
-    return LT_OK;
+    return check_params(g);
 }
 
 static lt_status run_passes(lt_plan *p, const lt_graph *source, const lt_compile_opts *o)
@@ -107,7 +122,7 @@ static lt_status list_sets(lt_plan *p)
         p->set = lt_arena_grow(p->arena, p->set, (size_t)p->n_sets, &room, sizeof(*p->set));
         if (!p->set)
             return lt_error(LT_ENOMEM, "no memory to compile the graph");
-        p->set[p->n_sets++] = (struct plan_set){ .set = param->set };
+        p->set[p->n_sets++] = (struct plan_set){ .set = param->set, .moves = lt_params_moves(param->set) };
     }
     return LT_OK;
 }

@@ -7,6 +7,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/graph/graph.h"
+#include "libtensor/graph/rows.h"
 
 struct lt_graph {
     lt_arena *arena;
@@ -43,6 +44,19 @@ bool lt_graph_add_node(lt_graph *g, lt_node *n);
 uint64_t lt_params_version(const lt_params *set);
 void lt_params_collect(lt_params *set, bool replaced);
 bool lt_params_take_batches(lt_params *set, int *n);
+
+/* lt_params_moved - a parameter has another place in memory; lt_params_moves - how often that was so */
+void lt_params_moved(lt_params *set);
+uint64_t lt_params_moves(const lt_params *set);
+
+/* rows.c, of a parameter that is stepped by rows: that it is; its data; both given back by _fini; its gradient; zeros
+ * for the touched rows of grad, its own or a plan's; how often it has got another place in memory, of any parameter */
+lt_status lt_rows_init(lt_param *p);
+lt_status lt_rows_allocate(lt_param *p);
+void lt_rows_fini(lt_param *p);
+bool lt_rows_need_grad(lt_param *p);
+void lt_rows_clear(const lt_param *p, lt_real *grad);
+uint64_t lt_rows_moves(const lt_param *p);
 
 /* lt_graph_mark_needed - what outputs need, themselves included: needed[id] of each tensor of g
  * lt_node_is_needed    - whether that includes a result of n */

@@ -295,6 +295,7 @@ static bool bind_tensors(lt_plan *p)
         const plan_tensor *root = plan_root(p, t);
 
         t->data = value_of(p, t);
+        p->tensor[i].moves = t->param ? lt_rows_moves(t->param) : 0;
         p->tensor[i].backward_view = t;
         if (root->again < 0)
             continue;
@@ -353,6 +354,7 @@ static void bind_step(lt_plan *p, plan_step *s)
 
         s->zero_data = plan_grad(p, root);
         s->zero_bytes = (size_t)lt_numel(root) * sizeof(lt_real);
+        s->zero_rows = root->param && root->param->rows ? root->param : NULL;
         return;
     }
     bind_common(p, s);

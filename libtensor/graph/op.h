@@ -74,6 +74,7 @@ enum {
     LT_OP_RANDOM = 32,              /* draws from lt_call.rng: never folded */
     LT_OP_CHANNEL_MEAN = 64,        /* out (B, C) is the mean of each map of in[0] (B, C, H, W) */
     LT_OP_INPLACE_GRAD = 128,       /* a fresh din[0] may be the memory of dout when that dies here */
+    LT_OP_ROWS = 256,               /* of a parameter in[0] with rows (rows.h) backward adds to touched ones only */
 };
 
 /* An element-wise tail that a producer may take over: y = act(scale[c] * x + shift[c] + addend) */

@@ -13,6 +13,7 @@ struct lt_params {
     size_t n, n_buckets;
     bool deferred;                  /* values come later */
     uint64_t version;               /* how often values have changed */
+    uint64_t moves;                 /* how often a parameter has got another place in memory */
     int batches;                    /* that statistics have collected since they were forgotten */
     bool collected;                 /* some were, and no update has used them */
     lt_status status;
@@ -48,8 +49,12 @@ lt_params *lt_params_new(void)
 
 void lt_params_free(lt_params *set)
 {
-    if (set)
-        lt_arena_free(set->arena);
+    if (!set)
+        return;
+    for (lt_param *p = set->first; p; p = p->next)
+        if (p->rows)
+            lt_rows_fini(p);
+    lt_arena_free(set->arena);
 }
 
 static lt_param **slot_of(const lt_params *set, const char *name)
@@ -90,6 +95,8 @@ static lt_param *refuse(lt_params *set, lt_status status)
 
 static bool allocate(lt_params *set, lt_param *p)
 {
+    if (p->rows)
+        return lt_rows_allocate(p) == LT_OK;
     p->data = lt_arena_array(set->arena, (size_t)lt_param_numel(p), sizeof(lt_real));
     if (!p->data)
         lt_error(LT_ENOMEM, "parameter \"%s\": no memory for %lld values", p->name, (long long)lt_param_numel(p));
@@ -110,8 +117,8 @@ lt_status lt_params_allocate(lt_params *set)
     return LT_OK;
 }
 
-lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt_param_kind kind,
-                        lt_shape shape)
+static lt_param *add(lt_params *set, const char *prefix, const char *name, lt_param_kind kind, lt_shape shape,
+                     bool by_rows)
 {
     char text[LT_SHAPE_TEXT];
     lt_param *p, **slot;
@@ -132,19 +139,27 @@ lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt
     if (lt_shape_numel(&shape) == 0)
         return refuse(set, lt_error(LT_ESHAPE, "parameter \"%s\" is %s, want at least one value", full,
                                     lt_shape_text(&shape, text)));
-    p->name = full;
-    p->shape = shape;
-    if (!set->deferred && !allocate(set, p))
+    if (by_rows && shape.rank == 0)
+        return refuse(set, lt_error(LT_ESHAPE, "parameter \"%s\" is a number, want rows", full));
+    *p = (lt_param){ .name = full, .shape = shape, .kind = kind, .rate = 1, .momentum = 0.1, .set = set };
+    if ((by_rows && lt_rows_init(p)) || (!set->deferred && !allocate(set, p)))
         return refuse(set, LT_ENOMEM);
-    p->kind = kind;
-    p->rate = 1;
-    p->momentum = 0.1;
-    p->set = set;
     *slot = p;
     *set->tail = p;
     set->tail = &p->next;
     set->n++;
     return p;
+}
+
+lt_param *lt_params_add(lt_params *set, const char *prefix, const char *name, lt_param_kind kind,
+                        lt_shape shape)
+{
+    return add(set, prefix, name, kind, shape, false);
+}
+
+lt_param *lt_params_add_rows(lt_params *set, const char *prefix, const char *name, lt_shape shape)
+{
+    return add(set, prefix, name, LT_WEIGHT, shape, true);
 }
 
 const char *lt_name(lt_params *set, const char *fmt, ...)
@@ -200,6 +215,16 @@ uint64_t lt_params_version(const lt_params *set)
     return set->version;
 }
 
+void lt_params_moved(lt_params *set)
+{
+    set->moves++;
+}
+
+uint64_t lt_params_moves(const lt_params *set)
+{
+    return set->moves;
+}
+
 void lt_params_collect(lt_params *set, bool replaced)
 {
     set->batches = replaced ? 1 : set->batches + 1;
@@ -220,12 +245,16 @@ void lt_params_zero_grad(lt_params *set)
 {
     set->batches = 0;
     for (lt_param *p = set->first; p; p = p->next)
-        if (p->grad)
+        if (p->rows)
+            lt_rows_clear(p, p->grad);
+        else if (p->grad)
             memset(p->grad, 0, (size_t)lt_param_numel(p) * sizeof(lt_real));
 }
 
 bool lt_param_need_grad(lt_param *p)
 {
+    if (p->rows)
+        return lt_rows_need_grad(p);
     if (!p->grad)
         p->grad = lt_arena_array(p->set->arena, (size_t)lt_param_numel(p), sizeof(lt_real));
     return p->grad != NULL;

@@ -19,6 +19,7 @@ typedef enum {
 } lt_param_kind;
 
 typedef struct lt_params lt_params;
+typedef struct lt_param_rows lt_param_rows;
 
 struct lt_param {
     const char *name;               /* "layer1.0.conv1.weight" */
@@ -30,6 +31,7 @@ struct lt_param {
     double rate;                    /* LT_WEIGHT: factor of the learning rate; 1 */
     double momentum;                /* LT_STATISTIC: share of the batch in an update */
     int uses;                       /* how many ops of the last training plan add to grad; LT_STATISTIC: each its own */
+    lt_param_rows *rows;            /* of one that is stepped by rows (rows.h); else NULL */
     lt_params *set;
     lt_param *next;                 /* in the order of registration */
 };

@@ -83,17 +83,35 @@ static void add_piece(void *ctx, int64_t i)
     lt_k->add_to(a->to + at, a->from + at, (size_t)lt_min_i64(PIECE, a->n - at));
 }
 
-/* The gradients of the later parts are added to the first one's, in order. */
+/* n elements from `at` on of the gradient of tensor t */
+static void add_parts(lt_plan *first, int t, int64_t at, int64_t n)
+{
+    addition a = { .to = first->tensor[t].param_grad + at, .n = n };
+
+    for (int k = 1; k < first->n_parts; k++) {
+        a.from = first->part[k]->tensor[t].param_grad + at;
+        lt_parallel_for(lt_ceil_div(a.n, PIECE), add_piece, &a);
+    }
+}
+
+/* The gradients of the later parts are added to the first one's, in order; of a parameter that is stepped by rows,
+ * those of the touched ones. */
 static void add_gradients(lt_plan *first)
 {
     for (int t = 0; t < first->g->n_tensors; t++) {
-        addition a = { .to = first->tensor[t].param_grad };
+        const lt_param *p = first->g->tensor[t]->param;
+        const lt_row_range *range;
+        int n = 0;
 
-        for (int k = 1; a.to && k < first->n_parts; k++) {
-            a.from = first->part[k]->tensor[t].param_grad;
-            a.n = lt_numel(first->g->tensor[t]);
-            lt_parallel_for(lt_ceil_div(a.n, PIECE), add_piece, &a);
+        if (!first->tensor[t].param_grad)
+            continue;
+        if (!p || !p->rows) {
+            add_parts(first, t, 0, lt_numel(first->g->tensor[t]));
+            continue;
         }
+        range = lt_param_touched(p, &n);
+        for (int i = 0; i < n; i++)
+            add_parts(first, t, range[i].first * lt_param_width(p), range[i].n * lt_param_width(p));
     }
 }
 

@@ -53,12 +53,15 @@ LT_API void lt_plan_free(lt_plan *p);
 LT_API lt_plan *lt_plan_part(const lt_plan *p, int i);
 
 /**
- * lt_run - forward, and for a training plan backward
+ * lt_run - forward, and for a training plan backward; LT_OK
+ *
+ * Of a plan with a parameter that has been resized since (libtensor/graph/rows.h) nothing is run, and LT_EINVAL is
+ * returned: record and compile again. Who resizes no parameter need not look.
  *
  * Gradients are added into param->grad: zero them first (lt_params_zero_grad) unless sums are wanted, or let the plan
  * replace them (lt_compile_opts). An inference plan folds and packs parameters first that have changed since.
  */
-LT_API void lt_run(lt_plan *p);
+LT_API lt_status lt_run(lt_plan *p);
 
 /* lt_plan_refresh - fold and pack the parameters again, now. lt_run does it by itself where they have changed
  * (lt_params_changed). */
@@ -81,7 +84,7 @@ LT_API void lt_plan_set_loss_weight(lt_plan *p, double weight);
  * lt_plan_find_nonfinite - run step by step and name the first tensor that is not finite
  *
  * Writes `op "layer"` into where, of an op without a name `op after "layer"`, with " (gradient)" behind it in the
- * backward pass, or "" when all is finite. Leaves gradients as lt_run does.
+ * backward pass, or "" when all is finite. Leaves gradients as lt_run does, and does nothing where that does nothing.
  */
 LT_API void lt_plan_find_nonfinite(lt_plan *p, char *where, size_t bytes);
 

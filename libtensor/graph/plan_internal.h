@@ -18,6 +18,7 @@ typedef struct {
     lt_call call;
     void *zero_data;
     size_t zero_bytes;
+    const lt_param *zero_rows;      /* only its touched rows start here; NULL: zero_bytes */
     double seconds;
 } plan_step;
 
@@ -39,6 +40,7 @@ typedef struct {
     bool redone;                    /* the step that does it is in the list */
     int value, again, grad;         /* buffers, or -1 */
     lt_real *param_grad;            /* of a parameter */
+    uint64_t moves;                 /* of a parameter: how often it had moved when the plan was compiled */
     lt_tensor *backward_view;       /* this tensor as the backward pass sees it */
 } plan_tensor;
 
@@ -72,7 +74,10 @@ struct lt_plan {
     double loss_weight;
     uint64_t seed, run;
     bool train, replace_grads, profile;
-    struct plan_set { lt_params *set; uint64_t version; } *set;     /* of the parameters; version: as last packed */
+    struct plan_set {
+        lt_params *set;
+        uint64_t version, moves;    /* as last packed; when its parameters were last seen where the plan knows them */
+    } *set;                         /* of the parameters */
     int n_sets;
     struct lt_plan **part;          /* of the batch, itself first; a later part knows only itself */
     int n_parts;

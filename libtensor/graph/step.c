@@ -63,7 +63,10 @@ void plan_run_step(lt_plan *p, plan_step *s)
         (op->recompute ? op->recompute : op->forward)(&s->call);
         break;
     case STEP_ZERO:
-        lt_parallel_for(lt_ceil_div((int64_t)s->zero_bytes, ZERO_BYTES), zero_task, s);
+        if (s->zero_rows)
+            lt_rows_clear(s->zero_rows, s->zero_data);
+        else
+            lt_parallel_for(lt_ceil_div((int64_t)s->zero_bytes, ZERO_BYTES), zero_task, s);
         break;
     case STEP_BACKWARD:
         op->backward(&s->call);
