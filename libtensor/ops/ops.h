@@ -60,6 +60,18 @@ LT_API lt_tensor *lt_concat(lt_tensor *const *x, int n, int axis);
 /* lt_slice - elements start .. start + length - 1 along axis. Errors: not inside x. */
 LT_API lt_tensor *lt_slice(lt_tensor *x, int axis, int64_t start, int64_t length);
 
+/**
+ * lt_rows - n rows of x from a place that is data
+ *
+ *   x        (N, ...)                a parameter that is stepped by rows (libtensor/graph/rows.h), or any other tensor
+ *   first    () or (1), LT_I32       the first row: an input, set before each run
+ *   returns  (n, ...)                x[first] ... x[first + n - 1]; zeros for rows that x does not have
+ *
+ * The gradient reaches these rows of x alone; of a parameter that is stepped by rows, those of them that are touched
+ * (lt_param_touch). Errors: x without dimensions; first not one LT_I32; n not in 0 .. N.
+ */
+LT_API lt_tensor *lt_rows(lt_tensor *x, lt_tensor *first, int64_t n);
+
 /* lt_detach - the same values, no copy; no gradient passes */
 LT_API lt_tensor *lt_detach(lt_tensor *x);
 
@@ -294,6 +306,7 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_permute(...) LT_HERE(lt_permute(__VA_ARGS__))
 #define lt_concat(...) LT_HERE(lt_concat(__VA_ARGS__))
 #define lt_slice(...) LT_HERE(lt_slice(__VA_ARGS__))
+#define lt_rows(...) LT_HERE(lt_rows(__VA_ARGS__))
 #define lt_detach(...) LT_HERE(lt_detach(__VA_ARGS__))
 #define lt_sample_index(...) LT_HERE(lt_sample_index(__VA_ARGS__))
 #define lt_linear(...) LT_HERE(lt_linear(__VA_ARGS__))

@@ -155,6 +155,19 @@ def slice_(s):
     s.case("overlap", lambda x: x.narrow(0, 0, 3) * x.narrow(0, 2, 3), clear(5, 3))
 
 
+def rows(s):
+    def at(first, n):
+        return lambda x: torch.nn.functional.pad(x, [0, 0] * (x.dim() - 1) + [16, 16]).narrow(0, first + 16, n)
+
+    s.case("middle", at(2, 3), clear(7, 5))
+    s.case("whole", at(0, 4), clear(4, 2, 3))
+    s.case("numbers", at(1, 2), clear(5))
+    s.case("before", at(-2, 3), clear(4, 3))
+    s.case("behind", at(3, 4), clear(5, 3))
+    s.case("outside", at(9, 2), clear(3, 2))
+    s.case("overlap", lambda x: at(0, 3)(x) * at(2, 3)(x), clear(5, 3))
+
+
 def linear(s):
     s.case("rows", F.linear, clear(3, 7), clear(5, 7), clear(5))
     s.case("no_bias", F.linear, clear(3, 7), clear(5, 7))
@@ -574,7 +587,7 @@ SUITES = {
     "add": binary(torch.add), "sub": binary(torch.sub), "mul": binary(torch.mul), "scale": scale,
     "leaky_relu": leaky_relu, "sigmoid": unary(torch.sigmoid, True), "tanh": unary(torch.tanh, True),
     "silu": unary(F.silu, True), "elu": unary(F.elu), "gelu": unary(F.gelu, True), "reshape": reshape,
-    "detach": detach, "sample_index": sample_index, "permute": permute, "concat": concat, "slice": slice_, "linear": linear, "matmul": matmul,
+    "detach": detach, "sample_index": sample_index, "permute": permute, "concat": concat, "slice": slice_, "rows": rows, "linear": linear, "matmul": matmul,
     "attention": attention, "conv2d": conv2d, "max_pool2d": max_pool2d, "global_avg_pool": global_avg_pool,
     "deformable_attention": deformable_attention, "grid_sample": grid_sample, "conv_transpose2d": conv_transpose2d,
     "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,

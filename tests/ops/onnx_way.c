@@ -9,11 +9,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Parts of a loss, which a model at work has none of, and of what leaves out cells that no box reads, which a model is
- * exported without. */
+/* Parts of a loss, which a model at work has none of, what leaves out cells that no box reads, which a model is exported
+ * without, and rows of a parameter that grows. */
 static const char *const without[] = {
     "mse_loss", "l1_loss", "cross_entropy", "sum", "confidence_target", "heatmap_loss", "conv2d_within",
-    "window_means",
+    "window_means", "rows",
 };
 
 static bool may_be_without(const op_suite *s)
