@@ -1,296 +1,238 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "libtensor/optim/optim.h"
+/* Optimisers made: which weight is in which group, and memory for what is remembered of it. */
+#include "libtensor/optim/internal.h"
 
-#include "libtensor/base/parallel.h"
-#include "libtensor/graph/internal.h"
-#include "libtensor/kernels/kernels.h"
-
-#include <math.h>
 #include <string.h>
 
 enum { CHUNK = 1 << 16 };           /* part of the norm's value: not a tuning knob */
 
-typedef struct {
-    lt_param *p;
-    lt_real *m, *v, *ema;           /* v: Adam; ema: NULL without */
-    const char *name[3];            /* of the three, in a checkpoint */
-    int64_t first_chunk;
-} slot;
+/* ---- groups ------------------------------------------------------------------------------------------- */
 
-struct lt_optim {
-    lt_arena *arena;
-    lt_params *set;
-    lt_optim_opts opts;
-    slot *slot;
-    int n_slots;
-    int64_t n_chunks, steps;
-    double *partial;                /* of the norm, by chunk */
-    int *slot_of;                   /* chunk -> slot */
-};
+static bool begins_with(const char *name, const char *prefix)
+{
+    return strncmp(name, prefix, strlen(prefix)) == 0;
+}
 
-static bool is_ours(const lt_param *p)
+static bool ends_with(const char *name, const char *suffix)
+{
+    const size_t n = strlen(name), k = strlen(suffix);
+
+    return n >= k && strcmp(name + n - k, suffix) == 0;
+}
+
+static bool any(const char *const *list, const char *name, bool (*fits)(const char *, const char *))
+{
+    for (; list && *list; list++)
+        if (fits(name, *list))
+            return true;
+    return false;
+}
+
+/* -1: none */
+static int group_of(const lt_optim *o, const char *name)
+{
+    for (int k = 0; k < o->n_groups; k++) {
+        const lt_optim_group *g = &o->group[k].recipe;
+
+        if ((!g->prefix || any(g->prefix, name, begins_with)) && (!g->suffix || any(g->suffix, name, ends_with)))
+            return k;
+    }
+    return -1;
+}
+
+static bool decays(const lt_optim_group *g, const lt_param *p)
+{
+    return p->shape.rank >= g->decay_rank && !any(g->no_decay, p->name, ends_with);
+}
+
+static lt_optim_group with_defaults(const lt_optim_group *from)
+{
+    lt_optim_group g = *from;
+
+    g.beta1 = g.beta1 > 0 ? g.beta1 : 0.9;
+    g.beta2 = g.beta2 > 0 ? g.beta2 : 0.999;
+    g.eps = g.eps > 0 ? g.eps : 1e-8;
+    return g;
+}
+
+void lt_optim_set_group(lt_optim *o, int k, const lt_optim_group *group)
+{
+    lt_optim_group *g = &o->group[k].recipe;
+    const lt_optim_group was = *g;
+
+    *g = with_defaults(group);
+    g->name = was.name;
+    g->kind = was.kind;
+    for (int i = 0; i < o->n_slots; i++)
+        if (o->slot[i].group == k)
+            o->slot[i].decays = decays(g, o->slot[i].p);
+}
+
+static lt_status check_groups(const lt_optim_group *group, int n)
+{
+    if (n < 1 || n > LT_OPTIM_GROUPS)
+        return lt_error(LT_EINVAL, "an optimiser of %d groups, want 1 to %d", n, LT_OPTIM_GROUPS);
+    for (int k = 0; k < n; k++) {
+        if (!group[k].name || !*group[k].name)
+            return lt_error(LT_EINVAL, "group %d of an optimiser has no name", k);
+        for (int i = 0; i < k; i++)
+            if (strcmp(group[i].name, group[k].name) == 0)
+                return lt_error(LT_EINVAL, "two groups of an optimiser are \"%s\"", group[k].name);
+    }
+    return LT_OK;
+}
+
+/* ---- what is remembered ------------------------------------------------------------------------------- */
+
+static bool is_moved(const lt_param *p)
 {
     return p->kind == LT_WEIGHT && p->grad && !p->frozen;
 }
 
-static lt_real *state_new(lt_optim *o, const lt_param *p, const char *what, const char **name)
+static bool is_averaged(const lt_optim *o, const lt_param *p)
 {
-    *name = lt_arena_printf(o->arena, "optim.%s.%s", what, p->name);
-    return *name ? lt_arena_array(o->arena, (size_t)lt_param_numel(p), sizeof(lt_real)) : NULL;
+    return o->average.decay > 0 && o->average.statistics && p->kind == LT_STATISTIC && p->grad;
 }
 
-static bool slot_init(lt_optim *o, slot *s, lt_param *p)
+static bool array_init(lt_optim *o, const optim_slot *s, lt_row_array *a, int64_t width)
 {
-    s->p = p;
-    s->m = state_new(o, p, "m", &s->name[0]);
-    s->v = o->opts.kind == LT_SGD ? NULL : state_new(o, p, "v", &s->name[1]);
-    s->ema = o->opts.ema_decay > 0 ? state_new(o, p, "ema", &s->name[2]) : NULL;
-    s->first_chunk = o->n_chunks;
-    o->n_chunks += lt_ceil_div(lt_param_numel(p), CHUNK);
-    if (s->ema)
-        memcpy(s->ema, p->data, (size_t)lt_param_numel(p) * sizeof(lt_real));
-    return s->m && (s->v || o->opts.kind == LT_SGD) && (s->ema || !(o->opts.ema_decay > 0));
+    a->width = width;
+    if (s->p->rows)
+        return lt_param_attach(s->p, a) == LT_OK;
+    a->data = lt_arena_array(o->arena, (size_t)lt_param_numel(s->p), sizeof(lt_real));
+    return a->data;
 }
 
-static bool fill(lt_optim *o, lt_params *set)
+static bool slot_init(lt_optim *o, optim_slot *s)
 {
-    int n = 0;
+    const int64_t width = lt_param_width(s->p);
+    const bool adam = o->group[s->group].recipe.kind != LT_SGD, average = o->average.decay > 0;
 
-    for (lt_param *p = lt_params_first(set); p; p = p->next)
-        n += is_ours(p);
-    o->slot = lt_arena_array(o->arena, (size_t)n, sizeof(*o->slot));
-    if (!o->slot)
+    s->decays = decays(&o->group[s->group].recipe, s->p);
+    s->ema.keeps = s->clock.keeps = true;
+    if (!array_init(o, s, &s->m, width) || (adam && !array_init(o, s, &s->v, width))
+        || (average && !array_init(o, s, &s->ema, width)) || (s->p->rows && !array_init(o, s, &s->clock, 1)))
         return false;
-    for (lt_param *p = lt_params_first(set); p; p = p->next)
-        if (is_ours(p) && !slot_init(o, &o->slot[o->n_slots++], p))
-            return false;
+    if (average)
+        memcpy(s->ema.data, s->p->data, (size_t)lt_param_numel(s->p) * sizeof(lt_real));
+    s->first_chunk = o->n_chunks;
+    s->n_chunks = s->p->rows ? 0 : lt_ceil_div(lt_param_numel(s->p), CHUNK);
+    o->n_chunks += s->n_chunks;
+    return true;
+}
+
+static bool statistic_init(lt_optim *o, optim_statistic *s, lt_param *p)
+{
+    const size_t n = (size_t)lt_param_numel(p);
+
+    s->p = p;
+    s->ema = lt_arena_array(o->arena, n, sizeof(lt_real));
+    if (s->ema)
+        memcpy(s->ema, p->data, n * sizeof(lt_real));
+    return s->ema;
+}
+
+static bool chunks_init(lt_optim *o)
+{
     o->partial = lt_arena_array(o->arena, (size_t)o->n_chunks, sizeof(*o->partial));
     o->slot_of = lt_arena_array(o->arena, (size_t)o->n_chunks, sizeof(*o->slot_of));
     if (!o->partial || !o->slot_of)
         return false;
-    for (int i = 0; i < o->n_slots; i++) {
-        const int64_t end = i + 1 < o->n_slots ? o->slot[i + 1].first_chunk : o->n_chunks;
-
-        for (int64_t k = o->slot[i].first_chunk; k < end; k++)
-            o->slot_of[k] = i;
-    }
+    for (int i = 0; i < o->n_slots; i++)
+        for (int64_t k = 0; k < o->slot[i].n_chunks; k++)
+            o->slot_of[o->slot[i].first_chunk + k] = i;
     return true;
 }
 
-lt_optim *lt_optim_new(lt_params *set, const lt_optim_opts *opts)
+static lt_status fill(lt_optim *o)
+{
+    int moved = 0, averaged = 0;
+    bool ok;
+
+    for (lt_param *p = lt_params_first(o->set); p; p = p->next) {
+        moved += is_moved(p);
+        averaged += is_averaged(o, p);
+    }
+    o->slot = lt_arena_array(o->arena, (size_t)moved, sizeof(*o->slot));
+    o->statistic = lt_arena_array(o->arena, (size_t)averaged, sizeof(*o->statistic));
+    ok = o->slot && o->statistic;
+    for (lt_param *p = lt_params_first(o->set); ok && p; p = p->next) {
+        if (is_moved(p)) {
+            optim_slot *s = &o->slot[o->n_slots++];
+
+            s->p = p;
+            s->group = group_of(o, p->name);
+            if (s->group < 0)
+                return lt_error(LT_EINVAL, "parameter \"%s\" is in no group of the optimiser; name it in one, or "
+                                "freeze it", p->name);
+            ok = slot_init(o, s);
+        } else if (is_averaged(o, p)) {
+            ok = statistic_init(o, &o->statistic[o->n_statistics++], p);
+        }
+    }
+    return ok && chunks_init(o) && optim_list(o) ? LT_OK
+                                                 : lt_error(LT_ENOMEM, "no memory for the optimiser's state");
+}
+
+static lt_optim *new_optim(lt_params *set, const lt_optim_group *group, int n, const lt_optim_average *average,
+                           bool one_recipe)
 {
     lt_arena *arena = lt_arena_new();
     lt_optim *o = arena ? lt_arena_alloc(arena, sizeof(*o)) : NULL;
+    optim_group *groups = o ? lt_arena_array(arena, (size_t)n, sizeof(*groups)) : NULL;
 
-    if (o) {
-        o->arena = arena;
-        o->set = set;
-        o->opts = *opts;
-        o->opts.beta1 = opts->beta1 > 0 ? opts->beta1 : 0.9;
-        o->opts.beta2 = opts->beta2 > 0 ? opts->beta2 : 0.999;
-        o->opts.eps = opts->eps > 0 ? opts->eps : 1e-8;
-    }
-    if (!o || !fill(o, set)) {
+    if (!groups) {
         lt_arena_free(arena);
         lt_error(LT_ENOMEM, "no memory for the optimiser's state");
+        return NULL;
+    }
+    *o = (lt_optim){ .arena = arena, .set = set, .group = groups, .n_groups = n, .one_recipe = one_recipe };
+    if (average)
+        o->average = *average;
+    for (int k = 0; k < n; k++)
+        o->group[k].recipe = with_defaults(&group[k]);
+    if (fill(o)) {
+        lt_optim_free(o);
         return NULL;
     }
     return o;
 }
 
-void lt_optim_free(lt_optim *o)
+lt_optim *lt_optim_new(lt_params *set, const lt_optim_opts *opts)
 {
-    if (o)
-        lt_arena_free(o->arena);
+    const lt_optim_group all = {
+        .name = "", .kind = opts->kind, .beta1 = opts->beta1, .beta2 = opts->beta2, .eps = opts->eps,
+        .momentum = opts->momentum, .nesterov = opts->nesterov, .weight_decay = opts->weight_decay,
+        .clip_norm = opts->clip_norm,
+    };
+
+    return new_optim(set, &all, 1, &(lt_optim_average){ .decay = opts->ema_decay }, true);
 }
 
-/* ---- the norm ------------------------------------------------------------------------------------- */
-
-/* Chunk k of all gradients: which slot, from where, how many. */
-static const slot *chunk_of(const lt_optim *o, int64_t k, int64_t *at, size_t *n)
+lt_optim *lt_optim_new_groups(lt_params *set, const lt_optim_group *group, int n, const lt_optim_average *average)
 {
-    const slot *s = &o->slot[o->slot_of[k]];
+    return check_groups(group, n) ? NULL : new_optim(set, group, n, average, false);
+}
+
+void lt_optim_free(lt_optim *o)
+{
+    if (!o)
+        return;
+    for (int i = 0; i < o->n_slots; i++) {
+        optim_slot *s = &o->slot[i];
+        lt_row_array *const array[] = { &s->m, &s->v, &s->ema, &s->clock };
+
+        for (size_t k = 0; s->p->rows && k < LT_COUNT(array); k++)
+            lt_param_detach(s->p, array[k]);
+    }
+    lt_arena_free(o->arena);
+}
+
+const optim_slot *optim_chunk(const lt_optim *o, int64_t k, int64_t *at, size_t *n)
+{
+    const optim_slot *s = &o->slot[o->slot_of[k]];
 
     *at = (k - s->first_chunk) * CHUNK;
     *n = (size_t)lt_min_i64(CHUNK, lt_param_numel(s->p) - *at);
     return s;
-}
-
-static void norm_chunk(void *ctx, int64_t k)
-{
-    const lt_optim *o = ctx;
-    int64_t at;
-    size_t n;
-    const slot *s = chunk_of(o, k, &at, &n);
-
-    o->partial[k] = s->p->frozen ? 0 : lt_k->sumsq(s->p->grad + at, n);
-}
-
-double lt_optim_grad_norm(const lt_optim *o)
-{
-    double sum = 0;
-
-    lt_parallel_for(o->n_chunks, norm_chunk, (void *)o);
-    for (int64_t k = 0; k < o->n_chunks; k++)
-        sum += o->partial[k];
-    return sqrt(sum);
-}
-
-/* ---- running statistics --------------------------------------------------------------------------- */
-
-static void update_statistics(lt_params *set, int n)
-{
-    for (lt_param *p = lt_params_first(set); n > 0 && p; p = p->next) {
-        const double batches = (double)n * (p->uses > 0 ? p->uses : 1);
-
-        if (p->kind != LT_STATISTIC || !p->grad || p->frozen)
-            continue;
-        for (int64_t i = 0; i < lt_param_numel(p); i++) {
-            p->data[i] += (lt_real)(p->momentum * (p->grad[i] / batches - p->data[i]));
-            p->grad[i] = 0;
-        }
-    }
-}
-
-void lt_statistics_update(lt_params *set, int n)
-{
-    int in_grad;
-
-    if (!lt_params_take_batches(set, &in_grad))
-        return;
-    update_statistics(set, n);
-    lt_params_changed(set);
-}
-
-/* ---- the step ------------------------------------------------------------------------------------- */
-
-typedef struct {
-    lt_optim *o;
-    lt_adam_step adam;
-    lt_sgd_step sgd;
-    lt_real keep;                   /* of the average, in this step */
-} step_job;
-
-/* Until ema_decay is reached, the average is over about the last tenth of the steps: weights of the beginning would
- * else stay in it for a few times 1 / (1 - ema_decay) steps. */
-static double ema_keep(double ema_decay, double t)
-{
-    return fmin(ema_decay, t / (t + 9));
-}
-
-static void update_ema(const slot *s, int64_t at, size_t n, lt_real keep)
-{
-    for (size_t i = 0; i < n; i++) {
-        lt_real *e = &s->ema[at + (int64_t)i];
-
-        *e = keep * *e + (1 - keep) * s->p->data[at + (int64_t)i];
-    }
-}
-
-static void step_chunk(void *ctx, int64_t k)
-{
-    const step_job *j = ctx;
-    int64_t at;
-    size_t n;
-    const slot *s = chunk_of(j->o, k, &at, &n);
-    lt_real *w = s->p->data + at;
-    const lt_real rate = (lt_real)s->p->rate;
-    lt_adam_step adam = j->adam;
-    lt_sgd_step sgd = j->sgd;
-
-    if (s->p->frozen)                   /* since the optimiser was made */
-        return;
-    adam.lr *= rate;
-    sgd.lr *= rate;
-    if (j->o->opts.kind == LT_SGD)
-        lt_k->sgd(w, s->m + at, s->p->grad + at, &sgd, n);
-    else
-        lt_k->adam(w, s->m + at, s->v + at, s->p->grad + at, &adam, n);
-    if (s->ema)
-        update_ema(s, at, n, j->keep);
-}
-
-/* 1 - beta^t of the beta that the kernel has: 1 - 0.999f is not 0.001, by 1.3e-5 of it. */
-static lt_real correction(double beta, double t)
-{
-    return (lt_real)(1 - pow((lt_real)beta, t));
-}
-
-void lt_optim_step(lt_optim *o, double lr, double norm)
-{
-    const lt_optim_opts *p = &o->opts;
-    const double t = (double)++o->steps;
-    int batches;
-    const lt_real scale = (lt_real)(p->clip_norm > 0 && norm > p->clip_norm ? p->clip_norm / norm : 1);
-    step_job j = {
-        .o = o,
-        .adam = {
-            .lr = (lt_real)lr, .beta1 = (lt_real)p->beta1, .beta2 = (lt_real)p->beta2, .eps = (lt_real)p->eps,
-            .l2 = (lt_real)(p->kind == LT_ADAM ? p->weight_decay : 0),
-            .decay = (lt_real)(p->kind == LT_ADAMW ? p->weight_decay : 0),
-            .correct1 = correction(p->beta1, t), .correct2 = correction(p->beta2, t),
-            .grad_scale = scale,
-        },
-        .sgd = {
-            .lr = (lt_real)lr, .momentum = (lt_real)p->momentum, .l2 = (lt_real)p->weight_decay,
-            .grad_scale = scale, .nesterov = p->nesterov,
-        },
-        .keep = (lt_real)ema_keep(p->ema_decay, t),
-    };
-
-    lt_parallel_for(o->n_chunks, step_chunk, &j);
-    if (lt_params_take_batches(o->set, &batches))
-        update_statistics(o->set, batches);
-    lt_params_changed(o->set);
-}
-
-int64_t lt_optim_steps(const lt_optim *o)
-{
-    return o->steps;
-}
-
-void lt_optim_set_steps(lt_optim *o, int64_t steps)
-{
-    o->steps = steps;
-}
-
-/* ---- state ---------------------------------------------------------------------------------------- */
-
-static int per_slot(const lt_optim *o)
-{
-    return 1 + (o->opts.kind != LT_SGD) + (o->opts.ema_decay > 0);
-}
-
-int lt_optim_state_count(const lt_optim *o)
-{
-    return o->n_slots * per_slot(o);
-}
-
-lt_optim_state lt_optim_state_at(const lt_optim *o, int i)
-{
-    const slot *s = &o->slot[i / per_slot(o)];
-    lt_real *const have[] = { s->m, s->v, s->ema };
-    int k = 0;
-
-    for (int skip = i % per_slot(o); !have[k] || skip; k++)
-        skip -= have[k] != NULL;
-    return (lt_optim_state){ s->name[k], have[k], s->p->shape };
-}
-
-static void swap_slot(void *ctx, int64_t i)
-{
-    const slot *s = &((const lt_optim *)ctx)->slot[i];
-
-    for (int64_t k = 0; s->ema && k < lt_param_numel(s->p); k++) {
-        const lt_real w = s->p->data[k];
-
-        s->p->data[k] = s->ema[k];
-        s->ema[k] = w;
-    }
-}
-
-void lt_optim_swap_ema(lt_optim *o)
-{
-    lt_parallel_for(o->n_slots, swap_slot, o);
-    lt_params_changed(o->set);
 }
