@@ -7,6 +7,7 @@
 #include "estimate/checkpoint.h"
 #include "estimate/int8_table.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/graph/rows.h"
 #include "libtensor/io/file.h"
 #include "tasks/tasks.h"
 #include "tests/suite.h"
@@ -72,6 +73,61 @@ START_TEST(weights_or_their_average)
     unlink(path);
     lt_optim_free(optim);
     small_model_fini(&s);
+}
+END_TEST
+
+/* Points that have grown, and groups of which one has stepped less: the other run is resized, loads, and goes on. */
+START_TEST(groups_and_rows_come_back)
+{
+    static const char *const points[] = { "points", NULL };
+    static const lt_optim_group groups[] = {
+        { .name = "points", .prefix = points, .kind = LT_ADAM, .schedule = { .lr = 0.1 } },
+        { .name = "networks", .kind = LT_ADAMW, .schedule = { .lr = 0.1 } },
+    };
+    const checkpoint_state state = { .step = 3, .optim_steps = 3, .best = INFINITY };
+    const lt_optim_average average = { .decay = 0.9, .tau = 3 };
+    checkpoint_state found;
+    small_model s[2];
+    lt_optim *optim[2];
+    lt_param *p[2], *w[2];
+
+    for (int k = 0; k < 2; k++) {
+        small_model_init(&s[k]);
+        p[k] = lt_params_add_rows(s[k].set, "", "points", LT_SHAPE(4, 2));
+        w[k] = lt_params_find(s[k].set, "trunk.conv1.weight");
+        ck_assert(lt_param_need_grad(p[k]) && lt_param_need_grad(w[k]));
+        optim[k] = lt_optim_new_groups(s[k].set, groups, 2, &average);
+    }
+    check_ok(lt_param_resize(p[0], 6));
+    for (int step = 0; step < 6; step++)
+        for (int k = 0; k < (step < 3 ? 1 : 2); k++) {
+            if (step == 3 && k == 0) {
+                check_ok(checkpoint_save(path, &s[0].m, optim[0], "{}", &state));
+                check_error(checkpoint_load(path, &s[1].m, optim[1], &found), LT_EINVAL, "points");
+                check_ok(lt_param_resize(p[1], 6));
+                check_ok(checkpoint_load(path, &s[1].m, optim[1], &found));
+                ck_assert_int_eq(lt_optim_steps(optim[1]), 3);
+            }
+            lt_params_untouch(s[k].set);
+            check_ok(lt_param_touch(p[k], step % 3 * 2, 2));
+            for (int i = 0; i < 12; i++)
+                p[k]->grad[i] = w[k]->grad[i] = (lt_real)sin(i + step);
+            lt_optim_groups_norm(optim[k], 3);
+            lt_optim_step_groups(optim[k], &(lt_optim_now){ .groups = step == 1 ? 1 : 3 });
+        }
+    ck_assert_mem_eq(p[0]->data, p[1]->data, 12 * sizeof(lt_real));
+    ck_assert_mem_eq(w[0]->data, w[1]->data, (size_t)lt_param_numel(w[0]) * sizeof(lt_real));
+    ck_assert_int_eq(lt_optim_state_count(optim[0]), lt_optim_state_count(optim[1]));
+    for (int i = 0; i < lt_optim_state_count(optim[0]); i++) {
+        const lt_optim_state a = lt_optim_state_at(optim[0], i), b = lt_optim_state_at(optim[1], i);
+
+        ck_assert_mem_eq(a.data, b.data, (size_t)lt_shape_numel(&a.shape) * sizeof(lt_real));
+    }
+    unlink(path);
+    for (int k = 0; k < 2; k++) {
+        lt_optim_free(optim[k]);
+        small_model_fini(&s[k]);
+    }
 }
 END_TEST
 
@@ -239,6 +295,7 @@ static void add_tests(TCase *c)
 {
     tcase_set_timeout(c, 0);
     tcase_add_loop_test(c, weights_or_their_average, 0, 2);
+    tcase_add_test(c, groups_and_rows_come_back);
     tcase_add_test(c, table_in_a_checkpoint);
     tcase_add_test(c, shapes_before_memory);
     tcase_add_test(c, of_others);
