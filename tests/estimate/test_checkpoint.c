@@ -177,7 +177,7 @@ START_TEST(shapes_before_memory)
 {
     static const char large[] = "{ \"model\": { \"name\": \"hocat\", \"image_size\": 1024, \"width\": 256, "
                                 "\"blocks\": [8, 36, 36, 8], \"roi\": 8, \"depth\": 1, \"heads\": 2 } }";
-    const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
+    const checkpoint_state state = { .step = 7, .best = INFINITY };
     lt_params *set = lt_params_new();
     train_config c;
     lt_optim *optim;
@@ -187,7 +187,7 @@ START_TEST(shapes_before_memory)
     small_model_init(&s);
     optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
     ck_assert_int_eq(checkpoint_save(path, &s.m, optim, large, &state), LT_OK);
-    ck_assert_int_eq(train_config_parse(s.arena, "large", large, NULL, 0, &c), LT_OK);
+    ck_assert_int_eq(train_config_parse(s.arena, tasks, "large", large, NULL, 0, &c), LT_OK);
     ck_assert_int_eq(train_config_model(&c, s.m.hand, set, &m), LT_OK);
     check_error(checkpoint_load_model(path, &m), LT_EINVAL,
                 "\"trunk.conv1.weight\" is (8, 3, 7, 7), the model's \"trunk.conv1.weight\" is (256, 3, 7, 7)");
@@ -229,7 +229,7 @@ START_TEST(of_others)
         { "\x89PNG\r\n\x1a\n", 8, "a PNG image, want a checkpoint of palmar train" },
         { "\2\0\0\0\0\0\0\0{}", 10, "has weights, but is no checkpoint of palmar train; palmar train --init" },
     };
-    const checkpoint_state state = { .step = 7, .best_mm = INFINITY };
+    const checkpoint_state state = { .step = 7, .best = INFINITY };
     static const char ours[] = "\"version\":\"" PACKAGE_VERSION;
     checkpoint_head head;
     lt_optim *optim;
