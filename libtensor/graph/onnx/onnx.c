@@ -156,7 +156,7 @@ static void add_port(lt_onnx *w, lt_onnx_port *list, int *n, const lt_tensor *t)
 
     if (is_taken(m->input, m->n_inputs, t->name) || is_taken(m->output, m->n_outputs, t->name))
         lt_onnx_fail(w, LT_EINVAL, "two inputs or outputs are called \"%s\"", t->name);
-    list[(*n)++] = (lt_onnx_port){ t->name, type_of(w, t), shape_of(w, t) };
+    list[(*n)++] = (lt_onnx_port){ .name = t->name, .type = type_of(w, t), .shape = shape_of(w, t) };
 }
 
 static void describe_ports(lt_onnx *w, const bool *needed)

@@ -22,13 +22,16 @@ enum { LT_ONNX_OPSET = 17, LT_ONNX_IR = 8 };
 
 /* ---- a model -------------------------------------------------------------------------------------------- */
 
-typedef enum { LT_ONNX_FLOAT = 1, LT_ONNX_INT32 = 6, LT_ONNX_INT64 = 7 } lt_onnx_type;  /* numbers of the format */
+typedef enum {
+    LT_ONNX_FLOAT = 1, LT_ONNX_INT32 = 6, LT_ONNX_INT64 = 7, LT_ONNX_BOOL = 9,          /* numbers of the format */
+} lt_onnx_type;
 
-/* An input or output. A dimension of -1 is the batch: whatever the caller brings. */
+/* An input or output. A dimension of -1 is open: the batch, whatever the caller brings. */
 typedef struct {
     const char *name;
     lt_onnx_type type;
     lt_shape shape;
+    const char *open[LT_MAX_RANK];      /* what a file calls its open dimensions; NULL where it does not say */
 } lt_onnx_port;
 
 /* A constant: little-endian, in order, at any address */
@@ -40,7 +43,8 @@ typedef struct {
 } lt_onnx_tensor;
 
 typedef enum {
-    LT_ONNX_A_FLOAT = 1, LT_ONNX_A_INT = 2, LT_ONNX_A_TEXT = 3, LT_ONNX_A_INTS = 7,     /* numbers of the format */
+    LT_ONNX_A_FLOAT = 1, LT_ONNX_A_INT = 2, LT_ONNX_A_TEXT = 3, LT_ONNX_A_TENSOR = 4, LT_ONNX_A_FLOATS = 6,
+    LT_ONNX_A_INTS = 7,                                                                 /* numbers of the format */
 } lt_onnx_attr_kind;
 
 typedef struct {
@@ -51,6 +55,9 @@ typedef struct {
     const char *text;
     const int64_t *ints;
     int n_ints;
+    const float *floats;
+    int n_floats;
+    const lt_onnx_tensor *tensor;
 } lt_onnx_attr;
 
 /* One use of an operator; values are known by name, "" is an input that was left out */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Ops that are only met in an imported model: what our larger ops were taken apart into. No gradient.
+ * Ops that are only met in an imported model: what our larger ops were taken apart into, and others' have. No gradient.
  */
 #include "libtensor/io/onnx/import.h"
 #include "libtensor/ops/broadcast.h"
@@ -37,9 +37,42 @@ lt_tensor *onnx_erf(lt_tensor *x) { return lt_apply(&erf_op, NULL, 0, &x, 1); }
 lt_tensor *onnx_sqrt(lt_tensor *x) { return lt_apply(&sqrt_op, NULL, 0, &x, 1); }
 lt_tensor *onnx_trunc(lt_tensor *x) { return lt_apply(&trunc_op, NULL, 0, &x, 1); }
 
+typedef struct {
+    double alpha, beta;
+} line_attr;
+
+/* NaN stays. */
+static void hard_sigmoid_chunk(const lt_call *c, int64_t at, size_t n)
+{
+    const line_attr *a = c->attr;
+    const lt_real *x = (const lt_real *)c->in[0]->data + at;
+    lt_real *y = (lt_real *)c->out->data + at;
+
+    for (size_t i = 0; i < n; i++) {
+        const double line = a->alpha * (double)x[i] + a->beta;
+
+        y[i] = (lt_real)(line < 0 ? 0 : line > 1 ? 1 : line);
+    }
+}
+
+static void hard_sigmoid_forward(const lt_call *c) { op_by_chunk(c, lt_numel(c->out), hard_sigmoid_chunk); }
+
+static const lt_op hard_sigmoid_op = {
+    .name = "hard_sigmoid", .infer = op_same_shape, .forward = hard_sigmoid_forward,
+};
+
+lt_tensor *onnx_hard_sigmoid(lt_tensor *x, double alpha, double beta)
+{
+    const line_attr a = { alpha, beta };
+
+    return lt_apply(&hard_sigmoid_op, &a, sizeof(a), &x, 1);
+}
+
 /* ---- two operands --------------------------------------------------------------------------------------------- */
 
-static void div_row(const lt_call *c, int64_t row)
+typedef lt_real pair_fn(lt_real a, lt_real b);
+
+static void by_pair(const lt_call *c, int64_t row, pair_fn *fn)
 {
     const broadcast b = broadcast_plan(c->out, c->in[0], c->in[1]);
     const lt_real *x = (const lt_real *)c->in[0]->data + broadcast_row(&b, 0, row);
@@ -47,22 +80,20 @@ static void div_row(const lt_call *c, int64_t row)
     lt_real *out = (lt_real *)c->out->data + row * b.inner;
 
     for (int64_t i = 0; i < b.inner; i++)
-        out[i] = x[i * b.step[0]] / y[i * b.step[1]];
+        out[i] = fn(x[i * b.step[0]], y[i * b.step[1]]);
 }
 
-static void max_row(const lt_call *c, int64_t row)
-{
-    const broadcast b = broadcast_plan(c->out, c->in[0], c->in[1]);
-    const lt_real *x = (const lt_real *)c->in[0]->data + broadcast_row(&b, 0, row);
-    const lt_real *y = (const lt_real *)c->in[1]->data + broadcast_row(&b, 1, row);
-    lt_real *out = (lt_real *)c->out->data + row * b.inner;
+static lt_real quotient(lt_real a, lt_real b) { return a / b; }
+static lt_real larger(lt_real a, lt_real b) { return a > b || isnan(a) ? a : b; }
+static lt_real smaller(lt_real a, lt_real b) { return a < b || isnan(a) ? a : b; }
+static lt_real power(lt_real a, lt_real b) { return b == 2 ? a * a : (lt_real)pow((double)a, (double)b); }
+static lt_real same(lt_real a, lt_real b) { return a == b; }
 
-    for (int64_t i = 0; i < b.inner; i++) {
-        const lt_real p = x[i * b.step[0]], q = y[i * b.step[1]];
-
-        out[i] = p > q || isnan(p) ? p : q;
-    }
-}
+static void div_row(const lt_call *c, int64_t row) { by_pair(c, row, quotient); }
+static void max_row(const lt_call *c, int64_t row) { by_pair(c, row, larger); }
+static void min_row(const lt_call *c, int64_t row) { by_pair(c, row, smaller); }
+static void pow_row(const lt_call *c, int64_t row) { by_pair(c, row, power); }
+static void equal_row(const lt_call *c, int64_t row) { by_pair(c, row, same); }
 
 static void by_broadcast_row(const lt_call *c, op_row_fn fn)
 {
@@ -74,92 +105,44 @@ static void by_broadcast_row(const lt_call *c, op_row_fn fn)
 
 static void div_forward(const lt_call *c) { by_broadcast_row(c, div_row); }
 static void max_forward(const lt_call *c) { by_broadcast_row(c, max_row); }
+static void min_forward(const lt_call *c) { by_broadcast_row(c, min_row); }
+static void pow_forward(const lt_call *c) { by_broadcast_row(c, pow_row); }
+static void equal_forward(const lt_call *c) { by_broadcast_row(c, equal_row); }
 
 static const lt_op div_op = { .name = "div", .infer = broadcast_infer, .forward = div_forward };
 static const lt_op max_op = { .name = "max", .infer = broadcast_infer, .forward = max_forward };
+static const lt_op min_op = { .name = "min", .infer = broadcast_infer, .forward = min_forward };
+static const lt_op pow_op = { .name = "pow", .infer = broadcast_infer, .forward = pow_forward };
+static const lt_op equal_op = { .name = "equal", .infer = broadcast_infer, .forward = equal_forward };
 
-lt_tensor *onnx_div(lt_tensor *a, lt_tensor *b) { return lt_apply(&div_op, NULL, 0, (lt_tensor *[]){ a, b }, 2); }
-lt_tensor *onnx_max(lt_tensor *a, lt_tensor *b) { return lt_apply(&max_op, NULL, 0, (lt_tensor *[]){ a, b }, 2); }
-
-/* ---- along an axis, which the rules have looked at ------------------------------------------------------------ */
-
-typedef struct {
-    int axis;
-} axis_attr;
-
-static int axis_of(const lt_call *c)
+static lt_tensor *apply_pair(const lt_op *op, lt_tensor *a, lt_tensor *b)
 {
-    return ((const axis_attr *)c->attr)->axis;
+    return lt_apply(op, NULL, 0, (lt_tensor *[]){ a, b }, 2);
 }
 
-static lt_status sum_infer(lt_call *c)
+lt_tensor *onnx_div(lt_tensor *a, lt_tensor *b) { return apply_pair(&div_op, a, b); }
+lt_tensor *onnx_max(lt_tensor *a, lt_tensor *b) { return apply_pair(&max_op, a, b); }
+lt_tensor *onnx_min(lt_tensor *a, lt_tensor *b) { return apply_pair(&min_op, a, b); }
+lt_tensor *onnx_pow(lt_tensor *a, lt_tensor *b) { return apply_pair(&pow_op, a, b); }
+lt_tensor *onnx_equal(lt_tensor *a, lt_tensor *b) { return apply_pair(&equal_op, a, b); }
+
+/* ---- a choice ---------------------------------------------------------------------------------------------------- */
+
+static void select_chunk(const lt_call *c, int64_t at, size_t n)
 {
-    c->out->shape = c->in[0]->shape;
-    c->out->shape.dim[axis_of(c)] = 1;
-    return LT_OK;
+    const lt_real *condition = (const lt_real *)c->in[0]->data + at, *x = (const lt_real *)c->in[1]->data + at;
+    const lt_real *y = (const lt_real *)c->in[2]->data + at;
+    lt_real *out = (lt_real *)c->out->data + at;
+
+    for (size_t i = 0; i < n; i++)
+        out[i] = condition[i] != 0 ? x[i] : y[i];
 }
 
-static void sum_block(const lt_call *c, int64_t outer)
+static void select_forward(const lt_call *c) { op_by_chunk(c, lt_numel(c->out), select_chunk); }
+
+static const lt_op select_op = { .name = "where", .infer = op_same_shape, .forward = select_forward };
+
+lt_tensor *onnx_select(lt_tensor *at, lt_tensor *x, lt_tensor *y)
 {
-    const int64_t n = lt_dim(c->in[0], axis_of(c)), inner = op_inner(c->in[0], axis_of(c));
-    const lt_real *x = (const lt_real *)c->in[0]->data + outer * n * inner;
-    lt_real *y = (lt_real *)c->out->data + outer * inner;
-
-    for (int64_t k = 0; k < inner; k++) {
-        double sum = 0;
-
-        for (int64_t i = 0; i < n; i++)
-            sum += (double)x[i * inner + k];
-        y[k] = (lt_real)sum;
-    }
-}
-
-static void sum_forward(const lt_call *c)
-{
-    const int64_t outer = op_outer(c->in[0], axis_of(c));
-
-    op_by_row(c, outer, lt_dim(c->in[0], axis_of(c)) * op_inner(c->in[0], axis_of(c)), sum_block);
-}
-
-static const lt_op sum_op = { .name = "reduce_sum", .infer = sum_infer, .forward = sum_forward };
-
-lt_tensor *onnx_sum(lt_tensor *x, int axis)
-{
-    const axis_attr a = { axis };
-
-    return lt_apply(&sum_op, &a, sizeof(a), &x, 1);
-}
-
-static lt_status gather_infer(lt_call *c)
-{
-    c->out->shape = c->in[0]->shape;
-    c->out->shape.dim[axis_of(c)] = lt_dim(c->in[1], 0);
-    return LT_OK;
-}
-
-static void gather_block(const lt_call *c, int64_t outer)
-{
-    const int64_t n = lt_dim(c->in[0], axis_of(c)), inner = op_inner(c->in[0], axis_of(c)), m = lt_dim(c->in[1], 0);
-    const lt_real *x = (const lt_real *)c->in[0]->data + outer * n * inner;
-    const int32_t *index = c->in[1]->data;
-    lt_real *y = (lt_real *)c->out->data + outer * m * inner;
-
-    for (int64_t i = 0; i < m; i++)
-        memcpy(y + i * inner, x + index[i] * inner, (size_t)inner * sizeof(*y));
-}
-
-static void gather_forward(const lt_call *c)
-{
-    op_by_row(c, op_outer(c->in[0], axis_of(c)), lt_dim(c->in[1], 0) * op_inner(c->in[0], axis_of(c)), gather_block);
-}
-
-static const lt_op gather_op = {
-    .name = "gather", .any_type = LT_ANY_TYPE_IN(1), .infer = gather_infer, .forward = gather_forward,
-};
-
-lt_tensor *onnx_gather(lt_tensor *x, lt_tensor *index, int axis)
-{
-    const axis_attr a = { axis };
-
-    return lt_apply(&gather_op, &a, sizeof(a), (lt_tensor *[]){ x, index }, 2);
+    return lt_apply(&select_op, NULL, 0, (lt_tensor *[]){ at, x, y }, 3);
 }

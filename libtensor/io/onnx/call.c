@@ -59,6 +59,45 @@ static lt_tensor *constant_tensor(onnx_call *c, const lt_onnx_tensor *k)
     return t;
 }
 
+/* Of any number, as it stands in the file */
+static int64_t whole_number(const lt_onnx_tensor *t, size_t i)
+{
+    int64_t wide;
+    int32_t narrow;
+
+    if (t->type == LT_ONNX_BOOL)
+        return ((const uint8_t *)t->data)[i] != 0;
+    if (t->type == LT_ONNX_INT64) {
+        memcpy(&wide, (const char *)t->data + 8 * i, 8);
+        return wide;
+    }
+    memcpy(&narrow, (const char *)t->data + 4 * i, 4);
+    return narrow;
+}
+
+lt_status onnx_value_of(lt_arena *arena, const lt_onnx_tensor *t, onnx_value *out)
+{
+    const size_t n = (size_t)lt_shape_numel(&t->shape);
+    int64_t *ints;
+
+    *out = (onnx_value){ .shape = t->shape };
+    if (t->type == LT_ONNX_FLOAT) {
+        out->constant = t;
+        return LT_OK;
+    }
+    out->ints = ints = lt_arena_array(arena, n, sizeof(*ints));
+    if (!ints)
+        return lt_error(LT_ENOMEM, "no memory for \"%s\"", t->name);
+    for (size_t i = 0; i < n; i++)
+        ints[i] = whole_number(t, i);
+    return LT_OK;
+}
+
+bool onnx_has(const onnx_call *c, int i)
+{
+    return i < c->n_in && c->in[i];
+}
+
 lt_tensor *onnx_tensor(onnx_call *c, int i)
 {
     onnx_value *v = i < c->n_in ? c->in[i] : NULL;
@@ -70,9 +109,26 @@ lt_tensor *onnx_tensor(onnx_call *c, int i)
     return v ? v->t : NULL;
 }
 
+lt_tensor *onnx_either(onnx_call *c, int i)
+{
+    const lt_shape shape = onnx_shape(c, i);
+
+    if (!onnx_is_known(c, i))
+        return onnx_tensor(c, i);
+    return onnx_charge(c, lt_shape_numel(&shape)) ? onnx_reals(c, i, shape) : NULL;
+}
+
 bool onnx_is_known(const onnx_call *c, int i)
 {
-    return i < c->n_in && c->in[i] && c->in[i]->ints;
+    return onnx_has(c, i) && c->in[i]->ints;
+}
+
+bool onnx_all_known(const onnx_call *c)
+{
+    for (int i = 0; i < c->n_in; i++)
+        if (!onnx_is_known(c, i))
+            return false;
+    return c->n_in > 0;
 }
 
 bool onnx_all_whole(const onnx_call *c)
@@ -189,6 +245,34 @@ int onnx_attr_equal(onnx_call *c, const char *name, int n, int64_t fallback, int
     return (int)within(c, name, a->n_ints ? a->ints[0] : lo, lo, hi);
 }
 
+const int64_t *onnx_attr_ints(onnx_call *c, const char *name, int *n)
+{
+    const lt_onnx_attr *a = attr_of_kind(c, name, LT_ONNX_A_INTS);
+
+    *n = a ? a->n_ints : 0;
+    return a ? a->ints : NULL;
+}
+
+unsigned onnx_axes(onnx_call *c, int i, int rank)
+{
+    int n;
+    const int64_t *given = onnx_attr_ints(c, "axes", &n);
+    unsigned axes = 0;
+
+    if (!given && onnx_has(c, i))
+        given = onnx_ints(c, i, &n);
+    for (int k = 0; k < n; k++) {
+        const int64_t axis = given[k] < 0 ? given[k] + rank : given[k];
+
+        if (axis < 0 || axis >= rank || axes & 1u << axis) {
+            onnx_fail(c, "axis %jd of %d dimensions, or twice", (intmax_t)given[k], rank);
+            return 0;
+        }
+        axes |= 1u << axis;
+    }
+    return axes;
+}
+
 int onnx_axis(onnx_call *c, int64_t fallback)
 {
     const int rank = onnx_shape(c, 0).rank, axis = onnx_attr_int(c, "axis", fallback, -rank, rank - 1);
@@ -208,4 +292,63 @@ bool onnx_attr_is(onnx_call *c, const char *name, const char *fallback, const ch
     const lt_onnx_attr *a = attr_of_kind(c, name, LT_ONNX_A_TEXT);
 
     return strcmp(a ? a->text : fallback, value) == 0;
+}
+
+/* ---- broadcasting ------------------------------------------------------------------------------------------------ */
+
+static int64_t dim_from_end(const lt_shape *s, int i)
+{
+    return i < s->rank ? s->dim[s->rank - 1 - i] : 1;
+}
+
+lt_shape onnx_stretched(onnx_call *c, lt_shape a, lt_shape b)
+{
+    lt_shape out = { .rank = a.rank > b.rank ? a.rank : b.rank };
+    char ta[LT_SHAPE_TEXT], tb[LT_SHAPE_TEXT];
+    size_t n = 1;
+
+    for (int i = 0; i < out.rank; i++) {
+        const int64_t da = dim_from_end(&a, i), db = dim_from_end(&b, i);
+
+        if (da != db && da != 1 && db != 1)
+            onnx_fail(c, "%s and %s do not broadcast", lt_shape_text(&a, ta), lt_shape_text(&b, tb));
+        out.dim[out.rank - 1 - i] = da == 1 ? db : da;
+        if (!lt_size_mul(n, (size_t)out.dim[out.rank - 1 - i], &n) || n > PTRDIFF_MAX / sizeof(int64_t))
+            onnx_fail(c, "%s and %s are too large together", lt_shape_text(&a, ta), lt_shape_text(&b, tb));
+    }
+    return c->status ? (lt_shape){ 0 } : out;
+}
+
+int64_t onnx_met(const lt_shape *s, const lt_shape *out, int64_t at)
+{
+    int64_t place = 0, step = 1;
+
+    for (int i = 0; i < out->rank; i++) {
+        const int64_t dim = dim_from_end(out, i), own = dim_from_end(s, i);
+
+        place += own == 1 ? 0 : at % dim * step;
+        at /= dim;
+        step *= own;
+    }
+    return place;
+}
+
+void onnx_fold(onnx_call *c, int64_t (*fn)(onnx_call *c, const int64_t *x))
+{
+    lt_shape shape = onnx_shape(c, 0);
+    int64_t n, *out, x[ONNX_MAX_IN];
+
+    for (int i = 1; i < c->n_in; i++)
+        shape = onnx_stretched(c, shape, onnx_shape(c, i));
+    if (c->status)
+        return;
+    n = lt_shape_numel(&shape);
+    out = onnx_list(c, n);
+    for (int64_t at = 0; out && at < n; at++) {
+        for (int i = 0; i < c->n_in; i++)
+            x[i] = c->in[i]->ints[onnx_met(&c->in[i]->shape, &shape, at)];
+        out[at] = fn(c, x);
+    }
+    c->out.ints = out;
+    c->out.shape = shape;
 }

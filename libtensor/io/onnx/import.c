@@ -6,7 +6,9 @@
 
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 /* ---- values by name -------------------------------------------------------------------------------------------- */
 
@@ -57,14 +59,43 @@ static lt_status add_value(const table *t, const char *name, onnx_value value)
 
 /* ---- the walk ---------------------------------------------------------------------------------------------------- */
 
+/* Where a rule lists this name: just behind it, or NULL */
+static const char *listed(const char *attrs, const char *name)
+{
+    const size_t n = strlen(name);
+
+    for (const char *at = attrs; (at = strchr(at, ' ')) && *++at; )
+        if (n > 0 && strncmp(at, name, n) == 0 && (at[n] == ' ' || at[n] == '='))
+            return at + n;
+    return NULL;
+}
+
+static bool says(const lt_onnx_attr *a, const char *value)
+{
+    switch (a->kind) {
+    case LT_ONNX_A_INT: return a->i == strtoll(value, NULL, 10);
+    case LT_ONNX_A_FLOAT: return a->f == strtof(value, NULL);
+    case LT_ONNX_A_TEXT: return strcmp(a->text, value) == 0;
+    case LT_ONNX_A_INTS:
+        for (int i = 0; i < a->n_ints; i++)
+            if (a->ints[i] != strtoll(value, NULL, 10))
+                return false;
+        return true;
+    default: return false;
+    }
+}
+
 static void check_attrs(onnx_call *c, const onnx_rule *rule)
 {
     for (int i = 0; i < c->node->n_attr; i++) {
-        char word[64];
+        const lt_onnx_attr *a = &c->node->attr[i];
+        const char *rest = listed(rule->attrs, a->name);
+        char value[32];
 
-        snprintf(word, sizeof(word), " %s ", c->node->attr[i].name);
-        if (strlen(c->node->attr[i].name) > 60 || !strstr(rule->attrs, word))
-            onnx_fail(c, "attribute \"%s\" is not understood", c->node->attr[i].name);
+        if (!rest)
+            onnx_fail(c, "attribute \"%s\" is not understood", a->name);
+        else if (sscanf(rest, "=%31s", value) == 1 && !says(a, value))
+            onnx_fail(c, "attribute \"%s\" says something else than %s, which is all that is read", a->name, value);
     }
 }
 
@@ -87,6 +118,30 @@ static void find_inputs(onnx_call *c, const onnx_rule *rule, const table *values
     }
 }
 
+/* Results that are left out have no name. A plan's mistakes name the node, no line of ours. */
+static void run_rule(onnx_call *c, const onnx_rule *rule)
+{
+    lt_scope(c->g, c->node->name);
+    lt_here_enter(NULL, 0);
+    rule->record(c);
+    lt_here_leave(NULL);
+    c->out.whole = c->out.whole || (rule->is & ONNX_WHOLE && c->out.t && onnx_all_whole(c));
+    if (c->status == LT_OK)
+        c->status = onnx_status(c->g, c->node);
+    if (c->status == LT_OK && !c->out.t && !c->out.ints && !c->out.constant)
+        onnx_fail(c, "has no result");
+}
+
+static lt_status add_results(const onnx_call *c, const table *values)
+{
+    lt_status st = add_value(values, c->node->out[0], c->out);
+
+    for (int i = 1; st == LT_OK && i < c->node->n_out; i++)
+        if (c->more[i - 1] && *c->node->out[i])
+            st = add_value(values, c->node->out[i], (onnx_value){ .t = c->more[i - 1], .whole = c->out.whole });
+    return st;
+}
+
 static lt_status record_node(lt_arena *arena, lt_graph *g, int64_t opset, const lt_onnx_node *n, table *values)
 {
     const onnx_rule *rule = onnx_rule_find(n->op);
@@ -94,53 +149,52 @@ static lt_status record_node(lt_arena *arena, lt_graph *g, int64_t opset, const 
 
     if (!rule)
         return lt_error(LT_EFORMAT, "%s \"%s\": this operator is not understood", n->op, n->name);
-    if (n->n_out != 1)
-        onnx_fail(&c, "%d results, want one", n->n_out);
+    if (n->n_out > (rule->is & ONNX_MANY ? ONNX_MAX_OUT : 1))
+        onnx_fail(&c, "%d results, want %s", n->n_out, rule->is & ONNX_MANY ? "16 at most" : "one");
     check_attrs(&c, rule);
     find_inputs(&c, rule, values);
-    lt_scope(g, n->name);
     if (c.status == LT_OK)
-        rule->record(&c);
-    c.out.whole = c.out.whole || (rule->whole && c.out.t && onnx_all_whole(&c));
-    if (c.status == LT_OK)
-        c.status = onnx_status(g, n);
-    if (c.status == LT_OK && !c.out.t && !c.out.ints)
-        onnx_fail(&c, "has no result");
-    return c.status ? c.status : add_value(values, n->out[0], c.out);
+        run_rule(&c, rule);
+    return c.status ? c.status : add_results(&c, values);
 }
 
 static lt_status add_constant(lt_arena *arena, const table *values, const lt_onnx_tensor *t)
 {
-    const size_t n = (size_t)lt_shape_numel(&t->shape);
-    onnx_value v = { .shape = t->shape };
-    int64_t *ints;
+    onnx_value v;
+    const lt_status st = onnx_value_of(arena, t, &v);
 
-    if (t->type == LT_ONNX_FLOAT) {
-        v.constant = t;
-        return add_value(values, t->name, v);
-    }
-    v.ints = ints = lt_arena_array(arena, n, sizeof(*ints));
-    if (!ints)
-        return lt_error(LT_ENOMEM, "no memory for \"%s\"", t->name);
-    for (size_t i = 0; i < n; i++) {
-        int32_t narrow;
+    return st ? st : add_value(values, t->name, v);
+}
 
-        if (t->type == LT_ONNX_INT64) {
-            memcpy(&ints[i], (const char *)t->data + 8 * i, 8);
-        } else {
-            memcpy(&narrow, (const char *)t->data + 4 * i, 4);
-            ints[i] = narrow;
-        }
-    }
-    return add_value(values, t->name, v);
+/* The side of a picture, by what a file calls it: "height", "in_Width", "H" */
+static bool is_side(const char *name)
+{
+    if (!name)
+        return false;
+    for (const char *at = name; *at; at++)
+        if (strncasecmp(at, "height", 6) == 0 || strncasecmp(at, "width", 5) == 0)
+            return true;
+    return strcasecmp(name, "h") == 0 || strcasecmp(name, "w") == 0;
+}
+
+/* The batch is the first dimension, and others only by its name. */
+static bool is_batch(const lt_onnx_port *p, int i)
+{
+    if (i == 0)
+        return !is_side(p->open[0]);
+    return p->shape.dim[0] < 0 && p->open[0] && p->open[i] && strcmp(p->open[0], p->open[i]) == 0;
 }
 
 static lt_status add_input(lt_graph *g, const table *values, const lt_onnx_port *p, int64_t batch, lt_tensor **out)
 {
     lt_shape shape = p->shape;
 
-    for (int i = 0; i < shape.rank; i++)
+    for (int i = 0; i < shape.rank; i++) {
+        if (shape.dim[i] < 0 && !is_batch(p, i))
+            return lt_error(LT_EFORMAT, "input \"%s\": dimension %d (\"%s\") is open, which only the batch may be; "
+                            "export the model with a size there", p->name, i, p->open[i] ? p->open[i] : "");
         shape.dim[i] = shape.dim[i] < 0 ? batch : shape.dim[i];
+    }
     *out = lt_input(g, p->name, p->type == LT_ONNX_INT32 ? LT_I32 : LT_F32, shape.rank, shape.dim);
     return lt_graph_status(g) ? lt_graph_status(g) : add_value(values, p->name, (onnx_value){ .t = *out });
 }

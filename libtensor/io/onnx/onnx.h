@@ -31,8 +31,8 @@ LT_API lt_status lt_onnx_write(FILE *f, const char *name, const lt_onnx_model *m
  *
  * Needs at most 16 bytes of memory for each of the file, and 64 KB. Errors: LT_EFORMAT, with the offset: no
  * ModelProto; cut short; a field of the wrong kind; numbers in another file (no such file is opened) or of a
- * type other than FLOAT, INT32, INT64; data that disagree with a shape; operators that are not standard,
- * contain graphs, or are of an operator set below 13; more than 6 dimensions. LT_ENOMEM.
+ * type other than FLOAT, INT32, INT64, BOOL; data that disagree with a shape; operators that are not standard,
+ * contain graphs, or are of an operator set below 11; more than 6 dimensions. LT_ENOMEM.
  */
 LT_API lt_status lt_onnx_parse(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n,
                                lt_onnx_model *out);
@@ -50,11 +50,10 @@ typedef struct {
  *
  *   arena    of ports' lists
  *   g        inputs and outputs get the model's names; constants are copied
- *   batch    for dimensions that are left open
+ *   batch    for first dimensions that are left open, and others of their name
  *
- * Understands the operators that our ops are described with (docs/onnx.md), with every attribute that they
- * have there. Errors: LT_EFORMAT names an operator or an attribute that it does not; a value that nobody has
- * made, or two have; shapes that do not fit. LT_ENOMEM.
+ * Understands what docs/onnx.md lists under "Reading". Errors: LT_EFORMAT names an operator or an attribute that it
+ * does not; an open height or width; a value that nobody has made, or two have; shapes that do not fit. LT_ENOMEM.
  */
 LT_API lt_status lt_onnx_import(lt_arena *arena, lt_graph *g, const lt_onnx_model *m, int64_t batch,
                                 lt_onnx_ports *ports);

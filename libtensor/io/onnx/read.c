@@ -11,29 +11,45 @@
 
 #include <string.h>
 
-enum { FIRST_OPSET = 13, LAST_OPSET = 20 };
+enum { FIRST_OPSET = 11, LAST_OPSET = 20 };
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------- */
 
-/* Whole numbers may be packed: as many as they have bytes at most. */
-static lt_status make_int_list(onnx_reader *r, pb_span m, lt_onnx_attr *a, size_t *room)
+/* What an attribute's lists and tensor have room for */
+typedef struct {
+    int64_t *ints;
+    float *floats;
+    lt_onnx_tensor *tensor;
+    size_t n_ints, n_floats, n_tensors;
+} attr_room;
+
+/* Numbers may be packed: whole ones are as many as they have bytes at most. */
+static lt_status make_room(onnx_reader *r, pb_span m, attr_room *room)
 {
-    void *list;
     pb_field f;
     lt_status st = LT_OK;
 
-    *room = 0;
     while (onnx_next(r, &m, &f, &st))
-        if (f.number == ATTR_INTS)
-            *room += f.wire == PB_VARINT ? 1 : pb_size(f.body);
+        switch (f.number) {
+        case ATTR_INTS: room->n_ints += f.wire == PB_BYTES ? pb_size(f.body) : 1; break;
+        case ATTR_FLOATS: room->n_floats += f.wire == PB_BYTES ? pb_size(f.body) / sizeof(float) : 1; break;
+        case ATTR_T: room->n_tensors++; break;
+        default: break;
+        }
+    if (st == LT_OK && (room->n_ints > INT32_MAX || room->n_floats > INT32_MAX))
+        st = onnx_bad(r, m.at, "a list of more than 2^31 numbers");
+    if (st == LT_OK && room->n_tensors > 1)
+        st = onnx_bad(r, m.at, "an attribute of several tensors");
     if (st == LT_OK)
-        st = onnx_take(r, m.at, *room, sizeof(int64_t), &list);
+        st = onnx_take(r, m.at, room->n_ints, sizeof(*room->ints), &room->ints);
     if (st == LT_OK)
-        a->ints = list;
+        st = onnx_take(r, m.at, room->n_floats, sizeof(*room->floats), &room->floats);
+    if (st == LT_OK && room->n_tensors)
+        st = onnx_take(r, m.at, 1, sizeof(*room->tensor), &room->tensor);
     return st;
 }
 
-static lt_status attr_field(onnx_reader *r, const pb_field *f, size_t room, lt_onnx_attr *a)
+static lt_status attr_field(onnx_reader *r, const pb_field *f, const attr_room *room, lt_onnx_attr *a)
 {
     const uint32_t bits = (uint32_t)f->value;
     int64_t kind;
@@ -43,7 +59,11 @@ static lt_status attr_field(onnx_reader *r, const pb_field *f, size_t room, lt_o
     case ATTR_NAME: return onnx_take_text(r, f, &a->name);
     case ATTR_S: return onnx_take_text(r, f, &a->text);
     case ATTR_I: return onnx_take_int(r, f, &a->i);
-    case ATTR_INTS: return onnx_add_ints(r, f, (int64_t *)a->ints, (int)room, &a->n_ints);
+    case ATTR_INTS: return onnx_add_ints(r, f, room->ints, (int)room->n_ints, &a->n_ints);
+    case ATTR_FLOATS: return onnx_add_floats(r, f, room->floats, (int)room->n_floats, &a->n_floats);
+    case ATTR_T:
+        a->tensor = room->tensor;
+        return onnx_take_tensor(r, f, room->tensor);
     case ATTR_F:
         memcpy(&a->f, &bits, sizeof(bits));
         return onnx_want(r, f, PB_FIXED32);
@@ -57,26 +77,29 @@ static lt_status attr_field(onnx_reader *r, const pb_field *f, size_t room, lt_o
 
 static bool is_read(lt_onnx_attr_kind kind)
 {
-    return kind == LT_ONNX_A_FLOAT || kind == LT_ONNX_A_INT || kind == LT_ONNX_A_TEXT || kind == LT_ONNX_A_INTS;
+    return kind == LT_ONNX_A_FLOAT || kind == LT_ONNX_A_INT || kind == LT_ONNX_A_TEXT || kind == LT_ONNX_A_TENSOR
+        || kind == LT_ONNX_A_FLOATS || kind == LT_ONNX_A_INTS;
 }
 
 static lt_status take_attr(onnx_reader *r, const pb_field *field, lt_onnx_attr *a)
 {
     pb_span m = field->body;
-    size_t room = 0;
+    attr_room room = { 0 };
     pb_field f;
     lt_status st = onnx_want(r, field, PB_BYTES);
 
     a->name = a->text = "";
     if (st == LT_OK)
-        st = make_int_list(r, m, a, &room);
-    if (st == LT_OK && room > INT32_MAX)
-        st = onnx_bad(r, field->at, "a list of more than 2^31 numbers");
+        st = make_room(r, m, &room);
+    a->ints = room.ints;
+    a->floats = room.floats;
     while (onnx_next(r, &m, &f, &st))
-        st = attr_field(r, &f, room, a);
+        st = attr_field(r, &f, &room, a);
     if (st == LT_OK && !is_read(a->kind))
-        st = onnx_bad(r, field->at, "attribute \"%s\" is of kind %d; a number, numbers or a text are read, no "
-                      "tensors or graphs", a->name, (int)a->kind);
+        st = onnx_bad(r, field->at, "attribute \"%s\" is of kind %d; a number, numbers, a text or a tensor are read, "
+                      "no graphs", a->name, (int)a->kind);
+    if (st == LT_OK && a->kind == LT_ONNX_A_TENSOR && !a->tensor)
+        st = onnx_bad(r, field->at, "attribute \"%s\" has no tensor", a->name);
     return st;
 }
 
@@ -142,8 +165,8 @@ static lt_status enter(const onnx_reader *r, pb_span *m, int number)
     return st;
 }
 
-/* A size, or -1 where it has a name or is not known */
-static lt_status take_dim(const onnx_reader *r, pb_span m, int64_t *dim)
+/* A size, or -1 and a name where it is open */
+static lt_status take_dim(onnx_reader *r, pb_span m, int64_t *dim, const char **open)
 {
     pb_field f;
     lt_status st = LT_OK;
@@ -152,13 +175,15 @@ static lt_status take_dim(const onnx_reader *r, pb_span m, int64_t *dim)
     while (onnx_next(r, &m, &f, &st)) {
         if (f.number == DIM_VALUE)
             st = onnx_take_int(r, &f, dim);
+        if (f.number == DIM_PARAM)
+            st = onnx_take_text(r, &f, open);
         if (st == LT_OK && *dim < -1)
             st = onnx_bad(r, f.at, "a dimension below 0");
     }
     return st;
 }
 
-static lt_status take_dims(const onnx_reader *r, pb_span m, lt_shape *shape)
+static lt_status take_dims(onnx_reader *r, pb_span m, lt_onnx_port *p)
 {
     pb_field f;
     lt_status st = LT_OK;
@@ -167,15 +192,17 @@ static lt_status take_dims(const onnx_reader *r, pb_span m, lt_shape *shape)
         if (f.number != SHAPE_DIM)
             continue;
         st = onnx_want(r, &f, PB_BYTES);
-        if (st == LT_OK && shape->rank == LT_MAX_RANK)
+        if (st == LT_OK && p->shape.rank == LT_MAX_RANK)
             st = onnx_bad(r, f.at, "more than %d dimensions", LT_MAX_RANK);
-        if (st == LT_OK)
-            st = take_dim(r, f.body, &shape->dim[shape->rank++]);
+        if (st == LT_OK) {
+            st = take_dim(r, f.body, &p->shape.dim[p->shape.rank], &p->open[p->shape.rank]);
+            p->shape.rank++;
+        }
     }
     return st;
 }
 
-static lt_status take_tensor_type(const onnx_reader *r, pb_span m, lt_onnx_port *p)
+static lt_status take_tensor_type(onnx_reader *r, pb_span m, lt_onnx_port *p)
 {
     int64_t type = 0;
     const uint8_t *at = m.at;
@@ -186,7 +213,7 @@ static lt_status take_tensor_type(const onnx_reader *r, pb_span m, lt_onnx_port 
         if (f.number == TENSOR_TYPE_ELEM)
             st = onnx_take_int(r, &f, &type);
         if (f.number == TENSOR_TYPE_SHAPE)
-            st = onnx_want(r, &f, PB_BYTES) ? LT_EFORMAT : take_dims(r, f.body, &p->shape);
+            st = onnx_want(r, &f, PB_BYTES) ? LT_EFORMAT : take_dims(r, f.body, p);
     }
     if (st == LT_OK && type != LT_ONNX_FLOAT && type != LT_ONNX_INT32)
         st = onnx_bad(r, at, "\"%s\" is of type %jd; 1 (FLOAT) and 6 (INT32) are read", p->name, (intmax_t)type);

@@ -111,3 +111,20 @@ lt_status onnx_add_ints(const onnx_reader *r, const pb_field *f, int64_t *list, 
             return onnx_bad(r, f->at, "a packed list that does not end");
     return onnx_want(r, f, PB_BYTES);
 }
+
+lt_status onnx_add_floats(const onnx_reader *r, const pb_field *f, float *list, int room, int *n)
+{
+    const size_t bytes = pb_size(f->body);
+    const uint32_t bits = (uint32_t)f->value;
+
+    if (f->wire == PB_FIXED32) {
+        if (*n < room)
+            memcpy(&list[(*n)++], &bits, sizeof(bits));
+        return LT_OK;
+    }
+    if (f->wire == PB_BYTES && bytes % sizeof(float))
+        return onnx_bad(r, f->at, "a packed list that does not end");
+    for (size_t at = 0; f->wire == PB_BYTES && at < bytes && *n < room; at += sizeof(float))
+        memcpy(&list[(*n)++], f->body.at + at, sizeof(float));
+    return onnx_want(r, f, PB_BYTES);
+}

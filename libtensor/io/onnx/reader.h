@@ -36,12 +36,14 @@ enum { ONNX_COUNTED = 32 };             /* above the number of any field whose m
  * onnx_take_int     - a whole number
  * onnx_count_fields - how many fields of each number below ONNX_COUNTED a message has
  * onnx_add_ints     - one more of a list of whole numbers, or several in a pack; those beyond room are dropped
+ * onnx_add_floats   - the same of reals
  */
 lt_status onnx_want(const onnx_reader *r, const pb_field *f, pb_wire wire);
 lt_status onnx_take_text(onnx_reader *r, const pb_field *f, const char **out);
 lt_status onnx_take_int(const onnx_reader *r, const pb_field *f, int64_t *out);
 lt_status onnx_count_fields(const onnx_reader *r, pb_span m, int n[ONNX_COUNTED]);
 lt_status onnx_add_ints(const onnx_reader *r, const pb_field *f, int64_t *list, int room, int *n);
+lt_status onnx_add_floats(const onnx_reader *r, const pb_field *f, float *list, int room, int *n);
 
 /* onnx_take_tensor - a TensorProto: in tensor.c */
 lt_status onnx_take_tensor(onnx_reader *r, const pb_field *field, lt_onnx_tensor *t);

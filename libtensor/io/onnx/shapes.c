@@ -29,8 +29,22 @@ static void view(onnx_call *c, lt_shape shape)
     }
 }
 
+/* What the file says stays what it says: another node may want it as such. */
 static void identity(onnx_call *c)
 {
+    if (c->in[0]->constant)
+        c->out = (onnx_value){ .t = c->in[0]->t, .constant = c->in[0]->constant };
+    else
+        view(c, onnx_shape(c, 0));
+}
+
+/* What it is at inference. Its mask is for training. */
+static void dropout(onnx_call *c)
+{
+    int n;
+
+    if (onnx_has(c, 2) && (!onnx_is_known(c, 2) || *onnx_ints(c, 2, &n)))
+        onnx_fail(c, "is told to train");
     view(c, onnx_shape(c, 0));
 }
 
@@ -61,13 +75,14 @@ static void reshape(onnx_call *c)
     const lt_shape from = onnx_shape(c, 0);
     lt_shape to = { 0 };
     const int64_t *dim = onnx_ints(c, 1, &to.rank);
+    const bool zero_is_zero = onnx_attr_int(c, "allowzero", 0, 0, 1);
 
     if (to.rank > LT_MAX_RANK) {
         onnx_fail(c, "%d dimensions, at most %d are possible", to.rank, LT_MAX_RANK);
         return;
     }
     for (int i = 0; i < to.rank; i++)
-        to.dim[i] = dim[i] == 0 && i < from.rank ? from.dim[i] : dim[i];
+        to.dim[i] = dim[i] == 0 && !zero_is_zero && i < from.rank ? from.dim[i] : dim[i];
     close_shape(c, &to, lt_shape_numel(&from));
     view(c, to);
 }
@@ -75,22 +90,45 @@ static void reshape(onnx_call *c)
 static void flatten(onnx_call *c)
 {
     const lt_shape from = onnx_shape(c, 0);
-    lt_shape to = { .rank = 2, .dim = { from.rank ? from.dim[0] : 1, 1 } };
+    const int axis = onnx_attr_int(c, "axis", 1, -from.rank, lt_max_i64(1, from.rank));
+    lt_shape to = { .rank = 2, .dim = { 1, 1 } };
 
-    onnx_attr_int(c, "axis", 1, 1, 1);
-    for (int i = 1; i < from.rank; i++)
-        to.dim[1] *= from.dim[i];
+    for (int i = 0; i < from.rank; i++)
+        to.dim[i >= (axis < 0 ? axis + from.rank : axis)] *= from.dim[i];
     view(c, to);
 }
 
 static void squeeze(onnx_call *c)
 {
     const lt_shape from = onnx_shape(c, 0);
+    const unsigned axes = onnx_axes(c, 1, from.rank);
     lt_shape to = { 0 };
 
-    for (int i = 0; i < from.rank; i++)
-        if (from.dim[i] != 1)
+    for (int i = 0; i < from.rank; i++) {
+        const bool goes = axes ? axes & 1u << i : from.dim[i] == 1;
+
+        if (goes && from.dim[i] != 1)
+            onnx_fail(c, "dimension %d is %jd, want 1", i, (intmax_t)from.dim[i]);
+        if (!goes)
             to.dim[to.rank++] = from.dim[i];
+    }
+    view(c, to);
+}
+
+static void unsqueeze(onnx_call *c)
+{
+    const lt_shape from = onnx_shape(c, 0);
+    lt_shape to = { 0 };
+    unsigned axes;
+    int n, left = 0;
+
+    if (!onnx_attr_ints(c, "axes", &n))
+        onnx_ints(c, 1, &n);
+    if (n < 1 || from.rank + n > LT_MAX_RANK)
+        onnx_fail(c, "%d and %d dimensions, at most %d are possible", from.rank, n, LT_MAX_RANK);
+    axes = c->status ? 0 : onnx_axes(c, 1, from.rank + n);
+    for (int i = 0; axes && i < from.rank + n; i++)
+        to.dim[to.rank++] = axes & 1u << i ? 1 : from.dim[left++];
     view(c, to);
 }
 
@@ -153,156 +191,276 @@ static void concat(onnx_call *c)
         c->out.t = lt_concat(x, c->n_in, axis);
 }
 
-/* One axis from start to end; places below 0 count from the end, those outside are moved to the border */
-static lt_tensor *slice_axis(onnx_call *c, lt_tensor *x, int64_t axis, int64_t start, int64_t end)
+/* ---- pieces ------------------------------------------------------------------------------------------------------ */
+
+/* Elements of an axis: `count` of them from `start` by `step` */
+typedef struct {
+    int axis;
+    int64_t start, step, count;
+} stretch;
+
+/* Places below 0 count from the end, those outside are moved to the border. */
+static stretch stretch_of(onnx_call *c, const lt_shape *shape, int64_t axis, int64_t start, int64_t end, int64_t step)
 {
-    const int64_t rank = x->shape.rank;
+    const int64_t rank = shape->rank, at = axis < 0 ? axis + rank : axis;
+    stretch s = { .step = step };
     int64_t n;
 
-    axis = axis < 0 ? axis + rank : axis;
-    if (axis < 0 || axis >= rank) {
+    if (at < 0 || at >= rank) {
         onnx_fail(c, "axis %jd of %jd dimensions", (intmax_t)axis, (intmax_t)rank);
-        return x;
+        return s;
     }
-    n = lt_dim(x, (int)axis);
-    start = lt_max_i64(0, lt_min_i64(n, start < 0 ? start + n : start));
-    end = lt_max_i64(start, lt_min_i64(n, end < 0 ? end + n : end));
-    return lt_slice(x, (int)axis, start, end - start);
+    if (step == 0 || step < -INT32_MAX || step > INT32_MAX) {
+        onnx_fail(c, "a step of %jd", (intmax_t)step);
+        return s;
+    }
+    n = shape->dim[at];
+    start += start < 0 ? n : 0;
+    end += end < 0 ? n : 0;
+    s.axis = (int)at;
+    s.start = step > 0 ? lt_max_i64(0, lt_min_i64(n, start)) : lt_max_i64(0, lt_min_i64(n - 1, start));
+    end = step > 0 ? lt_max_i64(0, lt_min_i64(n, end)) : lt_max_i64(-1, lt_min_i64(n - 1, end));
+    s.count = step > 0 ? lt_ceil_div(lt_max_i64(0, end - s.start), step)
+                       : lt_ceil_div(lt_max_i64(0, s.start - end), -step);
+    if (n == 0)
+        s.count = 0;
+    return s;
+}
+
+/* One piece, or with a step its elements by their numbers */
+static lt_tensor *take_stretch(onnx_call *c, lt_tensor *x, const stretch *s)
+{
+    int32_t *places;
+    lt_tensor *out = x;
+
+    if (s->step == 1)
+        return lt_slice(x, s->axis, s->start, s->count);
+    if (!onnx_charge(c, s->count))
+        return x;
+    places = lt_alloc((size_t)s->count * sizeof(*places));
+    if (!places)
+        onnx_no_memory(c);
+    for (int64_t i = 0; places && i < s->count; i++)
+        places[i] = (int32_t)(s->start + i * s->step);
+    if (places)
+        out = onnx_gather(x, lt_constant(c->g, LT_I32, LT_SHAPE(s->count), places), s->axis);
+    lt_release(places);
+    return out;
+}
+
+static void slice_known(onnx_call *c, const stretch *s)
+{
+    const lt_shape from = onnx_shape(c, 0);
+    int64_t *list;
+
+    if (from.rank != 1)
+        onnx_fail(c, "known numbers of %d dimensions, want 1", from.rank);
+    list = c->status ? NULL : onnx_list(c, s->count);
+    for (int64_t i = 0; list && i < s->count; i++)
+        list[i] = c->in[0]->ints[s->start + i * s->step];
+    c->out.ints = list;
+    c->out.shape = LT_SHAPE(s->count);
 }
 
 static void slice(onnx_call *c)
 {
-    lt_tensor *x = onnx_tensor(c, 0);
-    int n, n_end, n_axis = 0;
+    const bool known = onnx_is_known(c, 0);
+    lt_tensor *x = known ? NULL : onnx_tensor(c, 0);
+    int n, n_end, n_axis = 0, n_step = 0;
     const int64_t *start = onnx_ints(c, 1, &n), *end = onnx_ints(c, 2, &n_end);
-    const int64_t *axis = c->n_in > 3 && c->in[3] ? onnx_ints(c, 3, &n_axis) : NULL;
+    const int64_t *axis = onnx_has(c, 3) ? onnx_ints(c, 3, &n_axis) : NULL;
+    const int64_t *step = onnx_has(c, 4) ? onnx_ints(c, 4, &n_step) : NULL;
 
-    if (n != n_end || (axis && n != n_axis) || n > LT_MAX_RANK || n == 0)
+    if (n != n_end || (axis && n != n_axis) || (step && n != n_step) || n > LT_MAX_RANK || n == 0 || (known && n > 1))
         onnx_fail(c, "%d starts and %d ends", n, n_end);
-    for (int i = 0; i < n && c->status == LT_OK; i++)
-        x = slice_axis(c, x, axis ? axis[i] : i, start[i], end[i]);
+    for (int i = 0; i < n && c->status == LT_OK; i++) {
+        const lt_shape shape = x ? x->shape : onnx_shape(c, 0);
+        const stretch s = stretch_of(c, &shape, axis ? axis[i] : i, start[i], end[i], step ? step[i] : 1);
+
+        if (c->status == LT_OK && known)
+            slice_known(c, &s);
+        else if (c->status == LT_OK)
+            x = take_stretch(c, x, &s);
+    }
     c->out.t = x;
 }
 
-static void gather(onnx_call *c)
+/* How long piece i is: said by an attribute of older sets or by an input, or all are equal but for what remains */
+static int64_t piece_length(onnx_call *c, int i, int64_t size)
+{
+    const int pieces = c->node->n_out;
+    int n;
+    const int64_t *said = onnx_attr_ints(c, "split", &n);
+    const int64_t each = lt_ceil_div(size, pieces);
+
+    if (!said && onnx_has(c, 1))
+        said = onnx_ints(c, 1, &n);
+    if (said && n != pieces)
+        onnx_fail(c, "%d lengths for %d results", n, pieces);
+    if (c->status)
+        return 0;
+    return said ? said[i] : lt_max_i64(0, lt_min_i64(each, size - i * each));
+}
+
+static void split(onnx_call *c)
 {
     lt_tensor *x = onnx_tensor(c, 0);
-    const int axis = onnx_axis(c, 0);
+    const int axis = onnx_axis(c, 0), pieces = c->node->n_out;
+    int64_t at = 0;
+
+    onnx_attr_int(c, "num_outputs", pieces, pieces, pieces);
+    for (int i = 0; i < pieces && c->status == LT_OK; i++) {
+        const int64_t size = lt_dim(x, axis), n = piece_length(c, i, size);
+        lt_tensor **piece = i ? &c->more[i - 1] : &c->out.t;
+
+        if (n < 0 || n > size - at || (i == pieces - 1 && at + n != size))
+            onnx_fail(c, "its pieces are not the %jd elements of axis %d", (intmax_t)size, axis);
+        if (c->status == LT_OK)
+            *piece = lt_slice(x, axis, at, n);
+        at += n;
+    }
+}
+
+/* The place of each index, which counts from the end below 0 */
+static bool find_places(onnx_call *c, int64_t size, int32_t *places)
+{
     int n;
     const int64_t *index = onnx_ints(c, 1, &n);
-    int32_t *places = lt_alloc((size_t)n * sizeof(*places));
 
-    if (!places)
-        onnx_no_memory(c);
-    for (int i = 0; c->status == LT_OK && i < n; i++) {
-        const int64_t size = lt_dim(x, axis), at = index[i] < 0 ? index[i] + size : index[i];
+    for (int i = 0; i < n && c->status == LT_OK; i++) {
+        const int64_t at = index[i] < 0 ? index[i] + size : index[i];
 
         if (at < 0 || at >= size || at > INT32_MAX)
             onnx_fail(c, "index %jd of %jd elements", (intmax_t)index[i], (intmax_t)size);
         places[i] = (int32_t)at;
     }
-    if (onnx_shape(c, 1).rank != 1)
-        onnx_fail(c, "the indices are no list");
-    if (c->status == LT_OK && onnx_charge(c, n))
-        c->out.t = onnx_gather(x, lt_constant(c->g, LT_I32, LT_SHAPE(n), places), axis);
+    return c->status == LT_OK;
+}
+
+static void gather_known(onnx_call *c, const int32_t *places)
+{
+    const lt_shape shape = onnx_shape(c, 1);
+    const int64_t n = lt_shape_numel(&shape);
+    int64_t *list = onnx_list(c, n);
+
+    if (onnx_shape(c, 0).rank != 1)
+        onnx_fail(c, "known numbers of %d dimensions, want 1", onnx_shape(c, 0).rank);
+    for (int64_t i = 0; list && i < n && c->status == LT_OK; i++)
+        list[i] = c->in[0]->ints[places[i]];
+    c->out.ints = list;
+    c->out.shape = shape;
+}
+
+/* The index's dimensions take the place of the axis: none, when it is one number. */
+static void gather_tensor(onnx_call *c, lt_tensor *x, const int32_t *places, int axis)
+{
+    const lt_shape index = onnx_shape(c, 1);
+    const int64_t n = lt_shape_numel(&index);
+    lt_shape to = { 0 };
+
+    if (x->shape.rank - 1 + index.rank > LT_MAX_RANK)
+        onnx_fail(c, "%d dimensions, at most %d are possible", x->shape.rank - 1 + index.rank, LT_MAX_RANK);
+    if (c->status || !onnx_charge(c, n))
+        return;
+    for (int i = 0; i < axis; i++)
+        to.dim[to.rank++] = lt_dim(x, i);
+    for (int i = 0; i < index.rank; i++)
+        to.dim[to.rank++] = index.dim[i];
+    for (int i = axis + 1; i < x->shape.rank; i++)
+        to.dim[to.rank++] = lt_dim(x, i);
+    x = n == 1 ? lt_slice(x, axis, places[0], 1)
+               : onnx_gather(x, lt_constant(c->g, LT_I32, LT_SHAPE(n), places), axis);
+    c->out.t = lt_reshape(x, to);
+}
+
+static void gather(onnx_call *c)
+{
+    const bool known = onnx_is_known(c, 0);
+    lt_tensor *x = known ? NULL : onnx_tensor(c, 0);
+    const lt_shape from = onnx_shape(c, 0);
+    const int axis = onnx_axis(c, 0);
+    int n;
+    int32_t *places;
+
+    onnx_ints(c, 1, &n);
+    if (c->status)
+        return;
+    places = lt_alloc((size_t)n * sizeof(*places));
+    if (!places)
+        onnx_no_memory(c);
+    else if (find_places(c, from.dim[axis], places) && known)
+        gather_known(c, places);
+    else if (c->status == LT_OK)
+        gather_tensor(c, x, places, axis);
     lt_release(places);
 }
 
-static void shape_of(onnx_call *c)
+/* ---- borders ----------------------------------------------------------------------------------------------------- */
+
+/* What is said of n axes, before and behind each, as it is of all */
+static void place_pads(onnx_call *c, const lt_tensor *x, int64_t *before, int64_t *behind)
 {
-    const lt_shape s = onnx_shape(c, 0);
-    int start = onnx_attr_int(c, "start", 0, -s.rank, s.rank), end = onnx_attr_int(c, "end", s.rank, -s.rank, s.rank);
-    int64_t *dim = onnx_list(c, LT_MAX_RANK);
+    const int rank = x->shape.rank;
+    int n, n_axis = rank;
+    const int64_t *pads = onnx_ints(c, 1, &n), *axis = onnx_has(c, 3) ? onnx_ints(c, 3, &n_axis) : NULL;
 
-    if (!dim)
-        return;
-    start += start < 0 ? s.rank : 0;
-    end += end < 0 ? s.rank : 0;
-    for (int i = start; i < end; i++)
-        dim[i - start] = s.dim[i];
-    c->out.ints = dim;
-    c->out.shape = LT_SHAPE(end > start ? end - start : 0);
-}
+    if (n != 2 * n_axis || n_axis > rank)
+        onnx_fail(c, "%d borders of %d dimensions", n, n_axis);
+    for (int i = 0; i < n_axis && c->status == LT_OK; i++) {
+        const int64_t at = !axis ? i : axis[i] < 0 ? axis[i] + rank : axis[i];
 
-static void range(onnx_call *c)
-{
-    int64_t from_to_by[3] = { 0, 0, 1 }, n, *list;
-
-    for (int i = 0; i < 3; i++) {
-        int count;
-        const int64_t *x = onnx_ints(c, i, &count);
-
-        if (count != 1)
-            onnx_fail(c, "input %d is not one number", i);
-        else
-            from_to_by[i] = x[0];
-    }
-    n = from_to_by[1];
-    if (from_to_by[0] != 0 || from_to_by[2] != 1 || n < 0 || n > ONNX_MAX_SIZE) {
-        onnx_fail(c, "from %jd to %jd by %jd; from 0 to %d at most by 1 is read", (intmax_t)from_to_by[0], (intmax_t)n,
-                  (intmax_t)from_to_by[2], ONNX_MAX_SIZE);
-        return;
-    }
-    list = onnx_list(c, n);
-    if (!list)
-        return;
-    for (int64_t i = 0; i < n; i++)
-        list[i] = i;
-    c->out.ints = list;
-    c->out.shape = LT_SHAPE(n);
-}
-
-/* Known numbers become constants; reals made whole are cut off, and remembered as such. */
-static void cast(onnx_call *c)
-{
-    const int to = onnx_attr_int(c, "to", 0, 1, INT32_MAX);
-    const lt_shape s = onnx_shape(c, 0);
-
-    if (to != LT_ONNX_FLOAT && to != LT_ONNX_INT64 && to != LT_ONNX_INT32)
-        onnx_fail(c, "to type %d; 1 (FLOAT), 6 (INT32), 7 (INT64) are read", to);
-    if (onnx_is_known(c, 0) && to == LT_ONNX_FLOAT) {
-        c->out.t = onnx_charge(c, lt_shape_numel(&s)) ? onnx_reals(c, 0, s) : NULL;
-    } else if (onnx_is_known(c, 0)) {
-        view(c, s);
-    } else if (onnx_tensor(c, 0)) {
-        c->out.t = to == LT_ONNX_FLOAT ? lt_reshape(onnx_tensor(c, 0), s) : onnx_trunc(onnx_tensor(c, 0));
-        c->out.whole = to != LT_ONNX_FLOAT;
+        if (at < 0 || at >= rank || pads[i] < -ONNX_MAX_SIZE || pads[i] > ONNX_MAX_SIZE
+            || pads[i + n_axis] < -ONNX_MAX_SIZE || pads[i + n_axis] > ONNX_MAX_SIZE) {
+            onnx_fail(c, "borders that cannot be");
+            return;
+        }
+        before[at] = pads[i];
+        behind[at] = pads[i + n_axis];
     }
 }
 
-static void reduce_sum(onnx_call *c)
+static onnx_pad_mode pad_mode(onnx_call *c)
+{
+    if (onnx_attr_is(c, "mode", "constant", "edge"))
+        return ONNX_PAD_EDGE;
+    if (onnx_attr_is(c, "mode", "constant", "reflect"))
+        return ONNX_PAD_REFLECT;
+    if (!onnx_attr_is(c, "mode", "constant", "constant"))
+        onnx_fail(c, "attribute \"mode\" is \"%s\"; constant, edge and reflect are read", onnx_attr(c, "mode")->text);
+    return ONNX_PAD_VALUE;
+}
+
+static void pad(onnx_call *c)
 {
     lt_tensor *x = onnx_tensor(c, 0);
-    const int keep = onnx_attr_int(c, "keepdims", 1, 0, 1), rank = onnx_shape(c, 0).rank;
-    int n, axis;
-    const int64_t *given = onnx_ints(c, 1, &n);
-    lt_shape shape = { 0 };
+    int64_t before[LT_MAX_RANK] = { 0 }, behind[LT_MAX_RANK] = { 0 };
+    const onnx_pad_mode mode = pad_mode(c);
+    const lt_onnx_tensor *k = onnx_has(c, 2) ? c->in[2]->constant : NULL;
+    float value = 0;
 
-    onnx_attr_int(c, "noop_with_empty_axes", 0, 0, 0);
-    if (n != 1 || given[0] < -rank || given[0] >= rank)
-        onnx_fail(c, "want one axis of the input's");
     if (c->status)
         return;
-    axis = (int)(given[0] < 0 ? given[0] + rank : given[0]);
-    x = onnx_sum(x, axis);
-    for (int i = 0; i < x->shape.rank; i++)
-        if (keep || i != axis)
-            shape.dim[shape.rank++] = lt_dim(x, i);
-    c->out.t = lt_reshape(x, shape);
+    place_pads(c, x, before, behind);
+    if (onnx_has(c, 2) && (!k || lt_shape_numel(&k->shape) != 1))
+        onnx_fail(c, "its value is not one number that is known before the model runs");
+    else if (k)
+        memcpy(&value, k->data, sizeof(value));
+    if (c->status == LT_OK)
+        c->out.t = x->shape.rank ? onnx_pad(x, before, behind, mode, (double)value) : lt_reshape(x, x->shape);
 }
 
 const onnx_rule onnx_shape_rules[] = {
-    { "Identity", 1, 1, "", identity, true },
-    { "Cast", 1, 1, " to ", cast, false },
-    { "Shape", 1, 1, " start end ", shape_of, false },
-    { "Range", 3, 3, "", range, false },
-    { "Reshape", 2, 2, "", reshape, true },
-    { "Flatten", 1, 1, " axis ", flatten, true },
-    { "Squeeze", 1, 1, "", squeeze, true },
-    { "Transpose", 1, 1, " perm ", transpose, true },
-    { "Concat", 1, ONNX_MAX_IN, " axis ", concat, true },
-    { "Slice", 3, 4, "", slice, true },
-    { "Gather", 2, 2, " axis ", gather, true },
-    { "ReduceSum", 2, 2, " keepdims noop_with_empty_axes ", reduce_sum, true },
+    { "Identity", 1, 1, "", identity, ONNX_WHOLE },
+    { "Dropout", 1, 3, " ratio seed ", dropout, ONNX_WHOLE | ONNX_MANY },
+    { "Reshape", 2, 2, " allowzero ", reshape, ONNX_WHOLE },
+    { "Flatten", 1, 1, " axis ", flatten, ONNX_WHOLE },
+    { "Squeeze", 1, 2, " axes ", squeeze, ONNX_WHOLE },
+    { "Unsqueeze", 1, 2, " axes ", unsqueeze, ONNX_WHOLE },
+    { "Transpose", 1, 1, " perm ", transpose, ONNX_WHOLE },
+    { "Concat", 1, ONNX_MAX_IN, " axis ", concat, ONNX_WHOLE },
+    { "Slice", 3, 5, "", slice, ONNX_WHOLE },
+    { "Split", 1, 2, " axis split num_outputs ", split, ONNX_WHOLE | ONNX_MANY },
+    { "Gather", 2, 2, " axis ", gather, ONNX_WHOLE },
+    { "Pad", 2, 4, " mode ", pad, 0 },
     { 0 },
 };

@@ -14,6 +14,11 @@ typedef struct {
     int rank;
 } tensor_parts;
 
+static size_t width_of(lt_onnx_type type)
+{
+    return type == LT_ONNX_INT64 ? 8 : type == LT_ONNX_BOOL ? 1 : 4;
+}
+
 static lt_status tensor_field(onnx_reader *r, const pb_field *f, tensor_parts *p, lt_onnx_tensor *t)
 {
     switch (f->number) {
@@ -61,7 +66,7 @@ static lt_status unpack(onnx_reader *r, const tensor_parts *p, size_t numel, lt_
 
     if (numel > pb_size(list))
         return onnx_bad(r, p->at, "tensor \"%s\" has less data than its shape wants", t->name);
-    st = onnx_take(r, p->at, numel, t->type == LT_ONNX_INT64 ? 8 : 4, &data);
+    st = onnx_take(r, p->at, numel, width_of(t->type), &data);
     if (st)
         return st;
     for (size_t i = 0; i < numel; i++) {
@@ -69,7 +74,9 @@ static lt_status unpack(onnx_reader *r, const tensor_parts *p, size_t numel, lt_
 
         if (!pb_varint(&list, &x))
             return onnx_bad(r, p->at, "tensor \"%s\" has less data than its shape wants", t->name);
-        if (t->type == LT_ONNX_INT64)
+        if (t->type == LT_ONNX_BOOL)
+            data[i] = x != 0;
+        else if (t->type == LT_ONNX_INT64)
             memcpy(data + 8 * i, &x, 8);
         else
             memcpy(data + 4 * i, &(int32_t){ (int32_t)x }, 4);
@@ -83,7 +90,7 @@ static lt_status take_data(onnx_reader *r, const tensor_parts *p, size_t numel, 
 {
     static const uint8_t nothing[1];
     const pb_field *f = p->n_raw ? &p->raw : &p->packed;
-    const size_t width = t->type == LT_ONNX_INT64 ? 8 : 4;
+    const size_t width = width_of(t->type);
 
     if (p->n_raw + p->n_packed > 1)
         return onnx_bad(r, p->at, "tensor \"%s\" has its data in several pieces", t->name);
@@ -109,9 +116,10 @@ lt_status onnx_take_tensor(onnx_reader *r, const pb_field *field, lt_onnx_tensor
     t->name = "";
     while (onnx_next(r, &m, &f, &st))
         st = tensor_field(r, &f, &p, t);
-    if (st == LT_OK && p.type != LT_ONNX_FLOAT && p.type != LT_ONNX_INT32 && p.type != LT_ONNX_INT64)
-        st = onnx_bad(r, p.at, "tensor \"%s\" is of type %jd; 1 (FLOAT), 6 (INT32), 7 (INT64) are read", t->name,
-                 (intmax_t)p.type);
+    if (st == LT_OK && p.type != LT_ONNX_FLOAT && p.type != LT_ONNX_INT32 && p.type != LT_ONNX_INT64
+        && p.type != LT_ONNX_BOOL)
+        st = onnx_bad(r, p.at, "tensor \"%s\" is of type %jd; 1 (FLOAT), 6 (INT32), 7 (INT64), 9 (BOOL) are read",
+                      t->name, (intmax_t)p.type);
     if (st == LT_OK)
         st = check_shape(r, &p, &t->shape, &numel);
     if (st)

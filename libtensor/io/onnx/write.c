@@ -6,6 +6,18 @@
 #include "libtensor/io/onnx/onnx.h"
 #include "libtensor/io/protobuf.h"
 
+static void put_tensor(pb_sink *s, const void *what)
+{
+    const lt_onnx_tensor *t = what;
+    const size_t width = t->type == LT_ONNX_INT64 ? 8 : t->type == LT_ONNX_BOOL ? 1 : 4;
+
+    for (int i = 0; i < t->shape.rank; i++)
+        pb_put_int(s, TENSOR_DIMS, t->shape.dim[i]);
+    pb_put_int(s, TENSOR_TYPE, t->type);
+    pb_put_text(s, TENSOR_NAME, t->name);
+    pb_put_bytes(s, TENSOR_RAW, t->data, (size_t)lt_shape_numel(&t->shape) * width);
+}
+
 static void put_attr(pb_sink *s, const void *what)
 {
     const lt_onnx_attr *a = what;
@@ -19,6 +31,11 @@ static void put_attr(pb_sink *s, const void *what)
         for (int i = 0; i < a->n_ints; i++)
             pb_put_int(s, ATTR_INTS, a->ints[i]);
         break;
+    case LT_ONNX_A_FLOATS:
+        for (int i = 0; i < a->n_floats; i++)
+            pb_put_float(s, ATTR_FLOATS, a->floats[i]);
+        break;
+    case LT_ONNX_A_TENSOR: pb_put_message(s, ATTR_T, put_tensor, a->tensor); break;
     }
     pb_put_int(s, ATTR_TYPE, a->kind);
 }
@@ -35,18 +52,6 @@ static void put_node(pb_sink *s, const void *what)
     pb_put_text(s, NODE_OP, n->op);
     for (int i = 0; i < n->n_attr; i++)
         pb_put_message(s, NODE_ATTRIBUTE, put_attr, &n->attr[i]);
-}
-
-static void put_tensor(pb_sink *s, const void *what)
-{
-    const lt_onnx_tensor *t = what;
-    const size_t width = t->type == LT_ONNX_INT64 ? 8 : 4;
-
-    for (int i = 0; i < t->shape.rank; i++)
-        pb_put_int(s, TENSOR_DIMS, t->shape.dim[i]);
-    pb_put_int(s, TENSOR_TYPE, t->type);
-    pb_put_text(s, TENSOR_NAME, t->name);
-    pb_put_bytes(s, TENSOR_RAW, t->data, (size_t)lt_shape_numel(&t->shape) * width);
 }
 
 /* ---- inputs and outputs ------------------------------------------------------------------------------------- */
