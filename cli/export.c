@@ -108,7 +108,7 @@ static const struct argp argp = {
     "Write a model for other programs.\v"
     "onnx is one file of standard operators, with image size, normalisation, joint names and the hand's name in its "
     "metadata. It is read back and run with 16 inputs beside the model; when an output differs by more than 1e-4 of "
-    "its largest value, no file is left. safetensors is the weights alone. --int8 makes a checkpoint whose inference "
+    "its largest value, and by more than rounding explains, no file is left. safetensors is the weights alone. --int8 makes a checkpoint whose inference "
     "reads 8-bit integers in all layers that bear it, for eval and predict; its PA-MPJPE and time are printed beside "
     "the exact model's.\n\n"
     "  palmar export runs/tiny -o tiny.onnx\n"
