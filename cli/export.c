@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 
 #include "cli/export_int8.h"
+#include "estimate/checkpoint.h"
 #include "estimate/weights.h"
 #include "eval/export/export.h"
 
@@ -9,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON, INT8, CALIBRATION, CALIBRATION_SAMPLES };
 
@@ -108,7 +110,7 @@ static const struct argp argp = {
     "Write a model for other programs.\v"
     "onnx is one file of standard operators, with image size, normalisation, joint names and the hand's name in its "
     "metadata. It is read back and run with 16 inputs beside the model; when an output differs by more than 1e-4 of "
-    "its largest value, and by more than rounding explains, no file is left. safetensors is the weights alone. --int8 makes a checkpoint whose inference "
+    "its largest value, and by more than rounding explains, no file is left. safetensors is the weights alone, those that eval and predict use, and of a run is still a checkpoint to them. --int8 makes a checkpoint whose inference "
     "reads 8-bit integers in all layers that bear it, for eval and predict; its PA-MPJPE and time are printed beside "
     "the exact model's.\n\n"
     "  palmar export runs/tiny -o tiny.onnx\n"
@@ -153,12 +155,30 @@ static lt_status print_json(const export_args *a, const export_report *r)
     return cli_print_json(root, "the report");
 }
 
-static lt_status write_file(const export_args *a, const model *m, const char *hand_name)
+/* Weights of a checkpoint stay one, for whatever reads checkpoints; its 8-bit ranges stay behind. */
+static lt_status write_inference(const export_args *a, const char *from, const model *m, export_report *r)
+{
+    model floats = *m;
+    struct stat s;
+    lt_status st;
+
+    floats.int8 = NULL;
+    st = checkpoint_save_inference(a->out, from, &floats);
+    *r = (export_report){ .bytes = st == LT_OK && stat(a->out, &s) == 0 ? (size_t)s.st_size : 0 };
+    return st;
+}
+
+/* from: the checkpoint that m was loaded from, or NULL */
+static lt_status write_file(const export_args *a, const char *from, const model *m, const char *hand_name)
 {
     const export_options o = { .m = m, .hand_name = hand_name, .batch = a->batch, .samples = a->samples };
     export_report r;
-    lt_status st = strcmp(a->format, "onnx") == 0 ? export_onnx(&o, a->out, &r) : export_weights(&o, a->out, &r);
+    lt_status st;
 
+    if (strcmp(a->format, "onnx") == 0)
+        st = export_onnx(&o, a->out, &r);
+    else
+        st = from ? write_inference(a, from, m, &r) : export_weights(&o, a->out, &r);
     if (st == LT_OK && a->json)
         return print_json(a, &r);
     if (st == LT_OK)
@@ -174,7 +194,7 @@ static lt_status from_checkpoint(const export_args *a)
     if (st == LT_OK && !a->int8.wanted && c.m.int8)
         fprintf(stderr, "%s: its 8-bit ranges stay behind: what is written computes in floats\n", c.path);
     if (st == LT_OK)
-        st = a->int8.wanted ? cli_export_int8(&a->int8, &c, a->out, a->json) : write_file(a, &c.m, c.hand.name);
+        st = a->int8.wanted ? cli_export_int8(&a->int8, &c, a->out, a->json) : write_file(a, c.path, &c.m, c.hand.name);
     cli_checkpoint_close(&c);
     return st;
 }
@@ -198,7 +218,7 @@ static lt_status from_name(const export_args *a)
     else if (st == LT_OK)
         fprintf(stderr, "untrained: --init FILE gives weights\n");
     if (st == LT_OK)
-        st = write_file(a, &m, hand.name);
+        st = write_file(a, NULL, &m, hand.name);
     lt_params_free(params);
     cli_hand_close(&hand);
     return st;

@@ -446,7 +446,7 @@ static lt_status copy_meta(contents *c, const lt_safetensors *f)
     return LT_OK;
 }
 
-lt_status checkpoint_save_int8(const char *path, const char *from, const model *m)
+lt_status checkpoint_save_inference(const char *path, const char *from, const model *m)
 {
     contents c = { .arena = lt_arena_new() };
     lt_safetensors f;
@@ -455,7 +455,8 @@ lt_status checkpoint_save_int8(const char *path, const char *from, const model *
     if (st == LT_OK)
         st = copy_meta(&c, &f);
     if (st == LT_OK) {
-        put(&c, "int8", int8_table_text(c.arena, m->int8));
+        if (m->int8)
+            put(&c, "int8", int8_table_text(c.arena, m->int8));
         st = collect(&c, m, NULL) && !c.no_memory ? write_contents(path, &c)
                                                   : lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
     }

@@ -65,12 +65,12 @@ const lt_named_array *checkpoint_average(const lt_named_array *entry, size_t n, 
 lt_status checkpoint_load_model(const char *path, model *m);
 
 /**
- * checkpoint_save_int8 - a checkpoint for inference: m's weights and table, and what the metadata of checkpoint `from`
- * say, nothing of the optimiser; atomically
+ * checkpoint_save_inference - a checkpoint for inference: m's weights and its table if it has one, and what the metadata
+ * of checkpoint `from` say, nothing of the optimiser; atomically
  *
- * m was loaded from `from`. Errors: those of reading and writing; LT_ENUMERIC for a weight that is not finite.
+ * m was loaded from `from`, so its weights are the average where one was kept. Errors: those of reading and writing; LT_ENUMERIC for a weight that is not finite.
  */
-lt_status checkpoint_save_int8(const char *path, const char *from, const model *m);
+lt_status checkpoint_save_inference(const char *path, const char *from, const model *m);
 
 /* What must be known before a checkpoint's model can be made. */
 typedef struct {

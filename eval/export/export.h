@@ -9,8 +9,8 @@
 
 enum { EXPORT_INPUTS = 16 };
 
-/* What an output of the file may differ by, relative to its largest value: EXPORT_TOLERANCE, or as many times the model's
- * own rounding where that is more, but EXPORT_MOST at most. */
+/* What an output of the file may differ by, relative to its largest value: EXPORT_TOLERANCE, or as many times the
+ * model's own rounding where that is more, but EXPORT_MOST at most. */
 #define EXPORT_TOLERANCE 1e-4
 #define EXPORT_ROUNDINGS 8
 #define EXPORT_MOST 1e-2
@@ -20,7 +20,7 @@ typedef struct {
     const char *name;
     double absolute;                /* the largest difference */
     double relative;                /* that over the output's largest magnitude */
-    double rounding;                /* relatively too: between two ways of ours to compute it, which are equally right */
+    double rounding;                /* relatively too: between two of our ways to compute it, equally right */
 } export_difference;
 
 typedef struct {

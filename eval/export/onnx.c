@@ -299,8 +299,8 @@ static lt_status judge(const pair *p, const char *path, export_report *report)
         d->rounding = p->rounding[i] / largest;
         most = fmin(fmax(EXPORT_TOLERANCE, EXPORT_ROUNDINGS * d->rounding), EXPORT_MOST);
         if (!(d->relative <= most) && st == LT_OK)
-            st = lt_error(LT_ENUMERIC, "%s: output \"%s\" differs from the model's by %.1e of its largest value, want at "
-                          "most %.1e (the model's own rounding makes %.1e); nothing was written", path, d->name,
+            st = lt_error(LT_ENUMERIC, "%s: output \"%s\" differs from the model's by %.1e of its largest value, want "
+                          "at most %.1e (the model's own rounding makes %.1e); nothing was written", path, d->name,
                           d->relative, most, d->rounding);
     }
     return st;

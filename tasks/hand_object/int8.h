@@ -38,7 +38,7 @@ typedef struct {
  * read back the model is scored and timed beside the exact one. When only that fails the status is that of the
  * failure, and path is there.
  *
- * Errors: those of calibrate, checkpoint_save_int8, evaluate, and of samples that cannot be read.
+ * Errors: those of calibrate, checkpoint_save_inference, evaluate, and of samples that cannot be read.
  */
 lt_status export_int8(lt_arena *arena, const export_int8_options *o, const char *path, export_int8_report *report);
 

@@ -52,6 +52,16 @@ grep -q '"left"' "$here/boxed/${image%.*}.json"
 [ $# -gt 1 ]
 [ "$(grep -c 'boxes.csv: took the middle of the image' "$here/boxed.txt")" = 1 ]
 
+# The weights alone are a checkpoint to whatever reads one, and those that are scored: here the average over the steps.
+./palmar export "$here/run" -o "$here/weights.safetensors" >/dev/null
+./palmar eval "$here/weights.safetensors" --data "$here/data" --no-bench --out "$here/weights" >/dev/null 2>&1
+cmp "$here/run/eval/per-sample.csv" "$here/weights/per-sample.csv"
+./palmar predict "$here/weights.safetensors" "$here"/data/evaluation/*/rgb --object mustard_bottle --out "$here/same" \
+    2>/dev/null
+cmp "$(ls "$here"/seen/*.overlay.png | head -n 1)" "$(ls "$here"/same/*.overlay.png | head -n 1)"
+./palmar bench "$here/weights.safetensors" --runs 3 >/dev/null
+[ "$(wc -c <"$here/weights.safetensors")" -lt "$(($(wc -c <"$here/run/checkpoints/last.safetensors") / 3))" ]
+
 # With 8-bit integers: a checkpoint like the others. Ranges of two samples are enough to see that it runs.
 ./palmar export "$here/run" --int8 --calibration "$here/data" --calibration-samples 2 -o "$here/int8.safetensors" \
     >"$here/int8.txt" 2>/dev/null

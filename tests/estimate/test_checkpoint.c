@@ -148,7 +148,7 @@ START_TEST(table_in_a_checkpoint)
     optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
     ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{\"a\": 1}", &state), LT_OK);
     s.m.int8 = &table;
-    ck_assert_int_eq(checkpoint_save_int8(int8_path, path, &s.m), LT_OK);
+    ck_assert_int_eq(checkpoint_save_inference(int8_path, path, &s.m), LT_OK);
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
     ck_assert_ptr_null(s.m.int8);
     ck_assert_int_eq(checkpoint_load_model(int8_path, &s.m), LT_OK);
@@ -162,8 +162,10 @@ START_TEST(table_in_a_checkpoint)
     ck_assert_str_eq(head.config, "{\"a\": 1}");
     ck_assert_int_eq(head.step, 7);
     ck_assert_mem_eq(head.tips, lt_hand_layer_tables(s.m.hand).tips, sizeof(head.tips));
-    ck_assert_int_eq(checkpoint_save_int8(path, int8_path, &s.m), LT_OK);       /* a table that it had is replaced */
+    s.m.int8 = NULL;
+    ck_assert_int_eq(checkpoint_save_inference(path, int8_path, &s.m), LT_OK);  /* the table that it had is not kept */
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
+    ck_assert_ptr_null(s.m.int8);
     ck_assert_int_eq(checkpoint_load(path, &s.m, optim, &found), LT_EINVAL);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "it is of another model or optimiser"));
     unlink(path), unlink(int8_path);

@@ -334,12 +334,14 @@ static void record_rounded(const model *m, bool losses, model_record *r)
     const lt_real third = (lt_real)(1. / 3), far = 2000, one = 1, none = 0;
     lt_tensor *x = model_input(r, "image", LT_SHAPE(r->batch, 1, 8, 8)), *y;
     lt_tensor *w = lt_constant(r->g, LT_F32, LT_SHAPE(1, 1, 1, 1), &third);
-    lt_tensor *ones = lt_constant(r->g, LT_F32, LT_SHAPE(1), &one), *zeros = lt_constant(r->g, LT_F32, LT_SHAPE(1), &none);
+    lt_tensor *ones = lt_constant(r->g, LT_F32, LT_SHAPE(1), &one);
+    lt_tensor *zeros = lt_constant(r->g, LT_F32, LT_SHAPE(1), &none);
+    lt_tensor *offset = lt_constant(r->g, LT_F32, LT_SHAPE(1), &far);
 
     (void)m;
     (void)losses;
-    y = lt_batch_norm(lt_conv2d(x, w, NULL, NULL), ones, lt_constant(r->g, LT_F32, LT_SHAPE(1), &far), zeros, ones, 0.1);
-    y = lt_sub(lt_relu(y), lt_constant(r->g, LT_F32, LT_SHAPE(1), &far));
+    y = lt_batch_norm(lt_conv2d(x, w, NULL, NULL), ones, offset, zeros, ones, 0.1);
+    y = lt_sub(lt_relu(y), offset);
     y = lt_apply(used, NULL, 0, &y, 1);
     model_port_add(&r->outputs, "y", lt_output(y, "y"));
 }
