@@ -252,11 +252,24 @@ void cli_hand_close(cli_hand *h)
     h->arena = NULL;
 }
 
+/* What comes with palmar: of a program that lies in the folder where it was built, its own tree; else what was
+ * installed with it. */
+static void find_root(char *out, size_t n)
+{
+    char built[4096];
+
+    if (lt_program_folder(out, n) && snprintf(built, sizeof(built), "%s/config.status", out) < (int)sizeof(built)
+        && access(built, F_OK) == 0)
+        snprintf(out, n, "%s", PALMAR_SRCDIR);
+    else
+        lt_installed(PALMAR_DATADIR, out, n);
+}
+
 const char *cli_find_config(struct argp_state *state, const char *name)
 {
-    static const char *const roots[] = { PALMAR_DATADIR, PALMAR_SRCDIR };
-    static char path[4096];
+    static char path[8192];
     const char *dash = strchr(name, '-');
+    char root[4096];
 
     if (lt_is_folder(name)) {
         snprintf(path, sizeof(path), "%s/config.json", name);
@@ -264,11 +277,10 @@ const char *cli_find_config(struct argp_state *state, const char *name)
     }
     if (access(name, F_OK) == 0 || strchr(name, '/'))
         return name;
-    for (size_t i = 0; dash && i < LT_COUNT(roots); i++) {
-        snprintf(path, sizeof(path), "%s/models/%.*s/configs/%s.json", roots[i], (int)(dash - name), name, dash + 1);
-        if (access(path, R_OK) == 0)
-            return path;
-    }
+    find_root(root, sizeof(root));
+    if (dash && snprintf(path, sizeof(path), "%s/models/%.*s/configs/%s.json", root, (int)(dash - name), name, dash + 1)
+        < (int)sizeof(path) && access(path, R_OK) == 0)
+        return path;
     argp_error(state, "no config \"%s\": neither a file nor one that comes with palmar, as hocat-tiny does", name);
     return NULL;
 }

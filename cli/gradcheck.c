@@ -4,8 +4,9 @@
  */
 #include "cli/cli.h"
 
+#include "libtensor/io/file.h"
+
 #include <errno.h>
-#include <libgen.h>
 #include <limits.h>
 #include <stdio.h>
 #include <string.h>
@@ -14,15 +15,14 @@
 /* Beside this program in a build folder, else where it was installed. */
 static void find_checker(char path[PATH_MAX])
 {
-    char self[PATH_MAX];
-    const ssize_t n = readlink("/proc/self/exe", self, sizeof(self) - 1);
+    char folder[PATH_MAX];
 
-    if (n > 0) {
-        self[n] = '\0';
-        if (snprintf(path, PATH_MAX, "%s/palmar-gradcheck", dirname(self)) < PATH_MAX && access(path, X_OK) == 0)
-            return;
-    }
-    snprintf(path, PATH_MAX, "%s/palmar-gradcheck", PALMAR_LIBEXECDIR);
+    if (lt_program_folder(folder, sizeof(folder))
+        && snprintf(path, PATH_MAX, "%s/palmar-gradcheck", folder) < PATH_MAX && access(path, X_OK) == 0)
+        return;
+    lt_installed(PALMAR_LIBEXECDIR, folder, sizeof(folder));
+    if (snprintf(path, PATH_MAX, "%s/palmar-gradcheck", folder) >= PATH_MAX)
+        path[0] = '\0';
 }
 
 int cmd_gradcheck(int argc, char **argv)

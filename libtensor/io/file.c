@@ -6,6 +6,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -226,4 +227,47 @@ bool lt_is_terminal(int fd)
     const char *term = getenv("TERM");
 
     return isatty(fd) && term && strcmp(term, "dumb") != 0;
+}
+
+/* ---- what was installed ------------------------------------------------------------------------------------------ */
+
+bool lt_program_folder(char *out, size_t n)
+{
+    const ssize_t length = readlink("/proc/self/exe", out, n - 1);
+    char *slash;
+
+    out[length > 0 ? length : 0] = '\0';
+    slash = strrchr(out, '/');
+    if (slash)
+        *slash = '\0';
+    return slash != NULL;
+}
+
+/* How much of two paths is the same folders */
+static size_t common_folders(const char *a, const char *b)
+{
+    size_t same = 0;
+
+    for (size_t i = 0; a[i] && a[i] == b[i]; i++)
+        if (a[i] == '/')
+            same = i + 1;
+    return same;
+}
+
+void lt_installed(const char *folder, char *out, size_t n)
+{
+    static const char programs[] = PALMAR_BINDIR;
+    const size_t common = common_folders(programs, folder), rest = strlen(programs + common);
+    size_t length;
+
+    if (lt_program_folder(out, n)) {
+        length = strlen(out);
+        if (common && length > rest && out[length - rest - 1] == '/'
+            && strcmp(out + length - rest, programs + common) == 0 && length - rest + strlen(folder + common) < n) {
+            strcpy(out + length - rest, folder + common);
+            if (lt_is_folder(out))
+                return;
+        }
+    }
+    snprintf(out, n, "%s", folder);
 }

@@ -81,6 +81,14 @@ LT_API char *lt_path_whole(lt_arena *arena, const char *path);
  */
 LT_API bool lt_path_is_inside(const char *name);
 
+/**
+ * lt_program_folder - where the running program lies, into out; false where the system does not say
+ * lt_installed      - where the folder is that configure named, into out: with the program, if both were moved together,
+ *                     as a package that is unpacked elsewhere is; else as it was named
+ */
+LT_API bool lt_program_folder(char *out, size_t n);
+LT_API void lt_installed(const char *folder, char *out, size_t n);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# What the documents print is what the files hold: each C block of docs/adding-a-layer.md stands, line for
-# line, in the example's source, every file that a document links to exists, and each command has a section in the user
+# What the documents print is what the files hold: each C block of docs/adding-a-layer.md and of
+# docs/your-first-network.md stands, line for line, in the example's source, every file that a document links to exists, and each command has a section in the user
 # guide and a manual page.
 commands=$(./palmar help | awk '/^  [a-z]+ / && $1 != "palmar" { print $1 }')
 cd "${srcdir:?}" || exit 1
@@ -20,12 +20,27 @@ for c in $commands; do
 done
 
 # Blank lines aside, the blocks in order are the whole program.
-program=docs/examples/swish_layer/swish.c
-shown=$(awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on && NF' docs/adding-a-layer.md)
-[ "$shown" = "$(awk NF $program)" ] || {
-    echo "docs/adding-a-layer.md and $program differ"
-    bad=1
+# shows DOCUMENT PROGRAM
+shows()
+{
+    shown=$(awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on && NF' "$1")
+    [ "$shown" = "$(awk NF "$2")" ] || {
+        echo "$1 and $2 differ"
+        bad=1
+    }
 }
+shows docs/adding-a-layer.md docs/examples/swish_layer/swish.c
+shows docs/your-first-network.md docs/examples/first_network/first.c
+
+# Every key that predict writes
+json=$(sed -n '/^## A picture.s JSON/,/^## Hand models/p' docs/formats.md)
+keys=$(grep -oE '(\([a-z_]+|\{), *"[a-z0-9_]+"|\{ "[a-z0-9_]+"' pipeline/json.c | sed 's/.*"\(.*\)"/\1/' | sort -u)
+for key in $keys; do
+    echo "$json" | grep -q "\`$key\`" || {
+        echo "docs/formats.md does not tell of predict's key $key"
+        bad=1
+    }
+done
 
 for doc in *.md docs/*.md $(find libtensor assets vision data synth models estimate train eval pipeline cli tests -name README.md); do
     links=$(grep -oE '\]\([^)#: ]+[)#]' "$doc" | sed 's/^](//; s/.$//')

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # The programs that the documents show, built outside the tree against the installed library, and run:
-# the layer of docs/adding-a-layer.md, and the C of README.md exactly as printed.
+# the layer of docs/adding-a-layer.md, the network of docs/your-first-network.md, and the C of README.md exactly as printed.
 . "${srcdir:?}/tests/tree/stage.sh"
 set -e
 top=$(cd "${srcdir:?}" && pwd)
@@ -13,6 +13,15 @@ cp "$top"/docs/examples/swish_layer/* .
 env -u MAKEFLAGS -u MFLAGS -u MAKELEVEL make -s CC="$CC" CFLAGS="-O2 -Wall -Wextra -Werror $EXTRA_CFLAGS" \
     PKG_CONFIG="$PKG_CONFIG"
 ./swish
+
+cp "$top"/docs/examples/first_network/* .
+env -u MAKEFLAGS -u MFLAGS -u MAKELEVEL make -s CC="$CC" CFLAGS="-O2 -Wall -Wextra -Werror $EXTRA_CFLAGS" \
+    PKG_CONFIG="$PKG_CONFIG"
+./first | tee first.out
+grep -q ': equal$' first.out
+awk '$1 == "trained" && $2 >= 0.9 { learned = 1 } END { exit !learned }' first.out
+[ -s half.safetensors ]
+[ -s first.onnx ]
 
 awk '/^```c$/ { on = 1; next } /^```$/ { on = 0 } on' "$top/README.md" >readme.c
 # shellcheck disable=SC2046,SC2086 # lists of flags

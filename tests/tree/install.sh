@@ -33,6 +33,27 @@ installed()
 }
 
 installed '*/share/bash-completion/completions/palmar'
+installed '*/doc/palmar/README.md'
+for page in "$srcdir"/docs/*.md; do
+    installed "*/doc/palmar/docs/$(basename "$page")"
+done
+
+# A tree that was installed can be moved: the program reads the configs beside it. In its build folder it reads those of
+# its own tree, whatever is installed.
+: "${bindir:?}" "${datadir:?}"
+rm -rf "$stage/moved"
+mkdir "$stage/moved"
+cp -R "$stage$prefix/." "$stage/moved"
+moved=$stage/moved${bindir#"$prefix"}/palmar
+config=$stage/moved${datadir#"$prefix"}/palmar/models/hocat/configs/tiny.json
+sed -i 's/"image_size": *[0-9]*/"image_size": 96/' "$config"
+"$moved" info --model hocat --config hocat-tiny | grep -q 96
+if ./palmar info --model hocat --config hocat-tiny | grep -q 96; then
+    echo "the program in its build folder reads what is installed"
+    exit 1
+fi
+rm -r "$stage/moved"
+
 # A folder without help2man has none.
 [ -e palmar.1 ] || exit 0
 installed '*/man1/palmar.1'

@@ -11,7 +11,6 @@
 
 #include <dlfcn.h>
 #include <errno.h>
-#include <libgen.h>
 #include <limits.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -40,15 +39,14 @@ static bool load(const char *folder)
 static void find_module(void)
 {
     const char *named = getenv("PALMAR_MODULES");
-    char self[PATH_MAX];
-    const ssize_t n = readlink("/proc/self/exe", self, sizeof(self) - 1);
+    char folder[PATH_MAX];
 
     if (named && load(named))
         return;
-    self[n > 0 ? n : 0] = '\0';
-    if (n > 0 && load(dirname(self)))
+    if (lt_program_folder(folder, sizeof(folder)) && load(folder))
         return;
-    load(PALMAR_LIBDIR);
+    lt_installed(PALMAR_LIBDIR, folder, sizeof(folder));
+    load(folder);
 }
 
 typedef struct {
