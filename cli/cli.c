@@ -2,10 +2,12 @@
 #include "cli/cli.h"
 
 #include "assets/hands.h"
+#include "estimate/checkpoint.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
@@ -285,8 +287,23 @@ const char *cli_find_config(struct argp_state *state, const char *name)
     return NULL;
 }
 
+/* The config that a checkpoint carries */
+static lt_status config_of_checkpoint(const char *path, cJSON **root)
+{
+    lt_arena *arena = lt_arena_new();
+    checkpoint_head head;
+    lt_status st = arena ? checkpoint_head_read(arena, path, &head) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (st == LT_OK)
+        st = lt_json_parse(path, head.config, strlen(head.config), root);
+    lt_arena_free(arena);
+    return st;
+}
+
 static lt_status read_config(const char *config, cJSON **root)
 {
+    if (config && lt_kind_of_file(config) == LT_KIND_SAFETENSORS)
+        return config_of_checkpoint(config, root);
     if (config)
         return lt_json_read(config, root);
     *root = cJSON_CreateObject();

@@ -58,8 +58,10 @@ grep -q '"left"' "$here/boxed/${image%.*}.json"
 cmp "$here/run/eval/per-sample.csv" "$here/weights/per-sample.csv"
 ./palmar predict "$here/weights.safetensors" "$here"/data/evaluation/*/rgb --object mustard_bottle --out "$here/same" \
     2>/dev/null
-cmp "$(ls "$here"/seen/*.overlay.png | head -n 1)" "$(ls "$here"/same/*.overlay.png | head -n 1)"
-./palmar bench "$here/weights.safetensors" --runs 3 >/dev/null
+for picture in "$here"/seen/*.overlay.png; do
+    cmp "$picture" "$here/same/$(basename "$picture")"
+done
+./palmar bench --config "$here/weights.safetensors" --runs 3 --seconds 0 >/dev/null
 [ "$(wc -c <"$here/weights.safetensors")" -lt "$(($(wc -c <"$here/run/checkpoints/last.safetensors") / 3))" ]
 
 # With 8-bit integers: a checkpoint like the others. Ranges of two samples are enough to see that it runs.

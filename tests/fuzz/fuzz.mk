@@ -5,7 +5,7 @@
 CC = clang
 SAN = -fsanitize=address,undefined -fno-sanitize-recover=undefined
 LIBS = libzip libpng libjpeg libcjson yajl yaml-0.1 zlib
-CFLAGS = -std=gnu11 -g -O2 -fno-omit-frame-pointer -DPALMAR_LIBDIR='""' $(SAN) -I$(ROOT) -I. \
+CFLAGS = -std=gnu11 -g -O2 -fno-omit-frame-pointer -DPALMAR_LIBDIR='""' -DPALMAR_BINDIR='""' $(SAN) -I$(ROOT) -I. \
 	$(shell pkg-config --cflags $(LIBS))
 # Not what records a graph of an ONNX file: that stands on the whole library.
 RECORDING = $(shell grep -l 'include "libtensor/io/onnx/import.h"' $(ROOT)/libtensor/io/onnx/*.c)
