@@ -63,12 +63,12 @@ typedef struct {
     bool no_memory;
 } contents;
 
-/* optim: or NULL */
-static bool collect(contents *c, const model *m, const lt_optim *optim)
+/* optim, own: or NULL */
+static bool collect(contents *c, const model *m, const lt_optim *optim, const checkpoint_own *own)
 {
-    const int states = optim ? lt_optim_state_count(optim) : 0;
+    const int states = optim ? lt_optim_state_count(optim) : 0, room = own ? CHECKPOINT_OWN : 0;
 
-    c->entry = param_arrays(c->arena, m->params, (size_t)states, &c->n);
+    c->entry = param_arrays(c->arena, m->params, (size_t)(states + room), &c->n);
     if (!c->entry)
         return false;
     for (int i = 0; i < states; i++) {
@@ -76,6 +76,8 @@ static bool collect(contents *c, const model *m, const lt_optim *optim)
 
         c->entry[c->n++] = (lt_named_array){ s.name, reals_array(&s.shape, s.data) };
     }
+    if (own)
+        c->n += (size_t)own->save(own->ctx, c->entry + c->n, room);
     return true;
 }
 
@@ -151,12 +153,12 @@ static lt_status write_contents(const char *path, contents *c)
 }
 
 lt_status checkpoint_save(const char *path, const model *m, const lt_optim *optim, const char *config,
-                          const checkpoint_state *state)
+                          const checkpoint_state *state, const checkpoint_own *own)
 {
     contents c = { .arena = lt_arena_new() };
     lt_status st;
 
-    if (!c.arena || !collect(&c, m, optim) || !describe(&c, m, config, state)) {
+    if (!c.arena || !collect(&c, m, optim, own) || !describe(&c, m, config, state)) {
         lt_arena_free(c.arena);
         return lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
     }
@@ -284,12 +286,15 @@ static lt_status check_params(const lt_safetensors *f, const model *m)
     return st;
 }
 
-static lt_status read_for(lt_arena *arena, const char *path, const model *m, lt_safetensors *f)
+static lt_status read_for(lt_arena *arena, const char *path, const model *m, const checkpoint_own *own,
+                          lt_safetensors *f)
 {
     lt_status st = arena ? read_file(arena, path, f) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
     if (st == LT_OK)
         st = check_model(f, m);
+    if (st == LT_OK && own)
+        st = own->load(own->ctx, path, f->entry, f->n);
     return st ? st : check_params(f, m);
 }
 
@@ -297,7 +302,7 @@ lt_status checkpoint_check(const char *path, const model *m)
 {
     lt_arena *arena = lt_arena_new();
     lt_safetensors f;
-    const lt_status st = read_for(arena, path, m, &f);
+    const lt_status st = read_for(arena, path, m, NULL, &f);
 
     lt_arena_free(arena);
     return st;
@@ -370,12 +375,13 @@ static void put_back(const lt_safetensors *f, const model *m, lt_optim *optim, c
     lt_params_changed(m->params);
 }
 
-lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state)
+lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state,
+                          const checkpoint_own *own)
 {
     lt_arena *arena = lt_arena_new();
     checkpoint_state s;
     lt_safetensors f;
-    lt_status st = read_for(arena, path, m, &f);
+    lt_status st = read_for(arena, path, m, own, &f);
 
     if (st == LT_OK)
         st = check_optim(&f, optim);
@@ -420,7 +426,7 @@ lt_status checkpoint_load_model(const char *path, model *m)
 {
     lt_arena *arena = lt_arena_new();
     lt_safetensors f;
-    lt_status st = read_for(arena, path, m, &f);
+    lt_status st = read_for(arena, path, m, NULL, &f);
 
     if (st == LT_OK)
         st = read_table(&f, m);
@@ -457,7 +463,7 @@ lt_status checkpoint_save_inference(const char *path, const char *from, const mo
     if (st == LT_OK) {
         if (m->int8)
             put(&c, "int8", int8_table_text(c.arena, m->int8));
-        st = collect(&c, m, NULL) && !c.no_memory ? write_contents(path, &c)
+        st = collect(&c, m, NULL, NULL) && !c.no_memory ? write_contents(path, &c)
                                                   : lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
     }
     lt_arena_free(c.arena);

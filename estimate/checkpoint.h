@@ -27,25 +27,37 @@ typedef struct {
     int64_t best_step;              /* of that validation; 0 before one */
 } checkpoint_state;
 
+/* What a run keeps beside its model and its optimiser, in arrays of lt_real. */
+typedef struct {
+    void *ctx;
+    int (*save)(void *ctx, lt_named_array *out, int room);          /* how many; names and data as long as ctx */
+    /* From all that a file holds, before its shapes are compared with the parameters': these may be resized first. */
+    lt_status (*load)(void *ctx, const char *path, const lt_named_array *entry, size_t n);
+} checkpoint_own;
+
+enum { CHECKPOINT_OWN = 64 };       /* arrays at most */
+
 /**
  * checkpoint_save - write everything to path, atomically
  *
  *   config   resolved, as text
+ *   own      NULL: nothing
  *
  * Errors: LT_ENUMERIC names a parameter that is not finite (nothing is written then); LT_ENOSPC, LT_EIO:
  * what was at path is as it was, and no temporary file stays.
  */
 lt_status checkpoint_save(const char *path, const model *m, const lt_optim *optim, const char *config,
-                          const checkpoint_state *state);
+                          const checkpoint_state *state, const checkpoint_own *own);
 
 /**
  * checkpoint_load - put back what checkpoint_save wrote
  *
- * Model and optimiser are as they were before on any error. Errors: LT_EFORMAT for a file that is damaged or
+ * Model and optimiser are as they were before on any error, but for what own->load did. Errors: LT_EFORMAT for a file that is damaged or
  * no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both, and for one
  * of a later version of palmar.
  */
-lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state);
+lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state,
+                          const checkpoint_own *own);
 
 /* checkpoint_check - whether the file is of this model, whose parameters need no values for it; errors as
  * checkpoint_load_model */

@@ -127,6 +127,18 @@ static lt_status check_groups(const train_config *c)
     return LT_OK;
 }
 
+/* Of a task's own, else of the zoo */
+static lt_status find_model(const task *const *tasks, const char *name, const model_class **out)
+{
+    for (; *tasks; tasks++)
+        for (const model_class *const *own = (*tasks)->models; own && *own; own++)
+            if (strcmp((*own)->name, name) == 0) {
+                *out = *own;
+                return LT_OK;
+            }
+    return model_find(name, out);
+}
+
 static const task *find_task(const task *const *tasks, const model_class *m)
 {
     for (; m->task && *tasks; tasks++)
@@ -143,7 +155,7 @@ static lt_status read_model(train_config *c)
     if (!cJSON_IsString(name))
         return lt_error(LT_EINVAL, "%s: model.name: want the name of a model, such as \"%s\"", c->path,
                         model_classes[0]->name);
-    if (model_find(name->valuestring, &c->model))
+    if (find_model(c->tasks, name->valuestring, &c->model))
         return lt_error_prefix(LT_EINVAL, "%s: model.name", c->path);
     c->task = find_task(c->tasks, c->model);
     if (!c->task)

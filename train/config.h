@@ -12,7 +12,8 @@
 
 typedef struct task task;           /* train/task.h */
 
-/* What the group "data" of any task begins with; TRAIN_DIR_KEY and TRAIN_LOADER_KEYS are its rows in the table of keys. */
+/* What the group "data" of any task begins with; TRAIN_DIR_KEY and TRAIN_LOADER_KEYS are its rows in the table of
+ * keys. */
 typedef struct {
     const char *dir;                /* the dataset's folder */
     int threads, ahead;

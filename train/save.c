@@ -16,15 +16,39 @@
 #include <string.h>
 #include <sys/statvfs.h>
 
+/* ---- the task's own state ------------------------------------------------------------------------------- */
+
+static int own_save(void *ctx, lt_named_array *out, int room)
+{
+    const trainer *t = ctx;
+
+    return t->config.task->save(t->run, out, room);
+}
+
+static lt_status own_load(void *ctx, const char *path, const lt_named_array *entry, size_t n)
+{
+    const trainer *t = ctx;
+
+    return t->config.task->load(t->run, path, entry, n);
+}
+
+static checkpoint_own own_of(trainer *t)
+{
+    return (checkpoint_own){ .ctx = t, .save = own_save, .load = own_load };
+}
+
+/* ---- saving --------------------------------------------------------------------------------------------- */
+
 lt_status trainer_save(trainer *t)
 {
+    const checkpoint_own own = own_of(t);
     const char *path = checkpoint_name(t->arena, t->checkpoints, t->state.step);
     lt_status st = LT_OK;
 
     if (!path)
         return lt_error(LT_ENOMEM, "no memory for the checkpoint's name");
     if (t->saved_step != t->state.step || t->improved)
-        st = checkpoint_save(path, &t->model, t->optim, t->config_text, &t->state);
+        st = checkpoint_save(path, &t->model, t->optim, t->config_text, &t->state, t->config.task->save ? &own : NULL);
     if (st == LT_OK)
         st = checkpoint_alias(t->checkpoints, "last.safetensors", path);
     if (st == LT_OK && t->improved)
@@ -83,10 +107,11 @@ static lt_status check_same_run(const trainer *t, const char *path, const char *
 static lt_status load(trainer *t, const char *path)
 {
     const char *isa, *here = lt_isa_name(lt_k->isa);
+    const checkpoint_own own = own_of(t);
     lt_status st = check_same_run(t, path, &isa);
 
     if (st == LT_OK)
-        st = checkpoint_load(path, &t->model, t->optim, &t->state);
+        st = checkpoint_load(path, &t->model, t->optim, &t->state, t->config.task->load ? &own : NULL);
     if (st == LT_OK && isa && strcmp(isa, here) != 0)
         progress_note(&t->progress, "%s was computed with %s instructions and goes on with %s, so not to the same bits",
                       path, isa, here);

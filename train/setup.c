@@ -102,13 +102,13 @@ static lt_status init_weights(trainer *t)
     return st;
 }
 
-/* The values of a run that goes on come from a checkpoint. One that is named may be anybody's, and its shapes are looked
- * at before memory is taken. */
+/* The values of a run that goes on come from a checkpoint. One that is named may be anybody's, and its shapes are
+ * looked at before memory is taken; but not where parameters grow, which then have the shapes of the checkpoint. */
 static lt_status check_resumed(trainer *t)
 {
     const char *named = *t->opt->resume ? checkpoint_last(t->arena, t->opt->resume) : "";
     const lt_status st = !named ? lt_error(LT_ENOMEM, "%s: no memory", t->opt->resume)
-        : *named ? checkpoint_check(named, &t->model) : LT_OK;
+        : *named && !t->config.task->load ? checkpoint_check(named, &t->model) : LT_OK;
 
     return st ? st : lt_params_allocate(t->params);
 }
@@ -130,20 +130,14 @@ static lt_status build_model(trainer *t)
     return st;
 }
 
-static lt_status compile_plans(trainer *t)
+/* A run of phases is as long as they are. */
+static int64_t steps_of_phases(const trainer *t)
 {
-    const int batch = t->config.optim.batch / t->config.optim.shards;
-    const lt_optim_opts opts = optim_opts(&t->config.optim);
-    const recipe how = t->config.task->recipe(t->run);
-    lt_status st = compiled_new(&how, batch, true, &t->train);
+    task_phase p = t->config.task->phase(t->run, 0);
 
-    if (st == LT_OK && t->checked.count)
-        st = compiled_new(&how, batch, false, &t->check);
-    if (st)
-        return st;
-    t->sum = tree_sum_new(t->params, t->config.optim.shards);
-    t->optim = lt_optim_new(t->params, &opts);
-    return t->sum && t->optim ? LT_OK : LT_ENOMEM;
+    while (p.until < t->config.task->phase(t->run, p.until).until)
+        p = t->config.task->phase(t->run, p.until);
+    return p.until;
 }
 
 static void count_steps(trainer *t)
@@ -151,9 +145,110 @@ static void count_steps(trainer *t)
     const train_optim_config *o = &t->config.optim;
 
     t->steps_of_epoch = lt_ceil_div(t->samples.count, o->batch);
-    t->total_steps = t->steps_of_epoch * o->epochs;
+    t->total_steps = t->config.task->phase ? steps_of_phases(t) : t->steps_of_epoch * o->epochs;
     if (o->steps)
         t->total_steps = lt_min_i64(t->total_steps, o->steps);
+}
+
+/* ---- phases ------------------------------------------------------------------------------------------- */
+
+static task_phase phase_of(const trainer *t, int64_t step)
+{
+    const train_optim_config *o = &t->config.optim;
+    task_phase p = { .batch = o->batch, .shards = o->shards, .until = t->total_steps };
+
+    if (t->config.task->phase)
+        p = t->config.task->phase(t->run, step);
+    p.until = lt_min_i64(p.until, t->total_steps);
+    return p;
+}
+
+static lt_status compile_phase(trainer *t, const task_phase *p)
+{
+    const recipe how = t->config.task->recipe(t->run, p);
+    lt_status st;
+
+    compiled_free(&t->train);
+    st = compiled_new(&how, p->batch / p->shards, true, &t->train);
+    t->phase = *p;
+    return st;
+}
+
+static lt_status compile_check(trainer *t, const task_phase *p)
+{
+    const recipe how = t->config.task->recipe(t->run, NULL);
+
+    compiled_free(&t->check);
+    return t->checked.count ? compiled_new(&how, p->batch / p->shards, false, &t->check) : LT_OK;
+}
+
+static lt_status sum_shards(trainer *t)
+{
+    int64_t n = 0;
+    lt_real *observed = t->config.task->observed ? t->config.task->observed(t->run, &n) : NULL;
+
+    tree_sum_free(t->sum);
+    t->sum = tree_sum_new(t->params, observed, n, t->phase.shards);
+    return t->sum ? LT_OK : LT_ENOMEM;
+}
+
+static bool same_plans(const task_phase *a, const task_phase *b)
+{
+    return a->batch == b->batch && a->shards == b->shards && a->groups == b->groups && a->shape == b->shape;
+}
+
+/* Behind the last step a validation may still come. */
+lt_status trainer_enter(trainer *t)
+{
+    const task_phase was = t->phase;
+    const task_phase p = phase_of(t, lt_min_i64(t->state.step, t->total_steps - 1));
+    lt_status st;
+
+    t->phase.until = p.until;
+    if (same_plans(&p, &was))
+        return LT_OK;
+    if (p.name && (!was.name || strcmp(p.name, was.name)))
+        progress_note(&t->progress, "phase        %s, from step %" PRId64, p.name, t->state.step + 1);
+    lt_params_zero_grad(t->params);
+    st = compile_phase(t, &p);
+    if (st == LT_OK)
+        st = compile_check(t, &p);
+    return st ? st : sum_shards(t);
+}
+
+static lt_optim *optim_new(trainer *t)
+{
+    const lt_optim_opts opts = optim_opts(&t->config.optim);
+    lt_optim_average average = { 0 };
+    const lt_optim_group *group;
+    int n;
+
+    if (!t->config.task->groups)
+        return lt_optim_new(t->params, &opts);
+    group = t->config.task->groups(t->run, &n, &average);
+    return lt_optim_new_groups(t->params, group, n, average.decay > 0 ? &average : NULL);
+}
+
+/* The first phase's plans last, after those of all others: what any of them reaches the optimiser knows of. */
+static lt_status compile_plans(trainer *t)
+{
+    task_phase first = phase_of(t, 0), p = first;
+    lt_status st = LT_OK;
+
+    while (st == LT_OK && p.until < t->total_steps) {
+        p = phase_of(t, p.until);
+        st = compile_phase(t, &p);
+    }
+    if (st == LT_OK)
+        st = compile_phase(t, &first);
+    if (st == LT_OK)
+        st = compile_check(t, &first);
+    if (st == LT_OK)
+        st = sum_shards(t);
+    if (st)
+        return st;
+    t->optim = optim_new(t);
+    return t->optim ? LT_OK : LT_ENOMEM;
 }
 
 /* What the process holds at this moment; 0 where the system does not tell. */
@@ -271,8 +366,8 @@ static void describe_memory(trainer *t)
     progress_note(&t->progress, "memory       %.1f MB, of which plans %.1f MB", 1e-6 * all,
                   1e-6 * (double)trainer_plan_bytes(t));
     if (have > (double)t->resident && all > have)
-        progress_warn(&t->progress, "the run takes %.1f MB of memory, and %.1f are free: a smaller optim.batch takes less",
-                      1e-6 * all, 1e-6 * have);
+        progress_warn(&t->progress, "the run takes %.1f MB of memory, and %.1f are free: a smaller optim.batch takes "
+                      "less", 1e-6 * all, 1e-6 * have);
 }
 
 void trainer_describe(trainer *t)

@@ -5,6 +5,8 @@
  */
 #include "train/trainer_internal.h"
 
+#include "libtensor/graph/rows.h"
+
 #include <inttypes.h>
 #include <math.h>
 
@@ -17,7 +19,7 @@ static double value(const lt_plan *p, const lt_tensor *tensor)
 static bool load_shard(trainer *t, const void *batch, int shard, double total)
 {
     const compiled *c = &t->train;
-    const int n_shards = t->config.optim.shards, first = shard * c->parts * c->record.batch;
+    const int n_shards = t->phase.shards, first = shard * c->parts * c->record.batch;
     double share = 0;
 
     lt_plan_set_step(c->plan, t->state.seed, (uint64_t)(t->state.step * n_shards + shard));
@@ -44,18 +46,32 @@ static void add_losses(trainer *t)
     }
 }
 
+/* A shard without samples saw nothing. */
+static void clear_observed(const trainer *t)
+{
+    int64_t n = 0;
+    lt_real *x = t->config.task->observed ? t->config.task->observed(t->run, &n) : NULL;
+
+    for (int64_t i = 0; i < n; i++)
+        x[i] = 0;
+}
+
 /* Gradients of the batch into the parameters, losses into the record; the number of shards with samples. */
 static int run_shards(trainer *t, const void *batch, double total)
 {
+    const task *of = t->config.task;
     int ran = 0;
 
-    for (int s = 0; s < t->config.optim.shards; s++) {
+    for (int s = 0; s < t->phase.shards; s++) {
         if (load_shard(t, batch, s, total)) {
             lt_run(t->train.plan);
             add_losses(t);
+            if (of->observe)
+                of->observe(t->run, &t->train, batch, s * t->train.parts * t->train.record.batch);
             ran++;
         } else {
             lt_params_zero_grad(t->params);
+            clear_observed(t);
         }
         tree_sum_add(t->sum, s);
     }
@@ -76,7 +92,7 @@ static bool statistics_are_finite(const trainer *t)
 static void name_culprit(trainer *t, const void *batch, double total, char *where, size_t bytes)
 {
     where[0] = '\0';
-    for (int s = 0; s < t->config.optim.shards && !where[0]; s++)
+    for (int s = 0; s < t->phase.shards && !where[0]; s++)
         if (load_shard(t, batch, s, total))
             lt_plan_find_nonfinite(t->train.plan, where, bytes);
     if (!where[0])
@@ -109,46 +125,82 @@ static void warn_of_spike(trainer *t, const void *batch)
                       of->sample_name(t->run, batch, 0), second ? ", " : "", second ? second : "");
 }
 
+/* Where the step is in the run, in epochs: the middle of its batch */
+static double epoch_of(const trainer *t)
+{
+    const loader_position at = t->state.position;
+    const int64_t batch = at.next ? lt_ceil_div(at.next, t->phase.batch) - 1 : 0;
+
+    return (double)at.epoch + ((double)batch + 0.5) / (double)lt_ceil_div(t->samples.count, t->phase.batch);
+}
+
 static void begin_record(trainer *t)
 {
     const model_ports *losses = &t->train.record.losses;
     const train_optim_config *o = &t->config.optim;
-    const loader_position at = t->state.position;
-    const int64_t batch = at.next ? lt_ceil_div(at.next, o->batch) - 1 : 0;
     const lt_schedule schedule = {
         .kind = (lt_schedule_kind)o->schedule, .lr = o->lr, .gamma = o->gamma, .every = o->every,
         .min_lr = o->min_lr, .epochs = o->epochs, .warmup = o->warmup,
     };
 
     t->record = (train_step_record){
-        .step = t->state.step + 1, .epoch = (int64_t)at.epoch, .n_parts = losses->n,
-        .lr = lt_schedule_lr(&schedule, (double)at.epoch + ((double)batch + 0.5) / (double)t->steps_of_epoch),
+        .step = t->state.step + 1, .epoch = (int64_t)t->state.position.epoch, .n_parts = losses->n,
+        .lr = lt_schedule_lr(&schedule, epoch_of(t)),
     };
     for (int i = 0; i < losses->n; i++)
         t->record.part_name[i] = losses->port[i].name;
 }
 
-lt_status trainer_step(trainer *t, const void *batch)
+static double grad_norm(const trainer *t)
 {
-    const double total = t->config.task->weight(batch);
-    lt_status st = LT_OK;
+    return t->config.task->groups ? lt_optim_groups_norm(t->optim, t->phase.groups) : lt_optim_grad_norm(t->optim);
+}
+
+/* The weights move. What adapts comes before, as Gaussians are cloned with the gradient that they had; where it gave
+ * parameters other rows, there is no gradient left for them, and trainer_enter records again. */
+static lt_status move(trainer *t, int ran)
+{
+    const task *of = t->config.task;
+    const lt_optim_now now = { t->phase.groups, (double)t->state.step, epoch_of(t) };
+    const lt_status st = of->adapt ? of->adapt(t->run, t->record.step, t->optim) : LT_OK;
+
+    if (st)
+        return st;
+    lt_statistics_update(t->params, ran);
+    if (of->groups)
+        lt_optim_step_groups(t->optim, &now);
+    else
+        lt_optim_step(t->optim, t->record.lr, t->record.grad_norm);
+    return LT_OK;
+}
+
+static lt_status learn(trainer *t, const void *batch, double total)
+{
+    const int ran = run_shards(t, batch, total);
     char where[256];
 
-    begin_record(t);
-    if (total > 0) {
-        const int ran = run_shards(t, batch, total);
-
-        t->record.grad_norm = lt_optim_grad_norm(t->optim);
-        if (isfinite(t->record.loss) && isfinite(t->record.grad_norm) && statistics_are_finite(t)) {
-            t->bad_in_a_row = 0;
-            warn_of_spike(t, batch);
-            lt_statistics_update(t->params, ran);
-            lt_optim_step(t->optim, t->record.lr, t->record.grad_norm);
-        } else {
-            name_culprit(t, batch, total, where, sizeof(where));
-            st = skip(t, where);
-        }
+    t->record.grad_norm = grad_norm(t);
+    if (isfinite(t->record.loss) && isfinite(t->record.grad_norm) && statistics_are_finite(t)) {
+        t->bad_in_a_row = 0;
+        warn_of_spike(t, batch);
+        return move(t, ran);
     }
+    name_culprit(t, batch, total, where, sizeof(where));
+    return skip(t, where);
+}
+
+lt_status trainer_step(trainer *t, const void *batch)
+{
+    const task *of = t->config.task;
+    const double total = of->weight(batch);
+    lt_status st = LT_OK;
+
+    begin_record(t);
+    lt_params_untouch(t->params);
+    if (of->rows)
+        st = of->rows(t->run, batch);
+    if (st == LT_OK && total > 0)
+        st = learn(t, batch, total);
     t->state.step++;
     t->state.optim_steps = lt_optim_steps(t->optim);
     return st;

@@ -10,6 +10,9 @@
 
 #include "data/loader.h"
 #include "estimate/compiled.h"
+#include "estimate/metric.h"
+#include "libtensor/io/array/array.h"
+#include "libtensor/optim/optim.h"
 #include "train/config.h"
 #include "train/progress.h"
 #include "train/records.h"
@@ -17,15 +20,26 @@
 /* A run's own, of whatever the task makes it; the struct begins as its task wants. */
 typedef struct task_run task_run;
 
+/* What the trainer does from a step on. */
+typedef struct {
+    const char *name;                   /* "skin": for whoever watches; NULL where there is one phase */
+    int batch, shards;                  /* samples in a step; parts of them with statistics of their own */
+    int64_t until;                      /* the first step of the next phase, or where the run ends */
+    uint64_t groups;                    /* bit k: optimiser group k steps */
+    uint64_t shape;                     /* as soon as it is another number, the graph is recorded again */
+} task_phase;
+
 struct task {
     const char *name;                   /* model_class.task of its models */
 
     /* Group "data" of a config: a struct that begins with train_data_config, and the table of its keys, which begins
-     * with or holds TRAIN_DATA_KEYS. */
+     * with TRAIN_DIR_KEY and holds TRAIN_LOADER_KEYS. */
     size_t data_size;
     const lt_config_key *data_keys;
 
-    const char *const *metrics;         /* keys of the dictionary, NULL-terminated; by the first, checkpoints are best */
+    const model_class *const *models;   /* of its own, beside the zoo's; NULL-terminated, or NULL */
+    const char *const *metrics;         /* keys, NULL-terminated; by the first one, checkpoints are best */
+    const metric *own_metrics;          /* that the dictionary lacks, until one without a key; or NULL */
 
     /* Open what the configuration names. Names of files in it are made whole, so that the run's config finds them from
      * any folder. *out is there also after a failure, to be closed, or NULL. */
@@ -44,8 +58,9 @@ struct task {
     loader_source (*checked)(const task_run *r);
     size_t (*sample_bytes)(const task_run *r);      /* about, of one in a batch */
 
-    /* How the model's graph is recorded and fed with such batches */
-    recipe (*recipe)(const task_run *r);
+    /* How the model's graph is recorded and fed with such batches: a phase's, or where phase is NULL the one that is
+     * validated */
+    recipe (*recipe)(const task_run *r, const task_phase *phase);
     double (*weight)(const void *batch);            /* of all its samples */
     const char *(*sample_name)(const task_run *r, const void *batch, int i);    /* NULL behind the last one */
 
@@ -53,6 +68,28 @@ struct task {
      * the losses compare with. Then, from all records in the samples' order: a value for each of metrics. */
     lt_status (*score)(task_run *r, const compiled *c, const void *batch, records *out, bool *no_losses);
     void (*measure)(task_run *r, const records *all, double *out);
+
+    /* ---- for what moves in phases, or grows; a task may have none of these, but phase and groups go together ---- */
+
+    /* The phase of a step, counted from 0. Without: optim.batch samples in optim.shards shards as long as the run is. */
+    task_phase (*phase)(const task_run *r, int64_t step);
+
+    /* Optimiser groups, *n of them, as long as r; average: or NULL. Without: one recipe for all, by the keys of optim. */
+    const lt_optim_group *(*groups)(const task_run *r, int *n, lt_optim_average *average);
+
+    /* Touch the rows that the step on a batch reads and moves (libtensor/graph/rows.h). */
+    lt_status (*rows)(task_run *r, const void *batch);
+
+    /* An array that observe fills for each shard after its run, and that then holds the sum over the shards' tree. */
+    lt_real *(*observed)(const task_run *r, int64_t *n);
+    void (*observe)(task_run *r, const compiled *c, const void *batch, int first);
+
+    /* After the sum of a step's shards, before the optimiser moves: grow, prune, reset. step counts from 1. */
+    lt_status (*adapt)(task_run *r, int64_t step, lt_optim *o);
+
+    /* Its own state in a checkpoint, both or none: as checkpoint_own has them. */
+    int (*save)(const task_run *r, lt_named_array *out, int room);
+    lt_status (*load)(task_run *r, const char *path, const lt_named_array *entry, size_t n);
 };
 
 #endif

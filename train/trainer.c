@@ -7,6 +7,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 /* ---- validation --------------------------------------------------------------------------------------- */
 
@@ -73,15 +74,22 @@ static void tell(trainer *t, const train_validation *v)
                   t->improved ? ", best" : "");
 }
 
+static const metric *metric_of(const task *of, const char *key)
+{
+    for (const metric *own = of->own_metrics; own && own->key; own++)
+        if (strcmp(own->key, key) == 0)
+            return own;
+    return metric_find(key);
+}
+
 static lt_status validate(trainer *t)
 {
     train_validation v = { .step = t->state.step, .epoch = (int64_t)t->state.position.epoch };
     lt_status st;
 
     for (const char *const *key = t->config.task->metrics; *key; key++)
-        v.metric[v.n_metrics++] = metric_find(*key);
+        v.metric[v.n_metrics++] = metric_of(t->config.task, *key);
     st = score(t, &v);
-
     if (st)
         return st;
     train_log_validation(&t->log, &v);
@@ -134,6 +142,21 @@ static lt_status between_steps(trainer *t)
 
 /* ---- the loop ----------------------------------------------------------------------------------------- */
 
+static lt_status start_loader(trainer *t)
+{
+    const train_config *c = &t->config;
+    const loader_options o = {
+        .batch = t->phase.batch, .threads = c->data->threads, .ahead = c->data->ahead, .shuffle = true,
+        .seed = t->state.seed, .tolerate = c->data->tolerate,
+    };
+
+    if (t->state.position.next > t->samples.count)
+        return lt_error(LT_EINVAL, "%s: stopped at sample %lld of an epoch, but %s has %lld to train on; --data says "
+                        "where the run's own data are", t->opt->out, (long long)t->state.position.next,
+                        c->data->dir, (long long)t->samples.count);
+    return loader_new(&t->samples, &o, t->state.position, &t->loader);
+}
+
 static lt_status next_batch(trainer *t, void **batch)
 {
     lt_status st = loader_next(t->loader, batch);
@@ -155,7 +178,7 @@ static void clock_step(trainer *t, double began)
 
     t->step_seconds = t->step_seconds > 0 ? 0.9 * t->step_seconds + 0.1 * took : took;
     t->record.seconds = now - t->began_at;
-    t->record.img_per_s = t->config.optim.batch / t->step_seconds;
+    t->record.img_per_s = t->phase.batch / t->step_seconds;
 }
 
 static lt_status report(trainer *t, bool last)
@@ -173,6 +196,20 @@ static lt_status report(trainer *t, bool last)
     return flush_log(t);
 }
 
+/* What the next step needs, where it is of another phase or parameters have other rows. */
+static lt_status next_phase(trainer *t)
+{
+    const int batch = t->phase.batch;
+    const lt_status st = trainer_enter(t);
+
+    if (st || t->phase.batch == batch)
+        return st;
+    loader_free(t->loader);
+    t->loader = NULL;
+    t->samples_warned = 0;
+    return start_loader(t);
+}
+
 static lt_status one_step(trainer *t)
 {
     const double began = lt_clock();
@@ -187,7 +224,8 @@ static lt_status one_step(trainer *t)
     st = trainer_step(t, batch);
     clock_step(t, began);
     logged = report(t, st || t->state.step == t->total_steps);
-    return st ? st : logged;
+    st = st ? st : logged;
+    return st ? st : next_phase(t);
 }
 
 /* What ends a run between two steps costs none of them; the first line is the one that counts. */
@@ -215,21 +253,6 @@ static lt_status loop(trainer *t)
 }
 
 /* ---- from the beginning to the end -------------------------------------------------------------------- */
-
-static lt_status start_loader(trainer *t)
-{
-    const train_config *c = &t->config;
-    const loader_options o = {
-        .batch = c->optim.batch, .threads = c->data->threads, .ahead = c->data->ahead, .shuffle = true,
-        .seed = t->state.seed, .tolerate = c->data->tolerate,
-    };
-
-    if (t->state.position.next > t->samples.count)
-        return lt_error(LT_EINVAL, "%s: stopped at sample %lld of an epoch, but %s has %lld to train on; --data says "
-                        "where the run's own data are", t->opt->out, (long long)t->state.position.next,
-                        c->data->dir, (long long)t->samples.count);
-    return loader_new(&t->samples, &o, t->state.position, &t->loader);
-}
 
 static lt_status train(trainer *t)
 {
@@ -274,6 +297,8 @@ lt_status train_run(const train_options *o, train_result *out)
     st = trainer_init(&t, o);
     if (st == LT_OK)
         st = o->resume ? trainer_resume(&t) : run_folder_check(&t);
+    if (st == LT_OK)
+        st = trainer_enter(&t);
     if (st == LT_OK) {
         trainer_describe(&t);
         st = trainer_check_disk(&t);

@@ -22,6 +22,7 @@ typedef struct {
     loader_source samples, checked;
     lt_params *params;
     model model;
+    task_phase phase;               /* that train is compiled for */
     compiled train;
     double share[COMPILED_MAX_PARTS];       /* of the parts of the last shard, of its batch's weight */
     compiled check;                 /* to validate; empty without */
@@ -46,6 +47,7 @@ typedef struct {
 
 /* setup.c: everything up to the first batch; trainer_fini takes it apart, at whatever point it stopped */
 lt_status trainer_init(trainer *t, const train_options *o);
+lt_status trainer_enter(trainer *t);            /* the phase of the next step: another batch, another graph */
 void trainer_fini(trainer *t);
 size_t trainer_plan_bytes(const trainer *t);
 size_t trainer_bytes(const trainer *t);         /* program, data's list, plans, batches, parameters, optimiser */

@@ -2,6 +2,7 @@
 #include "train/tree_sum.h"
 
 #include "libtensor/base/parallel.h"
+#include "libtensor/graph/rows.h"
 
 #include <string.h>
 
@@ -9,6 +10,7 @@ enum { MAX_LEVELS = 16 };
 
 typedef struct {
     lt_real *grad;                  /* where a shard leaves it, and the sum belongs */
+    const lt_param *rows;           /* of which only touched rows count; else NULL */
     int64_t at, numel;              /* its place in a level */
 } piece;
 
@@ -31,9 +33,15 @@ static int levels_of(int n_shards)
     return n;
 }
 
-static bool fill(tree_sum *t, lt_params *set)
+static void add(tree_sum *t, lt_real *grad, int64_t numel, const lt_param *rows)
 {
-    int n = 0;
+    t->piece[t->n_pieces++] = (piece){ .grad = grad, .rows = rows, .at = t->numel, .numel = numel };
+    t->numel += numel;
+}
+
+static bool fill(tree_sum *t, lt_params *set, lt_real *more, int64_t n_more)
+{
+    int n = n_more > 0;
 
     for (lt_param *p = lt_params_first(set); p; p = p->next)
         n += p->grad != NULL;
@@ -41,11 +49,11 @@ static bool fill(tree_sum *t, lt_params *set)
     if (!t->piece)
         return false;
     for (lt_param *p = lt_params_first(set); p; p = p->next) {
-        if (!p->grad)
-            continue;
-        t->piece[t->n_pieces++] = (piece){ .grad = p->grad, .at = t->numel, .numel = lt_param_numel(p) };
-        t->numel += lt_param_numel(p);
+        if (p->grad)
+            add(t, p->grad, lt_param_numel(p), p->rows ? p : NULL);
     }
+    if (n_more)
+        add(t, more, n_more, NULL);
     for (int k = 0; k < levels_of(t->n_shards); k++) {
         t->level[k] = lt_arena_array(t->arena, (size_t)t->numel, sizeof(lt_real));
         if (!t->level[k])
@@ -54,7 +62,7 @@ static bool fill(tree_sum *t, lt_params *set)
     return true;
 }
 
-tree_sum *tree_sum_new(lt_params *set, int n_shards)
+tree_sum *tree_sum_new(lt_params *set, lt_real *more, int64_t n, int n_shards)
 {
     lt_arena *arena = lt_arena_new();
     tree_sum *t = arena ? lt_arena_alloc(arena, sizeof(*t)) : NULL;
@@ -62,7 +70,7 @@ tree_sum *tree_sum_new(lt_params *set, int n_shards)
     if (t) {
         t->arena = arena;
         t->n_shards = n_shards;
-        if (fill(t, set))
+        if (fill(t, set, more, n))
             return t;
     }
     lt_arena_free(arena);
@@ -81,15 +89,36 @@ typedef struct {
     int level;
 } level_job;
 
+/* Which numbers of a piece count: the i-th range from *from on, *n of them; false behind the last one */
+static bool range_of(const piece *c, int i, int64_t *from, int64_t *n)
+{
+    const lt_row_range *touched;
+    int ranges;
+
+    if (!c->rows) {
+        *from = 0;
+        *n = c->numel;
+        return i == 0;
+    }
+    touched = lt_param_touched(c->rows, &ranges);
+    if (i >= ranges)
+        return false;
+    *from = touched[i].first * lt_param_width(c->rows);
+    *n = touched[i].n * lt_param_width(c->rows);
+    return true;
+}
+
 /* grad = level + grad */
 static void add_piece(void *ctx, int64_t i)
 {
     const level_job *j = ctx;
     const piece *c = &j->t->piece[i];
-    const lt_real *from = j->t->level[j->level] + c->at;
+    const lt_real *level = j->t->level[j->level] + c->at;
+    int64_t from, n;
 
-    for (int64_t k = 0; k < c->numel; k++)
-        c->grad[k] = from[k] + c->grad[k];
+    for (int r = 0; range_of(c, r, &from, &n); r++)
+        for (int64_t k = from; k < from + n; k++)
+            c->grad[k] = level[k] + c->grad[k];
 }
 
 /* level = grad */
@@ -97,8 +126,11 @@ static void store_piece(void *ctx, int64_t i)
 {
     const level_job *j = ctx;
     const piece *c = &j->t->piece[i];
+    lt_real *level = j->t->level[j->level] + c->at;
+    int64_t from, n;
 
-    memcpy(j->t->level[j->level] + c->at, c->grad, (size_t)c->numel * sizeof(lt_real));
+    for (int r = 0; range_of(c, r, &from, &n); r++)
+        memcpy(level + from, c->grad + from, (size_t)n * sizeof(lt_real));
 }
 
 static void each_piece(const tree_sum *t, int level, lt_task_fn fn)

@@ -18,12 +18,13 @@ static inline int tree_owner(int shard, int n_shards, int n_ranks)
 typedef struct tree_sum tree_sum;
 
 /**
- * tree_sum_new - for n_shards shards of the parameters that have a gradient
+ * tree_sum_new - for n_shards shards of the parameters that have a gradient, and of n more numbers
  *
- * Make it after the training plan is compiled. Holds as many copies of the gradients as the tree has
+ * Make it after the training plan is compiled, and anew when a parameter has got other rows. Of parameters that are
+ * stepped by rows the touched ones are summed. Holds as many copies of the gradients as the tree has
  * levels below its root: none for one shard. NULL without memory.
  */
-tree_sum *tree_sum_new(lt_params *set, int n_shards);
+tree_sum *tree_sum_new(lt_params *set, lt_real *more, int64_t n, int n_shards);
 void tree_sum_free(tree_sum *t);
 
 /* tree_sum_add - shard number `shard`, the next in order, has left its gradients in the parameters; after the last one

@@ -112,8 +112,9 @@ static size_t run_sample_bytes(const task_run *r)
     return side * side * 4 * sizeof(float);
 }
 
-static recipe run_recipe(const task_run *r)
+static recipe run_recipe(const task_run *r, const task_phase *phase)
 {
+    (void)phase;
     return feed_recipe(r->model);
 }
 

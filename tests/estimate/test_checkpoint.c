@@ -63,12 +63,12 @@ START_TEST(weights_or_their_average)
     w->data[0] = 1;
     optim = lt_optim_new(s.set, &opts);           /* the average begins at 1 */
     w->data[0] = 2;
-    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state), LT_OK);
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state, NULL), LT_OK);
     w->data[0] = 3;
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
     ck_assert_float_eq(w->data[0], _i ? 1 : 2);
     w->data[0] = NAN;
-    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state), LT_ENUMERIC);
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state, NULL), LT_ENUMERIC);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "\"trunk.conv1.weight\" is not finite at 0"));
     unlink(path);
     lt_optim_free(optim);
@@ -102,10 +102,10 @@ START_TEST(groups_and_rows_come_back)
     for (int step = 0; step < 6; step++)
         for (int k = 0; k < (step < 3 ? 1 : 2); k++) {
             if (step == 3 && k == 0) {
-                check_ok(checkpoint_save(path, &s[0].m, optim[0], "{}", &state));
-                check_error(checkpoint_load(path, &s[1].m, optim[1], &found), LT_EINVAL, "points");
+                check_ok(checkpoint_save(path, &s[0].m, optim[0], "{}", &state, NULL));
+                check_error(checkpoint_load(path, &s[1].m, optim[1], &found, NULL), LT_EINVAL, "points");
                 check_ok(lt_param_resize(p[1], 6));
-                check_ok(checkpoint_load(path, &s[1].m, optim[1], &found));
+                check_ok(checkpoint_load(path, &s[1].m, optim[1], &found, NULL));
                 ck_assert_int_eq(lt_optim_steps(optim[1]), 3);
             }
             lt_params_untouch(s[k].set);
@@ -146,7 +146,7 @@ START_TEST(table_in_a_checkpoint)
     small_model_init(&s);
     ck_assert(lt_param_need_grad(lt_params_find(s.set, "trunk.conv1.weight")));
     optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
-    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{\"a\": 1}", &state), LT_OK);
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{\"a\": 1}", &state, NULL), LT_OK);
     s.m.int8 = &table;
     ck_assert_int_eq(checkpoint_save_inference(int8_path, path, &s.m), LT_OK);
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
@@ -166,7 +166,7 @@ START_TEST(table_in_a_checkpoint)
     ck_assert_int_eq(checkpoint_save_inference(path, int8_path, &s.m), LT_OK);  /* the table that it had is not kept */
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
     ck_assert_ptr_null(s.m.int8);
-    ck_assert_int_eq(checkpoint_load(path, &s.m, optim, &found), LT_EINVAL);
+    ck_assert_int_eq(checkpoint_load(path, &s.m, optim, &found, NULL), LT_EINVAL);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "it is of another model or optimiser"));
     unlink(path), unlink(int8_path);
     lt_optim_free(optim);
@@ -188,7 +188,7 @@ START_TEST(shapes_before_memory)
 
     small_model_init(&s);
     optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
-    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, large, &state), LT_OK);
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, large, &state, NULL), LT_OK);
     ck_assert_int_eq(train_config_parse(s.arena, tasks, "large", large, NULL, 0, &c), LT_OK);
     ck_assert_int_eq(train_config_model(&c, s.m.hand, set, &m), LT_OK);
     check_error(checkpoint_load_model(path, &m), LT_EINVAL,
@@ -241,7 +241,7 @@ START_TEST(of_others)
 
     small_model_init(&s);
     optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
-    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state), LT_OK);
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state, NULL), LT_OK);
     ck_assert_int_eq(lt_read_file(s.arena, path, LT_FILE_MAX, &bytes, &n), LT_OK);
     at = memmem(bytes, n, ours, sizeof(ours) - 1);
     ck_assert_ptr_nonnull(at);

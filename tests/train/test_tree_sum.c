@@ -30,7 +30,7 @@ START_TEST(order)
     tree_sum *t;
 
     ck_assert(lt_param_need_grad(w));
-    t = tree_sum_new(set, n_shards);
+    t = tree_sum_new(set, NULL, 0, n_shards);
     ck_assert_ptr_nonnull(t);
     for (int again = 0; again < 2; again++) {
         for (int s = 0; s < n_shards; s++) {
