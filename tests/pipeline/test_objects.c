@@ -90,7 +90,7 @@ START_TEST(own)
     check_ok(lt_make_dirs(in("models/empty")));
     check_error(load("empty", &o), LT_EFORMAT, "models/empty: no mesh; want textured_simple.obj");
     put_file(in("models/empty/a.obj"), "version https://git-lfs.github.com/spec/v1\n", 43);
-    check_error(load("empty", &o), LT_EFORMAT, "0 triangles, want a mesh; it is a git-lfs pointer");
+    check_error(load("empty", &o), LT_EFORMAT, "a git-lfs pointer in the place of a file, want a mesh");
     put_file(in("models/empty/a.obj"), "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n", 32);
     check_error(load("empty", &o), LT_EFORMAT, "models/empty/a.obj: ");
 }
