@@ -5,23 +5,25 @@
 #include "data/open.h"
 #include "eval/bench/bench.h"
 #include "eval/tables/claims.h"
+#include "eval/tables/require.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "tasks/hand_object/evaluate.h"
 #include "tasks/hand_object/pictures.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-enum { PICTURES = 12 };
-enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MAX_PA, CLAIMS, SETUP, FILTER, PRED };
+enum { PICTURES = 12, REQUIREMENTS = 64 };
+enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MAX_PA, CLAIMS, SETUP, FILTER, PRED,
+       REQUIRE };
 
 typedef struct {
     const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit, *pred;
     int batch, limit;
-    double max_pa_mpjpe_mm;
+    eval_requirement require[REQUIREMENTS];
+    int n_require;
     const char *runs;               /* of --claims */
     bool json, no_bench, claims;
 } eval_args;
@@ -43,7 +45,9 @@ static const struct argp_option options[] = {
       "of hand joints (HPE) or BOP's csv", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
-    { "max-pa-mpjpe", MAX_PA, "MM", 0, "exit with 1 when the model's PA-MPJPE is above", 0 },
+    { "require", REQUIRE, "KEY>=X", 0, "exit with 1 when the model's score is less, or with KEY<=X more; KEY as in "
+      "scores.json; may be given again", 0 },
+    { "max-pa-mpjpe", MAX_PA, "MM", 0, "the same as --require pa_mpjpe_mm<=MM", 0 },
     { "no-bench", NO_BENCH, NULL, 0, "leave the time columns of Table 5 empty", 0 },
     { "claims", CLAIMS, "RUNS", OPTION_ARG_OPTIONAL,
       "instead of scoring: what the papers' ablations claim, and whether it "
@@ -56,9 +60,9 @@ static const struct argp_option options[] = {
 /* What would have no effect is refused. */
 static void check_together(const eval_args *a, struct argp_state *state)
 {
-    const bool scoring = a->json || a->limit || isfinite(a->max_pa_mpjpe_mm);
+    const bool scoring = a->json || a->limit || a->n_require;
 
-    if (a->claims && (a->checkpoint || a->pred || a->submit || a->data || a->limit || isfinite(a->max_pa_mpjpe_mm)))
+    if (a->claims && (a->checkpoint || a->pred || a->submit || a->data || a->limit || a->n_require))
         argp_error(state, "--claims reads scored runs: it takes no checkpoint, and of the options --json alone");
     if (!a->claims && !a->checkpoint && !(a->pred && a->data))
         argp_error(state, "want a checkpoint or a run's folder, or --pred FILE and --data DIR");
@@ -70,7 +74,24 @@ static void check_together(const eval_args *a, struct argp_state *state)
         argp_error(state, "--filter every has frames without a hand, which --submit alone takes: want valid, hfl-net "
                    "or hoisdf");
     if (a->submit && scoring)
-        argp_error(state, "--submit writes the whole split and scores nothing: no --limit, --json or --max-pa-mpjpe");
+        argp_error(state, "--submit writes the whole split and scores nothing: no --limit, --json, --require or "
+                   "--max-pa-mpjpe");
+}
+
+static void add_requirement(eval_args *a, struct argp_state *state, const char *text)
+{
+    if (a->n_require == REQUIREMENTS)
+        argp_error(state, "at most %d requirements", REQUIREMENTS);
+    else if (eval_require_read(text, evaluate_key_at, &a->require[a->n_require++]))
+        argp_error(state, "%s", lt_last_error());
+}
+
+static void add_max_pa_mpjpe(eval_args *a, struct argp_state *state, const char *mm)
+{
+    char text[64];
+
+    snprintf(text, sizeof(text), "pa_mpjpe_mm<=%.17g", cli_real(state, "max-pa-mpjpe", mm, 0, 1e6));
+    add_requirement(a, state, text);
 }
 
 static error_t parse(int key, char *arg, struct argp_state *state)
@@ -90,7 +111,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case HAND: a->hand = arg; break;
     case SUBMIT: a->submit = arg; break;
     case LIMIT: a->limit = cli_number(state, "limit", arg, 1, 1000000000); break;
-    case MAX_PA: a->max_pa_mpjpe_mm = cli_real(state, "max-pa-mpjpe", arg, 0, 1e6); break;
+    case MAX_PA: add_max_pa_mpjpe(a, state, arg); break;
+    case REQUIRE: add_requirement(a, state, arg); break;
     case NO_BENCH: a->no_bench = true; break;
     case JSON: a->json = true; break;
     case CLAIMS:
@@ -156,13 +178,9 @@ static lt_status ledger(const eval_args *a)
     return st;
 }
 
-static lt_status check_limit(const evaluation *e, double max_mm)
+static double score_of(const void *e, const char *key)
 {
-    const double mm = evaluation_summary(e, EVALUATE_MODEL).pa_mpjpe_mm;
-
-    if (isfinite(max_mm) && !(mm <= max_mm))
-        return lt_error(LT_EINVAL, "PA-MPJPE is %.2f mm, want at most %.2f", mm, max_mm);
-    return LT_OK;
+    return evaluation_score(e, key);
 }
 
 static lt_status write_files(const cli_checkpoint *c, const evaluate_options *o, const evaluation *e,
@@ -199,7 +217,7 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
     if (st == LT_OK)
         st = print(e, a->json);
     if (st == LT_OK)
-        st = check_limit(e, a->max_pa_mpjpe_mm);
+        st = eval_require(a->require, a->n_require, score_of, e);
     evaluation_free(e);
     return st;
 }
@@ -249,7 +267,7 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
 
 int cmd_eval(int argc, char **argv)
 {
-    eval_args a = { .split = "evaluation", .batch = 8, .max_pa_mpjpe_mm = INFINITY };
+    eval_args a = { .split = "evaluation", .batch = 8 };
     cli_checkpoint c;
     lt_status st;
 

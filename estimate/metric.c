@@ -3,10 +3,98 @@
 
 #include <string.h>
 
+#define HO3D "HO3D's eval.py"
+#define TOOLKIT "DexYCB's toolkit, hpe_eval.py"
+#define HFL "HFL-Net, utils/metric.py"
+#define HOISDF "HOISDF"
+#define YCB_VIDEO "PoseCNN; YCB-Video toolbox"
+#define SHAPE "HOGS, Table 2, as gSDF; Table 3, as HOLD"
+#define IMAGE "HOGS, Table 4"
+#define PALMAR "palmar"
+
 static const metric dictionary[] = {
+    /* hands */
     { "pa_mpjpe_mm", "PA-MPJPE", "mm", false, "joints' mean error after the best similarity, reflections allowed",
       "HO3D's scorer" },
     { "mpjpe_mm", "MPJPE", "mm", false, "joints' mean error, wrist on wrist", "DexYCB's toolkit" },
+    { "pa_mpvpe_mm", "PA-MPVPE", "mm", false, "vertices' mean error after the best similarity, reflections allowed",
+      HO3D },
+    { "f5_percent", "F@5", "%", true, "F-score of vertices at 5 mm, after the best similarity", HO3D },
+    { "f15_percent", "F@15", "%", true, "F-score of vertices at 15 mm, after the best similarity", HO3D },
+    { "rigid_pa_mpjpe_mm", "PA-MPJPE, rigid", "mm", false,
+      "joints' mean error after the best similarity without reflections", HFL },
+    { "absolute_mpjpe_mm", "MPJPE, absolute", "mm", false, "joints' mean error in the camera's frame", TOOLKIT },
+    { "absolute_auc", "AUC, absolute", "", true, "share of joints within 0 to 50 mm, in the camera's frame", TOOLKIT },
+    { "relative_auc", "AUC, relative", "", true, "share of joints within 0 to 50 mm, wrist on wrist", TOOLKIT },
+    { "pa_auc", "AUC, PA", "", true, "share of joints within 0 to 50 mm, as for PA-MPJPE", TOOLKIT },
+    { "rigid_pa_auc", "AUC, rigid PA", "", true, "share of joints within 0 to 50 mm, as for rigid PA-MPJPE", HFL },
+
+    /* hands: the lines of HO3D's scores.txt */
+    { "xyz_mean3d", "joints", "cm", false, "joints' mean error in the camera's frame", HO3D },
+    { "xyz_auc3d", "joints' AUC", "", true, "share of joints within 0 to 50 mm, in the camera's frame", HO3D },
+    { "xyz_procrustes_al_mean3d", "joints, PA", "cm", false, "PA-MPJPE in cm", HO3D },
+    { "xyz_procrustes_al_auc3d", "joints' AUC, PA", "", true, "share of joints within 0 to 50 mm, as for PA-MPJPE",
+      HO3D },
+    { "xyz_scale_trans_al_mean3d", "joints, scaled", "cm", false,
+      "joints' mean error, wrist on wrist and one bone as long as the true one", HO3D },
+    { "xyz_scale_trans_al_auc3d", "joints' AUC, scaled", "", true,
+      "share of joints within 0 to 50 mm, wrist on wrist and one bone as long as the true one", HO3D },
+    { "mesh_mean3d", "vertices", "cm", false, "vertices' mean error in the camera's frame", HO3D },
+    { "mesh_auc3d", "vertices' AUC", "", true, "share of vertices within 0 to 50 mm, in the camera's frame", HO3D },
+    { "mesh_al_mean3d", "vertices, PA", "cm", false, "PA-MPVPE in cm", HO3D },
+    { "mesh_al_auc3d", "vertices' AUC, PA", "", true, "share of vertices within 0 to 50 mm, as for PA-MPVPE", HO3D },
+    { "f_score_5", "F at 5 mm", "", true, "F-score of vertices at 5 mm, in the camera's frame", HO3D },
+    { "f_al_score_5", "F at 5 mm, PA", "", true, "F@5 as a share", HO3D },
+    { "f_score_15", "F at 15 mm", "", true, "F-score of vertices at 15 mm, in the camera's frame", HO3D },
+    { "f_al_score_15", "F at 15 mm, PA", "", true, "F@15 as a share", HO3D },
+
+    /* objects */
+    { "add01_percent", "ADD-0.1D", "%", true,
+      "poses whose model points are on average within a tenth of the diameter; on DexYCB symmetric objects by ADD-S",
+      "Hinterstoisser et al. 2012; " HFL },
+    { "add01_class_mean_percent", "ADD-0.1D, mean of classes", "%", true,
+      "ADD-0.1D of each class, and their plain mean", HFL },
+    { "rep5_percent", "REP-5", "%", true,
+      "poses whose model points project on average within 5 pixels: of the crop, on DexYCB of the image", HFL },
+    { "add_mm", "ADD", "mm", false, "mean distance of the same model point under both poses",
+      "Hinterstoisser et al. 2012; HOISDF's MME" },
+    { "adds_mm", "ADD-S", "mm", false, "mean distance of an estimated model point to the nearest true one", HOISDF },
+    { "oce_mm", "OCE", "mm", false, "distance of the objects' centres", HOISDF },
+    { "mce_mm", "MCE", "mm", false, "mean distance of the corners of the boxes along the camera's axes", HOISDF },
+    { "adds_below_2cm", "ADD-S<2cm", "", true,
+      "share of poses whose true model points are on average within 2 cm of the nearest estimated one", YCB_VIDEO },
+    { "adds_auc", "AUC of ADD-S", "", true, "area under that share from 0 to 0.1 m", YCB_VIDEO },
+    { "no_object_pose_percent", "without a pose", "%", false, "samples whose object no pose was found of", PALMAR },
+    { "object_rotation_deg", "rotation", "deg", false, "angle between the object's rotations", "BOP toolkit, re" },
+
+    /* objects: BOP's average recalls */
+    { "bop_vsd", "AR of VSD", "", true, "average recall by the visible surface's discrepancy", "BOP challenge 2019" },
+    { "bop_mssd", "AR of MSSD", "", true, "average recall by the largest distance of a model point",
+      "BOP challenge 2019" },
+    { "bop_mspd", "AR of MSPD", "", true, "average recall by the largest distance of a projected model point",
+      "BOP challenge 2019" },
+    { "bop_ar", "AR", "", true, "mean of the three average recalls", "BOP challenge 2019" },
+
+    /* the model */
+    { "seconds_per_image", "time", "s", false, "median time of one image, from its crop to poses", "HOCAT, Table 5" },
+    { "images_per_second", "FPS", "", true, "one over the time of one image", "HOCAT, Table 5" },
+    { "parameters_mb", "parameters", "MB", false, "4 bytes a parameter over 2^20", "HOCAT, Table 5" },
+
+    /* reconstruction and rendering */
+    { "hand_chamfer_cm2", "CD_h", "cm^2", false, "squared distances between the hands' surfaces, both ways",
+      SHAPE },
+    { "hand_f1", "F_h@1", "", true, "F-score of the hand's surface at 1 mm", SHAPE },
+    { "hand_f5", "F_h@5", "", true, "F-score of the hand's surface at 5 mm", SHAPE },
+    { "object_chamfer_cm2", "CD_o", "cm^2", false, "squared distances between the objects' surfaces, both ways",
+      SHAPE },
+    { "object_f5", "F_o@5", "", true, "F-score of the object's surface at 5 mm", SHAPE },
+    { "object_f10", "F_o@10", "", true, "F-score of the object's surface at 10 mm", SHAPE },
+    { "object_f10_percent", "F_o@10", "%", true, "F-score of the object's surface at 10 mm", SHAPE },
+    { "pose_chamfer_cm2", "CD_pose", "cm^2", false, "of the object's surface where the hand's root is the origin",
+      SHAPE },
+    { "psnr_db", "PSNR", "dB", true, "peak signal over noise of the rendered image", IMAGE },
+    { "ssim", "SSIM", "", true, "structural similarity of the rendered image", IMAGE },
+    { "lpips_x1000", "LPIPS", "x1000", false, "perceptual distance of the rendered image", IMAGE },
 };
 
 enum { N = sizeof(dictionary) / sizeof(*dictionary) };
@@ -21,7 +109,7 @@ const metric *metric_find(const char *key)
 
 const metric *metric_at(int i)
 {
-    return i < N ? &dictionary[i] : NULL;
+    return i >= 0 && i < N ? &dictionary[i] : NULL;
 }
 
 bool metric_better(const metric *m, double a, double b)

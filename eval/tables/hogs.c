@@ -7,8 +7,8 @@
 #define ALL_6 { 1, 1, 1, 1, 1, 1 }
 
 static const eval_column hogs_2_columns[] = {
-    { "CD_h", "cm^2", 3, NULL }, { "F_h@1", "", 3, NULL }, { "F_h@5", "", 3, NULL },
-    { "CD_o", "cm^2", 2, NULL }, { "F_o@5", "", 3, NULL }, { "F_o@10", "", 3, NULL },
+    { "hand_chamfer_cm2", "CD_h", 3, NULL }, { "hand_f1", "F_h@1", 3, NULL }, { "hand_f5", "F_h@5", 3, NULL },
+    { "object_chamfer_cm2", "CD_o", 2, NULL }, { "object_f5", "F_o@5", 3, NULL }, { "object_f10", "F_o@10", 3, NULL },
 };
 static const eval_row hogs_2_rows[] = {
     { "Hasson et al.", "", "3D", { 0.537, 0.115, 0.647, 1.94, 0.383, 0.642 }, ALL_6 },
@@ -22,7 +22,8 @@ static const eval_row hogs_2_rows[] = {
 };
 
 static const eval_column hogs_3_columns[] = {
-    { "CD_o", "cm^2", 1, NULL }, { "F_o@10", "%", 1, NULL }, { "CD_pose", "cm^2", 1, NULL },
+    { "object_chamfer_cm2", "CD_o", 1, NULL }, { "object_f10_percent", "F_o@10", 1, NULL },
+    { "pose_chamfer_cm2", "CD_pose", 1, NULL },
 };
 static const eval_row hogs_3_rows[] = {
     { "iHOI", "", "", { 3.8, 75.8, 41.7 }, ALL_3 },
@@ -32,7 +33,7 @@ static const eval_row hogs_3_rows[] = {
 };
 
 static const eval_column hogs_4_columns[] = {
-    { "PSNR", "dB", 2, NULL }, { "SSIM", "", 4, NULL }, { "LPIPS", "x1000", 2, NULL },
+    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_x1000", "LPIPS", 2, NULL },
 };
 static const eval_row hogs_4_rows[] = {
     { "GOF, adapted", "", "", { 29.58, 0.9686, 31.69 }, ALL_3 },
@@ -41,7 +42,7 @@ static const eval_row hogs_4_rows[] = {
 };
 
 static const eval_column hogs_5_columns[] = {
-    { "OCE", "mm", 1, NULL }, { "MCE", "mm", 1, NULL }, { "ADD-S", "mm", 1, NULL },
+    { "oce_mm", "OCE", 1, NULL }, { "mce_mm", "MCE", 1, NULL }, { "adds_mm", "ADD-S", 1, NULL },
 };
 static const eval_row hogs_5_rows[] = {
     { "AlignSDF", "", "", { 27.0 }, { 1 } },
@@ -51,9 +52,12 @@ static const eval_row hogs_5_rows[] = {
     { "HOISDF", "", "", { 18.4, 27.4, 13.3 }, ALL_3 },
     { "HOGS", "", "", { 18.1, 26.1, 12.0 }, ALL_3 },
 };
+static const char *const hogs_5_variants[] = {
+    NULL, NULL, NULL, NULL, "initial poses", "full",
+};
 
 static const eval_column hogs_6_columns[] = {
-    { "PSNR", "dB", 2, NULL }, { "SSIM", "", 4, NULL }, { "LPIPS", "x1000", 2, NULL },
+    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_x1000", "LPIPS", 2, NULL },
 };
 static const eval_row hogs_6_rows[] = {
     { "3DGS-Avatar", "", "no", { 29.71, 0.9690, 30.52 }, ALL_3 },
@@ -63,10 +67,13 @@ static const eval_row hogs_6_rows[] = {
     { "HOGS", "", "no", { 31.12, 0.9728, 26.83 }, ALL_3 },
     { "HOGS, jitter", "", "yes", { 31.00, 0.9727, 27.57 }, ALL_3 },
 };
+static const char *const hogs_6_variants[] = {
+    "avatar", "avatar-cj", "no-vpm", "no-vpm-cj", "full", "full-cj",
+};
 
 static const eval_column hogs_7_columns[] = {
-    { "PSNR", "dB", 2, NULL }, { "SSIM", "", 4, NULL }, { "LPIPS", "x1000", 2, NULL },
-    { "OCE", "mm", 2, NULL }, { "MCE", "mm", 2, NULL }, { "ADD-S", "mm", 2, NULL },
+    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_x1000", "LPIPS", 2, NULL },
+    { "oce_mm", "OCE", 2, NULL }, { "mce_mm", "MCE", 2, NULL }, { "adds_mm", "ADD-S", 2, NULL },
 };
 static const eval_row hogs_7_rows[] = {
     { "full", "", "0", { 31.12, 0.9728, 26.83, 17.83, 25.95, 11.87 }, ALL_6 },
@@ -76,9 +83,12 @@ static const eval_row hogs_7_rows[] = {
     { "no adaptive appearance", "", "4", { 29.92, 0.9700, 29.95 }, { 1, 1, 1 } },
     { "no V-PM", "", "5", { 29.57, 0.9687, 31.75 }, { 1, 1, 1 } },
 };
+static const char *const hogs_7_variants[] = {
+    "full", "no-contact", "gpm-random", "no-gpm", "no-color", "no-vpm",
+};
 
 static const eval_column hogs_8_columns[] = {
-    { "PSNR", "dB", 2, NULL }, { "SSIM", "", 4, NULL }, { "LPIPS", "x1000", 2, NULL },
+    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_x1000", "LPIPS", 2, NULL },
 };
 static const eval_row hogs_8_rows[] = {
     { "none", "", "0", { 29.57, 0.9687, 31.75 }, ALL_3 },
@@ -87,9 +97,12 @@ static const eval_row hogs_8_rows[] = {
     { "F(pi), G", "", "3", { 31.08, 0.9725, 27.31 }, ALL_3 },
     { "F, F(pi), G", "", "4", { 31.12, 0.9728, 26.83 }, ALL_3 },
 };
+static const char *const hogs_8_variants[] = {
+    "no-vpm", "vpm-fg", "vpm-fp", "vpm-pg", "full",
+};
 
 static const eval_column hogs_9_columns[] = {
-    { "CD_o", "cm^2", 2, NULL }, { "F_o@5", "", 3, NULL }, { "F_o@10", "", 3, NULL },
+    { "object_chamfer_cm2", "CD_o", 2, NULL }, { "object_f5", "F_o@5", 3, NULL }, { "object_f10", "F_o@10", 3, NULL },
 };
 static const eval_row hogs_9_rows[] = {
     { "Hasson et al.", "", "", { 1.94, 0.383, 0.642 }, ALL_3 },
@@ -120,35 +133,39 @@ const eval_table eval_hogs_tables[] = {
         .row = hogs_4_rows, .n_rows = LT_COUNT(hogs_4_rows),
     },
     {
-        .id = "hogs-5", .title = "HOGS, Table 5: object pose",
+        .id = "hogs-5", .title = "HOGS, Table 5: object pose", .cite = "HOGS, Table 5",
         .data = "DexYCB",
         .remark = "the HOGS row equals row 1 of Table 7 after rounding, not row 0",
         .column = hogs_5_columns, .n_columns = LT_COUNT(hogs_5_columns),
-        .row = hogs_5_rows, .n_rows = LT_COUNT(hogs_5_rows),
+        .row = hogs_5_rows, .variant = hogs_5_variants, .n_rows = LT_COUNT(hogs_5_rows),
     },
     {
-        .id = "hogs-6", .title = "HOGS, Table 6: colour jitter",
+        .id = "hogs-6", .title = "HOGS, Table 6: colour jitter", .cite = "HOGS, Table 6",
         .data = "DexYCB", .note = "jitter",
         .column = hogs_6_columns, .n_columns = LT_COUNT(hogs_6_columns),
-        .row = hogs_6_rows, .n_rows = LT_COUNT(hogs_6_rows),
+        .row = hogs_6_rows, .variant = hogs_6_variants, .n_rows = LT_COUNT(hogs_6_rows),
+        .ablation = true,
     },
     {
-        .id = "hogs-7", .title = "HOGS, Table 7: module ablation",
+        .id = "hogs-7", .title = "HOGS, Table 7: module ablation", .cite = "HOGS, Table 7",
         .data = "DexYCB", .note = "ID",
         .column = hogs_7_columns, .n_columns = LT_COUNT(hogs_7_columns),
-        .row = hogs_7_rows, .n_rows = LT_COUNT(hogs_7_rows),
+        .row = hogs_7_rows, .variant = hogs_7_variants, .n_rows = LT_COUNT(hogs_7_rows),
+        .ablation = true,
     },
     {
-        .id = "hogs-8", .title = "HOGS, Table 8: inputs of V-PM",
+        .id = "hogs-8", .title = "HOGS, Table 8: inputs of V-PM", .cite = "HOGS, Table 8",
         .data = "DexYCB", .note = "ID",
         .column = hogs_8_columns, .n_columns = LT_COUNT(hogs_8_columns),
-        .row = hogs_8_rows, .n_rows = LT_COUNT(hogs_8_rows),
+        .row = hogs_8_rows, .variant = hogs_8_variants, .n_rows = LT_COUNT(hogs_8_rows),
+        .ablation = true,
     },
     {
         .id = "hogs-9", .title = "HOGS, Table 9: object alignment",
         .data = "DexYCB",
         .column = hogs_9_columns, .n_columns = LT_COUNT(hogs_9_columns),
         .row = hogs_9_rows, .n_rows = LT_COUNT(hogs_9_rows),
+        .ablation = true,
     },
 };
 const int eval_n_hogs_tables = LT_COUNT(eval_hogs_tables);

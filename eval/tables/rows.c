@@ -4,21 +4,16 @@
 
 #include <math.h>
 
-void eval_row_ho3d(eval_row *row, const double scores[HO3D_SCORES])
+void eval_row_fill(const eval_table *t, eval_row *row, const eval_score *scores, int n)
 {
-    row->values[0] = 10 * scores[HO3D_XYZ_PA_MEAN];
-    row->values[1] = 10 * scores[HO3D_MESH_PA_MEAN];
-    row->values[2] = 100 * scores[HO3D_F_AL_5];
-    row->values[3] = 100 * scores[HO3D_F_AL_15];
-    for (int i = 0; i < 4; i++)
-        row->has[i] = true;
-}
+    for (int i = 0; i < n; i++) {
+        const int column = eval_find_key(t, scores[i].key);
 
-void eval_row_dexycb(eval_row *row, const double scores[DEXYCB_SCORES], eval_procrustes_kind kind)
-{
-    row->values[0] = scores[DEXYCB_RELATIVE_MEAN];
-    row->values[1] = scores[kind == EVAL_RIGID ? DEXYCB_RIGID_MEAN : DEXYCB_PA_MEAN];
-    row->has[0] = row->has[1] = true;
+        if (column == EVAL_NO_ROW || scores[i].missing)
+            continue;
+        row->values[column] = scores[i].value;
+        row->has[column] = true;
+    }
 }
 
 void eval_object_shares_add(const eval_table *t, eval_object_shares *s, const char *model,

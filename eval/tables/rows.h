@@ -6,22 +6,21 @@
 #define EVAL_TABLES_ROWS_H
 
 #include "eval/metrics/curve.h"
-#include "eval/metrics/metrics.h"
-#include "eval/scorers/dexycb_score.h"
-#include "eval/scorers/ho3d_score.h"
 #include "eval/tables/tables.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* eval_row_ho3d - the first four columns of the HO3D hand tables (hocat-1, hocat-5, unified-4):
- * joints and vertices after Procrustes in mm, F at 5 and 15 mm after it in % */
-void eval_row_ho3d(eval_row *row, const double scores[HO3D_SCORES]);
+/* What was measured of one predictor in one metric of the dictionary, in its unit. */
+typedef struct {
+    const char *key;
+    double value;                   /* not finite: a prediction failed */
+    bool missing;                   /* there was nothing to measure */
+} eval_score;
 
-/* eval_row_dexycb - the first two columns of the DexYCB hand tables (hocat-3, unified-5,
- * unified-8) in mm: wrist on wrist, and after Procrustes of this kind (the table's) */
-void eval_row_dexycb(eval_row *row, const double scores[DEXYCB_SCORES], eval_procrustes_kind kind);
+/* eval_row_fill - the columns whose keys are among n scores; columns about one object are eval_row_objects' */
+void eval_row_fill(const eval_table *t, eval_row *row, const eval_score *scores, int n);
 
 /* Shares of correct poses by object, for the tables with a column per object (hocat-2,
  * hocat-4). */

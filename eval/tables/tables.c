@@ -42,12 +42,22 @@ bool eval_table_by_object(const eval_table *t)
     return false;
 }
 
+int eval_find_variant(const eval_table *t, const char *variant)
+{
+    for (int i = 0; i < t->n_rows; i++) {
+        const char *own = t->variant ? t->variant[i] : t->row[i].note;
+
+        if (own && strcmp(own, variant) == 0)
+            return i;
+    }
+    return EVAL_NO_ROW;
+}
+
 int eval_table_own_row(const eval_table *t, const char *variant)
 {
-    for (int i = 0; i < t->n_rows; i++)
-        if (strcmp(t->row[i].note, variant) == 0)
-            return i;
-    return t->n_rows - 1;
+    const int row = eval_find_variant(t, variant);
+
+    return row == EVAL_NO_ROW ? t->n_rows - 1 : row;
 }
 
 int eval_find_column(const eval_table *t, const char *name)
@@ -57,6 +67,23 @@ int eval_find_column(const eval_table *t, const char *name)
             return i;
     }
     return EVAL_NO_ROW;
+}
+
+int eval_find_key(const eval_table *t, const char *key)
+{
+    for (int i = 0; i < t->n_columns; i++) {
+        if (!t->column[i].object && strcmp(t->column[i].key, key) == 0)
+            return i;
+    }
+    return EVAL_NO_ROW;
+}
+
+const metric *eval_column_metric(const eval_column *c)
+{
+    const metric *m = metric_find(c->key);
+
+    assert(m);
+    return m;
 }
 
 int eval_find_object(const eval_table *t, const char *model)
@@ -118,8 +145,9 @@ static void put_heading(grid *g, const eval_table *t)
     g->heads = g->next;
     for (int i = 0; i < t->n_columns; i++) {
         const eval_column *c = &t->column[i];
+        const char *unit = eval_column_metric(c)->unit;
 
-        put(g, *c->unit ? lt_arena_printf(g->arena, "%s (%s)", c->name, c->unit) : c->name);
+        put(g, *unit ? lt_arena_printf(g->arena, "%s (%s)", c->name, unit) : c->name);
     }
 }
 
@@ -329,7 +357,8 @@ static cJSON *json_columns(const eval_table *t)
         cJSON *o = cJSON_CreateObject();
 
         cJSON_AddStringToObject(o, "name", t->column[i].name);
-        cJSON_AddStringToObject(o, "unit", t->column[i].unit);
+        cJSON_AddStringToObject(o, "unit", eval_column_metric(&t->column[i])->unit);
+        cJSON_AddStringToObject(o, "key", t->column[i].key);
         cJSON_AddItemToArray(list, o);
     }
     return list;

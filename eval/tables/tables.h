@@ -10,7 +10,7 @@
 #ifndef EVAL_TABLES_TABLES_H
 #define EVAL_TABLES_TABLES_H
 
-#include "eval/metrics/metrics.h"
+#include "estimate/metric.h"
 #include "libtensor/base/common.h"
 #include "libtensor/base/status.h"
 
@@ -25,7 +25,8 @@ struct cJSON;
 enum { EVAL_COLUMNS = 24, EVAL_NO_ROW = -1 };
 
 typedef struct {
-    const char *name, *unit;        /* unit "" for a pure number */
+    const char *key;                /* of the dictionary, which has the unit and the better direction */
+    const char *name;               /* as the paper calls it */
     int decimals;                   /* as the paper prints it */
     const char *object;             /* model folder of a column about one object, else NULL */
 } eval_column;
@@ -42,15 +43,17 @@ typedef struct {
 typedef struct {
     const char *id;                 /* "hocat-1" */
     const char *title;              /* "HOCAT, Table 1: hand pose" */
+    const char *cite;               /* what claims call it, "HOCAT, Table 5"; NULL: they have none of it */
     const char *data;               /* what the paper's rows were made on: "HO3D v2" */
     const char *note;               /* heading of the note column, or NULL */
     const char *remark;             /* one line under the table, or NULL */
     const eval_column *column;
     int n_columns;
     const eval_row *row;
+    const char *const *variant;     /* (n_rows) which of ours each row is about, or NULL; NULL: those of the notes */
     int n_rows;
-    eval_procrustes_kind procrustes;    /* DexYCB's PA-MPJPE */
     bool hfl_symmetry;              /* shares of objects: HFL's symmetric ones by ADD-S */
+    bool ablation;                  /* its rows are variants of one model */
     bool columns_down;              /* wide tables are printed with a line per column */
 } eval_table;
 
@@ -84,8 +87,16 @@ bool eval_table_of(const eval_table *t, const char *model);
 bool eval_table_by_object(const eval_table *t);
 int eval_table_own_row(const eval_table *t, const char *variant);
 
-/* eval_find_column - index by name; EVAL_NO_ROW for none */
+/* eval_find_variant - the row that is about a variant; EVAL_NO_ROW for none */
+int eval_find_variant(const eval_table *t, const char *variant);
+
+/* eval_find_column - index by name; eval_find_key - by what is measured, of a column that is about all objects;
+ * EVAL_NO_ROW for none */
 int eval_find_column(const eval_table *t, const char *name);
+int eval_find_key(const eval_table *t, const char *key);
+
+/* eval_column_metric - what a column measures */
+const metric *eval_column_metric(const eval_column *c);
 
 /* eval_find_object - the column about the object of that model folder, with or without "syn_"
  * before it */

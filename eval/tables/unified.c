@@ -6,8 +6,8 @@
 #define ALL_4 { 1, 1, 1, 1 }
 
 static const eval_column unified_4_columns[] = {
-    { "PA-MPJPE", "mm", 2, NULL }, { "PA-MPVPE", "mm", 2, NULL }, { "F@5", "%", 1, NULL },
-    { "F@15", "%", 1, NULL },
+    { "pa_mpjpe_mm", "PA-MPJPE", 2, NULL }, { "pa_mpvpe_mm", "PA-MPVPE", 2, NULL }, { "f5_percent", "F@5", 1, NULL },
+    { "f15_percent", "F@15", 1, NULL },
 };
 static const eval_row unified_4_rows[] = {
     { "Hasson et al.", "[16]", "", { 11.40, 11.40, 42.8, 93.2 }, ALL_4 },
@@ -19,7 +19,7 @@ static const eval_row unified_4_rows[] = {
 };
 
 static const eval_column unified_5_columns[] = {
-    { "MPJPE", "mm", 2, NULL }, { "PA-MPJPE", "mm", 2, NULL },
+    { "mpjpe_mm", "MPJPE", 2, NULL }, { "pa_mpjpe_mm", "PA-MPJPE", 2, NULL },
 };
 static const eval_row unified_5_rows[] = {
     { "Hasson et al.", "[16]", "RGB", { 17.60 }, { 1 } },
@@ -33,7 +33,7 @@ static const eval_row unified_5_rows[] = {
 };
 
 static const eval_column unified_6_columns[] = {
-    { "AUC", "", 2, NULL }, { "ADD-S<2cm", "", 2, NULL },
+    { "adds_auc", "AUC", 2, NULL }, { "adds_below_2cm", "ADD-S<2cm", 2, NULL },
 };
 static const eval_row unified_6_rows[] = {
     { "Hasson et al.", "[16]", "", { 0.69, 0.65 }, ALL_2 },
@@ -45,8 +45,8 @@ static const eval_row unified_6_rows[] = {
 };
 
 static const eval_column unified_8_columns[] = {
-    { "MPJPE", "mm", 2, NULL }, { "PA-MPJPE", "mm", 2, NULL }, { "ADD-S<2cm", "", 2, NULL },
-    { "AUC", "", 2, NULL },
+    { "mpjpe_mm", "MPJPE", 2, NULL }, { "pa_mpjpe_mm", "PA-MPJPE", 2, NULL },
+    { "adds_below_2cm", "ADD-S<2cm", 2, NULL }, { "adds_auc", "AUC", 2, NULL },
 };
 static const eval_row unified_8_rows[] = {
     { "without depth and fusion", "", "no_depth", { 12.60, 4.80, 0.77, 0.76 }, ALL_4 },
@@ -64,7 +64,7 @@ const eval_table eval_unified_tables[] = {
     },
     {
         .id = "unified-5", .title = "Unified RGB-D estimator, Table 5: hand pose",
-        .data = "DexYCB", .note = "input", .procrustes = EVAL_REFLECT,
+        .data = "DexYCB", .note = "input",
         .column = unified_5_columns, .n_columns = LT_COUNT(unified_5_columns),
         .row = unified_5_rows, .n_rows = LT_COUNT(unified_5_rows),
     },
@@ -76,10 +76,11 @@ const eval_table eval_unified_tables[] = {
         .row = unified_6_rows, .n_rows = LT_COUNT(unified_6_rows),
     },
     {
-        .id = "unified-8", .title = "Unified RGB-D estimator, Table 8: ablation",
-        .data = "DexYCB", .note = "option", .procrustes = EVAL_REFLECT,
+        .id = "unified-8", .title = "Unified RGB-D estimator, Table 8: ablation", .cite = "Unified, Table 8",
+        .data = "DexYCB", .note = "option",
         .column = unified_8_columns, .n_columns = LT_COUNT(unified_8_columns),
         .row = unified_8_rows, .n_rows = LT_COUNT(unified_8_rows),
+        .ablation = true,
     },
 };
 const int eval_n_unified_tables = LT_COUNT(eval_unified_tables);

@@ -8,6 +8,7 @@
 
 #include "data/hand_pose.h"
 #include "data/mirror.h"
+#include "eval/metrics/metrics.h"
 #include "libtensor/base/parallel.h"
 
 #include <math.h>
@@ -243,6 +244,7 @@ static void count_objects(evaluation *e, score_set *set, int n)
         eval_mean_add(&set->add, err->add);
         eval_mean_add(&set->oce, err->oce);
         eval_mean_add(&set->mce, err->mce);
+        eval_mean_add(&set->mean_adds, err->adds_estimate);
     }
 }
 

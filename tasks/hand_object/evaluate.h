@@ -7,7 +7,7 @@
 #define TASKS_HAND_OBJECT_EVALUATE_H
 
 #include "estimate/estimator.h"
-#include "eval/tables/tables.h"
+#include "eval/tables/rows.h"
 
 typedef struct {
     const model *m;
@@ -25,16 +25,12 @@ typedef struct {
     void *progress_ctx;
 } evaluate_options;
 
-/* Mean errors of one predictor, as its rows print them. */
+/* What was measured of one predictor, in the order of scores.json. */
+enum { EVALUATE_SCORES = 40 };
 typedef struct {
     const char *label;
-    double pa_mpjpe_mm, pa_mpvpe_mm, f5, f15;   /* HO3D protocol; F in % */
-    double mpjpe_mm, rigid_pa_mpjpe_mm;         /* DexYCB protocol: wrist-relative */
-    double add01;                               /* % with ADD <= 0.1 diameter; DexYCB's symmetric objects: ADD-S */
-    double rep5;                                /* % reprojected within 5 px of the crop, DexYCB's of the image */
-    double add_mm, oce_mm, mce_mm;              /* means, see eval/metrics/object_pose.h; infinite when one pose failed */
-    double adds_below_2cm, adds_auc;            /* ADD-S: share below 2 cm, area up to 0.1 m; NAN: no objects */
-    double no_pose;                             /* % of samples without an object pose */
+    eval_score score[EVALUATE_SCORES];
+    int n;
 } evaluate_summary;
 
 enum { EVALUATE_MODEL, EVALUATE_MEAN_POSE, EVALUATE_ZERO, EVALUATE_ROWS };
@@ -52,6 +48,11 @@ void evaluation_free(evaluation *e);
 
 /* evaluation_summary - row EVALUATE_MODEL and so on; label NULL where the row was not made */
 evaluate_summary evaluation_summary(const evaluation *e, int row);
+
+/* evaluate_key_at - the i-th key of what is measured, NULL past the last; evaluation_score - of the model, NaN where
+ * there was nothing to measure */
+const char *evaluate_key_at(int i);
+double evaluation_score(const evaluation *e, const char *key);
 
 /* evaluation_print - the tables of the model's paper, our rows beneath the paper's */
 lt_status evaluation_print(const evaluation *e, FILE *f, eval_format format);

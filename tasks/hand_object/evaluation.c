@@ -12,79 +12,11 @@
 #include <math.h>
 #include <string.h>
 
-/* The share of objects with an ADD-S below so many metres */
-static double adds_below(const score_set *set, double limit)
-{
-    int64_t close = 0;
-
-    for (int64_t i = 0; i < set->n_adds; i++)
-        close += set->adds[i] < limit;
-    return (double)close / (double)set->n_adds;
-}
-
-static double adds_auc(const score_set *set)
-{
-    return set->n_adds ? eval_auc_ycb(set->n_adds, set->adds, 0.1) : NAN;
-}
-
-evaluate_summary evaluation_summary(const evaluation *e, int row)
-{
-    const score_set *set = &e->set[row];
-    evaluate_summary s = { .label = set->label };
-    double ho3d[HO3D_SCORES], dexycb[DEXYCB_SCORES];
-
-    if (!set->label)
-        return s;
-    ho3d_scorer_scores(set->ho3d, ho3d);
-    dexycb_scorer_scores(set->dexycb, dexycb);
-    s.pa_mpjpe_mm = 10 * ho3d[HO3D_XYZ_PA_MEAN];
-    s.pa_mpvpe_mm = 10 * ho3d[HO3D_MESH_PA_MEAN];
-    s.f5 = 100 * ho3d[HO3D_F_AL_5];
-    s.f15 = 100 * ho3d[HO3D_F_AL_15];
-    s.mpjpe_mm = dexycb[DEXYCB_RELATIVE_MEAN];
-    s.rigid_pa_mpjpe_mm = dexycb[DEXYCB_RIGID_MEAN];
-    s.add01 = 100 * eval_share_value(&set->add01);
-    s.rep5 = 100 * eval_share_value(&set->rep5);
-    s.oce_mm = 1e3 * eval_mean_value(&set->oce);
-    s.mce_mm = 1e3 * eval_mean_value(&set->mce);
-    s.add_mm = 1e3 * eval_mean_value(&set->add);
-    s.adds_below_2cm = adds_below(set, 0.02);
-    s.adds_auc = adds_auc(set);
-    s.no_pose = 100.0 * (double)set->no_pose / (double)e->samples;
-    return s;
-}
-
-/* The value of a column, where the table has it. */
-static void set_column(const eval_table *t, eval_row *row, const char *name, double value)
-{
-    if (eval_find_column(t, name) != EVAL_NO_ROW)
-        eval_row_set(t, row, name, value);
-}
-
 static void set_objects(const evaluation *e, const eval_table *t, const score_set *set, eval_row *row)
 {
     for (int k = 0; k < e->n_by_object; k++)
         if (e->by_object[k] == t)
             eval_row_objects(t, &set->shares[k], row);
-}
-
-/* ADD-S of all objects together */
-static void set_adds(const eval_table *t, const score_set *set, eval_row *row)
-{
-    if (set->n_adds == 0)
-        return;
-    set_column(t, row, "ADD-S<2cm", adds_below(set, 0.02));
-    set_column(t, row, "AUC", adds_auc(set));
-}
-
-/* What is the model's, not its predictions': its size and its speed. */
-static void set_size(const evaluation *e, const eval_table *t, eval_row *row)
-{
-    set_column(t, row, "parameters", 4.0 * (double)lt_params_count(e->o.m->params, LT_WEIGHT, "") / 1048576);
-    if (e->o.seconds_per_image > 0) {
-        set_column(t, row, "time", e->o.seconds_per_image);
-        set_column(t, row, "FPS", 1 / e->o.seconds_per_image);
-    }
 }
 
 static bool about_dexycb(const eval_table *t)
@@ -94,7 +26,7 @@ static bool about_dexycb(const eval_table *t)
 
 static bool about_hands(const eval_table *t)
 {
-    return !eval_table_by_object(t) && (!about_dexycb(t) || eval_find_column(t, "MPJPE") != EVAL_NO_ROW);
+    return !eval_table_by_object(t) && (!about_dexycb(t) || eval_find_key(t, "mpjpe_mm") != EVAL_NO_ROW);
 }
 
 /* The paper's row that a variant reproduces; none for predictors that see nothing. */
@@ -111,24 +43,30 @@ static const char *note_of(const evaluation *e, const eval_table *t)
     return t->row[against(e, t, EVALUATE_MODEL)].note;
 }
 
-/* Row `set` of a table; what the table does not ask for is left out. */
-static eval_row row_of(const evaluation *e, const eval_table *t, const score_set *set)
+/* PA-MPJPE as DexYCB's toolkit has it, which is HO3D's but for the last bits: the order of the joints is another. */
+static void by_toolkit(evaluate_summary *s, const score_set *set)
 {
-    eval_row row = { .label = set->label, .cite = "", .note = "" };
-    double ho3d[HO3D_SCORES], dexycb[DEXYCB_SCORES];
+    double scores[DEXYCB_SCORES];
 
-    ho3d_scorer_scores(set->ho3d, ho3d);
-    dexycb_scorer_scores(set->dexycb, dexycb);
+    dexycb_scorer_scores(set->dexycb, scores);
+    for (int i = 0; i < s->n; i++)
+        if (strcmp(s->score[i].key, "pa_mpjpe_mm") == 0)
+            s->score[i].value = scores[DEXYCB_PA_MEAN];
+}
+
+/* A predictor's row of a table; what the table does not ask for is left out. */
+static eval_row row_of(const evaluation *e, const eval_table *t, int which)
+{
+    const score_set *set = &e->set[which];
+    evaluate_summary s = evaluation_summary(e, which);
+    eval_row row = { .label = set->label, .cite = "", .note = "" };
+
+    if (about_dexycb(t))
+        by_toolkit(&s, set);
     set_objects(e, t, set, &row);
-    if (about_hands(t) && about_dexycb(t))
-        eval_row_dexycb(&row, dexycb, t->procrustes);
-    else if (about_hands(t))
-        eval_row_ho3d(&row, ho3d);
-    set_adds(t, set, &row);
-    if (set == &e->set[EVALUATE_MODEL]) {
-        set_size(e, t, &row);
+    eval_row_fill(t, &row, s.score, s.n);
+    if (which == EVALUATE_MODEL)
         row.note = note_of(e, t);
-    }
     return row;
 }
 
@@ -144,7 +82,7 @@ static int results_of(const evaluation *e, const eval_table *t, eval_result out[
 
     for (int i = 0; belongs(e, t) && i < EVALUATE_ROWS; i++)
         if (e->set[i].label)
-            out[n++] = (eval_result){ row_of(e, t, &e->set[i]), against(e, t, i) };
+            out[n++] = (eval_result){ row_of(e, t, i), against(e, t, i) };
     return n;
 }
 
@@ -170,7 +108,7 @@ static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
         p.symmetry = eval_symmetry_name(t->hfl_symmetry ? EVAL_SYM_HFL : EVAL_SYM_NONE);
         p.alignment = "none";
     } else if (about_hands(t) && about_dexycb(t)) {
-        p.alignment = t->procrustes == EVAL_RIGID
+        p.alignment = eval_find_key(t, "rigid_pa_mpjpe_mm") != EVAL_NO_ROW
             ? "MPJPE: wrist on wrist; PAMPJPE: similarity per sample, no reflections"
             : "MPJPE: wrist on wrist; PA-MPJPE: similarity per sample, reflections allowed";
     } else if (about_hands(t)) {
@@ -178,7 +116,7 @@ static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
     } else {
         p.alignment = "none";
     }
-    if (eval_find_column(t, "AUC") != EVAL_NO_ROW) {
+    if (eval_find_key(t, "adds_auc") != EVAL_NO_ROW) {
         p.threshold = "ADD-S up to 0.1 m, and below 0.02 m";
         p.symmetry = "ADD-S for every class, true to nearest estimated";
     }
@@ -209,20 +147,8 @@ static cJSON *summary_json(const evaluate_summary *s)
     cJSON *o = cJSON_CreateObject();
 
     cJSON_AddStringToObject(o, "predictor", s->label);
-    cJSON_AddNumberToObject(o, "pa_mpjpe_mm", s->pa_mpjpe_mm);
-    cJSON_AddNumberToObject(o, "pa_mpvpe_mm", s->pa_mpvpe_mm);
-    cJSON_AddNumberToObject(o, "f5_percent", s->f5);
-    cJSON_AddNumberToObject(o, "f15_percent", s->f15);
-    cJSON_AddNumberToObject(o, "mpjpe_mm", s->mpjpe_mm);
-    cJSON_AddNumberToObject(o, "rigid_pa_mpjpe_mm", s->rigid_pa_mpjpe_mm);
-    cJSON_AddNumberToObject(o, "add01_percent", s->add01);
-    cJSON_AddNumberToObject(o, "rep5_percent", s->rep5);
-    cJSON_AddNumberToObject(o, "add_mm", s->add_mm);
-    cJSON_AddNumberToObject(o, "oce_mm", s->oce_mm);
-    cJSON_AddNumberToObject(o, "mce_mm", s->mce_mm);
-    cJSON_AddNumberToObject(o, "adds_below_2cm", s->adds_below_2cm);
-    cJSON_AddNumberToObject(o, "adds_auc", s->adds_auc);
-    cJSON_AddNumberToObject(o, "no_object_pose_percent", s->no_pose);
+    for (int i = 0; i < s->n; i++)
+        cJSON_AddNumberToObject(o, s->score[i].key, s->score[i].value);
     return o;
 }
 
@@ -267,11 +193,11 @@ cJSON *evaluation_json(const evaluation *e)
 
 static lt_status write_per_sample(const evaluation *e, const char *path)
 {
-    static const char *const metric[] = {
+    static const char *const column[] = {
         "pa_mpjpe_mm", "pa_mpvpe_mm", "mpjpe_mm", "add_mm", "object_rotation_deg",
     };
     lt_csv w;
-    lt_status st = lt_csv_open(&w, path, "sample", LT_COUNT(metric), metric);
+    lt_status st = lt_csv_open(&w, path, "sample", LT_COUNT(column), column);
 
     for (int64_t i = 0; st == LT_OK && i < e->samples; i++)
         lt_csv_add(&w, e->names[i], e->per_sample[i]);

@@ -23,7 +23,7 @@ typedef struct {
     double *adds;                   /* (n_adds) ADD-S of each sample with an object, metres */
     int64_t n_adds;
     eval_share add01, rep5;
-    eval_mean_of add, oce, mce;
+    eval_mean_of add, oce, mce, mean_adds;
     int64_t no_pose;
 } score_set;
 

@@ -110,11 +110,15 @@ says 4 'standard output' sh -c 'exec ./palmar info --model hocat >/dev/full'
 says 2 'no --limit' ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.zip" --limit 2
 says 2 'frames without a hand' ./palmar eval "$here/run" --data "$here/data" --filter every
 says 2 'the whole file is scored' ./palmar eval --pred "$here/p.zip" --data "$here/data" --max-pa-mpjpe 1
+says 2 'the whole file is scored' ./palmar eval --pred "$here/p.zip" --data "$here/data" --require 'pa_auc>=0'
 says 2 'choose among' ./palmar eval "$here/run" --data "$here/data" --setup s1
 says 1 'a .json, or a .zip' ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.txt"
 says 2 'go with ONNX' ./palmar export "$here/run" -o "$here/w.safetensors" --samples "$here/s.npz"
 says 2 'takes no checkpoint' ./palmar eval "$here/run" --claims="$here"
 says 1 'want at most 0.00' ./palmar eval "$here/run" --data "$here/data" --no-bench --max-pa-mpjpe 0
+says 1 'PA-MPJPE is .* mm, want at most 0.00; AUC of ADD-S is .*, want at least 2.00$' ./palmar eval "$here/run" \
+    --data "$here/data" --no-bench --require 'adds_auc<=1' --max-pa-mpjpe 0 --require 'adds_auc>=2'
+says 0 '' ./palmar eval "$here/run" --data "$here/data" --no-bench --require 'pa_mpjpe_mm >= 0' --require 'adds_auc<=1'
 says 1 'run/config.json' ./palmar eval "$here/run" --data "$here/data" --no-bench --out "$here/run/config.json"
 printf 'image,hand_x0,hand_y0,hand_x1,hand_y1\nnowhere.jpg,1,2,3,4\n' >"$here/boxes.csv"
 says 1 'boxes.csv:2: there is no image nowhere.jpg' ./palmar predict "$here/run" "$rgb" --boxes "$here/boxes.csv"

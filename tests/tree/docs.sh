@@ -1,8 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
 # What the documents print is what the files hold: each C block of docs/adding-a-layer.md and of
-# docs/your-first-network.md stands, line for line, in the example's source, every file that a document links to exists, and each command has a section in the user
-# guide and a manual page.
+# docs/your-first-network.md stands, line for line, in the example's source, every file that a document links to exists,
+# each command has a section in the user guide and a manual page, and each score is in the formats.
 commands=$(./palmar help | awk '/^  [a-z]+ / && $1 != "palmar" { print $1 }')
 cd "${srcdir:?}" || exit 1
 bad=0
@@ -38,6 +38,15 @@ keys=$(grep -oE '(\([a-z_]+|\{), *"[a-z0-9_]+"|\{ "[a-z0-9_]+"' pipeline/json.c 
 for key in $keys; do
     echo "$json" | grep -q "\`$key\`" || {
         echo "docs/formats.md does not tell of predict's key $key"
+        bad=1
+    }
+done
+
+# Every key that is scored is explained.
+keys=$(grep -oh '"[a-z0-9_]*", FROM_' tasks/*/scores.c | cut -d'"' -f2)
+for key in $keys; do
+    grep -q "^| \`$key\` |" docs/formats.md || {
+        echo "docs/formats.md does not list the score $key"
         bad=1
     }
 done
