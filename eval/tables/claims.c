@@ -1,163 +1,120 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/tables/claims.h"
 
+#include "eval/tables/runs.h"
 #include "libtensor/base/arena.h"
-#include "libtensor/io/file.h"
-#include "libtensor/io/text/json.h"
 
+#include <assert.h>
 #include <cjson/cJSON.h>
-#include <dirent.h>
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-static const eval_claim claims[] = {
-    { "HOCAT, Table 5", "hocat", "full", "dual", "pa_mpjpe_mm", 9.1, 10.1 },
-    { "HOCAT, Table 5", "hocat", "dual", "base", "pa_mpjpe_mm", 10.1, 11.0 },
-    { "HOCAT, Table 5", "hocat", "full", "dual", "pa_mpvpe_mm", 9.0, 10.0 },
-    { "HOCAT, Table 5", "hocat", "dual", "base", "pa_mpvpe_mm", 10.0, 10.9 },
-    { "Unified, Table 8", "unified", "full", "no_depth", "mpjpe_mm", 11.70, 12.60 },
-    { "Unified, Table 8", "unified", "full", "no_aaf", "mpjpe_mm", 11.70, 12.20 },
-    { "Unified, Table 8", "unified", "full", "no_cross_attention", "mpjpe_mm", 11.70, 12.10 },
-    { "Unified, Table 8", "unified", "full", "no_depth", "pa_mpjpe_mm", 4.48, 4.80 },
-    { "Unified, Table 8", "unified", "full", "no_aaf", "pa_mpjpe_mm", 4.48, 4.54 },
-    { "Unified, Table 8", "unified", "full", "no_cross_attention", "pa_mpjpe_mm", 4.48, 4.50 },
-    { "Unified, Table 8", "unified", "full", "no_depth", "adds_below_2cm", 0.83, 0.77 },
-    { "Unified, Table 8", "unified", "full", "no_aaf", "adds_below_2cm", 0.83, 0.79 },
-    { "Unified, Table 8", "unified", "full", "no_cross_attention", "adds_below_2cm", 0.83, 0.76 },
-    { "Unified, Table 8", "unified", "full", "no_depth", "adds_auc", 0.86, 0.76 },
-    { "Unified, Table 8", "unified", "full", "no_aaf", "adds_auc", 0.86, 0.83 },
-    { "Unified, Table 8", "unified", "full", "no_cross_attention", "adds_auc", 0.86, 0.83 },
+/* ---- what the papers claim ------------------------------------------------------------------------------- */
+
+typedef struct {
+    const char *table, *better, *worse, *metric;
+    eval_claim_kind kind;
+    const char *harder;
+} entry;
+
+static const entry entries[] = {
+    { "hocat-5", "full", "dual", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "hocat-5", "dual", "base", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "hocat-5", "full", "dual", "pa_mpvpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "hocat-5", "dual", "base", "pa_mpvpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_depth", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_aaf", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_cross_attention", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_depth", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_aaf", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_cross_attention", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_depth", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_aaf", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_cross_attention", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_depth", "adds_auc", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_aaf", "adds_auc", EVAL_CLAIM_ORDER, NULL },
+    { "unified-8", "full", "no_cross_attention", "adds_auc", EVAL_CLAIM_ORDER, NULL },
+    { "hogs-8", "full", "vpm-fg", "psnr_db", EVAL_CLAIM_ORDER, NULL },
+    { "hogs-8", "full", "vpm-fp", "psnr_db", EVAL_CLAIM_ORDER, NULL },
+    { "hogs-8", "vpm-fg", "no-vpm", "psnr_db", EVAL_CLAIM_ORDER, NULL },
+    { "hogs-8", "vpm-fp", "no-vpm", "psnr_db", EVAL_CLAIM_ORDER, NULL },
+    { "hogs-6", "full", "no-vpm", "psnr_db", EVAL_CLAIM_DROP, "-cj" },
+    { "hogs-6", "full", "avatar", "psnr_db", EVAL_CLAIM_DROP, "-cj" },
+    { "hogs-5", "full", "initial poses", "mce_mm", EVAL_CLAIM_BASELINE, NULL },
 };
 
-static bool higher_is_better(const eval_claim *c) { return c->paper_better > c->paper_worse; }
-
-const eval_claim *eval_claim_at(int i)
+static const eval_table *table_of(const char *id)
 {
-    return i >= 0 && (size_t)i < LT_COUNT(claims) ? &claims[i] : NULL;
+    const eval_table *t;
+
+    for (int i = 0; (t = eval_table_at(i)); i++)
+        if (strcmp(t->id, id) == 0)
+            return t;
+    return NULL;
+}
+
+/* What the paper has for a variant; with suffix: for the variant of that longer name */
+static double paper_value(const eval_table *t, const char *variant, const char *suffix, const char *key)
+{
+    const int column = eval_find_key(t, key);
+    char name[64];
+    int row;
+
+    snprintf(name, sizeof(name), "%s%s", variant, suffix);
+    row = eval_find_variant(t, name);
+    assert(row != EVAL_NO_ROW && column != EVAL_NO_ROW && t->row[row].has[column]);
+    return t->row[row].values[column];
+}
+
+/* How much worse the second is */
+static double drop(const metric *m, double easy, double hard)
+{
+    return m->higher ? easy - hard : hard - easy;
+}
+
+static double paper_side(const eval_claim *c, const char *variant)
+{
+    const double value = paper_value(c->table, variant, "", c->what->key);
+
+    return c->kind == EVAL_CLAIM_DROP
+        ? drop(c->what, value, paper_value(c->table, variant, c->harder, c->what->key)) : value;
+}
+
+bool eval_claim_at(int i, eval_claim *out)
+{
+    const entry *e;
+
+    if (i < 0 || (size_t)i >= LT_COUNT(entries))
+        return false;
+    e = &entries[i];
+    *out = (eval_claim){
+        .kind = e->kind, .table = table_of(e->table), .better = e->better, .worse = e->worse, .harder = e->harder,
+        .what = metric_find(e->metric),
+    };
+    snprintf(out->model, sizeof(out->model), "%.*s", (int)strcspn(e->table, "-"), e->table);
+    out->paper_better = paper_side(out, e->better);
+    out->paper_worse = paper_side(out, e->worse);
+    return true;
+}
+
+static bool higher_is_better(const eval_claim *c)
+{
+    return c->kind != EVAL_CLAIM_DROP && c->what->higher;
 }
 
 /* ---- runs ------------------------------------------------------------------------------------------------ */
 
-typedef struct {
-    cJSON *scores, *config;         /* config: without variant and seed, which stand below */
-    const char *variant;            /* borrowed from scores */
-    double seed;
-    int setting;                    /* the first run with the same config and samples */
-} scored_run;
-
-struct eval_claims {
-    lt_arena *arena;
-    scored_run *run;
-    int n_runs;
-};
-
-static const char *text_of(const cJSON *o, const char *key)
-{
-    const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(o, key));
-
-    return text ? text : "";
-}
-
-static double number_of(const cJSON *o, const char *key)
-{
-    const cJSON *item = cJSON_GetObjectItemCaseSensitive(o, key);
-
-    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
-static bool same_samples(const cJSON *a, const cJSON *b)
-{
-    static const char *const keys[] = { "model", "dataset", "data_crc32", "split", "hand" };
-    bool same = number_of(a, "samples") == number_of(b, "samples")
-                && cJSON_IsTrue(cJSON_GetObjectItem(a, "synthetic"))
-                   == cJSON_IsTrue(cJSON_GetObjectItem(b, "synthetic"));
-
-    for (size_t i = 0; i < LT_COUNT(keys); i++)
-        same = same && strcmp(text_of(a, keys[i]), text_of(b, keys[i])) == 0;
-    return same;
-}
-
-/* What distinguishes the runs of one setting is taken out of the config. */
-static lt_status take_apart(const char *path, scored_run *r)
-{
-    cJSON *model = cJSON_GetObjectItemCaseSensitive(r->config, "model");
-    cJSON *train = cJSON_GetObjectItemCaseSensitive(r->config, "train");
-
-    r->variant = text_of(r->scores, "variant");
-    r->seed = number_of(train, "seed");
-    if (!*r->variant || !cJSON_IsObject(model) || isnan(r->seed))
-        return lt_error(LT_EFORMAT, "%s: not the config of a run that was scored; score it again", path);
-    cJSON_DeleteItemFromObjectCaseSensitive(model, "variant");
-    cJSON_DeleteItemFromObjectCaseSensitive(train, "seed");
-    return LT_OK;
-}
-
-static int setting_of(const eval_claims *c, const scored_run *r)
-{
-    for (int i = 0; i < c->n_runs; i++)
-        if (same_samples(c->run[i].scores, r->scores) && cJSON_Compare(c->run[i].config, r->config, true))
-            return c->run[i].setting;
-    return c->n_runs;
-}
-
-static lt_status read_run(eval_claims *c, const char *folder, const char *name)
-{
-    const char *config = lt_arena_printf(c->arena, "%s/%s/config.json", folder, name);
-    const char *scores = lt_arena_printf(c->arena, "%s/%s/eval/scores.json", folder, name);
-    scored_run *r = &c->run[c->n_runs];
-    lt_status st;
-
-    if (!config || !scores)
-        return lt_error(LT_ENOMEM, "%s: no memory for the runs", folder);
-    if (access(config, R_OK) || access(scores, R_OK))
-        return LT_OK;
-    *r = (scored_run){ 0 };
-    st = lt_json_read(scores, &r->scores);
-    if (st == LT_OK)
-        st = lt_json_read(config, &r->config);
-    if (st == LT_OK)
-        st = take_apart(config, r);
-    if (st == LT_OK)
-        r->setting = setting_of(c, r);
-    c->n_runs++;                    /* a half-read one too, so that it is freed */
-    return st;
-}
-
-static lt_status read_folder(eval_claims *c, const char *folder)
-{
-    struct dirent **entry;
-    const int n = scandir(folder, &entry, NULL, alphasort);
-    lt_status st = LT_OK;
-
-    if (n < 0)
-        return lt_error(lt_errno_status(errno), "%s: %s", folder, strerror(errno));
-    c->run = lt_arena_array(c->arena, (size_t)n, sizeof(*c->run));
-    if (!c->run)
-        st = lt_error(LT_ENOMEM, "%s: no memory for %d runs", folder, n);
-    for (int i = 0; i < n; i++) {
-        if (st == LT_OK && entry[i]->d_name[0] != '.')
-            st = read_run(c, folder, entry[i]->d_name);
-        free(entry[i]);
-    }
-    free(entry);
-    return st;
-}
+struct eval_claims { eval_runs runs; };
 
 lt_status eval_claims_read(const char *folder, eval_claims **out)
 {
-    lt_arena *arena = lt_arena_new();
-    eval_claims *c = arena ? lt_arena_alloc(arena, sizeof(*c)) : NULL;
+    eval_claims *c = lt_alloc(sizeof(*c));
     lt_status st;
 
-    if (!c) {
-        lt_arena_free(arena);
+    if (!c)
         return lt_error(LT_ENOMEM, "no memory for the claims");
-    }
-    c->arena = arena;
-    st = folder ? read_folder(c, folder) : LT_OK;
+    st = eval_runs_read(folder, &c->runs);
     if (st) {
         eval_claims_free(c);
         return st;
@@ -170,11 +127,8 @@ void eval_claims_free(eval_claims *c)
 {
     if (!c)
         return;
-    for (int i = 0; i < c->n_runs; i++) {
-        cJSON_Delete(c->run[i].scores);
-        cJSON_Delete(c->run[i].config);
-    }
-    lt_arena_free(c->arena);
+    eval_runs_free(&c->runs);
+    lt_release(c);
 }
 
 /* ---- pairs ----------------------------------------------------------------------------------------------- */
@@ -186,36 +140,64 @@ typedef struct {
     double margin, least, most;
 } finding;
 
-/* The model's row is the first. */
-static const cJSON *model_row(const scored_run *r)
-{
-    return cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(r->scores, "rows"), 0);
-}
-
 /* A score that was not finite is null and counts as infinitely bad. */
-static double score_of(const scored_run *r, const eval_claim *claim)
+static double score_of(const cJSON *row, const metric *m)
 {
-    const double value = number_of(model_row(r), claim->metric);
+    const double value = eval_number_of(row, m->key);
 
-    return !isnan(value) ? value : higher_is_better(claim) ? -INFINITY : INFINITY;
+    return !isnan(value) ? value : m->higher ? -INFINITY : INFINITY;
 }
 
-/* The scored run of that variant on one side of a claim; scores of before the metric was have none of it. */
-static bool is_side(const scored_run *r, const eval_claim *claim, const char *variant)
+/* Whether a run is of that variant; scores of before the metric was have none of it. */
+static bool is_side(const eval_run *r, const eval_claim *claim, const char *variant, const char *suffix)
 {
-    return strcmp(text_of(r->scores, "model"), claim->model) == 0 && strcmp(r->variant, variant) == 0
-           && cJSON_HasObjectItem(model_row(r), claim->metric);
+    const size_t n = strlen(variant);
+
+    return strcmp(eval_text_of(r->scores, "model"), claim->model) == 0 && strncmp(r->variant, variant, n) == 0
+           && strcmp(r->variant + n, suffix) == 0 && cJSON_HasObjectItem(eval_run_row(r, NULL), claim->what->key);
 }
 
-static const scored_run *partner(const eval_claims *c, const scored_run *better, const eval_claim *claim)
+/* The run that differs from r in its variant alone */
+static const eval_run *partner(const eval_claims *c, const eval_run *r, const eval_claim *claim, const char *variant,
+                               const char *suffix)
 {
-    for (int i = 0; i < c->n_runs; i++) {
-        const scored_run *r = &c->run[i];
+    for (int i = 0; i < c->runs.n; i++) {
+        const eval_run *other = &c->runs.run[i];
 
-        if (r->setting == better->setting && r->seed == better->seed && is_side(r, claim, claim->worse))
-            return r;
+        if (other->setting == r->setting && other->seed == r->seed && is_side(other, claim, variant, suffix))
+            return other;
     }
     return NULL;
+}
+
+/* What a run that is a side of a claim has to say; false: it lacks its harder counterpart. */
+static bool side(const eval_claims *c, const eval_claim *claim, const eval_run *r, const char *variant, double *out)
+{
+    const eval_run *hard;
+
+    *out = score_of(eval_run_row(r, NULL), claim->what);
+    if (claim->kind != EVAL_CLAIM_DROP)
+        return true;
+    hard = partner(c, r, claim, variant, claim->harder);
+    if (hard)
+        *out = drop(claim->what, *out, score_of(eval_run_row(hard, NULL), claim->what));
+    if (isnan(*out))                /* both failed */
+        *out = INFINITY;
+    return hard;
+}
+
+/* What a run's better side is held against; false: there is nothing. */
+static bool other_side(const eval_claims *c, const eval_claim *claim, const eval_run *r, double *out)
+{
+    const cJSON *row = claim->kind == EVAL_CLAIM_BASELINE ? eval_run_row(r, claim->worse) : NULL;
+    const eval_run *other;
+
+    if (claim->kind == EVAL_CLAIM_BASELINE) {
+        *out = score_of(row, claim->what);
+        return cJSON_HasObjectItem(row, claim->what->key);
+    }
+    other = partner(c, r, claim, claim->worse, "");
+    return other && side(c, claim, other, claim->worse, out);
 }
 
 static void add_pair(finding *f, double better, double worse, bool higher)
@@ -235,14 +217,13 @@ static finding find(const eval_claims *c, const eval_claim *claim, int setting)
 {
     finding f = { 0 };
 
-    for (int i = 0; i < c->n_runs; i++) {
-        const scored_run *r = &c->run[i], *other;
+    for (int i = 0; i < c->runs.n; i++) {
+        const eval_run *r = &c->runs.run[i];
+        double better, worse;
 
-        if (r->setting != setting || !is_side(r, claim, claim->better))
-            continue;
-        other = partner(c, r, claim);
-        if (other)
-            add_pair(&f, score_of(r, claim), score_of(other, claim), higher_is_better(claim));
+        if (r->setting == setting && is_side(r, claim, claim->better, "") && side(c, claim, r, claim->better, &better)
+            && other_side(c, claim, r, &worse))
+            add_pair(&f, better, worse, higher_is_better(claim));
     }
     return f;
 }
@@ -251,16 +232,20 @@ static finding find(const eval_claims *c, const eval_claim *claim, int setting)
 
 static void print_data(FILE *f, const cJSON *scores)
 {
-    const bool synthetic = cJSON_IsTrue(cJSON_GetObjectItem(scores, "synthetic"));
+    const bool synthetic = eval_flag_of(scores, "synthetic");
 
-    fprintf(f, "%s%s, %s, %.0f samples", text_of(scores, "dataset"), synthetic ? " layout, SYNTHETIC" : "",
-            text_of(scores, "split"), number_of(scores, "samples"));
+    fprintf(f, "%s%s, %s, %.0f samples", eval_text_of(scores, "dataset"), synthetic ? " layout, SYNTHETIC" : "",
+            eval_text_of(scores, "split"), eval_number_of(scores, "samples"));
 }
 
 static void print_claim(FILE *f, const eval_claim *claim)
 {
-    fprintf(f, "| %s | %s before %s | %s | %.2f / %.2f |", claim->source, claim->better, claim->worse, claim->metric,
-            claim->paper_better, claim->paper_worse);
+    fprintf(f, "| %s | %s before %s", claim->table->cite, claim->better, claim->worse);
+    if (claim->kind == EVAL_CLAIM_DROP)
+        fprintf(f, " in the loss with %s", claim->harder);
+    if (claim->kind == EVAL_CLAIM_BASELINE)
+        fputs(" of the same run", f);
+    fprintf(f, " | %s | %.2f / %.2f |", claim->what->key, claim->paper_better, claim->paper_worse);
 }
 
 static void print_finding(FILE *f, const finding *found, const cJSON *scores)
@@ -273,23 +258,24 @@ static void print_finding(FILE *f, const finding *found, const cJSON *scores)
 
 void eval_claims_print(const eval_claims *c, FILE *f)
 {
+    eval_claim claim;
+
     fputs("| source | claim | metric | paper | ours | margin (least .. most) | held, of seeds | our data |\n"
           "|---|---|---|--:|--:|--:|--:|---|\n", f);
-    for (int k = 0; eval_claim_at(k); k++) {
-        const eval_claim *claim = eval_claim_at(k);
+    for (int k = 0; eval_claim_at(k, &claim); k++) {
         int lines = 0;
 
-        for (int i = 0; i < c->n_runs; i++) {
-            const finding found = find(c, claim, i);
+        for (int i = 0; i < c->runs.n; i++) {
+            const finding found = find(c, &claim, i);
 
             if (!found.pairs)
                 continue;
-            print_claim(f, claim);
-            print_finding(f, &found, c->run[i].scores);
+            print_claim(f, &claim);
+            print_finding(f, &found, c->runs.run[i].scores);
             lines++;
         }
         if (!lines) {
-            print_claim(f, claim);
+            print_claim(f, &claim);
             fputs(" - | - | not tried | - |\n", f);
         }
     }
@@ -297,16 +283,22 @@ void eval_claims_print(const eval_claims *c, FILE *f)
 
 static cJSON *claim_json(const eval_claim *claim)
 {
+    static const char *const kind[] = {
+        [EVAL_CLAIM_ORDER] = "order", [EVAL_CLAIM_DROP] = "drop", [EVAL_CLAIM_BASELINE] = "baseline",
+    };
     cJSON *o = cJSON_CreateObject();
 
-    cJSON_AddStringToObject(o, "source", claim->source);
+    cJSON_AddStringToObject(o, "source", claim->table->cite);
     cJSON_AddStringToObject(o, "model", claim->model);
     cJSON_AddStringToObject(o, "better", claim->better);
     cJSON_AddStringToObject(o, "worse", claim->worse);
-    cJSON_AddStringToObject(o, "metric", claim->metric);
+    cJSON_AddStringToObject(o, "metric", claim->what->key);
     cJSON_AddBoolToObject(o, "higher_is_better", higher_is_better(claim));
     cJSON_AddNumberToObject(o, "paper_better", claim->paper_better);
     cJSON_AddNumberToObject(o, "paper_worse", claim->paper_worse);
+    cJSON_AddStringToObject(o, "kind", kind[claim->kind]);
+    if (claim->harder)
+        cJSON_AddStringToObject(o, "harder", claim->harder);
     return o;
 }
 
@@ -330,17 +322,18 @@ static cJSON *finding_json(const finding *found, const cJSON *scores)
 cJSON *eval_claims_json(const eval_claims *c)
 {
     cJSON *root = cJSON_CreateArray();
+    eval_claim claim;
 
-    for (int k = 0; eval_claim_at(k); k++) {
-        cJSON *claim = claim_json(eval_claim_at(k)), *found = cJSON_AddArrayToObject(claim, "findings");
+    for (int k = 0; eval_claim_at(k, &claim); k++) {
+        cJSON *o = claim_json(&claim), *found = cJSON_AddArrayToObject(o, "findings");
 
-        for (int i = 0; i < c->n_runs; i++) {
-            const finding f = find(c, eval_claim_at(k), i);
+        for (int i = 0; i < c->runs.n; i++) {
+            const finding f = find(c, &claim, i);
 
             if (f.pairs)
-                cJSON_AddItemToArray(found, finding_json(&f, c->run[i].scores));
+                cJSON_AddItemToArray(found, finding_json(&f, c->runs.run[i].scores));
         }
-        cJSON_AddItemToArray(root, claim);
+        cJSON_AddItemToArray(root, o);
     }
     return root;
 }
