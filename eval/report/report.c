@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "eval/report/report.h"
 
+#include "estimate/metric.h"
 #include "eval/report/internal.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
@@ -94,12 +95,23 @@ static lt_status add_points(report *r, const char *group, const cJSON *object, d
     return st;
 }
 
+/* Only validations measure. */
+static bool has_metric(const cJSON *line)
+{
+    const cJSON *item;
+
+    cJSON_ArrayForEach(item, line)
+        if (metric_find(item->string ? item->string : ""))
+            return true;
+    return false;
+}
+
 /* A line of log.jsonl: a step, or a validation */
 static lt_status take_line(report *r, const cJSON *line)
 {
     const cJSON *step = cJSON_GetObjectItemCaseSensitive(line, "step");
     const cJSON *skipped = cJSON_GetObjectItemCaseSensitive(line, "skipped");
-    const char *group = cJSON_GetObjectItemCaseSensitive(line, "pa_mpjpe_mm") ? "validation" : "";
+    const char *group = has_metric(line) ? "validation" : "";
     lt_status st;
 
     if (!cJSON_IsNumber(step))
