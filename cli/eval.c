@@ -5,6 +5,7 @@
 #include "data/open.h"
 #include "eval/bench/bench.h"
 #include "eval/tables/claims.h"
+#include "eval/tables/filled.h"
 #include "eval/tables/require.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
@@ -17,15 +18,15 @@
 
 enum { PICTURES = 12, REQUIREMENTS = 64 };
 enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MAX_PA, CLAIMS, SETUP, FILTER, PRED,
-       REQUIRE };
+       REQUIRE, TABLES };
 
 typedef struct {
     const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit, *pred;
     int batch, limit;
     eval_requirement require[REQUIREMENTS];
     int n_require;
-    const char *runs;               /* of --claims */
-    bool json, no_bench, claims;
+    const char *runs;               /* of --claims or --tables */
+    bool json, no_bench, claims, tables;
 } eval_args;
 
 static const struct argp_option options[] = {
@@ -52,6 +53,8 @@ static const struct argp_option options[] = {
     { "claims", CLAIMS, "RUNS", OPTION_ARG_OPTIONAL,
       "instead of scoring: what the papers' ablations claim, and whether it "
       "held in the scored runs in folder RUNS", 0 },
+    { "tables", TABLES, "RUNS", 0, "instead of scoring: the papers' tables with a row for each scored run in folder "
+      "RUNS", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "json", JSON, NULL, 0, "print scores.json instead of the tables", 0 },
     { 0 },
@@ -62,9 +65,12 @@ static void check_together(const eval_args *a, struct argp_state *state)
 {
     const bool scoring = a->json || a->limit || a->n_require;
 
-    if (a->claims && (a->checkpoint || a->pred || a->submit || a->data || a->limit || a->n_require))
-        argp_error(state, "--claims reads scored runs: it takes no checkpoint, and of the options --json alone");
-    if (!a->claims && !a->checkpoint && !(a->pred && a->data))
+    if ((a->claims || a->tables) && (a->checkpoint || a->pred || a->submit || a->data || a->limit || a->n_require))
+        argp_error(state, "%s reads scored runs: it takes no checkpoint, and of the options --json alone",
+                   a->claims ? "--claims" : "--tables");
+    if (a->claims && a->tables)
+        argp_error(state, "--claims or --tables, not both");
+    if (!a->claims && !a->tables && !a->checkpoint && !(a->pred && a->data))
         argp_error(state, "want a checkpoint or a run's folder, or --pred FILE and --data DIR");
     if (a->checkpoint && a->pred)
         argp_error(state, "a checkpoint or --pred, not both");
@@ -119,6 +125,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         a->claims = true;
         a->runs = arg;
         break;
+    case TABLES:
+        a->tables = true;
+        a->runs = arg;
+        break;
     case ARGP_KEY_ARG:
         if (a->checkpoint)
             argp_error(state, "one checkpoint at a time");
@@ -133,7 +143,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 }
 
 static const struct argp argp = {
-    options, parse, "CHECKPOINT|RUN\n--claims[=RUNS]",
+    options, parse, "CHECKPOINT|RUN\n--claims[=RUNS]\n--tables=RUNS",
     "Score a trained model and print its paper's tables with our rows beneath the paper's.\v"
     "The zero predictor and the mean-pose predictor stand in the tables for reference. Rows made on "
     "synthetic data say so.\n\n  palmar eval runs/tiny --data data/tiny\n  palmar eval --claims=runs", NULL, NULL, NULL,
@@ -175,6 +185,18 @@ static lt_status ledger(const eval_args *a)
     else
         eval_claims_print(c, stdout);
     eval_claims_free(c);
+    return st;
+}
+
+static lt_status tables_of_runs(const eval_args *a)
+{
+    eval_filled *f;
+    lt_status st = eval_filled_read(a->runs, &f);
+
+    if (st)
+        return st;
+    st = a->json ? cli_print_json(eval_filled_json(f), "the tables") : eval_filled_print(f, stdout, EVAL_TEXT);
+    eval_filled_free(f);
     return st;
 }
 
@@ -272,8 +294,8 @@ int cmd_eval(int argc, char **argv)
     lt_status st;
 
     cli_parse("eval", &argp, argc, argv, &a);
-    if (a.claims) {
-        st = ledger(&a);
+    if (a.claims || a.tables) {
+        st = a.claims ? ledger(&a) : tables_of_runs(&a);
         return st ? cli_fail(st) : 0;
     }
     cli_catch_signals();

@@ -200,25 +200,37 @@ static const char *our_data(const eval_protocol *p)
     return p->synthetic ? "synthetic" : or_dash(p->dataset);
 }
 
-static bool fill(grid *g, const eval_table *t, const eval_result *ours, int n,
-                 const eval_protocol *p)
+/* A group's rows, with its number behind the data where there are several */
+static void put_group(grid *g, const eval_table *t, const eval_group *group, int number)
 {
-    int differences = 0;
+    const char *data = our_data(group->protocol);
 
-    for (int i = 0; i < n; i++)
-        differences += ours[i].against != EVAL_NO_ROW;
-    if (!grid_init(g, 1 + t->n_rows + n + differences, 2 + (t->note != NULL) + t->n_columns))
+    if (number)
+        data = lt_arena_printf(g->arena, "%s [%d]", data, number);
+    for (int i = 0; i < group->n; i++) {
+        const eval_result *ours = &group->row[i];
+        const char *label = our_label(g->arena, ours, group->protocol);
+
+        put_row(g, t, &ours->row, label, data);
+        if (ours->against != EVAL_NO_ROW)
+            put_difference(g, t, ours, label, data);
+    }
+}
+
+static bool fill(grid *g, const eval_table *t, const eval_group *groups, int n)
+{
+    int rows = 1 + t->n_rows;
+
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < groups[k].n; i++)
+            rows += 1 + (groups[k].row[i].against != EVAL_NO_ROW);
+    if (!grid_init(g, rows, 2 + (t->note != NULL) + t->n_columns))
         return false;
     put_heading(g, t);
     for (int i = 0; i < t->n_rows; i++)
         put_row(g, t, &t->row[i], paper_label(g, &t->row[i]), t->data);
-    for (int i = 0; i < n; i++) {
-        const char *label = our_label(g->arena, &ours[i], p);
-
-        put_row(g, t, &ours[i].row, label, our_data(p));
-        if (ours[i].against != EVAL_NO_ROW)
-            put_difference(g, t, &ours[i], label, our_data(p));
-    }
+    for (int k = 0; k < n; k++)
+        put_group(g, t, &groups[k], n > 1 ? k + 1 : 0);
     return !g->no_memory;
 }
 
@@ -272,40 +284,60 @@ static void print_grid(FILE *f, eval_format format, const grid *g, bool turned)
 
 /* ---- the protocol ------------------------------------------------------------------------ */
 
-static void print_protocol(FILE *f, const eval_protocol *p)
+static void print_protocol(FILE *f, const eval_protocol *p, int number)
 {
+    if (number)
+        fprintf(f, "Protocol [%d]: ", number);
+    else
+        fputs("Protocol: ", f);
     if (p->synthetic)
-        fprintf(f, "Protocol: SYNTHETIC data (generated, in the layout of %s)",
+        fprintf(f, "SYNTHETIC data (generated, in the layout of %s)",
                 or_dash(p->dataset));
     else
-        fprintf(f, "Protocol: REAL data (%s)", or_dash(p->dataset));
+        fprintf(f, "REAL data (%s)", or_dash(p->dataset));
     fprintf(f, "; split %s; %lld samples, %lld failed; alignment: %s; threshold: %s; ",
             or_dash(p->split), (long long)p->samples, (long long)p->failed, or_dash(p->alignment),
             or_dash(p->threshold));
-    fprintf(f, "diameter: %s; symmetric classes: %s; from ground truth: %s\n", or_dash(p->diameter),
+    fprintf(f, "diameter: %s; symmetric classes: %s; from ground truth: %s", or_dash(p->diameter),
             or_dash(p->symmetry), or_dash(p->given));
+    if (p->files)
+        fprintf(f, "; data: %s", p->files);
+    if (p->columns)
+        fprintf(f, "; %s", p->columns);
+    fputc('\n', f);
+}
+
+lt_status eval_table_print_groups(FILE *f, eval_format format, const eval_table *t, const eval_group *groups, int n)
+{
+    const bool md = format == EVAL_MARKDOWN;
+    grid g;
+
+    if (!fill(&g, t, groups, n)) {
+        lt_arena_free(g.arena);
+        return lt_error(LT_ENOMEM, "table %s: no memory", t->id);
+    }
+    fprintf(f, md ? "### %s\n\n" : "%s\n\n", t->title);
+    print_grid(f, format, &g, t->columns_down);
+    fprintf(f, "\nThe paper's rows: on %s", t->data);
+    if (t->remark)
+        fprintf(f, "; %s", t->remark);
+    fprintf(f, ".%s\n", md && n > 0 ? "  " : "");
+    for (int k = 0; k < n; k++) {
+        print_protocol(f, groups[k].protocol, n > 1 ? k + 1 : 0);
+        if (md && k + 1 < n)
+            fputc('\n', f);
+    }
+    fputc('\n', f);
+    lt_arena_free(g.arena);
+    return LT_OK;
 }
 
 lt_status eval_table_print(FILE *f, eval_format format, const eval_table *t,
                            const eval_result *ours, int n, const eval_protocol *protocol)
 {
-    grid g;
+    const eval_group all = { ours, n, protocol };
 
-    if (!fill(&g, t, ours, n, protocol)) {
-        lt_arena_free(g.arena);
-        return lt_error(LT_ENOMEM, "table %s: no memory", t->id);
-    }
-    fprintf(f, format == EVAL_MARKDOWN ? "### %s\n\n" : "%s\n\n", t->title);
-    print_grid(f, format, &g, t->columns_down);
-    fprintf(f, "\nThe paper's rows: on %s", t->data);
-    if (t->remark)
-        fprintf(f, "; %s", t->remark);
-    fprintf(f, ".%s\n", format == EVAL_MARKDOWN && n > 0 ? "  " : "");
-    if (n > 0)
-        print_protocol(f, protocol);
-    fputc('\n', f);
-    lt_arena_free(g.arena);
-    return LT_OK;
+    return eval_table_print_groups(f, format, t, &all, n > 0);
 }
 
 /* ---- JSON -------------------------------------------------------------------------------- */
@@ -378,13 +410,16 @@ static cJSON *json_protocol(const eval_protocol *p)
     cJSON_AddStringToObject(o, "diameter", or_dash(p->diameter));
     cJSON_AddStringToObject(o, "symmetric classes", or_dash(p->symmetry));
     cJSON_AddStringToObject(o, "from ground truth", or_dash(p->given));
+    if (p->files)
+        cJSON_AddStringToObject(o, "data", p->files);
+    if (p->columns)
+        cJSON_AddStringToObject(o, "columns", p->columns);
     return o;
 }
 
-cJSON *eval_table_json(const eval_table *t, const eval_result *ours, int n,
-                       const eval_protocol *protocol)
+static cJSON *json_paper(const eval_table *t)
 {
-    cJSON *o = cJSON_CreateObject(), *paper, *list;
+    cJSON *o = cJSON_CreateObject(), *paper;
 
     if (!o)
         return NULL;
@@ -394,10 +429,34 @@ cJSON *eval_table_json(const eval_table *t, const eval_result *ours, int n,
     paper = cJSON_AddArrayToObject(o, "paper");
     for (int i = 0; i < t->n_rows; i++)
         cJSON_AddItemToArray(paper, json_row(t, &t->row[i], t->data, false));
-    list = cJSON_AddArrayToObject(o, "ours");
+    return o;
+}
+
+cJSON *eval_table_json(const eval_table *t, const eval_result *ours, int n,
+                       const eval_protocol *protocol)
+{
+    cJSON *o = json_paper(t), *list = cJSON_AddArrayToObject(o, "ours");
+
     for (int i = 0; i < n; i++)
         cJSON_AddItemToArray(list, json_ours(t, &ours[i], protocol));
     if (n > 0)
         cJSON_AddItemToObject(o, "protocol", json_protocol(protocol));
+    return o;
+}
+
+cJSON *eval_table_json_groups(const eval_table *t, const eval_group *groups, int n)
+{
+    cJSON *o = json_paper(t), *list = cJSON_AddArrayToObject(o, "ours"), *protocols;
+
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < groups[k].n; i++) {
+            cJSON *row = json_ours(t, &groups[k].row[i], groups[k].protocol);
+
+            cJSON_AddNumberToObject(row, "protocol", k + 1);
+            cJSON_AddItemToArray(list, row);
+        }
+    protocols = cJSON_AddArrayToObject(o, "protocols");
+    for (int k = 0; k < n; k++)
+        cJSON_AddItemToArray(protocols, json_protocol(groups[k].protocol));
     return o;
 }

@@ -75,7 +75,15 @@ typedef struct {
     const char *diameter;           /* eval_diameter_name */
     const char *symmetry;           /* "hfl: ADD-S, estimated to nearest true" */
     const char *given;              /* inputs that are ground truth: "hand box, object box, wrist" */
+    const char *files, *columns;    /* which data of that name, and what was measured; NULL: not said */
 } eval_protocol;
+
+/* Rows of ours that were made in one way on the same data */
+typedef struct {
+    const eval_result *row;
+    int n;
+    const eval_protocol *protocol;
+} eval_group;
 
 /* eval_table_at - the i-th of all tables, NULL past the last */
 const eval_table *eval_table_at(int i);
@@ -118,10 +126,17 @@ typedef enum { EVAL_TEXT, EVAL_MARKDOWN } eval_format;
 lt_status eval_table_print(FILE *f, eval_format format, const eval_table *t,
                            const eval_result *ours, int n, const eval_protocol *protocol);
 
+/* eval_table_print_groups - the same with rows that were made in several ways: each has a number, which its protocol
+ * has, too */
+lt_status eval_table_print_groups(FILE *f, eval_format format, const eval_table *t, const eval_group *groups, int n);
+
 /* eval_table_json - the same as a value that the caller frees with cJSON_Delete; NULL without
  * memory */
 struct cJSON *eval_table_json(const eval_table *t, const eval_result *ours, int n,
                               const eval_protocol *protocol);
+
+/* eval_table_json_groups - likewise: "protocols", and in each row of "ours" the number of its own, from 1 */
+struct cJSON *eval_table_json_groups(const eval_table *t, const eval_group *groups, int n);
 
 /* The tables of each paper; eval_table_at runs through all. */
 extern const eval_table eval_hocat_tables[], eval_unified_tables[], eval_hogs_tables[];

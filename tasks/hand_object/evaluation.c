@@ -169,6 +169,7 @@ cJSON *evaluation_json(const evaluation *e)
     cJSON_AddBoolToObject(root, "synthetic", e->o.data->synthetic);
     cJSON_AddStringToObject(root, "split", e->o.data->split);
     cJSON_AddNumberToObject(root, "samples", (double)e->samples);
+    cJSON_AddNumberToObject(root, "split_samples", (double)e->o.data->count);
     cJSON_AddStringToObject(root, "hand", e->o.hand_name);
     rows = cJSON_AddArrayToObject(root, "rows");
     for (int i = 0; i < EVALUATE_ROWS; i++) {

@@ -64,6 +64,16 @@ done
 ./palmar bench --config "$here/weights.safetensors" --runs 3 --seconds 0 >/dev/null
 [ "$(wc -c <"$here/weights.safetensors")" -lt "$(($(wc -c <"$here/run/checkpoints/last.safetensors") / 3))" ]
 
+# Tables and claims of the runs in a folder.
+./palmar eval --tables="$here" >"$here/filled.txt"
+grep -q '^HOCAT, Table 5' "$here/filled.txt"
+grep -q '^run: hocat full (synthetic)  *synthetic ' "$here/filled.txt"
+if grep -e '(synthetic) - ' "$here/filled.txt"; then
+    echo "a difference from a paper's row of other data"
+    exit 1
+fi
+./palmar eval --tables="$here" --json | grep -q '"key":  *"pa_mpjpe_mm"\|"key":"pa_mpjpe_mm"'
+
 # With 8-bit integers: a checkpoint like the others. Ranges of two samples are enough to see that it runs.
 ./palmar export "$here/run" --int8 --calibration "$here/data" --calibration-samples 2 -o "$here/int8.safetensors" \
     >"$here/int8.txt" 2>/dev/null
@@ -115,6 +125,9 @@ says 2 'choose among' ./palmar eval "$here/run" --data "$here/data" --setup s1
 says 1 'a .json, or a .zip' ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.txt"
 says 2 'go with ONNX' ./palmar export "$here/run" -o "$here/w.safetensors" --samples "$here/s.npz"
 says 2 'takes no checkpoint' ./palmar eval "$here/run" --claims="$here"
+says 2 'tables reads scored runs: it takes no checkpoint' ./palmar eval "$here/run" --tables="$here"
+says 2 'not both' ./palmar eval --claims --tables="$here"
+says 1 'no scored run in it' ./palmar eval --tables="$here/run"
 says 1 'want at most 0.00' ./palmar eval "$here/run" --data "$here/data" --no-bench --max-pa-mpjpe 0
 says 1 'PA-MPJPE is .* mm, want at most 0.00; AUC of ADD-S is .*, want at least 2.00$' ./palmar eval "$here/run" \
     --data "$here/data" --no-bench --require 'adds_auc<=1' --max-pa-mpjpe 0 --require 'adds_auc>=2'
