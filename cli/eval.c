@@ -146,7 +146,8 @@ static const struct argp argp = {
     options, parse, "CHECKPOINT|RUN\n--claims[=RUNS]\n--tables=RUNS",
     "Score a trained model and print its paper's tables with our rows beneath the paper's.\v"
     "The zero predictor and the mean-pose predictor stand in the tables for reference. Rows made on "
-    "synthetic data say so.\n\n  palmar eval runs/tiny --data data/tiny\n  palmar eval --claims=runs", NULL, NULL, NULL,
+    "synthetic data say so.\n\n  palmar eval runs/tiny --data data/tiny --require \"pa_mpjpe_mm<=12\"\n"
+    "  palmar eval --claims=runs\n  palmar eval --tables=runs", NULL, NULL, NULL,
 };
 
 static bool show_progress(void *ctx, int64_t done, int64_t total)

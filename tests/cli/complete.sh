@@ -26,6 +26,8 @@ offers '' help --v
 offers '--hand= --hand-box= --help' predict --h
 offers '--boxes=' predict runs/tiny --b
 offers '--resume' train --re
+offers '--require=' eval --r
+offers '--tables=' eval --ta
 offers '--op' gradcheck --o
 offers '' predict runs/t
 offers '' nothing --o
