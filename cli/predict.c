@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum { MAX_INPUTS = 4096 };
-enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, MESH, BOXES };
+enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, MESH, BOXES };
 
 typedef struct {
     const char *checkpoint, *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
@@ -17,7 +17,7 @@ typedef struct {
     crop_box hand_box, object_box;
     predict_format format;
     bool has_hand_box, has_object_box, left;
-    double fps;
+    double fps, depth_scale;
 } predict_args;
 
 static const struct argp_option options[] = {
@@ -37,6 +37,8 @@ static const struct argp_option options[] = {
       "images first. Default what the file of --K says, else none", 0 },
     { "depth", DEPTH, "FILE|DIR", 0, "the image's depth, or a folder with NAME.png for NAME.jpg and NAME-000001.png "
       "for a film's first frame: as large as the image, 16 bits in millimetres or as HO3D packs it; default none", 0 },
+    { "depth-scale", DEPTH_SCALE, "METRES", 0, "what a step of a 16-bit depth image is; default 0.001, RealSense's L515 "
+      "has 0.00025", 0 },
     { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
       "object are lost; default unrelated images. A film says it by itself", 0 },
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
@@ -82,6 +84,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case OBJECT: a->object = arg; break;
     case MODELS: a->models = arg; break;
     case DEPTH: a->depth = arg; break;
+    case DEPTH_SCALE: a->depth_scale = cli_real(state, "depth-scale", arg, 1e-6, 10); break;
     case BOXES: a->boxes = arg; break;
     case CAMERA: a->camera = arg; break;
     case LENS: a->lens = arg; break;
@@ -101,6 +104,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case ARGP_KEY_END:
         if (!a->checkpoint || !a->n_inputs)
             argp_error(state, "want a checkpoint or a run's folder, and images or films");
+        if (a->depth_scale > 0 && !a->depth)
+            argp_error(state, "--depth-scale: goes with --depth");
         if (a->lens && !a->camera)
             argp_error(state, "--distortion: goes with --K, which it was calibrated with");
         break;
@@ -140,6 +145,7 @@ static lt_status run(const predict_args *a, const calibration *camera, const cli
         .object_box = a->has_object_box ? &a->object_box : NULL,
         .camera = a->camera ? &camera->camera : NULL, .camera_width = camera->width, .camera_height = camera->height,
         .camera_skew = camera->skew, .lens = &camera->lens, .boxes = a->boxes, .depth = a->depth,
+        .depth_scale = a->depth_scale,
         .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps,
         .alone = true, .stop = stop,
         .messages = stderr,

@@ -10,6 +10,7 @@ void predict_note_found(const predict_view *v, const predict_result *r, predict_
     else if (!predict_trusted(v, r))
         predict_note_add(notes, v, NOTE_LOW_TRUST, "low trust: the hand's 2D and 3D joints differ by %.0f px",
                          r->agreement_px);
+    predict_note_depth(v, r, notes);
     if (v->object && r->object_far)
         predict_note_add(notes, v, NOTE_POSE_FAR, "the pose of %s lies %.3g m away (0.05 to 10 m are believed): does "
                          "its model have another unit, or K another image size?", v->object->name,

@@ -22,8 +22,8 @@ void predict_say(const predict_options *o, const char *fmt, ...) LT_PRINTF(2, 3)
 /* docs/formats.md has the list of their names in the JSON */
 typedef enum {
     NOTE_TURNED, NOTE_HAND_BOX, NOTE_OBJECT_BOX, NOTE_CAMERA, NOTE_CAMERA_SCALED, NOTE_CAMERA_DOUBTFUL,
-    NOTE_UNDISTORTED, NOTE_NO_OBJECT, NOTE_NO_DEPTH, NOTE_NOT_SMOOTHED,
-    NOTE_OBJECT_UNIT, NOTE_OBJECT_AXES, NOTE_HAND_GUESSED, NOTE_LOW_TRUST, NOTE_NO_POSE, NOTE_POSE_FAR,
+    NOTE_UNDISTORTED, NOTE_NO_OBJECT, NOTE_NO_DEPTH, NOTE_DEPTH_TURNED, NOTE_NOT_SMOOTHED,
+    NOTE_OBJECT_UNIT, NOTE_OBJECT_AXES, NOTE_HAND_GUESSED, NOTE_LOW_TRUST, NOTE_DEPTH_DOUBTFUL, NOTE_NO_POSE, NOTE_POSE_FAR,
     PREDICT_NOTES
 } predict_note_code;
 
@@ -121,6 +121,7 @@ typedef struct predict_view {
     const char *path, *name, *depth_path;
     const uint8_t *rgb;             /* (height, width, 3) */
     const float *depth;             /* (height, width) metres, or NULL */
+    double depth_scale;             /* metres that a step of its file was taken for */
     int width, height, orientation; /* as the file stores it, as EXIF has it; rgb and depth are upright */
     lt_camera camera;
     predict_source camera_from;
@@ -147,6 +148,12 @@ lt_status predict_view_open(lt_arena *arena, const predict_options *o, const pre
 
 /* predict_view_mirror - the same seen in a mirror, x -> width - 1 - x */
 lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_view *out);
+
+/* ---- depth.c -------------------------------------------------------------------------------------------- */
+
+/* predict_read_depth - v->depth, upright. LT_EFORMAT: no depth, or of another size; those of reading */
+lt_status predict_read_depth(lt_arena *arena, const predict_options *o, const char *path, predict_view *v,
+                             predict_notes *notes);
 
 /* ---- camera.c ------------------------------------------------------------------------------------------- */
 
@@ -175,6 +182,7 @@ typedef struct {
     double agreement_px;            /* mean distance of the two */
     float control2d[LT_BOX_POINTS][2];          /* of the object's box, image pixels; NaN: not seen */
     bool placed;                    /* else the hand's position is a guess */
+    double measured_m, solved_m;    /* the wrist's depth: as depth has it, NaN where it does not; as joints' size has it */
     bool object_found;
     bool object_far;                /* a pose was found, too near or too far to be believed */
 } predict_result;
@@ -198,6 +206,9 @@ void predict_reproject(const predict_view *v, predict_result *r);
  * Source: Bandi and Thomas 2025 name none; weighted least squares over the joints, and the depth image's word on how
  * far away they are. */
 void predict_place_hand(const predict_view *v, predict_result *r);
+
+/* depth.c: predict_note_depth - where what is measured has nothing to do with the hand's size */
+void predict_note_depth(const predict_view *v, const predict_result *r, predict_notes *notes);
 
 /* ---- smooth.c: a hand in a film, frame after frame ------------------------------------------------------- */
 

@@ -23,11 +23,13 @@ static const struct {
     [NOTE_UNDISTORTED] = { "undistorted", false, NULL },
     [NOTE_NO_OBJECT] = { "no-object", false, NULL },
     [NOTE_NO_DEPTH] = { "no-depth", false, NULL },
+    [NOTE_DEPTH_TURNED] = { "depth-turned", false, NULL },
     [NOTE_NOT_SMOOTHED] = { "not-smoothed", false, NULL },
     [NOTE_OBJECT_UNIT] = { "object-unit", false, NULL },
     [NOTE_OBJECT_AXES] = { "object-axes", false, NULL },
     [NOTE_HAND_GUESSED] = { "hand-guessed", true, NULL },
     [NOTE_LOW_TRUST] = { "low-trust", true, NULL },
+    [NOTE_DEPTH_DOUBTFUL] = { "depth-doubtful", true, NULL },
     [NOTE_NO_POSE] = { "object-not-found", true, NULL },
     [NOTE_POSE_FAR] = { "object-far", true, NULL },
 };

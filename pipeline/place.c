@@ -66,15 +66,15 @@ static void guess_place(const predict_view *v, double t[3])
 }
 
 /* What is measured counts where it is near what the joints' size says: else it is of something else. */
-static bool find_place(const predict_view *v, const sight *s, double t[3])
+static bool find_place(const predict_view *v, const sight *s, predict_result *r, double t[3])
 {
-    double depth;
 
     if (lt_hand_translation(&v->camera, LT_HAND_KEYPOINTS, s->X, s->uv, s->weight, t))
         return false;
-    depth = measured_depth(v, s);
-    if (fabs(depth - t[2]) < FAR_OFF)
-        lt_hand_translation_at(&v->camera, LT_HAND_KEYPOINTS, s->X, s->uv, s->weight, depth, t);
+    r->solved_m = t[2];
+    r->measured_m = measured_depth(v, s);
+    if (fabs(r->measured_m - t[2]) < FAR_OFF)
+        lt_hand_translation_at(&v->camera, LT_HAND_KEYPOINTS, s->X, s->uv, s->weight, r->measured_m, t);
     return t[2] > PREDICT_NEAREST && t[2] < PREDICT_FARTHEST;
 }
 
@@ -91,7 +91,8 @@ void predict_place_hand(const predict_view *v, predict_result *r)
     sight s;
 
     see(r, &s);
-    r->placed = find_place(v, &s, t);
+    r->measured_m = r->solved_m = NAN;
+    r->placed = find_place(v, &s, r, t);
     if (!r->placed)
         guess_place(v, t);
     move(r->e.joints, LT_HAND_KEYPOINTS, t);

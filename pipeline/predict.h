@@ -31,6 +31,7 @@ typedef struct {
                                      * NULL: none */
     const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg, NAME-000001.png for a
                                      * film's first frame; NULL: not known */
+    double depth_scale;             /* metres of a step of 16 bits; 0: a millimetre */
     const lt_camera *camera;        /* NULL: from EXIF, or a default */
     int camera_width, camera_height;        /* of the pictures it is for, others are scaled to; 0: these */
     double camera_skew;             /* pixels; said, and left out */

@@ -4,7 +4,6 @@
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
-#include "vision/picture.h"
 
 #include <string.h>
 
@@ -42,23 +41,6 @@ static lt_status read_upright(lt_arena *arena, const char *path, lt_exif *exif, 
         return lt_error_prefix(st, "%s", path);
     lt_exif_upright(exif->orientation, stored.width, stored.height, 3, stored.data, rgb);
     v->rgb = rgb;
-    return LT_OK;
-}
-
-static lt_status read_depth(lt_arena *arena, const char *path, predict_view *v)
-{
-    const bool turned = v->orientation >= 5;
-    const int width = turned ? v->height : v->width, height = turned ? v->width : v->height;
-    float *stored, *depth;
-    lt_status st = picture_read_depth(arena, path, width, height, &stored);
-
-    if (!st)
-        st = lt_arena_try(arena, (size_t)width * (size_t)height * sizeof(*depth), (void **)&depth);
-    if (st)
-        return st;
-    lt_exif_upright(v->orientation, width, height, sizeof(*depth), stored, depth);
-    v->depth = depth;
-    v->depth_path = path;
     return LT_OK;
 }
 
@@ -115,7 +97,7 @@ static lt_status open_image(lt_arena *arena, const predict_options *o, const pre
     else
         st = read_upright(arena, in->path, &exif, v);
     if (!st && in->depth)
-        st = read_depth(arena, in->depth, v);
+        st = predict_read_depth(arena, o, in->depth, v, notes);
     if (st)
         return st;
     predict_choose_camera(o, &exif, v, notes);

@@ -689,6 +689,61 @@ START_TEST(depth_is_wrong)
 }
 END_TEST
 
+/* What is said of a picture with the hand's box and depth of so many steps */
+static const char *said_of_depth(const model *m, const char *image, int steps, double scale)
+{
+    const crop_box box = { 30, 20, 70, 60 };            /* of 100 x 80 pixels, with a focal length of 120: 0.45 m */
+    const char *const input[] = { in(image) };
+
+    write_depth("depth.png", steps, 0, false);
+    ck_assert_msg(!predict((predict_options){ .m = m, .depth = in("depth.png"), .depth_scale = scale,
+                                              .hand_box = &box }, 1, input, NULL), "%s", lt_last_error());
+    return said;
+}
+
+START_TEST(depth_of_another_unit)
+{
+    tiny_model unified;
+
+    tiny_model_of(&unified, "unified", tiny_unified);
+    write_png("a.png", false);
+    ck_assert(!strstr(said_of_depth(&unified.m, "a.png", 450, 0), "its depth says"));
+    ck_assert_ptr_nonnull(strstr(said_of_depth(&unified.m, "a.png", 1800, 0), "--depth-scale 0.00025 would"));
+    ck_assert_ptr_nonnull(strstr(said_of_depth(&unified.m, "a.png", 4500, 0), "--depth-scale 0.0001 would"));
+    ck_assert_ptr_nonnull(strstr(said_of_depth(&unified.m, "a.png", 45, 0), "--depth-scale 0.01 would"));
+    ck_assert(!strstr(said_of_depth(&unified.m, "a.png", 1800, 0.00025), "its depth says"));
+    ck_assert(!strstr(said_of_depth(&unified.m, "a.png", 45, 0.01), "its depth says"));
+    tiny_model_fini(&unified);
+}
+END_TEST
+
+/* A depth image as large as the one that is upright lies as that does, one as large as the stored picture as that. */
+START_TEST(depth_beside_a_turned_picture)
+{
+    const char *const input[] = { in("turned.jpg") };
+    tiny_model unified;
+    predict_options o = { .m = &unified.m, .depth = in("depth.png") };
+    lt_image upright;
+
+    tiny_model_of(&unified, "unified", tiny_unified);
+    write_exif_jpeg("turned.jpg");
+    write_depth("depth.png", 500, 0, false);
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_OK);
+    ck_assert_msg(strstr(said, "its depth is turned with it"), "%s", said);
+    ck_assert_int_eq(lt_image_init(arena, HEIGHT, WIDTH, 1, 16, &upright), LT_OK);
+    for (int i = 0; i < WIDTH * HEIGHT; i++)
+        ((uint16_t *)(void *)upright.data)[i] = 500;
+    ck_assert_int_eq(lt_png_write(in("depth.png"), &upright), LT_OK);
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_OK);
+    ck_assert_msg(!strstr(said, "its depth is turned with it"), "%s", said);
+    ck_assert_int_eq(lt_image_init(arena, HEIGHT, HEIGHT, 1, 16, &upright), LT_OK);
+    ck_assert_int_eq(lt_png_write(in("depth.png"), &upright), LT_OK);
+    ck_assert_int_eq(predict(o, 1, input, NULL), LT_EFORMAT);
+    ck_assert_msg(strstr(said, "as the picture is stored, or"), "%s", said);
+    tiny_model_fini(&unified);
+}
+END_TEST
+
 /* ---- boxes from a file ---------------------------------------------------------------------------------- */
 
 #define NAMED "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side,object_name\n"
@@ -1235,6 +1290,8 @@ static void add_tests(TCase *t)
     tcase_add_test(t, sheet);
     tcase_add_test(t, depth);
     tcase_add_test(t, depth_is_wrong);
+    tcase_add_test(t, depth_of_another_unit);
+    tcase_add_test(t, depth_beside_a_turned_picture);
     tcase_add_test(t, boxes);
     tcase_add_test(t, several_hands);
     tcase_add_test(t, boxes_are_wrong);
