@@ -50,6 +50,12 @@ static lt_status open_hands(cli_checkpoint *c, const char *hand, const int tips[
     return st;
 }
 
+/* A run that was trained with the embedded hand has said so then. */
+static bool known_embedded(const cli_checkpoint *c, const char *hand)
+{
+    return !hand && strcmp(hand_object_config_of(&c->config)->hand, "embedded") == 0;
+}
+
 static lt_status read_model(cli_checkpoint *c, const char *hand)
 {
     checkpoint_head head;
@@ -62,7 +68,7 @@ static lt_status read_model(cli_checkpoint *c, const char *hand)
     if (st)
         return st;
     c->step = head.step;
-    if (c->hand.model->synthetic)
+    if (c->hand.model->synthetic && !known_embedded(c, hand))
         fprintf(stderr, "hand: %s\n", hands_note());
     c->params = lt_params_new();
     st = c->params ? hand_object_model(&c->config, c->hand.layer, c->params, &c->m)

@@ -8,7 +8,7 @@
 #include <string.h>
 
 enum { MAX_INPUTS = 4096 };
-enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, MESH, BOXES };
+enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, NUMBERS, MESH, BOXES };
 
 typedef struct {
     const char *checkpoint, *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
@@ -18,6 +18,7 @@ typedef struct {
     predict_format format;
     bool has_hand_box, has_object_box, left;
     double fps, depth_scale;
+    bool numbers, quiet;
 } predict_args;
 
 static const struct argp_option options[] = {
@@ -44,6 +45,8 @@ static const struct argp_option options[] = {
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
+    { "numbers", NUMBERS, NULL, 0, "JSON alone: no overlays and no meshes, which take longer than the estimate", 0 },
+    { "quiet", 'q', NULL, 0, "no notes, which are in the JSON, but of what was skipped", 0 },
     { "out", 'o', "DIR", 0, "where the results go; default predictions", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { 0 },
@@ -83,6 +86,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 't': cli_threads(state, arg); break;
     case OBJECT: a->object = arg; break;
     case MODELS: a->models = arg; break;
+    case 'q': a->quiet = true; break;
+    case NUMBERS: a->numbers = true; break;
     case DEPTH: a->depth = arg; break;
     case DEPTH_SCALE: a->depth_scale = cli_real(state, "depth-scale", arg, 1e-6, 10); break;
     case BOXES: a->boxes = arg; break;
@@ -148,13 +153,14 @@ static lt_status run(const predict_args *a, const calibration *camera, const cli
         .depth_scale = a->depth_scale,
         .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps,
         .alone = true, .stop = stop,
-        .messages = stderr,
+        .messages = stderr, .quiet = a->quiet, .numbers = a->numbers,
     };
     predict_summary sum = { 0, 0 };
     lt_status st = predict_images(&o, &sum);
 
-    printf("%d %s written to %s, %d skipped\n", sum.written, sum.written == 1 ? "image" : "images", a->out,
-           sum.skipped);
+    if (!a->quiet)
+        printf("%d %s written to %s, %d skipped\n", sum.written, sum.written == 1 ? "image" : "images", a->out,
+               sum.skipped);
     return st;
 }
 

@@ -91,6 +91,8 @@ void predict_say_notes(const predict_options *o, const char *path, const predict
 {
     bool any = false;
 
+    if (o->quiet)
+        return;
     for (predict_note_code k = 0; k < PREDICT_NOTES; k++) {
         char texts[PREDICT_SAID];
 

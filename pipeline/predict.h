@@ -40,12 +40,14 @@ typedef struct {
     const char *models;             /* a folder with a folder for each object (pipeline/object_mesh.h); NULL: the
                                      * embedded stand-ins */
     predict_format format;          /* of the meshes */
+    bool numbers;                   /* NAME.json alone: no overlay, no meshes; what an earlier call left stays */
     double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated, and a film
                                      * says by itself */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back; `boxes` may
                                      * know better */
     bool alone;                     /* nothing else uses the model's weights, now or later: less memory */
     bool (*stop)(void);             /* asked behind each image, whose files are whole by then; NULL: never */
+    bool quiet;                     /* notes are in the JSON alone; what was skipped is told */
     FILE *messages;                 /* what was assumed, skipped or not found; NULL: nobody is told */
 } predict_options;
 
@@ -71,8 +73,8 @@ typedef struct {
  *   camera       focal length of the EXIF tag, else 1.2 times the longer side; centre of the image
  *   object       none: no object pose
  *
- * Depth lies pixel on pixel beside the image as it is stored, in millimetres or as HO3D packs it; a model that
- * does not take it refuses it, and to one that does, no depth is depth known nowhere.
+ * Depth lies pixel on pixel beside the image, as that is stored or as it is upright, in steps of depth_scale or as HO3D
+ * packs it; a model that does not take it refuses it, and to one that does, no depth is depth known nowhere.
  *
  * A film (.mp4, .avi, .mov, .mkv, .webm) leaves results for each frame, NAME-000001 and so on; OpenCV reads it. With
  * fps images are frames in the order given. Of frames that follow each other joints and object pose go through the

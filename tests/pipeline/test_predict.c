@@ -595,6 +595,23 @@ START_TEST(sheet)
 }
 END_TEST
 
+START_TEST(numbers_alone)
+{
+    const char *const input[] = { in("a.png") };
+    cJSON *root;
+
+    write_png("a.png", false);
+    ck_assert_int_eq(predict((predict_options){ .numbers = true, .quiet = true }, 1, input, NULL), LT_OK);
+    ck_assert_str_eq(said, "");
+    root = numbers("out/a.json");
+    ck_assert_int_gt(cJSON_GetArraySize(get(root, "notes")), 0);
+    ck_assert(cJSON_IsNull(get(root, "hand.vertices_file")));
+    ck_assert_int_eq(cJSON_GetArraySize(get(root, "hand.joints3d_m")), LT_HAND_KEYPOINTS);
+    cJSON_Delete(root);
+    ck_assert(!exists(in("out/a.overlay.png")) && !exists(in("out/a.hand.obj")));
+}
+END_TEST
+
 /* Depth of `from` millimetres and a slope, in millimetres or as HO3D packs it. */
 static void write_depth(const char *name, int from, int slope, bool packed)
 {
@@ -1289,6 +1306,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, lens);
     tcase_add_test(t, sheet);
     tcase_add_test(t, depth);
+    tcase_add_test(t, numbers_alone);
     tcase_add_test(t, depth_is_wrong);
     tcase_add_test(t, depth_of_another_unit);
     tcase_add_test(t, depth_beside_a_turned_picture);
