@@ -156,8 +156,8 @@ static double grad_norm(const trainer *t)
     return t->config.task->groups ? lt_optim_groups_norm(t->optim, t->phase.groups) : lt_optim_grad_norm(t->optim);
 }
 
-/* The weights move. What adapts comes before, as Gaussians are cloned with the gradient that they had; where it gave
- * parameters other rows, there is no gradient left for them, and trainer_enter records again. */
+/* The weights move. What adapts comes before, as in 3D Gaussian splatting: rows that are cloned or moved take their
+ * gradients along. */
 static lt_status move(trainer *t, int ran)
 {
     const task *of = t->config.task;

@@ -283,7 +283,7 @@ static void fill_result(const trainer *t, train_result *out)
         .loss = t->record.loss, .best = t->state.best, .img_per_s = t->record.img_per_s,
         .signal = t->signal,
     };
-    if (t->optim && t->sum) {
+    if (t->optim && t->sum && t->train.plan) {
         out->plan_bytes = trainer_plan_bytes(t);
         out->bytes = trainer_bytes(t);
     }

@@ -82,6 +82,7 @@ typedef struct {
 struct task_run {
     const train_config *config;
     model *model;
+    char name[TRAINED][16];
     int count[SETS], capacity;
     lt_row_array slope;                 /* of each row, summed since the last adaptation */
     lt_real *seen;                      /* of a shard: the length of each row's gradient */
@@ -165,11 +166,7 @@ static void batch_skip(void *b, int slot, int64_t index)
 
 static const char *sample_name(const void *ctx, int64_t index)
 {
-    static char name[32];
-
-    (void)ctx;
-    snprintf(name, sizeof(name), "sample %lld", (long long)index);
-    return name;
+    return ((const task_run *)ctx)->name[index];
 }
 
 static loader_source source_of(const task_run *r, int64_t count)
@@ -204,6 +201,8 @@ static lt_status run_open(lt_arena *arena, train_config *c, task_run **out)
     *out = r;
     if (!r)
         return lt_error(LT_ENOMEM, "no memory");
+    for (int i = 0; i < TRAINED; i++)
+        snprintf(r->name[i], sizeof(r->name[i]), "sample %d", i);
     r->config = c;
     r->capacity = STEP;
     r->slope = (lt_row_array){ .width = 1, .keeps = false };
