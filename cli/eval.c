@@ -3,6 +3,7 @@
 #include "cli/eval_file.h"
 
 #include "data/open.h"
+#include "estimate/metric.h"
 #include "eval/bench/bench.h"
 #include "eval/tables/claims.h"
 #include "eval/tables/filled.h"
@@ -203,7 +204,7 @@ static lt_status tables_of_runs(const eval_args *a)
 
 static double score_of(const void *e, const char *key)
 {
-    return evaluation_score(e, key);
+    return evaluation_score(e, EVALUATE_MODEL, key);
 }
 
 static lt_status write_files(const cli_checkpoint *c, const evaluate_options *o, const evaluation *e,
@@ -217,6 +218,22 @@ static lt_status write_files(const cli_checkpoint *c, const evaluate_options *o,
     if (st == LT_OK)
         fprintf(stderr, "tables, scores, errors per sample, pictures: %s\n", folder);
     return st;
+}
+
+/* A model that is no better than a pose that sees no image has learnt nothing that the labels' mean does not say. */
+static void compare_with_mean(const evaluation *e)
+{
+    static const struct { const char *what, *key; } of[] = { { "hand", "pa_mpjpe_mm" }, { "object", "add_mm" } };
+
+    for (size_t i = 0; i < LT_COUNT(of); i++) {
+        const double ours = evaluation_score(e, EVALUATE_MODEL, of[i].key);
+        const double mean = evaluation_score(e, EVALUATE_MEAN_POSE, of[i].key);
+
+        if (ours >= mean)
+            fprintf(stderr, "the %s is no better than the mean of the training labels: %s %.1f %s, the mean pose's "
+                    "%.1f; train for longer, or on more\n", of[i].what, metric_find(of[i].key)->name, ours,
+                    metric_find(of[i].key)->unit, mean);
+    }
 }
 
 /* Tables and pictures into --out, or into "eval" of the run that the checkpoint lies in. */
@@ -239,6 +256,8 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
     st = write_files(c, o, e, folder);                  /* first: whoever reads what is printed may stop at any line */
     if (st == LT_OK)
         st = print(e, a->json);
+    if (st == LT_OK)
+        compare_with_mean(e);
     if (st == LT_OK)
         st = eval_require(a->require, a->n_require, score_of, e);
     evaluation_free(e);

@@ -49,10 +49,10 @@ void evaluation_free(evaluation *e);
 /* evaluation_summary - row EVALUATE_MODEL and so on; label NULL where the row was not made */
 evaluate_summary evaluation_summary(const evaluation *e, int row);
 
-/* evaluate_key_at - the i-th key of what is measured, NULL past the last; evaluation_score - of the model, NaN where
- * there was nothing to measure */
+/* evaluate_key_at - the i-th key of what is measured, NULL past the last; evaluation_score - of a row, NaN where
+ * it was not made or there was nothing to measure */
 const char *evaluate_key_at(int i);
-double evaluation_score(const evaluation *e, const char *key);
+double evaluation_score(const evaluation *e, int row, const char *key);
 
 /* evaluation_print - the tables of the model's paper, our rows beneath the paper's */
 lt_status evaluation_print(const evaluation *e, FILE *f, eval_format format);

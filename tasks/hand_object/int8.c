@@ -68,7 +68,7 @@ static lt_status score(const export_int8_options *o, const model *m, double *mm)
 
     if (st)
         return st;
-    *mm = evaluation_score(e, "pa_mpjpe_mm");
+    *mm = evaluation_score(e, EVALUATE_MODEL, "pa_mpjpe_mm");
     evaluation_free(e);
     return LT_OK;
 }

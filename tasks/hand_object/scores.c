@@ -115,11 +115,11 @@ evaluate_summary evaluation_summary(const evaluation *e, int row)
     return s;
 }
 
-double evaluation_score(const evaluation *e, const char *key)
+double evaluation_score(const evaluation *e, int row, const char *key)
 {
-    const evaluate_summary s = evaluation_summary(e, EVALUATE_MODEL);
+    const evaluate_summary s = evaluation_summary(e, row);
 
-    for (int i = 0; i < s.n; i++)
+    for (int i = 0; s.label && i < s.n; i++)
         if (strcmp(s.score[i].key, key) == 0)
             return s.score[i].value;
     return NAN;
