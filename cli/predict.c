@@ -1,14 +1,16 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
-#include "pipeline/calibration.h"
+#include "pipeline/calibration/calibration.h"
 #include "pipeline/predict.h"
 
 #include <stdio.h>
 #include <string.h>
 
 enum { MAX_INPUTS = 4096 };
-enum { HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, NUMBERS, MESH, BOXES };
+enum {
+    HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, NUMBERS, MESH, BOXES,
+};
 
 typedef struct {
     const char *checkpoint, *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
@@ -38,8 +40,8 @@ static const struct argp_option options[] = {
       "images first. Default what the file of --K says, else none", 0 },
     { "depth", DEPTH, "FILE|DIR", 0, "the image's depth, or a folder with NAME.png for NAME.jpg and NAME-000001.png "
       "for a film's first frame: as large as the image, 16 bits in millimetres or as HO3D packs it; default none", 0 },
-    { "depth-scale", DEPTH_SCALE, "METRES", 0, "what a step of a 16-bit depth image is; default 0.001, RealSense's L515 "
-      "has 0.00025", 0 },
+    { "depth-scale", DEPTH_SCALE, "METRES", 0, "what a step of a 16-bit depth image is; default 0.001, RealSense's "
+      "L515 has 0.00025", 0 },
     { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
       "object are lost; default unrelated images. A film says it by itself", 0 },
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },

@@ -52,8 +52,8 @@ lt_status checkpoint_save(const char *path, const model *m, const lt_optim *opti
 /**
  * checkpoint_load - put back what checkpoint_save wrote
  *
- * Model and optimiser are as they were before on any error, but for what own->load did. Errors: LT_EFORMAT for a file that is damaged or
- * no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both, and for one
+ * Model and optimiser are as they were before on any error, but for what own->load did. Errors: LT_EFORMAT for a file
+ * that is damaged or no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both, and for one
  * of a later version of palmar.
  */
 lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state,
@@ -80,7 +80,8 @@ lt_status checkpoint_load_model(const char *path, model *m);
  * checkpoint_save_inference - a checkpoint for inference: m's weights and its table if it has one, and what the metadata
  * of checkpoint `from` say, nothing of the optimiser; atomically
  *
- * m was loaded from `from`, so its weights are the average where one was kept. Errors: those of reading and writing; LT_ENUMERIC for a weight that is not finite.
+ * m was loaded from `from`, so its weights are the average where one was kept. Errors: those of reading and writing;
+ * LT_ENUMERIC for a weight that is not finite.
  */
 lt_status checkpoint_save_inference(const char *path, const char *from, const model *m);
 

@@ -49,8 +49,8 @@ lt_status predict_read_depth(lt_arena *arena, const predict_options *o, const ch
     for (size_t i = 0; i < n && o->depth_scale > 0; i++)
         depth[i] = (float)(depth[i] * o->depth_scale / MILLIMETRE);
     if (orientation != 1)
-        predict_note_add(notes, NULL, NOTE_DEPTH_TURNED, "its depth is turned with it, from %d x %d: it is taken to lie "
-                         "as the picture is stored", width, height);
+        predict_note_add(notes, NULL, NOTE_DEPTH_TURNED, "its depth is turned with it, from %d x %d: it is taken to "
+                         "lie as the picture is stored", width, height);
     v->depth = depth;
     v->depth_path = path;
     v->depth_scale = o->depth_scale > 0 ? o->depth_scale : MILLIMETRE;
@@ -70,8 +70,8 @@ static double nearest_unit(double scale)
 
 typedef struct { double nearest, likely, farthest; } range;
 
-/* How far away a hand can be that fills its box, from a fist to one with its fingers spread; where nobody gave a box, one
- * as large as was seen, if 2D and 3D agree on that. farthest is 0 where nothing tells. */
+/* How far away a hand can be that fills its box, from a fist to one with its fingers spread; where nobody gave a box,
+ * one as large as was seen, if 2D and 3D agree on that. farthest is 0 where nothing tells. */
 static range distance_of(const predict_view *v, const predict_result *r)
 {
     const double width = (double)(v->hand_box.x1 - v->hand_box.x0), height = (double)(v->hand_box.y1 - v->hand_box.y0);

@@ -15,7 +15,7 @@ EVAL = $(addprefix $(ROOT)/eval/,metrics/metrics.c metrics/object_pose.c) \
 	$(addprefix $(ROOT)/eval/scorers/,bop_file.c hpe_file.c models_info.c results_file.c) \
 	$(addprefix $(ROOT)/assets/,body_file.c hand_file.c keyed_arrays.c ycb/symmetry.c ycb/ycb.c) \
 	$(addprefix $(ROOT)/data/ho3d/,points.c points_text.c) \
-	$(addprefix $(ROOT)/pipeline/,boxes.c calibration.c calibration_tree.c)
+	$(addprefix $(ROOT)/pipeline/,boxes.c calibration/calibration.c calibration/tree.c)
 READERS = $(LIBTENSOR) $(GEOMETRY) $(EVAL)
 TARGETS = $(addprefix $(ROOT)/tests/fuzz/,mutate_pickle.c mutate_png.c mutate_zip.c seeds.c targets.c)
 objects = $(patsubst $(ROOT)/%.c,%.o,$(1))
@@ -38,6 +38,6 @@ config.h:
 
 $(COMMON) tests/fuzz/libfuzzer.o tests/fuzz/replay.o: %.o: $(ROOT)/%.c $(ROOT)/tests/fuzz/fuzz.mk config.h
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS) $(COVERAGE) -MMD -c -o $@ $<
+	$(CC) $(CFLAGS) $(COVERAGE) -MMD -MP -c -o $@ $<
 
 -include $(patsubst %.o,%.d,$(COMMON))

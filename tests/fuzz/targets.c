@@ -24,7 +24,7 @@
 #include "libtensor/io/text/yaml.h"
 #include "libtensor/io/torch/torch.h"
 #include "pipeline/boxes.h"
-#include "pipeline/calibration.h"
+#include "pipeline/calibration/calibration.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Boxes, cameras and object names as people type them. */
-#include "pipeline/calibration.h"
+#include "pipeline/calibration/calibration.h"
 #include "pipeline/predict.h"
 #include "tests/suite.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cameras in the files that calibration programs write, and in those that are none. */
-#include "pipeline/calibration.h"
+#include "pipeline/calibration/calibration.h"
 #include "tests/io/hostile.h"
 
 #define OPENCV "%YAML:1.0\n---\ncalibration_time: \"Tue\"\nimage_width: 640\nimage_height: 480\n" \

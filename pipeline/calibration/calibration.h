@@ -2,8 +2,8 @@
 /*
  * A camera as people have it: numbers, a text file of them, or what calibration programs write.
  */
-#ifndef PIPELINE_CALIBRATION_H
-#define PIPELINE_CALIBRATION_H
+#ifndef PIPELINE_CALIBRATION_CALIBRATION_H
+#define PIPELINE_CALIBRATION_CALIBRATION_H
 
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/camera.h"

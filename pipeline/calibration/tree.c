@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The camera in a file of JSON or YAML, whoever wrote it: OpenCV, ROS, RealSense, Kalibr, BOP, DexYCB, Open3D. */
-#include "pipeline/calibration.h"
+#include "pipeline/calibration/calibration.h"
 
 #include "libtensor/io/text/yaml.h"
 

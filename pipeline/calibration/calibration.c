@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Cameras as numbers; files of JSON and YAML are in calibration_tree.c. */
-#include "pipeline/calibration.h"
+#include "pipeline/calibration/calibration.h"
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/kind.h"
