@@ -315,10 +315,10 @@ static lt_status verdict(const survey *v)
 
 static lt_status survey_all(survey *v)
 {
-    lt_status st = dataset_find_layout(v->o->root, &v->layout);
+    lt_status st = open_hands(v);
 
     if (!st)
-        st = open_hands(v);
+        st = dataset_find_layout(v->o->root, &v->layout);
     if (!st && v->layout == DATASET_DEXYCB) {
         st = list_subjects(v);
         list_setups(v);
