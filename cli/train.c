@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 
 #include "tasks/tasks.h"
+#include "train/ranks_join.h"
 #include "train/trainer.h"
 
 #include <cjson/cJSON.h>
@@ -87,11 +88,12 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, NULL,
-    "Train a model. The weights after step k depend on config and data alone, not on threads, stops or "
+    "Train a model. The weights after step k depend on config and data alone, not on threads, processes, stops or "
     "resumes.\v"
     "SIGINT, SIGTERM and SIGHUP save and stop; SIGUSR1 saves and goes on.\n\n"
     "  palmar train --config hocat-tiny --data data/tiny --out runs/tiny\n"
-    "  palmar train --resume --out runs/tiny", NULL, NULL, NULL,
+    "  palmar train --resume --out runs/tiny\n"
+    "  mpirun -n 4 palmar train --config hocat-tiny --set optim.shards=4 --data data/tiny --out runs/tiny", NULL, NULL, NULL,
 };
 
 int cmd_train(int argc, char **argv)
@@ -107,8 +109,11 @@ int cmd_train(int argc, char **argv)
     }
     a.o.set = a.over.set;
     a.o.n_set = a.over.n;
-    st = train_run(&a.o, &r);
-    if (st)
+    st = ranks_join(&a.o.ranks);
+    if (st == LT_OK)
+        st = train_run(&a.o, &r);
+    ranks_leave();
+    if (st && ranks_lead(a.o.ranks))
         fprintf(stderr, "palmar: %s\n", lt_last_error());
     return cli_exit_code(st, r.signal);
 }

@@ -17,11 +17,13 @@
 #include <config.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/utsname.h>
 #include <unistd.h>
+#include <zlib.h>
 
 static const char readme[] =
     "A run of palmar train.\n"
@@ -50,7 +52,9 @@ static lt_status lock(trainer *t)
 
 lt_status run_folder_lock(trainer *t)
 {
-    return t->opt->dry_run || t->locked >= 0 || !lt_is_folder(t->opt->out) ? LT_OK : lock(t);
+    const train_options *o = t->opt;
+
+    return o->dry_run || !ranks_lead(o->ranks) || t->locked >= 0 || !lt_is_folder(o->out) ? LT_OK : lock(t);
 }
 
 /* One that was stopped before its first checkpoint left nothing to go on from, and is begun again. */
@@ -88,6 +92,7 @@ static lt_status write_env(const trainer *t, const char *path)
     cJSON_AddStringToObject(env, "cpu", lt_cpu_model());
     cJSON_AddStringToObject(env, "isa", lt_isa_name(lt_k->isa));
     cJSON_AddNumberToObject(env, "threads", lt_threads());
+    cJSON_AddNumberToObject(env, "ranks", t->opt->ranks ? t->opt->ranks->size : 1);
     t->config.task->facts(t->run, env);
     cJSON_AddStringToObject(env, "data_crc32", hash);
     cJSON_AddStringToObject(env, "data_crc32_of", of ? of : "");
@@ -112,6 +117,48 @@ static void compare_data(trainer *t, const char *env)
         progress_warn(&t->progress, "%s holds other data than the run had: the CRC-32 of %s is %s, and was %s",
                       t->config.data->dir, of ? of : "its list", now, was);
     cJSON_Delete(old);
+}
+
+/* What a rank trains on, with what: all must have the same. */
+typedef struct {
+    char host[65], version[32], isa[16], config[16], data[16];
+    int64_t step;
+} identity;
+
+static identity identify(const trainer *t)
+{
+    identity me = { .step = t->state.step };
+    struct utsname host;
+
+    snprintf(me.host, sizeof(me.host), "%s", uname(&host) == 0 ? host.nodename : "");
+    snprintf(me.version, sizeof(me.version), "%s", PACKAGE_VERSION);
+    snprintf(me.isa, sizeof(me.isa), "%s", lt_isa_name(lt_k->isa));
+    snprintf(me.config, sizeof(me.config), "%08lx",
+             crc32(0, (const Bytef *)t->config_text, (uInt)strlen(t->config_text)));
+    dataset_crc32(t->arena, t->config.data->dir, me.data);
+    return me;
+}
+
+lt_status run_folder_agree(const trainer *t)
+{
+    const identity me = identify(t);
+    identity first = me;
+    const lt_status st = ranks_tell(t->opt->ranks, &first, sizeof(first));
+    const struct { const char *what, *mine, *theirs; } same[] = {
+        { "palmar of version", me.version, first.version }, { "instructions", me.isa, first.isa },
+        { "a configuration of CRC-32", me.config, first.config }, { "data whose list has CRC-32", me.data, first.data },
+    };
+
+    if (st)
+        return st;
+    for (size_t i = 0; i < LT_COUNT(same); i++)
+        if (strcmp(same[i].mine, same[i].theirs))
+            return lt_error(LT_EINVAL, "rank %d on %s has %s %s, but rank 0 on %s has %s; all must have the same",
+                            t->opt->ranks->rank, me.host, same[i].what, same[i].mine, first.host, same[i].theirs);
+    if (me.step != first.step)
+        return lt_error(LT_EINVAL, "rank %d on %s goes on from step %" PRId64 ", but rank 0 on %s from %" PRId64
+                        "; do all see the same %s?", t->opt->ranks->rank, me.host, me.step, first.host, first.step, t->opt->out);
+    return LT_OK;
 }
 
 lt_status run_folder_make(trainer *t)

@@ -163,11 +163,26 @@ static task_phase phase_of(const trainer *t, int64_t step)
     return p;
 }
 
+static lt_status check_ranks(const trainer *t, const task_phase *p)
+{
+    const train_ranks *r = t->opt->ranks;
+
+    if (!r || r->size <= p->shards)
+        return LT_OK;
+    if (p->name)
+        return lt_error(LT_EINVAL, "%d ranks, and a batch of phase %s has %d shard%s: some ranks would have nothing to "
+                        "do", r->size, p->name, p->shards, p->shards > 1 ? "s" : "");
+    return lt_error(LT_EINVAL, "%d ranks, and optim.shards is %d: some ranks would have nothing to do; raise "
+                    "optim.shards, or start fewer", r->size, p->shards);
+}
+
 static lt_status compile_phase(trainer *t, const task_phase *p)
 {
     const recipe how = t->config.task->recipe(t->run, p);
-    lt_status st;
+    lt_status st = check_ranks(t, p);
 
+    if (st)
+        return st;
     compiled_free(&t->train);
     st = compiled_new(&how, p->batch / p->shards, true, &t->train);
     t->phase = *p;
@@ -180,16 +195,6 @@ static lt_status compile_check(trainer *t, const task_phase *p)
 
     compiled_free(&t->check);
     return t->checked.count ? compiled_new(&how, p->batch / p->shards, false, &t->check) : LT_OK;
-}
-
-static lt_status sum_shards(trainer *t)
-{
-    int64_t n = 0;
-    lt_real *observed = t->config.task->observed ? t->config.task->observed(t->run, &n) : NULL;
-
-    tree_sum_free(t->sum);
-    t->sum = tree_sum_new(t->params, observed, n, t->phase.shards);
-    return t->sum ? LT_OK : LT_ENOMEM;
 }
 
 static bool same_plans(const task_phase *a, const task_phase *b)
@@ -213,7 +218,7 @@ lt_status trainer_enter(trainer *t)
     st = compile_phase(t, &p);
     if (st == LT_OK)
         st = compile_check(t, &p);
-    return st ? st : sum_shards(t);
+    return st ? st : shards_new(t);
 }
 
 static lt_optim *optim_new(trainer *t)
@@ -244,7 +249,7 @@ static lt_status compile_plans(trainer *t)
     if (st == LT_OK)
         st = compile_check(t, &first);
     if (st == LT_OK)
-        st = sum_shards(t);
+        st = shards_new(t);
     if (st)
         return st;
     t->optim = optim_new(t);
@@ -269,7 +274,7 @@ lt_status trainer_init(trainer *t, const train_options *o)
     lt_status st;
 
     *t = (trainer){ .opt = o, .saved_step = -1, .locked = -1, .state = { .best = INFINITY } };
-    progress_init(&t->progress, o->progress ? o->progress : stderr, o->quiet);
+    progress_init(&t->progress, o->progress ? o->progress : stderr, o->quiet || !ranks_lead(o->ranks));
     t->arena = lt_arena_new();
     t->checkpoints = t->arena ? lt_path_join(t->arena, o->out, "checkpoints") : NULL;
     if (!t->checkpoints)
@@ -298,7 +303,7 @@ void trainer_fini(trainer *t)
         close(t->locked);
     train_log_close(&t->log);
     lt_optim_free(t->optim);
-    tree_sum_free(t->sum);
+    shards_free(t);
     compiled_free(&t->train);
     compiled_free(&t->check);
     lt_params_free(t->params);

@@ -122,22 +122,24 @@ static bool save_is_due(const trainer *t)
         || (c->checkpoint_minutes > 0 && lt_clock() - t->saved_at > 60 * c->checkpoint_minutes);
 }
 
-/* Validate, save, stop: whatever stands at this step. LT_ESTOPPED when a signal came and all is saved. */
+/* Validate, save, stop: whatever stands at this step. LT_ESTOPPED when a signal came to any rank and all is saved. */
 static lt_status between_steps(trainer *t)
 {
+    const bool lead = ranks_lead(t->opt->ranks);
     lt_status st = LT_OK;
-    bool stopping;
 
-    if (!stop_asked() && validation_is_due(t))
+    if (lead && !stop_asked() && validation_is_due(t))
         st = validate(t);
     if (st && st != LT_ESTOPPED)
         return st;
-    stopping = stop_asked();            /* once: a signal from here on finds the next step */
-    st = stopping || save_is_due(t) ? trainer_save(t) : LT_OK;
-    if (st || !stopping)
+    t->signal = signals_stop();         /* once: one from here on finds the next step */
+    st = ranks_most(t->opt->ranks, &t->signal);
+    if (st == LT_OK && lead && (t->signal || save_is_due(t)))
+        st = trainer_save(t);
+    if (st || !t->signal)
         return st;
     return lt_error(LT_ESTOPPED, "stopped by signal %d at step %" PRId64 "; go on with --resume",
-                    signals_stop(), t->state.step);
+                    t->signal, t->state.step);
 }
 
 /* ---- the loop ----------------------------------------------------------------------------------------- */
@@ -145,11 +147,12 @@ static lt_status between_steps(trainer *t)
 static lt_status start_loader(trainer *t)
 {
     const train_config *c = &t->config;
-    const loader_options o = {
+    loader_options o = {
         .batch = t->phase.batch, .threads = c->data->threads, .ahead = c->data->ahead, .shuffle = true,
         .seed = t->state.seed, .tolerate = c->data->tolerate,
     };
 
+    shards_slots(t, &o.first_slot, &o.n_slots);
     if (t->state.position.next > t->samples.count)
         return lt_error(LT_EINVAL, "%s: stopped at sample %lld of an epoch, but %s has %lld to train on; --data says "
                         "where the run's own data are", t->opt->out, (long long)t->state.position.next,
@@ -190,6 +193,8 @@ static lt_status report(trainer *t, bool last)
         .eta_seconds = t->step_seconds * (double)(t->total_steps - t->state.step),
     };
 
+    if (!ranks_lead(t->opt->ranks))
+        return LT_OK;
     progress_step(&t->progress, &t->record, &s, last || here == 20);
     if (last || t->record.bad || every(t->state.step, t->config.loop.log_every))
         train_log_step(&t->log, &t->record);
@@ -213,6 +218,7 @@ static lt_status next_phase(trainer *t)
 static lt_status one_step(trainer *t)
 {
     const double began = lt_clock();
+    const loader_position before = t->state.position;
     void *batch = NULL;
     lt_status st, logged;
 
@@ -222,21 +228,25 @@ static lt_status one_step(trainer *t)
     if (st)
         return st;
     st = trainer_step(t, batch);
+    if (st && st != LT_ENUMERIC)                /* the step was not taken */
+        t->state.position = before;
     clock_step(t, began);
     logged = report(t, st || t->state.step == t->total_steps);
     st = st ? st : logged;
     return st ? st : next_phase(t);
 }
 
-/* What ends a run between two steps costs none of them; the first line is the one that counts. */
+/* What ends a run costs none of the steps before it; the first line is the one that counts. */
 static lt_status keep_steps(trainer *t, lt_status st)
 {
     char line[1024];
 
-    if (st == LT_ESTOPPED || st == LT_ENUMERIC || t->state.step == t->first_step || t->state.step == t->saved_step)
+    if (st == LT_ESTOPPED || st == LT_ENUMERIC || t->torn || t->state.step == t->first_step
+        || t->state.step == t->saved_step)
         return st;
     snprintf(line, sizeof(line), "%s", lt_last_error());
-    trainer_save(t);
+    if (ranks_lead(t->opt->ranks))
+        trainer_save(t);
     return lt_error(st, "%s", line);
 }
 
@@ -249,18 +259,23 @@ static lt_status loop(trainer *t)
         if (st == LT_OK)
             st = between_steps(t);
     }
-    return st ? keep_steps(t, st) : trainer_save(t);
+    if (st)
+        return keep_steps(t, st);
+    return ranks_lead(t->opt->ranks) ? trainer_save(t) : LT_OK;
 }
 
 /* ---- from the beginning to the end -------------------------------------------------------------------- */
 
 static lt_status train(trainer *t)
 {
-    lt_status st = start_loader(t);             /* first: a position that the data do not have leaves the folder alone */
+    const bool lead = ranks_lead(t->opt->ranks);
+    lt_status st = start_loader(t);     /* first: a position that the data do not have leaves the folder alone */
 
     if (st == LT_OK)
+        st = run_folder_agree(t);
+    if (st == LT_OK && lead)
         st = run_folder_make(t);
-    if (st == LT_OK)
+    if (st == LT_OK && lead)
         st = train_log_open(t->arena, t->opt->out, t->state.step, &t->log);
     if (st)
         return st;
@@ -271,7 +286,6 @@ static lt_status train(trainer *t)
     if (st == LT_OK)
         progress_note(&t->progress, "done: %" PRId64 " steps, %" PRId64 " skipped, in %s", t->state.step,
                       t->state.skipped, t->opt->out);
-    t->signal = st == LT_ESTOPPED ? signals_stop() : 0;
     signals_restore();
     return st;
 }
@@ -295,8 +309,10 @@ lt_status train_run(const train_options *o, train_result *out)
     lt_status st;
 
     st = trainer_init(&t, o);
-    if (st == LT_OK)
-        st = o->resume ? trainer_resume(&t) : run_folder_check(&t);
+    if (st == LT_OK && o->resume)
+        st = trainer_resume(&t);
+    else if (st == LT_OK && ranks_lead(o->ranks))
+        st = run_folder_check(&t);
     if (st == LT_OK)
         st = trainer_enter(&t);
     if (st == LT_OK) {
@@ -307,6 +323,8 @@ lt_status train_run(const train_options *o, train_result *out)
         st = train(&t);
     if (st)
         progress_log(&t.progress, "ended: %s", lt_last_error());
+    if (st && st != LT_ESTOPPED && o->ranks)
+        o->ranks->fail(o->ranks->ctx);
     if (out)
         fill_result(&t, out);
     trainer_fini(&t);

@@ -6,6 +6,7 @@
 #define TRAIN_TRAINER_H
 
 #include "train/log.h"
+#include "train/ranks.h"
 #include "train/task.h"
 
 typedef struct {
@@ -20,6 +21,7 @@ typedef struct {
     bool dry_run;                   /* open and build everything, say what it takes, stop */
     bool quiet;                     /* nothing but trouble on progress */
     FILE *progress;                 /* NULL: stderr */
+    const train_ranks *ranks;       /* that train together, with the same options; NULL: this process alone */
 
     /* Called before each step, and after each validation; may be NULL. before_step may change the
      * parameters: tests do. */
@@ -45,7 +47,7 @@ typedef struct {
  *   out     where it ended; filled on errors as well as far as known; may be NULL
  *
  * Leaves in the run's folder config.json, env.json, README.txt, log.jsonl, metrics.csv and checkpoints/.
- * The weights after step k are a function of configuration and data: of neither threads, stops nor resumes.
+ * The weights after step k are a function of configuration and data: of neither threads, ranks, stops nor resumes.
  * SIGINT and SIGTERM save and stop, SIGUSR1 saves and goes on, while this runs.
  *
  * Errors: LT_EINVAL, LT_EFORMAT, LT_EIO for what it was given; LT_ENUMERIC after too many steps in a row

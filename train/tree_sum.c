@@ -20,7 +20,8 @@ struct tree_sum {
     lt_arena *arena;
     piece *piece;
     int n_pieces, n_shards;
-    int64_t numel;
+    int first, end;                 /* of the shards that are being summed */
+    int64_t numel;                  /* of all rows */
     lt_real *level[MAX_LEVELS];
 };
 
@@ -69,7 +70,7 @@ tree_sum *tree_sum_new(lt_params *set, lt_real *more, int64_t n, int n_shards)
 
     if (t) {
         t->arena = arena;
-        t->n_shards = n_shards;
+        t->n_shards = t->end = n_shards;
         if (fill(t, set, more, n))
             return t;
     }
@@ -138,19 +139,79 @@ static void each_piece(const tree_sum *t, int level, lt_task_fn fn)
     lt_parallel_for(t->n_pieces, fn, &(level_job){ t, level });
 }
 
-void tree_sum_add(tree_sum *t, int shard)
+int tree_nodes(int first, int end, tree_node out[TREE_NODES_MAX])
 {
-    int k = 0;
+    int n = 0;
 
-    for (; shard >> k & 1; k++)
+    while (first < end) {
+        int level = 0;
+
+        while (!(first >> level & 1) && first + (2 << level) <= end)
+            level++;
+        out[n++] = (tree_node){ first, level };
+        first += 1 << level;
+    }
+    return n;
+}
+
+void tree_sum_begin(tree_sum *t, int first, int end)
+{
+    t->first = first;
+    t->end = end;
+}
+
+void tree_sum_add(tree_sum *t, tree_node n)
+{
+    const int before = n.first - t->first;
+    int k = n.level;
+
+    for (; before >> k & 1; k++)
         each_piece(t, k, add_piece);
-    if (shard + 1 < t->n_shards) {
+    if (n.first + (1 << n.level) < t->end) {
         each_piece(t, k, store_piece);
         return;
     }
     for (k++; k < MAX_LEVELS; k++)              /* not a power of two: what is left, small to large */
-        if (shard >> k & 1)
+        if (before >> k & 1)
             each_piece(t, k, add_piece);
+}
+
+/* ---- as a message ------------------------------------------------------------------------------------------ */
+
+/* Copy the numbers that count out of the parameters, or with in, into them; returns how many there are. */
+static int64_t copy(const tree_sum *t, lt_real *out, const lt_real *in)
+{
+    int64_t done = 0, from, n;
+
+    for (int i = 0; i < t->n_pieces; i++) {
+        for (int r = 0; range_of(&t->piece[i], r, &from, &n); r++, done += n) {
+            if (out)
+                memcpy(out + done, t->piece[i].grad + from, (size_t)n * sizeof(lt_real));
+            if (in)
+                memcpy(t->piece[i].grad + from, in + done, (size_t)n * sizeof(lt_real));
+        }
+    }
+    return done;
+}
+
+int64_t tree_sum_numel(const tree_sum *t)
+{
+    return copy(t, NULL, NULL);
+}
+
+int64_t tree_sum_room(const tree_sum *t)
+{
+    return t->numel;
+}
+
+void tree_sum_pack(const tree_sum *t, lt_real *out)
+{
+    copy(t, out, NULL);
+}
+
+void tree_sum_unpack(const tree_sum *t, const lt_real *in)
+{
+    copy(t, NULL, in);
 }
 
 size_t tree_sum_bytes(const tree_sum *t)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* A task with all that hurts, on the trainer: the same bits on any number of threads, and after any stop. */
+/* A task with all that hurts, on the trainer: the same bits on any number of threads and ranks, and after any stop. */
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/atomic_file.h"
@@ -8,7 +8,10 @@
 #include "tests/tasks/blobs/blobs.h"
 #include "train/trainer.h"
 
+#include <pthread.h>
 #include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 static const task *const tasks[] = { &blobs_task, NULL };
 static lt_arena *arena;
@@ -99,6 +102,171 @@ START_TEST(stops_do_not_matter)
 }
 END_TEST
 
+/* ---- several ranks, each a thread of this process ------------------------------------------------------------- */
+
+enum { RANKS = 4 };
+
+static int line[RANKS][RANKS];          /* a rank's end of its line to another */
+
+typedef struct {
+    train_ranks ranks;
+    train_options options;
+    lt_status status;
+    char error[512];
+} rank_thread;
+
+static lt_status say(void *ctx, int to, const void *data, size_t bytes)
+{
+    const rank_thread *me = ctx;
+
+    for (size_t done = 0; done < bytes;) {
+        const ssize_t n = send(line[me->ranks.rank][to], (const char *)data + done, bytes - done, MSG_NOSIGNAL);
+
+        if (n <= 0)
+            return lt_error(LT_EIO, "rank %d has left", to);
+        done += (size_t)n;
+    }
+    return LT_OK;
+}
+
+static lt_status hear(void *ctx, int from, void *data, size_t bytes)
+{
+    const rank_thread *me = ctx;
+
+    for (size_t done = 0; done < bytes;) {
+        const ssize_t n = recv(line[me->ranks.rank][from], (char *)data + done, bytes - done, 0);
+
+        if (n <= 0)
+            return lt_error(LT_EIO, "rank %d has left", from);
+        done += (size_t)n;
+    }
+    return LT_OK;
+}
+
+static void hang_up(void *ctx)
+{
+    const rank_thread *me = ctx;
+
+    for (int k = 0; k < me->ranks.size; k++)
+        if (k != me->ranks.rank)
+            shutdown(line[me->ranks.rank][k], SHUT_RDWR);
+}
+
+static void *run_rank(void *arg)
+{
+    rank_thread *me = arg;
+
+    me->status = train_run(&me->options, NULL);
+    snprintf(me->error, sizeof(me->error), "%s", me->status ? lt_last_error() : "");
+    return NULL;
+}
+
+/* Train with so many ranks; change, or NULL, makes the options of one of them other than the rest's. */
+static void run_ranks(const train_options *o, int size, void (*change)(rank_thread *), rank_thread thread[RANKS])
+{
+    pthread_t id[RANKS];
+
+    for (int a = 0; a < size; a++)
+        for (int b = a + 1; b < size; b++) {
+            int pair[2];
+
+            ck_assert_int_eq(socketpair(AF_UNIX, SOCK_STREAM, 0, pair), 0);
+            line[a][b] = pair[0];
+            line[b][a] = pair[1];
+        }
+    for (int k = 0; k < size; k++) {
+        thread[k] = (rank_thread){
+            .ranks = { .rank = k, .size = size, .send = say, .receive = hear, .fail = hang_up, .ctx = &thread[k] },
+            .options = *o,
+        };
+        thread[k].options.ranks = &thread[k].ranks;
+    }
+    if (change)
+        change(&thread[size - 1]);
+    for (int k = 0; k < size; k++)
+        ck_assert_int_eq(pthread_create(&id[k], NULL, run_rank, &thread[k]), 0);
+    for (int k = 0; k < size; k++)
+        pthread_join(id[k], NULL);
+    for (int a = 0; a < size; a++)
+        for (int b = 0; b < size; b++)
+            if (a != b)
+                close(line[a][b]);
+}
+
+START_TEST(ranks_do_not_matter)
+{
+    rank_thread thread[RANKS];
+
+    for (int size = 1; size <= 3; size++) {
+        const char *out = lt_arena_printf(arena, "ranks%d", size);
+        const train_options o = options(out);
+
+        if (size == 1)
+            check_ok(train_run(&o, NULL));
+        else
+            run_ranks(&o, size, NULL, thread);
+        for (int k = 0; size > 1 && k < size; k++)
+            ck_assert_msg(thread[k].status == LT_OK, "rank %d: %s", k, thread[k].error);
+        same_end("ranks1", out);
+    }
+}
+END_TEST
+
+/* The signal comes to one of them. */
+static void raise_there(rank_thread *last)
+{
+    last->options.before_step = raise_at;
+}
+
+/* Stopped on two ranks behind a growth, gone on with on three, and on one */
+START_TEST(ranks_come_and_go)
+{
+    int64_t stop = 41;
+    rank_thread thread[RANKS];
+    train_options o = options("whole");
+
+    check_ok(train_run(&o, NULL));
+    o.out = at("moved");
+    o.ctx = &stop;
+    run_ranks(&o, 2, raise_there, thread);
+    for (int k = 0; k < 2; k++)
+        ck_assert_msg(thread[k].status == LT_ESTOPPED, "rank %d: %s", k, thread[k].error);
+    o.config = NULL;
+    o.resume = "";
+    stop = 75;
+    run_ranks(&o, 3, raise_there, thread);
+    for (int k = 0; k < 3; k++)
+        ck_assert_msg(thread[k].status == LT_ESTOPPED, "rank %d: %s", k, thread[k].error);
+    check_ok(train_run(&o, NULL));
+    same_end("whole", "moved");
+}
+END_TEST
+
+static void other_seed(rank_thread *last)
+{
+    static const char *const set[] = { "train.seed=5" };
+
+    last->options.set = set;
+    last->options.n_set = 1;
+}
+
+/* One that trains something else is found before anything is made; one that fails takes the others along. */
+START_TEST(ranks_agree)
+{
+    const train_options o = options("apart");
+    rank_thread thread[RANKS];
+
+    run_ranks(&o, 3, other_seed, thread);
+    ck_assert_msg(strstr(thread[2].error, "rank 2 on ") && strstr(thread[2].error, " has a configuration of CRC-32 "),
+                  "%s", thread[2].error);
+    for (int k = 0; k < 2; k++)
+        ck_assert_msg(thread[k].status == LT_EIO, "rank %d: %s", k, thread[k].error);
+    run_ranks(&o, 4, NULL, thread);
+    ck_assert_str_eq(thread[3].error,
+                     "4 ranks, and a batch of phase fine has 3 shards: some ranks would have nothing to do");
+}
+END_TEST
+
 START_TEST(blobs_are_found)
 {
     const train_options o = options("run");
@@ -126,6 +294,9 @@ static void add_tests(TCase *tc)
     tcase_add_checked_fixture(tc, setup, teardown);
     tcase_add_test(tc, threads_do_not_matter);
     tcase_add_test(tc, stops_do_not_matter);
+    tcase_add_test(tc, ranks_do_not_matter);
+    tcase_add_test(tc, ranks_come_and_go);
+    tcase_add_test(tc, ranks_agree);
     tcase_add_test(tc, blobs_are_found);
 }
 

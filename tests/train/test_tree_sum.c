@@ -36,7 +36,7 @@ START_TEST(order)
         for (int s = 0; s < n_shards; s++) {
             for (int i = 0; i < N; i++)
                 w->grad[i] = shard_value(s, i);
-            tree_sum_add(t, s);
+            tree_sum_add(t, (tree_node){ s, 0 });
         }
         for (int i = 0; i < N; i++)
             ck_assert_float_eq(w->grad[i], expected(0, n_shards, i));
@@ -46,29 +46,54 @@ START_TEST(order)
 }
 END_TEST
 
-/* Every rank has neighbouring shards, as many as the others where that is possible. */
-START_TEST(owners)
+/* Shards cut at two places, the parts summed apart by whole subtrees, in any order, and these added: the same bits. */
+START_TEST(parts)
 {
-    for (int ranks = 1; ranks <= 12; ranks++) {
-        int count[12] = { 0 };
+    const int n_shards = _i;
+    lt_params *set = lt_params_new();
+    lt_param *w = lt_params_add(set, "", "w", LT_WEIGHT, LT_SHAPE(N));
+    tree_node node[3 * TREE_NODES_MAX];
+    float sum[3 * TREE_NODES_MAX][N];
+    tree_sum *t;
 
-        for (int s = 0; s < 12; s++) {
-            const int owner = tree_owner(s, 12, ranks);
+    ck_assert(lt_param_need_grad(w));
+    t = tree_sum_new(set, NULL, 0, n_shards);
+    ck_assert_ptr_nonnull(t);
+    ck_assert_int_eq(tree_sum_numel(t), N);
+    for (int a = 0; a <= n_shards; a++) {
+        const int b = (a + n_shards) / 2;
+        int n = tree_nodes(0, a, node);
 
-            ck_assert(owner >= 0 && owner < ranks);
-            ck_assert(s == 0 || owner >= tree_owner(s - 1, 12, ranks));
-            count[owner]++;
+        n += tree_nodes(a, b, node + n);
+        n += tree_nodes(b, n_shards, node + n);
+        for (int k = n - 1; k >= 0; k--) {
+            const int end = node[k].first + (1 << node[k].level);
+
+            tree_sum_begin(t, node[k].first, end);
+            for (int s = node[k].first; s < end; s++) {
+                for (int i = 0; i < N; i++)
+                    w->grad[i] = shard_value(s, i);
+                tree_sum_add(t, (tree_node){ s, 0 });
+            }
+            tree_sum_pack(t, sum[k]);
         }
-        for (int r = 0; r < ranks; r++)
-            ck_assert_int_le(count[r], (12 + ranks - 1) / ranks);
+        tree_sum_begin(t, 0, n_shards);
+        for (int k = 0; k < n; k++) {
+            tree_sum_unpack(t, sum[k]);
+            tree_sum_add(t, node[k]);
+        }
+        for (int i = 0; i < N; i++)
+            ck_assert_float_eq(w->grad[i], expected(0, n_shards, i));
     }
+    tree_sum_free(t);
+    lt_params_free(set);
 }
 END_TEST
 
 static void add_tests(TCase *c)
 {
     tcase_add_loop_test(c, order, 1, 18);
-    tcase_add_test(c, owners);
+    tcase_add_loop_test(c, parts, 1, 18);
 }
 
 int main(void)

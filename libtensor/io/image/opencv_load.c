@@ -8,45 +8,21 @@
 #include "libtensor/io/image/film.h"
 #include "libtensor/io/image/film_head.h"
 #include "libtensor/io/image/opencv_module.h"
+#include "libtensor/io/module.h"
 
-#include <dlfcn.h>
 #include <errno.h>
-#include <limits.h>
 #include <pthread.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#define MODULE_HINT ", its module where it was installed or where PALMAR_MODULES says"
-
 static pthread_once_t once = PTHREAD_ONCE_INIT;
 static const lt_opencv *opencv;                 /* NULL: there is none */
 
-static bool load(const char *folder)
-{
-    char path[2 * PATH_MAX];
-    void *module;
-
-    snprintf(path, sizeof(path), "%s/%s", folder, LT_OPENCV_MODULE);
-    module = access(path, R_OK) == 0 ? dlopen(path, RTLD_NOW | RTLD_LOCAL) : NULL;
-    opencv = module ? dlsym(module, LT_OPENCV_SYMBOL) : NULL;
-    return opencv;
-}
-
-/* Where the environment says; beside the program in a build folder; where it was installed. */
 static void find_module(void)
 {
-    const char *named = getenv("PALMAR_MODULES");
-    char folder[PATH_MAX];
-
-    if (named && load(named))
-        return;
-    if (lt_program_folder(folder, sizeof(folder)) && load(folder))
-        return;
-    lt_installed(PALMAR_LIBDIR, folder, sizeof(folder));
-    load(folder);
+    opencv = lt_module_symbol(LT_OPENCV_MODULE, LT_OPENCV_SYMBOL);
 }
 
 typedef struct {
@@ -74,7 +50,7 @@ lt_status lt_opencv_decode(lt_arena *arena, const char *name, const uint8_t *byt
     pthread_once(&once, find_module);
     if (!opencv)
         return lt_error(LT_EFORMAT, "%s: neither PNG nor JPEG; other formats need a build with OpenCV%s", name,
-                        MODULE_HINT);
+                        LT_MODULE_HINT);
     if (opencv->decode(bytes, n, make_room, &r, error))
         return r.status ? r.status : lt_error(LT_EFORMAT, "%s: %s", name, error);
     *out = r.img;
@@ -122,7 +98,7 @@ lt_status lt_film_open(const char *path, lt_film **out)
     pthread_once(&once, find_module);
     if (!opencv)
         return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV%s; or make images of it first", path,
-                        MODULE_HINT);
+                        LT_MODULE_HINT);
     f = lt_alloc(sizeof(*f));
     if (!f)
         return lt_error(LT_ENOMEM, "%s: no memory", path);

@@ -257,7 +257,7 @@ static size_t run_sample_bytes(const task_run *r)
 
 static task_phase run_phase(const task_run *r, int64_t step)
 {
-    task_phase p = { .name = "coarse", .batch = 2, .shards = 2, .until = COARSE_UNTIL, .groups = 1 };
+    task_phase p = { .name = "coarse", .batch = 4, .shards = 4, .until = COARSE_UNTIL, .groups = 1 };
 
     if (step >= COARSE_UNTIL)
         p = (task_phase){ .name = "fine", .batch = 9, .shards = 3, .until = FINE_UNTIL, .groups = 3 };
