@@ -43,20 +43,6 @@ static bool belongs(const eval_run *r, const eval_table *t)
     return eval_flag_of(r->scores, "synthetic") || strncmp(eval_text_of(r->scores, "dataset"), t->data, 4) == 0;
 }
 
-/* Whether a difference from the paper's rows means anything. Those on DexYCB name no setup; their lineage has s0. */
-static bool same_data(const eval_run *r, const eval_table *t)
-{
-    const char *data = eval_text_of(r->scores, "dataset"), *split = eval_text_of(r->scores, "split");
-    const size_t n = strlen(t->data);
-
-    if (eval_flag_of(r->scores, "synthetic") || strncmp(data, t->data, n) != 0)
-        return false;
-    if (strcmp(data + n, "") != 0 && (strcmp(t->data, "DexYCB") != 0 || strcmp(data + n, " s0") != 0))
-        return false;
-    return (strcmp(split, "evaluation") == 0 || strcmp(split, "test") == 0)
-           && eval_number_of(r->scores, "samples") == eval_number_of(r->scores, "split_samples");
-}
-
 /* ---- rows ------------------------------------------------------------------------------------------------ */
 
 static void set(eval_row *row, int column, const cJSON *value)
@@ -168,7 +154,8 @@ static eval_protocol protocol_of(lt_arena *arena, const eval_run *r, const cJSON
 
     return (eval_protocol){
         .dataset = eval_text_of(s, "dataset"), .synthetic = eval_flag_of(s, "synthetic"),
-        .split = eval_text_of(s, "split"), .samples = count_of(s, "samples"), .failed = count_of(any, "failed"),
+        .split = eval_text_of(s, "split"), .whole = count_of(s, "samples") == count_of(s, "split_samples"),
+        .samples = count_of(s, "samples"), .failed = count_of(any, "failed"),
         .alignment = text_or_null(made, "alignment"), .threshold = text_or_null(made, "threshold"),
         .diameter = text_or_null(made, "diameter"), .symmetry = text_or_null(made, "symmetric classes"),
         .given = text_or_null(any, "from ground truth"),
@@ -241,7 +228,7 @@ static bool add_predictors(eval_filled *f, const eval_table *t, eval_group *g, c
 
 static bool add_model(eval_filled *f, const eval_table *t, eval_group *g, const eval_run *r, const eval_row *row)
 {
-    const bool reproduces = eval_table_of(t, eval_text_of(r->scores, "model")) && same_data(r, t);
+    const bool reproduces = eval_table_of(t, eval_text_of(r->scores, "model"));
     const eval_row own = named(f, t, r, *row);
 
     return add_row(f, g, &own, reproduces ? eval_table_own_row(t, r->variant) : EVAL_NO_ROW);

@@ -200,6 +200,24 @@ static const char *our_data(const eval_protocol *p)
     return p->synthetic ? "synthetic" : or_dash(p->dataset);
 }
 
+/* Whether a difference from the paper's rows means anything. Those on DexYCB name no setup; their lineage has s0. */
+static bool same_data(const eval_table *t, const eval_protocol *p)
+{
+    const size_t n = strlen(t->data);
+    const char *split = or_dash(p->split), *more;
+
+    if (p->synthetic || !p->whole || !p->dataset || strncmp(p->dataset, t->data, n) != 0)
+        return false;
+    more = p->dataset + n;
+    return (strcmp(split, "evaluation") == 0 || strcmp(split, "test") == 0)
+        && (!*more || (strcmp(t->data, "DexYCB") == 0 && strcmp(more, " s0") == 0));
+}
+
+static bool differs(const eval_table *t, const eval_result *r, const eval_protocol *p)
+{
+    return r->against != EVAL_NO_ROW && same_data(t, p);
+}
+
 /* A group's rows, with its number behind the data where there are several */
 static void put_group(grid *g, const eval_table *t, const eval_group *group, int number)
 {
@@ -212,7 +230,7 @@ static void put_group(grid *g, const eval_table *t, const eval_group *group, int
         const char *label = our_label(g->arena, ours, group->protocol);
 
         put_row(g, t, &ours->row, label, data);
-        if (ours->against != EVAL_NO_ROW)
+        if (differs(t, ours, group->protocol))
             put_difference(g, t, ours, label, data);
     }
 }
@@ -223,7 +241,7 @@ static bool fill(grid *g, const eval_table *t, const eval_group *groups, int n)
 
     for (int k = 0; k < n; k++)
         for (int i = 0; i < groups[k].n; i++)
-            rows += 1 + (groups[k].row[i].against != EVAL_NO_ROW);
+            rows += 1 + differs(t, &groups[k].row[i], groups[k].protocol);
     if (!grid_init(g, rows, 2 + (t->note != NULL) + t->n_columns))
         return false;
     put_heading(g, t);
@@ -374,10 +392,10 @@ static cJSON *json_ours(const eval_table *t, const eval_result *r, const eval_pr
 {
     cJSON *o = json_row(t, &r->row, our_data(p), p->synthetic);
 
-    if (r->against != EVAL_NO_ROW) {
+    if (r->against != EVAL_NO_ROW)
         cJSON_AddStringToObject(o, "against", t->row[r->against].label);
+    if (differs(t, r, p))
         cJSON_AddItemToObject(o, "difference", json_values(t, &r->row, &t->row[r->against]));
-    }
     return o;
 }
 

@@ -61,7 +61,7 @@ typedef struct {
  * reference. */
 typedef struct {
     eval_row row;
-    int against;                    /* row that it reproduces; EVAL_NO_ROW: no difference */
+    int against;                    /* row that it reproduces, from which it differs where the data are the same */
 } eval_result;
 
 /* How our rows were made. Text that is NULL prints "-". */
@@ -69,6 +69,7 @@ typedef struct {
     const char *dataset;            /* "HO3D v2", "DexYCB s0": the layout, when synthetic */
     bool synthetic;
     const char *split;
+    bool whole;                     /* all of its samples */
     int64_t samples, failed;        /* failed: predictions that were not finite */
     const char *alignment;          /* "similarity per sample, reflections allowed" */
     const char *threshold;          /* "ADD <= 0.1 diameter" */

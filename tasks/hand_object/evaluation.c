@@ -99,7 +99,7 @@ static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
 {
     eval_protocol p = {
         .dataset = e->o.data->kind, .synthetic = e->o.data->synthetic, .split = e->o.data->split,
-        .samples = e->samples, .failed = ho3d_scorer_failed(e->set[EVALUATE_MODEL].ho3d), .given = given(e),
+        .whole = e->samples == e->o.data->count, .samples = e->samples, .failed = ho3d_scorer_failed(e->set[EVALUATE_MODEL].ho3d), .given = given(e),
     };
 
     if (eval_table_by_object(t)) {
