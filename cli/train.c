@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "libtensor/io/text/json.h"
 #include "tasks/tasks.h"
 #include "train/ranks_join.h"
 #include "train/trainer.h"
@@ -9,13 +10,13 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { DATA = 256, HAND, SET, RESUME, INIT, DRY_RUN, KEYS };
+enum { DATA = 256, HAND, SET, RESUME, INIT, DRY_RUN, KEYS, JSON };
 
 typedef struct {
     train_options o;
     cli_overrides over;
     char data[4096], hand[4096];
-    bool keys;
+    bool keys, json;
 } train_args;
 
 static const struct argp_option options[] = {
@@ -31,6 +32,8 @@ static const struct argp_option options[] = {
       "folder", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "dry-run", DRY_RUN, NULL, 0, "build everything, check the data, say what it takes, stop", 0 },
+    { "json", JSON, NULL, 0, "with --dry-run: bytes of memory and disk, steps, and the seconds that they take, to stdout",
+      0 },
     { "quiet", 'q', NULL, 0, "no progress", 0 },
     { "keys", KEYS, NULL, 0, "list every key of a config with its default and meaning", 0 },
     { 0 },
@@ -44,6 +47,8 @@ static void check(train_args *a, struct argp_state *state)
         argp_error(state, "where to? give --out DIR");
     if (!a->o.config && !a->o.resume)
         argp_error(state, "train what? give --config FILE or NAME, or --resume");
+    if (a->json && !a->o.dry_run)
+        argp_error(state, "--json goes with --dry-run; a run writes log.jsonl");
     if (a->o.resume && a->o.init)
         argp_error(state, "--resume goes on with the run's own weights, --init begins with others; give one of them");
 }
@@ -74,6 +79,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case INIT: a->o.init = arg; break;
     case DRY_RUN: a->o.dry_run = true; break;
     case KEYS: a->keys = true; break;
+    case JSON: a->json = true; break;
     case DATA: override_path(a, state, "data.dir", arg, a->data, sizeof(a->data)); break;
     case HAND: override_path(a, state, "data.hand", arg, a->hand, sizeof(a->hand)); break;
     case ARGP_KEY_ARG:
@@ -96,6 +102,19 @@ static const struct argp argp = {
     "  mpirun -n 4 palmar train --config hocat-tiny --set optim.shards=4 --data data/tiny --out runs/tiny", NULL, NULL, NULL,
 };
 
+static void print_forecast(const train_result *r)
+{
+    cJSON *o = cJSON_CreateObject();
+
+    cJSON_AddNumberToObject(o, "bytes", (double)r->bytes);
+    cJSON_AddNumberToObject(o, "bytes_disk", (double)r->disk_bytes);
+    cJSON_AddNumberToObject(o, "steps", (double)r->steps);
+    cJSON_AddNumberToObject(o, "eta_s", r->eta_seconds);
+    lt_json_print(stdout, o);
+    putchar('\n');
+    cJSON_Delete(o);
+}
+
 int cmd_train(int argc, char **argv)
 {
     train_args a = { .o = { .tasks = tasks } };
@@ -113,6 +132,8 @@ int cmd_train(int argc, char **argv)
     if (st == LT_OK)
         st = train_run(&a.o, &r);
     ranks_leave();
+    if (st == LT_OK && a.json && ranks_lead(a.o.ranks))
+        print_forecast(&r);
     if (st && ranks_lead(a.o.ranks))
         fprintf(stderr, "palmar: %s\n", lt_last_error());
     return cli_exit_code(st, r.signal);

@@ -188,10 +188,15 @@ static bool free_bytes(lt_arena *arena, const char *path, double *out)
     return true;
 }
 
+/* Those that are kept; last, best and the one being written */
+size_t trainer_disk_bytes(const trainer *t)
+{
+    return checkpoint_bytes(&t->model, t->optim) * (size_t)(t->config.loop.keep + 3);
+}
+
 lt_status trainer_check_disk(trainer *t)
 {
-    const double one = (double)checkpoint_bytes(&t->model, t->optim);
-    const double need = one * (t->config.loop.keep + 3);        /* last, best and the one being written */
+    const double one = (double)checkpoint_bytes(&t->model, t->optim), need = (double)trainer_disk_bytes(t);
     double have;
 
     if (!free_bytes(t->arena, t->opt->out, &have))

@@ -1,15 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Builds a run up to its first batch, and says what it will take.
+ * Builds a run up to its first batch.
  */
 #include "train/trainer_internal.h"
 
 #include "estimate/checkpoint_folder.h"
-#include "libtensor/base/cpu.h"
-#include "libtensor/base/parallel.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
-#include "libtensor/kernels/kernels.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -256,19 +253,6 @@ static lt_status compile_plans(trainer *t)
     return t->optim ? LT_OK : LT_ENOMEM;
 }
 
-/* What the process holds at this moment; 0 where the system does not tell. */
-static size_t resident_bytes(void)
-{
-    FILE *f = fopen("/proc/self/statm", "r");
-    unsigned long pages = 0;
-
-    if (f && fscanf(f, "%*u %lu", &pages) != 1)
-        pages = 0;
-    if (f)
-        fclose(f);
-    return pages * (size_t)sysconf(_SC_PAGESIZE);
-}
-
 lt_status trainer_init(trainer *t, const train_options *o)
 {
     lt_status st;
@@ -283,8 +267,10 @@ lt_status trainer_init(trainer *t, const train_options *o)
     if (st == LT_OK)
         st = load_config(t);
     if (st == LT_OK)
+        st = forecast_task(t);
+    if (st == LT_OK)
         st = t->config.task->open(t->arena, &t->config, &t->run);
-    t->resident = resident_bytes();             /* the program, and what it knows of the data */
+    t->resident = forecast_resident();          /* the program, and what it knows of the data */
     if (st == LT_OK)
         st = build_model(t);
     if (st)
@@ -312,77 +298,4 @@ void trainer_fini(trainer *t)
     train_config_fini(&t->config);
     progress_fini(&t->progress);
     lt_arena_free(t->arena);
-}
-
-/* ---- what it will take -------------------------------------------------------------------------------- */
-
-size_t trainer_plan_bytes(const trainer *t)
-{
-    return lt_plan_bytes(t->train.plan) + (t->check.plan ? lt_plan_bytes(t->check.plan) : 0);
-}
-
-static size_t batch_bytes(const trainer *t)
-{
-    const size_t batches = (size_t)t->config.data->ahead + 1 + (t->check.plan ? COMPILED_AHEAD + 1 : 0);
-
-    return batches * (size_t)t->config.optim.batch * t->config.task->sample_bytes(t->run);
-}
-
-size_t trainer_bytes(const trainer *t)
-{
-    size_t n = t->resident + trainer_plan_bytes(t) + batch_bytes(t) + tree_sum_bytes(t->sum)
-        + lt_arena_bytes(lt_params_arena(t->params));
-
-    for (int i = 0; i < lt_optim_state_count(t->optim); i++) {
-        const lt_optim_state s = lt_optim_state_at(t->optim, i);
-
-        n += (size_t)lt_shape_numel(&s.shape) * sizeof(lt_real);
-    }
-    return n;
-}
-
-static void describe_data(trainer *t)
-{
-    const train_optim_config *o = &t->config.optim;
-
-    t->config.task->describe(t->run, &t->progress);
-    progress_note(&t->progress, "steps        %" PRId64 " of %d samples in %d shard%s, %" PRId64 " an epoch",
-                  t->total_steps, o->batch, o->shards, o->shards > 1 ? "s" : "", t->steps_of_epoch);
-}
-
-/* What the kernel can give without swapping, bytes; 0: it does not say. */
-static double free_memory(void)
-{
-    FILE *f = fopen("/proc/meminfo", "r");
-    char line[128];
-    unsigned long kB = 0;
-
-    while (f && !kB && fgets(line, sizeof(line), f))
-        sscanf(line, "MemAvailable: %lu kB", &kB);
-    if (f)
-        fclose(f);
-    return 1024.0 * (double)kB;
-}
-
-static void describe_memory(trainer *t)
-{
-    const double all = (double)trainer_bytes(t), have = free_memory() + (double)t->resident;
-
-    progress_note(&t->progress, "memory       %.1f MB, of which plans %.1f MB", 1e-6 * all,
-                  1e-6 * (double)trainer_plan_bytes(t));
-    if (have > (double)t->resident && all > have)
-        progress_warn(&t->progress, "the run takes %.1f MB of memory, and %.1f are free: a smaller optim.batch takes "
-                      "less", 1e-6 * all, 1e-6 * have);
-}
-
-void trainer_describe(trainer *t)
-{
-    progress_note(&t->progress, "model        %s (%s), %.2f M parameters, %.2f GMAC an image",
-                  t->model.cls->name, t->model.variant,
-                  1e-6 * (double)lt_params_count(t->params, LT_WEIGHT, ""),
-                  1e-9 * (double)lt_plan_macs(t->train.plan) / (t->train.parts * t->train.record.batch));
-    describe_data(t);
-    progress_note(&t->progress, "machine      %s, %s, %d thread%s", lt_cpu_model(), lt_isa_name(lt_k->isa),
-                  lt_threads(), lt_threads() > 1 ? "s" : "");
-    describe_memory(t);
 }

@@ -41,6 +41,10 @@ struct task {
     const char *const *metrics;         /* keys, NULL-terminated; by the first one, checkpoints are best */
     const metric *own_metrics;          /* that the dictionary lacks, until one without a key; or NULL */
 
+    /* About what the task will hold itself, once parameters have grown and caches are full, before it is opened; *less:
+     * the key whose smaller value takes less. NULL: nothing to speak of. */
+    size_t (*bytes)(const train_config *c, const char **less);
+
     /* Open what the configuration names. Names of files in it are made whole, so that the run's config finds them from
      * any folder. *out is there also after a failure, to be closed, or NULL. */
     lt_status (*open)(lt_arena *arena, train_config *c, task_run **out);

@@ -290,22 +290,24 @@ static lt_status train(trainer *t)
     return st;
 }
 
-static void fill_result(const trainer *t, train_result *out)
+static void fill_result(const trainer *t, double eta, train_result *out)
 {
     *out = (train_result){
         .step = t->state.step, .steps_here = t->state.step - t->first_step, .skipped = t->state.skipped,
         .loss = t->record.loss, .best = t->state.best, .img_per_s = t->record.img_per_s,
-        .signal = t->signal,
+        .signal = t->signal, .steps = t->total_steps, .eta_seconds = eta,
     };
     if (t->optim && t->sum && t->train.plan) {
         out->plan_bytes = trainer_plan_bytes(t);
         out->bytes = trainer_bytes(t);
+        out->disk_bytes = trainer_disk_bytes(t);
     }
 }
 
 lt_status train_run(const train_options *o, train_result *out)
 {
     trainer t;
+    double eta = 0;
     lt_status st;
 
     st = trainer_init(&t, o);
@@ -319,14 +321,14 @@ lt_status train_run(const train_options *o, train_result *out)
         trainer_describe(&t);
         st = trainer_check_disk(&t);
     }
-    if (st == LT_OK && !o->dry_run)
-        st = train(&t);
+    if (st == LT_OK)
+        st = o->dry_run ? forecast_seconds(&t, &eta) : train(&t);
     if (st)
         progress_log(&t.progress, "ended: %s", lt_last_error());
     if (st && st != LT_ESTOPPED && o->ranks)
         o->ranks->fail(o->ranks->ctx);
     if (out)
-        fill_result(&t, out);
+        fill_result(&t, eta, out);
     trainer_fini(&t);
     return st;
 }

@@ -18,7 +18,7 @@ typedef struct {
     const char *resume;             /* NULL: a new run; "": from the newest sound checkpoint of out; else
                                        from this file */
     const char *init;               /* NULL, or what weights_init takes: safetensors, PyTorch's, a run */
-    bool dry_run;                   /* open and build everything, say what it takes, stop */
+    bool dry_run;                   /* open and build everything, say what it takes, time some steps, stop */
     bool quiet;                     /* nothing but trouble on progress */
     FILE *progress;                 /* NULL: stderr */
     const train_ranks *ranks;       /* that train together, with the same options; NULL: this process alone */
@@ -37,7 +37,10 @@ typedef struct {
     double loss;                    /* of the last step */
     double best;                    /* the task's first metric at the best checkpoint; infinite without one */
     double img_per_s;
-    size_t plan_bytes, bytes;       /* memory of the plans; of plans, parameters and optimiser */
+    size_t plan_bytes, bytes;       /* memory of the plans; of all */
+    size_t disk_bytes;              /* of the checkpoints that are kept */
+    int64_t steps;                  /* of the whole run */
+    double eta_seconds;             /* of a dry run: what the steps take that are to come, without their data */
     int signal;                     /* that stopped the run, with LT_ESTOPPED; else 0 */
 } train_result;
 

@@ -57,8 +57,16 @@ typedef struct {
 lt_status trainer_init(trainer *t, const train_options *o);
 lt_status trainer_enter(trainer *t);            /* the phase of the next step: another batch, another graph */
 void trainer_fini(trainer *t);
+
+/* forecast.c: forecast_task refuses, before the task is opened, what takes more memory than there is; forecast_resident -
+ * what the process holds now. trainer_bytes - program, data's list, plans, batches, parameters, optimiser, and what the
+ * task says of itself. forecast_seconds - that the steps to come take, their data and validations not counted: the plans
+ * of all phases are run, so the run cannot go on. */
+lt_status forecast_task(const trainer *t);
+size_t forecast_resident(void);
 size_t trainer_plan_bytes(const trainer *t);
-size_t trainer_bytes(const trainer *t);         /* program, data's list, plans, batches, parameters, optimiser */
+size_t trainer_bytes(const trainer *t);
+lt_status forecast_seconds(trainer *t, double *out);
 void trainer_describe(trainer *t);
 
 /* run_folder.c: run_folder_lock, before anybody looks into it, refuses a folder where another process trains;
@@ -89,6 +97,7 @@ lt_status trainer_validate(trainer *t, train_validation *out);
 /* save.c */
 lt_status trainer_save(trainer *t);             /* step file, last, best; does nothing when just done */
 lt_status trainer_resume(trainer *t);           /* load what the options ask for */
-lt_status trainer_check_disk(trainer *t);   /* room for a checkpoint, at least */
+size_t trainer_disk_bytes(const trainer *t);
+lt_status trainer_check_disk(trainer *t);       /* room for two checkpoints, at least */
 
 #endif

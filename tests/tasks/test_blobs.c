@@ -267,6 +267,37 @@ START_TEST(ranks_agree)
 }
 END_TEST
 
+/* ---- what a run takes ------------------------------------------------------------------------------------------ */
+
+static size_t too_much(const train_config *c, const char **less)
+{
+    (void)c;
+    *less = "data.cache_mb";
+    return (size_t)1 << 50;
+}
+
+/* A dry run knows all phases, and makes nothing; what does not fit is refused before the task is opened. */
+START_TEST(foreseen)
+{
+    task hungry = blobs_task;
+    const task *const only[] = { &hungry, NULL };
+    train_options o = options("foreseen");
+    train_result r;
+
+    o.dry_run = true;
+    check_ok(train_run(&o, &r));
+    ck_assert_int_eq(r.steps, 120);
+    ck_assert(r.eta_seconds > 0 && r.bytes > 0 && r.disk_bytes > 0);
+    hungry.bytes = too_much;
+    hungry.open = NULL;
+    o.tasks = only;
+    ck_assert_int_eq(train_run(&o, NULL), LT_ENOMEM);
+    ck_assert_msg(strstr(lt_last_error(), "blobs.json: the run takes 1125899906.8 MB of memory beside its network, and ")
+                  && strstr(lt_last_error(), " are free; a smaller data.cache_mb takes less"), "%s", lt_last_error());
+    ck_assert(!lt_is_folder(at("foreseen")));
+}
+END_TEST
+
 START_TEST(blobs_are_found)
 {
     const train_options o = options("run");
@@ -297,6 +328,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, ranks_do_not_matter);
     tcase_add_test(tc, ranks_come_and_go);
     tcase_add_test(tc, ranks_agree);
+    tcase_add_test(tc, foreseen);
     tcase_add_test(tc, blobs_are_found);
 }
 
