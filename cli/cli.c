@@ -92,6 +92,26 @@ void cli_threads(struct argp_state *state, const char *text)
     lt_set_threads(cli_number(state, "threads", text, 1, 1024));
 }
 
+/* argp frees what is another text than the one it gave. */
+char *cli_help_kinds(int key, const char *text, void *input)
+{
+    static const struct { const char *word; dataset_list list; } known[] = {
+        { CLI_KINDS, DATASET_TITLES }, { CLI_SETUPS, DATASET_SETUPS }, { CLI_FILTERS, DATASET_FILTERS },
+    };
+
+    (void)key, (void)input;
+    for (size_t i = 0; text && i < LT_COUNT(known); i++) {
+        const char *at = strstr(text, known[i].word);
+        char list[DATASET_LIST], *filled = at ? malloc(strlen(text) + sizeof(list)) : NULL;
+        if (!filled)
+            continue;
+        dataset_list_kinds(known[i].list, list);
+        sprintf(filled, "%.*s%s%s", (int)(at - text), text, list, at + strlen(known[i].word));
+        return filled;
+    }
+    return (char *)text;
+}
+
 /* ---- beginning and leaving ------------------------------------------------------------------------------ */
 
 /* A closed one's number would go to a file, and what is printed with it. */

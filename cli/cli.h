@@ -7,7 +7,7 @@
 #ifndef CLI_CLI_H
 #define CLI_CLI_H
 
-#include "data/open.h"
+#include "data/kind.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/hand/model.h"
 #include "models/model.h"
@@ -57,6 +57,13 @@ void cli_override_variant(struct argp_state *state, cli_overrides *o, const char
 
 /* cli_threads - the --threads option: sets the number of threads */
 void cli_threads(struct argp_state *state, const char *text);
+
+/* In the text of an option these stand for what the table of dataset kinds says (dataset_list_kinds): "HO3D or DexYCB",
+ * "DexYCB: s0, s1 ...". cli_help_kinds puts it there, where it is the argp's help_filter. */
+#define CLI_KINDS "@kinds"
+#define CLI_SETUPS "@setups"
+#define CLI_FILTERS "@filters"
+char *cli_help_kinds(int key, const char *text, void *input);
 
 /* cli_begin - before anything else: standard streams are open, what was printed is checked at exit, signals and
  * limits leave no temporary files */

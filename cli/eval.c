@@ -2,7 +2,7 @@
 #include "cli/cli.h"
 #include "cli/eval_file.h"
 
-#include "data/open.h"
+#include "data/kind.h"
 #include "estimate/metric.h"
 #include "eval/bench/bench.h"
 #include "eval/tables/claims.h"
@@ -31,10 +31,10 @@ typedef struct {
 } eval_args;
 
 static const struct argp_option options[] = {
-    { "data", DATA, "DIR", 0, "the dataset, HO3D or DexYCB; default the run's", 0 },
+    { "data", DATA, "DIR", 0, "the dataset, " CLI_KINDS "; default the run's", 0 },
     { "split", SPLIT, "NAME", 0, "evaluation (default; DexYCB: test), val, or train", 0 },
-    { "setup", SETUP, "NAME", 0, "DexYCB: s0 to s3; default the run's", 0 },
-    { "filter", FILTER, "NAME", 0, "DexYCB: valid, every, hfl-net or hoisdf; default the run's", 0 },
+    { "setup", SETUP, "NAME", 0, CLI_SETUPS "; default the run's", 0 },
+    { "filter", FILTER, "NAME", 0, CLI_FILTERS "; default the run's", 0 },
     { "models", MODELS, "DIR", 0, "the objects' models; default the run's, else in the dataset's folder, or "
       "beside it", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training; with "
@@ -148,7 +148,7 @@ static const struct argp argp = {
     "Score a trained model and print its paper's tables with our rows beneath the paper's.\v"
     "The zero predictor and the mean-pose predictor stand in the tables for reference. Rows made on "
     "synthetic data say so.\n\n  palmar eval runs/tiny --data data/tiny --require \"pa_mpjpe_mm<=12\"\n"
-    "  palmar eval --claims=runs\n  palmar eval --tables=runs", NULL, NULL, NULL,
+    "  palmar eval --claims=runs\n  palmar eval --tables=runs", NULL, cli_help_kinds, NULL,
 };
 
 static bool show_progress(void *ctx, int64_t done, int64_t total)
@@ -267,6 +267,7 @@ static lt_status score(const eval_args *a, const cli_checkpoint *c, evaluate_opt
 static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const char *split, dataset **out)
 {
     dataset_options o = cli_checkpoint_data(c, a->data ? a->data : c->config.data->dir, split);
+    char with_setups[DATASET_LIST];
     lt_status st;
 
     o.models = a->models ? a->models : o.models;
@@ -278,9 +279,11 @@ static lt_status open_data(const eval_args *a, const cli_checkpoint *c, const ch
     st = dataset_open(&o, out);
     if (st == LT_OK && (*out)->partial)
         lt_say(stderr, "%s: %s", o.root, (*out)->partial);
-    if (st == LT_OK && (a->setup || a->filter) && !dataset_is_dexycb(*out))
-        st = lt_error(LT_EUSAGE, "%s: is %s, and --setup and --filter choose among DexYCB's samples", o.root,
-                      (*out)->kind);
+    if (st == LT_OK && (a->setup || a->filter) && !(*out)->kind->setups) {
+        dataset_list_kinds(DATASET_WITH_SETUPS, with_setups);
+        st = lt_error(LT_EUSAGE, "%s: is %s, and --setup and --filter choose among %s's samples", o.root,
+                      (*out)->title, with_setups);
+    }
     return st;
 }
 

@@ -2,8 +2,9 @@
 #include "cli/eval_file.h"
 
 #include "cli/cli.h"
+#include "data/dexycb/dexycb.h"
 #include "data/ho3d/ho3d.h"
-#include "data/open.h"
+#include "data/kind.h"
 #include "eval/scorers/bop_score.h"
 #include "eval/scorers/dexycb_files.h"
 #include "eval/scorers/ho3d_files.h"
@@ -65,7 +66,7 @@ static lt_status score_hands(const eval_file_options *o, const dataset *d)
     if (st)
         return st;
     fprintf(stderr, "Protocol: %s%s, split %s; %lld samples with a hand; pa: similarity per sample, reflections "
-            "allowed; pa_rigid: without\n", d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, (long long)d->count);
+            "allowed; pa_rigid: without\n", d->synthetic ? "SYNTHETIC, " : "", d->title, d->split, (long long)d->count);
     for (int i = 0; i < DEXYCB_SCORES; i++)
         printf("%s: %f\n", dexycb_score_name((dexycb_score)i), scores[i]);
     return LT_OK;
@@ -90,7 +91,7 @@ static lt_status score_objects(const eval_file_options *o, const dataset *d, lt_
     if (st)
         return st;
     fprintf(stderr, "Protocol: %s%s, split %s; BOP 2019, key frames; VSD delta 15 mm; %s%s\n",
-            d->synthetic ? "SYNTHETIC, " : "", d->kind, d->split, models_info ? "symmetries and diameters of " :
+            d->synthetic ? "SYNTHETIC, " : "", d->title, d->split, models_info ? "symmetries and diameters of " :
             "symmetries by geometric class; diameter max_dist", models_info ? models_info : "");
     printf("%-10s %9s %9s %9s %9s %9s %9s\n", "", "targets", "estimated", "vsd", "mssd", "mspd", "mean");
     print_recall("all", &r.all);
@@ -118,23 +119,44 @@ static lt_status score_dexycb(const eval_file_options *o, bool poses, lt_arena *
     return st;
 }
 
+static lt_status score_hpe(const eval_file_options *o, lt_arena *arena) { return score_dexycb(o, false, arena); }
+static lt_status score_bop(const eval_file_options *o, lt_arena *arena) { return score_dexycb(o, true, arena); }
+
+/* Which results belong to which kind of dataset; those without a row are not scored. */
+static const struct {
+    result_kind result;
+    const dataset_kind *data;
+    lt_status (*score)(const eval_file_options *o, lt_arena *arena);
+} scorers[] = {
+    { RESULT_HO3D, &ho3d_kind, score_ho3d },
+    { RESULT_HPE, &dexycb_kind, score_hpe },
+    { RESULT_BOP, &dexycb_kind, score_bop },
+};
+
+static lt_status score(const eval_file_options *o, result_kind result, const dataset_kind *kind, lt_arena *arena)
+{
+    for (size_t i = 0; i < LT_COUNT(scorers); i++) {
+        if (scorers[i].result == result && scorers[i].data == kind)
+            return scorers[i].score(o, arena);
+        if (scorers[i].result == result)
+            return lt_error(LT_EINVAL, "%s: %s, and %s is a folder of %s", o->pred, result_kind_name(result), o->data,
+                            kind->title);
+    }
+    return lt_error(LT_EINVAL, "%s: %s, which is not scored; DexYCB's text of hand joints (HPE) and csv of object "
+                    "poses (BOP) are", o->pred, result_kind_name(result));
+}
+
 lt_status eval_file(const eval_file_options *o)
 {
     lt_arena *arena = lt_arena_new();
-    dataset_layout layout;
-    result_kind kind;
-    lt_status st = arena ? dataset_find_layout(o->data, &layout) : lt_error(LT_ENOMEM, "%s: no memory", o->pred);
+    const dataset_kind *kind;
+    result_kind result;
+    lt_status st = arena ? dataset_find_kind(o->data, &kind) : lt_error(LT_ENOMEM, "%s: no memory", o->pred);
 
     if (!st)
-        st = result_kind_of(o->pred, &kind);
-    if (!st && kind == RESULT_COCO)
-        st = lt_error(LT_EINVAL, "%s: %s, which is not scored; DexYCB's text of hand joints (HPE) and csv of object "
-                      "poses (BOP) are", o->pred, result_kind_name(kind));
-    else if (!st && (kind == RESULT_HO3D) != (layout == DATASET_HO3D))
-        st = lt_error(LT_EINVAL, "%s: %s, and %s is a folder of %s", o->pred, result_kind_name(kind), o->data,
-                      layout == DATASET_HO3D ? "HO3D" : "DexYCB");
-    else if (!st)
-        st = layout == DATASET_HO3D ? score_ho3d(o, arena) : score_dexycb(o, kind == RESULT_BOP, arena);
+        st = result_kind_of(o->pred, &result);
+    if (!st)
+        st = score(o, result, kind, arena);
     lt_arena_free(arena);
     return st;
 }

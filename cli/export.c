@@ -30,7 +30,7 @@ static const struct argp_option options[] = {
       "npz of the inputs that an ONNX file was compared with, and the model's outputs", 0 },
     { "int8", INT8, NULL, 0, "a checkpoint for inference with 8-bit integers; wants --calibration", 0 },
     { "calibration", CALIBRATION, "DIR", 0,
-      "for --int8: the dataset, HO3D or DexYCB, whose training samples give the ranges, and "
+      "for --int8: the dataset, " CLI_KINDS ", whose training samples give the ranges, and "
       "whose evaluation samples are scored", 0 },
     { "calibration-samples", CALIBRATION_SAMPLES, "N", 0,
       "for --int8: training samples that are looked at; default 64", 0 },
@@ -117,7 +117,7 @@ static const struct argp argp = {
     "  palmar export runs/tiny -o tiny.onnx\n"
     "  palmar export runs/tiny/checkpoints/best.safetensors -o weights.safetensors\n"
     "  palmar export runs/tiny --int8 --calibration data/tiny -o tiny-int8.safetensors\n"
-    "  palmar export --model resnet50 --init resnet50.safetensors -o resnet50.onnx", NULL, NULL, NULL,
+    "  palmar export --model resnet50 --init resnet50.safetensors -o resnet50.onnx", NULL, cli_help_kinds, NULL,
 };
 
 static void print_text(const export_args *a, const export_report *r)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/export_int8.h"
 
-#include "data/open.h"
+#include "data/kind.h"
 #include "libtensor/base/parallel.h"
 #include "tasks/hand_object/int8.h"
 

@@ -33,7 +33,7 @@ static const struct argp_option options[] = {
     { "init", INIT, "FILE", 0, "with --model: what --init FILE of palmar train would load, miss and leave over", 0 },
     { "data", DATA, "DIR", 0, "a dataset: version, splits, objects, a self-test on some samples", 0 },
     { "samples", SAMPLES, "N", 0, "how many samples of each split the self-test reads; default 20; 0: all", 0 },
-    { "setup", SETUP, "NAME", 0, "with --data, DexYCB: the splits that are tested, s0 (default) to s3", 0 },
+    { "setup", SETUP, "NAME", 0, "with --data, the splits that are tested; " CLI_SETUPS "; default the first", 0 },
     { "hand", HAND, "FILE", 0, "with --data: hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the "
       "embedded one", 0 },
     { "hand-left", HAND_LEFT, "FILE", 0,
@@ -84,7 +84,7 @@ static const struct argp argp = {
     "  palmar info runs/tiny/checkpoints/last.safetensors\n"
     "  palmar info --model resnet50 --init resnet50-0676ba61.pth\n"
     "  palmar info --data HO3D_v3\n"
-    "  palmar info MANO_RIGHT.pkl", NULL, NULL, NULL,
+    "  palmar info MANO_RIGHT.pkl", NULL, cli_help_kinds, NULL,
 };
 
 /* One "key  value" a line, lists of objects as rows */

@@ -4,8 +4,7 @@
 #include "assets/hand_file.h"
 #include "cli/cli.h"
 #include "data/check.h"
-#include "data/dexycb/dexycb.h"
-#include "data/open.h"
+#include "data/kind.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -16,8 +15,7 @@ enum { HANDS = 200, MASKS = 50 };
 
 typedef struct {
     const info_data_options *o;
-    dataset_layout layout;
-    dexycb_folders subjects;        /* DexYCB's that are there */
+    const dataset_kind *kind;
     cli_hand hand;
     lt_arena *arena;
     const lt_hand_model *left;
@@ -184,16 +182,21 @@ static void describe(survey *v, const dataset *d)
 {
     if (cJSON_GetObjectItem(v->root, "dataset"))
         return;
-    cJSON_AddStringToObject(v->root, "dataset", d->kind);
+    cJSON_AddStringToObject(v->root, "dataset", d->title);
     cJSON_AddBoolToObject(v->root, "synthetic", d->synthetic);
     cJSON_AddNumberToObject(v->root, "objects", d->n_objects);
     cJSON_AddStringToObject(v->root, "hand", v->hand.name);
 }
 
+static dataset_options options_of(const survey *v, const char *split)
+{
+    return (dataset_options){ .kind = v->kind, .root = v->o->root, .split = split, .setup = v->o->setup,
+                              .hand = v->hand.model, .left = v->left };
+}
+
 static lt_status survey_split(survey *v, const char *name)
 {
-    const dataset_options o = { .root = v->o->root, .split = name, .setup = v->o->setup, .hand = v->hand.model,
-                                .left = v->left };
+    const dataset_options o = options_of(v, name);
     cJSON *split;
     dataset *d;
     lt_status st = dataset_open(&o, &d);
@@ -202,7 +205,7 @@ static lt_status survey_split(survey *v, const char *name)
         return st;
     describe(v, d);
     split = cJSON_AddObjectToObject(v->root, name);
-    cJSON_AddNumberToObject(split, v->layout == DATASET_DEXYCB ? "samples with a hand" : "samples", (double)d->count);
+    cJSON_AddNumberToObject(split, v->kind->counted, (double)d->count);
     if (d->partial)
         add_note(v, "partial", name, d->partial);
     st = survey_files(v, d, split);
@@ -212,62 +215,6 @@ static lt_status survey_split(survey *v, const char *name)
         st = survey_labels(v, d, split);
     dataset_free(d);
     return st;
-}
-
-/* ---- the lists of DexYCB ---- */
-
-/* Each subject's folder, and how many sequences are in it. */
-static lt_status list_subjects(survey *v)
-{
-    cJSON *list = cJSON_AddObjectToObject(v->root, "subjects");
-    lt_status st = dexycb_list_subjects(v->arena, v->o->root, &v->subjects);
-
-    for (int i = 0; !st && i < v->subjects.n; i++) {
-        dexycb_folders sequences;
-        st = dexycb_list_sequences(v->arena, v->o->root, v->subjects.name[i], &sequences);
-        if (!st)
-            cJSON_AddNumberToObject(list, v->subjects.name[i], sequences.n);
-    }
-    return st;
-}
-
-/* Whether a split has a subject that is there; a note where it has none. */
-static bool has_subject(survey *v, const char *name)
-{
-    const char *setup = v->o->setup ? v->o->setup : "s0";
-    char line[128];
-    dexycb_split split;
-
-    if (dexycb_split_parse(setup, name, &split))
-        return true;                                /* opening it says what is wrong */
-    for (int i = 0; i < v->subjects.n; i++)
-        if (dexycb_has_subject(split, dexycb_subject_number(v->subjects.name[i])))
-            return true;
-    snprintf(line, sizeof(line), "no subject of this split of %s is there", setup);
-    add_note(v, "empty-split", name, line);
-    return false;
-}
-
-/* All frames of each setup's splits; a split may be empty where subjects were left out. */
-static void list_setups(survey *v)
-{
-    static const char *const setup[] = { "s0", "s1", "s2", "s3" }, *const part[] = { "train", "val", "test" };
-    cJSON *lists = cJSON_AddObjectToObject(v->root, "frames of the official lists");
-
-    for (int i = 0; i < 4; i++) {
-        cJSON *list = cJSON_AddObjectToObject(lists, setup[i]);
-        for (int k = 0; k < 3; k++) {
-            const dexycb_options o = { .root = v->o->root, .setup = setup[i], .split = part[k],
-                                       .filter = DEXYCB_EVERY, .hand = v->hand.model, .no_objects = true };
-            dataset *d;
-            if (dexycb_open(&o, &d)) {
-                cJSON_AddNumberToObject(list, part[k], 0);
-                continue;
-            }
-            cJSON_AddNumberToObject(list, part[k], (double)d->count);
-            dataset_free(d);
-        }
-    }
 }
 
 static lt_status open_hands(survey *v)
@@ -286,16 +233,19 @@ static lt_status open_hands(survey *v)
 
 static lt_status survey_splits(survey *v)
 {
-    static const char *const of_layout[2][3] = { { "train", "evaluation" }, { "train", "val", "test" } };
+    const char *const *split = v->kind->splits;
     int opened = 0;
 
-    for (int i = 0; i < 3 && of_layout[v->layout][i]; i++) {
-        const char *name = of_layout[v->layout][i];
+    for (int i = 0; split[i]; i++) {
+        const dataset_options o = options_of(v, split[i]);
+        const char *absent = v->kind->absent ? v->kind->absent(&o, v->arena) : NULL;
         lt_status st;
+        if (absent)
+            add_note(v, "empty-split", split[i], absent);
         /* the last one is opened in any case: where no split is there, its line says which would be wanted */
-        if (v->layout == DATASET_DEXYCB && v->subjects.n && !has_subject(v, name) && (opened || i < 2))
+        if (absent && (opened || split[i + 1]))
             continue;
-        st = survey_split(v, name);
+        st = survey_split(v, split[i]);
         if (st)
             return st;
         opened++;
@@ -315,14 +265,14 @@ static lt_status verdict(const survey *v)
 
 static lt_status survey_all(survey *v)
 {
+    dataset_options o;
     lt_status st = open_hands(v);
 
     if (!st)
-        st = dataset_find_layout(v->o->root, &v->layout);
-    if (!st && v->layout == DATASET_DEXYCB) {
-        st = list_subjects(v);
-        list_setups(v);
-    }
+        st = dataset_find_kind(v->o->root, &v->kind);
+    o = options_of(v, NULL);
+    if (!st && v->kind->describe)
+        st = v->kind->describe(&o, v->arena, v->root);
     if (!st)
         st = survey_splits(v);
     return st ? st : verdict(v);

@@ -285,11 +285,6 @@ lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *con
     return LT_OK;
 }
 
-bool dataset_is_dexycb(const dataset *d)
-{
-    return strncmp(d->kind, "DexYCB", 6) == 0;
-}
-
 const char *dataset_crc32(lt_arena *scratch, const char *root, char hash[16])
 {
     static const char *const names[] = { "manifest.json", "train.txt" };

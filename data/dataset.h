@@ -78,6 +78,7 @@ typedef struct {
 } dataset_sample;
 
 typedef struct dataset dataset;
+typedef struct dataset_kind dataset_kind;      /* kind.h */
 
 /* What a kind of dataset does; each reader fills one of these. */
 typedef struct {
@@ -94,9 +95,10 @@ typedef struct {
 
 struct dataset {
     const dataset_ops *ops;
-    const char *kind;               /* "HO3D v2", "HO3D v3", "DexYCB s0", "DexYCB s0 (part)" */
+    const dataset_kind *kind;       /* HO3D, DexYCB */
+    const char *title;              /* "HO3D v2", "HO3D v3", "DexYCB s0", "DexYCB s0 (part)" */
     const char *split;              /* "train", "evaluation" */
-    const char *root;               /* the folder it was opened from */
+    const char *root;               /* the folder it was opened from; where there is none, what lines call it */
     bool synthetic;                 /* written by `palmar synth`: reports must say so */
     const char *partial;            /* what of the split is not there, a sentence to be said; NULL: it is whole */
     int64_t count;
@@ -133,9 +135,6 @@ lt_status dataset_annotation(const dataset *d, int64_t index, lt_arena *arena, d
  * annotation has no hand poses, as HO3D's evaluation.
  */
 lt_status dataset_check_tips(dataset *d, const lt_hand_model *hand, double *rms_mm);
-
-/* dataset_is_dexycb - DexYCB's layout, not HO3D's */
-bool dataset_is_dexycb(const dataset *d);
 
 /* dataset_crc32 - of what tells a dataset from others: the generator's manifest.json, else HO3D's train.txt. hash gets
  * eight hexadecimal digits, the answer is the file's name; without either file "" and NULL */

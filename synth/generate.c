@@ -15,6 +15,10 @@
 #include <string.h>
 #include <unistd.h>
 
+static const synth_layout_ops *const layouts[] = {
+    [SYNTH_HO3D] = &synth_layout_ho3d, [SYNTH_DEXYCB] = &synth_layout_dexycb,
+};
+
 /* ---- preparing ---- */
 
 /* One that was stopped has models, which are written first, and no manifest, which is written last. */
@@ -136,10 +140,8 @@ static void clean_up(synth_run *r)
 
 lt_status synth_parse_layout(const char *name, synth_layout *out)
 {
-    static const char *const known[] = { "ho3d", "dexycb" };
-
-    for (size_t i = 0; i < LT_COUNT(known); i++)
-        if (!strcmp(name, known[i])) {
+    for (size_t i = 0; i < LT_COUNT(layouts); i++)
+        if (!strcmp(name, layouts[i]->name)) {
             *out = (synth_layout)i;
             return LT_OK;
         }
@@ -149,12 +151,14 @@ lt_status synth_parse_layout(const char *name, synth_layout *out)
 lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES])
 {
     synth_run r = { .session = { .opt = options, .arena = lt_arena_new() },
-                    .layout = options->layout == SYNTH_DEXYCB ? &synth_layout_dexycb : &synth_layout_ho3d };
+                    .layout = layouts[options->layout] };
     lt_status st;
 
     if (!r.session.arena)
         return lt_error(LT_ENOMEM, "synth: no memory");
     r.session.manifest.arena = r.stats.arena = r.session.arena;
+    r.session.manifest.layout = options->png ? r.layout->title_png : r.layout->title;
+    r.session.manifest.axes = r.layout->axes;
     st = make_cast(&r);
     if (!st)
         st = need_empty_folder(options->out);

@@ -319,7 +319,7 @@ lt_status dexycb_open(const dexycb_options *o, dataset **out)
     arena = lt_arena_new();
     d = arena ? lt_arena_alloc(arena, sizeof(*d)) : NULL;
     if (!d || !(d->base.root = lt_arena_strdup(arena, o->root)) ||
-        !(d->base.kind = lt_arena_printf(arena, "DexYCB %s", o->setup))) {
+        !(d->base.title = lt_arena_printf(arena, "DexYCB %s", o->setup))) {
         lt_arena_free(arena);
         return lt_error(LT_ENOMEM, "%s: no memory", o->root);
     }
@@ -327,6 +327,7 @@ lt_status dexycb_open(const dexycb_options *o, dataset **out)
     d->split = split;
     d->filter = o->filter;
     d->base.ops = &ops;
+    d->base.kind = &dexycb_kind;
     d->base.split = dexycb_split_name(split);
     d->base.tips = lt_hand_tips_dexycb;
     st = open_all(d, o);

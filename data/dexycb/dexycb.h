@@ -26,7 +26,12 @@ typedef enum {
                                        fifth frame */
 } dexycb_filter;
 
-/* dexycb_parse_filter - "valid", "every", "hfl-net", "hoisdf" */
+extern const dataset_kind dexycb_kind;
+
+/* The names of setups, and of filters in their order; end with NULL. */
+extern const char *const dexycb_setups[], *const dexycb_filters[];
+
+/* dexycb_parse_filter - one of dexycb_filters */
 lt_status dexycb_parse_filter(const char *name, dexycb_filter *out);
 
 typedef struct {

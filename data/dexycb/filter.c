@@ -12,12 +12,12 @@
 static const double CONTACT = 0.005;            /* metres between two vertices */
 enum { EVERY = 5 };                             /* frames: from 30 a second to 6 */
 
+const char *const dexycb_filters[] = { "valid", "every", "hfl-net", "hoisdf", NULL };
+
 lt_status dexycb_parse_filter(const char *name, dexycb_filter *out)
 {
-    static const char *const known[] = { "valid", "every", "hfl-net", "hoisdf" };
-
-    for (size_t i = 0; i < LT_COUNT(known); i++)
-        if (!strcmp(name, known[i])) {
+    for (int i = 0; dexycb_filters[i]; i++)
+        if (!strcmp(name, dexycb_filters[i])) {
             *out = (dexycb_filter)i;
             return LT_OK;
         }

@@ -239,8 +239,8 @@ static lt_status say_what_is_missing(const tree *t, unsigned there, unsigned mis
                                       "what is scored is a part of the split, and result files count the samples of "
                                       "that part",
                                       split, d->split.setup, strchr(have, ',') ? "s" : "", have, lack);
-    d->base.kind = lt_arena_printf(d->arena, "%s (part)", d->base.kind);
-    return d->base.partial && d->base.kind ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", d->base.root);
+    d->base.title = lt_arena_printf(d->arena, "%s (part)", d->base.title);
+    return d->base.partial && d->base.title ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", d->base.root);
 }
 
 static lt_status add_subjects(tree *t)

@@ -231,7 +231,7 @@ static lt_status open_all(ho3d *h, const ho3d_options *o)
     if (st)
         return st;
     h->version = version_of(h);
-    h->base.kind = h->version == 2 ? "HO3D v2" : "HO3D v3";
+    h->base.title = h->version == 2 ? "HO3D v2" : "HO3D v3";
     return find_whether_synthetic(h);
 }
 
@@ -252,6 +252,7 @@ lt_status ho3d_open(const ho3d_options *o, dataset **out)
     h->arena = arena;
     h->evaluation = !strcmp(o->split, "evaluation");
     h->base.ops = &ops;
+    h->base.kind = &ho3d_kind;
     h->base.split = h->evaluation ? "evaluation" : "train";
     h->base.opengl = true;
     h->base.tips = lt_hand_tips_ho3d;

@@ -13,6 +13,8 @@
 extern "C" {
 #endif
 
+extern const dataset_kind ho3d_kind;
+
 typedef struct {
     const char *root;               /* the folder with train.txt */
     const char *split;              /* "train" or "evaluation" */

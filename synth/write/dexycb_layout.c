@@ -205,5 +205,8 @@ static void abort_nothing(synth_session *s)
 }
 
 const synth_layout_ops synth_layout_dexycb = {
-    plan, open, cameras, 0.001, begin_take, write, record, end_take, close, abort_nothing,
+    .name = "dexycb", .title = "DexYCB",
+    .axes = "OpenCV camera, metres, joints from thumb to little finger, as in DexYCB",
+    .plan = plan, .open = open, .cameras = cameras, .depth_unit = 0.001, .begin_take = begin_take,
+    .write = write, .record = record, .end_take = end_take, .close = close, .abort = abort_nothing,
 };

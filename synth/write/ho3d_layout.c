@@ -128,5 +128,8 @@ static void abort_all(synth_session *s)
 }
 
 const synth_layout_ops synth_layout_ho3d = {
-    plan, open, cameras, HO3D_DEPTH_UNIT, begin_take, write, record, end_take, close, abort_all,
+    .name = "ho3d", .title = "HO3D v3", .title_png = "HO3D v2",
+    .axes = "OpenGL camera, metres, MANO joint order, as in HO3D",
+    .plan = plan, .open = open, .cameras = cameras, .depth_unit = HO3D_DEPTH_UNIT, .begin_take = begin_take,
+    .write = write, .record = record, .end_take = end_take, .close = close, .abort = abort_all,
 };

@@ -37,6 +37,9 @@ typedef struct {
 } synth_shot;
 
 typedef struct {
+    const char *name;               /* as --layout takes it */
+    const char *title, *title_png;  /* in the manifest, and where images are lossless; NULL: they never are */
+    const char *axes;
     lt_status (*plan)(const synth_options *o, synth_cast *out);
     /* before the first take; makes state */
     lt_status (*open)(synth_session *s);

@@ -56,7 +56,7 @@ static uint32_t crc_of_hand(const lt_hand_model *h)
     return (uint32_t)crc32_z(crc, (const Bytef *)h->weights, sizeof(h->weights));
 }
 
-static void add_options(cJSON *j, const synth_options *o)
+static void add_options(cJSON *j, const synth_manifest *m, const synth_options *o)
 {
     static const char *const preset[] = { "tiny", "small", "demo", "pretrain", "default" };
     char seed[24];
@@ -64,13 +64,8 @@ static void add_options(cJSON *j, const synth_options *o)
     snprintf(seed, sizeof(seed), "%" PRIu64, o->seed);          /* may not fit a JSON number */
     cJSON_AddBoolToObject(j, "synthetic", true);
     cJSON_AddStringToObject(j, "made_by", "palmar synth");
-    if (o->layout == SYNTH_DEXYCB) {
-        cJSON_AddStringToObject(j, "layout", "DexYCB");
-        cJSON_AddStringToObject(j, "axes", "OpenCV camera, metres, joints from thumb to little finger, as in DexYCB");
-    } else {
-        cJSON_AddStringToObject(j, "layout", o->png ? "HO3D v2" : "HO3D v3");
-        cJSON_AddStringToObject(j, "axes", "OpenGL camera, metres, MANO joint order, as in HO3D");
-    }
+    cJSON_AddStringToObject(j, "layout", m->layout);
+    cJSON_AddStringToObject(j, "axes", m->axes);
     cJSON_AddStringToObject(j, "preset", preset[o->preset]);
     cJSON_AddStringToObject(j, "seed", seed);
     cJSON_AddNumberToObject(j, "frames", o->frames);
@@ -83,7 +78,7 @@ lt_status synth_manifest_write(const synth_manifest *m, const synth_options *o, 
     cJSON *j = cJSON_CreateObject(), *files;
     lt_status st;
 
-    add_options(j, o);
+    add_options(j, m, o);
     add_crc(j, "hand_crc32", crc_of_hand(hand));
     files = cJSON_AddObjectToObject(j, "files_crc32");
     for (int64_t i = 0; i < m->n; i++)

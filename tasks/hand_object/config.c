@@ -1,10 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/hand_object/config.h"
 
+#include "data/dexycb/dexycb.h"
 #include "train/task.h"
-
-static const char *const setups[] = { "s0", "s1", "s2", "s3", NULL };
-static const char *const filters[] = { "valid", "every", "hfl-net", "hoisdf", NULL };
 
 #define DATA(field) #field, .offset = offsetof(hand_object_config, field)
 
@@ -17,9 +15,9 @@ const lt_config_key hand_object_keys[] = {
     { DATA(hand_left), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
       .doc = "DexYCB: left hand model, whose components left hands' poses are in; empty: the file beside the right "
              "one's, or that one's mirror image" },
-    { DATA(setup), .type = LT_CONFIG_CHOICE, .fallback = "\"s0\"", .choices = setups,
+    { DATA(setup), .type = LT_CONFIG_CHOICE, .fallback = "\"s0\"", .choices = dexycb_setups,
       .doc = "DexYCB: all seen, or unseen subjects, views, objects" },
-    { DATA(filter), .type = LT_CONFIG_CHOICE, .fallback = "\"valid\"", .choices = filters,
+    { DATA(filter), .type = LT_CONFIG_CHOICE, .fallback = "\"valid\"", .choices = dexycb_filters,
       .doc = "DexYCB: with a hand; every frame; as HFL-Net; as HOISDF: right hands in contact" },
     TRAIN_LOADER_KEYS(hand_object_config),
     { DATA(augment), .type = LT_CONFIG_BOOL, .fallback = "true", .doc = "jitter, turn and recolour the crops" },
@@ -54,12 +52,12 @@ const hand_object_config *hand_object_config_of(const train_config *c)
 
 const char *hand_object_setup(const hand_object_config *d)
 {
-    return setups[d->setup];
+    return dexycb_setups[d->setup];
 }
 
 const char *hand_object_filter(const hand_object_config *d)
 {
-    return filters[d->filter];
+    return dexycb_filters[d->filter];
 }
 
 lt_status hand_object_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)

@@ -7,6 +7,7 @@
 #include "vision/crop.h"
 
 #include "data/hand_pose.h"
+#include "data/kind.h"
 #include "data/mirror.h"
 #include "eval/metrics/metrics.h"
 #include "libtensor/base/parallel.h"
@@ -169,12 +170,12 @@ static void pose_vertices(const evaluation *e, const hand_object_batch *b, int s
             out[v][d] = (float)vertices[v][d];
 }
 
-/* Of the image on DexYCB, of the crop on HO3D, as HFL-Net counts pixels */
+/* Of the image on DexYCB, of the crop on HO3D, as HFL-Net counts pixels. */
 static lt_camera camera_of(const evaluation *e, const hand_object_batch *b, int s)
 {
     const float *K = b->K + 9 * s;
 
-    if (dataset_is_dexycb(e->o.data))
+    if (e->o.data->kind->image_pixels)
         return crop_whole_camera(b->affine + 6 * s, K);
     return (lt_camera){ .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] };
 }
@@ -220,7 +221,7 @@ static bool without_pose(const evaluation *e, const score_set *set, int s)
 static bool within_tenth(const evaluation *e, int s)
 {
     const eval_object_errors *err = &e->rows.object_errors[s];
-    const double error = dataset_is_dexycb(e->o.data) ? err->add_or_adds : err->add;
+    const double error = e->o.data->kind->symmetric_adds ? err->add_or_adds : err->add;
 
     return error <= 0.1 * e->o.data->objects[e->which[s]].diagonal;
 }

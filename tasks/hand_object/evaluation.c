@@ -73,7 +73,7 @@ static eval_row row_of(const evaluation *e, const eval_table *t, int which)
 /* A real dataset's numbers appear only under tables about that dataset. */
 static bool belongs(const evaluation *e, const eval_table *t)
 {
-    return e->o.data->synthetic || strncmp(e->o.data->kind, t->data, 4) == 0;
+    return e->o.data->synthetic || strncmp(e->o.data->title, t->data, 4) == 0;
 }
 
 static int results_of(const evaluation *e, const eval_table *t, eval_result out[EVALUATE_ROWS])
@@ -98,8 +98,9 @@ static const char *given(const evaluation *e)
 static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
 {
     eval_protocol p = {
-        .dataset = e->o.data->kind, .synthetic = e->o.data->synthetic, .split = e->o.data->split,
-        .whole = e->samples == e->o.data->count, .samples = e->samples, .failed = ho3d_scorer_failed(e->set[EVALUATE_MODEL].ho3d), .given = given(e),
+        .dataset = e->o.data->title, .synthetic = e->o.data->synthetic, .split = e->o.data->split,
+        .whole = e->samples == e->o.data->count, .samples = e->samples,
+        .failed = ho3d_scorer_failed(e->set[EVALUATE_MODEL].ho3d), .given = given(e),
     };
 
     if (eval_table_by_object(t)) {
@@ -162,7 +163,7 @@ cJSON *evaluation_json(const evaluation *e)
     cJSON_AddStringToObject(root, "variant", e->o.m->variant);
     cJSON_AddStringToObject(root, "checkpoint", e->o.checkpoint);
     cJSON_AddNumberToObject(root, "step", (double)e->o.step);
-    cJSON_AddStringToObject(root, "dataset", e->o.data->kind);
+    cJSON_AddStringToObject(root, "dataset", e->o.data->title);
     cJSON_AddStringToObject(root, "data", e->o.data->root);
     dataset_crc32(e->arena, e->o.data->root, hash);
     cJSON_AddStringToObject(root, "data_crc32", hash);

@@ -3,23 +3,10 @@
 
 #include "assets/hand_file.h"
 #include "data/contact.h"
-#include "data/open.h"
+#include "data/kind.h"
 #include "estimate/feed.h"
-#include "libtensor/io/file.h"
 
 #include <math.h>
-#include <unistd.h>
-
-/* What validation looks at: HO3D's evaluation joints came years after the data, and where they are not, it takes
- * training samples; DexYCB has a split for it. NULL: there is none. */
-static const char *check_split(lt_arena *arena, dataset_layout layout, const char *dir)
-{
-    const char *path = lt_path_join(arena, dir, "evaluation_xyz.json");
-
-    if (layout == DATASET_DEXYCB)
-        return "val";
-    return path && access(path, R_OK) == 0 ? "evaluation" : NULL;
-}
 
 static bool validates(const train_config *c)
 {
@@ -30,15 +17,15 @@ static lt_status open_datasets(lt_arena *arena, const train_config *c, run_sourc
 {
     const hand_object_config *d = hand_object_config_of(c);
     dataset_options o = { .root = d->common.dir, .split = "train", .models = d->objects,
-                          .setup = hand_object_setup(d), .filter = hand_object_filter(d), .hand = s->hand };
+                          .setup = hand_object_setup(d), .filter = hand_object_filter(d), .hand = s->hand,
+                          .needs = SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT };
     lt_hand_model *left = NULL;
-    dataset_layout layout;
     lt_status st;
 
     if (!*d->common.dir)
         return lt_error(LT_EUSAGE, "%s: data.dir: no dataset given; name its folder with --data or "
                         "--set data.dir=FOLDER", c->path);
-    st = dataset_find_layout(d->common.dir, &layout);
+    st = dataset_find_kind(d->common.dir, &o.kind);
     if (!st && *d->hand_left)
         st = hand_file_read(arena, d->hand_left, &left);
     o.left = left ? left : s->hands.left;
@@ -46,7 +33,7 @@ static lt_status open_datasets(lt_arena *arena, const train_config *c, run_sourc
         st = dataset_open(&o, &s->train);
     if (st || !validates(c))
         return st;
-    o.split = check_split(arena, layout, d->common.dir);
+    o.split = dataset_validation_split(o.kind, d->common.dir);      /* without: training samples are held back */
     return o.split ? dataset_open(&o, &s->evaluation) : LT_OK;
 }
 

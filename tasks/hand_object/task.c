@@ -73,7 +73,7 @@ static void run_describe(const task_run *r, train_progress *p)
     const int *tips = s->train->tips;
 
     progress_note(p, "data         %s%s, %s: %" PRId64 " to train on, %" PRId64 " %s%s to validate",
-                  s->train->kind, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
+                  s->train->title, s->train->synthetic ? " (synthetic)" : "", s->train->root, s->train_count,
                   s->check_count, s->evaluation ? "of " : "held back", s->evaluation ? s->evaluation->split : "");
     if (s->train->partial)
         progress_note(p, "             %s", s->train->partial);
@@ -88,7 +88,7 @@ static void run_describe(const task_run *r, train_progress *p)
 
 static void run_facts(const task_run *r, cJSON *env)
 {
-    cJSON_AddStringToObject(env, "data", r->source.train->kind);
+    cJSON_AddStringToObject(env, "data", r->source.train->title);
     cJSON_AddBoolToObject(env, "synthetic_data", r->source.train->synthetic);
     cJSON_AddBoolToObject(env, "synthetic_hand", r->source.hand->synthetic);
 }

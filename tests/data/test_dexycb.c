@@ -140,7 +140,7 @@ START_TEST(order_of_the_list)
 
     full_tree();
     d = open_list("s0", "train");
-    ck_assert_str_eq(d->kind, "DexYCB s0");
+    ck_assert_str_eq(d->title, "DexYCB s0");
     ck_assert_int_eq(d->count, 460800);
     for (int s = 0, scene = 0; s < 10; s++)
         for (int q = 0; q < 100; q++) {
@@ -1040,7 +1040,7 @@ START_TEST(some_subjects)
     two_subjects();
     d = open_list("s0", "train");
     ck_assert_int_eq(d->count, 2 * 80 * 8 * 72);
-    ck_assert_str_eq(d->kind, "DexYCB s0 (part)");
+    ck_assert_str_eq(d->title, "DexYCB s0 (part)");
     ck_assert_str_eq(d->partial, "split train of s0 is of subjects 3, 10 alone: there is no folder of 1, 2, 4, 5, 6, 7, "
                      "8, 9; what is scored is a part of the split, and result files count the samples of that part");
     ck_assert_ptr_eq(strstr(dataset_name(d, 0), "20200703-subject-03/20200709_100000/"), dataset_name(d, 0));
@@ -1066,7 +1066,7 @@ START_TEST(some_synthetic_subjects)
 
     small_tree();
     d = open_list("s0", "train");
-    ck_assert_str_eq(d->kind, "DexYCB s0");
+    ck_assert_str_eq(d->title, "DexYCB s0");
     ck_assert_ptr_null(d->partial);
     dataset_free(d);
     text_file("synthetic.json", "{\"subjects\": 2, \"sequences\": 5}");

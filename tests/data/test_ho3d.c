@@ -174,7 +174,7 @@ START_TEST(train_sample)
     dataset_sample s;
     double R[9];
 
-    ck_assert_str_eq(d->kind, "HO3D v3");
+    ck_assert_str_eq(d->title, "HO3D v3");
     ck_assert_int_eq(d->count, 1);
     ck_assert(!d->synthetic);
     check_ok(dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH, arena, &s));
@@ -232,7 +232,7 @@ START_TEST(evaluation_sample)
     dataset *d = open_split("evaluation");
     dataset_sample s;
 
-    ck_assert_str_eq(d->kind, "HO3D v2");
+    ck_assert_str_eq(d->title, "HO3D v2");
     check_ok(dataset_read(d, 0, 0, arena, &s));
     ck_assert_int_eq(s.flags, SAMPLE_ROOT | SAMPLE_HAND_BOX | SAMPLE_OBJECT);
     ck_assert_ptr_null(s.silhouette);
@@ -640,7 +640,7 @@ START_TEST(other_endings)
     name_anew("depth", "png", endings[_i].depth);
     name_anew("seg", "png", endings[_i].seg);
     d = open_split("train");
-    ck_assert_str_eq(d->kind, endings[_i].kind);
+    ck_assert_str_eq(d->title, endings[_i].kind);
     ck_assert_ptr_null(d->ops->missing(d, 0, arena));
     check_ok(dataset_read(d, 0, SAMPLE_DEPTH | SAMPLE_FOREGROUND, arena, &s));
     ck_assert_int_eq(s.flags & (SAMPLE_DEPTH | SAMPLE_FOREGROUND), SAMPLE_DEPTH | SAMPLE_FOREGROUND);

@@ -196,7 +196,7 @@ START_TEST(reads_as_ho3d)
     dataset *d = open_split("train");
     double rms;
 
-    ck_assert_str_eq(d->kind, "HO3D v3");
+    ck_assert_str_eq(d->title, "HO3D v3");
     ck_assert(d->synthetic);
     ck_assert_int_eq(d->count, 4);
     ck_assert_int_eq(d->n_objects, 3);
