@@ -73,6 +73,9 @@ struct task {
     lt_status (*score)(task_run *r, const compiled *c, const void *batch, records *out, bool *no_losses);
     void (*measure)(task_run *r, const records *all, double *out);
 
+    /* What to say, beyond the metrics, of a model whose last step is done; called once. NULL: nothing. */
+    void (*conclude)(task_run *r, train_progress *p);
+
     /* ---- for what moves in phases, or grows; a task may have none of these, but phase and groups go together ---- */
 
     /* The phase of a step, counted from 0. Without: optim.batch samples in optim.shards shards as long as the run is. */

@@ -283,6 +283,8 @@ static lt_status train(trainer *t)
     t->first_step = t->state.step;
     signals_install();                          /* before there are steps to keep, a signal ends the process at once */
     st = loop(t);
+    if (st == LT_OK && lead && t->config.task->conclude)
+        t->config.task->conclude(t->run, &t->progress);
     if (st == LT_OK)
         progress_note(&t->progress, "done: %" PRId64 " steps, %" PRId64 " skipped, in %s", t->state.step,
                       t->state.skipped, t->opt->out);

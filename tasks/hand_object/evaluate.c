@@ -4,6 +4,7 @@
  */
 #include "tasks/hand_object/each_batch.h"
 #include "tasks/hand_object/internal.h"
+#include "tasks/hand_object/mean_labels.h"
 #include "vision/crop.h"
 
 #include "data/hand_pose.h"
@@ -95,65 +96,6 @@ static lt_status prepare(evaluation *e)
     if (!ok || set_new(e, EVALUATE_MODEL, e->o.m->cls->name) || set_new(e, EVALUATE_ZERO, "zero predictor"))
         return lt_error(LT_ENOMEM, "no memory to score %d images at a time", B);
     return e->has_mean ? set_new(e, EVALUATE_MEAN_POSE, "mean-pose predictor") : LT_OK;
-}
-
-/* ---- the mean-pose predictor's training labels ---------------------------------------------------------- */
-
-enum { MEAN_SAMPLES = 400 };        /* spread over the training split: a mean needs no more */
-
-typedef struct {
-    float (*joints)[LT_HAND_KEYPOINTS][3], (*rotation)[LT_HAND_JOINTS][9], (*beta)[LT_HAND_BETAS];
-    float (*R)[9], (*t)[3];
-    int32_t *object;
-} label_arrays;
-
-/* A label that cannot be read, or of a frame without a hand, is passed over: *n counts the others. */
-static lt_status read_label(const dataset *d, int64_t index, label_arrays *a, int64_t *n)
-{
-    const unsigned hand = SAMPLE_JOINTS | SAMPLE_HAND_POSE;
-    lt_arena *arena = lt_arena_new();
-    dataset_sample s;
-    lt_status st = arena ? dataset_annotation(d, index, arena, &s) : lt_error(LT_ENOMEM, "no memory for a sample");
-
-    if (st == LT_OK && (s.flags & hand) == hand) {
-        const int64_t i = (*n)++;
-
-        memcpy(a->joints[i], s.joints, sizeof(s.joints));
-        memcpy(a->rotation[i], s.rotation, sizeof(s.rotation));
-        memcpy(a->beta[i], s.beta, sizeof(s.beta));
-        memcpy(a->R[i], s.R, sizeof(s.R));
-        memcpy(a->t[i], s.t, sizeof(s.t));
-        a->object[i] = s.object;
-    }
-    lt_arena_free(arena);
-    return st == LT_ENOMEM ? st : LT_OK;
-}
-
-static lt_status fit_mean(evaluation *e)
-{
-    const dataset *d = e->o.training;
-    const int64_t n = lt_min_i64(MEAN_SAMPLES, d->count);
-    int64_t read = 0;
-    label_arrays a = {
-        array(e, (size_t)n, sizeof(*a.joints)), array(e, (size_t)n, sizeof(*a.rotation)),
-        array(e, (size_t)n, sizeof(*a.beta)), array(e, (size_t)n, sizeof(*a.R)),
-        array(e, (size_t)n, sizeof(*a.t)), array(e, (size_t)n, sizeof(*a.object)),
-    };
-    predictor_labels labels;
-    lt_status st = LT_OK;
-
-    if (!a.joints || !a.rotation || !a.beta || !a.R || !a.t || !a.object)
-        return lt_error(LT_ENOMEM, "no memory for the training labels");
-    for (int64_t i = 0; st == LT_OK && i < n; i++)
-        st = read_label(d, i * d->count / n, &a, &read);
-    if (st || !read)
-        return st;
-    labels = (predictor_labels){
-        .n = read, .joints = a.joints[0][0], .rotation = a.rotation[0][0], .beta = a.beta[0],
-        .object = a.object, .R = a.R[0], .t = a.t[0],
-    };
-    e->has_mean = true;
-    return mean_predictor_fit(&labels, e->o.hand, lt_hand_layer_tables(e->o.m->hand).tips, &e->mean);
 }
 
 /* ---- one batch ------------------------------------------------------------------------------------------ */
@@ -362,7 +304,8 @@ static lt_status score_one(void *ctx, const hand_object_batch *b, int64_t done)
 static lt_status run(evaluation *e)
 {
     score_job job = { .e = e };
-    lt_status st = e->o.training ? fit_mean(e) : LT_OK;
+    lt_status st = e->o.training ? mean_labels_fit(e->o.training, e->o.hand, lt_hand_layer_tables(e->o.m->hand).tips,
+                                                   &e->mean, &e->has_mean) : LT_OK;
 
     if (st == LT_OK)
         st = prepare(e);

@@ -7,6 +7,7 @@
 #include "estimate/feed.h"
 #include "eval/metrics/metrics.h"
 #include "libtensor/io/file.h"
+#include "tasks/hand_object/mean_labels.h"
 #include "tasks/hand_object/source.h"
 
 #include <cjson/cJSON.h>
@@ -18,6 +19,7 @@ struct task_run {
     lt_arena *arena;                /* the run's */
     run_source source;
     model *model;
+    double pa_mpjpe_mm;             /* of the last validation; 0: none was made */
 };
 
 /* ---- opening ---------------------------------------------------------------------------------------------- */
@@ -184,7 +186,6 @@ static void run_measure(task_run *r, const records *all, double *out)
     double pa = 0, mpjpe = 0;
     int64_t n = 0;
 
-    (void)r;
     for (int64_t i = 0; i < all->n; i++) {
         joint_errors e;
 
@@ -197,6 +198,47 @@ static void run_measure(task_run *r, const records *all, double *out)
     }
     out[0] = n ? 1000 * (pa / (double)n) : NAN;
     out[1] = n ? 1000 * (mpjpe / (double)n) : NAN;
+    r->pa_mpjpe_mm = out[0];
+}
+
+/* PA-MPJPE of one pose for all the samples that validation looks at; NaN where none has joints. */
+static double error_of(const run_source *s, const float *joints)
+{
+    lt_real pose[3 * J];
+    double sum = 0;
+    int64_t n = 0;
+
+    for (int i = 0; i < 3 * J; i++)
+        pose[i] = joints[i];
+    for (int64_t i = 0; i < s->check_count; i++) {
+        lt_arena *arena = lt_arena_new();
+        dataset_sample truth;
+
+        if (arena && dataset_annotation(s->check_feed.data, s->check_first + i, arena, &truth) == LT_OK &&
+            (truth.flags & SAMPLE_JOINTS)) {
+            sum += compare_joints(pose, truth.joints[0]).pa;
+            n++;
+        }
+        lt_arena_free(arena);
+    }
+    return n ? 1000 * (sum / (double)n) : NAN;
+}
+
+/* A model that is no better than a pose that sees no image has learnt nothing that the labels' mean does not say. Not
+ * knowing that pose is no fault of the run. */
+static void run_conclude(task_run *r, train_progress *p)
+{
+    const run_source *s = &r->source;
+    mean_predictor mean;
+    bool found = false;
+    double error;
+
+    if (!(r->pa_mpjpe_mm > 0) || mean_labels_fit(s->train, s->hand, s->train->tips, &mean, &found) || !found)
+        return;
+    error = error_of(s, mean.joints[0]);
+    if (r->pa_mpjpe_mm >= error)
+        progress_warn(p, "the hand is no better than the mean of the training labels: PA-MPJPE %.1f mm, the mean "
+                      "pose's %.1f; train for longer, or on more", r->pa_mpjpe_mm, error);
 }
 
 const task hand_object_task = {
@@ -204,4 +246,5 @@ const task hand_object_task = {
     .open = run_open, .close = run_close, .build = run_build, .describe = run_describe, .facts = run_facts,
     .samples = run_samples, .checked = run_checked, .sample_bytes = run_sample_bytes, .recipe = run_recipe,
     .weight = batch_weight, .sample_name = run_sample_name, .score = run_score, .measure = run_measure,
+    .conclude = run_conclude,
 };

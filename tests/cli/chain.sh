@@ -21,7 +21,11 @@ leaves()
 leaves data/train.txt data/evaluation_xyz.json data/manifest.json
 
 ./palmar train --config hocat-tiny --data "$here/data" --out "$here/run" --quiet \
-    --set optim.steps=2 --set optim.batch=4 --set model.width=8 --set train.validate_samples=4
+    --set optim.steps=2 --set optim.batch=4 --set model.width=8 --set train.validate_samples=4 2>"$here/trained.txt"
+grep -q 'no better than the mean of the training labels' "$here/trained.txt" || {
+    echo 'train: does not say that two steps teach nothing'
+    exit 1
+}
 leaves run/config.json run/log.jsonl run/checkpoints/last.safetensors
 for key in version host cpu isa threads data data_crc32; do
     grep -q "\"$key\": *[^\", ]\|\"$key\": *\"[^\"]" "$here/run/env.json" || {
