@@ -194,8 +194,24 @@ static lt_status open_truth(ho3d *h, const char *file, int points, const float *
     return LT_OK;
 }
 
+/* A size from our manifest; any that a picture may have, else the file is not ours. */
+static lt_status take_size(ho3d *h, const struct cJSON *size, const char *path)
+{
+    const double width = cJSON_GetNumberValue(cJSON_GetArrayItem(size, 0));
+    const double height = cJSON_GetNumberValue(cJSON_GetArrayItem(size, 1));
+
+    if (!size)
+        return LT_OK;
+    if (!(width >= 1 && width <= 8192 && height >= 1 && height <= 8192))
+        return lt_error(LT_EFORMAT, "%s: size: found %g x %g, want width and height from 1 to 8192", path, width,
+                        height);
+    h->width = (int)width;
+    h->height = (int)height;
+    return LT_OK;
+}
+
 /* Our own generator leaves a manifest that says so, and names its sequences as no real one is. */
-static lt_status find_whether_synthetic(ho3d *h)
+static lt_status read_manifest(ho3d *h)
 {
     const char *path = lt_arena_printf(h->arena, "%s/manifest.json", h->base.root);
     struct cJSON *manifest = NULL;
@@ -205,6 +221,8 @@ static lt_status find_whether_synthetic(ho3d *h)
     if (path && !access(path, F_OK))
         st = lt_json_read(path, &manifest);
     h->base.synthetic |= cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(manifest, "synthetic"));
+    if (!st)
+        st = take_size(h, cJSON_GetObjectItemCaseSensitive(manifest, "size"), path);
     cJSON_Delete(manifest);
     return st;
 }
@@ -232,7 +250,7 @@ static lt_status open_all(ho3d *h, const ho3d_options *o)
         return st;
     h->version = version_of(h);
     h->base.title = h->version == 2 ? "HO3D v2" : "HO3D v3";
-    return find_whether_synthetic(h);
+    return read_manifest(h);
 }
 
 lt_status ho3d_open(const ho3d_options *o, dataset **out)
@@ -250,6 +268,8 @@ lt_status ho3d_open(const ho3d_options *o, dataset **out)
         return lt_error(LT_ENOMEM, "%s: no memory", o->root);
     }
     h->arena = arena;
+    h->width = 640;
+    h->height = 480;
     h->evaluation = !strcmp(o->split, "evaluation");
     h->base.ops = &ops;
     h->base.kind = &ho3d_kind;

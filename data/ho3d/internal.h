@@ -13,6 +13,7 @@ typedef struct {
     const char *models;
     const char **name;              /* base.count of them, "ABF10/0123" */
     bool evaluation;
+    int width, height;              /* of the pictures: 640 x 480, unless a manifest of ours says otherwise */
     int version;                    /* 2: the colour images are PNG; 3: JPEG */
     const float *xyz, *vertices;    /* ground truth of the evaluation: our axes, MANO order; or NULL */
 } ho3d;

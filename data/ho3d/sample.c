@@ -34,8 +34,6 @@ const char *ho3d_meta_path(const ho3d *h, int64_t index, lt_arena *arena)
     return stem ? lt_arena_printf(arena, "%s.pkl", stem) : NULL;
 }
 
-enum { WIDTH = 640, HEIGHT = 480 };
-
 /* ---- images ---- */
 
 static lt_status rgb_path(const ho3d *h, int64_t index, lt_arena *arena, const char **out)
@@ -56,7 +54,7 @@ static lt_status read_rgb(const ho3d *h, int64_t index, lt_arena *arena, dataset
     lt_status st = rgb_path(h, index, arena, &path);
 
     if (!st)
-        st = picture_read_rgb(arena, path, WIDTH, HEIGHT, &img);
+        st = picture_read_rgb(arena, path, h->width, h->height, &img);
     if (st)
         return st;
     s->rgb = img.data;
@@ -69,7 +67,7 @@ static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, datas
 {
     const char *path = ho3d_picture(h, index, arena, "depth");
     float *depth;
-    const lt_status st = path ? picture_read_depth(arena, path, WIDTH, HEIGHT, &depth)
+    const lt_status st = path ? picture_read_depth(arena, path, h->width, h->height, &depth)
                               : lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
 
     if (st)
@@ -90,7 +88,7 @@ static lt_status read_foreground(const ho3d *h, int64_t index, lt_arena *arena, 
         return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
     if (access(path, F_OK))
         return LT_OK;
-    st = picture_read_mask(arena, path, WIDTH, HEIGHT, &mask);
+    st = picture_read_mask(arena, path, h->width, h->height, &mask);
     if (st)
         return st;
     s->foreground = mask.data;
@@ -297,6 +295,7 @@ lt_status ho3d_read_annotation(const dataset *d, int64_t index, lt_arena *arena,
 {
     const ho3d *h = (const ho3d *)d;
 
-    *out = (dataset_sample){ .name = h->name[index], .object = -1, .width = WIDTH, .height = HEIGHT };
+    *out = (dataset_sample){ .name = h->name[index], .object = -1, .width = h->width,
+                             .height = h->height };
     return read_meta(h, index, arena, out);
 }
