@@ -6,19 +6,23 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
-enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT };
+enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER };
 
 static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0,
       "tiny (where none is named), small, or the one called default: subjects, objects, sequences; "
-      "demo: as many grasps as some minutes can make; pretrain: as many grasps as frames, for first weights", 0 },
+      "demo: as many grasps as some minutes can make; pretrain: as many grasps as frames, for first weights; "
+      "hogs: two hands, four objects, light and initial poses written down, 320 x 240", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
     { "seed", SEED, "N", 0, "the same seed gives the same files; default 0", 0 },
     { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's", 0 },
     { "png", PNG, NULL, 0, "ho3d: lossless images, and masks, as v2 has them; default JPEG as in v3", 0 },
+    { "light", LIGHT, "WHAT", 0, "hogs: varied (default), or fixed, the same in all frames", 0 },
+    { "jitter", JITTER, NULL, 0, "hogs: multiply each frame's channels by 0.7 to 1.3", 0 },
     { "alias-ycb", ALIAS, NULL, 0, "name the objects as the real ones, without \"syn_\"", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { 0 },
@@ -38,7 +42,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     switch (key) {
     case 'p':
         if (synth_parse_preset(arg, &o->preset))
-            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain or default", arg);
+            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default or hogs", arg);
         break;
     case LAYOUT:
         if (synth_parse_layout(arg, &o->layout))
@@ -50,11 +54,21 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case FRAMES: o->frames = cli_number(state, "frames", arg, 1, 100000000); break;
     case PNG: o->png = true; break;
     case ALIAS: o->alias_ycb = true; break;
+    case JITTER: o->jitter = true; break;
+    case LIGHT:
+        if (strcmp(arg, "fixed") && strcmp(arg, "varied"))
+            argp_error(state, "--light: found \"%s\", want varied or fixed", arg);
+        o->still_light = !strcmp(arg, "fixed");
+        break;
     case ARGP_KEY_END:
         if (!o->out)
             argp_error(state, "where to? give --out DIR");
         if (o->png && o->layout == SYNTH_DEXYCB)
             argp_error(state, "--png is for --layout ho3d: DexYCB's images are JPEG");
+        if (o->preset != SYNTH_HOGS && (o->still_light || o->jitter))
+            argp_error(state, "--light and --jitter are for --preset hogs");
+        if (o->preset == SYNTH_HOGS && o->layout != SYNTH_HO3D)
+            argp_error(state, "--preset hogs is for --layout ho3d");
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -79,15 +93,16 @@ static void warn_outside(const char *out, const synth_figure *f)
 int cmd_synth(int argc, char **argv)
 {
     synth_figure figure[SYNTH_FIGURES];
+    int n;
     synth_options o = { .preset = SYNTH_TINY, .progress = show_progress };
     lt_status st;
 
     cli_parse("synth", &argp, argc, argv, &o);
     cli_catch_signals();
-    st = synth_generate(&o, figure);
+    st = synth_generate(&o, figure, &n);
     if (st)
         return cli_fail(st);
-    for (int i = 0; i < SYNTH_FIGURES; i++)
+    for (int i = 0; i < n; i++)
         warn_outside(o.out, &figure[i]);
     printf("%s\n", o.out);
     return 0;

@@ -17,16 +17,20 @@ typedef struct {
     int train_subjects, new_subjects;
     int train_takes, evaluation_takes;
     int cameras, frames, rounds;
+    int evaluation_frames;          /* of a sequence; 0: as many as in training */
+    bool hogs;
     int train_object[9], evaluation_object[4];      /* ends with 0 */
 } preset;
 
 static const preset presets[] = {
-    [SYNTH_TINY] = { "tiny", 2, 0, 4, 2, 1, 16, 1, { 5, 9, 12 }, { 5, 9, 12 } },
-    [SYNTH_SMALL] = { "small", 3, 1, 38, 10, 1, 48, 24, { 2, 5, 9, 12, 14 }, { 5, 9, 12, 11 } },
-    [SYNTH_DEMO] = { "demo", 3, 0, 142, 9, 1, 16, 8, { 5, 9, 12, 14 }, { 5, 9, 12 } },
-    [SYNTH_PRETRAIN] = { "pretrain", 240, 2, 240, 6, 1, 48, 48,
+    [SYNTH_TINY] = { "tiny", 2, 0, 4, 2, 1, 16, 1, 0, false, { 5, 9, 12 }, { 5, 9, 12 } },
+    [SYNTH_SMALL] = { "small", 3, 1, 38, 10, 1, 48, 24, 0, false, { 2, 5, 9, 12, 14 }, { 5, 9, 12, 11 } },
+    [SYNTH_DEMO] = { "demo", 3, 0, 142, 9, 1, 16, 8, 0, false, { 5, 9, 12, 14 }, { 5, 9, 12 } },
+    [SYNTH_PRETRAIN] = { "pretrain", 240, 2, 240, 6, 1, 48, 48, 0, false,
                          { 2, SYNTH_JUG, 3, 5, 14, 9, 12, SYNTH_JUG, 15 }, { 5, 9, 12 } },
-    [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, 1, { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
+    [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, 1, 0, false,
+                        { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
+    [SYNTH_HOGS] = { "hogs", 2, 0, 24, 8, 1, 83, 1, 50, true, { 5, 9, 12, 14 }, { 5, 9, 12, 14 } },
 };
 
 static const struct { int id; const char *letters; } initials[] = {
@@ -41,7 +45,7 @@ lt_status synth_parse_preset(const char *name, synth_preset *out)
             *out = (synth_preset)i;
             return LT_OK;
         }
-    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain or default", name);
+    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain, default or hogs", name);
 }
 
 static int count(const int *list, int most)
@@ -90,6 +94,12 @@ static int evaluation_subject(const preset *p, int k)
     return (p->train_takes + k) % p->train_subjects;
 }
 
+/* Subjects and objects of hogs have a common divisor: a cycle of both begins with the next subject. */
+static int every_pair(const preset *p, int k, int n_objects)
+{
+    return (k + k / n_objects) % p->train_subjects;
+}
+
 static lt_status deal_frames(const preset *p, int frames, synth_cast *c)
 {
     const int sequences = c->n_takes * c->n_cameras, all = frames ? frames : p->frames * sequences;
@@ -99,7 +109,8 @@ static lt_status deal_frames(const preset *p, int frames, synth_cast *c)
         return lt_error(LT_EINVAL, "%d frames: preset %s has %d sequences, and each needs 1 to %d frames",
                         all, p->name, sequences, MAX_FRAMES - 1);
     for (int i = 0; i < c->n_takes; i++) {
-        c->take[i].frames = each + (i < more);
+        c->take[i].frames = frames || !p->evaluation_frames || !c->take[i].evaluation ? each + (i < more)
+                                                                                     : p->evaluation_frames;
         c->take[i].rounds = lt_min_i64(p->rounds, c->take[i].frames);
     }
     return LT_OK;
@@ -110,10 +121,13 @@ lt_status synth_cast_plan(synth_preset which, int frames, synth_cast *out)
     const preset *p = &presets[which];
     const int n_train = count(p->train_object, 9), n_evaluation = count(p->evaluation_object, 4);
 
-    *out = (synth_cast){ .n_subjects = p->train_subjects + p->new_subjects, .n_cameras = p->cameras };
+    *out = (synth_cast){ .n_subjects = p->train_subjects + p->new_subjects, .n_cameras = p->cameras,
+                         .shrink = p->hogs ? 2 : 1, .hogs = p->hogs };
     for (int j = 0; j < p->train_takes; j++)
-        add_take(out, j % p->train_subjects, p->train_object[j % n_train], false);
+        add_take(out, p->hogs ? every_pair(p, j, n_train) : j % p->train_subjects, p->train_object[j % n_train],
+                 false);
     for (int k = 0; k < p->evaluation_takes; k++)
-        add_take(out, evaluation_subject(p, k), p->evaluation_object[k % n_evaluation], true);
+        add_take(out, p->hogs ? every_pair(p, k, n_evaluation) : evaluation_subject(p, k),
+                 p->evaluation_object[k % n_evaluation], true);
     return deal_frames(p, frames, out);
 }

@@ -27,6 +27,8 @@ typedef struct {
 
 typedef struct {
     int n_subjects, n_takes, n_cameras;
+    int shrink;                     /* pictures are 640 x 480 over this */
+    bool hogs;                      /* hands and objects share no space; light and initial poses are written: hogs.h */
     int object[21], n_objects;
     synth_take take[SYNTH_MAX_TAKES];
 } synth_cast;

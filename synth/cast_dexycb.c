@@ -71,7 +71,7 @@ lt_status synth_cast_plan_dexycb(synth_preset which, int frames, uint64_t seed, 
     if (each < 1 || each > MAX_FRAMES)
         return lt_error(LT_EINVAL, "%d frames: preset %s has %d views of its sequences, and each needs 1 to %d frames",
                         frames, p->name, sequences, MAX_FRAMES);
-    *out = (synth_cast){ .n_subjects = p->subjects, .n_cameras = p->cameras, .n_objects = objects + also };
+    *out = (synth_cast){ .shrink = 1, .n_subjects = p->subjects, .n_cameras = p->cameras, .n_objects = objects + also };
     memcpy(out->object, p->object, (size_t)objects * sizeof(int));
     memcpy(out->object + objects, p->also, (size_t)also * sizeof(int));
     for (int i = 0; i < p->subjects; i++)

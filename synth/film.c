@@ -14,6 +14,8 @@ enum {
     TAKES_A_THREAD = 3,             /* prepared at a time; no part of the result */
     FRAMES_A_THREAD = 8,            /* filmed at a time; no part of the result */
     GRASPS = 4,                     /* drawn for a round at most: the first that can be taken from the table */
+    MOTIONS = 4,                    /* drawn for a take at most where hand and object must be apart */
+    LIGHT_EVERY = 6,                /* frames whose light is looked at */
     TAKE = 0x54414b45, GRASP = 0x47524153, QUALITY = 0x4a504547,
 };
 
@@ -46,6 +48,7 @@ typedef struct {
     int64_t number;                 /* in its take: camera * frames + frame */
     synth_shot filmed;
     synth_visibility visibility;
+    double light[2];                /* synth_stage_light_parts, where it is looked at */
     synth_file file[SYNTH_FRAME_FILES];
     int n_files;
     lt_status status;
@@ -70,10 +73,13 @@ lt_status synth_report(synth_run *r, const char *step)
 
 /* ---- preparing a take ---- */
 
-/* A grasp that can be taken from the table, where one of a few can; else the first. */
+static const double APART = 0.0008;     /* metres between skin and object where they must share no space */
+
+/* A grasp that can be taken from the table, where one of a few can; else the first. apart: that can be loosened. */
 static lt_status choose_grasp(const synth_grasp_ctx *ctx, const synth_subject *who, const synth_prop *what,
-                              uint64_t seed, synth_grasp *out)
+                              bool apart, uint64_t seed, synth_grasp *out)
 {
+    bool found = false;
     synth_grasp grasp;
     synth_sequence_spec spec = { .grasp = &grasp, .object = &what->mesh };
 
@@ -82,14 +88,17 @@ static lt_status choose_grasp(const synth_grasp_ctx *ctx, const synth_subject *w
         const lt_status st = synth_grasp_sample(ctx, lt_rng_mix(seed, (uint64_t)i), NULL, &grasp);
         if (st)
             return lt_error_prefix(st, "%s", what->name);
-        if (i == 0)
+        if (apart && !synth_grasp_clear(ctx, APART, &grasp))
+            continue;
+        if (!found)
             *out = grasp;
+        found = true;
         if (synth_fits_table(&spec)) {
             *out = grasp;
             return LT_OK;
         }
     }
-    return LT_OK;
+    return found ? LT_OK : lt_error(LT_ENUMERIC, "%s: no grasp lies on it", what->name);
 }
 
 /* One grasp for each round of a take. */
@@ -103,7 +112,8 @@ static lt_status choose_grasps(lt_arena *arena, const synth_run *r, const synth_
     if (!st && what->mirrored)
         synth_grasp_ctx_mirror(ctx);
     for (int i = 0; !st && i < n; i++)
-        st = choose_grasp(ctx, who, what, lt_rng_mix(seed, synth_round_stream(stream, i)), &out[i]);
+        st = choose_grasp(ctx, who, what, r->session.cast.hogs, lt_rng_mix(seed, synth_round_stream(stream, i)),
+                          &out[i]);
     return st;
 }
 
@@ -119,7 +129,8 @@ static const synth_prop *find_prop(const synth_run *r, const synth_take *take, i
 /* What the layout wants of a take; cameras: room for them. */
 static synth_setting setting_of(const synth_run *r, const synth_take *take, synth_camera *cameras)
 {
-    synth_setting s = { .depth_unit = r->layout->depth_unit };
+    synth_setting s = { .depth_unit = r->layout->depth_unit, .shrink = r->session.cast.shrink,
+                        .apart = r->session.cast.hogs };
 
     if (r->layout->cameras(&r->session, take, cameras))
         s.camera = cameras;
@@ -136,17 +147,27 @@ static lt_status prepare(filming *f)
     const synth_subject *who = &r->session.subject[take->subject];
     const synth_prop *what = find_prop(r, take, take->object);
     synth_grasp *grasp = lt_arena_array(f->arena, (size_t)take->rounds, sizeof(*grasp));
+    const synth_options *opt = r->session.opt;
+    const synth_light_spec light = { .varied = !opt->still_light, .jitter = opt->jitter, .seed = opt->seed,
+                                     .stream = lt_rng_mix(TAKE, (uint64_t)number), .frames = take->frames };
     synth_camera cameras[SYNTH_MAX_CAMERAS];
-    const synth_stage_spec spec = {
+    synth_stage_spec spec = {
         .hand = r->session.hand, .subject = who, .prop = what, .grasp = grasp, .n_grasps = take->rounds,
         .n_frames = take->frames, .n_cameras = r->session.cast.n_cameras, .number = number,
-        .setting = setting_of(r, take, cameras), .seed = r->session.opt->seed,
-        .stream = lt_rng_mix(TAKE, (uint64_t)number),
+        .setting = setting_of(r, take, cameras), .seed = opt->seed,
     };
-    lt_status st = grasp ? choose_grasps(f->arena, r, who, what, spec.stream, take->rounds, grasp)
-                         : lt_error(LT_ENOMEM, "synth: no memory for a take");
+    lt_status st = grasp ? LT_ENUMERIC : lt_error(LT_ENOMEM, "synth: no memory for a take");
 
-    return st ? st : synth_stage_new(f->arena, &spec, &f->stage);
+    spec.setting.light = r->session.cast.hogs ? &light : NULL;
+    for (int i = 0; st == LT_ENUMERIC && i < MOTIONS; i++) {
+        spec.stream = synth_round_stream(light.stream, i);
+        st = choose_grasps(f->arena, r, who, what, spec.stream, take->rounds, grasp);
+        if (!st)
+            st = synth_stage_new(f->arena, &spec, &f->stage);
+        if (!r->session.cast.hogs)
+            break;
+    }
+    return st;
 }
 
 static void prepare_task(void *ctx, int64_t i)
@@ -172,6 +193,11 @@ static lt_status film(shot *s)
     lt_status st;
 
     synth_stage_pose(&f->stage, m, &hand);
+    if (f->stage.lit && f->stage.light.varied && k % LIGHT_EVERY == 0) {
+        st = synth_stage_light_parts(&f->stage, camera, k, &hand, e->frame, s->light);
+        if (st)
+            return st;
+    }
     st = synth_stage_film(&f->stage, camera, k, &hand, e->frame, e->depth);
     if (st)
         return st;
@@ -212,6 +238,9 @@ static lt_status record(synth_run *r, const shot *s)
         st = synth_stats_add(&r->stats, &s->visibility);
     if (!st)
         st = r->layout->record(&r->session, &s->filmed);
+    if (!st && r->session.cast.hogs)
+        st = synth_hogs_record(&r->hogs, &r->session,
+                               &(synth_hogs_frame){ .shot = &s->filmed, .seen = &s->visibility, .part = s->light });
     r->done += !st;
     if (!st && s->number + 1 == frames_of(s->of))
         st = r->layout->end_take(&r->session, &s->filmed);
@@ -315,9 +344,9 @@ static lt_status film_cast(studio *s)
 
 /* ---- the studio ---- */
 
-static bool make_easel(lt_arena *arena, easel *e)
+static bool make_easel(lt_arena *arena, int shrink, easel *e)
 {
-    e->frame = synth_frame_new(SYNTH_WIDTH, SYNTH_HEIGHT);
+    e->frame = synth_frame_new(SYNTH_WIDTH / shrink, SYNTH_HEIGHT / shrink);
     e->depth = lt_arena_array(arena, (size_t)SYNTH_WIDTH * SYNTH_HEIGHT, sizeof(*e->depth));
     return e->frame && e->depth;
 }
@@ -338,7 +367,7 @@ static bool open_studio(studio *s)
     s->easel = lt_arena_array(arena, (size_t)s->threads, sizeof(*s->easel));
     s->shot = lt_arena_array(arena, (size_t)s->threads * FRAMES_A_THREAD, sizeof(*s->shot));
     for (int i = 0; s->easel && i < s->threads; i++)
-        if (!make_easel(arena, &s->easel[i]))
+        if (!make_easel(arena, s->run->session.cast.shrink, &s->easel[i]))
             return false;
     return s->easel && s->shot && make_batch(arena, s->threads * TAKES_A_THREAD, &s->batch[0]) &&
            make_batch(arena, s->threads * TAKES_A_THREAD, &s->batch[1]);

@@ -5,6 +5,7 @@
 #ifndef SYNTH_FILM_H
 #define SYNTH_FILM_H
 
+#include "synth/hogs.h"
 #include "synth/stats.h"
 #include "synth/write/layout.h"
 
@@ -18,6 +19,7 @@ typedef struct {
     uint8_t part[LT_HAND_VERTICES];             /* synth_hand_parts */
     synth_prop *prop, *mirrored;                /* cast.n_objects of them; mirrored NULL: no take has a left hand */
     synth_stats stats;
+    synth_hogs hogs;                            /* where the cast has it */
     int64_t done, total;                        /* frames */
 } synth_run;
 

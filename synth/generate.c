@@ -123,6 +123,8 @@ static lt_status finish(synth_run *r)
     synth_file stats;
     lt_status st = r->layout->close(&r->session);
 
+    if (!st && r->session.cast.hogs)
+        st = synth_hogs_close(&r->hogs, &r->session, &r->stats);
     if (!st)
         st = synth_stats_write(&r->stats, r->session.opt->out);
     if (!st)
@@ -135,6 +137,7 @@ static lt_status finish(synth_run *r)
 static void clean_up(synth_run *r)
 {
     r->layout->abort(&r->session);
+    synth_hogs_fini(&r->hogs);
     lt_arena_free(r->session.arena);
 }
 
@@ -148,7 +151,7 @@ lt_status synth_parse_layout(const char *name, synth_layout *out)
     return lt_error(LT_EINVAL, "no layout \"%s\": ho3d or dexycb", name);
 }
 
-lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES])
+lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
 {
     synth_run r = { .session = { .opt = options, .arena = lt_arena_new() },
                     .layout = layouts[options->layout] };
@@ -160,6 +163,10 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
     r.session.manifest.layout = options->png ? r.layout->title_png : r.layout->title;
     r.session.manifest.axes = r.layout->axes;
     st = make_cast(&r);
+    if (!st) {
+        r.session.manifest.width = SYNTH_WIDTH / r.session.cast.shrink;
+        r.session.manifest.height = SYNTH_HEIGHT / r.session.cast.shrink;
+    }
     if (!st)
         st = need_empty_folder(options->out);
     if (!st)
@@ -168,12 +175,14 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
         st = mirror_props(&r);
     if (!st)
         st = r.layout->open(&r.session);
+    if (!st && r.session.cast.hogs)
+        st = synth_hogs_open(&r.hogs);
     if (!st)
         st = synth_film_takes(&r);
     if (!st)
         st = finish(&r);
     if (!st && figures)
-        synth_stats_figures(&r.stats, figures);
+        *n = synth_stats_figures(&r.stats, figures);
     clean_up(&r);
     return st;
 }

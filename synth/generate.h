@@ -21,6 +21,7 @@ typedef enum {
     SYNTH_DEMO,                     /* 3, 4, 1,660 of 2: as many grasps as a few minutes can make */
     SYNTH_PRETRAIN,                 /* 8, 7, 246 of 48, each frame of a grasp of its own: for first weights */
     SYNTH_DEFAULT,                  /* 10, 10, 200 of 70 */
+    SYNTH_HOGS,                     /* 2, 4, 24 of 83 and 8 of 50 at 320 x 240; light and initial poses written down */
 } synth_preset;
 
 typedef enum { SYNTH_HO3D, SYNTH_DEXYCB } synth_layout;
@@ -32,13 +33,15 @@ typedef struct {
     uint64_t seed;
     int frames;                     /* in all, dealt evenly to the sequences; 0: the preset's */
     bool png;                       /* HO3D: lossless images, as v2 has them; off: JPEG, as v3 */
+    bool still_light;               /* SYNTH_HOGS: the same light in all frames; off: global and local light vary */
+    bool jitter;                    /* SYNTH_HOGS: each frame's channels are multiplied by 0.7 to 1.3 */
     bool alias_ycb;                 /* name the objects as the real ones; off: "syn_" before each name */
     /* told how far it is, on the caller's thread, every few frames; false: stop. May be NULL. */
     bool (*progress)(void *ctx, const char *step, int64_t done, int64_t total);
     void *progress_ctx;
 } synth_options;
 
-/* synth_parse_preset - "tiny", "small", "demo", "pretrain", "default"; synth_parse_layout - "ho3d", "dexycb" */
+/* synth_parse_preset - "tiny", "small", "demo", "pretrain", "default", "hogs"; synth_parse_layout - "ho3d", "dexycb" */
 lt_status synth_parse_preset(const char *name, synth_preset *out);
 lt_status synth_parse_layout(const char *name, synth_layout *out);
 
@@ -48,14 +51,14 @@ lt_status synth_parse_layout(const char *name, synth_layout *out);
  * HO3D's layout: train/, evaluation/, train.txt, evaluation.txt, the two ground-truth files. DexYCB's: a folder for
  * each subject, calibration/, synthetic.json; cameras on a ring, right and left hands, things on the table. Both:
  * models/, stats.json (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file;
- * written last, so a folder without it is unfinished).
+ * written last, so a folder without it is unfinished). SYNTH_HOGS: hogs.h's files, in HO3D's layout alone.
  *
- *   figures      the figures of stats.json with what is aimed at; NULL: not wanted
+ *   figures      (*n) the figures of stats.json with what is aimed at; both NULL: not wanted
  *
  * Errors: the folder has files in it, the disk is full, no memory; LT_ESTOPPED when progress
  * said so.
  */
-lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES]);
+lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n);
 
 #ifdef __cplusplus
 }

@@ -71,9 +71,9 @@ static double tip_distance_mm(const synth_stats *s)
     return median;
 }
 
-void synth_stats_figures(const synth_stats *s, synth_figure out[SYNTH_FIGURES])
+int synth_stats_figures(const synth_stats *s, synth_figure out[SYNTH_FIGURES])
 {
-    const synth_figure all[SYNTH_FIGURES] = {
+    const synth_figure all[] = {
         { "joints hidden, mean share", mean(s, hidden), 0.40, 0.55 },
         { "joints behind the object, mean share", mean(s, by_object), 0.15, 0.30 },
         { "object visible, mean share", mean(s, object_seen), 0.60, 0.80 },
@@ -85,6 +85,8 @@ void synth_stats_figures(const synth_stats *s, synth_figure out[SYNTH_FIGURES])
     };
 
     memcpy(out, all, sizeof(all));
+    memcpy(out + LT_COUNT(all), s->more, (size_t)s->n_more * sizeof(*out));
+    return (int)LT_COUNT(all) + s->n_more;
 }
 
 static cJSON *figure_json(const synth_figure *f)
@@ -104,11 +106,11 @@ lt_status synth_stats_write(const synth_stats *s, const char *root)
     synth_figure figure[SYNTH_FIGURES];
     char *path = lt_path_join(s->arena, root, "stats.json");
     cJSON *j = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(j, "figures");
+    const int n = synth_stats_figures(s, figure);
     lt_status st;
 
     cJSON_AddNumberToObject(j, "frames", (double)s->n);
-    synth_stats_figures(s, figure);
-    for (int i = 0; i < SYNTH_FIGURES; i++)
+    for (int i = 0; i < n; i++)
         cJSON_AddItemToArray(list, figure_json(&figure[i]));
     st = path && list ? lt_json_write(path, j) : lt_error(LT_ENOMEM, "%s/stats.json: no memory", root);
     cJSON_Delete(j);

@@ -12,24 +12,26 @@ extern "C" {
 #endif
 
 typedef struct {
+    const char *name;               /* "joints hidden, mean share" */
+    double value, lo, hi;           /* found, and the range aimed at */
+} synth_figure;
+
+enum { SYNTH_FIGURES = 16 };        /* at most */
+
+typedef struct {
     lt_arena *arena;
     int64_t n;
     size_t room;
     synth_visibility *frame;
+    synth_figure more[SYNTH_FIGURES / 2];       /* of a preset's own */
+    int n_more;
 } synth_stats;
 
 /* synth_stats_add - one frame more; the memory is the arena's. LT_ENOMEM. */
 lt_status synth_stats_add(synth_stats *s, const synth_visibility *frame);
 
-typedef struct {
-    const char *name;               /* "joints hidden, mean share" */
-    double value, lo, hi;           /* found, and the range aimed at */
-} synth_figure;
-
-enum { SYNTH_FIGURES = 8 };
-
-/* synth_stats_figures - what the frames come to; a figure without frames is NaN */
-void synth_stats_figures(const synth_stats *s, synth_figure out[SYNTH_FIGURES]);
+/* synth_stats_figures - what the frames come to, and how many figures that is; a figure without frames is NaN */
+int synth_stats_figures(const synth_stats *s, synth_figure out[SYNTH_FIGURES]);
 
 /* synth_figure_within - whether it is in its range; NaN is not */
 static inline bool synth_figure_within(const synth_figure *f)

@@ -68,6 +68,10 @@ void synth_grasp_ctx_mirror(synth_grasp_ctx *ctx);
 lt_status synth_grasp_sample(const synth_grasp_ctx *ctx, uint64_t seed, synth_grasp_stats *stats,
                              synth_grasp *out);
 
+/* synth_grasp_clear - loosen g until no vertex of the hand is nearer to the object than margin, metres; false where
+ * that takes too long. What g says of contact is what it was. */
+bool synth_grasp_clear(const synth_grasp_ctx *ctx, double margin, synth_grasp *g);
+
 #ifdef __cplusplus
 }
 #endif

@@ -54,6 +54,8 @@ void synth_annotate(const synth_stage *s, int camera, int k, const synth_posed_h
     const synth_camera *c = &s->camera[synth_stage_view(s, camera, k)];
     const synth_moment *m = &s->sequence.moment[s->kept[k]];
 
+    out->width = c->width;
+    out->height = c->height;
     out->camera = (lt_camera){ c->fx, c->fy, c->cx, c->cy };
     out->n_cameras = s->n_cameras;
     out->object = s->prop->name;
@@ -75,9 +77,9 @@ static int pixel_of(const synth_picture *p, int joint)
 
     if (!lt_camera_project(&p->camera, p->joints[joint], uv))
         return -1;
-    x = lrint(fmax(-1, fmin(SYNTH_WIDTH, uv[0])));
-    y = lrint(fmax(-1, fmin(SYNTH_HEIGHT, uv[1])));
-    return x < 0 || x >= SYNTH_WIDTH || y < 0 || y >= SYNTH_HEIGHT ? -1 : (int)(y * SYNTH_WIDTH + x);
+    x = lrint(fmax(-1, fmin(p->width, uv[0])));
+    y = lrint(fmax(-1, fmin(p->height, uv[1])));
+    return x < 0 || x >= p->width || y < 0 || y >= p->height ? -1 : (int)(y * p->width + x);
 }
 
 static void look_at_joints(const synth_picture *p, const synth_frame *frame, synth_visibility *out)
@@ -96,8 +98,8 @@ static void look_at_joints(const synth_picture *p, const synth_frame *frame, syn
     }
 }
 
-/* The share of mask where label is seen; 1 when there is no mask. */
-static double visible_share(const synth_frame *frame, const uint8_t *mask, uint8_t label)
+/* The share of mask where label is seen; 1 when there is no mask. pixels: how many these are. */
+static double visible_share(const synth_frame *frame, const uint8_t *mask, uint8_t label, int64_t *pixels)
 {
     int64_t all = 0, seen = 0;
 
@@ -105,6 +107,7 @@ static double visible_share(const synth_frame *frame, const uint8_t *mask, uint8
         all += mask[i] != 0;
         seen += mask[i] != 0 && frame->label[i] == label;
     }
+    *pixels = seen;
     return all ? (double)seen / (double)all : 1;
 }
 
@@ -112,15 +115,18 @@ void synth_look(const synth_picture *p, const synth_frame *frame, synth_phase ph
                 const uint8_t part[LT_HAND_VERTICES], synth_visibility *out)
 {
     static const int last[5] = { 15, 3, 6, 12, 9 };      /* thumb, index, middle, ring, little */
+    int64_t hand, object;
 
     *out = (synth_visibility){ .phase = phase };
     look_at_joints(p, frame, out);
-    out->hand_visible = visible_share(frame, frame->hand_mask, SYNTH_LABEL_HAND);
-    out->object_visible = visible_share(frame, frame->object_mask, (uint8_t)p->object_id);
+    out->hand_visible = visible_share(frame, frame->hand_mask, SYNTH_LABEL_HAND, &hand);
+    out->object_visible = visible_share(frame, frame->object_mask, (uint8_t)p->object_id, &object);
+    out->both = hand > 0 && object > 0;
     for (int f = 0; f < 5; f++)
         out->tip[f] = INFINITY;
     for (int i = 0; i < LT_HAND_VERTICES; i++) {
         out->contact |= p->contact.contact[i];
+        out->inside_object |= p->contact.inside[i];
         for (int f = 0; f < 5; f++)
             if (part[i] == last[f])
                 out->tip[f] = fmin(out->tip[f], p->contact.distance[i]);

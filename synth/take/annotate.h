@@ -23,6 +23,8 @@ typedef struct {
     int hidden, hidden_by_object;   /* of those */
     double hand_visible, object_visible;        /* share of the amodal mask */
     bool contact;                   /* some vertex touches the object */
+    bool inside_object;             /* some vertex is in it */
+    bool both;                      /* hand and object can be seen, a pixel each at least */
     double tip[5];                  /* metres from each finger's last segment to the object's surface */
 } synth_visibility;
 

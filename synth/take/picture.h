@@ -15,7 +15,7 @@
 extern "C" {
 #endif
 
-enum { SYNTH_WIDTH = 640, SYNTH_HEIGHT = 480 };
+enum { SYNTH_WIDTH = 640, SYNTH_HEIGHT = 480 };      /* unless a preset has smaller pictures */
 
 /* How hand vertices meet the object. */
 typedef struct {
@@ -30,6 +30,7 @@ typedef struct {
     const char *sequence;                       /* "SYN3MB10": its last digit is the camera */
     int frame;                                  /* 0 .. 9999 */
     bool evaluation;
+    int width, height;
     lt_camera camera;
     int n_cameras;
 
@@ -45,9 +46,9 @@ typedef struct {
     lt_box box;                                 /* of its points */
     double R[9], t[3];                          /* x_cam = R x_model + t */
 
-    const uint8_t *rgb;                         /* (480, 640, 3) */
-    const float *depth;                         /* (480, 640) metres, 0 unknown */
-    const uint8_t *label;                       /* (480, 640) 255 hand, object_id object */
+    const uint8_t *rgb;                         /* (height, width, 3) */
+    const float *depth;                         /* (height, width) metres, 0 unknown */
+    const uint8_t *label;                       /* (height, width) 255 hand, object_id object */
 } synth_picture;
 
 #ifdef __cplusplus

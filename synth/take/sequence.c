@@ -302,7 +302,7 @@ static double tremble(const plan *p, int i, int t)
 {
     double sum = 0;
 
-    for (int k = 0; k < TREMBLES; k++)
+    for (int k = 0; k < TREMBLES && !p->spec->steady; k++)
         sum += sin(p->tremble_phase[i][k] + p->tremble_rate[k] * t);
     return TREMBLE / TREMBLES * sum;
 }
@@ -319,7 +319,7 @@ static synth_moment moment_at(const plan *p, const key *a, const key *b, double 
     const rigid object = between(&a->object, &b->object, s);
     rigid hand = b->attached ? compose(&object, &p->grip) : between(&a->hand, &b->hand, s);
 
-    if (b->attached)
+    if (b->attached && !p->spec->steady)
         for (int k = 0; k < 3; k++)
             hand.t[k] += SLIP * sin(p->slip_phase[k] + 0.12 * (k + 1) * t) * sin(M_PI * s);
     memcpy(m.R_hand, hand.R, sizeof(m.R_hand));

@@ -44,6 +44,7 @@ typedef struct {
     double rest_wrist[3];                   /* lt_hand_rest_wrist for the hand's shape */
     const lt_mesh *object;                  /* model frame; stands on its lowest vertex */
     int min_moments;                        /* at least so many, and at least 48 */
+    bool steady;                            /* held things do not slide, fingers do not tremble */
     uint64_t seed, stream;
 } synth_sequence_spec;
 

@@ -11,7 +11,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { SEG_STEP = 4, SEG_QUALITY = 95 };    /* masks are stored at a quarter of the size; of version 2's JPEG */
+/* Masks are stored at a quarter of the size, those of small pictures whole; quality of version 2's JPEG. */
+enum { SEG_STEP = 4, SEG_QUALITY = 95 };
 
 static const char *split_name(bool evaluation)
 {
@@ -37,7 +38,7 @@ lt_status synth_make_sequence(const char *root, const char *sequence, bool evalu
 
 static lt_status write_rgb(const synth_picture *p, const char *path, bool png, int quality)
 {
-    const lt_image img = { SYNTH_WIDTH, SYNTH_HEIGHT, 3, 8, (uint8_t *)p->rgb };
+    const lt_image img = { p->width, p->height, 3, 8, (uint8_t *)p->rgb };
 
     return png ? lt_png_write(path, &img) : lt_jpeg_write(path, &img, quality);
 }
@@ -45,11 +46,11 @@ static lt_status write_rgb(const synth_picture *p, const char *path, bool png, i
 static lt_status write_depth(lt_arena *arena, const synth_picture *p, const char *path)
 {
     lt_image img;
-    lt_status st = lt_image_init(arena, SYNTH_WIDTH, SYNTH_HEIGHT, 3, 8, &img);
+    lt_status st = lt_image_init(arena, p->width, p->height, 3, 8, &img);
 
     if (st)
         return st;
-    for (size_t i = 0; i < (size_t)SYNTH_WIDTH * SYNTH_HEIGHT; i++) {
+    for (size_t i = 0; i < (size_t)p->width * (size_t)p->height; i++) {
         const long raw = lrint(fmin(p->depth[i] / HO3D_DEPTH_UNIT, 65535));
         img.data[3 * i] = (uint8_t)(raw & 255);
         img.data[3 * i + 1] = (uint8_t)(raw >> 8);
@@ -60,7 +61,7 @@ static lt_status write_depth(lt_arena *arena, const synth_picture *p, const char
 /* Version 2 has JPEG, the hand red and the object blue; version 3 PNG, the hand blue and the object green. */
 static lt_status write_seg(lt_arena *arena, const synth_picture *p, const char *path, bool version_2)
 {
-    const int w = SYNTH_WIDTH / SEG_STEP, h = SYNTH_HEIGHT / SEG_STEP;
+    const int step = p->width == SYNTH_WIDTH ? SEG_STEP : 1, w = p->width / step, h = p->height / step;
     const int hand = version_2 ? 0 : 2, object = version_2 ? 2 : 1;
     lt_image img;
     lt_status st = lt_image_init(arena, w, h, 3, 8, &img);
@@ -69,7 +70,7 @@ static lt_status write_seg(lt_arena *arena, const synth_picture *p, const char *
         return st;
     for (int y = 0; y < h; y++)
         for (int x = 0; x < w; x++) {
-            const int middle = (y * SEG_STEP + SEG_STEP / 2) * SYNTH_WIDTH + x * SEG_STEP + SEG_STEP / 2;
+            const int middle = (y * step + step / 2) * p->width + x * step + step / 2;
             const uint8_t label = p->label[middle];
             img.data[3 * (y * w + x) + hand] = label == 255 ? 255 : 0;
             img.data[3 * (y * w + x) + object] = label == p->object_id ? 255 : 0;
@@ -139,7 +140,7 @@ static void fill_hand(const synth_picture *p, meta_numbers *m)
 static void fill_hand_box(const synth_picture *p, float box[4])
 {
     double lo[2] = { INFINITY, INFINITY }, hi[2] = { -INFINITY, -INFINITY };
-    const double size[2] = { SYNTH_WIDTH - 1, SYNTH_HEIGHT - 1 };
+    const double size[2] = { p->width - 1, p->height - 1 };
 
     for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
         double uv[2];

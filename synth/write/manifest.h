@@ -16,6 +16,7 @@ extern "C" {
 typedef struct {
     lt_arena *arena;
     const char *layout, *axes;      /* what it says of them */
+    int width, height;              /* of the pictures */
     int64_t n;
     size_t room;
     synth_file *file;

@@ -54,7 +54,7 @@ static void setup(void)
     make_scratch_folder();
     arena = lt_arena_new();
     o = tiny("data");
-    check_ok(synth_generate(&o, NULL));
+    check_ok(synth_generate(&o, NULL, NULL));
     check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
 }
 
@@ -148,7 +148,7 @@ START_TEST(same_seed_same_bytes)
     size_t n, m;
 
     lt_set_threads(1);
-    check_ok(synth_generate(&o, NULL));
+    check_ok(synth_generate(&o, NULL, NULL));
     lt_set_threads(0);
     check_ok(lt_read_file(arena, at("data/manifest.json"), LT_FILE_MAX, &a, &n));
     check_ok(lt_read_file(arena, at("again/manifest.json"), LT_FILE_MAX, &b, &m));
@@ -161,7 +161,7 @@ START_TEST(a_full_folder_is_left_alone)
 {
     const synth_options o = tiny("data");
 
-    ck_assert_int_eq(synth_generate(&o, NULL), LT_EINVAL);
+    ck_assert_int_eq(synth_generate(&o, NULL, NULL), LT_EINVAL);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "/data: is not empty (it holds "));
 }
 END_TEST
@@ -179,12 +179,12 @@ START_TEST(stopping)
     struct stat info;
 
     o.progress = never;
-    ck_assert_int_eq(synth_generate(&o, NULL), LT_ESTOPPED);
+    ck_assert_int_eq(synth_generate(&o, NULL, NULL), LT_ESTOPPED);
     ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: stopped after 3 of 6 frames; it is not "
                                                       "complete", o.out));
     ck_assert_int_ne(stat(at("stopped/train.txt"), &info), 0);
     ck_assert_int_ne(stat(at("stopped/manifest.json"), &info), 0);
-    ck_assert_int_eq(synth_generate(&o, NULL), LT_EINVAL);
+    ck_assert_int_eq(synth_generate(&o, NULL, NULL), LT_EINVAL);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "/stopped: holds a dataset that was not finished; remove it"));
 }
 END_TEST

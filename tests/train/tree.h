@@ -122,6 +122,7 @@ static inline void tree_make(bool truth)
     tree_arena = lt_arena_new();
     p = lt_arena_alloc(tree_arena, sizeof(*p));
     *p = (synth_picture){
+        .width = SYNTH_WIDTH, .height = SYNTH_HEIGHT,
         .camera = { 614, 614, 320, 238 }, .n_cameras = 1, .object = "syn_006_mustard_bottle", .object_id = 5,
         .R = { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, .t = { 0.02, 0.01, 0.6 },
         .depth = lt_arena_array(tree_arena, SYNTH_WIDTH * SYNTH_HEIGHT, sizeof(float)),
