@@ -71,7 +71,7 @@ static lt_status read_model(cli_checkpoint *c, const char *hand)
     if (c->hand.model->synthetic && !known_embedded(c, hand))
         fprintf(stderr, "hand: %s\n", hands_note());
     c->params = lt_params_new();
-    st = c->params ? hand_object_model(&c->config, c->hand.layer, c->params, &c->m)
+    st = c->params ? train_config_model(&c->config, c->hand.layer, c->params, &c->m)
                    : lt_error(LT_ENOMEM, "no memory for the model");
     return st ? st : checkpoint_load_model(c->path, &c->m);
 }

@@ -11,6 +11,7 @@
 #include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
+#include "tasks/hand_object/config.h"
 #include "tasks/hand_object/evaluate.h"
 #include "tasks/hand_object/pictures.h"
 
@@ -292,7 +293,8 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
     dataset *data = NULL, *training = NULL;
     evaluate_options o = {
         .m = &c->m, .hand = c->hand.model, .hand_name = c->hand.name, .checkpoint = c->path, .step = c->step,
-        .batch = a->batch, .limit = a->limit, .progress = show_progress,
+        .bilinear = hand_object_config_of(&c->config)->bilinear, .batch = a->batch, .limit = a->limit,
+        .progress = show_progress,
     };
     lt_status st;
 

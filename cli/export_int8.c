@@ -3,6 +3,7 @@
 
 #include "data/kind.h"
 #include "libtensor/base/parallel.h"
+#include "tasks/hand_object/config.h"
 #include "tasks/hand_object/int8.h"
 
 #include <cjson/cJSON.h>
@@ -102,7 +103,8 @@ static lt_status run(const cli_int8 *o, cli_checkpoint *c, const char *path, con
 {
     const export_int8_options e = {
         .m = &c->m, .from = c->path, .calibration = training, .scored = scored, .hand = c->hand.model,
-        .hand_name = c->hand.name, .samples = o->samples, .limit = SCORED, .progress = show_progress,
+        .hand_name = c->hand.name, .bilinear = hand_object_config_of(&c->config)->bilinear, .samples = o->samples,
+        .limit = SCORED, .progress = show_progress,
     };
     export_int8_report r;
     lt_status st = export_int8(c->arena, &e, path, &r);

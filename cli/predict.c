@@ -3,6 +3,7 @@
 
 #include "pipeline/calibration/calibration.h"
 #include "pipeline/predict.h"
+#include "tasks/hand_object/config.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -146,7 +147,8 @@ static lt_status read_camera(const predict_args *a, calibration *out)
 static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c)
 {
     const predict_options o = {
-        .m = &c->m, .hand = c->hand.model, .checkpoint = c->path, .trained_on = c->config.data->dir,
+        .m = &c->m, .bilinear = hand_object_config_of(&c->config)->bilinear, .hand = c->hand.model,
+        .checkpoint = c->path, .trained_on = c->config.data->dir,
         .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,

@@ -2,6 +2,7 @@
 #include "estimate/estimator.h"
 
 #include "estimate/feed.h"
+#include "estimate/protocol.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/pnp/pnp.h"
 #include "libtensor/graph/plan.h"
@@ -149,7 +150,7 @@ static lt_status solve_pairs(const estimator *e, const hand_object_batch *b, int
     const lt_camera crop = { .fx = K[0], .fy = K[4], .cx = K[2], .cy = K[5] }, image = crop_whole_camera(A, K);
     const lt_pnp_opts refined = lt_pnp_refined();
 
-    if (e->m->pose == MODEL_POSE_OPENCV)
+    if (protocol_of(e->m)->pose == POSE_OPENCV)
         return lt_pnp_ransac(&crop, p->n, p->X, p->uv, NULL, pose, NULL);
     points_in_image(A, p->n, p->uv);
     return lt_pnp_ransac(&image, p->n, p->X, p->uv, &refined, pose, NULL);

@@ -27,7 +27,7 @@ typedef struct {
     float peak[LT_HAND_KEYPOINTS];              /* their highest cells, in [0, 1] */
     lt_pose object;               /* R = I, t = (0, 0, 1) when no pose was found */
     int object_inliers;             /* 0: no pose was found */
-    float object_error_px;          /* of the inliers, mean, in pixels of what the pose was found in (model_pose) */
+    float object_error_px;          /* of the inliers, mean, in pixels of what the pose was found in (protocol_pose) */
     float object_confidence;        /* the mean over points of the best cell's */
     float control2d[LT_BOX_POINTS][2];          /* where its cells see each point of the object's box, crop pixels;
                                                  * NaN: no cell above 0.5 does */
@@ -43,7 +43,7 @@ typedef struct {
  *
  * Source for the object: HOCAT section 3.4; Semi-Hand-Object utils/metric.py: the ten most confident
  * cells of every control point above 0.5, then EPnP in RANSAC. Bandi and Thomas 2025, section 3: those of a model
- * with MODEL_POSE_REFINED, in the image, and then refined.
+ * with POSE_REFINED, in the image, and then refined.
  */
 void estimator_run(estimator *e, const hand_object_batch *b, const float (*const *control)[3],
                    estimate *out);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/feed.h"
 
+#include "estimate/protocol.h"
 #include "libtensor/geometry/box21.h"
 #include "libtensor/io/file.h"
 
@@ -41,9 +42,8 @@ void feed_options(const model *m, hand_object_options *o)
 {
     o->size = m->image_size;
     o->cells = m->cells;
-    o->crop = m->crop == MODEL_CROP_UNION ? HAND_OBJECT_UNION : HAND_OBJECT_BOXES;
+    o->crop = protocol_of(m)->crop;
     o->depth = m->depth;
-    o->bilinear = m->bilinear;
 }
 
 lt_status feed_check(const model_record *r)

@@ -50,18 +50,6 @@ typedef struct {
 
 typedef struct model model;
 
-/* How the crop is cut that a model looks at: the papers' data preparation differs. */
-typedef enum {
-    MODEL_CROP_BOXES,               /* around enlarged boxes of hand and object, which the model pools from */
-    MODEL_CROP_UNION,               /* around both with a margin; both boxes are the whole crop */
-} model_crop;
-
-/* How the object's pose is found from where its control points are seen. */
-typedef enum {
-    MODEL_POSE_OPENCV,              /* in the crop's pixels, as OpenCV's solvePnPRansac does it by default */
-    MODEL_POSE_REFINED,             /* in the image's pixels, with the guards and the refinement of lt_pnp_refined */
-} model_pose;
-
 typedef struct model_class {
     const char *name;               /* "hocat" */
     size_t size;                    /* of the model's own struct, which begins with its config, as read by keys */
@@ -96,10 +84,7 @@ struct model {
     void *self;                     /* the model's own struct */
     const char *variant;
     int image_size, cells;          /* side of the crop; side of the pooled features and masks */
-    model_crop crop;
-    model_pose pose;
     bool depth;                     /* it has the input "depth" */
-    bool bilinear;                  /* its crops are sampled between pixels, not from the nearest: data.bilinear */
     const lt_hand_layer *hand;      /* that its graphs pose; NULL for a classifier */
     const lt_int8_table *int8;      /* layers that read 8-bit integers in inference; NULL: none */
 };

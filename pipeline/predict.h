@@ -17,6 +17,7 @@ typedef enum { PREDICT_OBJ, PREDICT_PLY, PREDICT_GLB } predict_format;
 
 typedef struct {
     const model *m;
+    bool bilinear;                  /* crops are sampled between pixels: data.bilinear */
     const lt_hand_model *hand;      /* the one that the model was made with: its triangles are written */
     const char *checkpoint;         /* its path, for the JSON */
     const char *trained_on;         /* "HO3D v2 train", "synthetic, HO3D layout"; NULL: not known */

@@ -29,6 +29,7 @@ lt_status predict_solver_new(const predict_options *o, predict_solver **out)
         return lt_error(LT_ENOMEM, "no memory to predict with");
     s->options = hand_object_defaults(false, 0);
     feed_options(o->m, &s->options);
+    s->options.bilinear = o->bilinear;
     s->batch = hand_object_batch_new(1, o->m->image_size, o->m->cells);
     st = !s->batch ? lt_error(LT_ENOMEM, "no memory for a batch")
          : o->alone ? estimator_new_alone(o->m, 1, &s->estimator) : estimator_new(o->m, 1, &s->estimator);

@@ -86,7 +86,7 @@ static void build(model *self, const lt_hand_layer *hand)
     };
 
     self->variant = variants[c->variant], self->image_size = c->image_size, self->cells = m->cells = cells;
-    self->crop = MODEL_CROP_UNION, self->pose = MODEL_POSE_REFINED, self->depth = c->variant != UNIFIED_NO_DEPTH;
+    self->depth = c->variant != UNIFIED_NO_DEPTH;
     build_streams(m, set);
     encoder.in = m->rgb.channels;
     deformable_encoder_new(&m->hand_encoder, set, "hand_encoder", &encoder);

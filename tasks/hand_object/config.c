@@ -59,12 +59,3 @@ const char *hand_object_filter(const hand_object_config *d)
 {
     return dexycb_filters[d->filter];
 }
-
-lt_status hand_object_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
-{
-    const lt_status st = train_config_model(c, hand, set, out);
-
-    if (st == LT_OK)
-        out->bilinear = hand_object_config_of(c)->bilinear;
-    return st;
-}

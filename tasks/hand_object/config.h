@@ -29,7 +29,4 @@ const hand_object_config *hand_object_config_of(const train_config *c);
 const char *hand_object_setup(const hand_object_config *d);
 const char *hand_object_filter(const hand_object_config *d);
 
-/* hand_object_model - train_config_model, with the crops as the data's keys say */
-lt_status hand_object_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out);
-
 #endif

@@ -45,6 +45,7 @@ lt_status eval_each_batch(const evaluate_options *o, eval_batch_fn fn, void *ctx
     lt_status st = LT_OK;
 
     feed_options(o->m, &options);
+    options.bilinear = o->bilinear;
     job.samples = o->limit > 0 ? lt_min_i64(o->limit, job.total) : job.total;
     job.batch = hand_object_batch_new(o->batch, options.size, options.cells);
     if (!job.batch)

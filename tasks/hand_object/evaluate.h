@@ -17,6 +17,7 @@ typedef struct {
     const char *hand_name;          /* for the protocol: "embedded synthetic hand", a file's name */
     const char *checkpoint;         /* its name and step, for scores.json */
     int64_t step;
+    bool bilinear;                  /* crops are sampled between pixels: data.bilinear */
     int batch;                      /* images at a time */
     int64_t limit;                  /* samples scored, spread evenly over the split; 0: all */
     double seconds_per_image;       /* latency of one image, for Table 5; 0: not measured */

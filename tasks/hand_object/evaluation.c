@@ -89,13 +89,13 @@ static int results_of(const evaluation *e, const eval_table *t, eval_result out[
 /* What a model is handed besides pixels. */
 static const char *given(const evaluation *e)
 {
-    if (e->o.m->crop == MODEL_CROP_UNION)
+    if (protocol_of(e->o.m)->crop == HAND_OBJECT_UNION)
         return e->o.m->depth ? "crop around hand and object, middle depth of the object, wrist position, object class"
                              : "crop around hand and object, wrist position, object class";
     return "hand box, object box, wrist position, object class";
 }
 
-static eval_protocol protocol_of(const evaluation *e, const eval_table *t)
+static eval_protocol table_protocol(const evaluation *e, const eval_table *t)
 {
     eval_protocol p = {
         .dataset = e->o.data->title, .synthetic = e->o.data->synthetic, .split = e->o.data->split,
@@ -130,7 +130,7 @@ lt_status evaluation_print(const evaluation *e, FILE *f, eval_format format)
     const eval_table *t;
 
     for (int i = 0; st == LT_OK && (t = eval_table_at(i)); i++) {
-        const eval_protocol p = protocol_of(e, t);
+        const eval_protocol p = table_protocol(e, t);
         eval_result ours[EVALUATE_ROWS];
         int n;
 
@@ -181,7 +181,7 @@ cJSON *evaluation_json(const evaluation *e)
     }
     tables = cJSON_AddArrayToObject(root, "tables");
     for (int i = 0; (t = eval_table_at(i)); i++) {
-        const eval_protocol p = protocol_of(e, t);
+        const eval_protocol p = table_protocol(e, t);
         eval_result ours[EVALUATE_ROWS];
         int n;
 

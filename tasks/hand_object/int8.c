@@ -33,8 +33,8 @@ static lt_status walk(void *ctx, const lt_plan *p, const model_record *r, void (
 {
     const export_int8_options *o = ctx;
     const evaluate_options samples = {
-        .m = o->m, .data = o->calibration, .batch = BATCH, .limit = o->samples, .progress = o->progress,
-        .progress_ctx = o->progress_ctx,
+        .m = o->m, .data = o->calibration, .bilinear = o->bilinear, .batch = BATCH, .limit = o->samples,
+        .progress = o->progress, .progress_ctx = o->progress_ctx,
     };
     feed_job j = { p, r, run, run_ctx };
     lt_status st = feed_check(r);
@@ -63,7 +63,8 @@ static lt_status score(const export_int8_options *o, const model *m, double *mm)
 {
     evaluation *e;
     lt_status st = evaluate(&(evaluate_options){ .m = m, .data = o->scored, .hand = o->hand, .hand_name = o->hand_name,
-                                                 .checkpoint = o->from, .batch = 8, .limit = o->limit,
+                                                 .checkpoint = o->from, .bilinear = o->bilinear, .batch = 8,
+                                                 .limit = o->limit,
                                                  .progress = o->progress, .progress_ctx = o->progress_ctx }, &e);
 
     if (st)

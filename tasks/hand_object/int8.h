@@ -11,6 +11,7 @@
 typedef struct {
     model *m;                       /* loaded from the checkpoint `from`; gets the table */
     const char *from;
+    bool bilinear;                  /* evaluate_options.bilinear */
     const dataset *calibration;     /* the training split */
     const dataset *scored;          /* the evaluation split, with ground truth; NULL: nothing is scored */
     const lt_hand_model *hand;

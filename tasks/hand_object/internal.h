@@ -5,6 +5,7 @@
 #ifndef TASKS_HAND_OBJECT_INTERNAL_H
 #define TASKS_HAND_OBJECT_INTERNAL_H
 
+#include "estimate/protocol.h"
 #include "eval/scorers/dexycb_score.h"
 #include "eval/scorers/ho3d_score.h"
 #include "eval/scorers/object_score.h"

@@ -55,6 +55,7 @@ static lt_status read_all(pictures *p)
     lt_status st = LT_OK;
 
     feed_options(p->o->m, &options);
+    options.bilinear = p->o->bilinear;
     for (int i = 0; i < p->n && st == LT_OK; i++)
         st = read_one(p, &options, i);
     return st;

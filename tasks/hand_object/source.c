@@ -48,6 +48,7 @@ static hand_object_options train_options_of(const train_config *c)
     o.rotation_chance = d->rotation_chance;
     o.colour = (augment_limits){ d->blur, d->brightness, d->contrast, d->saturation, d->hue };
     o.background = d->background;
+    o.bilinear = d->bilinear;
     return o;
 }
 
@@ -126,6 +127,7 @@ lt_status source_open(lt_arena *arena, const train_config *c, run_source *out)
     out->train_feed = (hand_object_feed){ .data = out->train, .options = train_options_of(c) };
     out->check_feed = (hand_object_feed){ .data = out->evaluation ? out->evaluation : out->train,
                                           .options = hand_object_defaults(false, (uint64_t)c->loop.seed) };
+    out->check_feed.options.bilinear = hand_object_config_of(c)->bilinear;
     return keep_contact(arena, c, out);
 }
 

@@ -58,7 +58,7 @@ static void run_close(task_run *r)
 
 static lt_status run_build(task_run *r, const train_config *c, lt_params *set, model *out)
 {
-    const lt_status st = hand_object_model(c, r->source.layer, set, out);
+    const lt_status st = train_config_model(c, r->source.layer, set, out);
 
     if (st == LT_OK) {
         r->model = out;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From a network's votes to an object's pose: a model whose outputs are known, of more cells than any in use. */
 #include "estimate/estimator.h"
+#include "estimate/protocol.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/rotation.h"
 #include "tests/suite.h"
@@ -74,10 +75,10 @@ static void cast_votes(double noise_px)
     }
 }
 
-static void look(model_pose how, estimate *out)
+static void look(protocol_pose how, estimate *out)
 {
-    const model_class cls = { .name = "votes", .record = record };
-    const model m = { .cls = &cls, .image_size = SIDE, .cells = CELLS, .pose = how };
+    const model_class cls = { .name = how == POSE_REFINED ? "unified" : "hocat", .record = record };
+    const model m = { .cls = &cls, .image_size = SIDE, .cells = CELLS };
     const float whole[4] = { 0, 0, SIDE, SIDE }, (*points)[3] = control;
     hand_object_batch *b = hand_object_batch_new(1, SIDE, CELLS);
     estimator *e;
@@ -118,7 +119,7 @@ static void teardown(void)
 START_TEST(every_cell_counts)
 {
     cast_votes(0);
-    look(_i ? MODEL_POSE_REFINED : MODEL_POSE_OPENCV, out);
+    look(_i ? POSE_REFINED : POSE_OPENCV, out);
     ck_assert_int_eq(out->object_inliers, VOTES * LT_BOX_POINTS);
     expect_pose(out, 1e-4);
 }
@@ -130,7 +131,7 @@ START_TEST(not_a_number)
     cast_votes(0);
     for (int v = 0; v < LT_BOX_POINTS; v++)
         conf[v][v % 2 ? 0 : PLACES / 2] = NAN;
-    look(MODEL_POSE_OPENCV, out);
+    look(POSE_OPENCV, out);
     ck_assert_int_eq(out->object_inliers, VOTES * LT_BOX_POINTS);
     expect_pose(out, 1e-4);
 }
@@ -142,8 +143,8 @@ START_TEST(pixels)
     estimate *crop = malloc(sizeof(*crop));
 
     cast_votes(1.5);
-    look(MODEL_POSE_OPENCV, crop);
-    look(MODEL_POSE_REFINED, out);
+    look(POSE_OPENCV, crop);
+    look(POSE_REFINED, out);
     ck_assert_double_eq_tol((double)out->object_error_px, 1.5 * sqrt(M_PI / 2), 0.3);
     ck_assert_double_eq_tol((double)crop->object_error_px, 0.75 * sqrt(M_PI / 2), 0.15);
     expect_pose(out, 5e-3);
