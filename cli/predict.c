@@ -19,7 +19,8 @@ typedef struct {
     int n_inputs;
     crop_box hand_box, object_box;
     predict_format format;
-    bool has_hand_box, has_object_box, left;
+    bool has_hand_box, has_object_box, has_mesh, left;
+    bool pipe;                          /* "-": frames come through standard input */
     double fps, depth_scale;
     bool numbers, quiet;
 } predict_args;
@@ -50,7 +51,7 @@ static const struct argp_option options[] = {
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
     { "numbers", NUMBERS, NULL, 0, "JSON alone: no overlays and no meshes, which take longer than the estimate", 0 },
     { "quiet", 'q', NULL, 0, "no notes, which are in the JSON, but of what was skipped", 0 },
-    { "out", 'o', "DIR", 0, "where the results go; default predictions", 0 },
+    { "out", 'o', "DIR", 0, "where the results go; default predictions; frames from a pipe leave none", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { 0 },
 };
@@ -61,9 +62,20 @@ static void add_input(predict_args *a, struct argp_state *state, const char *pat
         a->checkpoint = path;
         return;
     }
+    a->pipe = a->pipe || strcmp(path, "-") == 0;
     if (a->n_inputs == MAX_INPUTS)
         argp_error(state, "at most %d images and folders; put them in a folder", MAX_INPUTS);
     a->inputs[a->n_inputs++] = path;
+}
+
+/* Frames from a pipe are JSON on standard output, and nothing else. */
+static void check_pipe(const predict_args *a, struct argp_state *state)
+{
+    if (a->n_inputs > 1)
+        argp_error(state, "-: frames from a pipe go alone, without other images");
+    if (a->out || a->has_mesh || a->depth)
+        argp_error(state, "%s: does not go with frames from a pipe, whose results are JSON on standard output",
+                   a->out ? "--out" : a->depth ? "--depth" : "--mesh");
 }
 
 static void parse_side(predict_args *a, struct argp_state *state, const char *text)
@@ -99,7 +111,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case HAND: a->hand = arg; break;
     case FPS: a->fps = cli_real(state, "fps", arg, 1, 1000); break;
     case SIDE: parse_side(a, state, arg); break;
-    case MESH: must(state, predict_parse_format("--mesh", arg, &a->format)); break;
+    case MESH:
+        must(state, predict_parse_format("--mesh", arg, &a->format));
+        a->has_mesh = true;
+        break;
     case HAND_BOX:
         must(state, predict_parse_box("--hand-box", arg, &a->hand_box));
         a->has_hand_box = true;
@@ -116,6 +131,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
             argp_error(state, "--depth-scale: goes with --depth");
         if (a->lens && !a->camera)
             argp_error(state, "--distortion: goes with --K, which it was calibrated with");
+        if (a->pipe)
+            check_pipe(a, state);
+        else if (!a->out)
+            a->out = "predictions";
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -123,11 +142,14 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 }
 
 static const struct argp argp = {
-    options, parse, "CHECKPOINT|RUN IMAGE|FILM|FOLDER...",
+    options, parse, "CHECKPOINT|RUN IMAGE|FILM|FOLDER...\nCHECKPOINT|RUN -",
     "Estimate hand and object in images and films: an overlay, JSON and meshes for each.\v"
-    "The networks have no detector: they look where the boxes say. What is not given is assumed, and said.\n\n"
+    "The networks have no detector: they look where the boxes say. What is not given is assumed, and said. In place of "
+    "images - reads PPM, PNG or JPEG pictures one behind the other from standard input, and prints a line of JSON for "
+    "each.\n\n"
     "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object mug\n"
-    "  palmar predict runs/tiny film.mp4 --boxes boxes.csv",
+    "  palmar predict runs/tiny film.mp4 --boxes boxes.csv\n"
+    "  ffmpeg -i film.mp4 -f image2pipe -c:v ppm - | palmar predict runs/tiny - --fps 30",
     NULL, NULL, NULL,
 };
 
@@ -149,7 +171,7 @@ static lt_status run(const predict_args *a, const calibration *camera, const cli
     const predict_options o = {
         .m = &c->m, .bilinear = hand_object_config_of(&c->config)->bilinear, .hand = c->hand.model,
         .checkpoint = c->path, .trained_on = c->config.data->dir,
-        .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out,
+        .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out, .lines = a->pipe ? stdout : NULL,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
         .camera = a->camera ? &camera->camera : NULL, .camera_width = camera->width, .camera_height = camera->height,
@@ -162,7 +184,7 @@ static lt_status run(const predict_args *a, const calibration *camera, const cli
     predict_summary sum = { 0, 0 };
     lt_status st = predict_images(&o, &sum);
 
-    if (!a->quiet)
+    if (!a->quiet && !a->pipe)
         printf("%d %s written to %s, %d skipped\n", sum.written, sum.written == 1 ? "image" : "images", a->out,
                sum.skipped);
     return st;
@@ -170,7 +192,7 @@ static lt_status run(const predict_args *a, const calibration *camera, const cli
 
 int cmd_predict(int argc, char **argv)
 {
-    static predict_args a = { .out = "predictions" };
+    static predict_args a;
     calibration camera = { .width = 0 };
     cli_checkpoint c;
     lt_status st;

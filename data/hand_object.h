@@ -79,6 +79,9 @@ typedef struct {
 hand_object_batch *hand_object_batch_new(int capacity, int size, int cells);
 void hand_object_batch_free(hand_object_batch *b);
 
+/* hand_object_batch_slot - one slot of b as a batch of its own, which is borrowed */
+hand_object_batch hand_object_batch_slot(const hand_object_batch *b, int slot);
+
 /* hand_object_batch_clear - a slot as it is before sample `index` is in it: zero, with weight 0 and no object */
 void hand_object_batch_clear(hand_object_batch *b, int slot, int64_t index);
 

@@ -73,6 +73,24 @@ hand_object_batch *hand_object_batch_new(int capacity, int size, int cells)
     return b;
 }
 
+hand_object_batch hand_object_batch_slot(const hand_object_batch *b, int slot)
+{
+    const size_t i = (size_t)slot;
+    hand_object_batch one = *b;
+    field f[FIELDS];
+
+    fields_of(&one, f);
+    for (int k = 0; k < FIELDS; k++)
+        *f[k].p += i * f[k].per;
+    one.object += i;
+    one.flags += i;
+    one.vertices += i;
+    one.index += i;
+    one.count = one.capacity = 1;
+    one.memory = NULL;
+    return one;
+}
+
 void hand_object_batch_clear(hand_object_batch *b, int slot, int64_t index)
 {
     const size_t i = (size_t)slot;

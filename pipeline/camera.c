@@ -117,13 +117,19 @@ static void doubt_given(const predict_options *o, const predict_view *v, predict
                          "and the order is fx,fy,cx,cy", c.fx, c.fy);
 }
 
+lt_camera predict_assumed_camera(double focal, int width, int height)
+{
+    const double f = focal > 0 ? focal : FOCAL_PER_SIDE * fmax(width, height);
+
+    return (lt_camera){ f, f, (width - 1) / 2.0, (height - 1) / 2.0 };
+}
+
 void predict_choose_camera(const predict_options *o, const lt_exif *exif, predict_view *v, predict_notes *notes)
 {
     const double measured = lt_exif_focal_px(exif, v->width, v->height);
-    const double focal = measured > 0 ? measured : FOCAL_PER_SIDE * fmax(v->width, v->height);
 
     if (!o->camera) {
-        v->camera = (lt_camera){ focal, focal, (v->width - 1) / 2.0, (v->height - 1) / 2.0 };
+        v->camera = predict_assumed_camera(measured, v->width, v->height);
         v->camera_from = measured > 0 ? PREDICT_EXIF : PREDICT_DEFAULT;
         return;
     }

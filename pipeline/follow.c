@@ -73,11 +73,10 @@ static void forget_lost(predict_followed *f)
     f->n = kept;
 }
 
-lt_status predict_follow(predict_followed *f, const predict_view *v, predict_result *r, int n)
+lt_status predict_follow(predict_followed *f, lt_arena *scratch, const predict_view *v, predict_result *r, int n)
 {
-    lt_arena *scratch = lt_arena_new();
-    int *who = scratch ? lt_arena_array(scratch, (size_t)n, sizeof(*who)) : NULL;
-    bool *taken = scratch ? lt_arena_array(scratch, f->n, sizeof(*taken)) : NULL;
+    int *who = lt_arena_array(scratch, (size_t)n, sizeof(*who));
+    bool *taken = lt_arena_array(scratch, f->n, sizeof(*taken));
     lt_status st = who && taken ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory for its hands", v->path);
 
     if (!st)
@@ -97,7 +96,6 @@ lt_status predict_follow(predict_followed *f, const predict_view *v, predict_res
         predict_smooth(&f->smoother[who[i]], &v[i], v[i].object, &r[i]);
     }
     forget_lost(f);
-    lt_arena_free(scratch);
     return st;
 }
 

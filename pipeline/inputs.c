@@ -249,12 +249,26 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
     return st;
 }
 
+/* What comes through standard input is a film. */
+static lt_status list_pipe(lt_arena *arena, predict_list *out)
+{
+    predict_input *in = lt_arena_alloc(arena, sizeof(*in));
+
+    if (!in)
+        return lt_error(LT_ENOMEM, "no memory for standard input");
+    *in = (predict_input){ .path = "stdin", .name = "stdin", .film = true, .pipe = true };
+    *out = (predict_list){ .input = in, .n = 1 };
+    return LT_OK;
+}
+
 lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict_list *out)
 {
     paths all = { 0 };
     bool folders = false;
     lt_status st = LT_OK;
 
+    if (o->lines)
+        return list_pipe(arena, out);
     *out = (predict_list){ 0 };
     for (int i = 0; i < o->n_inputs && st != LT_ENOMEM; i++) {
         folders = folders || lt_is_folder(o->inputs[i]);

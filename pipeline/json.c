@@ -5,6 +5,8 @@
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
+#include <errno.h>
+#include <string.h>
 
 /* ---- JSON: a value that could not be made is found at the end, by counting ------------------------------ */
 
@@ -166,13 +168,13 @@ static cJSON *item_in(cJSON *list, bool *ok)
 }
 
 /* The networks look at a hand and at what it may hold: object i is in hand i. */
-static void put_pairs(cJSON *root, const predict_case *s, const predict_mesh_files *files, bool *ok)
+static void put_pairs(cJSON *root, const predict_frame *f, const predict_mesh_files *files, bool *ok)
 {
     cJSON *hands = list_in(root, "hands", ok), *objects = list_in(root, "objects", ok);
 
-    for (int i = 0; i < s->n && *ok; i++) {
-        const predict_view *v = &s->view[i];
-        const predict_result *r = &s->result[i];
+    for (int i = 0; i < f->n && *ok; i++) {
+        const predict_view *v = &f->view[i];
+        const predict_result *r = &f->result[i];
         cJSON *h = item_in(hands, ok), *b = item_in(objects, ok);
 
         if (!h || !b)
@@ -201,10 +203,10 @@ static void put_notes(cJSON *root, const predict_notes *notes, bool *ok)
 }
 
 /* What the keys were before there were several hands, for one version more */
-static void put_former(cJSON *root, const predict_case *s, const predict_mesh_files *files, bool *ok)
+static void put_former(cJSON *root, const predict_frame *f, const predict_mesh_files *files, bool *ok)
 {
-    const predict_view *v = s->view;
-    const predict_result *r = s->result;
+    const predict_view *v = f->view;
+    const predict_result *r = f->result;
     cJSON *boxes = object_in(root, "boxes", ok), *hand = object_in(root, "hand", ok), *object;
 
     if (!boxes || !hand)
@@ -220,21 +222,45 @@ static void put_former(cJSON *root, const predict_case *s, const predict_mesh_fi
         put(root, "object", cJSON_CreateNull(), ok);
 }
 
-lt_status predict_write_json(const predict_case *s, const predict_mesh_files *files, const char *path)
+/* NULL without memory */
+static cJSON *record(const predict_frame *f, const predict_mesh_files *files)
 {
     cJSON *root = cJSON_CreateObject();
     bool ok = root;
-    lt_status st;
 
-    if (ok) {
-        put_view(root, s->view, &ok);
-        put_model(root, s->o, &ok);
-        put_pairs(root, s, files, &ok);
-        put_notes(root, s->notes, &ok);
-        put_conventions(root, &ok);
-        put_former(root, s, files, &ok);
-    }
-    st = ok ? lt_json_write(path, root) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    if (!ok)
+        return NULL;
+    put_view(root, f->view, &ok);
+    put_model(root, f->o, &ok);
+    put_pairs(root, f, files, &ok);
+    put_notes(root, &f->notes, &ok);
+    put_conventions(root, &ok);
+    put_former(root, f, files, &ok);
+    if (ok)
+        return root;
+    cJSON_Delete(root);
+    return NULL;
+}
+
+lt_status predict_write_json(const predict_frame *f, const predict_mesh_files *files, const char *path)
+{
+    cJSON *root = record(f, files);
+    const lt_status st = root ? lt_json_write(path, root) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
     cJSON_Delete(root);
     return st;
+}
+
+lt_status predict_print_json(const predict_frame *f, const predict_mesh_files *files, FILE *to)
+{
+    cJSON *root = record(f, files);
+
+    if (!root)
+        return lt_error(LT_ENOMEM, "%s: no memory", f->input.path);
+    lt_json_print(to, root);
+    cJSON_Delete(root);
+    fputc('\n', to);
+    if (fflush(to) || ferror(to))
+        return lt_error(lt_errno_status(errno), "standard output: %s", strerror(errno));
+    return LT_OK;
 }

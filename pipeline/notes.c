@@ -87,7 +87,8 @@ static void say_kind(const predict_options *o, const char *path, const predict_n
             predict_say(o, "%s: %s", path, notes->note[i].text);
 }
 
-void predict_say_notes(const predict_options *o, const char *path, const predict_notes *notes, predict_said *said)
+void predict_say_notes(const predict_options *o, const char *path, bool among_many, const predict_notes *notes,
+                       predict_said *said)
 {
     bool any = false;
 
@@ -108,7 +109,7 @@ void predict_say_notes(const predict_options *o, const char *path, const predict
         memcpy(said->last[k], texts, sizeof(texts));
         any = true;
     }
-    if (any && said->many && !said->explained)
+    if (any && among_many && !said->explained)
         predict_say(o, "what was assumed is said again where it changes");
     said->explained = said->explained || any;
     for (predict_note_code k = 0; k < PREDICT_NOTES; k++)

@@ -248,7 +248,7 @@ static void find_symmetries(const ycb_object *ycb, predict_object *out)
         lt_rot_to_quat(turn[i].R, out->symmetry[i]);
 }
 
-static lt_status load_object(lt_arena *arena, const predict_options *o, const char *asked, predict_object *out)
+lt_status predict_load_object(lt_arena *arena, const predict_options *o, const char *asked, predict_object *out)
 {
     const ycb_object *ycb = NULL;
     const lt_status st = o->models ? from_folder(arena, o, asked, &ycb, out) : stand_in(arena, asked, &ycb, out);
@@ -279,7 +279,7 @@ static lt_status take(lt_arena *arena, const predict_options *o, const char *ask
     object = all->entry ? lt_arena_alloc(arena, sizeof(*object)) : NULL;
     if (!object)
         return lt_error(LT_ENOMEM, "%s: no memory", asked);
-    st = load_object(arena, o, asked, object);
+    st = predict_load_object(arena, o, asked, object);
     if (st)
         return st;
     all->entry[all->n].asked = asked;

@@ -2,7 +2,6 @@
 /* The photograph with everything that was found, and how far to believe it. */
 #include "pipeline/internal.h"
 
-#include "libtensor/io/image/image.h"
 #include "vision/pose_drawing.h"
 
 #include <math.h>
@@ -65,16 +64,16 @@ static int note_object(draw_canvas *c, int y, int scale, const predict_view *v, 
 }
 
 /* Of many hands those that leave half of the picture free */
-static void draw_notes(draw_canvas *c, const predict_case *s)
+static void draw_notes(draw_canvas *c, const predict_frame *f)
 {
     const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 500, c->height / 300));
-    const predict_view *v = s->view;
+    const predict_view *v = f->view;
     char line[160];
     int y = 0;
 
-    for (int i = 0; i < s->n && y < c->height / 2; i++) {
-        y = note_hand(c, y, scale, &v[i], &s->result[i]);
-        y = note_object(c, y, scale, &v[i], &s->result[i]);
+    for (int i = 0; i < f->n && y < c->height / 2; i++) {
+        y = note_hand(c, y, scale, &v[i], &f->result[i]);
+        y = note_object(c, y, scale, &v[i], &f->result[i]);
     }
     snprintf(line, sizeof(line), "boxes: hand %s, object %s  camera: %s", predict_source_name(v->hand_from),
              predict_source_name(v->object_from), predict_source_name(v->camera_from));
@@ -96,22 +95,21 @@ static lt_status draw_hand(lt_arena *arena, draw_canvas *c, const predict_view *
     return pose_draw(arena, c, &v->camera, &all, width);
 }
 
-lt_status predict_write_overlay(lt_arena *arena, const predict_case *s, const lt_mesh *hand, const char *path)
+lt_status predict_draw_overlay(const predict_frame *f, lt_image *out)
 {
-    const predict_view *v = s->view;
+    const predict_view *v = f->view;
     const float width = fmaxf(1, (float)lt_min_i64(v->width, v->height) / 480);
-    draw_canvas c = draw_canvas_new(arena, v->width, v->height, PAPER);
-    lt_image img = { v->width, v->height, 3, 8, NULL };
+    draw_canvas c = draw_canvas_new(f->arena, v->width, v->height, PAPER);
     lt_status st = LT_OK;
 
     if (!c.rgb)
         return lt_error(LT_ENOMEM, "%s: no memory to draw on %d x %d pixels", v->path, v->width, v->height);
     memcpy(c.rgb, v->rgb, 3 * (size_t)v->width * (size_t)v->height);
-    for (int i = 0; i < s->n && !st; i++)
-        st = draw_hand(arena, &c, &v[i], &s->result[i], &hand[i], width);
+    for (int i = 0; i < f->n && !st; i++)
+        st = draw_hand(f->arena, &c, &v[i], &f->result[i], &f->hand[i], width);
     if (st)
         return st;
-    draw_notes(&c, s);
-    img.data = c.rgb[0];
-    return lt_png_write(path, &img);
+    draw_notes(&c, f);
+    *out = (lt_image){ v->width, v->height, 3, 8, c.rgb[0] };
+    return LT_OK;
 }

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Where the hand is: its shape put where the heat maps see its joints, and as far away as a sensor measures them. */
+/* Where the hand is: its shape put where the heat maps see its joints, and as far away as a sensor measures them; and
+ * whether the two agree. */
 #include "pipeline/internal.h"
 
 #include "libtensor/base/order.h"
@@ -7,6 +8,7 @@
 
 #include <math.h>
 
+static const double AGREEMENT = 0.1;                        /* of the hand box's side */
 static const double GUESSED_DEPTH = 0.6;                    /* metres */
 static const double UNDER_SKIN = 0.010, FAR_OFF = 0.25;     /* a joint, of what is seen; another thing's depth */
 enum { REACH = 2, FEW_JOINTS = 5 };                         /* pixels around a joint; joints that must be measured */
@@ -97,4 +99,27 @@ void predict_place_hand(const predict_view *v, predict_result *r)
         guess_place(v, t);
     move(r->e.joints, LT_HAND_KEYPOINTS, t);
     move(r->e.vertices, LT_HAND_VERTICES, t);
+}
+
+void predict_reproject(const predict_view *v, predict_result *r)
+{
+    double sum = 0;
+
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
+        const double p[3] = { r->e.joints[i][0], r->e.joints[i][1], r->e.joints[i][2] };
+        double uv[2];
+
+        lt_camera_project(&v->camera, p, uv);
+        r->joints2d[i][0] = (float)uv[0];
+        r->joints2d[i][1] = (float)uv[1];
+        sum += hypot(uv[0] - r->heatmap2d[i][0], uv[1] - r->heatmap2d[i][1]);
+    }
+    r->agreement_px = sum / LT_HAND_KEYPOINTS;
+}
+
+bool predict_trusted(const predict_view *v, const predict_result *r)
+{
+    const crop_box b = v->hand_box;
+
+    return r->placed && r->agreement_px <= AGREEMENT * (double)fmaxf(b.x1 - b.x0, b.y1 - b.y0);
 }

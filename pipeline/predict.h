@@ -25,6 +25,8 @@ typedef struct {
     const char *const *inputs;      /* n_inputs images, films, and folders of images */
     int n_inputs;
     const char *out;                /* folder, made when it is missing */
+    FILE *lines;                    /* not NULL: frames come through standard input, and the numbers of each go here as
+                                     * a line; inputs, out, numbers and format are nothing to it */
 
     const crop_box *hand_box;       /* pixels of the upright image, for every image; NULL: default */
     const crop_box *object_box;

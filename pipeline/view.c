@@ -44,18 +44,18 @@ static lt_status read_upright(lt_arena *arena, const char *path, lt_exif *exif, 
     return LT_OK;
 }
 
-static crop_box central_box(const predict_view *v)
+crop_box predict_default_hand_box(int width, int height)
 {
-    const double half = CENTRAL * (v->width < v->height ? v->width : v->height) / 2;
-    const double cx = (v->width - 1) / 2.0, cy = (v->height - 1) / 2.0;
+    const double half = CENTRAL * (width < height ? width : height) / 2;
+    const double cx = (width - 1) / 2.0, cy = (height - 1) / 2.0;
 
     return (crop_box){ (float)(cx - half), (float)(cy - half), (float)(cx + half), (float)(cy + half) };
 }
 
-static crop_box grown_box(crop_box b, double factor)
+crop_box predict_default_object_box(crop_box b)
 {
     const double cx = (b.x0 + b.x1) / 2, cy = (b.y0 + b.y1) / 2;
-    const double hx = (b.x1 - b.x0) * factor / 2, hy = (b.y1 - b.y0) * factor / 2;
+    const double hx = (b.x1 - b.x0) * OBJECT_GROWTH / 2, hy = (b.y1 - b.y0) * OBJECT_GROWTH / 2;
 
     return (crop_box){ (float)(cx - hx), (float)(cy - hy), (float)(cx + hx), (float)(cy + hy) };
 }
@@ -66,15 +66,17 @@ static void choose_hand(const predict_options *o, const predict_boxes_row *row, 
 {
     const bool hand = row && row->has_hand, object = row && row->has_object;
 
-    v->hand_box = hand ? row->hand : o->hand_box ? *o->hand_box : central_box(v);
+    v->hand_box = hand ? row->hand : o->hand_box ? *o->hand_box
+                         : predict_default_hand_box(v->width, v->height);
     v->hand_from = hand ? PREDICT_LISTED : o->hand_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
-    v->object_box = object ? row->object : o->object_box ? *o->object_box : grown_box(v->hand_box, OBJECT_GROWTH);
+    v->object_box = object ? row->object : o->object_box ? *o->object_box
+                             : predict_default_object_box(v->hand_box);
     v->object_from = object ? PREDICT_LISTED : o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
     v->left = row && row->side != PREDICT_ANY_SIDE ? row->side == PREDICT_LEFT : o->left;
     v->object = row && row->model ? row->model : given;
 }
 
-static lt_status check_inside(const predict_view *v, const char *what, crop_box b)
+lt_status predict_check_inside(const predict_view *v, const char *what, crop_box b)
 {
     if (!(b.x1 > b.x0 && b.y1 > b.y0))
         return lt_error(LT_EINVAL, "%s: the %s box is empty", v->path, what);
@@ -85,23 +87,24 @@ static lt_status check_inside(const predict_view *v, const char *what, crop_box 
     return LT_OK;
 }
 
-static lt_status open_image(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
-                            predict_notes *notes, predict_view *v)
+static lt_status open_image(predict_frame *f, predict_view *v)
 {
+    const lt_image *picture = f->picture;
+    const predict_input *in = &f->input;
     lt_exif exif = { .orientation = 1 };
     lt_status st = LT_OK;
 
-    *v = (predict_view){ .path = in->path, .name = in->name, .orientation = 1 };
-    if (frame)
-        v->width = frame->width, v->height = frame->height, v->rgb = frame->data, v->orientation = in->orientation;
+    *v = (predict_view){ .path = in->path, .name = in->name, .orientation = in->orientation };
+    if (picture)
+        v->width = picture->width, v->height = picture->height, v->rgb = picture->data;
     else
-        st = read_upright(arena, in->path, &exif, v);
+        st = read_upright(f->arena, in->path, &exif, v);
     if (!st && in->depth)
-        st = predict_read_depth(arena, o, in->depth, v, notes);
+        st = predict_read_depth(f->arena, f->o, in->depth, v, &f->notes);
     if (st)
         return st;
-    predict_choose_camera(o, &exif, v, notes);
-    return predict_undistort(arena, o, v, notes);
+    predict_choose_camera(f->o, &exif, v, &f->notes);
+    return predict_undistort(f->arena, f->o, v, &f->notes);
 }
 
 /* Hand i of the image; row: its line in --boxes, or NULL */
@@ -111,8 +114,8 @@ static lt_status open_hand(const predict_options *o, const predict_boxes_row *ro
     lt_status st;
 
     choose_hand(o, row, given, v);
-    st = check_inside(v, "hand", v->hand_box);
-    st = st ? st : check_inside(v, "object", v->object_box);
+    st = predict_check_inside(v, "hand", v->hand_box);
+    st = st ? st : predict_check_inside(v, "object", v->object_box);
     if (st)
         return row ? lt_error_prefix(st, "%s:%lld", o->boxes, (long long)row->line) : st;
     if (v->hand_from != PREDICT_DEFAULT)
@@ -122,24 +125,24 @@ static lt_status open_hand(const predict_options *o, const predict_boxes_row *ro
     return LT_OK;
 }
 
-lt_status predict_view_open(lt_arena *arena, const predict_options *o, const predict_input *in, const lt_image *frame,
-                            const predict_object *given, predict_notes *notes, predict_view **out, int *n)
+lt_status predict_view_open(predict_frame *f)
 {
-    const int n_hands = in->n_boxes ? (int)in->n_boxes : 1;
-    predict_view *v = lt_arena_array(arena, (size_t)n_hands, sizeof(*v));
-    lt_status st = v ? open_image(arena, o, in, frame, notes, v) : lt_error(LT_ENOMEM, "%s: no memory", in->path);
+    const predict_input *in = &f->input;
+    const int n = in->n_boxes ? (int)in->n_boxes : 1;
+    predict_view *v = lt_arena_array(f->arena, (size_t)n, sizeof(*v));
+    lt_status st = v ? open_image(f, v) : lt_error(LT_ENOMEM, "%s: no memory", in->path);
 
-    for (int i = 0; i < n_hands && !st; i++) {
+    for (int i = 0; i < n && !st; i++) {
         v[i] = v[0];
         v[i].hand = i;
-        v[i].n_hands = n_hands;
-        st = open_hand(o, in->n_boxes ? &in->boxes[i] : NULL, given, &v[i]);
+        v[i].n_hands = n;
+        st = open_hand(f->o, in->n_boxes ? &in->boxes[i] : NULL, f->object, &v[i]);
     }
     if (st)
         return st;
-    predict_note_assumed(o, v, n_hands, notes);
-    *out = v;
-    *n = n_hands;
+    predict_note_assumed(f->o, v, n, &f->notes);
+    f->view = v;
+    f->n = n;
     return LT_OK;
 }
 

@@ -1153,7 +1153,7 @@ START_TEST(film_of_several_hands)
             frame_of(i == 1 ? -k : i * k, &v[i], &r[at[i]]);
             r[at[i]].placed = true;
         }
-        check_ok(predict_follow(&f, listed, r, gone ? 2 : 3));
+        check_ok(predict_follow(&f, arena, listed, r, gone ? 2 : 3));
         ck_assert_uint_eq(f.n, 3);
         if (k < 20)
             continue;

@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* judge: what is to be said of what was found, to whoever watches too. */
+#include "pipeline/internal.h"
+#include "pipeline/stages/stages.h"
+
+static lt_status open_judge(const predict_options *o, void **state)
+{
+    (void)o;
+    *state = lt_alloc(sizeof(predict_said));
+    return *state ? LT_OK : lt_error(LT_ENOMEM, "no memory to predict with");
+}
+
+static void close_judge(void *state)
+{
+    lt_release(state);
+}
+
+static void note_found(const predict_view *v, const predict_result *r, predict_notes *notes)
+{
+    if (!r->placed)
+        predict_note_add(notes, v, NOTE_HAND_GUESSED, "the hand's position could not be solved (0.05 to 10 m are "
+                         "believed); it is put 0.6 m away in its box");
+    else if (!predict_trusted(v, r))
+        predict_note_add(notes, v, NOTE_LOW_TRUST, "low trust: the hand's 2D and 3D joints differ by %.0f px",
+                         r->agreement_px);
+    predict_note_depth(v, r, notes);
+    if (v->object && r->object_far)
+        predict_note_add(notes, v, NOTE_POSE_FAR, "the pose of %s lies %.3g m away (0.05 to 10 m are believed): does "
+                         "its model have another unit, or K another image size?", v->object->name,
+                         r->e.object.t[2]);
+    else if (v->object && !r->object_found)
+        predict_note_add(notes, v, NOTE_NO_POSE, "no pose of %s was found (confidence %.2f)", v->object->name,
+                         (double)r->e.object_confidence);
+}
+
+static lt_status run(void *state, predict_frame *f)
+{
+    if (f->input.frame && !f->film)
+        predict_note_add(&f->notes, NULL, NOTE_NOT_SMOOTHED, "the film does not say its frames per second, so they are "
+                         "not smoothed; --fps does");
+    for (int i = 0; i < f->n; i++)
+        note_found(&f->view[i], &f->result[i], &f->notes);
+    if (f->notes.lost)
+        return lt_error(LT_ENOMEM, "%s: no memory", f->input.path);
+    predict_say_notes(f->o, f->input.path, f->among_many, &f->notes, state);
+    return LT_OK;
+}
+
+const stage judge_stage = {
+    .name = "judge", .needs = FRAME_VIEWS | FRAME_POSES, .gives = FRAME_VERDICT,
+    .open = open_judge, .run = run, .close = close_judge,
+};

@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* solve: hand and object from the crop to the camera that saw them, and out of the mirror. */
+#include "pipeline/internal.h"
+#include "pipeline/stages/stages.h"
+
+#include "data/mirror.h"
+#include "libtensor/geometry/rotation.h"
+
+#include <string.h>
+
+/* Points from the crop back to the image. */
+static void points_in_image(const hand_object_batch *b, int slot, const float (*crop)[2], int n, float (*out)[2])
+{
+    double A[6];
+
+    for (int k = 0; k < 6; k++)
+        A[k] = b->affine[6 * slot + k];
+    if (lt_affine_inverse(A, A))
+        memcpy(out, crop, (size_t)n * sizeof(*out));
+    else
+        crop_points(A, crop, n, out);
+}
+
+static void read_theta(predict_result *r)
+{
+    for (int j = 0; j < LT_HAND_JOINTS; j++) {
+        double R[9];
+
+        for (int k = 0; k < 9; k++)
+            R[k] = r->e.rotation[j][k];
+        lt_rot_to_axis_angle(R, r->theta + 3 * j);
+    }
+}
+
+static void unmirror(int width, predict_result *r)
+{
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
+        r->e.joints[i][0] = -r->e.joints[i][0];
+        r->heatmap2d[i][0] = (float)(width - 1) - r->heatmap2d[i][0];
+    }
+    for (int i = 0; i < LT_HAND_VERTICES; i++)
+        r->e.vertices[i][0] = -r->e.vertices[i][0];
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        r->control2d[i][0] = (float)(width - 1) - r->control2d[i][0];
+    for (int j = 0; j < LT_HAND_JOINTS; j++)
+        lt_mirror_axis_angle(r->theta + 3 * j);
+    mirror_pose(r->e.object.R, r->e.object.t);
+}
+
+static void solve(const predict_frame *f, int i)
+{
+    predict_result *r = &f->result[i];
+
+    points_in_image(f->crops, i, (const float (*)[2])r->e.joints2d, LT_HAND_KEYPOINTS, r->heatmap2d);
+    points_in_image(f->crops, i, (const float (*)[2])r->e.control2d, LT_BOX_POINTS, r->control2d);
+    r->object_found = r->e.object_inliers > 0 && lt_pose_finite(&r->e.object) && r->e.object.t[2] > PREDICT_NEAREST &&
+                      r->e.object.t[2] < PREDICT_FARTHEST;
+    r->object_far = r->e.object_inliers > 0 && !r->object_found;
+    predict_place_hand(&f->seen[i], r);
+    read_theta(r);
+    if (f->view[i].left)
+        unmirror(f->view[i].width, r);
+    predict_reproject(&f->view[i], r);
+}
+
+static lt_status run(void *state, predict_frame *f)
+{
+    (void)state;
+    for (int i = 0; i < f->n; i++)
+        solve(f, i);
+    return LT_OK;
+}
+
+const stage solve_stage = {
+    .name = "solve", .needs = FRAME_VIEWS | FRAME_CROPS | FRAME_ESTIMATES, .gives = FRAME_POSES, .run = run,
+};

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "pipeline/stages/stages.h"
+
+const stage *const stages[] = {
+    &read_stage,                        /* the file, upright, with a camera and boxes */
+    &crop_stage,                        /* what the network looks at */
+    &estimate_stage,                    /* through the network */
+    &solve_stage,                       /* hand and object where the camera saw them */
+    &smooth_stage,                      /* a film's frames through filters */
+    &judge_stage,                       /* how far to believe it */
+    &draw_stage,                        /* the overlay */
+    &write_stage,                       /* NAME.json and what else there is */
+    &print_stage,                       /* the same JSON, a line each */
+    NULL,
+};
