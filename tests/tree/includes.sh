@@ -51,13 +51,14 @@ only_from estimate     "$below"
 only_from train        "$below|train/"
 only_from eval         "$below|eval/"
 only_from pipeline     "$below|pipeline/"
+only_from libpalmar    "$below|pipeline/|libpalmar/"
 only_from tasks        "$below|train/|eval/|synth/|tasks/"
 only_from cli          "$below|synth/|train/|eval/|pipeline/|tasks/|cli/"
 
 # No circles: at each place where the paths of a file and of a header it includes part, one room, or one file that is in
 # none, stands above the other. What tsort cannot put in order is printed.
 grep -rnoE '^ *# *include "[^"]+"' --include='*.[ch]' --include='*.cpp' --include='*.inc' \
-    libtensor assets vision data synth models estimate train eval pipeline tasks cli |
+    libtensor assets vision data synth models estimate train eval pipeline libpalmar tasks cli |
     sed -E 's/^([^:]+):[0-9]+: *# *include "([^"]+)"/\1 \2/' |
     awk '{
         n = split($1, from, "/"); m = split($2, to, "/"); at = ""

@@ -7,7 +7,7 @@
  *
  *   LT_EINVAL     the call cannot be: too few points, a number that is not finite, focal length 0
  *   LT_ENUMERIC   no pose explains the points: all equal, on a line, too few inliers
- *   LT_ENOMEM     lt_pnp_ransac only; the others allocate nothing
+ *   LT_ENOMEM     lt_pnp_ransac of more than 256 inliers; all else allocates nothing
  *
  * and outputs are then untouched.
  */

@@ -10,7 +10,7 @@
 
 #include <float.h>
 
-enum { DRAW = 5, LEAST_POINTS = 6 };
+enum { DRAW = 5, LEAST_POINTS = 6, FEW_INLIERS = 256 };     /* few: without an allocation */
 
 typedef lt_status solver(const lt_camera *cam, int n, const double *X, const double *uv, double R[9],
                          double t[3]);
@@ -188,7 +188,7 @@ lt_status lt_pnp_ransac(const lt_camera *cam, int n, const double *X, const doub
     problem p = { .cam = cam, .n = n, .X = X, .uv = uv, .opts = opts ? opts : &usual };
     lt_status st = lt_pnp_check("pnp", cam, n, LEAST_POINTS, X, uv);
     lt_pnp_pose draw = { .n_inliers = 0 }, found;
-    double *room;
+    double few[5 * FEW_INLIERS], *room = few;
 
     if (st)
         return st;
@@ -197,12 +197,14 @@ lt_status lt_pnp_ransac(const lt_camera *cam, int n, const double *X, const doub
     if (draw.n_inliers < p.opts->min_inliers || draw.n_inliers == 0)
         return lt_error(LT_ENUMERIC, "pnp: %d of %d points agree on a pose, want %d", draw.n_inliers, n,
                         p.opts->min_inliers);
-    room = lt_alloc(5 * (size_t)draw.n_inliers * sizeof(*room));
+    if (draw.n_inliers > FEW_INLIERS)
+        room = lt_alloc(5 * (size_t)draw.n_inliers * sizeof(*room));
     if (!room)
         return lt_error(LT_ENOMEM, "pnp: no memory for %d points", draw.n_inliers);
     found = draw;
     st = solve_inliers(&p, &found, room, room + 3 * (size_t)draw.n_inliers);
-    lt_release(room);
+    if (room != few)
+        lt_release(room);
     if (st)
         return st;
     *pose = found;
