@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The stages of palmar predict over a picture of the caller's: what it gives is checked, and stands for the read stage. */
+/* The stages of palmar predict over a caller's picture: what is given is checked, and stands for the read stage. */
 #include <config.h>
 #include "libpalmar/palmar.h"
 
@@ -107,7 +107,8 @@ palmar_status palmar_load_object(palmar *p, const char *name, const char *models
 palmar_status palmar_film(palmar *p, double fps)
 {
     if (!p || !(fps >= 0 && fps <= 1e6))
-        return status_of(lt_error(LT_EINVAL, p ? "palmar_film: fps is %g, want 0 or more" : "palmar_film: p is NULL", fps));
+        return status_of(p ? lt_error(LT_EINVAL, "palmar_film: fps is %g, want 0 to 1e6", fps)
+                           : lt_error(LT_EINVAL, "palmar_film: p is NULL"));
     lt_arena_reset(p->film.arena);
     p->film = (predict_followed){ .arena = p->film.arena, .dt = fps > 0 ? 1 / fps : 0 };
     return PALMAR_OK;
@@ -120,10 +121,19 @@ static bool in_reach(double x)
     return fabs(x) <= FARTHEST_PX;
 }
 
-static lt_status check_image(const palmar *p, const palmar_image *m)
+static lt_status check_camera(const palmar_image *m)
 {
     const bool assumed = m->fx == 0 && m->fy == 0 && m->cx == 0 && m->cy == 0;
+    const bool near = in_reach(m->fx) && in_reach(m->fy) && in_reach(m->cx) && in_reach(m->cy);
 
+    if (assumed || (near && m->fx > 0 && m->fy > 0))
+        return LT_OK;
+    return lt_error(LT_EINVAL, "palmar_estimate: the camera is %g, %g, %g, %g; want fx and fy above 0, all finite and "
+                    "at most 1e6, or four times 0", m->fx, m->fy, m->cx, m->cy);
+}
+
+static lt_status check_image(const palmar *p, const palmar_image *m)
+{
     if (!m->rgb)
         return lt_error(LT_EINVAL, "palmar_estimate: image->rgb is NULL");
     if (m->width < 1 || m->height < 1 || m->width > LT_IMAGE_MAX_SIDE || m->height > LT_IMAGE_MAX_SIDE)
@@ -138,10 +148,7 @@ static lt_status check_image(const palmar *p, const palmar_image *m)
     if (m->depth && m->depth_stride && (m->depth_stride < 4 * (ptrdiff_t)m->width || m->depth_stride % 4))
         return lt_error(LT_EINVAL, "palmar_estimate: rows of depth are %td bytes apart, want 4 * %d or more, in fours, "
                         "or 0", m->depth_stride, m->width);
-    if (!assumed && !(m->fx > 0 && m->fy > 0 && in_reach(m->fx) && in_reach(m->fy) && in_reach(m->cx) && in_reach(m->cy)))
-        return lt_error(LT_EINVAL, "palmar_estimate: the camera is %g, %g, %g, %g; want fx and fy above 0, all finite and "
-                        "at most 1e6, or four times 0", m->fx, m->fy, m->cx, m->cy);
-    return LT_OK;
+    return check_camera(m);
 }
 
 static lt_status check_query(const palmar *p, int i, const palmar_query *q)
@@ -217,7 +224,8 @@ static lt_status view(const palmar *p, const palmar_image *m, const palmar_query
         .path = "the image", .width = m->width, .height = m->height, .orientation = 1, .n_hands = f->n,
         .rgb = packed(f->arena, m->rgb, height, 3 * width, m->stride),
         .depth = packed(f->arena, m->depth, height, sizeof(float) * width, m->depth_stride),
-        .camera = m->fx > 0 ? (lt_camera){ m->fx, m->fy, m->cx, m->cy } : predict_assumed_camera(0, m->width, m->height),
+        .camera = m->fx > 0 ? (lt_camera){ m->fx, m->fy, m->cx, m->cy }
+                            : predict_assumed_camera(0, m->width, m->height),
         .camera_from = m->fx > 0 ? PREDICT_GIVEN : PREDICT_DEFAULT,
     };
     lt_status st = LT_OK;

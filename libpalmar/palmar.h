@@ -30,7 +30,7 @@ extern "C" {
 
 typedef enum {
     PALMAR_OK = 0,
-    PALMAR_EINVAL,                  /* an argument that cannot be: NULL, an empty picture, a number that is not finite */
+    PALMAR_EINVAL,                  /* an argument that cannot be: NULL, an empty picture, a camera of NaN */
     PALMAR_EIO,                     /* the system refused to read */
     PALMAR_EFORMAT,                 /* a file is not what it should be */
     PALMAR_ENOMEM,                  /* no memory */
@@ -60,7 +60,8 @@ PALMAR_API void palmar_close(palmar *p);
  * palmar_load_object - an object whose pose is to be found
  *
  *   name     "006_mustard_bottle", or a folder of `models`
- *   models   a folder with a folder for each object, with a mesh in metres in it; NULL: the embedded stand-ins for YCB's
+ *   models   a folder with a folder for each object, with a mesh in metres in it; NULL: the embedded stand-ins for
+ *            YCB's
  *   out      what palmar_query.object takes; 1 and up
  */
 PALMAR_API palmar_status palmar_load_object(palmar *p, const char *name, const char *models, int *out);
@@ -79,7 +80,7 @@ typedef struct {
     const uint8_t *rgb;             /* (height, width, 3), the upper row first */
     int width, height;              /* at most 16384 */
     ptrdiff_t stride;               /* bytes from row to row; 0: 3 * width */
-    const float *depth;             /* (height, width) metres along z, 0 where unknown, pixel on pixel; NULL: none */
+    const float *depth;             /* (height, width) metres along z, 0 or NaN unknown, pixel on pixel; NULL: none */
     ptrdiff_t depth_stride;         /* bytes from row to row; 0: 4 * width */
     double fx, fy, cx, cy;          /* the camera; all 0: 1.2 times the longer side, and the middle */
 } palmar_image;
@@ -120,8 +121,8 @@ typedef struct {
 PALMAR_API palmar_status palmar_estimate(palmar *p, const palmar_image *image, int n, const palmar_query *query,
                                          palmar_hand *out);
 
-/* palmar_faces - (1538, 3) triangles of the vertices of a right hand, seen from outside counter-clockwise; for a left one
- * swap two corners of each. As long as the handle. */
+/* palmar_faces - (1538, 3) triangles of the vertices of a right hand, seen from outside counter-clockwise; for a left
+ * one swap two corners of each. As long as the handle. */
 PALMAR_API const int32_t *palmar_faces(const palmar *p);
 
 /* palmar_set_threads - for all handles; below 1, as in the beginning: the CPUs this process may use. The numbers do not

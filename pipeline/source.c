@@ -160,7 +160,7 @@ static lt_status next_of_film(frame_source *s, predict_frame *f, bool *more)
         s->broken = !(s->pipe && readable);
         f->forgiven = only_this(st);
         predict_follow_missed(&s->hands);
-        return s->pipe ? lt_error_prefix(st, "%s#%d", s->in->path, s->frame) : st;
+        return s->pipe && f->forgiven ? lt_error_prefix(st, "%s#%d", s->in->path, s->frame) : st;
     }
     f->picture = &s->picture;
     f->film = s->hands.dt > 0 ? &s->hands : NULL;

@@ -357,16 +357,26 @@ START_TEST(flat_things_are_in_front)
 }
 END_TEST
 
+/* Up to 256 inliers need none. */
 START_TEST(no_memory)
 {
     lt_rng r = lt_rng_make(10, 0);
+    double X[2 * 3 * MANY], uv[2 * 2 * MANY];           /* every point twice */
     lt_pnp_pose pose = { .n_inliers = -1 };
     scene s;
 
     make_scene(&r, 0, 0, &s);
+    for (int i = 0; i < 2; i++) {
+        memcpy(X + i * 3 * MANY, s.X, sizeof(s.X));
+        memcpy(uv + i * 2 * MANY, s.uv, sizeof(s.uv));
+    }
     lt_alloc_fail_at(1);
-    ck_assert_int_eq(lt_pnp_ransac(&camera, MANY, s.X, s.uv, NULL, &pose, NULL), LT_ENOMEM);
+    ck_assert_int_eq(lt_pnp_ransac(&camera, 2 * MANY, X, uv, NULL, &pose, NULL), LT_ENOMEM);
     ck_assert_int_eq(pose.n_inliers, -1);
+    lt_alloc_fail_at(1);
+    ck_assert_int_eq(lt_pnp_ransac(&camera, MANY, s.X, s.uv, NULL, &pose, NULL), LT_OK);
+    ck_assert_int_eq(pose.n_inliers, MANY);
+    lt_alloc_fail_at(0);
 }
 END_TEST
 

@@ -48,7 +48,9 @@ static palmar_image picture(void)
     return (palmar_image){ .rgb = rgb[0], .width = WIDTH, .height = HEIGHT, .fx = 120, .fy = 121, .cx = 50, .cy = 40 };
 }
 
-static const palmar_query two[2] = { { .hand_box = { 20, 20, 70, 70 } }, { .hand_box = { 40, 10, 90, 60 }, .left = 1 } };
+static const palmar_query two[2] = {
+    { .hand_box = { 20, 20, 70, 70 } }, { .hand_box = { 40, 10, 90, 60 }, .left = 1 },
+};
 
 static void estimate_two(palmar *p, palmar_image m, int object, palmar_hand out[2])
 {
@@ -82,7 +84,8 @@ START_TEST(as_predict)
 {
     static const char *const names[] = { "read", "crop", "estimate", "solve", NULL };
     const predict_boxes_row rows[2] = {
-        { .hand = { 20, 20, 70, 70 }, .has_hand = true }, { .hand = { 40, 10, 90, 60 }, .has_hand = true, .side = PREDICT_LEFT },
+        { .hand = { 20, 20, 70, 70 }, .has_hand = true },
+        { .hand = { 40, 10, 90, 60 }, .has_hand = true, .side = PREDICT_LEFT },
     };
     const lt_camera camera = { 120, 121, 50, 40 };
     const lt_image img = { WIDTH, HEIGHT, 3, 8, rgb[0] };

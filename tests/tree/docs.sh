@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# What the documents print is what the files hold: each C block of docs/adding-a-layer.md and of
-# docs/your-first-network.md stands, line for line, in the example's source, every file that a document links to exists,
+# What the documents print is what the files hold: each C block of docs/adding-a-layer.md, docs/your-first-network.md and
+# docs/from-c-and-python.md stands, line for line, in the example's source, every file that a document links to exists,
 # each command has a section in the user guide and a manual page, and each score is in the formats.
 commands=$(./palmar help | awk '/^  [a-z]+ / && $1 != "palmar" { print $1 }')
 cd "${srcdir:?}" || exit 1
@@ -31,6 +31,7 @@ shows()
 }
 shows docs/adding-a-layer.md docs/examples/swish_layer/swish.c
 shows docs/your-first-network.md docs/examples/first_network/first.c
+shows docs/from-c-and-python.md docs/examples/from_c/pose.c
 
 # Every key that predict writes
 json=$(sed -n '/^## A picture.s JSON/,/^## Hand models/p' docs/formats.md)
@@ -51,7 +52,7 @@ for key in $keys; do
     }
 done
 
-for doc in *.md docs/*.md $(find libtensor assets vision data synth models estimate train eval pipeline cli tests -name README.md); do
+for doc in *.md docs/*.md $(find libtensor assets vision data synth models estimate train eval pipeline libpalmar python cli tests -name README.md); do
     links=$(grep -oE '\]\([^)#: ]+[)#]' "$doc" | sed 's/^](//; s/.$//')
     for link in $links; do
         [ -e "$(dirname "$doc")/$link" ] || {

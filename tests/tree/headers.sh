@@ -13,7 +13,7 @@ alone()
 }
 
 bad=0
-for h in $(find libtensor -name '*.h' | sort); do
+for h in palmar.h $(find libtensor -name '*.h' | sort); do
     # shellcheck disable=SC2086 # CC and CXX may be several words
     alone "$h" $CC -std=c11 -x c || bad=1
     # shellcheck disable=SC2086

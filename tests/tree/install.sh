@@ -13,7 +13,9 @@ env -u MAKEFLAGS -u MFLAGS -u MAKELEVEL make -s install DESTDIR="$stage" >tests/
 }
 test -e "$stage$libdir/libtensor.so"
 test -e "$stage$includedir/libtensor/graph/op.h"
-$PKG_CONFIG --exists --print-errors libtensor
+test -e "$stage$libdir/libpalmar.so"
+test -e "$stage$includedir/palmar.h"
+$PKG_CONFIG --exists --print-errors libtensor palmar
 flags=$($PKG_CONFIG --cflags --libs libtensor)
 case $flags in
 *"$stage"*-ltensor*) ;;
@@ -34,6 +36,7 @@ installed()
 
 installed '*/share/bash-completion/completions/palmar'
 installed '*/doc/palmar/README.md'
+installed '*/share/palmar/python/palmar.py'
 for page in "$srcdir"/docs/*.md; do
     installed "*/doc/palmar/docs/$(basename "$page")"
 done
