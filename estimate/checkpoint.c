@@ -95,8 +95,9 @@ static void put_int(contents *c, const char *key, int64_t value)
 /* Which vertices of the hand the data's annotation calls finger tips. */
 static void put_tips(contents *c, const lt_hand_layer *hand)
 {
-    const int *t = lt_hand_layer_tables(hand).tips;
+    int t[5];
 
+    lt_hand_layer_tips(hand, t);
     put(c, "tips", lt_arena_printf(c->arena, "%d %d %d %d %d", t[0], t[1], t[2], t[3], t[4]));
 }
 

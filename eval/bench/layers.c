@@ -198,7 +198,7 @@ static lt_shape hand_shape(const layer_config *c, int64_t batch, int input)
 
 static lt_tensor *hand_apply(const layer_use *u)
 {
-    return lt_hand(u->hand, u->in[0], u->in[1]);
+    return lt_skin(u->hand, u->in[0], u->in[1]);
 }
 
 static const layer_kind kinds[] = {

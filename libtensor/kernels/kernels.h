@@ -112,11 +112,12 @@ typedef struct {
 typedef struct { lt_real *dz, *silu; } lt_through;
 
 /* Some vertices of a mesh beside each other: the joints that move any of them, and how much */
-enum { LT_SKIN_GROUP = 16, LT_SKIN_JOINTS = 16, LT_SKIN_FRAME = 12 };
+enum { LT_SKIN_GROUP = 16, LT_SKIN_FRAME = 12 };
 typedef struct {
-    int n, joint[LT_SKIN_JOINTS];
-    lt_real weight[LT_SKIN_JOINTS][LT_SKIN_GROUP];
-} lt_skin;
+    int n;
+    const int *joint;                           /* (n) */
+    const lt_real (*weight)[LT_SKIN_GROUP];     /* (n) */
+} lt_skin_group;
 
 /* What attention reads of a head, each packed in the order that the instruction set's kernels want: queries, keys and
  * values, or for gradients these and the gradients of results. Rows may be packed in parts of LT_ATTEND_UNIT. */
@@ -355,7 +356,7 @@ typedef struct lt_kernels {
      * has groups of [3][LT_SKIN_GROUP], and y[3 * i + a] becomes A x + s, with the sums over its group's joints of
      * weight * frame in their order. Its A goes to t[r * ld + i], r < 9. y or t may be NULL; of x and t there are whole
      * groups. */
-    void (*skin)(lt_real *y, lt_real *t, int64_t ld, const lt_real *x, const lt_skin *groups, int64_t n,
+    void (*skin)(lt_real *y, lt_real *t, int64_t ld, const lt_real *x, const lt_skin_group *groups, int64_t n,
                  const lt_real (*frame)[LT_SKIN_FRAME]);
 
     /* combine: y[i] = or += the sum over k < count of w[k] * x[k * ld + i], i < n, in the order of k;

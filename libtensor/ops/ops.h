@@ -7,7 +7,7 @@
 #ifndef LT_OPS_OPS_H
 #define LT_OPS_OPS_H
 
-#include "libtensor/geometry/hand/layer.h"
+#include "libtensor/geometry/skin/skin.h"
 #include "libtensor/graph/graph.h"
 
 #ifdef __cplusplus
@@ -257,13 +257,13 @@ LT_API lt_tensor *lt_channel_affine(lt_tensor *x, lt_tensor *scale, lt_tensor *s
 LT_API lt_tensor *lt_rot6d(lt_tensor *x);
 
 /**
- * lt_hand - the hand layer: rotations (B, 16, 3, 3) and betas (B, 10) -> vertices (B, 778, 3)
+ * lt_skin - linear blend skinning: rotations (B, J, 3, 3) and shape (B, S) -> vertices (B, V, 3)
  *
- * The 21 key points (B, 21, 3), simple order, are lt_result(vertices, 1). Both wrist-relative, metres.
- * layer must outlive the plans. Gradients reach rotations (as free matrices) and betas.
- * Source: Romero et al. 2017, "Embodied Hands", section 3.
+ * The layer's points (B, n_points, 3) are lt_result(vertices, 1). Both relative to the root joint, metres.
+ * layer must outlive the plans. Gradients reach rotations (as free matrices) and shape.
+ * Source: Loper et al. 2015, "SMPL", equations 2 to 10.
  */
-LT_API lt_tensor *lt_hand(const lt_hand_layer *layer, lt_tensor *rotations, lt_tensor *betas);
+LT_API lt_tensor *lt_skin(const lt_skin_layer *layer, lt_tensor *rotations, lt_tensor *shape);
 
 /* ---- losses ------------------------------------------------------------------------------------------ */
 
@@ -330,7 +330,7 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_batch_norm(...) LT_HERE(lt_batch_norm(__VA_ARGS__))
 #define lt_channel_affine(...) LT_HERE(lt_channel_affine(__VA_ARGS__))
 #define lt_rot6d(...) LT_HERE(lt_rot6d(__VA_ARGS__))
-#define lt_hand(...) LT_HERE(lt_hand(__VA_ARGS__))
+#define lt_skin(...) LT_HERE(lt_skin(__VA_ARGS__))
 #define lt_mse_loss(...) LT_HERE(lt_mse_loss(__VA_ARGS__))
 #define lt_l1_loss(...) LT_HERE(lt_l1_loss(__VA_ARGS__))
 #define lt_cross_entropy(...) LT_HERE(lt_cross_entropy(__VA_ARGS__))

@@ -35,7 +35,7 @@ static void record_losses(const hand_object_out *o, const lt_hand_layer *hand, c
     lt_tensor *mask = model_input(r, "mask", LT_SHAPE(B, cells, cells));
     lt_tensor *weight = model_input(r, "weight", LT_SHAPE(B));
     lt_tensor *object_weight = model_input(r, "object_weight", LT_SHAPE(B));
-    lt_tensor *vertices = lt_hand(hand, rotation, beta), *joints = lt_result(vertices, 1);
+    lt_tensor *vertices = lt_skin(hand, rotation, beta), *joints = lt_result(vertices, 1);
     const object_losses object = object_head_losses(&o->object, points2d, mask, object_weight);
 
     add_loss(r, "heatmap", lt_mse_loss(o->heat.joints2d, joints2d, weight), w->heatmap);

@@ -59,7 +59,7 @@ mano_out mano_regressor_forward(const mano_regressor *m, lt_tensor *features)
     six = lt_linear_layer_forward(&m->pose, x);
     out.rotation = lt_rot6d(lt_reshape(six, LT_SHAPE(lt_dim(six, 0), LT_HAND_JOINTS, 6)));
     out.beta = lt_linear_layer_forward(&m->shape, x);
-    out.vertices = lt_hand(m->hand, out.rotation, out.beta);
+    out.vertices = lt_skin(m->hand, out.rotation, out.beta);
     out.joints = lt_result(out.vertices, 1);
     return out;
 }

@@ -7,6 +7,7 @@
 #ifndef MODELS_HEADS_MANO_REGRESSOR_H
 #define MODELS_HEADS_MANO_REGRESSOR_H
 
+#include "libtensor/geometry/hand/layer.h"
 #include "models/heads/hourglass.h"
 
 /* PB, PB, pool per level, flattened; a pool keeps a last partial window. Parameters PREFIX.level.0, .1 */

@@ -6,12 +6,10 @@
 
 A case has the arrays case.in0 ..., case.out0 ..., case.dout0 ..., case.din0 ..., and case.infer0 where
 the op computes something else without training. Inputs are float32, so that both programs read the
-same numbers. roi_align is written out in NumPy after torchvision's definition, and the hand is the
-formula of scripts/vectors/geometry.py in torch.
+same numbers. roi_align is written out in NumPy after torchvision's definition, and skinning
+is the formula of scripts/vectors/geometry.py in torch.
 """
 import importlib.util
-import io
-import contextlib
 import math
 import os
 import sys
@@ -465,42 +463,55 @@ def rot6d(s):
 def geometry():
     spec = importlib.util.spec_from_file_location("geometry", os.path.join(HERE, "geometry.py"))
     module = importlib.util.module_from_spec(spec)
-    with contextlib.redirect_stdout(io.StringIO()):
-        spec.loader.exec_module(module)
+    spec.loader.exec_module(module)
     return module
 
 
-def hand(s):
-    g = geometry()
-    h = {k: torch.tensor(v) for k, v in g.hand().items()}
+def skin_of(h):
+    """geometry.skin in torch: vertices and joints of one sample"""
+    t = {k: torch.tensor(v) for k, v in h.items()}
 
     def one(R, beta):
-        v = h["template"] + h["shapedirs"] @ beta
-        joints = h["regressor"] @ v
-        v = v + h["posedirs"] @ (R[1:] - torch.eye(3, dtype=R.dtype)).reshape(135)
-        A, t = [], []
-        for k in range(g.J):
-            at = joints[k] - (joints[g.PARENT[k]] if k else 0)
-            p = g.PARENT[k]
+        v = t["template"] + t["shapedirs"] @ beta
+        joints = t["regressor"] @ v
+        if "posedirs" in t:
+            v = v + t["posedirs"] @ (R[1:] - torch.eye(3, dtype=R.dtype)).reshape(-1)
+        A, at = [], []
+        for k, p in enumerate(h["parent"]):
+            bone = joints[k] - (joints[p] if k else 0)
             A.append(R[k] if k == 0 else A[p] @ R[k])
-            t.append(at if k == 0 else A[p] @ at + t[p])
-        A, t = torch.stack(A), torch.stack(t)
-        move = t - torch.einsum("kab,kb->ka", A, joints)
-        v = torch.einsum("ik,kab,ib->ia", h["weights"], A, v) + h["weights"] @ move
-        mano21 = torch.cat([t, v[g.TIPS]])
-        return v - mano21[0], mano21[g.SIMPLE] - mano21[0]
+            at.append(bone if k == 0 else A[p] @ bone + at[p])
+        A, at = torch.stack(A), torch.stack(at)
+        move = at - torch.einsum("kab,kb->ka", A, joints)
+        v = torch.einsum("ik,kab,ib->ia", t["weights"], A, v) + t["weights"] @ move
+        return v - at[0], at - at[0]
+
+    return one
+
+
+def skin(s):
+    g = geometry()
+    hand, small = skin_of(g.hand()), skin_of(g.rig(37, 5, 3))
+    bare = skin_of({k: v for k, v in g.rig(37, 5, 3).items() if k != "posedirs"})
 
     def both(R, beta):
-        r = [one(a, b) for a, b in zip(R, beta)]
+        r = [hand(a, b) for a, b in zip(R, beta)]
         if not r:
             nothing = 0 * (R.sum() + beta.sum())
             return nothing + torch.zeros(0, g.V, 3), nothing + torch.zeros(0, 21, 3)
-        return torch.stack([a for a, _ in r]), torch.stack([b for _, b in r])
+        v, joints = (torch.stack(x) for x in zip(*r))
+        return v, torch.cat([joints, v[:, g.TIPS]], 1)[:, g.SIMPLE]
+
+    def small_both(R, beta):
+        v, joints = (torch.stack(x) for x in zip(*[small(a, b) for a, b in zip(R, beta)]))
+        return v, torch.stack([v[:, 36], joints[:, 4], joints[:, 0], v[:, 2]], 1)
 
     s.case("both", both, clear(2, 16, 3, 3), clear(2, 10))
     s.case("vertices", lambda R, b: both(R, b)[0], clear(1, 16, 3, 3), clear(1, 10))
     s.case("keypoints", lambda R, b: both(R, b)[1], clear(1, 16, 3, 3), clear(1, 10))
     s.case("empty", both, clear(0, 16, 3, 3), clear(0, 10))
+    s.case("small", small_both, clear(3, 5, 3, 3), clear(3, 3))
+    s.case("bare", lambda R, b: torch.stack([bare(x, y)[0] for x, y in zip(R, b)]), clear(5, 5, 3, 3), clear(5, 3))
 
 
 def loss(of):
@@ -593,7 +604,7 @@ SUITES = {
     "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,
     "conv2d_within": conv2d_within, "window_means": window_means,
     "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm, "batch_norm": batch_norm,
-    "channel_affine": channel_affine, "rot6d": rot6d, "hand": hand, "mse_loss": loss(torch.square),
+    "channel_affine": channel_affine, "rot6d": rot6d, "skin": skin, "mse_loss": loss(torch.square),
     "l1_loss": loss(torch.abs), "sum": sum_, "confidence_target": confidence_target,
     "cross_entropy": cross_entropy, "heatmap_loss": heatmap_loss,
 }

@@ -304,9 +304,12 @@ static lt_status score_one(void *ctx, const hand_object_batch *b, int64_t done)
 static lt_status run(evaluation *e)
 {
     score_job job = { .e = e };
-    lt_status st = e->o.training ? mean_labels_fit(e->o.training, e->o.hand, lt_hand_layer_tables(e->o.m->hand).tips,
-                                                   &e->mean, &e->has_mean) : LT_OK;
+    lt_status st = LT_OK;
+    int tips[5];
 
+    lt_hand_layer_tips(e->o.m->hand, tips);
+    if (e->o.training)
+        st = mean_labels_fit(e->o.training, e->o.hand, tips, &e->mean, &e->has_mean);
     if (st == LT_OK)
         st = prepare(e);
     if (st == LT_OK)

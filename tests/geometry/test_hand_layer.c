@@ -9,7 +9,7 @@
 #include "tests/geometry/hashed_hand.h"
 #include "tests/suite.h"
 
-enum { V = LT_HAND_VERTICES, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, K = LT_HAND_KEYPOINTS };
+enum { V = LT_HAND_VERTICES, J = LT_HAND_JOINTS, B = LT_HAND_BETAS, K = LT_HAND_KEYPOINTS, MOST = 70 };
 
 #ifdef LT_DOUBLE
 static const double TOL = 1e-14;
@@ -20,7 +20,7 @@ static const double TOL = 1e-7;
 static lt_arena *arena;
 static lt_hand_model *hand;
 static lt_hand_layer *layer;
-static lt_hand_scratch scratch;
+static void *scratch;               /* of MOST samples */
 
 static void fill_real(uint32_t seed, lt_real *out, size_t n)
 {
@@ -34,6 +34,8 @@ static void make_hand(void)
     hand = lt_arena_alloc(arena, sizeof(*hand));
     hashed_hand(hand);
     ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
+    scratch = lt_arena_alloc(arena, lt_skin_scratch_bytes(layer, MOST));
+    ck_assert_ptr_nonnull(scratch);
 }
 
 static void free_hand(void)
@@ -73,7 +75,7 @@ START_TEST(values)
     double mean[3] = { 0 };
 
     sample_pose(R, beta);
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
     expect_near(kp, want_keypoints[0], 3 * K, TOL);
     for (size_t i = 0; i < LT_COUNT(shown_vertex); i++)
         expect_near(v + 3 * shown_vertex[i], want_shown[i], 3, TOL);
@@ -108,7 +110,7 @@ START_TEST(plain_formula_agrees)
         v[i] -= joints[i % 3];
     for (int i = 0; i < 3 * K; i++)
         kp[i] -= joints[i % 3];
-    lt_hand_layer_forward(layer, 1, R, beta, lv, lkp, &scratch);
+    lt_skin_forward(layer, 1, R, beta, lv, lkp, scratch);
     expect_near(lv, v, 3 * V, TOL);
     expect_near(lkp, kp, 3 * K, TOL);
 }
@@ -157,7 +159,7 @@ START_TEST(zero_pose_is_the_template)
     double wrist[3], want[3 * V];
 
     zero_pose(R, beta);
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
     lt_hand_rest_wrist(hand, no_beta, wrist);
     for (int i = 0; i < 3 * V; i++)
         want[i] = hand->v_template[i / 3][i % 3] - wrist[i % 3];
@@ -171,7 +173,6 @@ END_TEST
 START_TEST(many_are_as_each_alone)
 {
     enum { MANY = 5 };
-    static lt_hand_scratch scratches[MANY];
     static lt_real R[MANY][9 * J], beta[MANY][B], v[MANY][3 * V], kp[MANY][3 * K], v1[3 * V], kp1[3 * K];
 
     for (int i = 0; i < MANY; i++) {
@@ -179,9 +180,9 @@ START_TEST(many_are_as_each_alone)
         for (int k = 0; k < B; k++)
             beta[i][k] += (lt_real)(0.25 * i);
     }
-    lt_hand_layer_forward(layer, MANY, R[0], beta[0], v[0], kp[0], scratches);
+    lt_skin_forward(layer, MANY, R[0], beta[0], v[0], kp[0], scratch);
     for (int i = 0; i < MANY; i++) {
-        lt_hand_layer_forward(layer, 1, R[i], beta[i], v1, kp1, &scratch);
+        lt_skin_forward(layer, 1, R[i], beta[i], v1, kp1, scratch);
         ck_assert_mem_eq(v[i], v1, sizeof(v1));
         ck_assert_mem_eq(kp[i], kp1, sizeof(kp1));
     }
@@ -192,8 +193,7 @@ END_TEST
  * bits. */
 START_TEST(a_crowd_is_as_each_alone)
 {
-    enum { CROWD = 70 };
-    static lt_hand_scratch scratches[CROWD];
+    enum { CROWD = MOST };
     static lt_real R[CROWD][9 * J], beta[CROWD][B], v[CROWD][3 * V], kp[CROWD][3 * K], v1[3 * V], kp1[3 * K];
     static double want[3 * V], want_kp[3 * K];
 
@@ -201,9 +201,9 @@ START_TEST(a_crowd_is_as_each_alone)
         sample_pose(R[i], beta[i]);
         beta[i][i % B] += (lt_real)(0.02 * i);
     }
-    lt_hand_layer_forward(layer, CROWD, R[0], beta[0], v[0], kp[0], scratches);
+    lt_skin_forward(layer, CROWD, R[0], beta[0], v[0], kp[0], scratch);
     for (int i = 0; i < CROWD; i++) {
-        lt_hand_layer_forward(layer, 1, R[i], beta[i], v1, kp1, &scratch);
+        lt_skin_forward(layer, 1, R[i], beta[i], v1, kp1, scratch);
         widen(v1, 3 * V, want);
         widen(kp1, 3 * K, want_kp);
         expect_near(v[i], want, 3 * V, 3 * TOL);
@@ -216,16 +216,15 @@ END_TEST
 START_TEST(any_instruction_set)
 {
     enum { MANY = 5 };
-    static lt_hand_scratch scratches[MANY];
     static lt_real R[MANY][9 * J], beta[MANY][B], v[2][MANY][3 * V], kp[2][MANY][3 * K];
     lt_kernels generic;
 
     for (int i = 0; i < MANY; i++)
         sample_pose(R[i], beta[i]);
     ck_assert_int_eq(lt_kernels_get(LT_ISA_GENERIC, &generic), LT_OK);
-    lt_hand_layer_forward(layer, MANY, R[0], beta[0], v[0][0], kp[0][0], scratches);
+    lt_skin_forward(layer, MANY, R[0], beta[0], v[0][0], kp[0][0], scratch);
     lt_kernels_use(&generic);
-    lt_hand_layer_forward(layer, MANY, R[0], beta[0], v[1][0], kp[1][0], scratches);
+    lt_skin_forward(layer, MANY, R[0], beta[0], v[1][0], kp[1][0], scratch);
     lt_kernels_use(NULL);
     ck_assert_mem_eq(v[0], v[1], sizeof(v[0]));
     ck_assert_mem_eq(kp[0], kp[1], sizeof(kp[0]));
@@ -251,11 +250,11 @@ START_TEST(root_rotation_is_rigid)
     sample_pose(R, beta);
     for (int i = 0; i < 9; i++)
         R[i] = i % 4 == 0;
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
     lt_rot_from_axis_angle(aa, M);
     for (int i = 0; i < 9; i++)
         R[i] = (lt_real)M[i];
-    lt_hand_layer_forward(layer, 1, R, beta, turned_v, kp, &scratch);
+    lt_skin_forward(layer, 1, R, beta, turned_v, kp, scratch);
     for (int i = 0; i < V; i++) {
         double x[3];
         widen(v + 3 * i, 3, x);
@@ -275,8 +274,8 @@ START_TEST(slope)
     sample_pose(R, beta);
     fill_real(6, gv, 3 * V);
     fill_real(7, gk, 3 * K);
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, 1, R, gv, gk, dR, dbeta, &scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
+    lt_skin_backward(layer, 1, R, gv, gk, dR, dbeta, scratch);
     for (int i = 0; i < 9 * J; i++)
         sum += hashed(8, (uint32_t)i) * dR[i];
     for (int i = 0; i < B; i++)
@@ -294,12 +293,12 @@ START_TEST(gradients_add)
     sample_pose(R, beta);
     fill_real(6, gv, 3 * V);
     fill_real(7, gk, 3 * K);
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, 1, R, gv, gk, both, both + 9 * J, &scratch);
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, 1, R, gv, NULL, each, each + 9 * J, &scratch);
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, 1, R, NULL, gk, each, each + 9 * J, &scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
+    lt_skin_backward(layer, 1, R, gv, gk, both, both + 9 * J, scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
+    lt_skin_backward(layer, 1, R, gv, NULL, each, each + 9 * J, scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
+    lt_skin_backward(layer, 1, R, NULL, gk, each, each + 9 * J, scratch);
     for (int i = 0; i < 9 * J + B; i++)
         ck_assert_double_eq_tol((double)both[i], (double)each[i], 100 * TOL);
 }
@@ -311,7 +310,7 @@ static double loss(const lt_real *R, const lt_real *beta, const lt_real *gv, con
     lt_real v[3 * V], kp[3 * K];
     double sum = 0;
 
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
     for (int i = 0; i < 3 * V; i++)
         sum += gv[i] * v[i];
     for (int i = 0; i < 3 * K; i++)
@@ -329,8 +328,8 @@ START_TEST(gradient)
     sample_pose(R, beta);
     fill_real(6, gv, 3 * V);
     fill_real(7, gk, 3 * K);
-    lt_hand_layer_forward(layer, 1, R, beta, v, kp, &scratch);
-    lt_hand_layer_backward(layer, 1, R, gv, gk, dR, dbeta, &scratch);
+    lt_skin_forward(layer, 1, R, beta, v, kp, scratch);
+    lt_skin_backward(layer, 1, R, gv, gk, dR, dbeta, scratch);
     for (int i = 0; i < 9 * J + B; i++) {
         lt_real *x = i < 9 * J ? &R[i] : &beta[i - 9 * J];
         const double got = i < 9 * J ? dR[i] : dbeta[i - 9 * J], x0 = *x;

@@ -2,30 +2,27 @@
 /* Skinning against the generic entry, bit by bit, and against plain sums: groups that no joint moves, one, all. */
 #include "tests/kernels/checkasm.h"
 
-enum { GROUPS = 4, VERTICES = GROUPS * LT_SKIN_GROUP, LD = VERTICES + 3, ROWS = LT_SKIN_FRAME };
+enum { GROUPS = 4, JOINTS = 16, VERTICES = GROUPS * LT_SKIN_GROUP, LD = VERTICES + 3, ROWS = LT_SKIN_FRAME };
 
 typedef const float (*frames)[LT_SKIN_FRAME];
 
-static void make_groups(lt_skin *g)
-{
-    static const int n[GROUPS] = { 3, 0, LT_SKIN_JOINTS, 1 };
-    float *weight = random_array(GROUPS * LT_SKIN_JOINTS * LT_SKIN_GROUP, 1);
+static int joint[JOINTS];
 
-    for (int i = 0; i < GROUPS; i++) {
-        g[i].n = n[i];
-        for (int k = 0; k < n[i]; k++) {
-            g[i].joint[k] = LT_SKIN_JOINTS - n[i] + k;
-            for (int v = 0; v < LT_SKIN_GROUP; v++)
-                g[i].weight[k][v] = weight[(i * LT_SKIN_JOINTS + k) * LT_SKIN_GROUP + v];
-        }
-    }
-    free_array(weight);
+/* The last n joints move a group. */
+static void make_groups(lt_skin_group *g, const float (*weight)[LT_SKIN_GROUP])
+{
+    static const int n[GROUPS] = { 3, 0, JOINTS, 1 };
+
+    for (int k = 0; k < JOINTS; k++)
+        joint[k] = k;
+    for (int i = 0; i < GROUPS; i++)
+        g[i] = (lt_skin_group){ n[i], joint + JOINTS - n[i], weight + i * JOINTS };
 }
 
-static void expect_plainly(const float *y, const float *t, const float *x, const lt_skin *groups, frames frame)
+static void expect_plainly(const float *y, const float *t, const float *x, const lt_skin_group *groups, frames frame)
 {
     for (int i = 0; i < VERTICES; i++) {
-        const lt_skin *g = &groups[i / LT_SKIN_GROUP];
+        const lt_skin_group *g = &groups[i / LT_SKIN_GROUP];
         double want[ROWS] = { 0 };
 
         for (int r = 0; r < ROWS; r++)
@@ -44,12 +41,13 @@ static void expect_plainly(const float *y, const float *t, const float *x, const
 static void check_vertices(const lt_kernels *k, const lt_kernels *generic, int n, bool plainly)
 {
     const size_t all = 8 * LD + VERTICES;
-    float *x = random_array(3 * VERTICES, 2), *frame = random_array(LT_SKIN_JOINTS * LT_SKIN_FRAME, 3);
+    float *x = random_array(3 * VERTICES, 2), *frame = random_array(JOINTS * LT_SKIN_FRAME, 3);
     float *want = zero_array(all), *got = zero_array(all), *want_y = zero_array(3 * (size_t)n);
     float *y = zero_array(3 * (size_t)n), *bare = zero_array(3 * (size_t)n);
-    lt_skin groups[GROUPS];
+    float *weight = random_array(GROUPS * JOINTS * LT_SKIN_GROUP, 1);
+    lt_skin_group groups[GROUPS];
 
-    make_groups(groups);
+    make_groups(groups, (const float (*)[LT_SKIN_GROUP])weight);
     generic->skin(want_y, want, LD, x, groups, n, (frames)frame);
     k->skin(y, got, LD, x, groups, n, (frames)frame);
     k->skin(bare, NULL, LD, x, groups, n, (frames)frame);
@@ -59,7 +57,7 @@ static void check_vertices(const lt_kernels *k, const lt_kernels *generic, int n
     if (plainly)
         expect_plainly(y, got, x, groups, (frames)frame);
     free_array(x), free_array(frame), free_array(want), free_array(got), free_array(y), free_array(bare);
-    free_array(want_y);
+    free_array(want_y), free_array(weight);
 }
 
 void check_skin(const lt_kernels *k, const lt_kernels *generic)

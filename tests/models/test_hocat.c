@@ -209,7 +209,7 @@ START_TEST(turning_the_wrist_turns_the_hand)
     const hocat *m = t.m.self;
     lt_tensor *R = lt_input(g, "R", LT_F32, 4, (int64_t[]){ 2, 16, 3, 3 });
     lt_tensor *beta = lt_input(g, "beta", LT_F32, 2, (int64_t[]){ 2, 10 });
-    lt_tensor *v = lt_output(lt_hand(m->mano.hand, R, beta), "v"), *k = lt_output(lt_result(v, 1), "k");
+    lt_tensor *v = lt_output(lt_skin(m->mano.hand, R, beta), "v"), *k = lt_output(lt_result(v, 1), "k");
     lt_plan *p = lt_compile(g, NULL);
     lt_real *rot = lt_plan_data(p, R), *x = lt_plan_data(p, v), *y = lt_plan_data(p, k);
 
