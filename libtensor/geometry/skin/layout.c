@@ -9,25 +9,14 @@
 
 /* ---- what is copied ------------------------------------------------------------------------------------ */
 
-/* n directions of a coordinate, ld from one to the next, as columns of those blends */
-static void lay_directions(const float *from, int n, lt_real *to, int64_t ld)
+/* n directions (V, 3, n), each of them a row of blends: a group after the other, as they are read column by column */
+static void lay_directions(const float *from, int64_t V, int64_t n, int64_t columns, lt_real *blend)
 {
-    for (int k = 0; k < n; k++)
-        to[k * ld] = from[k];
-}
-
-static void lay_blends(const lt_rig *rig, int P, int64_t columns, lt_real *blend)
-{
-    for (int64_t i = 0; i < rig->V; i++)
-        for (int a = 0; a < 3; a++) {
-            const int64_t row = 3 * i + a;
-            lt_real *to = blend + (i / GROUP * 3 + a) * GROUP + i % GROUP;
-
-            to[0] = rig->v_template[row];
-            lay_directions(rig->shapedirs + row * rig->S, rig->S, to + columns, columns);
-            if (P)
-                lay_directions(rig->posedirs + row * P, P, to + (1 + rig->S) * columns, columns);
-        }
+    for (int64_t g = 0; g < columns / COLUMNS; g++)
+        for (int64_t k = 0; k < n; k++)
+            for (int64_t lane = 0; lane < lt_min_i64(GROUP, V - g * GROUP); lane++)
+                for (int a = 0; a < 3; a++)
+                    blend[k * columns + (3 * g + a) * GROUP + lane] = from[((g * GROUP + lane) * 3 + a) * n + k];
 }
 
 static void lay_weights(const lt_rig *rig, int64_t padded, lt_real *weight)
@@ -181,7 +170,9 @@ static bool lay_tables(lt_arena *arena, const lt_rig *rig, lt_skin_layer *layer)
     t->parents = copy(arena, rig->parents, (size_t)t->J, sizeof(*t->parents));
     if (!blend || !weight || !rest || !rest_shape || !t->parents)
         return false;
-    lay_blends(rig, t->P, layer->columns, blend);
+    lay_directions(rig->v_template, t->V, 1, layer->columns, blend);
+    lay_directions(rig->shapedirs, t->V, t->S, layer->columns, blend + layer->columns);
+    lay_directions(rig->posedirs, t->V, t->P, layer->columns, blend + (1 + t->S) * layer->columns);
     lay_weights(rig, t->padded, weight);
     for (int j = 0; j < t->J; j++)
         lay_joint(rig, j, rest, rest_shape);
