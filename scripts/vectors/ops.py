@@ -594,6 +594,155 @@ def heatmap_loss(s):
     s.case("margin", loss(6, 7, 2), clear(3, 4, 42), places, positive(3), const=(1, 2))
 
 
+def moved(x, T):
+    return (T[:, :, :3] @ x[:, :, None])[:, :, 0] + T[:, :, 3]
+
+
+def transform_points(s):
+    s.case("each", moved, clear(7, 3), clear(7, 3, 4))
+    s.case("shared", moved, clear(5, 3), clear(1, 3, 4))
+    s.case("constant", moved, clear(3, 3), clear(3, 3, 4), const=(1,))
+    s.case("one", moved, clear(1, 3), clear(1, 3, 4))
+    s.case("empty", moved, clear(0, 3), clear(1, 3, 4))
+
+
+def transform_back(s):
+    fn = lambda x, T: (T[:, :, :3].transpose(1, 2) @ x[:, :, None])[:, :, 0]
+    s.case("each", fn, clear(7, 3), clear(7, 3, 4))
+    s.case("shared", fn, clear(5, 3), clear(1, 3, 4))
+    s.case("empty", fn, clear(0, 3), clear(1, 3, 4))
+
+
+def blend_transforms(s):
+    fn = lambda w, T: torch.einsum("nb,bij->nij", w, T)
+    s.case("field", fn, clear(9, 5), clear(5, 3, 4))
+    s.case("constant", fn, clear(4, 2), clear(2, 3, 4), const=(1,))
+    s.case("empty", fn, clear(0, 2), clear(2, 3, 4))
+
+
+def left(q):
+    """The matrix of r -> q r"""
+    w, x, y, z = q.unbind(-1)
+    rows = (w, -x, -y, -z), (x, w, -z, y), (y, z, w, -x), (z, -y, x, w)
+    return torch.stack([torch.stack(r, -1) for r in rows], -2)
+
+
+def rotation_of(q):
+    """v -> u v conj(u), of unit vectors v, as products of quaternions"""
+    u = q / q.norm(dim=-1, keepdim=True)
+    conj = u * torch.tensor([1., -1, -1, -1], dtype=q.dtype)
+    v = F.pad(torch.eye(3, dtype=q.dtype), (1, 0)).T                    # a column each
+    product = left(u) @ torch.stack([(left(v[:, k]) @ conj[..., None])[..., 0] for k in range(3)], -1)
+    return product[..., 1:, :]
+
+
+def splat_axes(s):
+    fn = lambda scale, q, T: T[:, :, :3] @ rotation_of(q) @ torch.diag_embed(torch.exp(scale))
+    s.case("each", fn, clear(7, 3), clear(7, 4), clear(7, 3, 4))
+    s.case("shared", fn, clear(5, 3), clear(5, 4), clear(1, 3, 4))
+    s.case("constant", fn, clear(3, 3), clear(3, 4), clear(3, 3, 4), const=(2,))
+    s.case("empty", fn, clear(0, 3), clear(0, 4), clear(1, 3, 4))
+
+
+def splat_covariance(s):
+    upper = torch.triu_indices(3, 3)
+    fn = lambda M: (M @ M.transpose(1, 2))[:, upper[0], upper[1]]
+    s.case("some", fn, clear(7, 3, 3))
+    s.case("empty", fn, clear(0, 3, 3))
+
+
+def quaternion_turn(s):
+    def fn(q, d):
+        return (left(torch.cat([torch.ones_like(d[:, :1]), d[:, 1:]], 1)) @ q[:, :, None])[:, :, 0]
+    s.case("some", fn, clear(7, 4), clear(7, 4))
+    s.case("empty", fn, clear(0, 4), clear(0, 4))
+
+
+def harmonics(d):
+    """The basis of 3DGS at unit directions: real spherical harmonics, with the signs (-1)^m and y, z, x its order"""
+    x, y, z = d.unbind(-1)
+    one, pi = torch.ones_like(x), math.pi
+    k1, k2, k3 = math.sqrt(3 / (4 * pi)), math.sqrt(15 / pi) / 2, math.sqrt(7 / pi) / 4
+    return torch.stack([
+        one * math.sqrt(1 / (4 * pi)), -k1 * y, k1 * z, -k1 * x,
+        k2 * x * y, -k2 * y * z, math.sqrt(5 / pi) / 4 * (3 * z * z - 1), -k2 * x * z, k2 / 2 * (x * x - y * y),
+        -k3 * math.sqrt(2.5) * y * (3 * x * x - y * y), k3 * math.sqrt(60) * x * y * z,
+        -k3 * math.sqrt(1.5) * y * (5 * z * z - 1), k3 * z * (5 * z * z - 3), -k3 * math.sqrt(1.5) * x * (5 * z * z - 1),
+        k3 * math.sqrt(15) * z * (x * x - y * y), -k3 * math.sqrt(2.5) * x * (x * x - 3 * y * y)], -1)
+
+
+def check_harmonics():
+    """Against SciPy's complex ones: sqrt 2 times the real or imaginary part, which have Condon and Shortley's sign"""
+    from scipy.special import sph_harm
+    d = F.normalize(torch.tensor(clear(50, 3).astype(np.float64)), dim=-1)
+    x, y, z = d.numpy().T
+    azimuth, polar = np.arctan2(y, x), np.arccos(z)
+    want = []
+    for l in range(4):
+        for m in range(-l, l + 1):
+            part = sph_harm(abs(m), l, azimuth, polar)
+            want.append(part.real if m == 0 else math.sqrt(2) * (part.imag if m < 0 else part.real))
+    assert np.allclose(harmonics(d).numpy(), np.array(want).T, atol=1e-12)
+
+
+def sh_colour(s):
+    check_harmonics()
+
+    def of_degree(degree):
+        n = (min(max(degree, 0), 3) + 1) ** 2
+
+        def fn(sh, v):
+            b = harmonics(v / v.norm(dim=-1, keepdim=True))
+            return torch.relu(0.5 + torch.einsum("nk,nkc->nc", b[:, :n], sh[:, :n]))
+        return fn
+
+    s.case("three", of_degree(3), clear(9, 16, 3), clear(9, 3))
+    s.case("two", of_degree(2), clear(5, 16, 3), clear(5, 3))
+    s.case("one", of_degree(1), clear(5, 16, 3), clear(5, 3))
+    s.case("zero", of_degree(0), clear(5, 16, 3), clear(5, 3))
+    s.case("negative", of_degree(-1), clear(2, 16, 3), clear(2, 3))
+    s.case("nine", of_degree(9), clear(2, 16, 3), clear(2, 3))
+    s.case("given", of_degree(3), clear(4, 16, 3), clear(4, 3), const=(1,))
+    s.case("empty", of_degree(3), clear(0, 16, 3), clear(0, 3))
+
+
+def nearest_rotation(s):
+    def fn(X, otherwise):
+        def one(x, other):
+            U, _, Vh = torch.linalg.svd(x)
+            return U @ Vh if torch.linalg.det(x) > 0 else other + 0 * x
+        flat = [one(x, o) for x, o in zip(X.reshape(-1, 3, 3), otherwise.reshape(-1, 3, 3))]
+        return torch.stack(flat).reshape(X.shape) if flat else 0 * X
+
+    near = lambda *shape: (np.eye(3) + .3 * clear(*shape)).astype(np.float32)
+    s.case("some", fn, near(6, 3, 3), near(6, 3, 3), const=(1,))
+    s.case("one", fn, near(3, 3), near(3, 3), const=(1,))
+    mirrored = near(1, 2, 3, 3)
+    mirrored[0, 1, 0] *= -1
+    s.case("mirrored", fn, mirrored, near(1, 2, 3, 3), const=(1,))
+    s.case("empty", fn, near(0, 3, 3), near(0, 3, 3), const=(1,))
+
+
+def isometry_loss(s):
+    def loss(K, hole):
+        def fn(a, b=None):
+            n = len(a)
+            i, j = torch.tensor([(i, (i + 2 * k + 1) % n) for i in range(n) for k in range(K) if i % hole]
+                                ).reshape(-1, 2).long().T
+            b = a if b is None else b
+            d = (a[i] - a[j]).norm(dim=1) - (b[i] - b[j]).norm(dim=1)
+            return d.abs().mean() if len(i) else 0 * (a.sum() + b.sum())
+        return fn
+
+    s.case("centres", loss(4, 1 << 20), clear(11, 3), clear(11, 3))
+    s.case("covariances", loss(4, 1 << 20), clear(11, 6), clear(11, 6))
+    s.case("before", loss(4, 1 << 20), clear(11, 3), clear(11, 3), const=(0,))
+    s.case("holes", loss(3, 3), clear(10, 3), clear(10, 3))
+    s.case("none", loss(2, 1), clear(5, 3), clear(5, 3))
+    s.case("itself", loss(2, 99), clear(7, 3))
+    s.case("empty", loss(4, 1 << 20), clear(0, 3), clear(0, 3))
+
+
 SUITES = {
     "add": binary(torch.add), "sub": binary(torch.sub), "mul": binary(torch.mul), "scale": scale,
     "leaky_relu": leaky_relu, "sigmoid": unary(torch.sigmoid, True), "tanh": unary(torch.tanh, True),
@@ -604,7 +753,10 @@ SUITES = {
     "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,
     "conv2d_within": conv2d_within, "window_means": window_means,
     "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm, "batch_norm": batch_norm,
-    "channel_affine": channel_affine, "rot6d": rot6d, "skin": skin, "mse_loss": loss(torch.square),
+    "channel_affine": channel_affine, "rot6d": rot6d, "skin": skin, "blend_transforms": blend_transforms,
+    "transform_points": transform_points, "transform_back": transform_back, "splat_axes": splat_axes,
+    "splat_covariance": splat_covariance, "quaternion_turn": quaternion_turn, "sh_colour": sh_colour,
+    "nearest_rotation": nearest_rotation, "isometry_loss": isometry_loss, "mse_loss": loss(torch.square),
     "l1_loss": loss(torch.abs), "sum": sum_, "confidence_target": confidence_target,
     "cross_entropy": cross_entropy, "heatmap_loss": heatmap_loss,
 }

@@ -10,10 +10,11 @@
 #include <string.h>
 
 /* Parts of a loss, which a model at work has none of, what leaves out cells that no box reads, which a model is exported
- * without, and rows of a parameter that grows. */
+ * without, rows of a parameter that grows, and Gaussians, which ONNX cannot draw. */
 static const char *const without[] = {
     "mse_loss", "l1_loss", "cross_entropy", "sum", "confidence_target", "heatmap_loss", "conv2d_within",
-    "window_means", "rows",
+    "window_means", "rows", "transform_points", "transform_back", "splat_axes", "splat_covariance", "quaternion_turn",
+    "sh_colour", "nearest_rotation", "isometry_loss",
 };
 
 static bool may_be_without(const op_suite *s)
