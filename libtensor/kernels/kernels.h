@@ -119,6 +119,16 @@ typedef struct {
     const lt_real (*weight)[LT_SKIN_GROUP];     /* (n) */
 } lt_skin_group;
 
+/* One grid of a hash grid: a place in [0, 1] is in cell x scale + 0.5, rounded down. Corners have `entries` entries: a
+ * power of two that they are hashed to, or, in their order with x first, side * side * side of them and some more. */
+typedef struct {
+    lt_real scale;
+    uint32_t side, entries;
+    bool hashed;
+} lt_hash_level;
+
+enum { LT_POINTS = 16 };        /* planes of points are multiples of it long */
+
 /* What attention reads of a head, each packed in the order that the instruction set's kernels want: queries, keys and
  * values, or for gradients these and the gradients of results. Rows may be packed in parts of LT_ATTEND_UNIT. */
 typedef enum { LT_ATTEND_Q, LT_ATTEND_K, LT_ATTEND_V, LT_ATTEND_DY } lt_attend_part;
@@ -359,6 +369,22 @@ typedef struct lt_kernels {
     void (*skin)(lt_real *y, lt_real *t, int64_t ld, const lt_real *x, const lt_skin_group *groups, int64_t n,
                  const lt_real (*frame)[LT_SKIN_FRAME]);
 
+    /* Of points that are planes of their x, y and z, ld apart, where ld is a multiple of LT_POINTS and whatever is no
+     * point is NaN; p is a place, and squared distances are fma(dz, dz, fma(dy, dy, dx dx)).
+     * farthest_point: d[i] = the smaller of d[i] and the squared distance of point i, for i < ld; returns where the
+     * largest d is, the first of equal ones. No d is NaN;
+     * nearest_point: returns the first of the nearest points, 0 for none, and its squared distance, infinite for none;
+     * points_within: index = the first `room` points, in their order, whose squared distance is at most r2; returns how
+     * many there are. */
+    int64_t (*farthest_point)(lt_real *d, const lt_real *x, int64_t ld, const lt_real p[3]);
+    int64_t (*nearest_point)(lt_real *least, const lt_real *x, int64_t ld, const lt_real p[3]);
+    int64_t (*points_within)(int32_t *index, int64_t room, const lt_real *x, int64_t ld, const lt_real p[3],
+                             lt_real r2);
+
+    /* largest_of_rows: y[r] = the largest of row r of n, its first place to where[r] unless that is NULL; the first NaN
+     * wins. n at least 1. */
+    void (*largest_of_rows)(lt_real *y, int32_t *where, const lt_real *x, int64_t n, int64_t rows);
+
     /* combine: y[i] = or += the sum over k < count of w[k] * x[k * ld + i], i < n, in the order of k;
      * combine_columns: n rows of y = or += what c says of rows of x, of which 2 * LT_COLUMNS from each base on are
      * there;
@@ -388,6 +414,11 @@ typedef struct lt_kernels {
     void (*sample_spread)(lt_real *dx, const lt_real *dy, int64_t ldy, const lt_samples *s);
     void (*sample_dots)(lt_real *g, const lt_real *dy, int64_t ldy, const lt_samples *s);
     void (*softmax_down)(lt_real *y, int64_t stride, int64_t rows, size_t n);
+
+    /* hash_corners: at[c * stride + i] and weight[c * stride + i], c < 8, are the entries of the corners around place i of
+     * x (n, 3), cut off at 0 and 1, and what they weigh. Bit 0 of c goes along x. */
+    void (*hash_corners)(int32_t *at, lt_real *weight, int64_t stride, const lt_real *x, const lt_hash_level *l,
+                         size_t n);
 
     /* ---- one plane ---------------------------------------------------------------------------- */
     /* maxpool: a k x k window every `step` positions, `pad` (< k) of nothing around the h x w plane;

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* mse_loss: y = mean of (a - b)^2; l1_loss: y = mean of |a - b|; cross_entropy: y = mean over rows of
+/* mse_loss: y = mean of (a - b)^2; l1_loss: y = mean of |a - b|; smooth_l1_loss: y = mean of (a - b)^2 / 2 where
+ * |a - b| < 1, |a - b| - 1/2 elsewhere; cross_entropy: y = mean over rows of
  * -sum_c b_c log softmax(a)_c; each sample of dimension 0 weighed.
  *   y = sum_s w_s f_s / (E sum_s w_s), f_s the sum over the E elements (cross_entropy: rows) of sample s
  *   mse            da += dy 2 (a - b) w_s / (E sum w)         db the negative
  *   l1             da += dy sign(a - b) w_s / (E sum w)       db the negative; 0 where a = b
+ *   smooth_l1      da += dy (a - b cut off at -1 and 1) w_s / (E sum w)         db the negative
  *   cross_entropy  da += dy (softmax(a) sum_c b_c - b) w_s / (E sum w)
  *                  db -= dy log softmax(a) w_s / (E sum w)
  *
@@ -82,6 +84,19 @@ static void l1_sample(const lt_call *c, int64_t s)
     ((double *)c->work)[s] = sum;
 }
 
+static void smooth_l1_sample(const lt_call *c, int64_t s)
+{
+    const lt_real *a = sample(c, A, s), *b = sample(c, B, s);
+    double sum = 0;
+
+    for (int64_t i = 0; i < elements_of(c); i++) {
+        const double d = fabs((double)a[i] - b[i]);
+
+        sum += d < 1 ? d * d / 2 : d - 0.5;
+    }
+    ((double *)c->work)[s] = sum;
+}
+
 /* A sample of weight 0 stays out, whatever it holds. */
 static void run_forward(const lt_call *c, int64_t terms, op_row_fn fn)
 {
@@ -97,6 +112,7 @@ static void run_forward(const lt_call *c, int64_t terms, op_row_fn fn)
 
 static void mse_forward(const lt_call *c) { run_forward(c, elements_of(c), mse_sample); }
 static void l1_forward(const lt_call *c) { run_forward(c, elements_of(c), l1_sample); }
+static void smooth_l1_forward(const lt_call *c) { run_forward(c, elements_of(c), smooth_l1_sample); }
 
 /* What one term's gradient is multiplied with; 0 for a sample that stays out. */
 static lt_real factor(const lt_call *c, int64_t s)
@@ -130,6 +146,17 @@ static void l1_grad_sample(const lt_call *c, int64_t s)
         give(c, s * elements_of(c) + i, f * (lt_real)((a[i] > b[i]) - (a[i] < b[i])));
 }
 
+static void smooth_l1_grad_sample(const lt_call *c, int64_t s)
+{
+    const lt_real *a = sample(c, A, s), *b = sample(c, B, s), f = factor(c, s);
+
+    for (int64_t i = 0; f != 0 && i < elements_of(c); i++) {
+        const lt_real d = a[i] - b[i];
+
+        give(c, s * elements_of(c) + i, f * (d > 1 ? 1 : d < -1 ? -1 : d));
+    }
+}
+
 static void run_backward(const lt_call *c, int64_t terms, int64_t rows, int64_t row_cost, op_row_fn fn)
 {
     *(double *)c->work = total_weight(c, terms);
@@ -144,6 +171,11 @@ static void mse_backward(const lt_call *c)
 static void l1_backward(const lt_call *c)
 {
     run_backward(c, elements_of(c), samples_of(c), elements_of(c), l1_grad_sample);
+}
+
+static void smooth_l1_backward(const lt_call *c)
+{
+    run_backward(c, elements_of(c), samples_of(c), elements_of(c), smooth_l1_grad_sample);
 }
 
 /* ---- cross entropy: a are logits, b what their softmax should be ---- */
@@ -253,6 +285,11 @@ static const lt_op l1_loss_op = {
     .forward = l1_forward, .backward = l1_backward,
 };
 
+static const lt_op smooth_l1_loss_op = {
+    .name = "smooth_l1_loss", .optional = LT_OPTIONAL_IN(WEIGHT), .infer = infer, .plan = plan,
+    .forward = smooth_l1_forward, .backward = smooth_l1_backward,
+};
+
 static const lt_op cross_entropy_op = {
     .name = "cross_entropy", .optional = LT_OPTIONAL_IN(WEIGHT), .infer = entropy_infer, .plan = entropy_plan,
     .forward = entropy_forward, .backward = entropy_backward,
@@ -266,6 +303,11 @@ lt_tensor *(lt_mse_loss)(lt_tensor *a, lt_tensor *b, lt_tensor *weight)
 lt_tensor *(lt_l1_loss)(lt_tensor *a, lt_tensor *b, lt_tensor *weight)
 {
     return lt_apply(&l1_loss_op, NULL, 0, (lt_tensor *[]){ a, b, weight }, 3);
+}
+
+lt_tensor *(lt_smooth_l1_loss)(lt_tensor *a, lt_tensor *b, lt_tensor *weight)
+{
+    return lt_apply(&smooth_l1_loss_op, NULL, 0, (lt_tensor *[]){ a, b, weight }, 3);
 }
 
 lt_tensor *(lt_cross_entropy)(lt_tensor *logits, lt_tensor *target, lt_tensor *weight)

@@ -225,6 +225,92 @@ LT_API lt_tensor *lt_grid_sample(lt_tensor *x, lt_tensor *grid);
  * u = sum h * (col + 0.5) / W, v likewise, in [0, 1] */
 LT_API lt_tensor *lt_soft_argmax2d(lt_tensor *heat);
 
+/**
+ * lt_sample_rows - bilinear samples of a map whose cells are rows, 0 outside it
+ *
+ *   map      (B, h * w, C)
+ *   place    (B, N, 2)       column and row; a cell's centre is a whole number
+ *   returns  (B, N, C)
+ *
+ * The gradient reaches the map; places are constants. Errors: shapes that do not fit h x w.
+ */
+LT_API lt_tensor *lt_sample_rows(lt_tensor *map, lt_tensor *place, int h, int w);
+
+/* ---- points in space (B, N, 3); indices are LT_I32 -------------------------------------------------------- */
+
+/**
+ * lt_farthest_point_sampling - n points that cover all of them: each is the one farthest from those before it
+ *
+ *   start    (B), LT_I32     the first one; NULL, and another than 0 .. N - 1, count as 0
+ *   returns  (B, n), LT_I32  of points that are equally far the one with the lower index
+ *
+ * No gradient. A point that is not finite is never chosen but as the start; where all have been chosen, the first goes
+ * on. Errors: points not (B, N, 3), none of them; a start that does not fit; n below 1.
+ * Source: Qi et al. 2017, "PointNet++", section 3.2.
+ */
+LT_API lt_tensor *lt_farthest_point_sampling(lt_tensor *points, lt_tensor *start, int64_t n);
+
+/**
+ * lt_ball_query - for each centre (B, M, 3) the first n points within a radius
+ *
+ * Returns (B, M, n), LT_I32, ascending; fewer than n are followed by the first again; -1 everywhere where none is. A
+ * point at the radius is within. No gradient.
+ * Errors: points or centres not (B, N, 3), of other batches; n below 1, a radius not above 0. Source: as above.
+ */
+LT_API lt_tensor *lt_ball_query(lt_tensor *points, lt_tensor *centres, double radius, int64_t n);
+
+/**
+ * lt_nearest - how far each of `points` (B, N, 3) is from the nearest of `others` (B, M, 3)
+ *
+ * Returns (B, N); lt_result(.., 1) is which one that is, (B, N), LT_I32, the first of equals. Gradients reach both, but
+ * where the distance is 0. Others that are not finite do not count; infinite where none is left.
+ * Errors: shapes other than these, of other batches.
+ */
+LT_API lt_tensor *lt_nearest(lt_tensor *points, lt_tensor *others);
+
+/* lt_unit_sphere - points (B, N, 3) about their mean, the farthest at distance 1, of the first count (B), LT_I32, or
+ * NULL: of all. No gradient. Where all of them are in one place they are not divided. Errors: other shapes. */
+LT_API lt_tensor *lt_unit_sphere(lt_tensor *points, lt_tensor *count);
+
+/* lt_gather - rows of x (B, N, ...) by index (B, ...), LT_I32, each set's from its own: (B, ..., ...). Zeros for
+ * rows that x does not have. Errors: an index of another batch or type; more than LT_MAX_RANK dimensions. */
+LT_API lt_tensor *lt_gather(lt_tensor *x, lt_tensor *index);
+
+/**
+ * lt_group - what is known of the points around each centre, as maps
+ *
+ *   x        (B, C, N)              of points
+ *   centre   (B, C, M) or NULL      of centres, taken off
+ *   index    (B, M, K), LT_I32      which points are around them
+ *   returns  (B, C, M, K)           x[b, c, index[b, m, k]] - centre[b, c, m]; x counts as 0 where it has no such point
+ *
+ * Errors: shapes that do not fit.
+ */
+LT_API lt_tensor *lt_group(lt_tensor *x, lt_tensor *centre, lt_tensor *index);
+
+typedef struct {
+    int levels;                     /* grids; base and finest: cells along a side of the first and the last */
+    int base, finest;
+    int log2_size;                  /* a grid with more than 2^log2_size corners has them hashed */
+} lt_hash_grid_opts;
+
+/**
+ * lt_hash_grid - features of places from grids of many resolutions
+ *
+ *   x        (..., 3)               places in [0, 1], cut off there
+ *   table    (entries, F)           lt_hash_grid_entries(opts) of them, grid after grid
+ *   returns  (..., levels * F)      of each grid the trilinear mean of its cell's corners
+ *
+ * The gradient reaches the table; x is a constant. Errors: shapes that do not fit; opts out of range.
+ * Source: Mueller et al. 2022, "Instant neural graphics primitives with a multiresolution hash encoding", section 3.
+ */
+LT_API lt_tensor *lt_hash_grid(lt_tensor *x, lt_tensor *table, const lt_hash_grid_opts *opts);
+LT_API int64_t lt_hash_grid_entries(const lt_hash_grid_opts *opts);
+
+/* lt_one_blob - each number of x (..., D) in [0, 1] as a bump over `bins` bins: (..., D * bins). Errors: bins not in 2
+ * .. 1024. Source: Mueller et al. 2019, "Neural importance sampling"; the quartic kernel of NVlabs/tiny-cuda-nn. */
+LT_API lt_tensor *lt_one_blob(lt_tensor *x, int bins);
+
 /* ---- normalisation ----------------------------------------------------------------------------------- */
 
 /* lt_softmax - over the last dimension; a row with NaN, +inf or nothing but -inf becomes NaN */
@@ -285,6 +371,13 @@ LT_API lt_tensor *lt_l1_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);
  */
 LT_API lt_tensor *lt_cross_entropy(lt_tensor *logits, lt_tensor *target, lt_tensor *weight);
 
+/* lt_smooth_l1_loss - the mean of d^2 / 2 where |d| < 1 and |d| - 1/2 elsewhere, d = a - b; the rest as lt_mse_loss.
+ * Source: Girshick 2015, "Fast R-CNN", equation 3. */
+LT_API lt_tensor *lt_smooth_l1_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);
+
+/* lt_max - the largest along the last dimension; the first of equals gets the gradient. Errors: it is empty. */
+LT_API lt_tensor *lt_max(lt_tensor *x);
+
 /* lt_sum - of all elements: one number */
 LT_API lt_tensor *lt_sum(lt_tensor *x);
 
@@ -335,6 +428,17 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_l1_loss(...) LT_HERE(lt_l1_loss(__VA_ARGS__))
 #define lt_cross_entropy(...) LT_HERE(lt_cross_entropy(__VA_ARGS__))
 #define lt_sum(...) LT_HERE(lt_sum(__VA_ARGS__))
+#define lt_smooth_l1_loss(...) LT_HERE(lt_smooth_l1_loss(__VA_ARGS__))
+#define lt_max(...) LT_HERE(lt_max(__VA_ARGS__))
+#define lt_sample_rows(...) LT_HERE(lt_sample_rows(__VA_ARGS__))
+#define lt_farthest_point_sampling(...) LT_HERE(lt_farthest_point_sampling(__VA_ARGS__))
+#define lt_ball_query(...) LT_HERE(lt_ball_query(__VA_ARGS__))
+#define lt_nearest(...) LT_HERE(lt_nearest(__VA_ARGS__))
+#define lt_unit_sphere(...) LT_HERE(lt_unit_sphere(__VA_ARGS__))
+#define lt_gather(...) LT_HERE(lt_gather(__VA_ARGS__))
+#define lt_group(...) LT_HERE(lt_group(__VA_ARGS__))
+#define lt_hash_grid(...) LT_HERE(lt_hash_grid(__VA_ARGS__))
+#define lt_one_blob(...) LT_HERE(lt_one_blob(__VA_ARGS__))
 
 #ifdef __cplusplus
 }

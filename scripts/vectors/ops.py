@@ -741,6 +741,174 @@ def isometry_loss(s):
     s.case("none", loss(2, 1), clear(5, 3), clear(5, 3))
     s.case("itself", loss(2, 99), clear(7, 3))
     s.case("empty", loss(4, 1 << 20), clear(0, 3), clear(0, 3))
+def lattice():
+    i = np.arange(64)
+    return np.stack((i & 3, i >> 2 & 3, i >> 4 & 3), 1)[None].astype(np.float32)
+
+
+def farthest(points, start, n):
+    """Indices of one set's points (N, 3), in float64"""
+    distance, at, out = np.full(len(points), np.inf), start, []
+    for _ in range(n):
+        out.append(at)
+        distance = np.minimum(distance, ((points - points[at]) ** 2).sum(1))
+        at = int(distance.argmax())
+    return out
+
+
+def farthest_point_sampling(s):
+    def case(name, start, n, points):
+        fn = lambda x, p: torch.stack([r[farthest(q.numpy(), i, n)] for r, q, i in zip(x, p, start)])
+        s.case(name, fn, clear(*points.shape[:2], 2), points, const=(1,))
+    case("some", (3, 0, 7), 5, clear(3, 37, 3))
+    case("all", (1,), 19, clear(1, 19, 3))
+    case("one", (0,), 1, clear(1, 1, 3))
+    case("outside", (0, 0), 3, clear(2, 16, 3))
+    case("no_start", (0, 0), 3, clear(2, 11, 3))
+    case("more", (1,), 6, clear(1, 4, 3))
+    case("lattice", (3,), 5, lattice())
+
+
+def ball_query(s):
+    def near(points, centre, radius, n):
+        found = [i for i, p in enumerate(points) if ((p - centre) ** 2).sum() <= radius ** 2][:n]
+        return found + found[:1] * (n - len(found))
+
+    def case(name, radius, n, points, centres):
+        def rows(r, p, centre):
+            index = near(p.numpy(), centre.numpy(), radius, n)
+            return r[index] if index else torch.zeros(n, 2, dtype=r.dtype)
+        fn = lambda x, p, c: torch.stack([torch.stack([rows(r, q, d) for d in ds]) for r, q, ds in zip(x, p, c)])
+        s.case(name, fn, clear(*points.shape[:2], 2), points, centres, const=(1, 2))
+    case("some", .9, 7, clear(2, 53, 3), clear(2, 11, 3))
+    case("many", 5, 3, clear(1, 17, 3), clear(1, 5, 3))
+    case("one", .9, 7, clear(1, 1, 3), clear(1, 1, 3))
+    case("lattice", 1, 8, lattice(), lattice())
+
+
+def nearest(s):
+    distance = lambda a, b: torch.linalg.norm(a[:, :, None] - b[:, None], dim=-1).amin(2)
+
+    def which(a, b):
+        j = torch.linalg.norm(a[:, :, None] - b[:, None], dim=-1).argmin(2)
+        return torch.stack([p[i] for p, i in zip(b, j)])
+    s.case("distance", distance, clear(2, 7, 3), clear(2, 37, 3))
+    s.case("to_constants", distance, clear(1, 5, 3), clear(1, 16, 3), const=(1,))
+    s.case("of_constants", distance, clear(1, 40, 3), clear(1, 3, 3), const=(0,))
+    s.case("which", which, clear(2, 9, 3), clear(2, 19, 3), const=(0,))
+    s.case("one", distance, clear(1, 1, 3), clear(1, 1, 3))
+
+
+def unit_sphere(s):
+    def fn(*count):
+        def one(p, n):
+            mean = p[:n].mean(0)
+            radius = torch.linalg.norm(p[:n] - mean, dim=1).max()
+            return (p - mean) / (radius if radius > 0 else 1)
+        return lambda x, p: x * torch.stack([one(q, n) for q, n in zip(p, count)])
+    s.case("all", fn(9, 9), clear(2, 9, 3), clear(2, 9, 3), const=(1,))
+    s.case("first", fn(5, 99), clear(2, 8, 3), clear(2, 8, 3), const=(1,))
+    s.case("one", fn(1), clear(1, 1, 3), clear(1, 1, 3), const=(1,))
+
+
+def index_of(*shape):
+    """-1 and 7 are no rows of 7"""
+    i = np.arange(int(np.prod(shape)))
+    return torch.tensor(np.where(i % 11 == 9, -1, np.where(i % 11 == 10, 7, 3 * i % 7)).reshape(shape))
+
+
+def take(x, index):
+    rows = torch.cat((x, torch.zeros_like(x[:, :1])), 1)
+    index = torch.where((index < 0) | (index > 6), 7, index)
+    return torch.stack([r[i] for r, i in zip(rows, index)])
+
+
+def gather(s):
+    s.case("flat", lambda x: take(x, index_of(2, 23)), clear(2, 7, 5))
+    s.case("grouped", lambda x: take(x, index_of(2, 4, 5)), clear(2, 7, 3))
+    s.case("numbers", lambda x: take(x, index_of(3, 9)), clear(3, 7))
+
+
+def group(s):
+    def fn(x, centre=None):
+        y = take(x.transpose(1, 2), index_of(2, 4, 5)).permute(0, 3, 1, 2)
+        return y if centre is None else y - centre[..., None]
+    s.case("around", fn, clear(2, 3, 7), clear(2, 3, 4))
+    s.case("no_centre", fn, clear(2, 6, 7))
+
+
+def hash_grid(s):
+    def level(x, table, scale, side, hashed):
+        at = x.clamp(0, 1) * scale + .5
+        cell = at.floor()
+        way, cell, out = at - cell, cell.long(), 0
+        for c in range(8):
+            bit = torch.tensor([c & 1, c >> 1 & 1, c >> 2])
+            k = cell + bit
+            if hashed:
+                mixed = k * torch.tensor([1, 2654435761, 805459861]) % 2 ** 32
+                entry = (mixed[..., 0] ^ mixed[..., 1] ^ mixed[..., 2]) % len(table)
+            else:
+                entry = (k * torch.tensor([1, side, side * side])).sum(-1) % len(table)
+            weight = torch.where(bit == 1, way, 1 - way).prod(-1)
+            out = out + weight[..., None] * table[entry]
+        return out
+
+    def fn(levels, base, finest, log2_size):
+        def run(x, table):
+            outs, first = [], 0
+            for l in range(levels):
+                scale = base * (finest / base) ** (l / (levels - 1)) - 1
+                side = math.ceil(round(scale, 9)) + 1
+                hashed = (side ** 3 + 7) // 8 * 8 > 2 ** log2_size
+                n = 2 ** log2_size if hashed else (side ** 3 + 7) // 8 * 8
+                outs.append(level(x, table[first:first + n], scale, side, hashed))
+                first += n
+            assert first == len(table)
+            return torch.cat(outs, -1)
+        return run
+
+    place = lambda *shape: rng.uniform(-.1, 1.1, shape).astype(np.float32)
+    s.case("grids", fn(3, 4, 16, 8), place(2, 9, 3), clear(576, 2), const=(0,))
+    s.case("dense", fn(2, 2, 3, 6), place(5, 3), clear(40, 1), const=(0,))
+    s.case("one", fn(2, 2, 3, 6), place(3), clear(40, 3), const=(0,))
+    s.case("halves", fn(2, 2, 4, 5), place(7, 3), clear(40, 2), const=(0,))
+
+
+def one_blob(s):
+    def fn(bins):
+        def c(t):
+            u = (bins * t).clamp(-1, 1)
+            return .5 + 15 / 16 * u * (1 - 2 * u ** 2 / 3 + u ** 4 / 5)
+
+        def run(x):
+            edge = torch.arange(bins + 1, dtype=x.dtype) / bins - x[..., None]
+            total = c(edge - 1) + c(edge) + c(edge + 1)
+            return (total[..., 1:] - total[..., :-1]).flatten(-2)
+        return run
+
+    inside = lambda *shape: rng.uniform(.01, .99, shape).astype(np.float32)
+    s.case("eight", fn(8), inside(7, 3))
+    s.case("sixteen", fn(16), inside(7, 3), const=(0,))
+    s.case("three", fn(3), inside(2, 3, 5))
+
+
+def sample_rows(s):
+    def fn(x, place):
+        B, _, C = x.shape
+        grid = (2 * place + 1) / torch.tensor([4., 3.], dtype=x.dtype) - 1
+        maps = x.transpose(1, 2).reshape(B, C, 3, 4)
+        return F.grid_sample(maps, grid[:, None], align_corners=False)[:, :, 0].transpose(1, 2)
+
+    place = lambda *shape: rng.uniform(-1.5, 4.5, shape).astype(np.float32)
+    s.case("rows", fn, clear(2, 12, 5), place(2, 7, 2), const=(1,))
+    s.case("channels", fn, clear(1, 12, 67), place(1, 3, 2), const=(1,))
+
+
+def max_(s):
+    fn = lambda x: x.amax(-1)
+    for name, shape in (("rows", (3, 67)), ("maps", (2, 3, 5, 32)), ("short", (9, 5)), ("one", (1, 1)), ("row", (17,))):
+        s.case(name, fn, apart(*shape))
 
 
 SUITES = {
@@ -759,6 +927,10 @@ SUITES = {
     "nearest_rotation": nearest_rotation, "isometry_loss": isometry_loss, "mse_loss": loss(torch.square),
     "l1_loss": loss(torch.abs), "sum": sum_, "confidence_target": confidence_target,
     "cross_entropy": cross_entropy, "heatmap_loss": heatmap_loss,
+    "smooth_l1_loss": loss(lambda d: torch.where(d.abs() < 1, d ** 2 / 2, d.abs() - .5)), "max": max_,
+    "farthest_point_sampling": farthest_point_sampling, "ball_query": ball_query, "nearest": nearest,
+    "unit_sphere": unit_sphere,
+    "gather": gather, "group": group, "hash_grid": hash_grid, "one_blob": one_blob, "sample_rows": sample_rows,
 }
 
 

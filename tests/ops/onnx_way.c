@@ -9,12 +9,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Parts of a loss, which a model at work has none of, what leaves out cells that no box reads, which a model is exported
- * without, rows of a parameter that grows, and Gaussians, which ONNX cannot draw. */
+/* Parts of a loss, which a model at work has none of, what leaves out cells that no box reads, which a model is
+ * exported without, rows of a parameter that grows, Gaussians, which ONNX cannot draw, and what only HOGS works with:
+ * points and what is sampled at them. */
 static const char *const without[] = {
     "mse_loss", "l1_loss", "cross_entropy", "sum", "confidence_target", "heatmap_loss", "conv2d_within",
     "window_means", "rows", "transform_points", "transform_back", "splat_axes", "splat_covariance", "quaternion_turn",
-    "sh_colour", "nearest_rotation", "isometry_loss",
+    "sh_colour", "nearest_rotation", "isometry_loss", "smooth_l1_loss", "max", "farthest_point_sampling", "ball_query",
+    "nearest", "unit_sphere", "gather", "group", "hash_grid", "one_blob", "sample_rows",
 };
 
 static bool may_be_without(const op_suite *s)

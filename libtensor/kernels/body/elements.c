@@ -14,6 +14,8 @@
 #include "libtensor/kernels/body/resample.inc"
 #include "libtensor/kernels/body/sample.inc"
 #include "libtensor/kernels/body/skin.inc"
+#include "libtensor/kernels/body/points.inc"
+#include "libtensor/kernels/body/hash.inc"
 #include "libtensor/kernels/body/optim.inc"
 #include "libtensor/kernels/body/random.inc"
 
@@ -26,6 +28,8 @@ void ISA(add_elements)(lt_kernels *k)
     add_resample(k);
     add_sample(k);
     add_skin(k);
+    add_points(k);
+    add_hash(k);
     add_optim(k);
     add_random(k);
 }

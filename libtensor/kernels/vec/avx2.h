@@ -240,6 +240,11 @@ INLINE vec v_where_less(vec a, vec b, vec yes, vec no)
     return _mm256_blendv_ps(no, yes, _mm256_cmp_ps(a, b, _CMP_LT_OQ));
 }
 
+INLINE unsigned v_at_most(vec a, vec b)             /* bit i: a[i] <= b[i] */
+{
+    return (unsigned)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LE_OQ));
+}
+
 /* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
 INLINE vec pow2_of(ivec n)
 {

@@ -265,6 +265,8 @@ INLINE vec v_where_less(vec a, vec b, vec yes, vec no)
     return _mm512_mask_mov_ps(no, _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ), yes);
 }
 
+INLINE unsigned v_at_most(vec a, vec b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }   /* bit i: a[i] <= b[i] */
+
 /* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
 INLINE vec v_pow2(vec shifted)
 {

@@ -86,6 +86,7 @@ INLINE vec v_min(vec a, vec b) { return a < b ? a : b; }        /* likewise */
 INLINE vec v_abs(vec x) { return FABS(x); }
 INLINE vec v_copysign(vec size, vec sign) { return COPYSIGN(size, sign); }
 INLINE vec v_where_less(vec a, vec b, vec yes, vec no) { return a < b ? yes : no; }
+INLINE unsigned v_at_most(vec a, vec b) { return a <= b; }     /* bit i: a[i] <= b[i] */
 
 /* Words in the lanes */
 INLINE ivec i_set(int32_t x) { return x; }
