@@ -9,7 +9,7 @@
 #include <string.h>
 
 const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, NULL,
+    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, &pointnet2_class, NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

@@ -8,7 +8,7 @@
 #include "libtensor/nn/layers.h"
 #include "models/model.h"
 
-extern const model_class resnet50_class, efficientnet_b0_class;
+extern const model_class resnet50_class, efficientnet_b0_class, pointnet2_class;
 
 /* classifier_variants - there is one: "full" */
 extern const char *const classifier_variants[];

@@ -23,17 +23,21 @@ import torch                                # noqa: E402
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from layers import layer                    # noqa: E402
+from pointnet2 import FirstLevel            # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
 
 WARM_UP = 3
 SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224}
-MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified}
+MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified,
+         "pointnet2": FirstLevel}
 CELLS = {"hocat": 32, "unified": 28}
 
 
 def inputs(name, batch):
     """By name. The boxes are those of palmar bench: half the crop wide and high."""
+    if name == "pointnet2":
+        return {"points": torch.rand(batch, 2048, 3), "features": torch.rand(batch, 2048, 87)}
     S = SIZE[name]
     image = torch.rand(batch, 3, S, S)
     if name == "unified":
@@ -45,6 +49,8 @@ def inputs(name, batch):
 
 
 def targets(name, batch):
+    if name == "pointnet2":
+        return [torch.rand(batch, 512, 128)]
     if name not in CELLS:
         return [torch.rand(batch, 1000)]
     shapes = (21, 2), (16, 3, 3), (10,), (21, 2), (CELLS[name], CELLS[name]), ()

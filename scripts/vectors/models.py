@@ -22,6 +22,7 @@ sys.path[:0] = [HERE, os.path.join(HERE, "../peers")]
 
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
+from pointnet2 import FirstLevel, PointNet2     # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
 with contextlib.redirect_stdout(io.StringIO()):     # it prints its own vectors
@@ -106,7 +107,16 @@ def unified():
           "mask": (4, 12, 12), "weight": (4,)})
 
 
-MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified}
+def pointnet2_sa1():
+    save("pointnet2_sa1", FirstLevel(5), ["embedding"], [unit("points", 1, 600, 3), unit("features", 1, 600, 5)],
+         {"target": (1, 512, 128)})
+
+
+def pointnet2_ulip():
+    save("pointnet2_ulip", PointNet2(0), ["embedding"], [unit("points", 3, 520, 3)], {"target": (3, 256)})
+
+
+MODELS = {"pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip, "resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or MODELS:

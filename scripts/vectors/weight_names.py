@@ -1,13 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Names of state_dict() in torchvision and in twins of timm's, efficientnet_pytorch's and HFL-Net's modules, in one
-order each, so that the i-th names the same tensor: /usr/bin/python3 weight_names.py > tests/estimate/weight_names.h
+"""Names of state_dict() in torchvision and in twins of timm's, efficientnet_pytorch's, HFL-Net's and ULIP's modules, in
+one order each, so that the i-th names the same tensor: /usr/bin/python3 weight_names.py > tests/estimate/weight_names.h
 """
 import io
+import os
+import sys
 
 import torch
 import torchvision
 from torch import nn
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../peers"))
+from pointnet2 import PointNet2     # noqa: E402
 
 STAGES = [(1, 1), (6, 2), (6, 2), (6, 3), (6, 3), (6, 4), (6, 1)]
 
@@ -67,6 +72,8 @@ emit("names_resnet50_hfl", hfl(resnet).state_dict())
 emit("names_efficientnet", torchvision.models.efficientnet_b0().state_dict())
 emit("names_efficientnet_timm", timm().state_dict())
 emit("names_efficientnet_lukemelas", lukemelas().state_dict())
+emit("names_pointnet2", PointNet2().state_dict())
+emit("names_pointnet2_ulip", ["module.point_encoder." + name for name in PointNet2().state_dict()])
 
 # The beginning of a ResNet of width 8 as a training program saves it.
 f = io.BytesIO()

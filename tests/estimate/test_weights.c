@@ -30,6 +30,8 @@ static const struct {
       "{}" },
     { names_efficientnet_lukemelas, names_efficientnet, LT_COUNT(names_efficientnet_lukemelas),
       "efficientnet_pytorch", "efficientnet_b0", "{}" },
+    { names_pointnet2_ulip, names_pointnet2, LT_COUNT(names_pointnet2_ulip), "torchvision and palmar", "pointnet2",
+      "{ \"variant\": \"ulip\" }" },
 };
 
 /* Arrays of these names, shaped as the parameters that they should be. */

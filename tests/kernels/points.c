@@ -82,7 +82,7 @@ static void check_near(const lt_kernels *k, const lt_kernels *generic, int n, in
 /* n to a row: whole numbers, so that largest ones are equal; rows of -inf, and with NaN */
 static void check_largest(const lt_kernels *k, const lt_kernels *generic, int n)
 {
-    enum { ROWS = 9 };
+    enum { ROWS = 37 };
     float *x = random_array((size_t)(ROWS * n), 5), y[ROWS], want[ROWS], bare[ROWS];
     int32_t where[ROWS], want_where[ROWS];
 

@@ -11,21 +11,24 @@
 #include <string.h>
 
 /* forward is relative to the largest value of an output; gradient to the length of each parameter's own,
- * where that is above a millionth of the longest: a shift that a batch norm behind it takes off has none.
+ * where that is above two millionths of the longest: a shift that a batch norm behind it takes off has none.
  * HOCAT's batch norms see eight values where its maps are 2 x 2, and make rounding errors larger; PyTorch's own
  * gradients in float32 are 7e-4 from those in float64 for the unified estimator, whose pools and relus are many. */
 static const struct {
     const char *model, *config;
+    const char *vectors;            /* the file's name; NULL: the model's */
     int batch;
     double forward, gradient;
 } twins[] = {
-    { "resnet50", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 2, 1, 1], \"classes\": 10}", 4, 5e-6, 5e-5 },
-    { "efficientnet_b0", "{\"image_size\": 64, \"classes\": 10, \"dropout\": 0, \"stochastic_depth\": 0}", 4,
-      5e-6, 1e-4 },
+    { "resnet50", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 2, 1, 1], \"classes\": 10}", NULL, 4, 5e-6, 5e-5 },
+    { "efficientnet_b0", "{\"image_size\": 64, \"classes\": 10, \"dropout\": 0, \"stochastic_depth\": 0}", NULL,
+      4, 5e-6, 1e-4 },
     { "hocat", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, "
-      "\"heads\": 2, \"mlp_ratio\": 1}", 2, 2e-5, 1e-3 },
+      "\"heads\": 2, \"mlp_ratio\": 1}", NULL, 2, 2e-5, 1e-3 },
     { "unified", "{\"image_size\": 96, \"width\": 8, \"layers\": 1, \"heads\": 2, \"points\": 2, "
-      "\"dropout\": 0, \"stochastic_depth\": 0}", 4, 2e-5, 5e-3 },
+      "\"dropout\": 0, \"stochastic_depth\": 0}", NULL, 4, 2e-5, 5e-3 },
+    { "pointnet2", "{\"points\": 600, \"features\": 5}", "pointnet2_sa1", 1, 1e-5, 1e-4 },
+    { "pointnet2", "{\"variant\": \"ulip\", \"points\": 520, \"dropout\": 0}", "pointnet2_ulip", 3, 1e-5, 1e-3 },
 };
 
 static lt_arena *arena;
@@ -100,7 +103,7 @@ static void open_twin(int i)
 
     arena = lt_arena_new();
     hand = lt_arena_alloc(arena, sizeof(*hand));
-    read_vectors(twins[i].model);
+    read_vectors(twins[i].vectors ? twins[i].vectors : twins[i].model);
     hashed_hand(hand);
     ck_assert_int_eq(lt_hand_layer_new(arena, hand, lt_hand_tips_ho3d, &layer), LT_OK);
     params = model_of(twins[i].model, twins[i].config, layer, &m);
@@ -223,7 +226,7 @@ START_TEST(training_step)
         const lt_param *p = lt_params_find(params, lt_array_text(names, k));
         const double w = lt_array_get(want, k), got = length(p->grad, lt_param_numel(p));
 
-        ck_assert_msg(fabs(got - w) < twins[_i].gradient * w + 1e-6 * largest(want), "%s: %.9g, want %.9g", p->name,
+        ck_assert_msg(fabs(got - w) < twins[_i].gradient * w + 2e-6 * largest(want), "%s: %.9g, want %.9g", p->name,
                       got, w);
     }
     close_twin();
