@@ -64,6 +64,54 @@ START_TEST(nearest_of_regular_points)
 }
 END_TEST
 
+/* The next of all that come behind *last: by distance, then by index */
+static lt_kd_neighbour next_of_all(int n, const double *points, const double *p, const lt_kd_neighbour *last)
+{
+    lt_kd_neighbour best = { INFINITY, n };
+
+    for (int i = 0; i < n; i++) {
+        double d[3], square;
+
+        lt_vec3_sub(p, points + 3 * i, d);
+        square = lt_vec3_dot(d, d);
+        if ((square > last->square || (square == last->square && i > last->index)) && square < best.square)
+            best = (lt_kd_neighbour){ square, i };
+    }
+    return best;
+}
+
+/* On a lattice, where many are equally far, and among scattered points */
+START_TEST(the_nearest_few)
+{
+    enum { K = 7 };
+    static double points[3 * MOST], queries[3 * QUERIES];
+    const int n = _i < 2 ? MOST : 5;
+    lt_rng rng = lt_rng_make(7, (uint64_t)_i);
+    lt_kd_neighbour found[K];
+    lt_kd_tree t;
+
+    draw(points, n, &rng, _i ? 0.1 : 3);
+    draw(queries, QUERIES, &rng, _i ? 0.1 : 3);
+    for (int i = 0; _i == 0 && i < 3 * MOST; i++)
+        points[i] = floor(points[i]);
+    for (int i = 0; _i == 0 && i < 3 * QUERIES; i++)
+        queries[i] = floor(queries[i]);
+    ck_assert_int_eq(lt_kd_tree_new(n, points, &t), LT_OK);
+    for (int i = 0; i < QUERIES; i++) {
+        lt_kd_neighbour last = { -1, 0 };
+
+        ck_assert_int_eq(lt_kd_tree_nearest(&t, queries + 3 * i, K, found), n < K ? n : K);
+        for (int k = 0; k < (n < K ? n : K); k++) {
+            last = next_of_all(n, points, queries + 3 * i, &last);
+            ck_assert_int_eq(found[k].index, last.index);
+            ck_assert_double_eq(found[k].square, last.square);
+        }
+    }
+    ck_assert_int_eq(lt_kd_tree_nearest(&t, (double[]){ NAN, 0, 0 }, K, found), 0);
+    lt_kd_tree_free(&t);
+}
+END_TEST
+
 START_TEST(far_and_no_numbers)
 {
     static const double points[] = { 1e200, 0, 0, NAN, 0, 0, 0, INFINITY, 0, 0, 0, 2, -1e308, 0, 0, 1e308, 0, 0 };
@@ -102,6 +150,7 @@ static void add_tests(TCase *tc)
 {
     tcase_add_loop_test(tc, nearest_of_scattered_points, 0, 13);
     tcase_add_loop_test(tc, nearest_of_regular_points, 0, 4);
+    tcase_add_loop_test(tc, the_nearest_few, 0, 3);
     tcase_add_test(tc, far_and_no_numbers);
     tcase_add_loop_test(tc, no_memory, 1, 3);
 }

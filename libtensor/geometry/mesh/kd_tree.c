@@ -24,16 +24,16 @@ static size_t boxes_of(int n)
     return boxes;
 }
 
-static lt_kd_box box_around(double (*p)[3], int n)
+static lt_kd_box box_around(const lt_kd_point *p, int n)
 {
     lt_kd_box b;
 
-    memcpy(b.lo, p[0], sizeof(b.lo));
-    memcpy(b.hi, p[0], sizeof(b.hi));
+    memcpy(b.lo, p[0].at, sizeof(b.lo));
+    memcpy(b.hi, p[0].at, sizeof(b.hi));
     for (int i = 1; i < n; i++)
         for (int k = 0; k < 3; k++) {
-            b.lo[k] = less(b.lo[k], p[i][k]);
-            b.hi[k] = greater(b.hi[k], p[i][k]);
+            b.lo[k] = less(b.lo[k], p[i].at[k]);
+            b.hi[k] = greater(b.hi[k], p[i].at[k]);
         }
     return b;
 }
@@ -48,32 +48,31 @@ static int widest_axis(const lt_kd_box *b)
     return widest;
 }
 
-static void swap(double a[3], double b[3])
+static void swap(lt_kd_point *a, lt_kd_point *b)
 {
-    double c[3];
+    const lt_kd_point c = *a;
 
-    memcpy(c, a, sizeof(c));
-    memcpy(a, b, sizeof(c));
-    memcpy(b, c, sizeof(c));
+    *a = *b;
+    *b = c;
 }
 
 /* Order n points so that none before the middle one lies beyond it along the axis, and none behind it before it.
  *                                                                                      [Hoare 1961, "Find"] */
-static void halve(double (*p)[3], int n, int axis)
+static void halve(lt_kd_point *p, int n, int axis)
 {
     const int middle = n / 2;
 
     for (int lo = 0, hi = n - 1; lo < hi;) {
-        const double pivot = p[middle][axis];
+        const double pivot = p[middle].at[axis];
         int i = lo, j = hi;
 
         while (i <= j) {
-            while (p[i][axis] < pivot)
+            while (p[i].at[axis] < pivot)
                 i++;
-            while (p[j][axis] > pivot)
+            while (p[j].at[axis] > pivot)
                 j--;
             if (i <= j)
-                swap(p[i++], p[j--]);
+                swap(&p[i++], &p[j--]);
         }
         if (j < middle)
             lo = i;
@@ -94,7 +93,7 @@ static range half_of(range r, bool upper)
 
 static void grow(const lt_kd_tree *t, range r)
 {
-    double (*p)[3] = t->point + r.from;
+    lt_kd_point *p = t->point + r.from;
     lt_kd_box *box = &t->box[r.box];
 
     *box = box_around(p, r.n);
@@ -116,8 +115,10 @@ lt_status lt_kd_tree_new(int n, const double *points, lt_kd_tree *out)
         return lt_error(LT_ENOMEM, "nearest neighbours of %d points: no memory", n);
     }
     for (int i = 0; i < n; i++)
-        if (is_finite(points + 3 * (size_t)i))
-            memcpy(t.point[t.n++], points + 3 * (size_t)i, sizeof(*t.point));
+        if (is_finite(points + 3 * (size_t)i)) {
+            memcpy(t.point[t.n].at, points + 3 * (size_t)i, sizeof(t.point[t.n].at));
+            t.point[t.n++].index = i;
+        }
     if (t.n)
         grow(&t, (range){ 0, t.n, 0 });
     *out = t;
@@ -157,7 +158,7 @@ static void search(const lt_kd_tree *t, range r, const double p[3], double *leas
 
     if (r.n <= LEAF) {
         for (int i = r.from; i < r.from + r.n; i++)
-            *least = less(square_to_point(p, t->point[i]), *least);
+            *least = less(square_to_point(p, t->point[i].at), *least);
         return;
     }
     for (int i = 0; i < 2; i++)
@@ -176,4 +177,61 @@ double lt_kd_tree_distance(const lt_kd_tree *t, const double p[3])
     if (is_finite(p))
         search(t, (range){ 0, t->n, 0 }, p, &least);
     return sqrt(least);
+}
+
+/* ---- the nearest few ---------------------------------------------------------------------------------------- */
+
+typedef struct {
+    lt_kd_neighbour *list;      /* n so far, nearest first, of at most room */
+    int n, room;
+} nearest_few;
+
+static bool nearer(double square, int index, const lt_kd_neighbour *than)
+{
+    return square < than->square || (square == than->square && index < than->index);
+}
+
+static void take(nearest_few *f, double square, int index)
+{
+    int i = f->n < f->room ? f->n++ : f->room;
+
+    for (; i > 0 && nearer(square, index, &f->list[i - 1]); i--)
+        if (i < f->room)
+            f->list[i] = f->list[i - 1];
+    if (i < f->room)
+        f->list[i] = (lt_kd_neighbour){ square, index };
+}
+
+/* A box as far as the last of them may hold one with a lower index. */
+static bool may_hold(const nearest_few *f, double square)
+{
+    return f->n < f->room || square <= f->list[f->n - 1].square;
+}
+
+static void search_few(const lt_kd_tree *t, range r, const double p[3], nearest_few *f)
+{
+    double square[2];
+    bool nearer_half;
+
+    if (r.n <= LEAF) {
+        for (int i = r.from; i < r.from + r.n; i++)
+            take(f, square_to_point(p, t->point[i].at), t->point[i].index);
+        return;
+    }
+    for (int i = 0; i < 2; i++)
+        square[i] = square_to_box(p, &t->box[half_of(r, i).box]);
+    nearer_half = square[1] < square[0];
+    if (may_hold(f, square[nearer_half]))
+        search_few(t, half_of(r, nearer_half), p, f);
+    if (may_hold(f, square[!nearer_half]))
+        search_few(t, half_of(r, !nearer_half), p, f);
+}
+
+int lt_kd_tree_nearest(const lt_kd_tree *t, const double p[3], int k, lt_kd_neighbour *out)
+{
+    nearest_few f = { out, 0, k };
+
+    if (k > 0 && t->n && is_finite(p))
+        search_few(t, (range){ 0, t->n, 0 }, p, &f);
+    return f.n;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Internal: the nearest of many points.
+ * Internal: the nearest of many points, or the nearest few.
  *
  * Source: Bentley 1975, "Multidimensional binary search trees used for associative searching".
  */
@@ -12,10 +12,15 @@
 
 typedef struct { double lo[3], hi[3]; } lt_kd_box;
 
+typedef struct {
+    double at[3];
+    int index;                  /* in the array that the tree was made of */
+} lt_kd_point;
+
 /* Halves of halves of the points. Box i is around all of a range; boxes 2 i + 1 and 2 i + 2 around its halves. */
 typedef struct {
     int n;
-    double (*point)[3];         /* the finite ones */
+    lt_kd_point *point;         /* the finite ones */
     lt_kd_box *box;
 } lt_kd_tree;
 
@@ -30,5 +35,15 @@ void lt_kd_tree_free(lt_kd_tree *t);
 /* lt_kd_tree_distance - from p to the nearest point, to the last bit what going through all of them gives; infinite
  * when there is none, or p is not finite */
 double lt_kd_tree_distance(const lt_kd_tree *t, const double p[3]);
+
+typedef struct {
+    double square;              /* of its distance */
+    int index;
+} lt_kd_neighbour;
+
+/* lt_kd_tree_nearest - the k nearest points to p, nearest first, of equal ones the lower index first, into out (k);
+ * returns how many there are: fewer than k of few points, 0 where p is not finite. A point of the tree is its own
+ * neighbour. */
+int lt_kd_tree_nearest(const lt_kd_tree *t, const double p[3], int k, lt_kd_neighbour *out);
 
 #endif
