@@ -73,7 +73,7 @@ static void destroy(built *b)
 /* Networks on points choose and collect these by index, which has no ONNX form here. */
 static bool of_points(const model_class *cls)
 {
-    return strcmp(cls->name, "pointnet2") == 0;
+    return strcmp(cls->name, "pointnet2") == 0 || strcmp(cls->name, "gpm") == 0;
 }
 
 /* Call fn with every variant of every model but those, at each of its small sizes. */
