@@ -381,6 +381,9 @@ typedef struct lt_kernels {
     int64_t (*points_within)(int32_t *index, int64_t room, const lt_real *x, int64_t ld, const lt_real p[3],
                              lt_real r2);
 
+    /* take_from: y[i] = x[at[i]] - from, i < n; where at is below 0, -from */
+    void (*take_from)(lt_real *y, const lt_real *x, const int32_t *at, lt_real from, size_t n);
+
     /* largest_of_rows: y[r] = the largest of row r of n, its first place to where[r] unless that is NULL; the first NaN
      * wins. n at least 1. */
     void (*largest_of_rows)(lt_real *y, int32_t *where, const lt_real *x, int64_t n, int64_t rows);

@@ -39,6 +39,8 @@ bench --layer linear:c=512,o=512,rows=1 --compare generic | grep -q '[1-9][0-9.]
 bench --layer linear:c=512,o=512,rows=1 --compare generic --json | grep -q '"with": "generic", "ratio_of_medians": [0-9]'
 bench --model resnet50 --set model.image_size=32 --set model.width=8 --mode both | grep -q '^| resnet50 '
 bench --model efficientnet_b0 --set model.image_size=32 --mode both | grep -q '^| efficientnet_b0 '
+bench --model pointnet2 --set model.points=64 --mode both | grep -q '^| pointnet2 | sa1 '
+bench --model gpm --variant cpu --set model.points=64 --mode both | grep -q '^| gpm | cpu '
 
 refuses 2 'no such layer "conv2"; did you mean "conv2d"' --layer conv2
 refuses 2 'conv2d.kk: no such key; did you mean "k"' --layer conv2d:kk=3

@@ -79,6 +79,21 @@ static void check_near(const lt_kernels *k, const lt_kernels *generic, int n, in
     free_array(x);
 }
 
+static void check_take(const lt_kernels *k, const lt_kernels *generic, int n)
+{
+    float *x = random_array(MOST, 8), *y = guarded_array((size_t)n), *want = guarded_array((size_t)n);
+    int32_t at[MOST];
+
+    for (int i = 0; i < n; i++)
+        at[i] = i % 5 == 3 ? -1 - i : 37 * i % MOST;
+    generic->take_from(want, x, at, 0.3f, (size_t)n);
+    k->take_from(y, x, at, 0.3f, (size_t)n);
+    expect_bits(y, want, (size_t)n, "take_from, %d numbers", n);
+    for (int i = 0; i < n; i++)
+        expect_near((double)y[i], (double)(at[i] < 0 ? -0.3f : x[at[i]] - 0.3f), 0, "take_from", "plainly", (size_t)i);
+    free_array(x), free_array(y), free_array(want);
+}
+
 /* n to a row: whole numbers, so that largest ones are equal; rows of -inf, and with NaN */
 static void check_largest(const lt_kernels *k, const lt_kernels *generic, int n)
 {
@@ -135,8 +150,10 @@ void check_points(const lt_kernels *k, const lt_kernels *generic)
         check_farthest(k, generic, n, lt_ceil_div(n, LT_POINTS) * LT_POINTS);
         check_near(k, generic, n, lt_ceil_div(n, LT_POINTS) * LT_POINTS);
     }
-    for (int n = 1; n < 70; n++)
+    for (int n = 1; n < 70; n++) {
         check_largest(k, generic, n);
+        check_take(k, generic, n);
+    }
     for (int n = 0; n < 40; n++) {
         check_hash(k, generic, &dense, n);
         check_hash(k, generic, &hashed, n);

@@ -26,6 +26,12 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
+/* work: the index, -1 for points that x does not have */
+static void plan(lt_call *c)
+{
+    c->work_bytes = (size_t)lt_numel(c->in[INDEX]) * sizeof(int32_t);
+}
+
 static int64_t planes_of(const lt_call *c)
 {
     return op_outer(c->out, 2);
@@ -42,19 +48,20 @@ static void forward_plane(const lt_call *c, int64_t plane)
     const int64_t N = lt_dim(c->in[X], 2), M = lt_dim(c->out, 2), K = lt_dim(c->out, 3);
     const lt_real *x = (const lt_real *)c->in[X]->data + plane * N;
     const lt_real *centre = c->in[CENTRE] ? (const lt_real *)c->in[CENTRE]->data + plane * M : NULL;
-    const int32_t *index = index_of(c, plane);
+    const int32_t *index = (const int32_t *)c->work + plane / lt_dim(c->in[X], 1) * M * K;
     lt_real *y = (lt_real *)c->out->data + plane * M * K;
 
-    for (int64_t m = 0; m < M; m++) {
-        const lt_real from = centre ? centre[m] : 0;
-
-        for (int64_t k = 0; k < K; k++, index++)
-            *y++ = (*index >= 0 && *index < N ? x[*index] : 0) - from;
-    }
+    for (int64_t m = 0; m < M; m++)
+        lt_k->take_from(y + m * K, x, index + m * K, centre ? centre[m] : 0, (size_t)K);
 }
 
 static void forward(const lt_call *c)
 {
+    const int32_t *index = c->in[INDEX]->data;
+    int32_t *safe = c->work;
+
+    for (int64_t i = 0; i < lt_numel(c->in[INDEX]); i++)
+        safe[i] = index[i] < lt_dim(c->in[X], 2) ? index[i] : -1;
     op_by_row(c, planes_of(c), op_inner(c->out, 1), forward_plane);
 }
 
@@ -80,7 +87,7 @@ static void backward(const lt_call *c)
 
 static const lt_op group_op = {
     .name = "group", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_IN(INDEX), .optional = LT_OPTIONAL_IN(CENTRE),
-    .any_type = LT_ANY_TYPE_IN(INDEX), .infer = infer, .forward = forward, .backward = backward,
+    .any_type = LT_ANY_TYPE_IN(INDEX), .infer = infer, .plan = plan, .forward = forward, .backward = backward,
 };
 
 lt_tensor *(lt_group)(lt_tensor *x, lt_tensor *centre, lt_tensor *index)
