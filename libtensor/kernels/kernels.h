@@ -34,6 +34,7 @@ typedef enum {
     LT_ACT_SILU,
     LT_ACT_ELU,
     LT_ACT_GELU,                /* exact, not by tanh */
+    LT_ACT_QUICK_GELU,
     LT_ACT_SIGMOID,
     LT_ACT_TANH,
 } lt_act_kind;
@@ -301,24 +302,26 @@ typedef struct lt_kernels {
     void (*axpy_in)(lt_real *y, lt_real s, const lt_real *x, int64_t step, size_t n);
     void (*axpy_out)(lt_real *y, int64_t step, lt_real s, const lt_real *x, size_t n);
 
-    /* Activations. exp is within 2 ulp of the exact value, sigmoid, silu and tanh 3 ulp
-     * (where sigmoid and silu are below 1e-36 in size they may be anything as small), gelu
+    /* Activations. exp is within 2 ulp of the exact value, sigmoid, silu, quick_gelu and tanh 3 ulp
+     * (where the first three are below 1e-36 in size they may be anything as small), gelu
      * 2e-7 * max(|x|, 1e-3) absolute, and 0 or x from |x| = 5.65 on. */
     void (*relu)(lt_real *y, const lt_real *x, size_t n);               /* NaN stays NaN */
     void (*leaky_relu)(lt_real *y, const lt_real *x, lt_real slope, size_t n);
     void (*silu)(lt_real *y, const lt_real *x, size_t n);               /* x / (1 + exp(-x)) */
     void (*elu)(lt_real *y, const lt_real *x, size_t n);                /* exp(x) - 1, x < 0 */
     void (*gelu)(lt_real *y, const lt_real *x, size_t n);       /* x Phi(x), Phi(x) = (1 + erf(x / sqrt 2)) / 2 */
+    void (*quick_gelu)(lt_real *y, const lt_real *x, size_t n);         /* x / (1 + exp(-1.702 x)) */
     void (*sigmoid)(lt_real *y, const lt_real *x, size_t n);
     void (*tanh)(lt_real *y, const lt_real *x, size_t n);
     void (*exp)(lt_real *y, const lt_real *x, size_t n);
 
-    /* dx += dy * y'(x). The first four want the input x, sigmoid_grad and tanh_grad the output y;
+    /* dx += dy * y'(x). The first five want the input x, sigmoid_grad and tanh_grad the output y;
      * exp's gradient is mul_to(dx, dy, y, n). At 0 leaky_relu takes its slope. */
     void (*leaky_relu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, lt_real slope, size_t n);
     void (*silu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
     void (*elu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
     void (*gelu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
+    void (*quick_gelu_grad)(lt_real *dx, const lt_real *dy, const lt_real *x, size_t n);
     void (*sigmoid_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
     void (*tanh_grad)(lt_real *dx, const lt_real *dy, const lt_real *y, size_t n);
 

@@ -31,12 +31,14 @@ LT_API lt_tensor *lt_leaky_relu(lt_tensor *x, double slope);
 LT_API lt_tensor *lt_relu(lt_tensor *x);
 
 /* lt_sigmoid - 1 / (1 + exp(-x));  lt_tanh;  lt_silu - x * sigmoid(x);
- * lt_elu - x where x > 0, exp(x) - 1 elsewhere;  lt_gelu - x (1 + erf(x / sqrt 2)) / 2, exact */
+ * lt_elu - x where x > 0, exp(x) - 1 elsewhere;  lt_gelu - x (1 + erf(x / sqrt 2)) / 2, exact;
+ * lt_quick_gelu - x * sigmoid(1.702 x), as CLIP has it */
 LT_API lt_tensor *lt_sigmoid(lt_tensor *x);
 LT_API lt_tensor *lt_tanh(lt_tensor *x);
 LT_API lt_tensor *lt_silu(lt_tensor *x);
 LT_API lt_tensor *lt_elu(lt_tensor *x);
 LT_API lt_tensor *lt_gelu(lt_tensor *x);
+LT_API lt_tensor *lt_quick_gelu(lt_tensor *x);
 
 /* lt_dropout - zero each value with probability p and scale the rest by 1 / (1 - p); in plans without
  * backward it is nothing. The draws depend on lt_plan_set_step, not on threads. Errors: p not in [0, 1). */
@@ -393,6 +395,7 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_silu(...) LT_HERE(lt_silu(__VA_ARGS__))
 #define lt_elu(...) LT_HERE(lt_elu(__VA_ARGS__))
 #define lt_gelu(...) LT_HERE(lt_gelu(__VA_ARGS__))
+#define lt_quick_gelu(...) LT_HERE(lt_quick_gelu(__VA_ARGS__))
 #define lt_dropout(...) LT_HERE(lt_dropout(__VA_ARGS__))
 #define lt_stochastic_depth(...) LT_HERE(lt_stochastic_depth(__VA_ARGS__))
 #define lt_reshape(...) LT_HERE(lt_reshape(__VA_ARGS__))

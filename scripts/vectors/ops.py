@@ -914,7 +914,8 @@ def max_(s):
 SUITES = {
     "add": binary(torch.add), "sub": binary(torch.sub), "mul": binary(torch.mul), "scale": scale,
     "leaky_relu": leaky_relu, "sigmoid": unary(torch.sigmoid, True), "tanh": unary(torch.tanh, True),
-    "silu": unary(F.silu, True), "elu": unary(F.elu), "gelu": unary(F.gelu, True), "reshape": reshape,
+    "silu": unary(F.silu, True), "elu": unary(F.elu), "gelu": unary(F.gelu, True),
+    "quick_gelu": unary(lambda x: x * torch.sigmoid(1.702 * x), True), "reshape": reshape,
     "detach": detach, "sample_index": sample_index, "permute": permute, "concat": concat, "slice": slice_, "rows": rows, "linear": linear, "matmul": matmul,
     "attention": attention, "conv2d": conv2d, "max_pool2d": max_pool2d, "global_avg_pool": global_avg_pool,
     "deformable_attention": deformable_attention, "grid_sample": grid_sample, "conv_transpose2d": conv_transpose2d,

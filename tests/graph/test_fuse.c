@@ -70,7 +70,7 @@ static lt_tensor *leaky(lt_tensor *x) { return lt_leaky_relu(x, 0.1); }
 START_TEST(activations_fuse)
 {
     static lt_tensor *(*const act[])(lt_tensor *x) = { (lt_relu), leaky, (lt_silu), (lt_elu), (lt_gelu), (lt_sigmoid),
-                                                        (lt_tanh) };
+                                                        (lt_tanh), (lt_quick_gelu) };
     const lt_conv_layer conv = lt_conv_layer_new(set, "conv", 5, 19, 3, true, &(lt_conv_opts){ .pad = 1 });
     const lt_linear_layer fc = lt_linear_layer_new(set, "fc", 7, 19, true);
     lt_tensor *x = input("x", LT_SHAPE(2, 5, 9, 7)), *y, *z;
@@ -353,7 +353,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, a_loss_of_constants);
     tcase_add_checked_fixture(tc, start, stop);
     tcase_add_test(tc, tails_fuse);
-    tcase_add_loop_test(tc, activations_fuse, 0, 7);
+    tcase_add_loop_test(tc, activations_fuse, 0, 8);
     tcase_add_test(tc, means_and_gates_fuse);
     tcase_add_test(tc, means_and_gates_stay_where_they_are_wanted);
     tcase_add_test(tc, batch_norms_fuse_in_training);

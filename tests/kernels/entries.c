@@ -39,6 +39,7 @@ CALL(leaky_relu, k->leaky_relu(Y, A, 0.1f, s->n))
 CALL(silu, k->silu(Y, A, s->n))
 CALL(elu, k->elu(Y, A, s->n))
 CALL(gelu, k->gelu(Y, A, s->n))
+CALL(quick_gelu, k->quick_gelu(Y, A, s->n))
 CALL(sigmoid, k->sigmoid(Y, A, s->n))
 CALL(tanh, k->tanh(Y, A, s->n))
 CALL(exp, k->exp(Y, A, s->n))
@@ -46,6 +47,7 @@ CALL(leaky_relu_grad, k->leaky_relu_grad(Y, A, B, 0.1f, s->n))
 CALL(silu_grad, k->silu_grad(Y, A, B, s->n))
 CALL(elu_grad, k->elu_grad(Y, A, B, s->n))
 CALL(gelu_grad, k->gelu_grad(Y, A, B, s->n))
+CALL(quick_gelu_grad, k->quick_gelu_grad(Y, A, B, s->n))
 CALL(sigmoid_grad, k->sigmoid_grad(Y, A, B, s->n))
 CALL(tanh_grad, k->tanh_grad(Y, A, B, s->n))
 CALL(affine, k->affine(Y, A, 1.5f, -0.2f, NULL, (lt_act){ LT_ACT_NONE, 0 }, s->n))
@@ -194,8 +196,9 @@ CALL(bytes_of_row_signed, k->bytes_of_row(Y, A, &((lt_int8_range){ 0.01f, true }
 static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(add), ENTRY(sub), ENTRY(mul), ENTRY(scale), ENTRY(add_to), ENTRY(axpy), ENTRY(mul_to), ENTRY(axpy_in_2),
     ENTRY(axpy_in_3), ENTRY(axpy_out_2), ENTRY(relu), ENTRY(leaky_relu), ENTRY(silu), ENTRY(elu), ENTRY(gelu),
-    ENTRY(sigmoid), ENTRY(tanh), ENTRY(exp), ENTRY(leaky_relu_grad), ENTRY(silu_grad),
-    ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(sigmoid_grad), ENTRY(tanh_grad), ENTRY(affine), ENTRY(affine_relu),
+    ENTRY(quick_gelu), ENTRY(sigmoid), ENTRY(tanh), ENTRY(exp), ENTRY(leaky_relu_grad), ENTRY(silu_grad),
+    ENTRY(elu_grad), ENTRY(gelu_grad), ENTRY(quick_gelu_grad), ENTRY(sigmoid_grad), ENTRY(tanh_grad), ENTRY(affine),
+    ENTRY(affine_relu),
     ENTRY(affine_silu), ENTRY(affine_residual), ENTRY(affine_grad_relu), ENTRY(grad_moments_relu),
     ENTRY(affine_grad_add), ENTRY(affine_grad_relu_add), ENTRY(affine_grad_relu_of_x), ENTRY(affine_grad_in_place),
     ENTRY(affine_grad_silu), ENTRY(grad_moments_silu), ENTRY(grad_moments_through), ENTRY(grad_moments_in_place),
@@ -276,7 +279,7 @@ static void check_in_place(const lt_kernels *k)
 {
     for (size_t e = 0; e < LT_COUNT(entries); e++) {
         const char *const in_place[] = { "add", "sub", "mul", "scale", "relu", "leaky_relu", "silu",
-                                         "elu", "gelu", "sigmoid", "tanh", "exp", "affine",
+                                         "elu", "gelu", "quick_gelu", "sigmoid", "tanh", "exp", "affine",
                                          "affine_silu", "softmax", "layer_norm" };
         float *base[ARRAYS];
         float *copy;
@@ -320,6 +323,7 @@ void check_entries(const lt_kernels *k, const lt_kernels *generic)
 static double exact_exp(double x) { return exp(x); }
 static double exact_sigmoid(double x) { return 1 / (1 + exp(-x)); }
 static double exact_silu(double x) { return x / (1 + exp(-x)); }
+static double exact_quick_gelu(double x) { return x / (1 + exp(-1.702 * x)); }
 static double exact_tanh(double x) { return tanh(x); }
 static double exact_gelu(double x) { return 0.5 * x * erfc(-x * sqrt(0.5)); }
 
@@ -427,13 +431,15 @@ void check_accuracy(const lt_kernels *k)
                           worst(k->tanh, exact_tanh, -0.7, 0.7, false));
     const double s = worst(k->sigmoid, exact_sigmoid, -85, 30, true);
     const double u = worst(k->silu, exact_silu, -85, 30, true);
+    const double q = worst(k->quick_gelu, exact_quick_gelu, -50, 30, true);
 
-    printf("  largest errors in units of the last place: exp %.2f, tanh %.2f, sigmoid %.2f, silu %.2f\n",
-           e, t, s, u);
+    printf("  largest errors in units of the last place: exp %.2f, tanh %.2f, sigmoid %.2f, silu %.2f, "
+           "quick_gelu %.2f\n", e, t, s, u, q);
     check_bound("exp", e, 2);
     check_bound("tanh", t, 3);
     check_bound("sigmoid", s, 3);
     check_bound("silu", u, 3);
+    check_bound("quick_gelu", q, 3);
     check_gelu(k);
     check_dropout(k);
     check_layer_norm(k);

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Smooth activations against torch's, whose gelu is the one with erf. The name tanh is C's. */
+/* Smooth activations against torch's, whose gelu is the one with erf; quick_gelu by its formula. The name tanh is C's. */
 #include "tests/ops/suite.h"
 
 static lt_tensor *sigmoid(lt_tensor **in) { return lt_sigmoid(in[0]); }
 static lt_tensor *hyperbolic(lt_tensor **in) { return lt_tanh(in[0]); }
 static lt_tensor *silu(lt_tensor **in) { return lt_silu(in[0]); }
 static lt_tensor *gelu(lt_tensor **in) { return lt_gelu(in[0]); }
+static lt_tensor *quick_gelu(lt_tensor **in) { return lt_quick_gelu(in[0]); }
 
 /* Far enough out for both tails. */
 static void wide(const op_case *c, int input, lt_real *v, int64_t n, lt_rng *r)
@@ -27,8 +28,10 @@ static void wide(const op_case *c, int input, lt_real *v, int64_t n, lt_rng *r)
 
 static const op_case sigmoid_cases[] = OP_CASES(sigmoid), tanh_cases[] = OP_CASES(hyperbolic);
 static const op_case silu_cases[] = OP_CASES(silu), gelu_cases[] = OP_CASES(gelu);
+static const op_case quick_gelu_cases[] = OP_CASES(quick_gelu);
 
 const op_suite sigmoid_suite = { "sigmoid", CASES(sigmoid_cases), .vary = vary_first };
 const op_suite tanh_suite = { "tanh", CASES(tanh_cases), .vary = vary_first };
 const op_suite silu_suite = { "silu", CASES(silu_cases), .vary = vary_first };
 const op_suite gelu_suite = { "gelu", CASES(gelu_cases), .vary = vary_first };
+const op_suite quick_gelu_suite = { "quick_gelu", CASES(quick_gelu_cases), .vary = vary_first };
