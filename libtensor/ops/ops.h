@@ -321,6 +321,10 @@ LT_API lt_tensor *lt_softmax(lt_tensor *x);
 /* lt_layer_norm - over the last dimension, biased variance; weight, bias (C) */
 LT_API lt_tensor *lt_layer_norm(lt_tensor *x, lt_tensor *weight, lt_tensor *bias, double eps);
 
+/* lt_l2_normalise - x / (|x| + eps) with the length |x| over dimension 1 at each position of x (B, C, ...); no gradient
+ * where it is 0. Errors: fewer than two dimensions, eps not above 0. */
+LT_API lt_tensor *lt_l2_normalise(lt_tensor *x, double eps);
+
 /**
  * lt_batch_norm - y = (x - mean) / sqrt(var + eps) * weight + bias, per channel
  *
@@ -423,6 +427,7 @@ LT_API lt_tensor *lt_sum(lt_tensor *x);
 #define lt_soft_argmax2d(...) LT_HERE(lt_soft_argmax2d(__VA_ARGS__))
 #define lt_softmax(...) LT_HERE(lt_softmax(__VA_ARGS__))
 #define lt_layer_norm(...) LT_HERE(lt_layer_norm(__VA_ARGS__))
+#define lt_l2_normalise(...) LT_HERE(lt_l2_normalise(__VA_ARGS__))
 #define lt_batch_norm(...) LT_HERE(lt_batch_norm(__VA_ARGS__))
 #define lt_channel_affine(...) LT_HERE(lt_channel_affine(__VA_ARGS__))
 #define lt_rot6d(...) LT_HERE(lt_rot6d(__VA_ARGS__))

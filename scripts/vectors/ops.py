@@ -427,6 +427,16 @@ def layer_norm(s):
     s.case("no_columns", lambda x, w, b: x * w + b, clear(3, 0), clear(0), clear(0))
 
 
+def l2_normalise(s):
+    def fn(eps):
+        return lambda x: x / (torch.sqrt((x * x).sum(1, keepdim=True)) + eps)
+    s.case("map", fn(1e-10), clear(2, 3, 5, 7))
+    s.case("rows", fn(0.5), clear(3, 67))
+    s.case("wide", fn(0.5), clear(2, 5, 263))
+    s.case("one", fn(0.5), clear(1, 1))
+    s.case("empty", fn(1e-10), clear(0, 3, 2))
+
+
 def batch_norm(s):
     train = lambda x, w, b, m, v: F.batch_norm(x, None, None, w, b, True, 0, 1e-5)
     infer = lambda x, w, b, m, v: F.batch_norm(x, m, v, w, b, False, 0, 1e-5)
@@ -921,7 +931,8 @@ SUITES = {
     "deformable_attention": deformable_attention, "grid_sample": grid_sample, "conv_transpose2d": conv_transpose2d,
     "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,
     "conv2d_within": conv2d_within, "window_means": window_means,
-    "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm, "batch_norm": batch_norm,
+    "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm,
+    "l2_normalise": l2_normalise, "batch_norm": batch_norm,
     "channel_affine": channel_affine, "rot6d": rot6d, "skin": skin, "blend_transforms": blend_transforms,
     "transform_points": transform_points, "transform_back": transform_back, "splat_axes": splat_axes,
     "splat_covariance": splat_covariance, "quaternion_turn": quaternion_turn, "sh_colour": sh_colour,
