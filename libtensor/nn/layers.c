@@ -78,6 +78,27 @@ lt_tensor *(lt_layer_norm_layer_forward)(const lt_layer_norm_layer *m, lt_tensor
     return lt_layer_norm(x, use(x, m->weight), use(x, m->bias), m->eps);
 }
 
+lt_attention_layer lt_attention_layer_new(lt_params *set, const char *prefix, int64_t channels, int heads)
+{
+    return (lt_attention_layer){
+        .q = lt_linear_layer_new(set, lt_name(set, "%s.q", prefix), channels, channels, true),
+        .k = lt_linear_layer_new(set, lt_name(set, "%s.k", prefix), channels, channels, true),
+        .v = lt_linear_layer_new(set, lt_name(set, "%s.v", prefix), channels, channels, true),
+        .out = lt_linear_layer_new(set, lt_name(set, "%s.out", prefix), channels, channels, true),
+        .heads = heads,
+    };
+}
+
+lt_tensor *(lt_attention_layer_forward)(const lt_attention_layer *m, lt_tensor *x, lt_tensor *context)
+{
+    lt_tensor *from = context ? context : x;
+    lt_tensor *q = lt_linear_layer_forward(&m->q, x);
+    lt_tensor *k = lt_linear_layer_forward(&m->k, from);
+    lt_tensor *v = lt_linear_layer_forward(&m->v, from);
+
+    return lt_linear_layer_forward(&m->out, lt_attention(q, k, v, m->heads));
+}
+
 lt_se_layer lt_se_layer_new(lt_params *set, const char *prefix, int64_t channels, int reduction)
 {
     const int64_t narrow = reduction > 0 ? channels / reduction : 0;

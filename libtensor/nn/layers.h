@@ -52,6 +52,18 @@ typedef struct {
 LT_API lt_layer_norm_layer lt_layer_norm_layer_new(lt_params *set, const char *prefix, int64_t channels);
 LT_API lt_tensor *lt_layer_norm_layer_forward(const lt_layer_norm_layer *m, lt_tensor *x);
 
+/* Multi-head attention with projections: out(attention(q(x), k(context), v(context))), all with biases.
+ * Source: Vaswani et al. 2017, section 3.2.2. */
+typedef struct {
+    lt_linear_layer q, k, v, out;
+    int heads;
+} lt_attention_layer;
+
+LT_API lt_attention_layer lt_attention_layer_new(lt_params *set, const char *prefix, int64_t channels, int heads);
+
+/* lt_attention_layer_forward - x (B, T, C), context (B, S, C) or NULL: x itself */
+LT_API lt_tensor *lt_attention_layer_forward(const lt_attention_layer *m, lt_tensor *x, lt_tensor *context);
+
 /* Squeeze and excitation: x times sigmoid(w2 relu(w1 mean(x))), no biases.
  * Source: Hu et al. 2018, "Squeeze-and-Excitation networks", section 3. */
 typedef struct {
@@ -76,6 +88,7 @@ LT_API lt_tensor *lt_tokens_to_map(lt_tensor *tokens, int64_t H, int64_t W);
 #define lt_linear_layer_forward(...) LT_HERE(lt_linear_layer_forward(__VA_ARGS__))
 #define lt_batch_norm_layer_forward(...) LT_HERE(lt_batch_norm_layer_forward(__VA_ARGS__))
 #define lt_layer_norm_layer_forward(...) LT_HERE(lt_layer_norm_layer_forward(__VA_ARGS__))
+#define lt_attention_layer_forward(...) LT_HERE(lt_attention_layer_forward(__VA_ARGS__))
 #define lt_se_layer_forward(...) LT_HERE(lt_se_layer_forward(__VA_ARGS__))
 #define lt_se_layer_gate(...) LT_HERE(lt_se_layer_gate(__VA_ARGS__))
 #define lt_map_to_tokens(...) LT_HERE(lt_map_to_tokens(__VA_ARGS__))
