@@ -94,7 +94,12 @@ static const metric dictionary[] = {
       SHAPE },
     { "psnr_db", "PSNR", "dB", true, "peak signal over noise of the rendered image", IMAGE },
     { "ssim", "SSIM", "", true, "structural similarity of the rendered image", IMAGE },
-    { "lpips_x1000", "LPIPS", "x1000", false, "perceptual distance of the rendered image", IMAGE },
+    { "psnr_fg_db", "PSNR, foreground", "dB", true, "PSNR of the pixels of hand and object alone", PALMAR },
+    { "lpips_raw01", "LPIPS", "x1000", false,
+      "perceptual distance of the rendered image, its values fed to the network as they are, in [0, 1]", IMAGE },
+    { "lpips_sym", "LPIPS, in [-1, 1]", "x1000", false,
+      "perceptual distance of the rendered image, its values mapped to [-1, 1] as the metric's authors do",
+      "Zhang et al. 2018" },
 };
 
 enum { N = sizeof(dictionary) / sizeof(*dictionary) };

@@ -33,7 +33,7 @@ static const eval_row hogs_3_rows[] = {
 };
 
 static const eval_column hogs_4_columns[] = {
-    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_x1000", "LPIPS", 2, NULL },
+    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_raw01", "LPIPS", 2, NULL },
 };
 static const eval_row hogs_4_rows[] = {
     { "GOF, adapted", "", "", { 29.58, 0.9686, 31.69 }, ALL_3 },
@@ -57,7 +57,7 @@ static const char *const hogs_5_variants[] = {
 };
 
 static const eval_column hogs_6_columns[] = {
-    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_x1000", "LPIPS", 2, NULL },
+    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_raw01", "LPIPS", 2, NULL },
 };
 static const eval_row hogs_6_rows[] = {
     { "3DGS-Avatar", "", "no", { 29.71, 0.9690, 30.52 }, ALL_3 },
@@ -72,7 +72,7 @@ static const char *const hogs_6_variants[] = {
 };
 
 static const eval_column hogs_7_columns[] = {
-    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_x1000", "LPIPS", 2, NULL },
+    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_raw01", "LPIPS", 2, NULL },
     { "oce_mm", "OCE", 2, NULL }, { "mce_mm", "MCE", 2, NULL }, { "adds_mm", "ADD-S", 2, NULL },
 };
 static const eval_row hogs_7_rows[] = {
@@ -88,7 +88,7 @@ static const char *const hogs_7_variants[] = {
 };
 
 static const eval_column hogs_8_columns[] = {
-    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_x1000", "LPIPS", 2, NULL },
+    { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_raw01", "LPIPS", 2, NULL },
 };
 static const eval_row hogs_8_rows[] = {
     { "none", "", "0", { 29.57, 0.9687, 31.75 }, ALL_3 },

@@ -4,12 +4,13 @@
 
     cd tests/eval && ../../scripts/vectors/metrics.py
 
-writes ho3d_vectors.h, dexycb_vectors.h, object_vectors.h and vsd_vectors.h.
+writes ho3d_vectors.h, dexycb_vectors.h, object_vectors.h, vsd_vectors.h and image_vectors.h.
 
 Predictions are made by the same linear congruential generator here and in the tests, and rounded to float32.
 """
 import numpy as np
 from scipy.linalg import orthogonal_procrustes
+from scipy.ndimage import correlate1d
 from scipy.spatial import cKDTree
 
 J, V, N = 21, 778, 4
@@ -185,6 +186,33 @@ def vsd(kind):
     return [((distance >= t).sum() + either.sum() - both.sum()) / either.sum() for t in np.arange(1, 11) * 0.05]
 
 
+def images(kind):
+    """PSNR of all pixels and of those where the first channel of a is above a half, SSIM of both forms, as in
+    scikit-image's structural_similarity(gaussian_weights=True, sigma=1.5, use_sample_covariance=False)."""
+    draw = Lcg(400 + kind)
+    c, h, w = [(3, 37, 53), (1, 11, 11), (3, 16, 90), (2, 40, 12), (3, 45, 33)][kind]
+    a = (0.5 + 0.5 * draw(c * h * w).reshape(c, h, w)).astype('f4')
+    if kind == 4:                                   # flat and bright but for one corner
+        a[:, 9:, 8:] = 0.9
+    b = a + np.float32([0.02, 0.3, 1, 0.1, 0.005][kind]) * draw(c * h * w).reshape(c, h, w).astype('f4')
+    a, b = a.astype('f8'), b.astype('f8')
+
+    def psnr(d):
+        return -10 * np.log10(np.mean(d ** 2))
+
+    def ssim(pad):
+        g = np.exp(-0.5 * (np.arange(-5, 6) / 1.5) ** 2)
+        g /= g.sum()
+        x, y = (np.pad(v, ((0, 0), (pad, pad), (pad, pad))) for v in (a, b))
+        mean = lambda v: correlate1d(correlate1d(v, g, 1), g, 2)[:, 5:-5, 5:-5]
+        ux, uy = mean(x), mean(y)
+        vx, vy, vxy = mean(x * x) - ux * ux, mean(y * y) - uy * uy, mean(x * y) - ux * uy
+        s = (2 * ux * uy + 1e-4) * (2 * vxy + 9e-4) / ((ux ** 2 + uy ** 2 + 1e-4) * (vx + vy + 9e-4))
+        return s.mean()
+
+    return [psnr(a - b), psnr((a - b)[:, a[0] > 0.5]), ssim(0), ssim(5)]
+
+
 def table(path, what, name, rows):
     with open(path, 'w') as f:
         f.write('/* SPDX-License-Identifier: Apache-2.0 */\n')
@@ -203,3 +231,5 @@ table('dexycb_vectors.h', 'The scores of eval/scorers/dexycb_score.h for five se
 table('object_vectors.h', 'Errors of five object poses, in the order of test_object_pose.c', 'object_wanted',
       [objects(k) for k in range(5)])
 table('vsd_vectors.h', 'VSD of four pairs of depth images, tau 0.05 .. 0.5', 'vsd_wanted', [vsd(k) for k in range(4)])
+table('image_vectors.h', 'PSNR of all and of bright pixels, SSIM valid and zero-padded, of five pairs of pictures',
+      'image_wanted', [images(k) for k in range(5)])
