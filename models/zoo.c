@@ -5,12 +5,14 @@
 #include "models/hocat/hocat.h"
 #include "models/hogs/gpm_model.h"
 #include "models/model.h"
+#include "models/parts/parts.h"
 #include "models/unified/unified.h"
 
 #include <string.h>
 
 const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, &pointnet2_class, &gpm_class, NULL,
+    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, &vit_class, &pointnet2_class, &gpm_class,
+    NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

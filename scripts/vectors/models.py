@@ -25,6 +25,7 @@ from hocat import Hocat                     # noqa: E402
 from pointnet2 import FirstLevel, PointNet2     # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
+from vit import Vit                         # noqa: E402
 with contextlib.redirect_stdout(io.StringIO()):     # it prints its own vectors
     from geometry import hand as hashed_hand, hashed    # noqa: E402
 
@@ -116,7 +117,12 @@ def pointnet2_ulip():
     save("pointnet2_ulip", PointNet2(0), ["embedding"], [unit("points", 3, 520, 3)], {"target": (3, 256)})
 
 
-MODELS = {"pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip, "resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified}
+def vit():
+    save("vit", Vit("tiny"), ["feature", "patches"], [unit("image", 2, 3, 112, 112)], {"target": (2, 192)})
+
+
+MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified, "vit": vit,
+          "pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or MODELS:

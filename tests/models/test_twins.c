@@ -29,6 +29,7 @@ static const struct {
       "\"dropout\": 0, \"stochastic_depth\": 0}", NULL, 4, 2e-5, 5e-3 },
     { "pointnet2", "{\"points\": 600, \"features\": 5}", "pointnet2_sa1", 1, 1e-5, 1e-4 },
     { "pointnet2", "{\"variant\": \"ulip\", \"points\": 520, \"dropout\": 0}", "pointnet2_ulip", 3, 1e-5, 1e-3 },
+    { "vit", "{\"variant\": \"tiny\"}", NULL, 2, 1e-5, 1e-4 },
 };
 
 static lt_arena *arena;
@@ -240,6 +241,7 @@ static const struct {
     int64_t parameters, macs;
 } published[] = {
     { "resnet50", 25557032, 5340348416 }, { "efficientnet_b0", 5288548, 385814752 },
+    { "vit", 87456000, 4408418304 },
 };
 
 START_TEST(full_size)

@@ -27,6 +27,7 @@ START_TEST(layers_register_what_pytorch_calls_them)
     lt_batch_norm_layer_new(set, "bn", 4);
     lt_layer_norm_layer_new(set, "ln", 9);
     lt_se_layer_new(set, "se", 16, 4);
+    lt_attention_layer_new(set, "attn", 12, 3);
     ck_assert_int_eq(lt_params_status(set), LT_OK);
     expect_param("conv.weight", LT_SHAPE(8, 3, 3, 3));
     expect_param("conv.bias", LT_SHAPE(8));
@@ -38,6 +39,9 @@ START_TEST(layers_register_what_pytorch_calls_them)
     expect_param("se.fc2.weight", LT_SHAPE(16, 4));
     ck_assert_int_eq(lt_params_count(set, LT_STATISTIC, ""), 8);
     ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, "se."), 128);
+    expect_param("attn.q.weight", LT_SHAPE(12, 12));
+    expect_param("attn.out.bias", LT_SHAPE(12));
+    ck_assert_int_eq(lt_params_count(set, LT_WEIGHT, "attn."), 4 * (144 + 12));
 }
 END_TEST
 
