@@ -11,8 +11,8 @@
 #include <string.h>
 
 const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, &vit_class, &pointnet2_class, &gpm_class,
-    NULL,
+    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, &vit_class, &lpips_class, &pointnet2_class,
+    &gpm_class, NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

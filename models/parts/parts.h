@@ -8,6 +8,6 @@
 
 #include "models/model.h"
 
-extern const model_class vit_class;
+extern const model_class vit_class, lpips_class;
 
 #endif

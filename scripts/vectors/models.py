@@ -22,6 +22,7 @@ sys.path[:0] = [HERE, os.path.join(HERE, "../peers")]
 
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
+from lpips import Lpips                     # noqa: E402
 from pointnet2 import FirstLevel, PointNet2     # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
@@ -121,8 +122,25 @@ def vit():
     save("vit", Vit("tiny"), ["feature", "patches"], [unit("image", 2, 3, 112, 112)], {"target": (2, 192)})
 
 
+def lpips():
+    """Distances of whole images, and of what is in boxes, as if they were cut there; that of the boxes with its
+    gradient."""
+    model = filled(Lpips())
+    image, truth = unit("image", 2, 3, 45, 61).requires_grad_(), unit("truth", 2, 3, 45, 61)
+    boxes = (3, 5, 40, 44), (0, 0, 61, 45)
+    boxed = [model(*(v[i:i + 1, :, y0:y1, x0:x1] for v in (image, truth))) for i, (x0, y0, x1, y1) in enumerate(boxes)]
+    boxed = torch.cat(boxed)
+    (boxed * torch.tensor([1, -0.5])).sum().backward()
+    arrays = {"distance": model(image, truth), "raw01": model(image, truth, False), "boxed": boxed,
+              "gradient": image.grad}
+    arrays = {k: v.detach().numpy().astype(np.float32) for k, v in arrays.items()}
+    arrays["names"] = np.array([k for k, _ in model.named_parameters()])
+    np.savez_compressed(os.path.join(OUT, "lpips.npz"), **arrays)
+    print("lpips", arrays["distance"], arrays["raw01"], arrays["boxed"])
+
+
 MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified, "vit": vit,
-          "pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip}
+          "lpips": lpips, "pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip}
 
 if __name__ == "__main__":
     for name in sys.argv[1:] or MODELS:
