@@ -23,14 +23,17 @@ import torch                                # noqa: E402
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from layers import layer                    # noqa: E402
+from lpips import Lpips                     # noqa: E402
 from pointnet2 import FirstLevel            # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
+from vit import Vit                         # noqa: E402
 
 WARM_UP = 3
-SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224}
+SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224, "vit:b32": 224, "vit:s16": 224,
+        "lpips": 150}
 MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified,
-         "pointnet2": FirstLevel}
+         "vit:b32": lambda: Vit("b32"), "vit:s16": lambda: Vit("s16"), "lpips": Lpips, "pointnet2": FirstLevel}
 CELLS = {"hocat": 32, "unified": 28}
 
 
@@ -42,6 +45,8 @@ def inputs(name, batch):
     image = torch.rand(batch, 3, S, S)
     if name == "unified":
         return {"image": image, "depth": torch.rand(batch, 1, S, S)}
+    if name == "lpips":
+        return {"image": image, "truth": torch.rand(batch, 3, S, S)}
     if name != "hocat":
         return {"image": image}
     box = torch.tensor([[0.2 * S, 0.25 * S, 0.7 * S, 0.75 * S]]).repeat(batch, 1)
@@ -51,6 +56,10 @@ def inputs(name, batch):
 def targets(name, batch):
     if name == "pointnet2":
         return [torch.rand(batch, 512, 128)]
+    if name == "lpips":
+        return []
+    if name.startswith("vit"):
+        return [torch.rand(batch, {"vit:b32": 768, "vit:s16": 384}[name])]
     if name not in CELLS:
         return [torch.rand(batch, 1000)]
     shapes = (21, 2), (16, 3, 3), (10,), (21, 2), (CELLS[name], CELLS[name]), ()
@@ -98,6 +107,9 @@ def inference(name, batch, layout):
 def training(name, batch, layout):
     x, t = list(inputs(name, batch).values()), targets(name, batch)
     model = prepared(MODEL[name]().train(), x, layout)
+    if name == "lpips":                     # frozen: the gradient is the image's
+        x[0].requires_grad_()
+        return lambda: model.loss(*x).backward(), 1
     adam = torch.optim.Adam(model.parameters(), lr=1e-6, weight_decay=5e-4, foreach=True)
 
     def step():
