@@ -238,10 +238,24 @@ START_TEST(damage)
 }
 END_TEST
 
+/* The tensors of a program's modules, as state_dict() would call them */
+START_TEST(torch_script_program)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_torch_file f;
+
+    check_ok(lt_torch_parse(arena, "x.pt", torch_script, sizeof(torch_script), &f));
+    ck_assert_int_eq(f.n, 2);
+    ck_assert_str_eq(f.entry[0].name, "weight");
+    ck_assert_str_eq(f.entry[1].name, "bias");
+    ck_assert(lt_array_has_shape(&f.entry[0].array, 2, (int64_t[]){ 1, 1 }));
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(not_read)
 {
     check_refused(read_torch, torch_bomb, sizeof(torch_bomb), "ask for more memory than a file of 747 bytes");
-    check_refused(read_torch, torch_script, sizeof(torch_script), "TorchScript");
     check_refused(read_torch, "PK\3\4", 4, "x.pth: a zip archive that is cut short");
     check_refused(read_torch, "\x80\2K\1.", 5, "x.pth: a pickle of Python, want a checkpoint of PyTorch");
     check_refused(read_torch, "no", 2, "x.pth: not a checkpoint of PyTorch");
@@ -523,6 +537,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, from_a_file);
     tcase_add_test(tc, no_weights);
     tcase_add_loop_test(tc, damage, 0, 7);
+    tcase_add_test(tc, torch_script_program);
     tcase_add_test(tc, not_read);
     tcase_add_test(tc, left_closed);
     tcase_add_test(tc, streams);

@@ -359,18 +359,10 @@ END_TEST
 /* What no writer takes is no checkpoint either, whoever asks. */
 START_TEST(no_checkpoint)
 {
-    static const struct {
-        const uint8_t *bytes;
-        size_t n;
-    } files[] = {
-        { torch_bomb, sizeof(torch_bomb) }, { torch_script, sizeof(torch_script) },
-    };
     lt_arena *arena = lt_arena_new();
 
-    for (size_t i = 0; i < LT_COUNT(files); i++) {
-        put_file(in_folder("x.pth"), files[i].bytes, files[i].n);
-        ck_assert_int_eq(read_torch(arena, in_folder("x.pth")), LT_EFORMAT);
-    }
+    put_file(in_folder("x.pth"), torch_bomb, sizeof(torch_bomb));
+    ck_assert_int_eq(read_torch(arena, in_folder("x.pth")), LT_EFORMAT);
     lt_arena_free(arena);
 }
 END_TEST

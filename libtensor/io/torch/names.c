@@ -51,6 +51,12 @@ static bool is_module(listing *l, const lt_pvalue *v)
     return state_of(v, "_parameters") || state_of(v, "_modules");
 }
 
+/* TorchScript's modules have parameters, buffers and parts side by side. */
+static bool is_script(const lt_pvalue *v)
+{
+    return v->kind == LT_POBJECT && strncmp(v->u.object.class_name, "__torch__.", 10) == 0;
+}
+
 static bool is_named(listing *l, const lt_pvalue *set, const char *name)
 {
     const size_t n = strlen(name);
@@ -205,13 +211,15 @@ static void walk_object(listing *l, const lt_pvalue *v, const place *at)
 
 static void walk_container(listing *l, const lt_pvalue *v, const place *at)
 {
-    const bool module = is_module(l, v);
+    const bool script = is_script(v), module = script || is_module(l, v);
     place inner = *at;
 
     if (!module || !at->in_module)
         inner.within = *at->name ? strlen(at->name) + 1 : 0;
     inner.in_module = module;
-    if (module)
+    if (script)
+        walk_dict(l, v->u.object.state, NULL, &inner);
+    else if (module)
         walk_module(l, v, &inner);
     else if (v->kind == LT_POBJECT)
         walk_object(l, v, &inner);

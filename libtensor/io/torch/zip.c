@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Checkpoints since PyTorch 1.6: a zip archive with the pickle NAME/data.pkl and each storage's bytes in
- * NAME/data/KEY.
+ * NAME/data/KEY. TorchScript's programs have the same two, of modules, beside code that nobody looks at.
  *
  * Source: pytorch torch/serialization.py (_load), caffe2/serialize/inline_container.h.
  */
@@ -43,16 +43,7 @@ static lt_status find_root(archive *a)
     if (!found)
         return lt_error(LT_EFORMAT, "%s: a zip archive without data.pkl: no checkpoint of PyTorch", a->t->path);
     a->root = lt_arena_printf(a->t->arena, "%.*s", (int)(strlen(found) - strlen("data.pkl")), found);
-    if (!a->root)
-        return lt_error(LT_ENOMEM, "%s: no memory", a->t->path);
-    for (size_t i = 0; i < a->zip.n; i++) {
-        const char *name = behind(a->zip.entry[i].name, a->root);
-
-        if (name && strcmp(name, "constants.pkl") == 0)
-            return lt_error(LT_EFORMAT, "%s: a TorchScript program; save its state_dict() with torch.save",
-                            a->t->path);
-    }
-    return LT_OK;
+    return a->root ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", a->t->path);
 }
 
 /* The bytes of entry i, into *out. */
