@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/param_arrays.h"
 
+#include <string.h>
+
 lt_array reals_array(const lt_shape *shape, const lt_real *data)
 {
     return lt_array_make(sizeof(*data) == sizeof(float) ? LT_ELEM_F4 : LT_ELEM_F8, shape->rank, shape->dim, data);
@@ -24,7 +26,13 @@ lt_named_array *param_arrays(lt_arena *arena, const lt_params *set, size_t more,
 
 bool array_fits(const lt_array *a, const lt_shape *shape)
 {
-    return a->type != LT_ELEM_TEXT && lt_array_has_shape(a, shape->rank, shape->dim);
+    const int more = a->rank > shape->rank ? a->rank - shape->rank : 0;
+
+    for (int i = 0; i < more; i++)
+        if (a->shape[i] != 1)
+            return false;
+    return a->type != LT_ELEM_TEXT && a->rank - more == shape->rank
+           && memcmp(a->shape + more, shape->dim, (size_t)shape->rank * sizeof(*shape->dim)) == 0;
 }
 
 lt_status array_check(const char *path, const char *array, const lt_array *a, const char *name,

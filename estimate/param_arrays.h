@@ -14,7 +14,7 @@ lt_array reals_array(const lt_shape *shape, const lt_real *data);
 /* param_arrays - all of a set in its order, *n of them, with room for so many more behind; NULL without memory */
 lt_named_array *param_arrays(lt_arena *arena, const lt_params *set, size_t more, size_t *n);
 
-/* array_fits - numbers, of this shape */
+/* array_fits - numbers, of this shape, or of it behind more dimensions of 1: a token (1, 1, C) is one of (C) */
 bool array_fits(const lt_array *a, const lt_shape *shape);
 
 /* array_check - LT_EINVAL where an array of a file does not fit what the model calls name; the line has both shapes */

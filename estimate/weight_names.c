@@ -160,6 +160,88 @@ static bool hfl_name(const char *theirs, char *out)
     return rest && fits(snprintf(out, WEIGHT_NAME, "layer%d.%s", n, rest));
 }
 
+/* ---- CLIP's image tower, and other vision transformers --------------------------------------------------- */
+
+/* Names of a tower: whole ones, prefixes of what stands outside of blocks, and within them. Queries, keys and values
+ * that a file has in one array are three by now: weight_split.h. */
+typedef struct {
+    const char *blocks;
+    part_name whole[3], outer[4], inner[9];
+} tower_names;
+
+static bool tower_name(const tower_names *t, const char *theirs, char *out)
+{
+    const char *block = behind(theirs, t->blocks), *rest, *part;
+    const part_name *r;
+    int n;
+
+    for (r = t->whole; r->theirs; r++)
+        if (strcmp(r->theirs, theirs) == 0)
+            return fits(snprintf(out, WEIGHT_NAME, "%s", r->part));
+    if (!block)
+        return outer_name(t->outer, theirs, out);
+    n = take_number(block, &rest);
+    r = n < 0 ? NULL : find(t->inner, rest, &part);
+    return r && fits(snprintf(out, WEIGHT_NAME, "blocks.%d.%s%s", n, r->part, part));
+}
+
+static bool openai_name(const char *theirs, char *out)
+{
+    static const tower_names names = {
+        "transformer.resblocks.",
+        { { "class_embedding", 0, "embed.class_token" }, { "positional_embedding", 0, "embed.position" } },
+        { { "conv1", 0, "embed.patch." }, { "ln_pre", 0, "norm_pre." }, { "ln_post", 0, "norm." } },
+        { { "ln_1", 0, "norm1." }, { "ln_2", 0, "norm2." }, { "attn.q_proj", 0, "attn.q." },
+          { "attn.k_proj", 0, "attn.k." }, { "attn.v_proj", 0, "attn.v." }, { "attn.out_proj", 0, "attn.out." },
+          { "mlp.c_fc", 0, "mlp.fc1." }, { "mlp.c_proj", 0, "mlp.fc2." } },
+    };
+
+    return tower_name(&names, theirs, out);
+}
+
+/* pre_layrnorm is spelt so. */
+static bool hugging_face_name(const char *theirs, char *out)
+{
+    static const tower_names names = {
+        "encoder.layers.",
+        { { "embeddings.class_embedding", 0, "embed.class_token" },
+          { "embeddings.position_embedding.weight", 0, "embed.position" } },
+        { { "embeddings.patch_embedding", 0, "embed.patch." }, { "pre_layrnorm", 0, "norm_pre." },
+          { "post_layernorm", 0, "norm." } },
+        { { "layer_norm1", 0, "norm1." }, { "layer_norm2", 0, "norm2." }, { "self_attn.q_proj", 0, "attn.q." },
+          { "self_attn.k_proj", 0, "attn.k." }, { "self_attn.v_proj", 0, "attn.v." },
+          { "self_attn.out_proj", 0, "attn.out." }, { "mlp.fc1", 0, "mlp.fc1." }, { "mlp.fc2", 0, "mlp.fc2." } },
+    };
+
+    return tower_name(&names, theirs, out);
+}
+
+static bool timm_vit_name(const char *theirs, char *out)
+{
+    static const tower_names names = {
+        "blocks.",
+        { { "cls_token", 0, "embed.class_token" }, { "pos_embed", 0, "embed.position" } },
+        { { "patch_embed.proj", 0, "embed.patch." }, { "norm_pre", 0, "norm_pre." }, { "norm", 0, "norm." } },
+        { { "norm1", 0, "norm1." }, { "norm2", 0, "norm2." }, { "attn.q_proj", 0, "attn.q." },
+          { "attn.k_proj", 0, "attn.k." }, { "attn.v_proj", 0, "attn.v." }, { "attn.proj", 0, "attn.out." },
+          { "mlp.fc1", 0, "mlp.fc1." }, { "mlp.fc2", 0, "mlp.fc2." } },
+    };
+
+    return tower_name(&names, theirs, out);
+}
+
+/* ---- LPIPS -------------------------------------------------------------------------------------------------- */
+
+/* The whole network's file has torchvision's places behind its slices: "net.slice2.3." is features.3. */
+static bool lpips_name_of(const char *theirs, char *out)
+{
+    const char *slice = behind(theirs, "net.slice"), *place;
+
+    if (!slice)
+        return behind(theirs, "lin") && same_name(theirs, out);
+    return take_number(slice, &place) > 0 && fits(snprintf(out, WEIGHT_NAME, "features.%s", place));
+}
+
 /* ---- families --------------------------------------------------------------------------------------------- */
 
 const weight_family weight_families[] = {
@@ -170,5 +252,11 @@ const weight_family weight_families[] = {
       "its weights were trained with TensorFlow's padding and a norm's eps of 1e-3; here padding is symmetric and "
       "eps 1e-5, so expect to train on", lukemelas_name },
     { "HFL-Net", NULL, hfl_name },
+    { "OpenAI's CLIP", NULL, openai_name },
+    { "Hugging Face's CLIP", NULL, hugging_face_name },
+    { "timm's ViT",
+      "those that are not of CLIP were trained with exact GELU and a bias of the patches, which this network has not: "
+      "expect to train on", timm_vit_name },
+    { "LPIPS", NULL, lpips_name_of },
     { 0 },
 };

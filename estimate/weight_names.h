@@ -4,7 +4,8 @@
  * torchvision's.
  *
  * Source: torchvision models/resnet.py, models/efficientnet.py; lukemelas/EfficientNet-PyTorch model.py;
- * timm models/efficientnet.py; lzfff12/HFL-Net and stevenlsw/Semi-Hand-Object networks/backbone.
+ * timm models/efficientnet.py, models/vision_transformer.py; openai/CLIP clip/model.py; huggingface/transformers CLIP;
+ * richzhang/PerceptualSimilarity; lzfff12/HFL-Net and stevenlsw/Semi-Hand-Object networks/backbone.
  */
 #ifndef ESTIMATE_WEIGHT_NAMES_H
 #define ESTIMATE_WEIGHT_NAMES_H

@@ -4,6 +4,7 @@
 #include "estimate/checkpoint.h"
 #include "estimate/checkpoint_folder.h"
 #include "estimate/param_arrays.h"
+#include "estimate/weight_split.h"
 #include "libtensor/io/torch/weights_file.h"
 
 #include <math.h>
@@ -238,6 +239,8 @@ lt_status weights_init(lt_arena *arena, const char *path, const model *m, weight
     const char *file = checkpoint_last(arena, path);
     lt_status st = file ? lt_weights_read(arena, file, &a.file) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
+    if (!st)
+        st = weight_split_attention(arena, m->params, &a.file);
     if (!st)
         st = match_all(&a);
     if (!st)
