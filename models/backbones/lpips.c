@@ -231,7 +231,7 @@ static state state_of(const lt_call *c)
 {
     state s = { .c = c, .m = ((const lpips_attr *)c->attr)->m, .B = (int)lt_dim(c->in[IMAGE], 0) };
 
-    s.crops = crops_of(c, kept_of(c));
+    s.crops = crops_of(c, (alexnet_crop *)kept_of(c));
     s.memory = memory_of(c, &s.crops, kept_of(c), NULL);
     s.memory = memory_of(c, &s.crops, kept_of(c), work_of(c, &s.memory));
     return s;
@@ -337,7 +337,8 @@ static void scale_differences(void *ctx, int64_t channel)
         const alexnet_map *u = &s->crops.crop[i].out[s->l];
         const int64_t n = u->h * u->w;
 
-        lt_k->scale(row + u->at, row + u->at, (lt_real)(n ? 2 * lin * (double)s->c->dout[i] / (double)n : 0), (size_t)n);
+        if (n)
+            lt_k->scale(row + u->at, row + u->at, (lt_real)(2 * lin * (double)s->c->dout[i] / (double)n), (size_t)n);
     }
 }
 

@@ -225,7 +225,8 @@ END_TEST
 static void expect_refusal(lt_shape image, lt_shape truth, lt_shape boxes, const char *reason)
 {
     lt_graph *g = lt_graph_new();
-    lt_tensor *x = lt_input(g, "x", LT_F32, image.rank, image.dim), *y = lt_input(g, "y", LT_F32, truth.rank, truth.dim);
+    lt_tensor *x = lt_input(g, "x", LT_F32, image.rank, image.dim);
+    lt_tensor *y = lt_input(g, "y", LT_F32, truth.rank, truth.dim);
     lt_tensor *box = lt_input(g, "boxes", LT_F32, boxes.rank, boxes.dim);
 
     lt_output(lpips_distance(&m, LPIPS_SYM, x, y, box), "distance");

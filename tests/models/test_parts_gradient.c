@@ -63,8 +63,8 @@ static void expect_slope(const char *what, lt_tensor *loss, lt_real *x, const lt
     }
     memcpy(x, at, (size_t)n * sizeof(*at));
     f[0] = (f[0] - f[1]) / (2 * step);
-    ck_assert_msg(fabs(f[0] - slope) < 1e-6 * fmax(fabs(slope), 1e-3), "%s: slope %.12g, differences %.12g", what, slope,
-                  f[0]);
+    ck_assert_msg(fabs(f[0] - slope) < 1e-6 * fmax(fabs(slope), 1e-3), "%s: slope %.12g, differences %.12g", what,
+                  slope, f[0]);
     lt_release(direction);
     lt_release(at);
 }
@@ -108,7 +108,8 @@ START_TEST(lpips_slopes)
     const int64_t shape[] = { 2, 3, 40, 47 }, four[] = { 2, 4 };
     const lt_real the_boxes[] = { 2, 3, 44, 38, 5, 1, 39, 36 };
     lt_rng r = lt_rng_make(4, 0);
-    lt_tensor *image = lt_want_grad(lt_input(g, "image", LT_F32, 4, shape)), *truth = lt_input(g, "truth", LT_F32, 4, shape);
+    lt_tensor *image = lt_want_grad(lt_input(g, "image", LT_F32, 4, shape));
+    lt_tensor *truth = lt_input(g, "truth", LT_F32, 4, shape);
     lt_tensor *boxes = lt_input(g, "boxes", LT_F32, 2, four), *loss;
     lt_real *grad;
     lpips m;

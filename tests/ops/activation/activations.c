@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Smooth activations against torch's, whose gelu is the one with erf; quick_gelu by its formula. The name tanh is C's. */
+/* Smooth activations against torch's, whose gelu is the one with erf; quick_gelu against its formula there. The name
+ * tanh is C's. */
 #include "tests/ops/suite.h"
 
 static lt_tensor *sigmoid(lt_tensor **in) { return lt_sigmoid(in[0]); }
