@@ -186,14 +186,14 @@ typedef struct {
     size_t n;
 } relu_job;
 
+/* d where the tap is above 0 */
 static void relu_channel(void *ctx, int64_t channel)
 {
     const relu_job *j = ctx;
-    lt_real *d = j->d + channel * j->ld;
     const lt_real *tap = j->tap + channel * j->ld;
+    lt_real *d = j->d + channel * j->ld;
 
-    for (size_t i = 0; i < j->n; i++)
-        d[i] = tap[i] > 0 ? d[i] : 0;
+    lt_k->affine_grad(d, d, &(lt_behind){ .y = tap, .slope = 0 }, tap, 1, 0, 0, false, j->n);
 }
 
 void alexnet_backward(const alexnet *m, const alexnet_crops *crops, int n, int l, const lt_real *tap, lt_real *dtap,

@@ -62,10 +62,15 @@ static void each_row(const crop_columns *c, int ky, lt_real *columns, lt_real *p
 /* The positions p whose ix + p * stride + kx is inside the map: [from, to) */
 static void inside(const window_row *r, int kx, int64_t *from, int64_t *to)
 {
-    const int64_t ix = r->ix + kx, stride = r->a->stride;
+    const int64_t ix = r->ix + kx, stride = r->a->stride, left = r->x->w - ix;
 
-    *from = ix < 0 ? lt_ceil_div(-ix, stride) : 0;
-    *to = r->x->w > ix ? lt_min_i64(r->w, (r->x->w - ix - 1) / stride + 1) : 0;
+    if (stride == 1) {                              /* most of them; without dividing */
+        *from = lt_max_i64(0, -ix);
+        *to = lt_max_i64(0, lt_min_i64(r->w, left));
+    } else {
+        *from = ix < 0 ? lt_ceil_div(-ix, stride) : 0;
+        *to = left > 0 ? lt_min_i64(r->w, (left - 1) / stride + 1) : 0;
+    }
     *from = lt_min_i64(*from, r->w);
     *to = lt_max_i64(*from, *to);
 }
