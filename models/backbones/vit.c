@@ -75,10 +75,10 @@ void vit_init(const vit *m, uint64_t seed)
 static lt_tensor *embed(const vit *m, lt_tensor *image)
 {
     lt_graph *g = image->graph;
-    lt_tensor *patches = lt_map_to_tokens(lt_conv_layer_forward(&m->patch, image)), *tokens;
+    lt_tensor *patches = lt_map_to_tokens(lt_conv_layer_forward(&m->patch, image));
+    lt_tensor *zero = lt_reshape(lt_scale(lt_sample_index(image), 0), LT_SHAPE(lt_dim(image, 0), 1, 1));
+    lt_tensor *tokens = lt_add(zero, lt_use(g, m->class_token));        /* one a sample, of any number of them */
 
-    lt_constant_reals(g, LT_SHAPE(lt_dim(image, 0), 1, m->opts.width), &tokens);        /* zeros: one a sample */
-    tokens = lt_add(tokens, lt_use(g, m->class_token));
     return lt_add(lt_concat((lt_tensor *[]){ tokens, patches }, 2, 1), lt_use(g, m->position));
 }
 

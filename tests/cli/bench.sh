@@ -41,6 +41,8 @@ bench --model resnet50 --set model.image_size=32 --set model.width=8 --mode both
 bench --model efficientnet_b0 --set model.image_size=32 --mode both | grep -q '^| efficientnet_b0 '
 bench --model pointnet2 --set model.points=64 --mode both | grep -q '^| pointnet2 | sa1 '
 bench --model gpm --variant cpu --set model.points=64 --mode both | grep -q '^| gpm | cpu '
+bench --model vit --variant tiny --mode both | grep -q '^| vit | tiny '
+bench --model lpips --set model.image_size=40 --batch 2 --mode both | grep -q '^| lpips '
 
 refuses 2 'no such layer "conv2"; did you mean "conv2d"' --layer conv2
 refuses 2 'conv2d.kk: no such key; did you mean "k"' --layer conv2d:kk=3
