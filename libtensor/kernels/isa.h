@@ -5,7 +5,7 @@
 
 #include "libtensor/kernels/kernels.h"
 
-/* The units in body/ and tile/; and products of bytes for CPUs with VNNI, if the compiler knows it */
+/* The units in body/, tile/ and splat/; and products of bytes for CPUs with VNNI, if the compiler knows it */
 #define LT_UNITS(isa)                                                                               \
     void lt_##isa##_add_elements(lt_kernels *k);                                                    \
     void lt_##isa##_add_attention(lt_kernels *k);                                                   \
@@ -13,6 +13,7 @@
     void lt_##isa##_add_bytes(lt_kernels *k);                                                       \
     void lt_##isa##_add_depthwise(lt_kernels *k);                                                   \
     void lt_##isa##_add_winograd(lt_kernels *k);                                                    \
+    void lt_##isa##_add_splat(lt_kernels *k);                                                       \
     void lt_##isa##_add_vnni(lt_kernels *k);
 LT_UNITS(generic)
 LT_UNITS(avx2)

@@ -21,6 +21,7 @@
 #include "libtensor/base/common.h"
 #include "libtensor/base/cpu.h"
 #include "libtensor/base/status.h"
+#include "libtensor/kernels/splat_types.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -586,6 +587,9 @@ typedef struct lt_kernels {
                        const lt_real *gate);
     void (*tiles_left_turned)(lt_real *out, const lt_real *x, int64_t ld, int64_t k, int64_t n);
     void (*tiles_right)(lt_real *out, int64_t panel, const lt_real *b, int64_t ld, int64_t k, int64_t n);
+
+    /* ---- Gaussians, for libtensor/ops/splat/raster.c ------------------------------------------------------- */
+    lt_splat_kernels splat;
 
     /* fma_loop: rounds of independent fused multiply-adds on registers; returns how many single
      * operations (two per multiply-add and lane) were done. *sink keeps the compiler honest. */

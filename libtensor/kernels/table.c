@@ -39,6 +39,7 @@ static lt_isa best_isa(void)
         lt_##name##_add_bytes(k);                                                                   \
         lt_##name##_add_depthwise(k);                                                               \
         lt_##name##_add_winograd(k);                                                                \
+        lt_##name##_add_splat(k);                                                                   \
         if (lt_cpu_has_vnni(id))                                                                    \
             lt_##name##_add_vnni(k);                                                                \
         k->isa = id;                                                                                \

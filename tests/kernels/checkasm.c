@@ -199,6 +199,7 @@ static void check_all_others(lt_kernels *k, const lt_kernels *generic)
     check_samples(k, generic);
     check_points(k, generic);
     check_skin(k, generic);
+    check_splat(k, generic);
     check_accuracy(k);
     check_threads(lt_isa_name(k->isa), check_products);
     check_without_vnni(k);

@@ -35,6 +35,7 @@ void check_attention(const lt_kernels *k, const lt_kernels *generic);
 void check_samples(const lt_kernels *k, const lt_kernels *generic);
 void check_points(const lt_kernels *k, const lt_kernels *generic);
 void check_skin(const lt_kernels *k, const lt_kernels *generic);
+void check_splat(const lt_kernels *k, const lt_kernels *generic);
 void check_accuracy(const lt_kernels *k);
 void bench(void);
 

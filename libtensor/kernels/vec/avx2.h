@@ -229,6 +229,11 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
 
 INLINE vec v_max(vec a, vec b) { return _mm256_max_ps(a, b); }  /* b where one is NaN */
 INLINE vec v_min(vec a, vec b) { return _mm256_min_ps(a, b); }  /* likewise */
+
+/* Of two numbers, without a branch; b where one is NaN */
+INLINE float s_max(float a, float b) { return _mm_cvtss_f32(_mm_max_ss(_mm_set_ss(a), _mm_set_ss(b))); }
+INLINE float s_min(float a, float b) { return _mm_cvtss_f32(_mm_min_ss(_mm_set_ss(a), _mm_set_ss(b))); }
+
 INLINE vec v_abs(vec x) { return _mm256_andnot_ps(v_set(-0.0f), x); }
 INLINE vec v_copysign(vec size, vec sign)           /* size >= 0 */
 {
@@ -244,6 +249,15 @@ INLINE unsigned v_at_most(vec a, vec b)             /* bit i: a[i] <= b[i] */
 {
     return (unsigned)_mm256_movemask_ps(_mm256_cmp_ps(a, b, _CMP_LE_OQ));
 }
+
+/* Which lanes: where a < b, in both, in any; and what a vector has there, 0 elsewhere */
+typedef __m256 mvec;
+
+INLINE mvec m_less(vec a, vec b) { return _mm256_cmp_ps(a, b, _CMP_LT_OQ); }
+INLINE mvec m_both(mvec a, mvec b) { return _mm256_and_ps(a, b); }
+INLINE bool m_any(mvec m) { return _mm256_movemask_ps(m) != 0; }
+INLINE vec v_where(mvec m, vec yes, vec no) { return _mm256_blendv_ps(no, yes, m); }
+INLINE vec v_only(mvec m, vec v) { return _mm256_and_ps(m, v); }
 
 /* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
 INLINE vec pow2_of(ivec n)
@@ -292,6 +306,35 @@ INLINE void v_add_sums32(double out[SUMMED], const vec x[SUMMED][4])
     const __m128d two = _mm256_castpd256_pd128(four) + _mm256_extractf128_pd(four, 1);
 
     out[0] += two[0] + two[1];
+}
+
+/* x's and y's sums of lanes that are eight, and then four apart */
+INLINE vec sums_of_halves(const vec x[2], const vec y[2])
+{
+    const vec a = x[0] + x[1], b = y[0] + y[1];
+
+    return _mm256_permute2f128_ps(a, b, 0x20) + _mm256_permute2f128_ps(a, b, 0x31);
+}
+
+/* out[j], j < n = the sum of the 16 numbers in x[j], by halves: i and i + 8, then i + 4 ...; 0 from even n on. */
+INLINE void v_sums16(float out[16], const vec x[16][2], int n)
+{
+    const __m256i turned = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
+
+    for (int j = 0; j < 16; j += 8) {
+        vec half[4], two[2];
+
+        for (int i = 0; i < 4; i++) {
+            half[i] = v_zero();
+            if (j + 2 * i < n)
+                half[i] = sums_of_halves(x[j + 2 * i], x[j + 2 * i + 1]);
+        }
+        for (int i = 0; i < 2; i++)
+            two[i] = _mm256_shuffle_ps(half[2 * i], half[2 * i + 1], 0x44)
+                + _mm256_shuffle_ps(half[2 * i], half[2 * i + 1], 0xee);
+        v_store(out + j, _mm256_permutevar8x32_ps(_mm256_shuffle_ps(two[0], two[1], 0x88)
+                                                  + _mm256_shuffle_ps(two[0], two[1], 0xdd), turned));
+    }
 }
 
 INLINE float v_max_lanes(vec v)

@@ -255,6 +255,11 @@ INLINE void v_transpose(float *out, int64_t row, const float *x, int64_t col, in
 INLINE vec v_max(vec a, vec b) { return _mm512_max_ps(a, b); }  /* b where one is NaN */
 INLINE vec v_min(vec a, vec b) { return _mm512_min_ps(a, b); }  /* likewise */
 INLINE vec v_abs(vec x) { return _mm512_abs_ps(x); }
+
+/* Of two numbers, without a branch; b where one is NaN */
+INLINE float s_max(float a, float b) { return _mm_cvtss_f32(_mm_max_ss(_mm_set_ss(a), _mm_set_ss(b))); }
+INLINE float s_min(float a, float b) { return _mm_cvtss_f32(_mm_min_ss(_mm_set_ss(a), _mm_set_ss(b))); }
+
 INLINE vec v_copysign(vec size, vec sign)           /* size >= 0 */
 {
     return _mm512_or_ps(size, _mm512_and_ps(sign, v_set(-0.0f)));
@@ -266,6 +271,15 @@ INLINE vec v_where_less(vec a, vec b, vec yes, vec no)
 }
 
 INLINE unsigned v_at_most(vec a, vec b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }   /* bit i: a[i] <= b[i] */
+
+/* Which lanes: where a < b, in both, in any; and what a vector has there, 0 elsewhere */
+typedef __mmask16 mvec;
+
+INLINE mvec m_less(vec a, vec b) { return _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ); }
+INLINE mvec m_both(mvec a, mvec b) { return _kand_mask16(a, b); }
+INLINE bool m_any(mvec m) { return m != 0; }
+INLINE vec v_where(mvec m, vec yes, vec no) { return _mm512_mask_mov_ps(no, m, yes); }
+INLINE vec v_only(mvec m, vec v) { return _mm512_maskz_mov_ps(m, v); }
 
 /* 2^n, where shifted = n + 1.5 * 2^23: for -126 <= n <= 127; and x times it, for any n */
 INLINE vec v_pow2(vec shifted)
@@ -316,6 +330,36 @@ INLINE void v_add_sums32(double out[SUMMED], const vec x[SUMMED][2])
     const __m512d sums = _mm512_permutexvar_pd(_mm512_setr_epi64(0, 2, 4, 6, 0, 2, 4, 6), one);
 
     _mm256_storeu_pd(out, _mm256_loadu_pd(out) + _mm512_castpd512_pd256(sums));
+}
+
+/* x and y, two rows of parts each: the sums of parts that are two, and then one apart */
+INLINE vec sums_of_halves(vec x, vec y) { return _mm512_shuffle_f32x4(x, y, 0x44) + _mm512_shuffle_f32x4(x, y, 0xee); }
+INLINE vec sums_of_parts(vec x, vec y) { return _mm512_shuffle_f32x4(x, y, 0x88) + _mm512_shuffle_f32x4(x, y, 0xdd); }
+
+INLINE vec sums_of_quarters(const vec x[4][1], int n)
+{
+    const vec none = v_zero();
+
+    return n <= 0 ? none
+        : sums_of_parts(sums_of_halves(x[0][0], x[1][0]), n <= 2 ? none : sums_of_halves(x[2][0], x[3][0]));
+}
+
+/* out[j], j < n = the sum of the 16 numbers in x[j], by halves: i and i + 8, then i + 4 ...; 0 from even n on.
+ * Rows that end in one part of 128 bits are taken together, so that row 4 j + i comes out as element j of part i. */
+INLINE void v_sums16(float out[16], const vec x[16][1], int n)
+{
+    const __m512i turned = _mm512_setr_epi32(0, 4, 8, 12, 1, 5, 9, 13, 2, 6, 10, 14, 3, 7, 11, 15);
+    vec four[4], two[2];
+
+#pragma GCC unroll 4
+    for (int j = 0; j < 4; j++)
+        four[j] = sums_of_quarters(x + 4 * j, n - 4 * j);
+#pragma GCC unroll 2
+    for (int j = 0; j < 2; j++)
+        two[j] = _mm512_shuffle_ps(four[2 * j], four[2 * j + 1], 0x44)
+            + _mm512_shuffle_ps(four[2 * j], four[2 * j + 1], 0xee);
+    v_store(out, _mm512_permutexvar_ps(turned, _mm512_shuffle_ps(two[0], two[1], 0x88)
+                                               + _mm512_shuffle_ps(two[0], two[1], 0xdd)));
 }
 
 INLINE float v_max_lanes(vec v) { return _mm512_reduce_max_ps(v); }

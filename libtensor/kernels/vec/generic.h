@@ -84,9 +84,23 @@ INLINE void v_transpose(lt_real *out, int64_t row, const lt_real *x, int64_t col
 INLINE vec v_max(vec a, vec b) { return a > b ? a : b; }        /* b where one is NaN */
 INLINE vec v_min(vec a, vec b) { return a < b ? a : b; }        /* likewise */
 INLINE vec v_abs(vec x) { return FABS(x); }
+
+/* Of two numbers, without a branch; b where one is NaN */
+INLINE lt_real s_max(lt_real a, lt_real b) { return a > b ? a : b; }
+INLINE lt_real s_min(lt_real a, lt_real b) { return a < b ? a : b; }
+
 INLINE vec v_copysign(vec size, vec sign) { return COPYSIGN(size, sign); }
 INLINE vec v_where_less(vec a, vec b, vec yes, vec no) { return a < b ? yes : no; }
 INLINE unsigned v_at_most(vec a, vec b) { return a <= b; }     /* bit i: a[i] <= b[i] */
+
+/* Which lanes: where a < b, in both, in any; and what a vector has there, 0 elsewhere */
+typedef bool mvec;
+
+INLINE mvec m_less(vec a, vec b) { return a < b; }
+INLINE mvec m_both(mvec a, mvec b) { return a & b; }
+INLINE bool m_any(mvec m) { return m; }
+INLINE vec v_where(mvec m, vec yes, vec no) { return m ? yes : no; }
+INLINE vec v_only(mvec m, vec v) { return m ? v : 0; }
 
 /* Words in the lanes */
 INLINE ivec i_set(int32_t x) { return x; }
@@ -159,6 +173,23 @@ INLINE void v_add_sums32(double out[SUMMED], const vec x[SUMMED][32])
         for (int i = 0; i < half; i++)
             sum[i] += sum[i + half];
     out[0] += sum[0];
+}
+
+/* out[j], j < n = the sum of the 16 numbers in x[j], by halves: i and i + 8, then i + 4 ...; 0 from even n on. */
+INLINE void v_sums16(lt_real out[16], const vec x[16][16], int n)
+{
+    for (int j = 0; j < n; j++) {
+        lt_real sum[8];
+
+        for (int i = 0; i < 8; i++)
+            sum[i] = x[j][i] + x[j][i + 8];
+        for (int half = 4; half > 0; half /= 2)
+            for (int i = 0; i < half; i++)
+                sum[i] += sum[i + half];
+        out[j] = sum[0];
+    }
+    for (int j = n; j < 16; j++)
+        out[j] = 0;
 }
 
 INLINE lt_real v_max_lanes(vec v) { return v; }

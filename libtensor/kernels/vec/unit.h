@@ -26,12 +26,16 @@
 #define FMA(a, b, c) fma(a, b, c)
 #define FABS fabs
 #define FLOOR floor
+#define CEIL ceil
+#define LOG2 log2
 #define SQRT sqrt
 #define COPYSIGN copysign
 #else
 #define FMA(a, b, c) fmaf(a, b, c)
 #define FABS fabsf
 #define FLOOR floorf
+#define CEIL ceilf
+#define LOG2 log2f
 #define SQRT sqrtf
 #define COPYSIGN copysignf
 #endif
