@@ -3,6 +3,7 @@
 
 #include "eval/bench/bench.h"
 #include "eval/bench/layers.h"
+#include "eval/bench/splat.h"
 #include "libtensor/io/text/config.h"
 #include "libtensor/kernels/kernels.h"
 
@@ -21,7 +22,8 @@ typedef struct {
 } bench_args;
 
 static const struct argp_option options[] = {
-    { "model", 'm', "NAME", 0, "hocat (default), unified, resnet50, efficientnet_b0, vit, lpips, pointnet2 or gpm", 0 },
+    { "model", 'm', "NAME", 0, "hocat (default), unified, resnet50, efficientnet_b0, vit, lpips, pointnet2, gpm, or "
+      "splat, the rasteriser of Gaussians", 0 },
     { "layer", LAYER, "LAYER", 0, "a single layer instead, with cold weights; see below", 0 },
     { "variant", VARIANT, "NAME", 0, "of the model; default the config's, else full", 0 },
     { "config", 'c', "FILE|NAME|RUN|CHECKPOINT", 0,
@@ -97,6 +99,7 @@ static const struct argp argp = {
     "measured over many copies, each with weights of its own, 100 MB together where it has that many, so that "
     "weights come from memory as in a network; its training is forward and backward.\n\n"
     "  palmar bench --model hocat --variant full --batch 1 --threads 2 --json\n"
+    "  palmar bench --model splat --set model.gaussians=10000 --set model.size=224 --mode both\n"
     "  palmar bench --layer conv2d:c=256,o=256,hw=16 --compare avx2", NULL, help_filter, NULL,
 };
 
@@ -109,9 +112,11 @@ typedef struct {
 
 static lt_status subject_new(const bench_args *a, const cli_hand *hand, subject *s)
 {
+    const bool splat = a->model && strcmp(a->model, bench_splat_class.name) == 0;
+
     *s = (subject){ .copies = 0 };
     if (!a->layer)
-        return cli_model_new(a->model, a->config, &a->over, hand, &s->params, &s->m);
+        return cli_model_new(splat ? &bench_splat_class : NULL, a->model, a->config, &a->over, hand, &s->params, &s->m);
     s->params = lt_params_new();
     return s->params ? layer_new(a->layer, hand->layer, s->params, &s->m, &s->copies)
                      : lt_error(LT_ENOMEM, "no memory for the layer");

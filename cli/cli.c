@@ -351,10 +351,9 @@ static lt_status set_key(cJSON *root, const char *assignment)
     return lt_config_set(root, "--set", assignment);
 }
 
-lt_status cli_model_new(const char *name, const char *config, const cli_overrides *over,
+lt_status cli_model_new(const model_class *cls, const char *name, const char *config, const cli_overrides *over,
                         const cli_hand *hand, lt_params **params, model *out)
 {
-    const model_class *cls;
     cJSON *root = NULL, *group;
     char where[4200];
     lt_status st = read_config(config, &root);
@@ -364,7 +363,7 @@ lt_status cli_model_new(const char *name, const char *config, const cli_override
     for (int i = 0; st == LT_OK && i < over->n; i++)
         st = set_key(root, over->set[i]);
     group = cJSON_GetObjectItemCaseSensitive(root, "model");
-    if (st == LT_OK)
+    if (st == LT_OK && !cls)
         st = find_model(name, config, where, group, &cls);
     if (st == LT_OK) {
         cJSON_DeleteItemFromObjectCaseSensitive(group, "name");

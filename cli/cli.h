@@ -103,10 +103,10 @@ const char *cli_find_config(struct argp_state *state, const char *name);
 /**
  * cli_model_new - a model with a config, initialised from seed 0
  *
- * config is a file with a "model" group, or NULL; name NULL: of that group, else HOCAT. What `over` says goes on top.
- * *params is the caller's to free.
+ * config is a file with a "model" group, or NULL; name NULL: of that group, else HOCAT; cls is a model that is not in
+ * the zoo, or NULL. What `over` says goes on top. *params is the caller's to free.
  */
-lt_status cli_model_new(const char *name, const char *config, const cli_overrides *over,
+lt_status cli_model_new(const model_class *cls, const char *name, const char *config, const cli_overrides *over,
                         const cli_hand *hand, lt_params **params, model *out);
 
 /* A trained model, and what it was trained with. */

@@ -210,7 +210,7 @@ static lt_status from_name(const export_args *a)
     lt_status st = cli_hand_open(a->hand, NULL, &hand);
 
     if (st == LT_OK)
-        st = cli_model_new(a->model, a->config, &a->over, &hand, &params, &m);
+        st = cli_model_new(NULL, a->model, a->config, &a->over, &hand, &params, &m);
     if (st == LT_OK && a->init)
         st = weights_init(hand.arena, a->init, &m, &r);
     if (st == LT_OK && a->init)

@@ -208,7 +208,7 @@ static lt_status info_model(const info_args *a, cJSON *root)
 
     if (st)
         return st;
-    st = cli_model_new(a->model, a->config, &a->over, &hand, &params, &m);
+    st = cli_model_new(NULL, a->model, a->config, &a->over, &hand, &params, &m);
     if (st == LT_OK)
         st = model_json(&m, root);
     if (st == LT_OK && a->init)

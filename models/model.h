@@ -76,6 +76,9 @@ typedef struct model_class {
 
     /* Record the forward pass for a batch, and with losses the losses too. */
     void (*record)(const model *m, bool losses, model_record *out);
+
+    /* The values that an input is timed with, where numbers between 0 and 1 would be none. NULL: they will do. */
+    void (*fill)(const model *m, const char *input, lt_real *x);
 } model_class;
 
 struct model {

@@ -19,6 +19,9 @@ struct bench {
     int parts;                      /* of a training step, as the trainer has them */
     lt_optim *optim;                /* of a training step */
     double *ms;                     /* one a run */
+    bool draws;                     /* it has the outputs "image" and "instances": */
+    double instances;
+    uint32_t image_crc32;           /* of its elements' bytes */
     lt_arena *arena;                /* with int8: of layers */
     calibration layers;
 };

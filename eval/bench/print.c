@@ -56,6 +56,10 @@ void bench_print_json(const bench *b, const bench_result *r, FILE *f)
     print_number(f, "fma_gflops", r->fma_before < r->fma_after ? r->fma_before : r->fma_after);
     print_number(f, "fma_gflops_before", r->fma_before);
     print_number(f, "fma_gflops_after", r->fma_after);
+    if (b->draws) {
+        print_number(f, "instances", b->instances);
+        fprintf(f, ", \"crc32\": \"%08x\"", (unsigned)b->image_crc32);
+    }
     fprintf(f, "}\n");
 }
 

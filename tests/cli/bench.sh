@@ -44,6 +44,13 @@ bench --model gpm --variant cpu --set model.points=64 --mode both | grep -q '^| 
 bench --model vit --variant tiny --mode both | grep -q '^| vit | tiny '
 bench --model lpips --set model.image_size=40 --batch 2 --mode both | grep -q '^| lpips '
 
+# One image or three; training draws what inference does. NumPy's known scene has so many instances.
+for sets in false true; do
+    splat=$(bench --model splat --set model.gaussians=1000 --set model.sets=$sets --mode both --json)
+    [ "$(echo "$splat" | sed 's/.*"crc32": "\([0-9a-f]*\)".*/\1/' | sort -u | wc -l)" = 1 ]
+done
+bench --model splat --json | grep -q '"instances": 32430, "crc32": "[0-9a-f]\{8\}"}'
+
 refuses 2 'no such layer "conv2"; did you mean "conv2d"' --layer conv2
 refuses 2 'conv2d.kk: no such key; did you mean "k"' --layer conv2d:kk=3
 refuses 2 'conv2d.hw: ' --layer conv2d:hw=0
