@@ -21,6 +21,7 @@ warnings.filterwarnings("ignore")
 import torch                                # noqa: E402
 
 from efficientnet import EfficientNetB0     # noqa: E402
+from gpm import Gpm                         # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from layers import layer                    # noqa: E402
 from lpips import Lpips                     # noqa: E402
@@ -33,7 +34,8 @@ WARM_UP = 3
 SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224, "vit:b32": 224, "vit:s16": 224,
         "lpips": 150}
 MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified,
-         "vit:b32": lambda: Vit("b32"), "vit:s16": lambda: Vit("s16"), "lpips": Lpips, "pointnet2": FirstLevel}
+         "vit:b32": lambda: Vit("b32"), "vit:s16": lambda: Vit("s16"), "lpips": Lpips, "pointnet2": FirstLevel,
+         "gpm:encoder": Gpm}
 CELLS = {"hocat": 32, "unified": 28}
 
 
@@ -41,6 +43,8 @@ def inputs(name, batch):
     """By name. The boxes are those of palmar bench: half the crop wide and high."""
     if name == "pointnet2":
         return {"points": torch.rand(batch, 2048, 3), "features": torch.rand(batch, 2048, 87)}
+    if name == "gpm:encoder":
+        return {"tokens": torch.rand(batch, 512, 435)}
     S = SIZE[name]
     image = torch.rand(batch, 3, S, S)
     if name == "unified":

@@ -70,17 +70,22 @@ static void destroy(built *b)
     lt_arena_free(b->arena);
 }
 
-/* Networks on points choose and collect these by index, which has no ONNX form here. */
-static bool of_points(const model_class *cls)
+/* Networks on points choose and collect these by index, and LPIPS is one op: neither has an ONNX form here. */
+static bool without_onnx(const model_class *cls)
 {
-    return strcmp(cls->name, "pointnet2") == 0 || strcmp(cls->name, "gpm") == 0;
+    static const char *const names[] = { "pointnet2", "gpm", "lpips" };
+
+    for (size_t i = 0; i < LT_COUNT(names); i++)
+        if (strcmp(cls->name, names[i]) == 0)
+            return true;
+    return false;
 }
 
 /* Call fn with every variant of every model but those, at each of its small sizes. */
 static void for_every_model(void (*fn)(const model *m))
 {
     for (int c = 0; model_classes[c]; c++) {
-        int found = of_points(model_classes[c]);
+        int found = without_onnx(model_classes[c]);
 
         for (size_t i = 0; i <= LT_COUNT(sizes); i++) {
             const char *config = i < LT_COUNT(sizes) ? sizes[i].config : "{}";
