@@ -256,6 +256,7 @@ static void give(const predict_view *v, const predict_result *r, palmar_hand *ou
     out->trusted = predict_trusted(v, r);
     out->agreement_px = r->agreement_px;
     out->object_found = r->object_found;
+    out->object_trusted = predict_object_trusted(v, r);
     memcpy(out->object_rotation, e->object.R, sizeof(out->object_rotation));
     memcpy(out->object_translation, e->object.t, sizeof(out->object_translation));
     out->object_inliers = e->object_inliers;

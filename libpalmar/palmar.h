@@ -103,7 +103,8 @@ typedef struct {
     int placed;                     /* 1; 0: the place is a guess, 0.6 m away in the box */
     int trusted;                    /* 1: placed, and 2D and 3D joints agree to a tenth of the hand's box */
     double agreement_px;            /* how far they are apart */
-    int object_found;               /* 1: the pose below is to be believed */
+    int object_found;               /* 1: the pose below was found, 0.05 to 10 m away */
+    int object_trusted;             /* 1: and in reach of the hand, which is trusted */
     double object_rotation[9], object_translation[3];       /* x_camera = R x_object + t; R by rows */
     int object_inliers;             /* votes for the pose */
     float object_confidence;        /* in [0, 1], of the network in where it sees the object */

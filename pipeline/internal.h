@@ -128,6 +128,11 @@ void predict_reproject(const predict_view *v, predict_result *r);
 /* predict_trusted - whether 2D and 3D joints agree to a tenth of the hand's box */
 bool predict_trusted(const predict_view *v, const predict_result *r);
 
+/* predict_object_apart - metres from the joints to the box of the object, 0 in it; infinite where none was found.
+ * predict_object_trusted - whether it is in reach of a hand that can be trusted itself */
+double predict_object_apart(const predict_view *v, const predict_result *r);
+bool predict_object_trusted(const predict_view *v, const predict_result *r);
+
 /* ---- smooth.c: a hand in a film, frame after frame ------------------------------------------------------- */
 
 typedef struct {

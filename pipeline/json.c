@@ -140,6 +140,7 @@ static void put_object(cJSON *b, const predict_view *v, const predict_result *r,
     put_text(b, "name", v->object ? v->object->name : NULL, ok);
     put_text(b, "mesh_source", v->object ? v->object->origin : NULL, ok);
     put(b, "found", cJSON_CreateBool(r->object_found), ok);
+    put(b, "trusted", cJSON_CreateBool(predict_object_trusted(v, r)), ok);
     put(b, "R", r->object_found ? cJSON_CreateDoubleArray(r->e.object.R, 9) : cJSON_CreateNull(), ok);
     put(b, "t_m", r->object_found ? cJSON_CreateDoubleArray(r->e.object.t, 3) : cJSON_CreateNull(), ok);
     put_number(b, "inliers", r->e.object_inliers, ok);

@@ -32,6 +32,7 @@ static const struct {
     [NOTE_DEPTH_DOUBTFUL] = { "depth-doubtful", true, NULL },
     [NOTE_NO_POSE] = { "object-not-found", true, NULL },
     [NOTE_POSE_FAR] = { "object-far", true, NULL },
+    [NOTE_OBJECT_APART] = { "object-apart", true, NULL },
 };
 
 const char *predict_note_name(predict_note_code code)

@@ -55,12 +55,13 @@ static int note_object(draw_canvas *c, int y, int scale, const predict_view *v, 
         snprintf(line, sizeof(line), "object not named  %d of %d points of its box seen  confidence %.2f",
                  count_seen(r), LT_BOX_POINTS, (double)r->e.object_confidence);
     else if (r->object_found)
-        snprintf(line, sizeof(line), "%s  z %.2f m  %d inliers  confidence %.2f", v->object->name,
-                 r->e.object.t[2], r->e.object_inliers, (double)r->e.object_confidence);
+        snprintf(line, sizeof(line), "%s  z %.2f m  %d inliers  confidence %.2f%s", v->object->name,
+                 r->e.object.t[2], r->e.object_inliers, (double)r->e.object_confidence,
+                 predict_object_trusted(v, r) ? "" : "  LOW TRUST");
     else
         snprintf(line, sizeof(line), "%s  NO POSE FOUND  confidence %.2f", v->object->name,
                  (double)r->e.object_confidence);
-    return draw_note(c, y, scale, r->object_found || !v->object ? INK : WARN, line);
+    return draw_note(c, y, scale, !v->object || predict_object_trusted(v, r) ? INK : WARN, line);
 }
 
 /* Of many hands those that leave half of the picture free */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Where the hand is: its shape put where the heat maps see its joints, and as far away as a sensor measures them; and
- * whether the two agree. */
+ * whether the two agree; and whether what it holds is where it is. */
 #include "pipeline/internal.h"
 
 #include "libtensor/base/order.h"
@@ -11,6 +11,7 @@
 static const double AGREEMENT = 0.1;                        /* of the hand box's side */
 static const double GUESSED_DEPTH = 0.6;                    /* metres */
 static const double UNDER_SKIN = 0.010, FAR_OFF = 0.25;     /* a joint, of what is seen; another thing's depth */
+static const double GRASP = 0.1;                            /* a joint, of the box of what the hand holds */
 enum { REACH = 2, FEW_JOINTS = 5 };                         /* pixels around a joint; joints that must be measured */
 
 typedef struct {
@@ -122,4 +123,38 @@ bool predict_trusted(const predict_view *v, const predict_result *r)
     const crop_box b = v->hand_box;
 
     return r->placed && r->agreement_px <= AGREEMENT * (double)fmaxf(b.x1 - b.x0, b.y1 - b.y0);
+}
+
+/* From a point in the camera's axes to the object's box, which stands along the model's axes, metres */
+static double distance_to_box(const predict_object *o, const lt_pose *pose, const float p[3])
+{
+    double sum = 0;
+
+    for (int a = 0; a < 3; a++) {
+        double x = 0, lo = INFINITY, hi = -INFINITY, out;
+
+        for (int d = 0; d < 3; d++)
+            x += pose->R[3 * d + a] * ((double)p[d] - pose->t[d]);
+        for (int i = 0; i < LT_BOX_POINTS; i++) {
+            lo = fmin(lo, (double)o->control[i][a]);
+            hi = fmax(hi, (double)o->control[i][a]);
+        }
+        out = fmax(0, fmax(lo - x, x - hi));
+        sum += out * out;
+    }
+    return sqrt(sum);
+}
+
+double predict_object_apart(const predict_view *v, const predict_result *r)
+{
+    double nearest = INFINITY;
+
+    for (int i = 0; v->object && r->object_found && i < LT_HAND_KEYPOINTS; i++)
+        nearest = fmin(nearest, distance_to_box(v->object, &r->e.object, r->e.joints[i]));
+    return nearest;
+}
+
+bool predict_object_trusted(const predict_view *v, const predict_result *r)
+{
+    return predict_trusted(v, r) && predict_object_apart(v, r) <= GRASP;
 }

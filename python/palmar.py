@@ -27,6 +27,7 @@ _HAND = numpy.dtype([
     ("joints", numpy.float32, (21, 3)), ("vertices", numpy.float32, (778, 3)), ("joints2d", numpy.float32, (21, 2)),
     ("rotations", numpy.double, (16, 3)), ("shape", numpy.float32, 10), ("translation", numpy.float32, 3),
     ("placed", numpy.intc), ("trusted", numpy.intc), ("agreement_px", numpy.double), ("object_found", numpy.intc),
+    ("object_trusted", numpy.intc),
     ("object_rotation", numpy.double, (3, 3)), ("object_translation", numpy.double, 3),
     ("object_inliers", numpy.intc), ("object_confidence", numpy.float32),
 ], align=True)

@@ -31,6 +31,9 @@ static void note_found(const predict_view *v, const predict_result *r, predict_n
     else if (v->object && !r->object_found)
         predict_note_add(notes, v, NOTE_NO_POSE, "no pose of %s was found (confidence %.2f)", v->object->name,
                          (double)r->e.object_confidence);
+    else if (v->object && predict_trusted(v, r) && !predict_object_trusted(v, r))
+        predict_note_add(notes, v, NOTE_OBJECT_APART, "low trust: the pose of %s leaves it %.2g m from the hand that "
+                         "holds it; is it another object?", v->object->name, predict_object_apart(v, r));
 }
 
 static lt_status run(void *state, predict_frame *f)

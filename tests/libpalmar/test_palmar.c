@@ -76,6 +76,7 @@ static void expect_hand(const predict_frame *f, int i, const palmar_hand *h)
     ck_assert_mem_eq(h->object_rotation, r->e.object.R, sizeof(h->object_rotation));
     ck_assert_mem_eq(h->object_translation, r->e.object.t, sizeof(h->object_translation));
     ck_assert_int_eq(h->object_found, r->object_found);
+    ck_assert_int_eq(h->object_trusted, predict_object_trusted(&f->view[i], r));
     ck_assert_int_eq(h->trusted, predict_trusted(&f->view[i], r));
     ck_assert_double_eq(h->agreement_px, r->agreement_px);
 }

@@ -131,7 +131,8 @@ START_TEST(one_image)
         { "boxes.hand.x0y0x1y1_px", 4 }, { "boxes.object.x0y0x1y1_px", 4 },
     };
     static const char *const present[] = {
-        "object.confidence", "object.inliers", "object.R", "object.t_m", "hand.agreement_px", "hand.trusted",
+        "object.confidence", "object.inliers", "object.trusted", "object.R", "object.t_m", "hand.agreement_px",
+        "hand.trusted",
         "conventions.axes", "conventions.joints", "conventions.theta", "model.checkpoint",
     };
     const crop_box hand = { 20, 20, 70, 70 };
@@ -984,6 +985,36 @@ START_TEST(place)
 }
 END_TEST
 
+/* A box of 6 by 10 by 14 cm that the hand reaches into, turned a quarter about the optical axis; then moved away. */
+START_TEST(object_in_reach)
+{
+    predict_object box = { .name = "box" };
+    predict_view v = { .hand_box = { 0, 0, 100, 100 }, .object = &box };
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        for (int d = 0; d < 3; d++)
+            box.control[i][d] = (i >> d & 1 ? 0.5f : -0.5f) * (0.06f + 0.04f * (float)d);
+    for (int j = 0; j < LT_HAND_KEYPOINTS; j++)
+        r->e.joints[j][2] = 0.5f;
+    r->placed = r->object_found = true;
+    r->e.object = (lt_pose){ .R = { 0, -1, 0, 1, 0, 0, 0, 0, 1 }, .t = { 0.12, 0.04, 0.5 } };
+    ck_assert_double_eq_tol(predict_object_apart(&v, r), hypot(0.12 - 0.05, 0.04 - 0.03), 1e-7);
+    ck_assert(predict_object_trusted(&v, r));
+    r->e.object.t[0] = 0.04;
+    r->e.object.t[1] = 0.02;
+    ck_assert_double_eq(predict_object_apart(&v, r), 0);
+    r->agreement_px = 11;                       /* the hand itself is not to be trusted */
+    ck_assert(!predict_object_trusted(&v, r));
+    r->agreement_px = 0;
+    r->e.object.t[2] = 0.5 - 0.58;
+    ck_assert_double_eq_tol(predict_object_apart(&v, r), 0.58 - 0.07, 1e-7);
+    ck_assert(!predict_object_trusted(&v, r));
+    r->object_found = false;
+    ck_assert(isinf(predict_object_apart(&v, r)) && !predict_object_trusted(&v, r));
+}
+END_TEST
+
 /* ---- a film ------------------------------------------------------------------------------------------- */
 
 enum { LOST = 40, FOUND = 50, FILM = 60 };
@@ -1315,6 +1346,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, boxes_are_wrong);
     tcase_add_test(t, assumed_once);
     tcase_add_test(t, place);
+    tcase_add_test(t, object_in_reach);
     tcase_add_test(t, film);
     tcase_add_test(t, film_with_unreadable_frames);
     tcase_add_test(t, film_of_a_symmetric_thing);
