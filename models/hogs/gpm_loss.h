@@ -15,7 +15,8 @@ typedef struct {
 /* hogs_posed - points (B, N, 3) of the object's frame in that of the camera */
 lt_tensor *hogs_posed(lt_tensor *points, const hogs_pose *pose);
 
-/* gpm_refined - the initial pose with G-PM's mean offsets added: R is no rotation yet, and goes through lt_polar */
+/* gpm_refined - the initial pose with G-PM's mean offsets added: R is no rotation yet, and becomes one by
+ * lt_nearest_rotation(R, initial->R) */
 hogs_pose gpm_refined(const hogs_pose *initial, const gpm_out *offsets);
 
 /* What is known of a training frame */
