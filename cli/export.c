@@ -3,7 +3,7 @@
 
 #include "cli/export_int8.h"
 #include "estimate/checkpoint.h"
-#include "estimate/weights.h"
+#include "estimate/weights/weights.h"
 #include "eval/export/export.h"
 
 #include <cjson/cJSON.h>

@@ -4,7 +4,7 @@
 #include "cli/info_file.h"
 
 #include <config.h>
-#include "estimate/weights.h"
+#include "estimate/weights/weights.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/graph/plan.h"

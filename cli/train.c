@@ -3,7 +3,7 @@
 
 #include "libtensor/io/text/json.h"
 #include "tasks/tasks.h"
-#include "train/ranks_join.h"
+#include "train/ranks/join.h"
 #include "train/trainer.h"
 
 #include <cjson/cJSON.h>

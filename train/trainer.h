@@ -6,7 +6,7 @@
 #define TRAIN_TRAINER_H
 
 #include "train/log.h"
-#include "train/ranks.h"
+#include "train/ranks/ranks.h"
 #include "train/task.h"
 
 typedef struct {

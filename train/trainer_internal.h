@@ -8,7 +8,7 @@
 
 #include "estimate/checkpoint.h"
 #include "estimate/compiled.h"
-#include "estimate/weights.h"
+#include "estimate/weights/weights.h"
 #include "train/progress.h"
 #include "train/task.h"
 #include "train/trainer.h"

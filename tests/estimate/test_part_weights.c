@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Published weights of CLIP's image tower and of LPIPS, under the names that their files have. */
-#include "estimate/weights.h"
+#include "estimate/weights/weights.h"
 #include "libtensor/io/array/safetensors.h"
 #include "tests/models/model_of.h"
 #include "tests/suite.h"

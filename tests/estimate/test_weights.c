@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Initial weights from other people's files: every published name finds its parameter, and only that. */
 #include "assets/hand/hand.h"
-#include "estimate/weight_place.h"
-#include "estimate/weights.h"
+#include "estimate/weights/place.h"
+#include "estimate/weights/weights.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/file.h"
 #include "tasks/tasks.h"

@@ -5,7 +5,7 @@
 #ifndef ESTIMATE_WEIGHTS_H
 #define ESTIMATE_WEIGHTS_H
 
-#include "estimate/weight_place.h"
+#include "estimate/weights/place.h"
 
 /* What a file of weights had for a model. Names live as long as the arena and the model. */
 typedef struct {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/weight_place.h"
+#include "estimate/weights/place.h"
 
 #include "estimate/param_arrays.h"
 

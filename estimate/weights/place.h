@@ -6,7 +6,7 @@
 #ifndef ESTIMATE_WEIGHT_PLACE_H
 #define ESTIMATE_WEIGHT_PLACE_H
 
-#include "estimate/weight_names.h"
+#include "estimate/weights/names.h"
 #include "libtensor/io/torch/weights_file.h"
 #include "models/model.h"
 

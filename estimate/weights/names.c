@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/weight_names.h"
+#include "estimate/weights/names.h"
 
 #include <stdio.h>
 #include <stdlib.h>

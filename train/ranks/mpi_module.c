@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "train/mpi_module.h"
+#include "train/ranks/mpi_module.h"
 
 #include <mpi.h>
 #include <stdio.h>

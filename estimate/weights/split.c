@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/weight_split.h"
+#include "estimate/weights/split.h"
 
 #include <string.h>
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/weights.h"
+#include "estimate/weights/weights.h"
 
 #include "estimate/checkpoint.h"
 #include "estimate/checkpoint_folder.h"
 #include "estimate/param_arrays.h"
-#include "estimate/weight_split.h"
+#include "estimate/weights/split.h"
 #include "libtensor/io/torch/weights_file.h"
 
 #include <math.h>

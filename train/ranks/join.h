@@ -3,7 +3,7 @@
 #ifndef TRAIN_RANKS_JOIN_H
 #define TRAIN_RANKS_JOIN_H
 
-#include "train/ranks.h"
+#include "train/ranks/ranks.h"
 
 /* ranks_join - *out: NULL where this process is alone, else what the module of MPI gives; lives until ranks_leave.
  * Errors: LT_EINVAL where there are others and no module, or MPI's own. */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "train/ranks_join.h"
+#include "train/ranks/join.h"
 
 #include "libtensor/io/module.h"
-#include "train/mpi_module.h"
+#include "train/ranks/mpi_module.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -3,7 +3,7 @@
 #ifndef TRAIN_MPI_MODULE_H
 #define TRAIN_MPI_MODULE_H
 
-#include "train/ranks.h"
+#include "train/ranks/ranks.h"
 
 #define RANKS_MPI_MODULE "ranks-mpi.so"
 #define RANKS_MPI_SYMBOL "ranks_mpi"            /* a ranks_mpi_module */
