@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What of a crop is foreground, and backgrounds drawn from random numbers. */
+/* What of a crop stays, and backgrounds drawn from random numbers. */
 #include "data/background.h"
 
 #include "vision/crop.h"
@@ -8,12 +8,12 @@
 
 /* ---- what stays ---- */
 
-/* The mask's value at whole place (x, y), in [0, 1]; 0 outside. */
+/* 1 where hand or object is at whole place (x, y); 0 elsewhere and outside. */
 static double mask_at(const dataset_sample *s, double x, double y)
 {
-    if (!(x >= 0 && x < s->foreground_width && y >= 0 && y < s->foreground_height))
+    if (!(x >= 0 && x < s->segments_width && y >= 0 && y < s->segments_height))
         return 0;
-    return s->foreground[(size_t)y * (size_t)s->foreground_width + (size_t)x] / 255.0;
+    return s->segments[(size_t)y * (size_t)s->segments_width + (size_t)x] != 0;
 }
 
 /* Weights of the cells before, at and after u, whose centres are at half numbers: a quadratic B-spline. */
@@ -40,7 +40,7 @@ static double mask_between(const dataset_sample *s, double u, double v)
 
 static void keep_mask(const dataset_sample *s, const double back[6], float *out, int size)
 {
-    const double sx = (double)s->foreground_width / s->width, sy = (double)s->foreground_height / s->height;
+    const double sx = (double)s->segments_width / s->width, sy = (double)s->segments_height / s->height;
 
     for (int y = 0; y < size; y++)
         for (int x = 0; x < size; x++) {

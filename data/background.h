@@ -16,7 +16,7 @@ extern "C" {
 /**
  * background_keep - how much of each crop pixel is hand, object or forearm
  *
- *   s     has a foreground (SAMPLE_FOREGROUND)
+ *   s     has segments (SAMPLE_SEGMENTS)
  *   A     image to crop
  *   out   (size, size) in [0, 1]; 0 outside the image
  *

@@ -128,10 +128,10 @@ static void count_joints(const dataset_sample *s, check_masks *out)
         int x, y;
         if (!(u >= 0 && u < s->width && v >= 0 && v < s->height))
             continue;
-        x = (int)(u * s->foreground_width / s->width);
-        y = (int)(v * s->foreground_height / s->height);
+        x = (int)(u * s->segments_width / s->width);
+        y = (int)(v * s->segments_height / s->height);
         out->joints++;
-        out->on_mask += s->foreground[(size_t)y * (size_t)s->foreground_width + (size_t)x] != 0;
+        out->on_mask += s->segments[(size_t)y * (size_t)s->segments_width + (size_t)x] != 0;
     }
 }
 
@@ -144,7 +144,7 @@ lt_status check_masks_on_hands(const dataset *d, int64_t n, check_masks *out)
         dataset_sample s;
         if (!arena)
             return lt_error(LT_ENOMEM, "%s: no memory", d->root);
-        if (!dataset_read(d, i * d->count / n, SAMPLE_FOREGROUND, arena, &s) && (s.flags & SAMPLE_FOREGROUND) &&
+        if (!dataset_read(d, i * d->count / n, SAMPLE_SEGMENTS, arena, &s) && (s.flags & SAMPLE_SEGMENTS) &&
             (s.flags & SAMPLE_JOINTS)) {
             count_joints(&s, out);
             out->masks++;

@@ -39,8 +39,11 @@ typedef enum {
     SAMPLE_VERTICES = 32,           /* vertices */
     SAMPLE_DEPTH = 64,              /* depth */
     SAMPLE_MIRRORED = 128,          /* a left hand: everything here was mirrored in x when it was read */
-    SAMPLE_FOREGROUND = 256,        /* foreground */
+    SAMPLE_SEGMENTS = 256,          /* segments */
 } sample_flag;
+
+/* What a cell of segments is of; 0: neither. */
+enum { SEGMENT_HAND = 1, SEGMENT_OBJECT = 2 };
 
 /*
  * Depth lies beside the colour image: the same size, the same camera, pixel on pixel; z along the optical
@@ -72,9 +75,10 @@ typedef struct {
     float control2d[21][2];                     /* the object's control points projected, pixels */
     const uint8_t *silhouette;                  /* (height, width) 0/1, parts behind the hand included */
 
-    const uint8_t *foreground;                  /* (foreground_height, foreground_width) over the whole image: 255
-                                                 * where hand or object is seen, else 0; NULL where not asked for */
-    int foreground_width, foreground_height;    /* the image's, or a whole fraction of it */
+    const uint8_t *segments;                    /* (segments_height, segments_width) over the whole image: what is
+                                                 * seen there, the hand, the object (in it, of several) or
+                                                 * neither; NULL where not asked for */
+    int segments_width, segments_height;        /* the image's, or a whole fraction of it */
 } dataset_sample;
 
 typedef struct dataset dataset;
@@ -113,8 +117,8 @@ struct dataset {
  * dataset_read - sample index of d
  *
  *   want    bits of sample_flag that cost time and may be left out: SAMPLE_OBJECT (the silhouette; the
- *           pose is always read), SAMPLE_DEPTH and SAMPLE_FOREGROUND, which a sample without the file does without
- *   arena   owns rgb, depth, silhouette, foreground; the name belongs to the dataset
+ *           pose is always read), SAMPLE_DEPTH and SAMPLE_SEGMENTS, which a sample without the file does without
+ *   arena   owns rgb, depth, silhouette, segments; the name belongs to the dataset
  *
  * Errors: one line naming the file, the field, what was expected and what was found. Thread-safe.
  */

@@ -211,7 +211,7 @@ static void replace_background(const dataset_sample *s, const hand_object_option
 {
     lt_rng rng = lt_rng_make(o->seed, lt_rng_mix(lt_rng_mix(BACKGROUND, epoch), (uint64_t)index));
 
-    if (!o->augment || !(s->flags & SAMPLE_FOREGROUND) || lt_rng_uniform(&rng) >= o->background)
+    if (!o->augment || !(s->flags & SAMPLE_SEGMENTS) || lt_rng_uniform(&rng) >= o->background)
         return;
     background_keep(s, A, scratch, o->size);
     background_draw(scratch, o->size, &rng, image);
@@ -270,9 +270,9 @@ lt_status hand_object_prepare(const dataset_sample *s, const hand_object_options
 
 unsigned hand_object_want(const hand_object_options *o)
 {
-    const bool foreground = o->augment && o->background > 0;
+    const bool segments = o->augment && o->background > 0;
 
-    return SAMPLE_OBJECT | (o->depth ? SAMPLE_DEPTH : 0) | (foreground ? SAMPLE_FOREGROUND : 0);
+    return SAMPLE_OBJECT | (o->depth ? SAMPLE_DEPTH : 0) | (segments ? SAMPLE_SEGMENTS : 0);
 }
 
 static int64_t sample_of(const hand_object_feed *f, int64_t i)

@@ -38,7 +38,7 @@ typedef struct {
     double rotation_chance;         /* where below 1 (DexYCB: 0.6), the angle is instead
                                        clip(normal, -2, 2) * rotation with this chance, else 0 */
     augment_limits colour;          /* 0.5, 0.5, 0.5, 0.5, 0.15 */
-    double background;              /* chance of another one in the image, where there is a foreground; 0 */
+    double background;              /* chance of another one in the image, where there are segments; 0 */
     bool bilinear;                  /* the paper's parents sample the nearest pixel */
 } hand_object_options;
 

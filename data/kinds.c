@@ -69,7 +69,7 @@ static const char *lacking(const dataset_kind *kind, unsigned needs)
     static const struct { unsigned flag; const char *words; } field[] = {
         { SAMPLE_HAND_POSE, "hand poses" }, { SAMPLE_JOINTS, "hand joints" }, { SAMPLE_ROOT, "places of wrists" },
         { SAMPLE_HAND_BOX, "boxes of hands" }, { SAMPLE_OBJECT, "object poses" },
-        { SAMPLE_VERTICES, "hand vertices" }, { SAMPLE_DEPTH, "depth" }, { SAMPLE_FOREGROUND, "masks" },
+        { SAMPLE_VERTICES, "hand vertices" }, { SAMPLE_DEPTH, "depth" }, { SAMPLE_SEGMENTS, "masks" },
     };
 
     for (size_t i = 0; i < LT_COUNT(field); i++)

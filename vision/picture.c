@@ -5,8 +5,6 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { MASK_LEVEL = 200 };      /* a JPEG's edges ring, so that no lower one is safe */
-
 /* Cameras and cards write capitals, and copies keep them. */
 const char *picture_path(lt_arena *arena, const char *stem, const char *usual)
 {
@@ -53,35 +51,15 @@ static bool divides(const lt_image *mask, int width, int height)
            width / mask->width == height / mask->height;
 }
 
-/* Red is nobody's in version 3, and green nobody's in version 2. */
-static bool has_red(const lt_image *rgb)
-{
-    for (size_t i = 0; i < lt_image_bytes(rgb); i += 3)
-        if (rgb->data[i] > MASK_LEVEL)
-            return true;
-    return false;
-}
-
 lt_status picture_read_mask(lt_arena *arena, const char *path, int width, int height, lt_image *out)
 {
-    lt_image img, mask;
-    size_t other;                               /* the colour that stands beside blue */
+    lt_image img;
     lt_status st = lt_image_read(arena, path, &img);
 
     if (!st && !divides(&img, width, height))
         st = lt_error(LT_EFORMAT, "%s: mask of %d x %d, expected %d x %d or a whole fraction of it", path, img.width,
                       img.height, width, height);
-    if (!st)
-        st = lt_image_to_rgb8(arena, &img, &img);
-    if (!st)
-        st = lt_image_init(arena, img.width, img.height, 1, 8, &mask);
-    if (st)
-        return st;
-    other = has_red(&img) ? 0 : 1;
-    for (size_t i = 0; i < lt_image_bytes(&mask); i++)
-        mask.data[i] = img.data[3 * i + other] > MASK_LEVEL || img.data[3 * i + 2] > MASK_LEVEL ? 255 : 0;
-    *out = mask;
-    return LT_OK;
+    return st ? st : lt_image_to_rgb8(arena, &img, out);
 }
 
 static float metres(const lt_image *img, size_t i)

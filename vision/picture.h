@@ -34,17 +34,7 @@ lt_status picture_read_rgb(lt_arena *arena, const char *path, int width, int hei
  */
 lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int height, float **out);
 
-/**
- * picture_read_mask - HO3D's rendered segmentation: the hand red and the object blue in version 2, the hand blue and
- * the object green in version 3
- *
- *   width, height   of the image that it belongs to; the mask has a whole fraction of that
- *   out             8 bits, one channel: 255 where hand or object is, else 0
- *
- * Which version's colours a mask has is seen by its own red, not by its container: masks are saved anew as PNG, too.
- *
- * Source: HOISDF data/ho3d.py for version 2; ru1ven/ArGS dataset/ho3d_seg.py for version 3.
- */
+/* picture_read_mask - 8-bit RGB that lies evenly over an image of width x height: its size, or a whole fraction of it */
 lt_status picture_read_mask(lt_arena *arena, const char *path, int width, int height, lt_image *out);
 
 #ifdef __cplusplus

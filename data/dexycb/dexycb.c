@@ -132,7 +132,7 @@ static lt_status read_sample(const dataset *base, int64_t index, unsigned want, 
     const dexycb *d = (const dexycb *)base;
     const dexycb_spot spot = dexycb_find(d, number_of(d, index));
     dataset_sample s = { .name = d->name[index], .object = -1 };
-    uint8_t *rgb = NULL, *foreground = NULL;
+    uint8_t *rgb = NULL, *segments = NULL;
     float *depth = NULL;
     lt_status st = read_label(d, spot, &s);
 
@@ -140,19 +140,19 @@ static lt_status read_sample(const dataset *base, int64_t index, unsigned want, 
         st = read_rgb(d, spot, arena, &rgb);
     if (!st && (want & SAMPLE_DEPTH))
         st = read_depth(d, spot, arena, &depth);
-    if (!st && (want & SAMPLE_FOREGROUND))
-        st = dexycb_read_foreground(d, spot, arena, &foreground);
+    if (!st && (want & SAMPLE_SEGMENTS))
+        st = dexycb_read_segments(d, spot, arena, &segments);
     if (st)
         return st;
     s.rgb = rgb;
     s.depth = depth;
-    s.foreground = foreground;
-    s.foreground_width = foreground ? DEXYCB_WIDTH : 0;
-    s.foreground_height = foreground ? DEXYCB_HEIGHT : 0;
-    s.flags |= (depth ? SAMPLE_DEPTH : 0) | (foreground ? SAMPLE_FOREGROUND : 0);
+    s.segments = segments;
+    s.segments_width = segments ? DEXYCB_WIDTH : 0;
+    s.segments_height = segments ? DEXYCB_HEIGHT : 0;
+    s.flags |= (depth ? SAMPLE_DEPTH : 0) | (segments ? SAMPLE_SEGMENTS : 0);
     if (spot.sequence->left) {
         mirror_sample(&s, rgb, depth, NULL);
-        mirror_plane(foreground, DEXYCB_WIDTH, DEXYCB_HEIGHT, 1);
+        mirror_plane(segments, DEXYCB_WIDTH, DEXYCB_HEIGHT, 1);
     }
     st = dataset_project(base, &s);
     if (!st && (want & SAMPLE_OBJECT) && s.object >= 0)

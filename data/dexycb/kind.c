@@ -88,7 +88,7 @@ const dataset_kind dexycb_kind = {
     .title = "DexYCB", .splits = splits, .setups = dexycb_setups, .filters = dexycb_filters,
     .counted = "samples with a hand",
     .fields = SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT | SAMPLE_HAND_BOX | SAMPLE_OBJECT | SAMPLE_DEPTH |
-              SAMPLE_FOREGROUND,
+              SAMPLE_SEGMENTS,
     .validation = "val",
     .symmetric_adds = true, .image_pixels = true,
     .probe = probe, .looks_like = "folders like 20200709-subject-01, as DexYCB has them",

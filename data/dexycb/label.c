@@ -136,7 +136,7 @@ lt_status dexycb_read_poses(const dexycb *d, dexycb_spot spot, dexycb_pose out[D
     return st;
 }
 
-lt_status dexycb_read_foreground(const dexycb *d, dexycb_spot spot, lt_arena *arena, uint8_t **out)
+lt_status dexycb_read_segments(const dexycb *d, dexycb_spot spot, lt_arena *arena, uint8_t **out)
 {
     static const char *const key[] = { "seg" };
     static const int64_t shape[2] = { DEXYCB_HEIGHT, DEXYCB_WIDTH };
@@ -144,7 +144,7 @@ lt_status dexycb_read_foreground(const dexycb *d, dexycb_spot spot, lt_arena *ar
     const uint8_t object = (uint8_t)spot.sequence->object[spot.sequence->grasped], *seg;
     const lt_array *a;
     char found[64];
-    uint8_t *mask;
+    uint8_t *label;
     lt_npz npz;
     lt_status st = open_label(arena, d, spot, key, LT_COUNT(key), &npz);
 
@@ -154,13 +154,13 @@ lt_status dexycb_read_foreground(const dexycb *d, dexycb_spot spot, lt_arena *ar
         st = lt_error(LT_EFORMAT, "%s: seg is %s, expected bytes of shape (%d, %d)", npz.path,
                       lt_array_shape_text(a, found, sizeof(found)), DEXYCB_HEIGHT, DEXYCB_WIDTH);
     if (!st)
-        st = lt_arena_try(arena, n, (void **)&mask);
+        st = lt_arena_try(arena, n, (void **)&label);
     if (st)
         return st;
     seg = a->data;
     for (size_t i = 0; i < n; i++)
-        mask[i] = seg[i] == HAND || seg[i] == object ? 255 : 0;
-    *out = mask;
+        label[i] = seg[i] == HAND ? SEGMENT_HAND : seg[i] == object ? SEGMENT_OBJECT : 0;
+    *out = label;
     return LT_OK;
 }
 

@@ -36,7 +36,10 @@ static const char *sample_name(const dataset *d, int64_t index)
 
 static void free_dataset(dataset *d)
 {
-    lt_arena_free(((ho3d *)d)->arena);
+    ho3d *h = (ho3d *)d;
+
+    pthread_mutex_destroy(&h->masks.lock);
+    lt_arena_free(h->arena);
 }
 
 static const dataset_ops ops = {
@@ -268,6 +271,7 @@ lt_status ho3d_open(const ho3d_options *o, dataset **out)
         return lt_error(LT_ENOMEM, "%s: no memory", o->root);
     }
     h->arena = arena;
+    pthread_mutex_init(&h->masks.lock, NULL);
     h->width = 640;
     h->height = 480;
     h->evaluation = !strcmp(o->split, "evaluation");
@@ -278,7 +282,7 @@ lt_status ho3d_open(const ho3d_options *o, dataset **out)
     h->base.tips = lt_hand_tips_ho3d;
     st = open_all(h, o);
     if (st)
-        lt_arena_free(arena);
+        free_dataset(&h->base);
     else
         *out = &h->base;
     return st;

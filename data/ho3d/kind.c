@@ -27,7 +27,7 @@ static lt_status open_split(const dataset_options *o, dataset **out)
 const dataset_kind ho3d_kind = {
     .title = "HO3D", .splits = splits, .counted = "samples",
     .fields = SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT | SAMPLE_HAND_BOX | SAMPLE_OBJECT | SAMPLE_VERTICES |
-              SAMPLE_DEPTH | SAMPLE_FOREGROUND,
+              SAMPLE_DEPTH | SAMPLE_SEGMENTS,
     .validation = "evaluation", .validation_truth = "evaluation_xyz.json",
     .probe = probe, .looks_like = "train.txt and evaluation.txt, as HO3D has them",
     .open = open_split,

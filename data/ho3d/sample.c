@@ -77,27 +77,6 @@ static lt_status read_depth(const ho3d *h, int64_t index, lt_arena *arena, datas
     return LT_OK;
 }
 
-/* Not every copy of the data has the masks: without one, the sample has no foreground. */
-static lt_status read_foreground(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s)
-{
-    const char *path = ho3d_picture(h, index, arena, "seg");
-    lt_image mask;
-    lt_status st;
-
-    if (!path)
-        return lt_error(LT_ENOMEM, "%s: no memory", h->name[index]);
-    if (access(path, F_OK))
-        return LT_OK;
-    st = picture_read_mask(arena, path, h->width, h->height, &mask);
-    if (st)
-        return st;
-    s->foreground = mask.data;
-    s->foreground_width = mask.width;
-    s->foreground_height = mask.height;
-    s->flags |= SAMPLE_FOREGROUND;
-    return LT_OK;
-}
-
 /* ---- the annotation ---- */
 
 /* What angles (radians), shapes (deviations) and places (metres) stay far below, unless the unit is another. */
@@ -282,8 +261,8 @@ lt_status ho3d_read_sample(const dataset *d, int64_t index, unsigned want, lt_ar
         st = read_rgb(h, index, arena, &s);
     if (!st && (want & SAMPLE_DEPTH))
         st = read_depth(h, index, arena, &s);
-    if (!st && (want & SAMPLE_FOREGROUND))
-        st = read_foreground(h, index, arena, &s);
+    if (!st && (want & SAMPLE_SEGMENTS))
+        st = ho3d_read_segments(h, index, arena, &s);
     if (!st && (want & SAMPLE_OBJECT) && s.object >= 0)
         st = dataset_draw_silhouette(d, arena, &s);
     if (!st)

@@ -89,14 +89,14 @@ static lt_status keep_contact(lt_arena *arena, const train_config *c, run_source
 
 /* That there are masks is seen on the first sample, rather than never: a run would just learn the rooms. A sample
  * that cannot be read is the loader's affair. */
-static lt_status check_foreground(lt_arena *arena, const train_config *c, const run_source *s)
+static lt_status check_segments(lt_arena *arena, const train_config *c, const run_source *s)
 {
     const hand_object_config *d = hand_object_config_of(c);
     dataset_sample first;
 
     if (!d->augment || d->background <= 0)
         return LT_OK;
-    if (dataset_read(s->train, 0, SAMPLE_FOREGROUND, arena, &first) || (first.flags & SAMPLE_FOREGROUND))
+    if (dataset_read(s->train, 0, SAMPLE_SEGMENTS, arena, &first) || (first.flags & SAMPLE_SEGMENTS))
         return LT_OK;
     return lt_error(LT_EINVAL, "%s: data.background: %s has no mask of hand and object, which HO3D keeps in %s/%s/"
                     "SEQUENCE/seg; unpack them there, or leave backgrounds as they are with 0", c->path, first.name,
@@ -120,7 +120,7 @@ lt_status source_open(lt_arena *arena, const train_config *c, run_source *out)
     if (st == LT_OK)
         st = deal(c, out);
     if (st == LT_OK)
-        st = check_foreground(arena, c, out);
+        st = check_segments(arena, c, out);
     if (st)
         return st;
     out->layer = layer;

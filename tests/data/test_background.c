@@ -12,14 +12,15 @@ enum { W = 640, H = 480, MW = 160, MH = 120, S = 64 };
 static uint8_t mask[MW * MH];
 static float keep[4 * S * S], image[3 * 4 * S * S];
 
-/* The foreground is x 160 .. 319, y 120 .. 359 of the image; the hand is elsewhere and its pose unknown. */
+/* Hand and object, side by side, are x 160 .. 319, y 120 .. 359 of the image; the pose of the hand is unknown. */
 static dataset_sample sample_of(void)
 {
     for (int i = 0; i < MW * MH; i++)
-        mask[i] = i % MW >= 40 && i % MW < 80 && i / MW >= 30 && i / MW < 90 ? 255 : 0;
+        mask[i] = i / MW < 30 || i / MW >= 90 || i % MW < 40 || i % MW >= 80 ? 0
+                  : i % MW < 60 ? SEGMENT_HAND : SEGMENT_OBJECT;
     return (dataset_sample){
-        .width = W, .height = H, .camera = { 600, 600, 320, 240 }, .flags = SAMPLE_JOINTS | SAMPLE_FOREGROUND,
-        .foreground = mask, .foreground_width = MW, .foreground_height = MH,
+        .width = W, .height = H, .camera = { 600, 600, 320, 240 }, .flags = SAMPLE_JOINTS | SAMPLE_SEGMENTS,
+        .segments = mask, .segments_width = MW, .segments_height = MH,
         .joints = { { 0.1f, 0, 0.6f } }, .rotation = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 } },
     };
 }

@@ -456,7 +456,7 @@ START_TEST(left_hand)
 END_TEST
 
 /* Hand and the object in it, as the picture is turned; not the other things on the table. */
-START_TEST(foreground)
+START_TEST(segments)
 {
     const bool is_left = _i;
     dataset *d;
@@ -465,19 +465,21 @@ START_TEST(foreground)
     small_tree();
     d = open_small(DEXYCB_VALID);
     check_ok(dataset_read(d, is_left ? 6 : 0, 0, arena, &s));
-    ck_assert_ptr_null(s.foreground);
-    check_ok(dataset_read(d, is_left ? 6 : 0, SAMPLE_FOREGROUND, arena, &s));
-    ck_assert(s.flags & SAMPLE_FOREGROUND);
+    ck_assert_ptr_null(s.segments);
+    check_ok(dataset_read(d, is_left ? 6 : 0, SAMPLE_SEGMENTS, arena, &s));
+    ck_assert(s.flags & SAMPLE_SEGMENTS);
     ck_assert_int_eq(!!(s.flags & SAMPLE_MIRRORED), is_left);
-    ck_assert_int_eq(s.foreground_width, W);
-    ck_assert_int_eq(s.foreground_height, H);
-    for (int i = 0; i < W * H; i++)
-        ck_assert_int_eq(s.foreground[i], (is_left ? W - 1 - i % W : i % W) < 2 ? 255 : 0);
+    ck_assert_int_eq(s.segments_width, W);
+    ck_assert_int_eq(s.segments_height, H);
+    for (int i = 0; i < W * H; i++) {
+        const int x = is_left ? W - 1 - i % W : i % W;
+        ck_assert_int_eq(s.segments[i], x == 0 ? SEGMENT_HAND : x == 1 ? SEGMENT_OBJECT : 0);
+    }
     dataset_free(d);
 }
 END_TEST
 
-START_TEST(foreground_is_broken)
+START_TEST(segments_are_broken)
 {
     const int64_t shape[2] = { H / 4, W / 4 };
     const char *path = at(frame(0, "labels", 0, "npz"));
@@ -495,7 +497,7 @@ START_TEST(foreground_is_broken)
     check_ok(lt_npz_write(path, a, 5, true));
     d = open_small(DEXYCB_VALID);
     check_ok(dataset_read(d, 0, 0, arena, &s));
-    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
+    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s), LT_EFORMAT);
     ck_assert_str_eq(lt_last_error(),
                      lt_arena_printf(arena, "%s: seg is (120, 160), expected bytes of shape (480, 640)", path));
     dataset_free(d);
@@ -1140,8 +1142,8 @@ static void add_tests(TCase *c)
     tcase_add_test(c, right_hand);
     tcase_add_test(c, other_endings);
     tcase_add_test(c, left_hand);
-    tcase_add_loop_test(c, foreground, 0, 2);
-    tcase_add_test(c, foreground_is_broken);
+    tcase_add_loop_test(c, segments, 0, 2);
+    tcase_add_test(c, segments_are_broken);
     tcase_add_test(c, left_model);
     tcase_add_test(c, tips_of_the_toolkit);
     tcase_add_test(c, hpe_file);

@@ -205,17 +205,17 @@ START_TEST(draws_are_keyed)
 }
 END_TEST
 
-/* A foreground: the left half of the image. */
+/* Hand and object are the left half of the image. */
 static uint8_t left_half[16 * 12];
 
-static void add_foreground(void)
+static void add_segments(void)
 {
     for (int i = 0; i < 16 * 12; i++)
-        left_half[i] = i % 16 < 8 ? 255 : 0;
-    sample.foreground = left_half;
-    sample.foreground_width = 16;
-    sample.foreground_height = 12;
-    sample.flags |= SAMPLE_FOREGROUND;
+        left_half[i] = i % 16 < 4 ? SEGMENT_HAND : i % 16 < 8 ? SEGMENT_OBJECT : 0;
+    sample.segments = left_half;
+    sample.segments_width = 16;
+    sample.segments_height = 12;
+    sample.flags |= SAMPLE_SEGMENTS;
 }
 
 /* Without a mask, in a test crop, and without the option, nothing changes, and no mask is asked for in vain. */
@@ -226,17 +226,17 @@ START_TEST(background_only_where_asked_for)
 
     with.background = _i == 2 ? 0 : 1;
     if (_i != 0)
-        add_foreground();
+        add_segments();
     a = prepare(&with, 1, 5, 0);
     b = prepare(&without, 1, 5, 0);
     ck_assert_mem_eq(a->image, b->image, 3 * S * S * sizeof(float));
-    ck_assert_int_eq(!!(hand_object_want(&with) & SAMPLE_FOREGROUND), _i == 0);
+    ck_assert_int_eq(!!(hand_object_want(&with) & SAMPLE_SEGMENTS), _i == 0);
     hand_object_batch_free(a);
     hand_object_batch_free(b);
 }
 END_TEST
 
-/* All other draws stay what they were, and so do the pixels of the foreground. */
+/* All other draws stay what they were, and so do the pixels of hand and object. */
 START_TEST(background_changes_nothing_else)
 {
     hand_object_options with = options(true), without;
@@ -247,7 +247,7 @@ START_TEST(background_changes_nothing_else)
     with.colour = (augment_limits){ 0 };
     without = with;
     with.background = 1;
-    add_foreground();
+    add_segments();
     sample.flags &= ~(unsigned)SAMPLE_HAND_POSE;                /* no forearm */
     a = prepare(&with, 1, 5, 0);
     b = prepare(&without, 1, 5, 0);
@@ -277,7 +277,7 @@ START_TEST(background_by_chance)
     int replaced = 0;
 
     with.background = 0.3;
-    add_foreground();
+    add_segments();
     for (int i = 0; i < 200; i++) {
         hand_object_batch *a = prepare(&with, 1, i, 0), *b = prepare(&without, 1, i, 0), *c = prepare(&with, 1, i, 1);
         replaced += memcmp(a->image, b->image, 3 * S * S * sizeof(float)) != 0;

@@ -592,7 +592,7 @@ static const struct { const char *path; bool jpg; int width, height; colours c; 
     { "train/ABF10/seg/0123.jpg", true, 160, 120, { -1, 2, -1 } },
 };
 
-START_TEST(foreground)
+START_TEST(segments)
 {
     const int w = masks[_i].width, h = masks[_i].height, left = masks[_i].c.hand < 0 ? w / 4 : 0;
     dataset *d = open_split("train");
@@ -600,15 +600,64 @@ START_TEST(foreground)
 
     mask(masks[_i].path, masks[_i].jpg, w, h, masks[_i].c);
     check_ok(dataset_read(d, 0, 0, arena, &s));
-    ck_assert_ptr_null(s.foreground);
-    check_ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
-    ck_assert(s.flags & SAMPLE_FOREGROUND);
-    ck_assert_int_eq(s.foreground_width, w);
-    ck_assert_int_eq(s.foreground_height, h);
+    ck_assert_ptr_null(s.segments);
+    check_ok(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s));
+    ck_assert(s.flags & SAMPLE_SEGMENTS);
+    ck_assert_int_eq(s.segments_width, w);
+    ck_assert_int_eq(s.segments_height, h);
     for (int y = 0; y < h; y++)
         for (int x = 0; x < w; x++)
             if (!masks[_i].jpg || (x % (w / 4) > 1 && x % (w / 4) < w / 4 - 2 && y != h / 4))
-                ck_assert_int_eq(s.foreground[y * w + x], x >= left && x < w / 2 && y < h / 4 ? 255 : 0);
+                ck_assert_int_eq(s.segments[y * w + x], x < left || x >= w / 2 || y >= h / 4 ? 0
+                                                        : x < w / 4 ? SEGMENT_HAND : SEGMENT_OBJECT);
+    dataset_free(d);
+}
+END_TEST
+
+/* Blue alone is the hand in version 3 and the object in version 2: the tree's other masks tell. */
+START_TEST(blue_is_of_the_version)
+{
+    const bool second = _i;
+    dataset *d;
+    dataset_sample s;
+
+    meta("train/ABF10/meta/0124.pkl", false, NULL);
+    picture("train/ABF10/rgb/0124.jpg", true, W, H);
+    text_file("train.txt", "ABF10/0123\nABF10/0124\n");
+    mask("train/ABF10/seg/0123.png", false, 160, 120, (colours){ second ? -1 : 2, second ? 2 : -1, -1 });
+    mask("train/ABF10/seg/0124.png", false, 160, 120, second ? (colours){ 0, 2, 1 } : version_3);
+    d = open_split("train");
+    check_ok(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s));
+    ck_assert_int_eq(s.segments[0], second ? 0 : SEGMENT_HAND);
+    ck_assert_int_eq(s.segments[45], second ? SEGMENT_OBJECT : 0);
+    dataset_free(d);
+}
+END_TEST
+
+/* Blue and red as a program that takes colours the other way round would save version 2: the hand is blue, the object
+ * red. The joints, which lie from (371, 259) on to the right, are on the object then. */
+START_TEST(colours_mean_something_else)
+{
+    dataset *d = open_split("train");
+    dataset_sample s;
+    lt_image img;
+
+    check_ok(lt_make_dirs(at("train/ABF10/seg")));
+    check_ok(lt_image_init(arena, 160, 120, 3, 8, &img));
+    for (int y = 60; y < 70; y++)
+        for (int x = 80; x < 110; x++)
+            img.data[3 * (y * 160 + x) + 2] = 255;
+    check_ok(lt_png_write(at("train/ABF10/seg/0123.png"), &img));
+    check_ok(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s));
+    dataset_free(d);
+    img.data[0] = 255;
+    check_ok(lt_png_write(at("train/ABF10/seg/0123.png"), &img));
+    d = open_split("train");
+    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s), LT_EFORMAT);
+    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s/train: the masks in SEQUENCE/seg have 21 joints of hands "
+                     "on the object and 0 on the hand, expected the hand red and the object blue, as HO3D v2 has them, or "
+                     "the hand blue and the object green, as v3", scratch_folder));
+    check_ok(dataset_read(d, 0, 0, arena, &s));
     dataset_free(d);
 }
 END_TEST
@@ -642,8 +691,8 @@ START_TEST(other_endings)
     d = open_split("train");
     ck_assert_str_eq(d->title, endings[_i].kind);
     ck_assert_ptr_null(d->ops->missing(d, 0, arena));
-    check_ok(dataset_read(d, 0, SAMPLE_DEPTH | SAMPLE_FOREGROUND, arena, &s));
-    ck_assert_int_eq(s.flags & (SAMPLE_DEPTH | SAMPLE_FOREGROUND), SAMPLE_DEPTH | SAMPLE_FOREGROUND);
+    check_ok(dataset_read(d, 0, SAMPLE_DEPTH | SAMPLE_SEGMENTS, arena, &s));
+    ck_assert_int_eq(s.flags & (SAMPLE_DEPTH | SAMPLE_SEGMENTS), SAMPLE_DEPTH | SAMPLE_SEGMENTS);
     unlink(at(lt_arena_printf(arena, "train/ABF10/rgb/0123.%s", endings[_i].rgb)));
     ck_assert_str_eq(d->ops->missing(d, 0, arena), at(strcmp(endings[_i].rgb, "PNG") ? "train/ABF10/rgb/0123.jpg"
                                                                                     : "train/ABF10/rgb/0123.png"));
@@ -651,21 +700,21 @@ START_TEST(other_endings)
 }
 END_TEST
 
-START_TEST(foreground_missing_or_broken)
+START_TEST(segments_missing_or_broken)
 {
     const char *path = at("train/ABF10/seg/0123.png");
     dataset *d = open_split("train");
     dataset_sample s;
 
-    check_ok(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s));
-    ck_assert(!(s.flags & SAMPLE_FOREGROUND));
-    ck_assert_ptr_null(s.foreground);
+    check_ok(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s));
+    ck_assert(!(s.flags & SAMPLE_SEGMENTS));
+    ck_assert_ptr_null(s.segments);
     mask("train/ABF10/seg/0123.png", false, 160, 100, version_3);
-    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
+    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s), LT_EFORMAT);
     ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s: mask of 160 x 100, expected 640 x 480 or a whole "
                                                       "fraction of it", path));
     ck_assert_int_eq(truncate(path, 60), 0);
-    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_FOREGROUND, arena, &s), LT_EFORMAT);
+    ck_assert_int_eq(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), path));
     check_ok(dataset_read(d, 0, 0, arena, &s));
     dataset_free(d);
@@ -823,7 +872,7 @@ START_TEST(without_memory)
         lt_alloc_fail_at(++n);
         st = ho3d_open(&o, &d);
         if (!st)
-            st = dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH | SAMPLE_FOREGROUND, scratch, &s);
+            st = dataset_read(d, 0, SAMPLE_OBJECT | SAMPLE_DEPTH | SAMPLE_SEGMENTS, scratch, &s);
         lt_alloc_fail_at(0);
         ck_assert(st == LT_OK || st == LT_ENOMEM);
         dataset_free(d);
@@ -858,9 +907,11 @@ static void add_tests(TCase *c)
     tcase_add_test(c, images_missing_or_broken);
     tcase_add_test(c, depth_missing);
     tcase_add_test(c, depth_is_a_picture);
-    tcase_add_loop_test(c, foreground, 0, LT_COUNT(masks));
+    tcase_add_loop_test(c, segments, 0, LT_COUNT(masks));
+    tcase_add_loop_test(c, blue_is_of_the_version, 0, 2);
+    tcase_add_test(c, colours_mean_something_else);
     tcase_add_loop_test(c, other_endings, 0, LT_COUNT(endings));
-    tcase_add_test(c, foreground_missing_or_broken);
+    tcase_add_test(c, segments_missing_or_broken);
     tcase_add_loop_test(c, annotation_wrong, 0, LT_COUNT(wrong));
     tcase_add_test(c, annotation_of_other_shapes);
     tcase_add_test(c, annotation_missing_key);

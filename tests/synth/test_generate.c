@@ -410,16 +410,21 @@ static void mask_returns(const shot *s, const char *path, int hand_channel, int 
 }
 
 /* What the reader makes of the mask that is there. */
-static void foreground_returns(const shot *s)
+static void segments_return(const shot *s)
 {
+    const ho3d_options o = { .root = at("one"), .split = "train" };
     dataset_sample again;
+    dataset *d;
 
-    check_ok(dataset_read(s->d, 0, SAMPLE_FOREGROUND, arena, &again));
+    check_ok(ho3d_open(&o, &d));
+    check_ok(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &again));
     for (int y = 0; y < H / 4; y++)
         for (int x = 0; x < W / 4; x++) {
             const uint8_t label = s->frame->label[(4 * y + 2) * W + 4 * x + 2];
-            ck_assert_int_eq(again.foreground[y * W / 4 + x], label == SYNTH_LABEL_HAND || label == 9 ? 255 : 0);
+            const int want = label == SYNTH_LABEL_HAND ? SEGMENT_HAND : label == 9 ? SEGMENT_OBJECT : 0;
+            ck_assert_int_eq(again.segments[y * W / 4 + x], want);
         }
+    dataset_free(d);
 }
 
 static void masks_return(const shot *s)
@@ -428,11 +433,11 @@ static void masks_return(const shot *s)
     synth_file file[SYNTH_FRAME_FILES];
 
     mask_returns(s, jpg, 0, 2);
-    foreground_returns(s);
+    segments_return(s);
     unlink(jpg);
     check_ok(synth_write_picture(at("one"), &s->picture, false, 95, file));
     mask_returns(s, at("one/train/SYN1PM00/seg/0077.png"), 2, 1);
-    foreground_returns(s);
+    segments_return(s);
 }
 
 /* Seen hand pixels, taken back into space by the clean depth, lie on the hand. */

@@ -81,10 +81,10 @@ START_TEST(small_pictures_by_the_same_reader)
         ck_assert_int_eq(d->count, cases[c].count);
         ck_assert_int_eq(d->n_objects, 4);
         for (int64_t i = 0; i < d->count; i++) {
-            check_ok(dataset_read(d, i, SAMPLE_DEPTH | SAMPLE_FOREGROUND, arena, &s));
+            check_ok(dataset_read(d, i, SAMPLE_DEPTH | SAMPLE_SEGMENTS, arena, &s));
             ck_assert_int_eq(s.width, 320);
             ck_assert_int_eq(s.height, 240);
-            ck_assert_int_eq(s.foreground_width, 320);
+            ck_assert_int_eq(s.segments_width, 320);
             ck_assert(s.camera.cx > 150 && s.camera.cx < 170 && s.camera.fx > 295 && s.camera.fx < 315);
         }
         dataset_free(d);
