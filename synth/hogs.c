@@ -2,6 +2,7 @@
 /* Writes down light and initial poses, and measures them. */
 #include "synth/hogs.h"
 
+#include "data/poses/pose_noise.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
@@ -10,14 +11,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TRUTH, INDEPENDENT, CORRELATED };
 enum { POSES = 0x504f5345 };
 
 static const char *const pose_file[SYNTH_POSE_FILES] = {
-    "poses/truth.json", "poses/independent.json", "poses/correlated.json",
+    [POSE_NOISE_NONE] = "poses/truth.json", [POSE_NOISE_INDEPENDENT] = "poses/independent.json",
+    [POSE_NOISE_CORRELATED] = "poses/correlated.json",
 };
-static const double OF_FRAME = 0.1;             /* of a frame's own draw where noise is correlated */
-#define DEGREE 0.017453292519943295
 
 static bool grow(synth_growing *g)
 {
@@ -76,63 +75,12 @@ static lt_status end_light(synth_hogs *h, synth_session *s, const synth_picture 
 
 /* ---- poses ---- */
 
-typedef struct {
-    double hand[48], object[3], shift[3];       /* axis-angle, metres */
-} noise;
-
-/* Half of the draws are coarse, half fine. */
-static noise draw_noise(uint64_t seed, uint64_t stream, bool coarse)
+/* The noise of a frame in one of the files. */
+static pose_noise noise_of(const synth_stage *stage, int k, pose_noise_kind kind)
 {
-    const double hand = coarse ? 8 * DEGREE : 4 * DEGREE, object = coarse ? 15 * DEGREE : 9 * DEGREE;
-    const double shift = coarse ? 0.0144 : 0.0086;
-    lt_rng rng = lt_rng_make(seed, stream);
-    noise n;
+    const uint64_t of_take = lt_rng_mix(stage->stream, POSES);
 
-    for (int i = 0; i < 48; i++)
-        n.hand[i] = hand * lt_rng_normal(&rng);
-    for (int k = 0; k < 3; k++)
-        n.object[k] = object * lt_rng_normal(&rng);
-    for (int k = 0; k < 3; k++)
-        n.shift[k] = shift * lt_rng_normal(&rng);
-    return n;
-}
-
-static bool is_coarse(uint64_t seed, uint64_t stream)
-{
-    lt_rng rng = lt_rng_make(seed, lt_rng_mix(stream, 'c'));
-
-    return lt_rng_uniform(&rng) < 0.5;
-}
-
-/* The noise of a frame in one of the files; none on the truth. */
-static noise noise_of(const synth_stage *stage, int k, int file)
-{
-    const uint64_t of_take = lt_rng_mix(stage->stream, POSES), of_frame = lt_rng_mix(of_take, (uint64_t)k + 1);
-    noise n = { .hand = { 0 } };
-
-    if (file == INDEPENDENT)
-        n = draw_noise(stage->seed, of_frame, is_coarse(stage->seed, of_frame));
-    if (file == CORRELATED) {
-        const bool coarse = is_coarse(stage->seed, of_take);
-        const noise own = draw_noise(stage->seed, of_frame, coarse);
-        n = draw_noise(stage->seed, of_take, coarse);
-        for (int i = 0; i < 48; i++)
-            n.hand[i] += OF_FRAME * own.hand[i];
-        for (int i = 0; i < 3; i++) {
-            n.object[i] += OF_FRAME * own.object[i];
-            n.shift[i] += OF_FRAME * own.shift[i];
-        }
-    }
-    return n;
-}
-
-/* The rotation turned by a few degrees. */
-static void turn(const double by[3], const double R[9], double out[9])
-{
-    double T[9];
-
-    lt_rot_from_axis_angle(by, T);
-    lt_mat3_mul(T, R, out);
+    return pose_noise_draw(kind, stage->seed, of_take, lt_rng_mix(of_take, (uint64_t)k + 1));
 }
 
 static void print_numbers(FILE *f, const char *key, const double *x, int n)
@@ -143,19 +91,15 @@ static void print_numbers(FILE *f, const char *key, const double *x, int n)
     fprintf(f, "]");
 }
 
-static void add_pose(synth_growing *g, const synth_picture *p, const noise *n, double R[9], double t[3])
+static void add_pose(synth_growing *g, const synth_picture *p, const pose_noise *n, double R[9], double t[3])
 {
-    double pose[48], root[9], turned[9], object[3];
+    double pose[48], object[3];
 
-    lt_rot_from_axis_angle(p->pose, root);
-    turn(n->hand, root, turned);
-    lt_rot_to_axis_angle(turned, pose);
-    for (int i = 3; i < 48; i++)
-        pose[i] = p->pose[i] + n->hand[i];
-    turn(n->object, p->R, R);
+    memcpy(pose, p->pose, sizeof(pose));
+    memcpy(R, p->R, 9 * sizeof(*R));
+    memcpy(t, p->t, 3 * sizeof(*t));
+    pose_noise_apply(n, pose, R, t);
     lt_rot_to_axis_angle(R, object);
-    for (int k = 0; k < 3; k++)
-        t[k] = p->t[k] + n->shift[k];
     fprintf(g->stream, "\n\"%s/%04d\": {\"hand\": {\"side\": \"right\", ", p->sequence, p->frame);
     print_numbers(g->stream, "pose", pose, 48);
     fprintf(g->stream, ", ");
@@ -237,11 +181,11 @@ lt_status synth_hogs_record(synth_hogs *h, synth_session *s, const synth_hogs_fr
         return st;
     add_light(h, shot);
     for (int i = 0; i < SYNTH_POSE_FILES; i++) {
-        const noise n = noise_of(shot->stage, shot->k, i);
+        const pose_noise n = noise_of(shot->stage, shot->k, (pose_noise_kind)i);
         double R[9], t[3];
         fprintf(h->poses[i].stream, "%s", h->both.n ? "," : "");
         add_pose(&h->poses[i], p, &n, R, t);
-        if (i == INDEPENDENT)
+        if (i == POSE_NOISE_INDEPENDENT)
             measure(h, &shot->stage->prop->mesh, p, R, t);
     }
     for (int i = 0; i < 2; i++)

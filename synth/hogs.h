@@ -3,10 +3,7 @@
  * What a dataset for HOGS has besides frames: the light of each frame, and poses to begin from. Light is in
  * SPLIT/SEQUENCE/light.csv; poses in poses/truth.json, independent.json and correlated.json (docs/formats.md).
  *
- * Initial poses are the truth and noise as large as HOISDF's errors (OCE 18.4 mm, MCE 27.4, ADD-S 13.3), of two levels
- * that half of the draws have each: an object is off by 14.4 or 8.6 mm along each axis and by 15 or 9 degrees about it,
- * a hand's joints by 8 or 4 degrees. Independent: drawn for each frame. Correlated: one draw for a sequence and a tenth
- * of another for each frame. Hands keep their wrist, which HOISDF is given.
+ * Initial poses are the truth and noise as large as HOISDF's errors (data/poses/pose_noise.h).
  */
 #ifndef SYNTH_HOGS_H
 #define SYNTH_HOGS_H
@@ -20,7 +17,7 @@
 extern "C" {
 #endif
 
-enum { SYNTH_POSE_FILES = 3 };          /* truth, independent, correlated */
+enum { SYNTH_POSE_FILES = 3 };          /* one for each pose_noise_kind */
 
 /* A file that grows in memory. */
 typedef struct { FILE *stream; char *text; size_t size; } synth_growing;

@@ -41,6 +41,8 @@ static const struct {
     BYTES("hand_file", resaved_npz), BYTES("hand_file", resaved_npy), BYTES("hand_file", torch_zip),
 };
 
+#define NINE "0,1,-1,.5,0,0,0,0,0,"
+#define TEN "0,1,-1,.5,0,0,0,0,0,0,"
 #define TEXT(target, name, text) { target, name, text, sizeof(text) - 1 }
 
 static const struct {
@@ -99,6 +101,22 @@ static const struct {
     TEXT("calibration", "json", "{\"cam0\": {\"intrinsics\": [606, 607, 316, 232], \"distortion_model\": \"radtan\", "
          "\"resolution\": [640, 480], \"k1\": 0.1}, "
          "\"color\": {\"fx\": 606, \"fy\": 607, \"ppx\": 316, \"ppy\": 232}}"),
+    TEXT("poses", "poses", "{\"frames\": {\"A/0\": {\"hand\": {\"side\": \"right\", \"pose\": [" TEN TEN TEN TEN
+         "1,2,3,4,5,6,7,-8e-1], \"shape\": [" NINE ".5], \"trans\": [0,0,600]}, \"object\": {\"id\": 5, "
+         "\"R\": [0,0,0,1], \"t\": [0,0,600]}, \"score\": 1}}, \"format\": \"palmar.poses/1\", \"unit\": \"mm\", "
+         "\"rotation\": \"quaternion-xyzw\", \"hand_pose\": \"pca45\", \"axes\": \"opengl\", "
+         "\"flat_hand_mean\": false}"),
+    TEXT("poses", "matrix", "{\"format\": \"palmar.poses/1\", \"rotation\": \"matrix\", \"frames\": {"
+         "\"A/0\": {\"object\": {\"R\": [0,-1,0,1,0,0,0,0,1], \"t\": [0,0,1]}}}}"),
+    TEXT("poses", "frames", "{\"schema\": \"palmar.frame/1\", \"image\": \"a.jpg\", \"hands\": [{\"side\": \"right\", "
+         "\"position\": \"solved\", \"trusted\": true, \"agreement_px\": 3, \"joints3d_m\": [[0,0,1]], "
+         "\"theta_rad\": [" TEN TEN TEN TEN "1,2,3,4,5,6,7,8], \"beta\": [" NINE ".5]}], "
+         "\"objects\": [{\"name\": \"025_mug\", "
+         "\"found\": true, \"confidence\": 2, \"R\": [1,0,0,0,1,0,0,0,1], \"t_m\": [0,0,1]}]}\n"
+         "{\"schema\": \"palmar.frame/1\", \"image\": \"b.jpg\"}\n"),
+    TEXT("poses", "hoisdf", "{\"x/rgb/0.jpg\": {\"mano_pose6d\": [" TEN TEN TEN TEN "1,2,3,4,5,6,7,8], "
+         "\"mano_shape\": [[" NINE ".5]], \"obj_rot\": [0,0,1], \"obj_trans\": [[0,0,1]], \"obj_center_cam\": [0,0,1], "
+         "\"label_file\": \"y\"}}"),
     TEXT("xyz", "two", "# points\n0.1 -2e-3 5\n\n1 2 3 255 0 0\n"),
 };
 

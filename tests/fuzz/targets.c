@@ -5,6 +5,7 @@
 
 #include "assets/hand_file.h"
 #include "data/ho3d/points.h"
+#include "data/poses/pose_file.h"
 #include "eval/scorers/bop_file.h"
 #include "eval/scorers/hpe_file.h"
 #include "eval/scorers/models_info.h"
@@ -388,6 +389,32 @@ static void run_models_info(lt_arena *arena, const uint8_t *bytes, size_t n)
     close(f.fd);
 }
 
+static lt_status look_at_pose(void *ctx, const pose_record *r)
+{
+    (void)ctx;
+    if (r->has_hand)
+        for (int i = 0; i < 48; i++)
+            sink = r->pose[i] + r->beta[i % 10] + r->trans[i % 3] + r->wrist[i % 3];
+    if (r->has_object)
+        for (int i = 0; i < 9; i++)
+            if (!(r->R[i] >= -1.001 && r->R[i] <= 1.001))
+                abort();                            /* whatever the form, it comes out as a rotation */
+    sink = (double)strlen(r->frame) + (r->object_name ? (double)strlen(r->object_name) : 0) + r->t[2];
+    return LT_OK;
+}
+
+static void run_poses(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    char *copy = malloc(n + 1);             /* a file's bytes have a NUL behind them */
+    const char *format;
+
+    (void)arena;
+    memcpy(copy, bytes, n);
+    copy[n] = 0;
+    pose_file_parse((pose_text){ "x.json", copy, n }, (pose_text){ "x.json", copy, n }, look_at_pose, NULL, &format);
+    free(copy);
+}
+
 static void run_boxes(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     const memory_file f = memory_file_of(bytes, n);
@@ -438,6 +465,7 @@ const fuzz_target fuzz_targets[] = {
     { "hpe", run_hpe, NULL, 4096 },
     { "points", run_points, NULL, 4096 },
     { "models_info", run_models_info, NULL, 4096 },
+    { "poses", run_poses, NULL, 4096 },
     { "boxes", run_boxes, NULL, 4096 },
     { "calibration", run_calibration, NULL, 4096 },
     { 0 },

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* JSON: places in errors, limits, numbers in any locale, names that were meant. */
 #include "libtensor/io/text/json.h"
+#include "libtensor/io/text/json_object.h"
 #include "tests/io/hostile.h"
 
 #include <cjson/cJSON.h>
@@ -135,6 +136,68 @@ START_TEST(round_trip)
 }
 END_TEST
 
+/* ---- members of an object, one at a time ---- */
+
+static lt_status read_members(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    lt_json_object o;
+    lt_json_member m;
+    bool more = false;
+    lt_status st = lt_json_object_open("x.json", (const char *)bytes, n, &o);
+
+    while (!st && !(st = lt_json_object_next(&o, arena, &m, &more)) && more)
+        st = read_json(arena, (const uint8_t *)m.value, m.n);
+    return st;
+}
+
+#define MEMBERS "\xef\xbb\xbf {\"a\": [1, {\"]\": \"}\\\"\"}] , \"b\\/c\" :\ttrue,\"\":-1e3,\n\"s\": \"{\"}\n "
+
+START_TEST(members)
+{
+    static const struct { const char *key, *value; } want[] = {
+        { "a", "[1, {\"]\": \"}\\\"\"}]" }, { "b/c", "true" }, { "", "-1e3" }, { "s", "\"{\"" },
+    };
+    lt_arena *arena = lt_arena_new();
+    lt_json_object o;
+    lt_json_member m;
+    bool more;
+
+    check_ok(lt_json_object_open("x.json", MEMBERS, sizeof(MEMBERS) - 1, &o));
+    for (size_t i = 0; i < LT_COUNT(want); i++) {
+        check_ok(lt_json_object_next(&o, arena, &m, &more));
+        ck_assert(more);
+        ck_assert_str_eq(m.key, want[i].key);
+        ck_assert_int_eq(m.n, strlen(want[i].value));
+        ck_assert_mem_eq(m.value, want[i].value, m.n);
+    }
+    check_ok(lt_json_object_next(&o, arena, &m, &more));
+    ck_assert(!more);
+    check_ok(lt_json_object_open("x.json", "{}", 2, &o));
+    check_ok(lt_json_object_next(&o, arena, &m, &more));
+    ck_assert(!more);
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(members_are_broken)
+{
+    static const struct { const char *text, *reason; } cases[] = {
+        { "", "ends early, want {" }, { "[1]", "x.json:1: byte 0 is 0x5b, want {" },
+        { "{\"a\": 1,\n \"b\" 2}", "x.json:2: byte 14 is 0x32, want a colon" },
+        { "{\"a\": 1 2}", "want a comma or }" }, { "{\"a\": 1,}", "want a key in quotes" },
+        { "{\"a\": }", "want a value" }, { "{\"a\": [1", "ends early, want a value" },
+        { "{\"a\": 1} 2", "want the end of the file" }, { "{a: 1}", "want a key in quotes" },
+        { "{\"a\": [1}}", "not valid JSON" }, { "{\"a\": 1", "ends early, want a comma or }" },
+    };
+
+    for (size_t i = 0; i < LT_COUNT(cases); i++)
+        check_refused(read_members, cases[i].text, strlen(cases[i].text), cases[i].reason);
+    for (size_t n = 0; n + 2 < sizeof(MEMBERS) - 1; n++)
+        ck_assert_int_ne(attempt(read_members, (const uint8_t *)MEMBERS, n), LT_OK);
+    check_ok(attempt(read_members, (const uint8_t *)MEMBERS, sizeof(MEMBERS) - 1));
+}
+END_TEST
+
 START_TEST(strings_are_escaped)
 {
     char *out = NULL;
@@ -159,6 +222,8 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, words_for_numbers);
     tcase_add_test(tc, round_trip);
     tcase_add_test(tc, strings_are_escaped);
+    tcase_add_test(tc, members);
+    tcase_add_test(tc, members_are_broken);
 }
 
 int main(void)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The generator's set for HOGS: light that is written down, hands that lie on objects, poses to begin from. */
 #include "data/ho3d/ho3d.h"
+#include "data/poses/initial_poses.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/mesh/surface.h"
@@ -282,6 +283,46 @@ START_TEST(noise_is_as_large_as_said)
 }
 END_TEST
 
+/* What was written is read back, for either split; in training it is what the annotation has. */
+START_TEST(poses_are_read)
+{
+    dataset *train = open_split("train"), *evaluation = open_split("evaluation");
+    initial_poses_options o = { .path = at("data/poses/truth.json"), .data = train, .other = evaluation };
+    initial_poses *p, *truth;
+    lt_hand_model *hand;
+
+    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
+    o.hand = hand;
+    check_ok(initial_poses_read(&o, &p));
+    o.path = "truth";
+    check_ok(initial_poses_read(&o, &truth));
+    for (int64_t i = 0; i < train->count; i++) {
+        const initial_pose *a = initial_poses_at(p, i), *b = initial_poses_at(truth, i);
+
+        ck_assert(a && b && a->has_hand && a->has_object && b->has_hand && b->has_object);
+        ck_assert_int_eq(a->object, b->object);
+        ck_assert_int_ge(a->object, 0);
+        for (int k = 0; k < 3; k++) {
+            ck_assert_double_eq_tol(a->wrist[k], b->wrist[k], 1e-5);
+            ck_assert_double_eq_tol(a->t[k], b->t[k], 1e-6);
+        }
+        for (int k = 0; k < 9; k++)
+            ck_assert_double_eq_tol(a->R[k], b->R[k], 1e-5);
+    }
+    ck_assert_int_eq(initial_poses_count(p).other, evaluation->count);
+    ck_assert_int_eq(initial_poses_count(p).missed, 0);
+    initial_poses_free(truth);
+    initial_poses_free(p);
+    o = (initial_poses_options){ .path = at("data/poses/independent.json"), .data = evaluation, .other = train,
+                                 .hand = hand };
+    check_ok(initial_poses_read(&o, &p));
+    ck_assert_int_eq(initial_poses_count(p).matched, evaluation->count);
+    initial_poses_free(p);
+    dataset_free(evaluation);
+    dataset_free(train);
+}
+END_TEST
+
 static void add_tests(TCase *c)
 {
     tcase_add_unchecked_fixture(c, setup, teardown);
@@ -295,6 +336,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, jitter_is_of_each_frame);
     tcase_add_test(c, truth_is_the_annotation);
     tcase_add_test(c, noise_is_as_large_as_said);
+    tcase_add_test(c, poses_are_read);
 }
 
 int main(void)
