@@ -183,6 +183,88 @@ START_TEST(inside_a_torus)
 }
 END_TEST
 
+/* The sum of all solid angles: Van Oosterom and Strackee's formula, written down anew. */
+static double winding_by_all(const lt_mesh *m, const double p[3])
+{
+    double sum = 0;
+
+    for (int f = 0; f < m->n_faces; f++) {
+        double v[3][3], l[3], bc[3];
+        for (int c = 0; c < 3; c++) {
+            for (int k = 0; k < 3; k++)
+                v[c][k] = m->vertex[m->face[f][c]][k] - p[k];
+            l[c] = lt_vec3_norm(v[c]);
+        }
+        lt_vec3_cross(v[1], v[2], bc);
+        sum += 2 * atan2(lt_vec3_dot(v[0], bc), l[0] * l[1] * l[2] + lt_vec3_dot(v[0], v[1]) * l[2] +
+                                                lt_vec3_dot(v[1], v[2]) * l[0] + lt_vec3_dot(v[2], v[0]) * l[1]);
+    }
+    return sum / (4 * M_PI);
+}
+
+/* Against all faces one by one, on a closed mesh and on triangles in disorder. */
+START_TEST(winding_is_the_sum)
+{
+    const lt_mesh *const meshes[] = { &tube, &soup };
+    const lt_mesh *m = meshes[_i];
+    lt_arena *arena = lt_arena_new();
+    lt_mesh_index *index;
+    lt_rng r = lt_rng_make(3, 0);
+    double worst = 0;
+
+    make_tube();
+    make_soup();
+    check_ok(lt_mesh_index_new(arena, m, &index));
+    for (int i = 0; i < 2000; i++) {
+        const double p[3] = { 1.2 * lt_rng_normal(&r), 1.2 * lt_rng_normal(&r), 0.5 * lt_rng_normal(&r) };
+        const double w = lt_mesh_winding(index, p), all = winding_by_all(m, p);
+        worst = fmax(worst, fabs(w - all));
+        if (m == &tube)
+            ck_assert_double_eq_tol(all, round(all), 1e-9);
+    }
+    ck_assert_msg(worst < 0.01, "off by %g", worst);
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* Two tubes, one moved by half its width: 2 where they overlap; turned inside out -1; without a face in ten fractions. */
+START_TEST(winding_of_parts_and_holes)
+{
+    static float vertex[2 * TUBE][3];
+    static int32_t face[4 * TUBE][3];
+    const lt_mesh both = { .n_vertices = 2 * TUBE, .n_faces = 4 * TUBE, .vertex = vertex, .face = face };
+    lt_mesh part = { .n_vertices = TUBE, .n_faces = 2 * TUBE, .vertex = tube_vertex, .face = face };
+    const double in_both[3] = { 1.1, 0, 0 }, in_one[3] = { -1.3, 0, 0 }, in_none[3] = { 0, 0, 0.3 };
+    lt_arena *arena = lt_arena_new();
+    lt_mesh_index *index;
+
+    make_tube();
+    for (int i = 0; i < 2 * TUBE; i++)
+        for (int k = 0; k < 3; k++)
+            vertex[i][k] = tube_vertex[i % TUBE][k] + (i >= TUBE && k == 0 ? 0.2f : 0);
+    for (int f = 0; f < 4 * TUBE; f++)
+        for (int k = 0; k < 3; k++)
+            face[f][k] = tube_face[f % (2 * TUBE)][k] + (f >= 2 * TUBE ? TUBE : 0);
+    check_ok(lt_mesh_index_new(arena, &both, &index));
+    ck_assert_double_eq_tol(lt_mesh_winding(index, in_both), 2, 0.01);
+    ck_assert_double_eq_tol(lt_mesh_winding(index, in_one), 1, 0.01);
+    ck_assert_double_eq_tol(lt_mesh_winding(index, in_none), 0, 0.01);
+    for (int f = 0; f < 2 * TUBE; f++)
+        for (int k = 0; k < 3; k++)
+            face[f][k] = tube_face[f][2 - k];
+    check_ok(lt_mesh_index_new(arena, &part, &index));
+    ck_assert_double_eq_tol(lt_mesh_winding(index, in_one), -1, 0.01);
+    part.n_faces = 0;
+    for (int f = 0; f < 2 * TUBE; f++)
+        if (f % 10)
+            memcpy(face[part.n_faces++], tube_face[f], sizeof(face[0]));
+    check_ok(lt_mesh_index_new(arena, &part, &index));
+    ck_assert(lt_mesh_winding(index, in_one) > 0.8 && lt_mesh_winding(index, in_one) < 0.99);
+    ck_assert(fabs(lt_mesh_winding(index, in_none)) < 0.2);
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(samples_are_uniform)
 {
     enum { N = 20000 };
@@ -275,6 +357,8 @@ static void add_tests(TCase *c)
     tcase_add_test(c, closest_on_one_triangle);
     tcase_add_test(c, closest_is_closest);
     tcase_add_test(c, inside_a_torus);
+    tcase_add_loop_test(c, winding_is_the_sum, 0, 2);
+    tcase_add_test(c, winding_of_parts_and_holes);
     tcase_add_test(c, samples_are_uniform);
     tcase_add_test(c, farthest_points_spread);
     tcase_add_test(c, bad_meshes);

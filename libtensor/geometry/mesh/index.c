@@ -1,34 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A tree of boxes over triangles: split at the median of the longest axis, down to a few per leaf. */
-#include "libtensor/geometry/mesh/surface.h"
-
 #include "libtensor/geometry/mat3.h"
+#include "libtensor/geometry/mesh/internal.h"
 
-enum {
-    LEAF = 4,                   /* triangles */
-    STACK = 64,                 /* halving 2^31 faces takes 31 levels, and each leaves one node waiting */
-};
-
-typedef struct {
-    double corner[3][3];
-    int face;
-} triangle;
-
-/* Children of an inner node are next to each other; a leaf has count > 0 triangles. */
-typedef struct {
-    double lo[3], hi[3];
-    int first, count;
-} node;
-
-struct lt_mesh_index {
-    node *nodes;
-    triangle *triangles;
-    int n_nodes;
-};
+enum { LEAF = 4 };          /* triangles */
 
 /* ---- building ------------------------------------------------------------------------------------- */
 
-static lt_status copy_triangles(const lt_mesh *mesh, triangle *out)
+static lt_status copy_triangles(const lt_mesh *mesh, lt_mesh_triangle *out)
 {
     for (int f = 0; f < mesh->n_faces; f++)
         for (int k = 0; k < 3; k++) {
@@ -47,34 +26,34 @@ static lt_status copy_triangles(const lt_mesh *mesh, triangle *out)
     return LT_OK;
 }
 
-static double middle(const triangle *t, int axis)
+static double middle(const lt_mesh_triangle *t, int axis)
 {
     return t->corner[0][axis] + t->corner[1][axis] + t->corner[2][axis];
 }
 
 /* A total order, so that the tree does not depend on how it is sorted. */
-static bool before(const triangle *a, const triangle *b, int axis)
+static bool before(const lt_mesh_triangle *a, const lt_mesh_triangle *b, int axis)
 {
     const double ma = middle(a, axis), mb = middle(b, axis);
 
     return ma < mb || (ma == mb && a->face < b->face);
 }
 
-static void swap(triangle *a, triangle *b)
+static void swap(lt_mesh_triangle *a, lt_mesh_triangle *b)
 {
-    const triangle t = *a;
+    const lt_mesh_triangle t = *a;
 
     *a = *b;
     *b = t;
 }
 
 /* Quickselect: the first `half` of n triangles come before the others along the axis. */
-static void split(triangle *t, int n, int half, int axis)
+static void split(lt_mesh_triangle *t, int n, int half, int axis)
 {
     int lo = 0, hi = n - 1;
 
     while (lo < hi) {
-        const triangle pivot = t[lo + (hi - lo) / 2];
+        const lt_mesh_triangle pivot = t[lo + (hi - lo) / 2];
         int i = lo, j = hi;
         while (i <= j) {
             while (before(&t[i], &pivot, axis))
@@ -93,7 +72,7 @@ static void split(triangle *t, int n, int half, int axis)
     }
 }
 
-static void bound(node *b, const triangle *t, int n)
+static void bound(lt_mesh_node *b, const lt_mesh_triangle *t, int n)
 {
     for (int a = 0; a < 3; a++) {
         b->lo[a] = INFINITY;
@@ -106,7 +85,7 @@ static void bound(node *b, const triangle *t, int n)
         }
 }
 
-static int longest_axis(const node *b)
+static int longest_axis(const lt_mesh_node *b)
 {
     int axis = 0;
 
@@ -118,10 +97,11 @@ static int longest_axis(const node *b)
 
 static void build(lt_mesh_index *index, int at, int first, int count)
 {
-    node *b = &index->nodes[at];
+    lt_mesh_node *b = &index->nodes[at];
     const int half = count / 2;
 
     bound(b, index->triangles + first, count);
+    lt_mesh_measure_node(b, index->triangles + first, count);
     if (count <= LEAF) {
         b->first = first;
         b->count = count;
@@ -144,8 +124,8 @@ lt_status lt_mesh_index_new(lt_arena *arena, const lt_mesh *mesh, lt_mesh_index 
     index = lt_arena_alloc(arena, sizeof(*index));
     if (!index)
         return lt_error(LT_ENOMEM, "mesh index: no memory");
-    index->triangles = lt_arena_array(arena, (size_t)mesh->n_faces, sizeof(triangle));
-    index->nodes = lt_arena_array(arena, 2 * (size_t)mesh->n_faces, sizeof(node));
+    index->triangles = lt_arena_array(arena, (size_t)mesh->n_faces, sizeof(lt_mesh_triangle));
+    index->nodes = lt_arena_array(arena, 2 * (size_t)mesh->n_faces, sizeof(lt_mesh_node));
     if (!index->triangles || !index->nodes)
         return lt_error(LT_ENOMEM, "mesh index: no memory for %d faces", mesh->n_faces);
     st = copy_triangles(mesh, index->triangles);
@@ -159,7 +139,7 @@ lt_status lt_mesh_index_new(lt_arena *arena, const lt_mesh *mesh, lt_mesh_index 
 
 /* ---- the nearest point ---------------------------------------------------------------------------- */
 
-static double box_distance(const node *b, const double p[3])
+static double box_distance(const lt_mesh_node *b, const double p[3])
 {
     double d[3];
 
@@ -168,7 +148,7 @@ static double box_distance(const node *b, const double p[3])
     return lt_vec3_norm(d);
 }
 
-static void try_triangle(const triangle *t, const double p[3], lt_mesh_hit *best)
+static void try_triangle(const lt_mesh_triangle *t, const double p[3], lt_mesh_hit *best)
 {
     double q[3], d;
 
@@ -184,11 +164,11 @@ static void try_triangle(const triangle *t, const double p[3], lt_mesh_hit *best
 lt_mesh_hit lt_mesh_closest(const lt_mesh_index *index, const double p[3])
 {
     lt_mesh_hit best = { .point = { p[0], p[1], p[2] }, .distance = INFINITY };
-    int stack[STACK], depth = 0;
+    int stack[LT_MESH_STACK], depth = 0;
 
     stack[depth++] = 0;
     while (depth > 0) {
-        const node *b = &index->nodes[stack[--depth]];
+        const lt_mesh_node *b = &index->nodes[stack[--depth]];
         const double slack = 1e-12 * best.distance;     /* a box and its triangle round apart */
         int nearer;
         if (box_distance(b, p) > best.distance + slack)
@@ -207,7 +187,7 @@ lt_mesh_hit lt_mesh_closest(const lt_mesh_index *index, const double p[3])
 /* ---- inside --------------------------------------------------------------------------------------- */
 
 /* Whether the ray p + s d, s > 0, meets the box. */
-static bool ray_meets_box(const node *b, const double p[3], const double d[3])
+static bool ray_meets_box(const lt_mesh_node *b, const double p[3], const double d[3])
 {
     double enter = 0, leave = INFINITY;
 
@@ -220,7 +200,7 @@ static bool ray_meets_box(const node *b, const double p[3], const double d[3])
 }
 
 /* Moller and Trumbore 1997: solve p + s d = a + u ab + v ac */
-static bool ray_meets_triangle(const triangle *t, const double p[3], const double d[3])
+static bool ray_meets_triangle(const lt_mesh_triangle *t, const double p[3], const double d[3])
 {
     double ab[3], ac[3], ap[3], h[3], q[3], det, u, v;
 
@@ -239,12 +219,12 @@ static bool ray_meets_triangle(const triangle *t, const double p[3], const doubl
 
 static bool odd_crossings(const lt_mesh_index *index, const double p[3], const double d[3])
 {
-    int stack[STACK], depth = 0;
+    int stack[LT_MESH_STACK], depth = 0;
     bool odd = false;
 
     stack[depth++] = 0;
     while (depth > 0) {
-        const node *b = &index->nodes[stack[--depth]];
+        const lt_mesh_node *b = &index->nodes[stack[--depth]];
         if (!ray_meets_box(b, p, d))
             continue;
         for (int i = 0; i < b->count; i++)

@@ -50,6 +50,17 @@ LT_API lt_mesh_hit lt_mesh_closest(const lt_mesh_index *index, const double p[3]
  */
 LT_API bool lt_mesh_inside(const lt_mesh_index *index, const double p[3]);
 
+/**
+ * lt_mesh_winding - how often the surface goes around p
+ *
+ * 1 inside a closed mesh, 0 outside, 2 where two parts of it overlap; the sign is minus where faces look inwards. A
+ * mesh with holes gives fractions, so p is inside where it is above 1/2. Faces that are far from p are summed together:
+ * right to 0.01.
+ *
+ * Source: Jacobson et al. 2013; Barill et al. 2018, with terms up to the second.
+ */
+LT_API double lt_mesh_winding(const lt_mesh_index *index, const double p[3]);
+
 /* lt_mesh_sample - n points (n, 3) uniform over the area, and the face of each (n) unless face is NULL.
  * LT_EINVAL when the mesh has no area; LT_ENOMEM. */
 LT_API lt_status lt_mesh_sample(const lt_mesh *mesh, lt_rng *rng, int n, float (*points)[3], int *face);
