@@ -3,7 +3,7 @@
 #include "synth/hogs.h"
 
 #include "data/poses/pose_noise.h"
-#include "libtensor/geometry/mat3.h"
+#include "eval/metrics/object_pose.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
 
@@ -113,41 +113,27 @@ static void add_pose(synth_growing *g, const synth_picture *p, const pose_noise 
     fprintf(g->stream, "}}");
 }
 
-/* The box along the camera's axes around the object as R, t place it. */
-static void posed_box(const lt_mesh *mesh, const double R[9], const double t[3], lt_box *out)
+/* OCE and MCE of an object, as HOISDF's evaluation has them. */
+static lt_status measure(synth_hogs *h, const lt_mesh *mesh, const synth_picture *p, const double R[9],
+                         const double t[3])
 {
-    *out = (lt_box){ { INFINITY, INFINITY, INFINITY }, { -INFINITY, -INFINITY, -INFINITY } };
-    for (int i = 0; i < mesh->n_vertices; i++) {
-        const double x[3] = { mesh->vertex[i][0], mesh->vertex[i][1], mesh->vertex[i][2] };
-        double p[3];
-        lt_rigid_apply(R, t, x, p);
-        for (int k = 0; k < 3; k++) {
-            out->lo[k] = fmin(out->lo[k], p[k]);
-            out->hi[k] = fmax(out->hi[k], p[k]);
-        }
-    }
-}
+    double *x = lt_alloc((size_t)mesh->n_vertices * 3 * sizeof(*x));
+    lt_pose is, should;
 
-/* OCE, how far the object's place is off, and MCE, how far the corners of boxes along the axes are, as HOISDF's
- * evaluation has them. */
-static void measure(synth_hogs *h, const lt_mesh *mesh, const synth_picture *p, const double R[9], const double t[3])
-{
-    lt_box is, should;
-    double corners = 0;
-
-    posed_box(mesh, R, t, &is);
-    posed_box(mesh, p->R, p->t, &should);
-    for (int i = 0; i < 8; i++) {
-        double d2 = 0;
-        for (int k = 0; k < 3; k++)
-            d2 += i >> k & 1 ? (is.hi[k] - should.hi[k]) * (is.hi[k] - should.hi[k])
-                             : (is.lo[k] - should.lo[k]) * (is.lo[k] - should.lo[k]);
-        corners += sqrt(d2) / 8;
-    }
-    h->centre_mm.sum += 1000 * lt_vec3_distance(t, p->t);
-    h->corners_mm.sum += 1000 * corners;
+    if (!x)
+        return lt_error(LT_ENOMEM, "synth: no memory to measure poses");
+    for (int i = 0; i < 3 * mesh->n_vertices; i++)
+        x[i] = mesh->vertex[i / 3][i % 3];
+    memcpy(is.R, R, sizeof(is.R));
+    memcpy(is.t, t, sizeof(is.t));
+    memcpy(should.R, p->R, sizeof(should.R));
+    memcpy(should.t, p->t, sizeof(should.t));
+    h->centre_mm.sum += 1000 * eval_oce(&is, &should);
+    h->corners_mm.sum += 1000 * eval_mce(mesh->n_vertices, x, &is, &should);
     h->centre_mm.n++;
     h->corners_mm.n++;
+    lt_release(x);
+    return LT_OK;
 }
 
 /* ---- a run ---- */
@@ -180,14 +166,16 @@ lt_status synth_hogs_record(synth_hogs *h, synth_session *s, const synth_hogs_fr
     if (st)
         return st;
     add_light(h, shot);
-    for (int i = 0; i < SYNTH_POSE_FILES; i++) {
+    for (int i = 0; !st && i < SYNTH_POSE_FILES; i++) {
         const pose_noise n = noise_of(shot->stage, shot->k, (pose_noise_kind)i);
         double R[9], t[3];
         fprintf(h->poses[i].stream, "%s", h->both.n ? "," : "");
         add_pose(&h->poses[i], p, &n, R, t);
         if (i == POSE_NOISE_INDEPENDENT)
-            measure(h, &shot->stage->prop->mesh, p, R, t);
+            st = measure(h, &shot->stage->prop->mesh, p, R, t);
     }
+    if (st)
+        return st;
     for (int i = 0; i < 2; i++)
         h->part[i] += f->part[i];
     h->both.sum += f->seen->both;
