@@ -2,5 +2,6 @@
 #include "tasks/tasks.h"
 
 #include "tasks/hand_object/task.h"
+#include "tasks/point_pairs/task.h"
 
-const task *const tasks[] = { &hand_object_task, NULL };
+const task *const tasks[] = { &hand_object_task, &point_pairs_task, NULL };
