@@ -7,6 +7,7 @@
 #include "estimate/checkpoint_folder.h"
 #include "libtensor/io/file.h"
 #include "tasks/hand_object/config.h"
+#include "tasks/hand_object/task.h"
 #include "tasks/tasks.h"
 
 #include <stdio.h>
@@ -63,6 +64,9 @@ static lt_status read_model(cli_checkpoint *c, const char *hand)
 
     if (st == LT_OK)
         st = train_config_parse(c->arena, tasks, c->path, head.config, NULL, 0, &c->config);
+    if (st == LT_OK && c->config.task != &hand_object_task)
+        st = lt_error(LT_EINVAL, "%s: %s is trained for %s, want a model for %s", c->path, c->config.model->name,
+                      c->config.task->name, hand_object_task.name);
     if (st == LT_OK)
         st = open_hands(c, hand, head.tips);
     if (st)

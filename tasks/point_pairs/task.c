@@ -323,10 +323,9 @@ static const metric own_metrics[] = {
       "palmar" },
     { .key = NULL },
 };
-static const model_class *const models[] = { &points_class, NULL };
 
 const task point_pairs_task = {
-    .name = "point-pairs", .data_size = sizeof(point_pairs_config), .data_keys = data_keys, .models = models,
+    .name = "point-pairs", .data_size = sizeof(point_pairs_config), .data_keys = data_keys,
     .metrics = metrics, .own_metrics = own_metrics, .open = run_open, .close = run_close, .build = run_build,
     .describe = run_describe, .facts = run_facts, .samples = run_samples, .checked = run_checked,
     .sample_bytes = run_sample_bytes, .recipe = run_recipe, .weight = batch_weight, .sample_name = run_sample_name,

@@ -44,3 +44,13 @@ ends 1 'nowhere' report nowhere
 ends 2 '--require pa_mpjp_mm: no such key; did you mean "pa_mpjpe_mm"' eval nowhere --require 'pa_mpjp_mm<=9'
 ends 2 '--require psnr_db: is not scored here' eval nowhere --require 'psnr_db>=9'
 ends 2 'want KEY>=X or KEY<=X' eval nowhere --require 'pa_mpjpe_mm<9'
+
+# What reads a crop takes no other model.
+rm -rf exit_code.points
+./palmar train --config points-cpu --out exit_code.points --quiet --set optim.steps=1 --set optim.batch=2 \
+    --set data.shapes=0 --set data.held_out=2
+other='points is trained for point-pairs, want a model for hand-object'
+ends 1 "$other" eval exit_code.points --data nowhere
+ends 1 "$other" export exit_code.points --out nowhere.onnx
+ends 1 "$other" predict exit_code.points nowhere
+rm -r exit_code.points
