@@ -28,7 +28,8 @@ typedef struct {
                                        whose truth is taken for frames of the same names */
     const char *list;               /* HOISDF on DexYCB: the annotation list that its keys are of; else NULL */
     const dataset *data;            /* whose frames they are for */
-    const dataset *other;           /* the other split of a file that has both, or NULL: its names are not unknown */
+    const dataset *other;           /* the other split of a file that has both, or NULL: its names are not unknown.
+                                       Frames that a filter leaves out of data are, unless they are here */
     const lt_hand_model *hand;      /* the right hand */
     uint64_t seed;                  /* of the noise */
 } initial_poses_options;

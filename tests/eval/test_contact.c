@@ -200,6 +200,7 @@ static void teardown(void)
 static void add_tests(TCase *c)
 {
     tcase_add_checked_fixture(c, setup, teardown);
+    tcase_set_timeout(c, 0);
     tcase_add_loop_test(c, two_cubes, 0, 3);
     tcase_add_test(c, cubes_apart);
     tcase_add_test(c, cube_in_itself);

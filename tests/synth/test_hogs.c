@@ -311,6 +311,17 @@ START_TEST(poses_are_read)
     }
     ck_assert_int_eq(initial_poses_count(p).other, evaluation->count);
     ck_assert_int_eq(initial_poses_count(p).missed, 0);
+    initial_poses_free(p);
+    o.path = at("data");                        /* a folder stands for its annotation */
+    check_ok(initial_poses_read(&o, &p));
+    for (int64_t i = 0; i < train->count; i++) {
+        const initial_pose *a = initial_poses_at(p, i), *b = initial_poses_at(truth, i);
+
+        ck_assert_mem_eq(a->pose, b->pose, sizeof(a->pose));
+        ck_assert_mem_eq(a->wrist, b->wrist, sizeof(a->wrist));
+        ck_assert_mem_eq(a->R, b->R, sizeof(a->R));
+        ck_assert_int_eq(a->object, b->object);
+    }
     initial_poses_free(truth);
     initial_poses_free(p);
     o = (initial_poses_options){ .path = at("data/poses/independent.json"), .data = evaluation, .other = train,
