@@ -34,7 +34,8 @@ lt_status picture_read_rgb(lt_arena *arena, const char *path, int width, int hei
  */
 lt_status picture_read_depth(lt_arena *arena, const char *path, int width, int height, float **out);
 
-/* picture_read_mask - 8-bit RGB that lies evenly over an image of width x height: its size, or a whole fraction of it */
+/* picture_read_mask - 8-bit RGB that lies evenly over an image of width x height: its size, or a whole fraction of
+ * it */
 lt_status picture_read_mask(lt_arena *arena, const char *path, int width, int height, lt_image *out);
 
 #ifdef __cplusplus

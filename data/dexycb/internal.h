@@ -69,8 +69,8 @@ lt_status dexycb_read_label(const dexycb *d, dexycb_spot spot, dexycb_label *out
 /* dexycb_read_poses - of all objects on the table, in the order of the sequence's ids */
 lt_status dexycb_read_poses(const dexycb *d, dexycb_spot spot, dexycb_pose out[DEXYCB_MAX_OBJECTS]);
 
-/* dexycb_read_segments - the segmentation, (DEXYCB_HEIGHT, DEXYCB_WIDTH) in arena: SEGMENT_HAND, SEGMENT_OBJECT where it
- * has the object in the hand, 0 elsewhere, also at the table's other objects; a left hand as it is */
+/* dexycb_read_segments - the segmentation, (DEXYCB_HEIGHT, DEXYCB_WIDTH) in arena: SEGMENT_HAND, SEGMENT_OBJECT where
+ * it has the object in the hand, 0 elsewhere, also at the table's other objects; a left hand as it is */
 lt_status dexycb_read_segments(const dexycb *d, dexycb_spot spot, lt_arena *arena, uint8_t **out);
 
 /* dexycb_fill_hand - rotations, beta, joints and root of a label with a hand; left hands as they are */

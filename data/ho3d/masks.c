@@ -97,8 +97,8 @@ static lt_status check_colours(const ho3d *h, const ho3d_mask_colours *c)
     if (c->joints_on_object <= c->joints_on_hand || c->joints_on_object < LT_HAND_KEYPOINTS)
         return LT_OK;
     return lt_error(LT_EFORMAT, "%s/%s: the masks in SEQUENCE/seg have %lld joints of hands on the object and %lld on "
-                    "the hand, expected the hand red and the object blue, as HO3D v2 has them, or the hand blue and the "
-                    "object green, as v3", h->base.root, h->base.split, (long long)c->joints_on_object,
+                    "the hand, expected the hand red and the object blue, as HO3D v2 has them, or the hand blue and "
+                    "the object green, as v3", h->base.root, h->base.split, (long long)c->joints_on_object,
                     (long long)c->joints_on_hand);
 }
 

@@ -43,10 +43,10 @@ typedef struct initial_poses initial_poses;
  * file has no place for hands, the wrist is that of the annotation, and how says so.
  *
  * Errors, a line each: a file of no known format, or a broken one, with the frame; left hands; a frame that comes
- * twice; objects that the dataset has not; more than one name in twenty that the dataset does not know; no frame of data's
- * at all; hands or objects that are not in front of the camera (z > 0.05 m), or not within 0.5 m of each other, in more
- * than one frame in twenty: the line names the slip that they look like. LT_EIO, LT_ENOMEM. The caller frees *out; it
- * borrows nothing.
+ * twice; objects that the dataset has not; more than one name in twenty that the dataset does not know; no frame of
+ * data's at all; hands or objects that are not in front of the camera (z > 0.05 m), or not within 0.5 m of each other,
+ * in more than one frame in twenty: the line names the slip that they look like. LT_EIO, LT_ENOMEM. The caller frees
+ * *out; it borrows nothing.
  */
 lt_status initial_poses_read(const initial_poses_options *options, initial_poses **out);
 void initial_poses_free(initial_poses *p);

@@ -3,8 +3,8 @@
  * Noise as large as HOISDF's errors (OCE 18.4 mm, MCE 27.4, ADD-S 13.3) for true poses to begin from.
  *
  * There are two levels that half of the draws have each: an object is off by 14.4 or 8.6 mm along each axis and by 15
- * or 9 degrees about it, a hand's joints by 8 or 4 degrees. Independent: drawn for each frame. Correlated: one draw for a
- * sequence and a tenth of another for each frame. Hands keep their wrist, which HOISDF is given.
+ * or 9 degrees about it, a hand's joints by 8 or 4 degrees. Independent: drawn for each frame. Correlated: one draw for
+ * a sequence and a tenth of another for each frame. Hands keep their wrist, which HOISDF is given.
  */
 #ifndef DATA_POSES_POSE_NOISE_H
 #define DATA_POSES_POSE_NOISE_H

@@ -55,7 +55,8 @@ static void build(model *self, const lt_hand_layer *hand)
     for (int i = 0; i < POINTNET2_LEVELS; i++) {
         const pointnet2_level_opts *o = i == 0 ? &m->sizes->gpm.level : small ? &small_levels[i] : &ulip_levels[i];
 
-        pointnet2_level_new(&m->level[i], self->params, lt_name(self->params, "sa%d", i + 1), "mlp_convs.0", features, o);
+        pointnet2_level_new(&m->level[i], self->params, lt_name(self->params, "sa%d", i + 1), "mlp_convs.0", features,
+                            o);
         features = o->width[POINTNET2_CONVS - 1];
     }
     m->projection = lt_linear_layer_new(self->params, "projection", features, POINTS_EMBEDDING, true);

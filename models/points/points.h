@@ -5,8 +5,8 @@
  *
  * Inputs of B shapes, views 2 i and 2 i + 1 of shape i:
  *   "points" (2 B, P, 3)    in the unit sphere, about
- *   "others" (2 B, 2 B)     added to the similarities: a large negative number for a view and itself, and for views that
- *                           are not there
+ *   "others" (2 B, 2 B)     added to the similarities: a large negative number for a view and itself, and for views
+ *                           that are not there
  *   "weight" (2 B)
  * Output: "embedding" (2 B, 256), of length 1.
  *

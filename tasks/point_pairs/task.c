@@ -184,8 +184,9 @@ static lt_status run_build(task_run *r, const train_config *c, lt_params *set, m
 
 static void run_describe(const task_run *r, train_progress *p)
 {
-    progress_note(p, "data         two views of %d points of each of %lld shapes, %d of them YCB's stand-ins; %lld held "
-                  "out", points_view(r->model), (long long)r->trained.count, YCB_COUNT, (long long)r->checked.count);
+    progress_note(p, "data         two views of %d points of each of %lld shapes, %d of them YCB's stand-ins; %lld "
+                  "held out", points_view(r->model), (long long)r->trained.count, YCB_COUNT,
+                  (long long)r->checked.count);
 }
 
 static void run_facts(const task_run *r, cJSON *env)

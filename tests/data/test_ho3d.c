@@ -654,9 +654,9 @@ START_TEST(colours_mean_something_else)
     check_ok(lt_png_write(at("train/ABF10/seg/0123.png"), &img));
     d = open_split("train");
     ck_assert_int_eq(dataset_read(d, 0, SAMPLE_SEGMENTS, arena, &s), LT_EFORMAT);
-    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s/train: the masks in SEQUENCE/seg have 21 joints of hands "
-                     "on the object and 0 on the hand, expected the hand red and the object blue, as HO3D v2 has them, or "
-                     "the hand blue and the object green, as v3", scratch_folder));
+    ck_assert_str_eq(lt_last_error(), lt_arena_printf(arena, "%s/train: the masks in SEQUENCE/seg have 21 joints of "
+                     "hands on the object and 0 on the hand, expected the hand red and the object blue, as HO3D v2 has "
+                     "them, or the hand blue and the object green, as v3", scratch_folder));
     check_ok(dataset_read(d, 0, 0, arena, &s));
     dataset_free(d);
 }

@@ -227,7 +227,7 @@ START_TEST(winding_is_the_sum)
 }
 END_TEST
 
-/* Two tubes, one moved by half its width: 2 where they overlap; turned inside out -1; without a face in ten fractions. */
+/* Two tubes, one moved by half its width: 2 where they overlap; turned inside out -1; with holes, fractions. */
 START_TEST(winding_of_parts_and_holes)
 {
     static float vertex[2 * TUBE][3];

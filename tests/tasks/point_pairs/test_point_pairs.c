@@ -52,7 +52,7 @@ START_TEST(shapes_have_views)
         ck_assert(lt_mesh_area(&mesh) > 0.01);
         check_ok(shape_view(arena, &mesh, &rng, N, view));
         for (int p = 0; p < N; p++)
-            far = fmax(far, sqrt((double)(view[p][0] * view[p][0] + view[p][1] * view[p][1] + view[p][2] * view[p][2])));
+            far = fmax(far, hypot(hypot((double)view[p][0], (double)view[p][1]), (double)view[p][2]));
         ck_assert_msg(far > 0.2 && far < 1.25 + 0.1, "shape %d reaches to %g", i, far);
         lt_arena_reset(arena);
     }
@@ -191,12 +191,17 @@ static const task *const tasks[] = { &point_pairs_task, NULL };
 
 static train_options options(const char *out)
 {
-    static const char config[] = "{ \"model\": { \"name\": \"points\", \"variant\": \"cpu\" }, \"data\": { \"threads\": 2, "
-        "\"shapes\": 3, \"held_out\": 5 }, \"optim\": { \"kind\": \"adamw\", \"batch\": 7, \"steps\": 6 }, "
-        "\"train\": { \"validate_steps\": 6, \"validate_every\": 0, \"checkpoint_minutes\": 0 } }";
+    static const char config[] = "{ \"model\": { \"name\": \"points\", \"variant\": \"cpu\" }, "
+        "\"data\": { \"threads\": 2, \"shapes\": 3, \"held_out\": 5 }, \"optim\": { \"kind\": \"adamw\", \"batch\": 7, "
+        "\"steps\": 6 }, \"train\": { \"validate_steps\": 6, \"validate_every\": 0, \"checkpoint_minutes\": 0 } }";
 
     check_ok(lt_write_file(at("points.json"), config, sizeof(config) - 1));
     return (train_options){ .tasks = tasks, .config = at("points.json"), .out = at(out), .quiet = true };
+}
+
+static const char *last_of(const char *run)
+{
+    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
 }
 
 static void same_end(const char *a, const char *b)
@@ -204,8 +209,8 @@ static void same_end(const char *a, const char *b)
     uint8_t *x, *y;
     size_t n, m;
 
-    check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", a)), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", b)), LT_FILE_MAX, &y, &m));
+    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
+    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &m));
     ck_assert_uint_eq(n, m);
     ck_assert_mem_eq(x, y, n);
 }
