@@ -57,21 +57,36 @@ static bool known_embedded(const cli_checkpoint *c, const char *hand)
     return !hand && strcmp(hand_object_config_of(&c->config)->hand, "embedded") == 0;
 }
 
-static lt_status read_model(cli_checkpoint *c, const char *hand)
+lt_status cli_checkpoint_find(const char *path, cli_checkpoint *out)
 {
     checkpoint_head head;
-    lt_status st = checkpoint_head_read(c->arena, c->path, &head);
+    lt_status st;
 
+    *out = (cli_checkpoint){ .arena = lt_arena_new() };
+    if (!out->arena)
+        return lt_error(LT_ENOMEM, "no memory to open %s", path);
+    st = find_file(path, out);
     if (st == LT_OK)
-        st = train_config_parse(c->arena, tasks, c->path, head.config, NULL, 0, &c->config);
-    if (st == LT_OK && c->config.task != &hand_object_task)
-        st = lt_error(LT_EINVAL, "%s: %s is trained for %s, want a model for %s", c->path, c->config.model->name,
-                      c->config.task->name, hand_object_task.name);
+        st = checkpoint_head_read(out->arena, out->path, &head);
     if (st == LT_OK)
-        st = open_hands(c, hand, head.tips);
+        st = train_config_parse(out->arena, tasks, out->path, head.config, NULL, 0, &out->config);
     if (st)
         return st;
-    c->step = head.step;
+    out->step = head.step;
+    memcpy(out->tips, head.tips, sizeof(out->tips));
+    return LT_OK;
+}
+
+lt_status cli_checkpoint_load(cli_checkpoint *c, const char *hand)
+{
+    lt_status st;
+
+    if (c->config.task != &hand_object_task)
+        return lt_error(LT_EINVAL, "%s: %s is trained for %s, want a model for %s", c->path, c->config.model->name,
+                        c->config.task->name, hand_object_task.name);
+    st = open_hands(c, hand, c->tips);
+    if (st)
+        return st;
     if (c->hand.model->synthetic && !known_embedded(c, hand))
         fprintf(stderr, "hand: %s\n", hands_note());
     c->params = lt_params_new();
@@ -82,13 +97,9 @@ static lt_status read_model(cli_checkpoint *c, const char *hand)
 
 lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint *out)
 {
-    lt_status st;
+    const lt_status st = cli_checkpoint_find(path, out);
 
-    *out = (cli_checkpoint){ .arena = lt_arena_new() };
-    if (!out->arena)
-        return lt_error(LT_ENOMEM, "no memory to open %s", path);
-    st = find_file(path, out);
-    return st ? st : read_model(out, hand);
+    return st ? st : cli_checkpoint_load(out, hand);
 }
 
 dataset_options cli_checkpoint_data(const cli_checkpoint *c, const char *root, const char *split)

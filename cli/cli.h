@@ -119,6 +119,7 @@ typedef struct {
     lt_params *params;
     model m;
     int64_t step;
+    int tips[5];                    /* vertices that its hand layer took for finger tips */
 } cli_checkpoint;
 
 /**
@@ -128,6 +129,11 @@ typedef struct {
  * after a failure.
  */
 lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint *out);
+
+/* cli_checkpoint_find, cli_checkpoint_load - the two halves of it: what the file says of itself, for a model of any task;
+ * then hand and model, of one that looks at a crop with a hand and an object. Errors: another task's. */
+lt_status cli_checkpoint_find(const char *path, cli_checkpoint *out);
+lt_status cli_checkpoint_load(cli_checkpoint *c, const char *hand);
 void cli_checkpoint_close(cli_checkpoint *c);
 
 /* cli_checkpoint_data - a split of the dataset in root as the run read its own: objects' models (where they still are),

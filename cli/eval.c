@@ -8,13 +8,16 @@
 #include "eval/tables/claims.h"
 #include "eval/tables/filled.h"
 #include "eval/tables/require.h"
+#include "eval/tables/runs.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "tasks/hand_object/config.h"
 #include "tasks/hand_object/evaluate.h"
 #include "tasks/hand_object/pictures.h"
+#include "tasks/hand_object/task.h"
 
+#include <cjson/cJSON.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -86,11 +89,18 @@ static void check_together(const eval_args *a, struct argp_state *state)
                    "--max-pa-mpjpe");
 }
 
+static const char *known_key(int i)
+{
+    const metric *m = metric_at(i);
+
+    return m ? m->key : NULL;
+}
+
 static void add_requirement(eval_args *a, struct argp_state *state, const char *text)
 {
     if (a->n_require == REQUIREMENTS)
         argp_error(state, "at most %d requirements", REQUIREMENTS);
-    else if (eval_require_read(text, evaluate_key_at, &a->require[a->n_require++]))
+    else if (eval_require_read(text, known_key, &a->require[a->n_require++]))
         argp_error(state, "%s", lt_last_error());
 }
 
@@ -312,6 +322,55 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
     return st;
 }
 
+/* ---- models of other tasks, which score themselves ---------------------------------------------------------------- */
+
+static double first_row_score(const void *scores, const char *key)
+{
+    return eval_number_of(cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(scores, "rows"), 0), key);
+}
+
+/* What the options say in the place of the run's configuration */
+static lt_status point_at_data(const eval_args *a, cli_checkpoint *c)
+{
+    if (a->submit || a->setup || a->filter || a->models)
+        return lt_error(LT_EUSAGE, "%s: a model of %s: --submit, --setup, --filter and --models are for those of %s",
+                        c->path, c->config.task->name, hand_object_task.name);
+    if (a->data)
+        c->config.data->dir = a->data;
+    else
+        lt_say(stderr, "data: %s, which the run was trained on", c->config.data->dir);
+    return LT_OK;
+}
+
+static lt_status evaluate_task(const eval_args *a, cli_checkpoint *c)
+{
+    const char *folder = a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
+    const task_evaluation e = {
+        .arena = c->arena, .config = &c->config, .checkpoint = c->path, .step = c->step, .hand = a->hand,
+        .split = a->split, .folder = folder, .limit = a->limit, .tables = a->json ? NULL : stdout,
+        .progress = show_progress,
+    };
+    cJSON *scores = NULL;
+    lt_status st = point_at_data(a, c);
+
+    if (!st)
+        st = !folder ? lt_error(LT_ENOMEM, "no memory to write the scores")
+             : a->out ? lt_make_dirs(folder) : lt_make_own_folder(folder);
+    if (st)
+        return st;
+    lt_atomic_sweep(folder);
+    st = c->config.task->evaluate(&e, &scores);
+    if (!st)
+        fprintf(stderr, "tables, scores, errors per sample, pictures: %s\n", folder);
+    if (!st)
+        st = eval_require(a->require, a->n_require, first_row_score, scores);
+    if (a->json && scores)
+        cli_print_json(scores, "the scores");
+    else
+        cJSON_Delete(scores);
+    return st;
+}
+
 int cmd_eval(int argc, char **argv)
 {
     eval_args a = { .split = "evaluation", .batch = 8 };
@@ -330,9 +389,14 @@ int cmd_eval(int argc, char **argv)
                                              .progress = show_progress });
         return st ? cli_fail(st) : 0;
     }
-    st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
-    if (st == LT_OK)
-        st = run(&a, &c);
+    st = cli_checkpoint_find(a.checkpoint, &c);
+    if (st == LT_OK && c.config.task->evaluate) {
+        st = evaluate_task(&a, &c);
+    } else if (st == LT_OK) {
+        st = cli_checkpoint_load(&c, a.hand);
+        if (st == LT_OK)
+            st = run(&a, &c);
+    }
     cli_checkpoint_close(&c);
     return st ? cli_fail(st) : 0;
 }

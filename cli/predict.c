@@ -4,6 +4,7 @@
 #include "pipeline/calibration/calibration.h"
 #include "pipeline/predict.h"
 #include "tasks/hand_object/config.h"
+#include "train/task.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -149,6 +150,7 @@ static const struct argp argp = {
     "each.\n\n"
     "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object mug\n"
     "  palmar predict runs/tiny film.mp4 --boxes boxes.csv\n"
+    "  palmar predict runs/hogs data/hogs            renderings of frames that a HOGS model has not seen\n"
     "  ffmpeg -i film.mp4 -f image2pipe -c:v ppm - | palmar predict runs/tiny - --fps 30",
     NULL, NULL, NULL,
 };
@@ -190,6 +192,25 @@ static lt_status run(const predict_args *a, const calibration *camera, const cli
     return st;
 }
 
+/* A model of a task that makes something else of its inputs */
+static lt_status run_task(const predict_args *a, cli_checkpoint *c)
+{
+    const task_prediction p = {
+        .arena = c->arena, .config = &c->config, .checkpoint = c->path, .hand = a->hand, .inputs = a->inputs,
+        .n_inputs = a->n_inputs, .out = a->out, .messages = a->quiet ? NULL : stderr, .stop = stop,
+    };
+    int64_t written = 0;
+    lt_status st;
+
+    if (a->pipe || a->has_hand_box || a->has_object_box || a->boxes || a->depth || a->object || a->camera || a->has_mesh)
+        return lt_error(LT_EUSAGE, "%s: a model of %s takes folders, and of the options --hand, --out, --quiet and "
+                        "--threads", c->path, c->config.task->name);
+    st = c->config.task->predict(&p, &written);
+    if (!a->quiet)
+        printf("%lld %s written to %s\n", (long long)written, written == 1 ? "frame" : "frames", a->out);
+    return st;
+}
+
 int cmd_predict(int argc, char **argv)
 {
     static predict_args a;
@@ -202,9 +223,14 @@ int cmd_predict(int argc, char **argv)
     st = read_camera(&a, &camera);
     if (st)
         return cli_fail(st);
-    st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
-    if (st == LT_OK)
-        st = run(&a, &camera, &c);
+    st = cli_checkpoint_find(a.checkpoint, &c);
+    if (st == LT_OK && c.config.task->predict) {
+        st = run_task(&a, &c);
+    } else if (st == LT_OK) {
+        st = cli_checkpoint_load(&c, a.hand);
+        if (st == LT_OK)
+            st = run(&a, &camera, &c);
+    }
     cli_checkpoint_close(&c);
     return st ? cli_fail(st) : 0;
 }

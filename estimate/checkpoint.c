@@ -3,6 +3,7 @@
 
 #include "estimate/int8_table.h"
 #include "estimate/param_arrays.h"
+#include "libtensor/graph/rows.h"
 #include "libtensor/base/cpu.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/kind.h"
@@ -287,6 +288,20 @@ static lt_status check_params(const lt_safetensors *f, const model *m)
     return st;
 }
 
+/* Parameters whose rows come and go have as many as the file says. */
+static lt_status take_rows(const lt_safetensors *f, const model *m)
+{
+    lt_status st = LT_OK;
+
+    for (lt_param *p = lt_params_first(m->params); st == LT_OK && p; p = p->next) {
+        const lt_array *a = p->rows ? lt_safetensors_find(f, p->name) : NULL;
+
+        if (a && a->rank == p->shape.rank && a->shape[0] != p->shape.dim[0])
+            st = lt_param_resize(p, a->shape[0]);
+    }
+    return st ? lt_error_prefix(LT_EINVAL, "%s", f->path) : LT_OK;
+}
+
 static lt_status read_for(lt_arena *arena, const char *path, const model *m, const checkpoint_own *own,
                           lt_safetensors *f)
 {
@@ -294,6 +309,8 @@ static lt_status read_for(lt_arena *arena, const char *path, const model *m, con
 
     if (st == LT_OK)
         st = check_model(f, m);
+    if (st == LT_OK)
+        st = take_rows(f, m);
     if (st == LT_OK && own)
         st = own->load(own->ctx, path, f->entry, f->n);
     return st ? st : check_params(f, m);

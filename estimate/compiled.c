@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/compiled.h"
 
+#include <math.h>
+
 lt_status compiled_new(const recipe *by, int batch, bool train, compiled *out)
 {
     const int parts = train && by->parts ? by->parts(by->ctx, batch) : 1;
-    compiled c = { .by = *by, .record = { .g = lt_graph_new(), .batch = batch / parts }, .parts = parts };
+    const int samples = !train && by->batch ? by->batch : batch;
+    compiled c = { .by = *by, .record = { .g = lt_graph_new(), .batch = samples / parts }, .parts = parts };
     lt_compile_opts opts = { .train = train, .replace_grads = true, .parts = parts };
     lt_status st, graph;
 
@@ -41,7 +44,7 @@ const lt_real *compiled_output(const compiled *c, const char *name)
 
 double compiled_loss(const compiled *c, const lt_tensor *loss)
 {
-    return *(const lt_real *)lt_plan_data(c->plan, loss);
+    return loss ? (double)*(const lt_real *)lt_plan_data(c->plan, loss) : NAN;
 }
 
 static lt_status walk(const compiled *c, loader *l, compiled_visit visit, void *ctx, bool (*stop)(void))

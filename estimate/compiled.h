@@ -14,6 +14,7 @@ enum { COMPILED_MAX_PARTS = 2 };
 /* How a graph is recorded, and how batches of some kind come into it. */
 typedef struct {
     const void *ctx;
+    int batch;                      /* samples in a graph to evaluate with; 0: as many as are asked for */
 
     /* Record for r->batch samples, losses included. Errors: inputs that such batches do not have; what is wrong with the
      * graph itself is found afterwards. */
@@ -43,7 +44,7 @@ void compiled_free(compiled *c);
 /* compiled_output - where the plan keeps an output, or NULL when the model has none of that name */
 const lt_real *compiled_output(const compiled *c, const char *name);
 
-/* compiled_loss - the value of a loss, after a run */
+/* compiled_loss - the value of a loss, after a run; NaN for NULL: the graph has none */
 double compiled_loss(const compiled *c, const lt_tensor *loss);
 
 enum { COMPILED_AHEAD = 2 };            /* batches that compiled_walk prepares ahead */

@@ -10,6 +10,7 @@
 #define YCB_VIDEO "PoseCNN; YCB-Video toolbox"
 #define SHAPE "HOGS, Table 2, as gSDF; Table 3, as HOLD"
 #define IMAGE "HOGS, Table 4"
+#define TOUCH "HOGS, section 4; Hasson et al. 2019"
 #define PALMAR "palmar"
 
 static const metric dictionary[] = {
@@ -100,6 +101,10 @@ static const metric dictionary[] = {
     { "lpips_sym", "LPIPS, in [-1, 1]", "x1000", false,
       "perceptual distance of the rendered image, its values mapped to [-1, 1] as the metric's authors do",
       "Zhang et al. 2018" },
+    { "penetration_mm", "penetration", "mm", false, "how deep the hand is in the object under the scored pose, at most",
+      TOUCH },
+    { "intersection_cm3", "intersection", "cm^3", false, "volume that the hand and the object share", TOUCH },
+    { "contact_share", "contact", "", true, "share of frames in which the hand touches the object", TOUCH },
 };
 
 enum { N = sizeof(dictionary) / sizeof(*dictionary) };

@@ -11,7 +11,7 @@
 #include "libtensor/graph/int8.h"
 #include "libtensor/io/text/config.h"
 
-enum { MODEL_PORTS = 24 };
+enum { MODEL_PORTS = 64 };
 
 typedef struct {
     const char *name;

@@ -114,7 +114,7 @@ static void parts(FILE *f, const char *const *name, const double *value, int n)
 
 /* ---- the same for TensorBoard --------------------------------------------------------------------------- */
 
-enum { MAX_TAG = 80, MAX_SCALARS = MODEL_PORTS + TRAIN_METRICS + 8 };
+enum { MAX_TAG = 80, MAX_SCALARS = MODEL_PORTS + TRAIN_METRICS + TRAIN_COUNTS + 8 };
 
 /* Numbers of one step, under tags "group/name" */
 typedef struct {
@@ -141,6 +141,8 @@ static void step_curves(FILE *f, const train_step_record *r)
     curve(&c, "lr", r->lr);
     curve(&c, "grad_norm", r->grad_norm);
     curve(&c, "img_per_s", r->img_per_s);
+    for (int i = 0; i < r->n_counts; i++)
+        curve(&c, r->count[i].name, (double)r->count[i].n);
     lt_events_scalars(f, r->step, c.list, c.n);
 }
 
@@ -167,6 +169,11 @@ void train_log_step(train_log *l, const train_step_record *r)
     number(l->log, "grad_norm", r->grad_norm);
     number(l->log, "img_per_s", r->img_per_s);
     number(l->log, "seconds", r->seconds);
+    number(l->log, "ms", r->ms);
+    if (r->phase)
+        fprintf(l->log, ",\"phase\":\"%s\"", r->phase);
+    for (int i = 0; i < r->n_counts; i++)
+        fprintf(l->log, ",\"%s\":%" PRId64, r->count[i].name, r->count[i].n);
     if (r->bad) {
         fprintf(l->log, ",\"skipped\":");
         lt_json_print_string(l->log, r->bad);

@@ -13,6 +13,13 @@
 
 #include <stdio.h>
 
+enum { TRAIN_COUNTS = 4 };
+
+typedef struct {
+    const char *name;
+    int64_t n;
+} train_count;
+
 /* One step. */
 typedef struct {
     int64_t step, epoch;            /* step counts from 1, epoch from 0 */
@@ -21,6 +28,10 @@ typedef struct {
     double part[MODEL_PORTS];
     int n_parts;
     double lr, grad_norm;
+    const char *phase;              /* NULL where there is one */
+    train_count count[TRAIN_COUNTS];
+    int n_counts;
+    double ms;                      /* of the step, its data included */
     double img_per_s, seconds;      /* since the run began, or went on */
     const char *bad;                /* not NULL: the step was skipped for this tensor, which is not finite */
 } train_step_record;

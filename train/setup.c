@@ -211,6 +211,7 @@ lt_status trainer_enter(trainer *t)
         return LT_OK;
     if (p.name && (!was.name || strcmp(p.name, was.name)))
         progress_note(&t->progress, "phase        %s, from step %" PRId64, p.name, t->state.step + 1);
+    t->log.n_norms = 0;                         /* what is usual was another phase's */
     lt_params_zero_grad(t->params);
     st = compile_phase(t, &p);
     if (st == LT_OK)

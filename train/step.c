@@ -66,7 +66,7 @@ static void begin_record(trainer *t)
     };
 
     t->record = (train_step_record){
-        .step = t->state.step + 1, .epoch = (int64_t)t->state.position.epoch, .n_parts = losses->n,
+        .step = t->state.step + 1, .phase = t->phase.name, .epoch = (int64_t)t->state.position.epoch, .n_parts = losses->n,
         .lr = lt_schedule_lr(&schedule, epoch_of(t)),
     };
     for (int i = 0; i < losses->n; i++)
@@ -123,7 +123,7 @@ lt_status trainer_step(trainer *t, const void *batch)
 
     begin_record(t);
     lt_params_untouch(t->params);
-    st = of->rows ? of->rows(t->run, batch) : ranks_add(t->opt->ranks, &total);
+    st = of->rows ? of->rows(t->run, batch, t->state.step) : ranks_add(t->opt->ranks, &total);
     if (st == LT_OK && total > 0)
         st = learn(t, batch, total);
     if (st && st != LT_ENUMERIC)

@@ -14,6 +14,7 @@
 #include "libtensor/io/array/array.h"
 #include "libtensor/optim/optim.h"
 #include "train/config.h"
+#include "train/log.h"
 #include "train/progress.h"
 #include "train/records.h"
 
@@ -28,6 +29,33 @@ typedef struct {
     uint64_t groups;                    /* bit k: optimiser group k steps */
     uint64_t shape;                     /* as soon as it is another number, the graph is recorded again */
 } task_phase;
+
+/* What `palmar eval` asks for. Everything is borrowed. */
+typedef struct {
+    lt_arena *arena;
+    train_config *config;               /* the run's, its data those that are to be scored */
+    const char *checkpoint;             /* the file */
+    int64_t step;                       /* that it is of */
+    const char *hand;                   /* in place of the run's hand model; or NULL */
+    const char *split, *folder;
+    int64_t limit;                      /* samples, spread over the split; 0: all */
+    FILE *tables;                       /* NULL: none are printed */
+    bool (*progress)(void *ctx, int64_t done, int64_t total);   /* false: stop, with LT_ESTOPPED */
+    void *ctx;
+} task_evaluation;
+
+/* What `palmar predict` asks for. Everything is borrowed. */
+typedef struct {
+    lt_arena *arena;
+    train_config *config;               /* the run's */
+    const char *checkpoint;
+    const char *hand;                   /* in place of the run's hand model; or NULL */
+    const char *const *inputs;
+    int n_inputs;
+    const char *out;                    /* folder, which is made */
+    FILE *messages;                     /* NULL: quiet */
+    bool (*stop)(void);
+} task_prediction;
 
 struct task {
     const char *name;                   /* model_class.task of its models */
@@ -84,8 +112,8 @@ struct task {
     /* Optimiser groups, *n of them, as long as r; average: or NULL. Without: one recipe for all, by the keys of optim. */
     const lt_optim_group *(*groups)(const task_run *r, int *n, lt_optim_average *average);
 
-    /* Touch the rows that the step on a batch reads and moves (libtensor/graph/rows.h). */
-    lt_status (*rows)(task_run *r, const void *batch);
+    /* Before a step, counted from 0, on a batch: touch the rows that it reads and moves (libtensor/graph/rows.h). */
+    lt_status (*rows)(task_run *r, const void *batch, int64_t step);
 
     /* An array that observe fills for each shard after its run, and that then holds the sum over the shards' tree. */
     lt_real *(*observed)(const task_run *r, int64_t *n);
@@ -94,9 +122,22 @@ struct task {
     /* After the sum of a step's shards, before the optimiser moves: grow, prune, reset. step counts from 1. */
     lt_status (*adapt)(task_run *r, int64_t step, lt_optim *o);
 
+    /* After a step: how many of whatever is counted there are, for log.jsonl; how many, at most TRAIN_COUNTS. */
+    int (*counts)(const task_run *r, train_count out[TRAIN_COUNTS]);
+
     /* Its own state in a checkpoint, both or none: as checkpoint_own has them. */
     int (*save)(const task_run *r, lt_named_array *out, int room);
     lt_status (*load)(task_run *r, const char *path, const lt_named_array *entry, size_t n);
+
+    /* ---- with the trained model ---- */
+
+    /* `palmar eval`: score it, leave files in the folder, print tables. *scores: what scores.json holds, the caller's,
+     * whose first row is the model's. NULL: eval knows the task by itself. */
+    lt_status (*evaluate)(const task_evaluation *e, struct cJSON **scores);
+
+    /* `palmar predict`: write what it makes of the inputs; *written: of how many frames. NULL: predict knows the task by
+     * itself. */
+    lt_status (*predict)(const task_prediction *p, int64_t *written);
 };
 
 #endif

@@ -181,6 +181,7 @@ static void clock_step(trainer *t, double began)
 
     t->step_seconds = t->step_seconds > 0 ? 0.9 * t->step_seconds + 0.1 * took : took;
     t->record.seconds = now - t->began_at;
+    t->record.ms = 1e3 * took;
     t->record.img_per_s = t->phase.batch / t->step_seconds;
 }
 
@@ -188,7 +189,7 @@ static lt_status report(trainer *t, bool last)
 {
     const int64_t here = t->state.step - t->first_step, in_epoch = t->state.step % t->steps_of_epoch;
     const train_progress_state s = {
-        .epochs = t->config.optim.epochs, .step_of_epoch = in_epoch ? in_epoch : t->steps_of_epoch,
+        .epochs = (int)lt_ceil_div(t->total_steps, t->steps_of_epoch), .step_of_epoch = in_epoch ? in_epoch : t->steps_of_epoch,
         .steps_of_epoch = t->steps_of_epoch, .skipped = t->state.skipped,
         .eta_seconds = t->step_seconds * (double)(t->total_steps - t->state.step),
     };
@@ -231,6 +232,8 @@ static lt_status one_step(trainer *t)
     if (st && st != LT_ENUMERIC)                /* the step was not taken */
         t->state.position = before;
     clock_step(t, began);
+    if (t->config.task->counts)
+        t->record.n_counts = t->config.task->counts(t->run, t->record.count);
     logged = report(t, st || t->state.step == t->total_steps);
     st = st ? st : logged;
     return st ? st : next_phase(t);

@@ -84,6 +84,12 @@ static const char *absent(const dataset_options *o, lt_arena *arena)
     return lt_arena_printf(arena, "no subject of this split of %s is there", setup);
 }
 
+/* "20200709-subject-01/..." */
+static int subject(const char *name)
+{
+    return dexycb_subject_number(name);
+}
+
 const dataset_kind dexycb_kind = {
     .title = "DexYCB", .splits = splits, .setups = dexycb_setups, .filters = dexycb_filters,
     .counted = "samples with a hand",
@@ -91,6 +97,6 @@ const dataset_kind dexycb_kind = {
               SAMPLE_SEGMENTS,
     .validation = "val",
     .symmetric_adds = true, .image_pixels = true,
-    .probe = probe, .looks_like = "folders like 20200709-subject-01, as DexYCB has them",
+    .subject = subject, .probe = probe, .looks_like = "folders like 20200709-subject-01, as DexYCB has them",
     .open = open_split, .describe = describe, .absent = absent,
 };

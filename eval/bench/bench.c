@@ -6,6 +6,7 @@
 #include "libtensor/base/clock.h"
 #include "libtensor/base/order.h"
 #include "libtensor/base/rng.h"
+#include "libtensor/graph/rows.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -97,6 +98,17 @@ static void look_at_image(bench *b)
     b->image_crc32 = (uint32_t)crc32_z(0, lt_plan_data(b->plan, image), lt_nbytes(image));
 }
 
+/* A step moves all rows of what is stepped by rows. */
+static lt_status touch_rows(const bench *b)
+{
+    lt_status st = LT_OK;
+
+    for (lt_param *p = lt_params_first(b->o.m->params); p && !st; p = p->next)
+        if (p->rows)
+            st = lt_param_touch(p, 0, p->shape.dim[0]);
+    return st;
+}
+
 static bool has_step(const bench *b)
 {
     return b->o.train && !b->o.copies;
@@ -123,7 +135,9 @@ static lt_status compile(bench *b)
         return lt_last_status();
     if (has_step(b))
         b->optim = lt_optim_new(b->o.m->params, &adam);
-    return has_step(b) && !b->optim ? lt_last_status() : LT_OK;
+    if (has_step(b) && !b->optim)
+        return lt_last_status();
+    return b->o.train ? touch_rows(b) : LT_OK;
 }
 
 lt_status bench_new(const bench_options *o, bench **out)

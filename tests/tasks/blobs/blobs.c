@@ -357,11 +357,12 @@ static double batch_weight(const void *batch_)
 
 /* ---- growing -------------------------------------------------------------------------------------------- */
 
-static lt_status run_rows(task_run *r, const void *batch_)
+static lt_status run_rows(task_run *r, const void *batch_, int64_t step)
 {
     const batch *b = batch_;
     lt_status st = LT_OK;
 
+    (void)step;
     for (int i = 0; i < b->count; i++)
         for (int k = 0; k < SEEN && !st; k++) {
             const int set = set_of(b->index[i], k);
