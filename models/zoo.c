@@ -4,6 +4,7 @@
 #include "models/classifiers/classifier.h"
 #include "models/hocat/hocat.h"
 #include "models/hogs/gpm_model.h"
+#include "models/hogs/hogs.h"
 #include "models/model.h"
 #include "models/parts/parts.h"
 #include "models/points/points.h"
@@ -12,8 +13,8 @@
 #include <string.h>
 
 const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, &vit_class, &lpips_class, &pointnet2_class,
-    &gpm_class, &points_class, NULL,
+    &hocat_class, &unified_class, &hogs_class, &resnet50_class, &efficientnet_b0_class, &vit_class, &lpips_class,
+    &pointnet2_class, &gpm_class, &points_class, NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

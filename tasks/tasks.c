@@ -2,6 +2,7 @@
 #include "tasks/tasks.h"
 
 #include "tasks/hand_object/task.h"
+#include "tasks/hogs/task.h"
 #include "tasks/point_pairs/task.h"
 
-const task *const tasks[] = { &hand_object_task, &point_pairs_task, NULL };
+const task *const tasks[] = { &hand_object_task, &hogs_task, &point_pairs_task, NULL };

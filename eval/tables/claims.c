@@ -4,7 +4,6 @@
 #include "eval/tables/runs.h"
 #include "libtensor/base/arena.h"
 
-#include <assert.h>
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdlib.h>
@@ -16,32 +15,44 @@ typedef struct {
     const char *table, *better, *worse, *metric;
     eval_claim_kind kind;
     const char *harder;
+    const char *worse_row;
 } entry;
 
 static const entry entries[] = {
-    { "hocat-5", "full", "dual", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "hocat-5", "dual", "base", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "hocat-5", "full", "dual", "pa_mpvpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "hocat-5", "dual", "base", "pa_mpvpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_depth", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_aaf", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_cross_attention", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_depth", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_aaf", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_cross_attention", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_depth", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_aaf", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_cross_attention", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_depth", "adds_auc", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_aaf", "adds_auc", EVAL_CLAIM_ORDER, NULL },
-    { "unified-8", "full", "no_cross_attention", "adds_auc", EVAL_CLAIM_ORDER, NULL },
-    { "hogs-8", "full", "vpm-fg", "psnr_db", EVAL_CLAIM_ORDER, NULL },
-    { "hogs-8", "full", "vpm-fp", "psnr_db", EVAL_CLAIM_ORDER, NULL },
-    { "hogs-8", "vpm-fg", "no-vpm", "psnr_db", EVAL_CLAIM_ORDER, NULL },
-    { "hogs-8", "vpm-fp", "no-vpm", "psnr_db", EVAL_CLAIM_ORDER, NULL },
-    { "hogs-6", "full", "no-vpm", "psnr_db", EVAL_CLAIM_DROP, "-cj" },
-    { "hogs-6", "full", "avatar", "psnr_db", EVAL_CLAIM_DROP, "-cj" },
-    { "hogs-5", "full", "initial poses", "mce_mm", EVAL_CLAIM_BASELINE, NULL },
+    { "hocat-5", "full", "dual", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hocat-5", "dual", "base", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hocat-5", "full", "dual", "pa_mpvpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hocat-5", "dual", "base", "pa_mpvpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_depth", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_aaf", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_cross_attention", "mpjpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_depth", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_aaf", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_cross_attention", "pa_mpjpe_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_depth", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_aaf", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_cross_attention", "adds_below_2cm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_depth", "adds_auc", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_aaf", "adds_auc", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "unified-8", "full", "no_cross_attention", "adds_auc", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-8", "full", "vpm-fg", "psnr_db", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-8", "full", "vpm-fp", "psnr_db", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-8", "vpm-fg", "no-vpm", "psnr_db", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-8", "vpm-fp", "no-vpm", "psnr_db", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-6", "full", "no-vpm", "psnr_db", EVAL_CLAIM_DROP, "-cj", NULL },
+    { "hogs-5", "full", "initial poses", "mce_mm", EVAL_CLAIM_BASELINE, NULL, NULL },
+    { "hogs-5", "full", "mean offset", "mce_mm", EVAL_CLAIM_BASELINE, NULL, NULL },
+    { "hogs-8", "full", "no-vpm", "psnr_db", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-8", "no-vpm", "full", "psnr_db", EVAL_CLAIM_ORDER, NULL, "another frame's image" },
+    { "hogs-8", "full", "vpm-pg", "psnr_db", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-7", "full", "no-color", "psnr_db", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-7", "full", "no-gpm", "mce_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-7", "full", "gpm-random", "mce_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-7", "full", "gpm-random", "adds_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-7", "full", "no-contact", "psnr_db", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-7", "full", "no-contact", "penetration_mm", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-7", "full", "no-contact", "intersection_cm3", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-7", "full", "no-contact", "contact_share", EVAL_CLAIM_ORDER, NULL, NULL },
 };
 
 static const eval_table *table_of(const char *id)
@@ -54,7 +65,7 @@ static const eval_table *table_of(const char *id)
     return NULL;
 }
 
-/* What the paper has for a variant; with suffix: for the variant of that longer name */
+/* What the paper has for a variant, with suffix for the variant of that longer name; NaN where it has nothing */
 static double paper_value(const eval_table *t, const char *variant, const char *suffix, const char *key)
 {
     const int column = eval_find_key(t, key);
@@ -63,8 +74,7 @@ static double paper_value(const eval_table *t, const char *variant, const char *
 
     snprintf(name, sizeof(name), "%s%s", variant, suffix);
     row = eval_find_variant(t, name);
-    assert(row != EVAL_NO_ROW && column != EVAL_NO_ROW && t->row[row].has[column]);
-    return t->row[row].values[column];
+    return row != EVAL_NO_ROW && column != EVAL_NO_ROW && t->row[row].has[column] ? t->row[row].values[column] : NAN;
 }
 
 /* How much worse the second is */
@@ -90,11 +100,11 @@ bool eval_claim_at(int i, eval_claim *out)
     e = &entries[i];
     *out = (eval_claim){
         .kind = e->kind, .table = table_of(e->table), .better = e->better, .worse = e->worse, .harder = e->harder,
-        .what = metric_find(e->metric),
+        .worse_row = e->worse_row, .what = metric_find(e->metric),
     };
     snprintf(out->model, sizeof(out->model), "%.*s", (int)strcspn(e->table, "-"), e->table);
     out->paper_better = paper_side(out, e->better);
-    out->paper_worse = paper_side(out, e->worse);
+    out->paper_worse = e->worse_row ? NAN : paper_side(out, e->worse);
     return true;
 }
 
@@ -138,6 +148,7 @@ typedef struct {
     int pairs, held;
     double better, worse;           /* means */
     double margin, least, most;
+    double squares;                 /* of what margins are from their mean */
 } finding;
 
 /* A score that was not finite is null and counts as infinitely bad. */
@@ -171,11 +182,12 @@ static const eval_run *partner(const eval_claims *c, const eval_run *r, const ev
 }
 
 /* What a run that is a side of a claim has to say; false: it lacks its harder counterpart. */
-static bool side(const eval_claims *c, const eval_claim *claim, const eval_run *r, const char *variant, double *out)
+static bool side(const eval_claims *c, const eval_claim *claim, const eval_run *r, const char *variant,
+                 const char *row, double *out)
 {
     const eval_run *hard;
 
-    *out = score_of(eval_run_row(r, NULL), claim->what);
+    *out = score_of(eval_run_row(r, row), claim->what);
     if (claim->kind != EVAL_CLAIM_DROP)
         return true;
     hard = partner(c, r, claim, variant, claim->harder);
@@ -197,7 +209,7 @@ static bool other_side(const eval_claims *c, const eval_claim *claim, const eval
         return cJSON_HasObjectItem(row, claim->what->key);
     }
     other = partner(c, r, claim, claim->worse, "");
-    return other && side(c, claim, other, claim->worse, out);
+    return other && side(c, claim, other, claim->worse, claim->worse_row, out);
 }
 
 static void add_pair(finding *f, double better, double worse, bool higher)
@@ -207,6 +219,7 @@ static void add_pair(finding *f, double better, double worse, bool higher)
     f->least = f->pairs ? fmin(f->least, margin) : margin;
     f->most = f->pairs ? fmax(f->most, margin) : margin;
     f->pairs++;
+    f->squares += (margin - f->margin) * (margin - f->margin) * (f->pairs - 1) / f->pairs;
     f->held += margin > 0;
     f->better += (better - f->better) / f->pairs;
     f->worse += (worse - f->worse) / f->pairs;
@@ -221,11 +234,25 @@ static finding find(const eval_claims *c, const eval_claim *claim, int setting)
         const eval_run *r = &c->runs.run[i];
         double better, worse;
 
-        if (r->setting == setting && is_side(r, claim, claim->better, "") && side(c, claim, r, claim->better, &better)
+        if (r->setting == setting && is_side(r, claim, claim->better, "") && side(c, claim, r, claim->better, NULL, &better)
             && other_side(c, claim, r, &worse))
             add_pair(&f, better, worse, higher_is_better(claim));
     }
     return f;
+}
+
+enum { SEEDS = 3 };                     /* that it takes to tell */
+
+/* Paired by seed: a mean margin of more than two standard errors, and no seed that says otherwise */
+static const char *verdict(const finding *f)
+{
+    const double error = f->pairs > 1 ? sqrt(f->squares / (f->pairs - 1) / f->pairs) : INFINITY;
+
+    if (f->pairs < SEEDS)
+        return "few seeds";
+    if (f->held == f->pairs && f->margin > 2 * error)
+        return "holds";
+    return f->held == 0 && f->margin < -2 * error ? "does not hold" : "within noise";
 }
 
 /* ---- the ledger ------------------------------------------------------------------------------------------ */
@@ -236,6 +263,22 @@ static void print_data(FILE *f, const cJSON *scores)
 
     fprintf(f, "%s%s, %s, %.0f samples", eval_text_of(scores, "dataset"), synthetic ? " layout, SYNTHETIC" : "",
             eval_text_of(scores, "split"), eval_number_of(scores, "samples"));
+    if (strcmp(eval_text_of(scores, "light"), "fixed") == 0)
+        fputs(", fixed light", f);
+}
+
+/* a / b, "-" for what the paper does not say */
+static void print_paper(FILE *f, const eval_claim *claim)
+{
+    const double of[] = { claim->paper_better, claim->paper_worse };
+
+    for (int i = 0; i < 2; i++) {
+        fputs(i ? " / " : " ", f);
+        if (isnan(of[i]))
+            fputs("-", f);
+        else
+            fprintf(f, "%.2f", of[i]);
+    }
 }
 
 static void print_claim(FILE *f, const eval_claim *claim)
@@ -245,13 +288,17 @@ static void print_claim(FILE *f, const eval_claim *claim)
         fprintf(f, " in the loss with %s", claim->harder);
     if (claim->kind == EVAL_CLAIM_BASELINE)
         fputs(" of the same run", f);
-    fprintf(f, " | %s | %.2f / %.2f |", claim->what->key, claim->paper_better, claim->paper_worse);
+    if (claim->worse_row)
+        fprintf(f, " with %s", claim->worse_row);
+    fprintf(f, " | %s |", claim->what->key);
+    print_paper(f, claim);
+    fputs(" |", f);
 }
 
 static void print_finding(FILE *f, const finding *found, const cJSON *scores)
 {
-    fprintf(f, " %.2f / %.2f | %+.2f (%+.2f .. %+.2f) | %d of %d | ", found->better, found->worse, found->margin,
-            found->least, found->most, found->held, found->pairs);
+    fprintf(f, " %.2f / %.2f | %+.2f (%+.2f .. %+.2f) | %d of %d, %s | ", found->better, found->worse, found->margin,
+            found->least, found->most, found->held, found->pairs, verdict(found));
     print_data(f, scores);
     fputs(" |\n", f);
 }
@@ -299,18 +346,21 @@ static cJSON *claim_json(const eval_claim *claim)
     cJSON_AddStringToObject(o, "kind", kind[claim->kind]);
     if (claim->harder)
         cJSON_AddStringToObject(o, "harder", claim->harder);
+    if (claim->worse_row)
+        cJSON_AddStringToObject(o, "worse_row", claim->worse_row);
     return o;
 }
 
 static cJSON *finding_json(const finding *found, const cJSON *scores)
 {
-    static const char *const data[] = { "dataset", "synthetic", "split", "samples", "hand" };
+    static const char *const data[] = { "dataset", "synthetic", "split", "samples", "hand", "light" };
     cJSON *o = cJSON_CreateObject();
 
     for (size_t i = 0; i < LT_COUNT(data); i++)
         cJSON_AddItemToObject(o, data[i], cJSON_Duplicate(cJSON_GetObjectItemCaseSensitive(scores, data[i]), true));
     cJSON_AddNumberToObject(o, "seeds", found->pairs);
     cJSON_AddNumberToObject(o, "held", found->held);
+    cJSON_AddStringToObject(o, "verdict", verdict(found));
     cJSON_AddNumberToObject(o, "mean_better", found->better);
     cJSON_AddNumberToObject(o, "mean_worse", found->worse);
     cJSON_AddNumberToObject(o, "mean_margin", found->margin);

@@ -33,8 +33,10 @@ typedef struct {
     char model[32];                 /* "hocat", of whose variants it is */
     const char *better, *worse;     /* variants; of a baseline, worse: its label */
     const char *harder;             /* of a drop: what the harder variant's name has behind, "-cj"; else NULL */
+    const char *worse_row;          /* of the worse variant's run, in the place of its model's; else NULL */
     const metric *what;
-    double paper_better, paper_worse;   /* of a drop: the two differences, of which the less is the better */
+    double paper_better, paper_worse;   /* of a drop: the two differences, of which the less is the better; NaN:
+                                     * the paper does not say */
 } eval_claim;
 
 /* eval_claim_at - the i-th of all claims; false past the last */

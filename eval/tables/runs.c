@@ -59,6 +59,7 @@ static lt_status take_apart(const char *path, eval_run *r)
 {
     cJSON *model = cJSON_GetObjectItemCaseSensitive(r->config, "model");
     cJSON *train = cJSON_GetObjectItemCaseSensitive(r->config, "train");
+    cJSON *data = cJSON_GetObjectItemCaseSensitive(r->config, "data");
 
     r->variant = eval_text_of(r->scores, "variant");
     r->seed = eval_number_of(train, "seed");
@@ -66,6 +67,7 @@ static lt_status take_apart(const char *path, eval_run *r)
         return lt_error(LT_EFORMAT, "%s: not the config of a run that was scored; score it again", path);
     cJSON_DeleteItemFromObjectCaseSensitive(model, "variant");
     cJSON_DeleteItemFromObjectCaseSensitive(train, "seed");
+    cJSON_DeleteItemFromObjectCaseSensitive(data, "jitter");        /* the variant's name says it: "full-cj" */
     return LT_OK;
 }
 

@@ -273,7 +273,7 @@ START_TEST(printed)
     fclose(f);
     eval_claims_free(c);
     ck_assert(strstr(text, "| HOCAT, Table 5 | full before dual | pa_mpjpe_mm | 9.10 / 10.10 | 7.00 / 8.50 | "
-                           "+1.50 (+1.50 .. +1.50) | 1 of 1 | HO3D v3 layout, SYNTHETIC, evaluation, 80 samples |\n"));
+                           "+1.50 (+1.50 .. +1.50) | 1 of 1, few seeds | HO3D v3 layout, SYNTHETIC, evaluation, 80 samples |\n"));
     ck_assert(strstr(text, "| HOCAT, Table 5 | dual before base | pa_mpjpe_mm | 10.10 / 11.00 | - | - | not tried | - |\n"));
     clear();
 }
@@ -304,7 +304,8 @@ START_TEST(claims_name_variants)
     for (int i = 0; eval_claim_at(i, &claim); i++) {
         const bool higher = claim.kind != EVAL_CLAIM_DROP && claim.what->higher;
 
-        ck_assert(higher ? claim.paper_better > claim.paper_worse : claim.paper_better < claim.paper_worse);
+        if (!isnan(claim.paper_better - claim.paper_worse))     /* the paper has both */
+            ck_assert(higher ? claim.paper_better > claim.paper_worse : claim.paper_better < claim.paper_worse);
         ck_assert_ptr_nonnull(claim.table->cite);
         for (int k = 0; model_classes[k]; k++) {
             bool better = false, worse = false;

@@ -4,6 +4,7 @@
 #include "tests/models/hogs_parts.h"
 
 #include "libtensor/graph/rows.h"
+#include "tests/models/model_gradient.h"
 #include "tests/suite.h"
 
 #include <math.h>
@@ -140,9 +141,22 @@ START_TEST(gradient)
 }
 END_TEST
 
+/* The chain from images to Gaussians; palmar gradcheck --model hogs goes through all of them. */
+START_TEST(images_to_gaussians)
+{
+    model_gradient of[MODEL_GRADIENT_PARTS];
+    const int n = model_gradients(0, of);
+
+    ck_assert_msg(n > 0, "%s", lt_last_error());
+    for (int i = 0; i < n; i++)
+        ck_assert_msg(of[i].error < 1e-6, "%s: %s is off by %.1e", of[i].through, of[i].block, of[i].error);
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 300);
+    tcase_add_test(tc, images_to_gaussians);
     tcase_add_loop_test(tc, gradient, 0, n_hogs_parts);
 }
 

@@ -1,21 +1,24 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* palmar-gradcheck: every op's gradient against central differences in double. */
 #include "libtensor/base/parallel.h"
+#include "tests/models/model_gradient.h"
 #include "tests/ops/gradient.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 enum { SHAPES = 20 };               /* random ones, besides the listed */
 
 static const char usage[] =
-    "Usage: palmar gradcheck --all | --op NAME [--json]\n"
+    "Usage: palmar gradcheck --all | --op NAME | --model hogs [--json]\n"
     "  or:  palmar gradcheck --list\n"
-    "Compare the gradients of ops with central differences, in double precision.\n\n"
+    "Compare the gradients of ops, or of a whole model's parts, with central differences, in double precision.\n\n"
     "      --all                  all ops\n"
-    "      --json                 a list with an object for each op instead of lines\n"
+    "      --json                 a list with an object for each op or part instead of lines\n"
     "      --list                 the names of the ops\n"
+    "      --model hogs           from images and poses to each part of HOGS\n"
     "      --op NAME              this one\n"
     "      --help                 Give this help list\n\n"
     "The exit code is 1 when a gradient is wrong.\n";
@@ -78,6 +81,41 @@ static int check_these(const op_suite *only, bool json)
     return ok ? 0 : 1;
 }
 
+/* ---- a whole model ---------------------------------------------------------------------------------------------- */
+
+static void print_part(const model_gradient *g, bool good, bool json, bool first)
+{
+    if (json)
+        printf("%s\n  {\"model\": \"hogs\", \"chain\": \"%s\", \"block\": \"%s\", \"error\": %.3g, \"ok\": %s}",
+               first ? "[" : ",", g->through, g->block, fmin(g->error, 1e300), good ? "true" : "false");
+    else
+        printf("%-36s %-12s %.1e  %s\n", g->through, g->block, g->error, good ? "ok" : "FAILS");
+    fflush(stdout);
+}
+
+static int check_model(bool json)
+{
+    model_gradient of[MODEL_GRADIENT_PARTS];
+    bool ok = true;
+
+    for (int chain = 0; chain < MODEL_GRADIENT_CHAINS; chain++) {
+        const int n = model_gradients(chain, of);
+
+        if (!n)
+            fprintf(stderr, "palmar-gradcheck: %s\n", lt_last_error());
+        ok = ok && n;
+        for (int i = 0; i < n; i++) {
+            const bool good = of[i].error <= GRADIENT_BOUND;
+
+            ok = ok && good;
+            print_part(&of[i], good, json, chain == 0 && i == 0);
+        }
+    }
+    if (json)
+        puts("\n]");
+    return ok ? 0 : 1;
+}
+
 /* The code to end with: 4 where what was found did not reach anybody. */
 static int told(int code)
 {
@@ -90,7 +128,7 @@ static int told(int code)
 int main(int argc, char **argv)
 {
     const op_suite *only = NULL;
-    bool all = false, json = false;
+    bool all = false, whole = false, json = false;
 
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--list") == 0)
@@ -103,6 +141,12 @@ int main(int argc, char **argv)
             all = true;
         } else if (strcmp(argv[i], "--json") == 0) {
             json = true;
+        } else if (strcmp(argv[i], "--model") == 0 && i + 1 < argc) {
+            whole = strcmp(argv[++i], "hogs") == 0;
+            if (!whole) {
+                fprintf(stderr, "palmar-gradcheck: --model: found \"%s\", want hogs\n", argv[i]);
+                return 2;
+            }
         } else if (strcmp(argv[i], "--op") == 0 && i + 1 < argc) {
             only = find(argv[++i]);
             if (!only) {
@@ -114,6 +158,8 @@ int main(int argc, char **argv)
             return 2;
         }
     }
+    if (whole)
+        return told(check_model(json));
     if (!all && !only) {
         fputs(usage, stderr);
         return 2;
