@@ -27,6 +27,7 @@ typedef struct {
     int n_lights;
     float sky[3], ground[3], up[3];
     double focus[3], focus_radius;  /* for synth_scene: holds the action and the things near it */
+    double table[4];                /* x0 y0 x1 y1 of its top */
 } synth_room;
 
 /**
