@@ -6,6 +6,7 @@
 
 #include "assets/ycb/objects.h"
 #include "libtensor/io/file.h"
+#include "synth/detect/detect.h"
 #include "synth/film.h"
 #include "synth/write/model.h"
 
@@ -21,14 +22,15 @@ static const synth_layout_ops *const layouts[] = {
 
 /* ---- preparing ---- */
 
-/* One that was stopped has models, which are written first, and no manifest, which is written last. */
+/* One that was stopped has a folder that is made first, and no manifest, which is written last. */
 static bool is_unfinished(const char *path)
 {
-    char models[4096], manifest[4096];
+    char models[4096], annotations[4096], manifest[4096];
 
     snprintf(models, sizeof(models), "%s/models", path);
+    snprintf(annotations, sizeof(annotations), "%s/annotations", path);
     snprintf(manifest, sizeof(manifest), "%s/manifest.json", path);
-    return lt_is_folder(models) && access(manifest, F_OK) != 0;
+    return (lt_is_folder(models) || lt_is_folder(annotations)) && access(manifest, F_OK) != 0;
 }
 
 static lt_status need_empty_folder(const char *path)
@@ -151,7 +153,8 @@ lt_status synth_parse_layout(const char *name, synth_layout *out)
     return lt_error(LT_EINVAL, "no layout \"%s\": ho3d or dexycb", name);
 }
 
-lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
+/* A dataset of takes, in one of the layouts. */
+static lt_status generate_takes(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
 {
     synth_run r = { .session = { .opt = options, .arena = lt_arena_new() },
                     .layout = layouts[options->layout] };
@@ -185,4 +188,14 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
         *n = synth_stats_figures(&r.stats, figures);
     clean_up(&r);
     return st;
+}
+
+lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
+{
+    lt_status st;
+
+    if (options->preset != SYNTH_DETECT)
+        return generate_takes(options, figures, n);
+    st = need_empty_folder(options->out);
+    return st ? st : synth_detect(options, figures, n);
 }
