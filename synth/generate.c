@@ -8,6 +8,7 @@
 #include "libtensor/io/file.h"
 #include "synth/detect/detect.h"
 #include "synth/film.h"
+#include "synth/track/track.h"
 #include "synth/write/model.h"
 
 #include <dirent.h>
@@ -25,12 +26,16 @@ static const synth_layout_ops *const layouts[] = {
 /* One that was stopped has a folder that is made first, and no manifest, which is written last. */
 static bool is_unfinished(const char *path)
 {
-    char models[4096], annotations[4096], manifest[4096];
+    static const char *const first[] = { "models", "annotations", "train" };
+    char folder[4096], manifest[4096];
+    bool begun = false;
 
-    snprintf(models, sizeof(models), "%s/models", path);
-    snprintf(annotations, sizeof(annotations), "%s/annotations", path);
+    for (size_t i = 0; i < LT_COUNT(first); i++) {
+        snprintf(folder, sizeof(folder), "%s/%s", path, first[i]);
+        begun = begun || lt_is_folder(folder);
+    }
     snprintf(manifest, sizeof(manifest), "%s/manifest.json", path);
-    return (lt_is_folder(models) || lt_is_folder(annotations)) && access(manifest, F_OK) != 0;
+    return begun && access(manifest, F_OK) != 0;
 }
 
 static lt_status need_empty_folder(const char *path)
@@ -194,8 +199,8 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
 {
     lt_status st;
 
-    if (options->preset != SYNTH_DETECT)
+    if (options->preset != SYNTH_DETECT && options->preset != SYNTH_TRACK)
         return generate_takes(options, figures, n);
     st = need_empty_folder(options->out);
-    return st ? st : synth_detect(options, figures, n);
+    return st ? st : (options->preset == SYNTH_DETECT ? synth_detect : synth_track)(options, figures, n);
 }

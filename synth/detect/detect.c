@@ -8,6 +8,7 @@
 #include "libtensor/io/image/image.h"
 #include "synth/detect/layout.h"
 #include "synth/detect/tally.h"
+#include "synth/world/props.h"
 #include "synth/write/coco.h"
 
 #include <math.h>
@@ -35,14 +36,14 @@ typedef struct {
 
 typedef struct {
     const synth_options *opt;
-    lt_arena *arena, *prop_arena[YCB_COUNT], *place_arena[PLACES];
+    lt_arena *arena, *place_arena[PLACES];
     int64_t n, n_evaluation;
     int threads;
     lt_hand_model *hand;
-    synth_prop_pair *prop;
+    synth_props props;
     detect_place place[PLACES];
-    lt_status status[YCB_COUNT];                /* of preparing an object, or a place */
-    char line[YCB_COUNT][512];
+    lt_status status[PLACES];                   /* of preparing a place */
+    char line[PLACES][512];
     synth_frame **frame;                        /* one a thread */
     int64_t first;                              /* number of the first picture of those that are taken now */
     shot *shot;                                 /* (PLACES * PICTURES) */
@@ -63,23 +64,12 @@ static lt_status report(const run *r, const char *step, int64_t done)
 
 /* ---- preparing ---- */
 
-static void prop_task(void *ctx, int64_t i)
-{
-    run *r = ctx;
-
-    r->status[i] = synth_prop_new_bare(r->prop_arena[i], (int)i + 1, &r->prop[i].right);
-    if (!r->status[i])
-        r->status[i] = synth_prop_mirror(r->prop_arena[i], &r->prop[i].right, &r->prop[i].left);
-    if (r->status[i])
-        snprintf(r->line[i], sizeof(r->line[i]), "%s", lt_last_error());
-}
-
 static void place_task(void *ctx, int64_t i)
 {
     run *r = ctx;
 
     lt_arena_reset(r->place_arena[i]);
-    r->place[i] = (detect_place){ .hand = r->hand, .prop = r->prop, .seed = r->opt->seed };
+    r->place[i] = (detect_place){ .hand = r->hand, .prop = r->props.pair, .seed = r->opt->seed };
     r->status[i] = detect_place_new(r->place_arena[i], r->first / PICTURES + i, &r->place[i]);
     if (r->status[i])
         snprintf(r->line[i], sizeof(r->line[i]), "%s", lt_last_error());
@@ -103,11 +93,9 @@ static bool make_arenas(lt_arena **list, int n)
 
 static lt_status get_memory(run *r)
 {
-    r->prop = lt_arena_array(r->arena, YCB_COUNT, sizeof(*r->prop));
     r->shot = lt_arena_array(r->arena, PLACES * PICTURES, sizeof(*r->shot));
     r->frame = lt_arena_array(r->arena, (size_t)r->threads, sizeof(*r->frame));
-    if (!r->prop || !r->shot || !r->frame || !make_arenas(r->prop_arena, YCB_COUNT) ||
-        !make_arenas(r->place_arena, PLACES))
+    if (!r->shot || !r->frame || !make_arenas(r->place_arena, PLACES))
         return lt_error(LT_ENOMEM, "synth: no memory for pictures");
     for (int i = 0; i < r->threads; i++)
         if (!(r->frame[i] = synth_frame_new(DETECT_SIDE, DETECT_SIDE)))
@@ -144,10 +132,7 @@ static lt_status prepare(run *r)
         st = synth_coco_open(&r->coco[1], "evaluation");
     if (!st)
         st = report(r, "objects", 0);
-    if (st)
-        return st;
-    lt_parallel_for(YCB_COUNT, prop_task, r);
-    return first_error(r, YCB_COUNT);
+    return st ? st : synth_props_init(&r->props);
 }
 
 /* ---- taking a picture ---- */
@@ -319,8 +304,7 @@ static void clean_up(run *r)
         synth_frame_free(r->frame[i]);
     for (int i = 0; r->shot && i < PLACES * PICTURES; i++)
         lt_arena_free(r->shot[i].arena);
-    for (int i = 0; i < YCB_COUNT; i++)
-        lt_arena_free(r->prop_arena[i]);
+    synth_props_fini(&r->props);
     for (int i = 0; i < PLACES; i++)
         lt_arena_free(r->place_arena[i]);
     lt_arena_free(r->arena);

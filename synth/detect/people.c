@@ -60,7 +60,7 @@ static bool try_hand(layout *l, synth_held *h, const double wrist[3], const doub
     for (int k = 0; k < 3; k++)
         along[k] = h->elbow[k] + 0.22 * lt_rng_normal(&l->r);
     lt_vec3_unit(along);
-    synth_grip_turn(h->grip, along, roll, h->R);
+    synth_grip_turn(h->grip, along, NULL, roll, h->R);
     lt_mat3_mulvec(h->R, h->grip->wrist, shift);
     lt_vec3_sub(wrist, shift, h->t);
     b = layout_ball(l, h->grip, h->grip->prop, h->R, h->t, &lowest);
@@ -183,7 +183,7 @@ static void let_hang(layout *l, const synth_person *p, const synth_reach *reach,
     lt_vec3_sub(a->elbow[arm], a->wrist[arm], down);
     lt_vec3_unit(down);
     memcpy(h->elbow, down, sizeof(down));
-    synth_grip_turn(h->grip, down, lt_rng_range(&l->r, -M_PI, M_PI), h->R);
+    synth_grip_turn(h->grip, down, NULL, lt_rng_range(&l->r, -M_PI, M_PI), h->R);
     lt_mat3_mulvec(h->R, h->grip->wrist, shift);
     lt_vec3_sub(a->wrist[arm], shift, h->t);
 }

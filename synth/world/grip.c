@@ -116,13 +116,13 @@ void synth_grip_bare(const lt_hand_model *hand, const synth_subject *who, bool l
 
 /* ---- in the world ---- */
 
-/* A rotation whose first column is x, the others anyhow. */
-static void basis(const double x[3], double R[9])
+/* A rotation whose first column is x, the second towards side. */
+static void basis(const double x[3], const double *side, double R[9])
 {
     const double other[3] = { fabs(x[0]) < 0.7, fabs(x[0]) >= 0.7, 0 };
     double y[3], z[3];
 
-    lt_vec3_cross(x, other, z);
+    lt_vec3_cross(x, side ? side : other, z);
     lt_vec3_unit(z);
     lt_vec3_cross(z, x, y);
     for (int k = 0; k < 3; k++) {
@@ -132,14 +132,14 @@ static void basis(const double x[3], double R[9])
     }
 }
 
-void synth_grip_turn(const synth_grip *g, const double along[3], double roll, double R[9])
+void synth_grip_turn(const synth_grip *g, const double along[3], const double *side, double roll, double R[9])
 {
     const double about[9] = { 1, 0, 0, 0, cos(roll), -sin(roll), 0, sin(roll), cos(roll) };
     double from[9], back[9], to[9];
 
-    basis(g->elbow, from);
+    basis(g->elbow, NULL, from);
     lt_mat3_transpose(from, back);
-    basis(along, to);
+    basis(along, side, to);
     lt_mat3_mul(to, about, to);
     lt_mat3_mul(to, back, R);
 }

@@ -34,8 +34,9 @@ lt_status synth_grip_hold(const lt_hand_model *hand, const synth_subject *who, c
 void synth_grip_bare(const lt_hand_model *hand, const synth_subject *who, bool left, lt_rng *rng, synth_grip *out);
 
 /* synth_grip_turn - the rotation of the grip's frame that brings its elbow's direction to `along` (a unit vector), and
- * turns it about that by roll radians */
-void synth_grip_turn(const synth_grip *g, const double along[3], double roll, double R[9]);
+ * turns it about that by roll radians from where `side` is, which is not along it; NULL: from anywhere, which jumps
+ * where `along` turns */
+void synth_grip_turn(const synth_grip *g, const double along[3], const double *side, double roll, double R[9]);
 
 /* A grip in a world. */
 typedef struct {
