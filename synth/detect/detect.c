@@ -161,7 +161,7 @@ static double side_of(const synth_pixels *b)
 static lt_status annotate(shot *s, const detect_picture *p, const synth_frame *f)
 {
     synth_seen *seen;
-    lt_status st = synth_world_look(s->arena, &p->world, &p->camera, f, &seen);
+    lt_status st = synth_world_look(s->arena, &p->world, &p->camera, f, NULL, &seen);
 
     for (int i = 0; !st && i < p->world.n_things; i++) {
         const synth_thing *t = &p->world.thing[i];

@@ -55,6 +55,7 @@ typedef struct {
     double bare;                    /* metres of skin before the sleeve; length or more: no sleeve */
     double length;                  /* metres from wrist to the open end, out of the picture: 0.6 */
     synth_texture *cloth;           /* of the sleeve: synth_arm_cloth; NULL: none */
+    bool far;                       /* a few pixels wide: fewer rings, no fine folds */
     uint64_t seed, stream;          /* of the sleeve's folds */
 } synth_arm_spec;
 

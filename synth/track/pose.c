@@ -78,6 +78,7 @@ static lt_status pose_person(lt_arena *arena, const track_script *s, const track
         double wrist[3];
         *h = held_of(s, a, arm);
         h->arm = reach.fore + 0.012;
+        h->far = true;
         wrist_at(s, a, &stance, &reach, arm, k, wrist);
         synth_reach_elbow(&reach, arm, 0.25, wrist, elbow[arm]);
         lt_vec3_sub(elbow[arm], wrist, h->elbow);

@@ -121,10 +121,16 @@ static lt_status prepare(run *r)
 
 /* ---- filming a frame ---- */
 
+static bool is_person(const synth_thing *t)
+{
+    return t->kind == SYNTH_PERSON_THING;
+}
+
 static lt_status list_truth(const run *r, shot *s, const synth_world *w, const synth_frame *f)
 {
     synth_seen *seen;
-    const lt_status st = synth_world_look(s->arena, w, &r->now->stage.camera, f, &seen);
+    const lt_status st = synth_world_look(s->arena, w, &r->now->stage.camera, f, r->now->hall ? is_person : NULL,
+                                          &seen);
 
     memset(s->n, 0, sizeof(s->n));
     for (int i = 0; !st && i < w->n_things; i++) {

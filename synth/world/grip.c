@@ -171,7 +171,7 @@ static lt_status grow_arm(lt_arena *arena, const synth_held *h, const lt_mesh *h
     synth_arm_spec spec = {
         .loop = (const float (*)[3])loop, .loop_normal = (const float (*)[3])normal,
         .loop_color = (const float (*)[3])color, .bare = fmin(h->who->bare, h->arm), .length = h->arm,
-        .cloth = h->cloth, .seed = h->seed, .stream = h->stream,
+        .cloth = h->cloth, .far = h->far, .seed = h->seed, .stream = h->stream,
     };
     double back[9];
 

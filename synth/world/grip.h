@@ -47,6 +47,7 @@ typedef struct {
     double elbow[3];                            /* world: unit, where the arm goes from the wrist */
     double arm;                                 /* metres of it */
     synth_texture *cloth;                       /* of its sleeve */
+    bool far;                                   /* few pixels wide */
     int owner;                                  /* the person among the world's things whose the arm is; -1: none */
     int identity, object_identity;
     uint64_t seed, stream;                      /* of the sleeve's folds */

@@ -88,7 +88,7 @@ static lt_status draw_whole(lt_arena *arena, const synth_world *w, const synth_c
 }
 
 lt_status synth_world_look(lt_arena *arena, const synth_world *w, const synth_camera *camera, const synth_frame *frame,
-                           synth_seen **out)
+                           bool (*wanted)(const synth_thing *thing), synth_seen **out)
 {
     const size_t n = (size_t)frame->width * (size_t)frame->height;
     synth_seen *seen = lt_arena_array(arena, (size_t)w->n_things, sizeof(*seen));
@@ -96,9 +96,12 @@ lt_status synth_world_look(lt_arena *arena, const synth_world *w, const synth_ca
     lt_status st = seen && whole ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for masks");
 
     for (int i = 0; !st && i < w->n_things; i++) {
-        uint8_t *mask = lt_arena_alloc(arena, n);
+        uint8_t *mask;
         synth_seen *s = &seen[i];
 
+        if (wanted && !wanted(&w->thing[i]))
+            continue;
+        mask = lt_arena_alloc(arena, n);
         if (!mask)
             return lt_error(LT_ENOMEM, "synth: no memory for masks");
         memset(whole, 0, n);

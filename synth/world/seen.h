@@ -31,12 +31,13 @@ static inline double synth_seen_share(const synth_seen *s)
  * synth_world_look - measure a world's picture
  *
  *   frame    what synth_render drew of it
- *   out      (n_things) in the arena
+ *   wanted   the things that are measured; NULL: all
+ *   out      (n_things) in the arena; zero where they are not wanted
  *
  * Errors: LT_ENOMEM.
  */
 lt_status synth_world_look(lt_arena *arena, const synth_world *w, const synth_camera *camera, const synth_frame *frame,
-                           synth_seen **out);
+                           bool (*wanted)(const synth_thing *thing), synth_seen **out);
 
 #ifdef __cplusplus
 }

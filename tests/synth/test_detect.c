@@ -241,7 +241,7 @@ START_TEST(what_is_seen_of_squares)
     room->up[2] = 1;
     scene = synth_world_scene(&w, room, &c);
     check_ok(synth_render(&scene, f));
-    check_ok(synth_world_look(arena, &w, &c, f, &s));
+    check_ok(synth_world_look(arena, &w, &c, f, NULL, &s));
     ck_assert_int_eq((int)s[1].whole, 256);
     ck_assert_int_eq((int)s[1].visible, 128);
     ck_assert(s[1].box.x0 == 24 && s[1].box.x1 == 32 && s[1].whole_box.x1 == 40 && !s[1].cut);
