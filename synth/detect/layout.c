@@ -16,7 +16,7 @@ enum { PICTURE = 0x50494354, PLACE = 0x504c4143 };
 
 #define DEGREE 0.017453292519943295
 
-static const double EMPTY = 0.035;              /* share of pictures with no thing */
+static const double EMPTY = 0.05;               /* share of pictures with no thing */
 static const double BARE = 0.005;               /* metres between a bare hand and any object, at least */
 static const double CEILING = 2.2;
 
