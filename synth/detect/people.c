@@ -141,6 +141,7 @@ static void draw_wrist(layout *l, const synth_reach *reach, int arm, double out[
 /* The hands of a person's arms, before his body is placed: hands need its place in the list, so it comes first. */
 typedef struct {
     double wrist[2][3], elbow[2][3];
+    synth_grip *grip[2];
     synth_held held[2];
     bool seen[2];                               /* false: no place was free, the arm hangs down */
 } arms;
@@ -153,6 +154,7 @@ static lt_status draw_arms(layout *l, const synth_person *p, const synth_reach *
 
         if (st)
             return st;
+        a->grip[arm] = g;
         a->held[arm] = (synth_held){ .hand = l->place->hand, .who = &p->subject, .grip = g,
                                      .arm = reach->fore + 0.012, .cloth = p->shirt, .seed = p->seed,
                                      .stream = p->stream + (uint64_t)arm };
@@ -175,7 +177,7 @@ static void let_hang(layout *l, const synth_person *p, const synth_reach *reach,
     double down[3], shift[3];
 
     if (h->grip->prop)
-        synth_grip_bare(l->place->hand, &p->subject, arm == 0, &l->r, (synth_grip *)h->grip);
+        synth_grip_bare(l->place->hand, &p->subject, arm == 0, &l->r, a->grip[arm]);
     for (int k = 0; k < 3; k++)
         a->wrist[arm][k] = reach->shoulder[arm][k] + 0.05 * reach->forward[k] +
                            (arm ? -0.07 : 0.07) * reach->left[k] - (k == 2) * (reach->upper + reach->fore);
