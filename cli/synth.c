@@ -14,12 +14,15 @@ static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0,
       "tiny (where none is named), small, or the one called default: subjects, objects, sequences; "
       "demo: as many grasps as some minutes can make; pretrain: as many grasps as frames, for first weights; "
-      "hogs: two hands, four objects, light and initial poses written down, 320 x 240", 0 },
+      "hogs: two hands, four objects, light and initial poses written down, 320 x 240; "
+      "detect: single pictures for detectors, as COCO has them; "
+      "track: films for trackers, as MOTChallenge has them", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
     { "seed", SEED, "N", 0, "the same seed gives the same files; default 0", 0 },
-    { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's", 0 },
+    { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's; detect: pictures",
+      0 },
     { "png", PNG, NULL, 0, "ho3d: lossless images, and masks, as v2 has them; default JPEG as in v3", 0 },
     { "light", LIGHT, "WHAT", 0, "hogs: varied (default), or fixed, the same in all frames", 0 },
     { "jitter", JITTER, NULL, 0, "hogs: multiply each frame's channels by 0.7 to 1.3", 0 },
@@ -42,7 +45,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     switch (key) {
     case 'p':
         if (synth_parse_preset(arg, &o->preset))
-            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default or hogs", arg);
+            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default, hogs, detect or track",
+                       arg);
         break;
     case LAYOUT:
         if (synth_parse_layout(arg, &o->layout))
@@ -69,6 +73,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
             argp_error(state, "--light and --jitter are for --preset hogs");
         if (o->preset == SYNTH_HOGS && o->layout != SYNTH_HO3D)
             argp_error(state, "--preset hogs is for --layout ho3d");
+        if (o->preset >= SYNTH_DETECT && (o->layout != SYNTH_HO3D || o->png || o->alias_ycb))
+            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect or track");
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -77,7 +83,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, NULL,
-    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3 or of DexYCB.\v"
+    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3, of DexYCB, of COCO or of MOTChallenge.\v"
     "The folder reads like the real dataset; manifest.json holds seed and checksums, stats.json how much is "
     "hidden from view.\n\n  palmar synth --preset tiny --out data/tiny", NULL, NULL, NULL,
 };

@@ -31,6 +31,8 @@ static const preset presets[] = {
     [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, 1, 0, false,
                         { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
     [SYNTH_HOGS] = { "hogs", 2, 0, 24, 8, 1, 83, 1, 50, true, { 5, 9, 12, 14 }, { 5, 9, 12, 14 } },
+    [SYNTH_DETECT] = { .name = "detect" },          /* no takes: synth/detect, synth/track */
+    [SYNTH_TRACK] = { .name = "track" },
 };
 
 static const struct { int id; const char *letters; } initials[] = {
@@ -45,7 +47,12 @@ lt_status synth_parse_preset(const char *name, synth_preset *out)
             *out = (synth_preset)i;
             return LT_OK;
         }
-    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain, default or hogs", name);
+    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain, default, hogs, detect or track", name);
+}
+
+const char *synth_preset_name(synth_preset which)
+{
+    return presets[which].name;
 }
 
 static int count(const int *list, int most)

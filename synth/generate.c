@@ -6,7 +6,9 @@
 
 #include "assets/ycb/objects.h"
 #include "libtensor/io/file.h"
+#include "synth/detect/detect.h"
 #include "synth/film.h"
+#include "synth/track/track.h"
 #include "synth/write/model.h"
 
 #include <dirent.h>
@@ -21,14 +23,19 @@ static const synth_layout_ops *const layouts[] = {
 
 /* ---- preparing ---- */
 
-/* One that was stopped has models, which are written first, and no manifest, which is written last. */
+/* One that was stopped has a folder that is made first, and no manifest, which is written last. */
 static bool is_unfinished(const char *path)
 {
-    char models[4096], manifest[4096];
+    static const char *const first[] = { "models", "annotations", "train" };
+    char folder[4096], manifest[4096];
+    bool begun = false;
 
-    snprintf(models, sizeof(models), "%s/models", path);
+    for (size_t i = 0; i < LT_COUNT(first); i++) {
+        snprintf(folder, sizeof(folder), "%s/%s", path, first[i]);
+        begun = begun || lt_is_folder(folder);
+    }
     snprintf(manifest, sizeof(manifest), "%s/manifest.json", path);
-    return lt_is_folder(models) && access(manifest, F_OK) != 0;
+    return begun && access(manifest, F_OK) != 0;
 }
 
 static lt_status need_empty_folder(const char *path)
@@ -151,7 +158,8 @@ lt_status synth_parse_layout(const char *name, synth_layout *out)
     return lt_error(LT_EINVAL, "no layout \"%s\": ho3d or dexycb", name);
 }
 
-lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
+/* A dataset of takes, in one of the layouts. */
+static lt_status generate_takes(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
 {
     synth_run r = { .session = { .opt = options, .arena = lt_arena_new() },
                     .layout = layouts[options->layout] };
@@ -185,4 +193,14 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
         *n = synth_stats_figures(&r.stats, figures);
     clean_up(&r);
     return st;
+}
+
+lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
+{
+    lt_status st;
+
+    if (options->preset != SYNTH_DETECT && options->preset != SYNTH_TRACK)
+        return generate_takes(options, figures, n);
+    st = need_empty_folder(options->out);
+    return st ? st : (options->preset == SYNTH_DETECT ? synth_detect : synth_track)(options, figures, n);
 }

@@ -22,6 +22,8 @@ typedef enum {
     SYNTH_PRETRAIN,                 /* 8, 7, 246 of 48, each frame of a grasp of its own: for first weights */
     SYNTH_DEFAULT,                  /* 10, 10, 200 of 70 */
     SYNTH_HOGS,                     /* 2, 4, 24 of 83 and 8 of 50 at 320 x 240; light and initial poses written down */
+    SYNTH_DETECT,                   /* 5,000 single pictures, 320 x 320, for detectors: detect/ */
+    SYNTH_TRACK,                    /* 20 films of 300 frames, 512 x 288, for trackers: track/ */
 } synth_preset;
 
 typedef enum { SYNTH_HO3D, SYNTH_DEXYCB } synth_layout;
@@ -41,8 +43,9 @@ typedef struct {
     void *progress_ctx;
 } synth_options;
 
-/* synth_parse_preset - "tiny", "small", "demo", "pretrain", "default", "hogs"; synth_parse_layout - "ho3d", "dexycb" */
+/* synth_parse_preset - by synth_preset_name; synth_parse_layout - "ho3d", "dexycb" */
 lt_status synth_parse_preset(const char *name, synth_preset *out);
+const char *synth_preset_name(synth_preset preset);
 lt_status synth_parse_layout(const char *name, synth_layout *out);
 
 /**
@@ -52,6 +55,7 @@ lt_status synth_parse_layout(const char *name, synth_layout *out);
  * each subject, calibration/, synthetic.json; cameras on a ring, right and left hands, things on the table. Both:
  * models/, stats.json (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file;
  * written last, so a folder without it is unfinished). SYNTH_HOGS: hogs.h's files, in HO3D's layout alone.
+ * SYNTH_DETECT: as COCO has it, detect/detect.h. SYNTH_TRACK: as MOTChallenge has it, track/track.h.
  *
  *   figures      (*n) the figures of stats.json with what is aimed at; both NULL: not wanted
  *

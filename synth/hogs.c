@@ -8,7 +8,6 @@
 #include "libtensor/io/file.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { POSES = 0x504f5345 };
@@ -18,38 +17,14 @@ static const char *const pose_file[SYNTH_POSE_FILES] = {
     [POSE_NOISE_CORRELATED] = "poses/correlated.json",
 };
 
-static bool grow(synth_growing *g)
-{
-    g->stream = open_memstream(&g->text, &g->size);
-    return g->stream != NULL;
-}
-
-static void fini(synth_growing *g)
-{
-    if (g->stream)
-        fclose(g->stream);
-    free(g->text);
-    *g = (synth_growing){ 0 };
-}
-
-/* What has grown, as root/within. */
-static lt_status write_out(synth_growing *g, synth_session *s, const char *within)
-{
-    lt_status st = fclose(g->stream) ? lt_error(LT_ENOMEM, "%s: no memory", within) : LT_OK;
-
-    g->stream = NULL;
-    if (!st)
-        st = synth_manifest_text(&s->manifest, s->opt->out, within, g->text);
-    fini(g);
-    return st;
-}
-
 /* ---- light ---- */
 
 static lt_status begin_light(synth_hogs *h)
 {
-    if (!grow(&h->light))
-        return lt_error(LT_ENOMEM, "synth: no memory for light.csv");
+    const lt_status st = synth_growing_open(&h->light, "light.csv");
+
+    if (st)
+        return st;
     fprintf(h->light.stream, "frame,exposure,warmth,tint,toward_x,toward_y,toward_z,key,highlight,"
                              "jitter_r,jitter_g,jitter_b\n");
     return LT_OK;
@@ -70,7 +45,7 @@ static lt_status end_light(synth_hogs *h, synth_session *s, const synth_picture 
     char within[160];
 
     snprintf(within, sizeof(within), "%s/%s/light.csv", p->evaluation ? "evaluation" : "train", p->sequence);
-    return write_out(&h->light, s, within);
+    return synth_growing_write(&h->light, s->opt->out, within, &s->manifest);
 }
 
 /* ---- poses ---- */
@@ -142,8 +117,10 @@ lt_status synth_hogs_open(synth_hogs *h)
 {
     *h = (synth_hogs){ .part = { 0 } };
     for (int i = 0; i < SYNTH_POSE_FILES; i++) {
-        if (!grow(&h->poses[i]))
-            return lt_error(LT_ENOMEM, "synth: no memory for poses");
+        const lt_status st = synth_growing_open(&h->poses[i], "poses");
+
+        if (st)
+            return st;
         fprintf(h->poses[i].stream, "{\"format\": \"palmar.poses/1\", \"axes\": \"opencv\", \"unit\": \"m\", "
                 "\"rotation\": \"axis-angle\", \"flat_hand_mean\": true, \"frames\": {");
     }
@@ -152,9 +129,9 @@ lt_status synth_hogs_open(synth_hogs *h)
 
 void synth_hogs_fini(synth_hogs *h)
 {
-    fini(&h->light);
+    synth_growing_fini(&h->light);
     for (int i = 0; i < SYNTH_POSE_FILES; i++)
-        fini(&h->poses[i]);
+        synth_growing_fini(&h->poses[i]);
 }
 
 lt_status synth_hogs_record(synth_hogs *h, synth_session *s, const synth_hogs_frame *f)
@@ -209,7 +186,7 @@ lt_status synth_hogs_close(synth_hogs *h, synth_session *s, synth_stats *stats)
 
     for (int i = 0; !st && i < SYNTH_POSE_FILES; i++) {
         fprintf(h->poses[i].stream, "\n}}\n");
-        st = write_out(&h->poses[i], s, pose_file[i]);
+        st = synth_growing_write(&h->poses[i], s->opt->out, pose_file[i], &s->manifest);
     }
     for (size_t i = 0; i < LT_COUNT(figures); i++)
         stats->more[stats->n_more++] = figures[i];

@@ -9,18 +9,14 @@
 #define SYNTH_HOGS_H
 
 #include "synth/stats.h"
+#include "synth/write/growing.h"
 #include "synth/write/layout.h"
-
-#include <stdio.h>
 
 #ifdef __cplusplus
 extern "C" {
 #endif
 
 enum { SYNTH_POSE_FILES = 3 };          /* one for each pose_noise_kind */
-
-/* A file that grows in memory. */
-typedef struct { FILE *stream; char *text; size_t size; } synth_growing;
 
 /* The sum of n things that are measured. */
 typedef struct { double sum; int64_t n; } synth_mean;

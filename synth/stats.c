@@ -101,18 +101,26 @@ static cJSON *figure_json(const synth_figure *f)
     return j;
 }
 
-lt_status synth_stats_write(const synth_stats *s, const char *root)
+lt_status synth_figures_write(const char *root, const char *counted, int64_t count, const synth_figure *figure, int n)
 {
-    synth_figure figure[SYNTH_FIGURES];
-    char *path = lt_path_join(s->arena, root, "stats.json");
+    lt_arena *arena = lt_arena_new();
+    char *path = arena ? lt_path_join(arena, root, "stats.json") : NULL;
     cJSON *j = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(j, "figures");
-    const int n = synth_stats_figures(s, figure);
     lt_status st;
 
-    cJSON_AddNumberToObject(j, "frames", (double)s->n);
+    cJSON_AddNumberToObject(j, counted, (double)count);
     for (int i = 0; i < n; i++)
         cJSON_AddItemToArray(list, figure_json(&figure[i]));
     st = path && list ? lt_json_write(path, j) : lt_error(LT_ENOMEM, "%s/stats.json: no memory", root);
     cJSON_Delete(j);
+    lt_arena_free(arena);
     return st;
+}
+
+lt_status synth_stats_write(const synth_stats *s, const char *root)
+{
+    synth_figure figure[SYNTH_FIGURES];
+    const int n = synth_stats_figures(s, figure);
+
+    return synth_figures_write(root, "frames", s->n, figure, n);
 }

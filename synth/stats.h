@@ -16,7 +16,7 @@ typedef struct {
     double value, lo, hi;           /* found, and the range aimed at */
 } synth_figure;
 
-enum { SYNTH_FIGURES = 16 };        /* at most */
+enum { SYNTH_FIGURES = 24 };        /* at most */
 
 typedef struct {
     lt_arena *arena;
@@ -38,6 +38,9 @@ static inline bool synth_figure_within(const synth_figure *f)
 {
     return f->value >= f->lo && f->value <= f->hi;
 }
+
+/* synth_figures_write - root/stats.json of n figures, that `count` of what `counted` names went into */
+lt_status synth_figures_write(const char *root, const char *counted, int64_t count, const synth_figure *figure, int n);
 
 /* synth_stats_write - root/stats.json: each figure with its range and whether it is within. Being outside
  * is no error: the few sequences of a small dataset may well be. */

@@ -350,3 +350,19 @@ double synth_sdf_at(const synth_sdf *sdf, const double p[3], double gradient[3])
     }
     return d + out;
 }
+
+lt_status synth_sdf_mirror(lt_arena *arena, const synth_sdf *sdf, synth_sdf *out)
+{
+    const int64_t nx = sdf->n[0], rows = (int64_t)sdf->n[1] * sdf->n[2];
+    float *value = lt_arena_array(arena, (size_t)(nx * rows), sizeof(*value));
+
+    if (!value)
+        return lt_error(LT_ENOMEM, "synth: no memory for a distance field");
+    for (int64_t r = 0; r < rows; r++)
+        for (int64_t i = 0; i < nx; i++)
+            value[r * nx + i] = sdf->value[r * nx + nx - 1 - i];
+    *out = *sdf;
+    out->origin[0] = -(sdf->origin[0] + sdf->step * (double)(nx - 1));
+    out->value = value;
+    return LT_OK;
+}

@@ -29,6 +29,9 @@ typedef struct {
  */
 lt_status synth_sdf_new(lt_arena *arena, const lt_mesh *mesh, synth_sdf *out);
 
+/* synth_sdf_mirror - the distance to the mirror image, x -> -x; lives in the arena. LT_ENOMEM. */
+lt_status synth_sdf_mirror(lt_arena *arena, const synth_sdf *sdf, synth_sdf *out);
+
 /* synth_sdf_at - trilinear distance at p and, unless it is NULL, its gradient. Outside the grid: the value at
  * the nearest point of the grid, plus the way there. */
 double synth_sdf_at(const synth_sdf *sdf, const double p[3], double gradient[3]);

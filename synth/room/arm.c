@@ -11,11 +11,22 @@ enum {
     PARTS = 3,                                  /* points per edge of the loop */
     AROUND = SYNTH_WRIST_LOOP * PARTS,
     FOLDS = 96,                                 /* rings of the sleeve */
+    FAR = 4,                                    /* times as few rings where the arm is far */
 };
 
 static const float BLEND = 0.05f;               /* metres over which the loop becomes an ellipse */
 static const float RING = 0.008f;               /* between rings of the skin */
 static const float TUCK = 0.03f;                /* skin under the sleeve */
+
+static float ring_of(const synth_arm_spec *spec)
+{
+    return spec->far ? FAR * RING : RING;
+}
+
+static int folds_of(const synth_arm_spec *spec)
+{
+    return spec->far ? FOLDS / FAR : FOLDS;
+}
 
 /* The arm's own frame: centre line from c along d, wide axis x, thin axis y = d cross x. */
 typedef struct {
@@ -178,9 +189,9 @@ static void turn_out(lt_mesh *m)
 /* The hand's own normals at the seam, so that light runs over it without a step. */
 static void match_normals(lt_mesh *m, const synth_arm_spec *spec, int rings)
 {
-    for (int r = 0; r < rings && (float)r * RING < BLEND && spec->loop_normal; r++)
+    for (int r = 0; r < rings && (float)r * ring_of(spec) < BLEND && spec->loop_normal; r++)
         for (int i = 0; i <= AROUND; i++) {
-            const float keep = 1 - smoothly(0, BLEND, (float)r * RING);
+            const float keep = 1 - smoothly(0, BLEND, (float)r * ring_of(spec));
             float n[3], *to = m->normal[r * (AROUND + 1) + i];
 
             loop_point(spec->loop_normal, i, n);
@@ -196,7 +207,7 @@ static void color_skin(lt_mesh *m, const synth_arm_spec *spec, int rings)
 
     for (int r = 0; r < rings; r++)
         for (int i = 0; i <= AROUND; i++) {
-            const float s = (float)r * RING, keep = spec->loop_color ? 1 - smoothly(0, 0.06f, s) : 0;
+            const float s = (float)r * ring_of(spec), keep = spec->loop_color ? 1 - smoothly(0, 0.06f, s) : 0;
             const float mottle = paint_smooth_noise(seed, (float)i / AROUND, s * 2, 4, 8, 3);
             float at_loop[3] = { 0 }, *to = m->color[r * (AROUND + 1) + i];
 
@@ -214,7 +225,7 @@ static lt_status make_skin(lt_arena *arena, const arm_frame *f, const synth_arm_
                            lt_mesh *m)
 {
     const double end = fmin(spec->bare + TUCK, spec->length);
-    const int rings = 2 + (int)(fmax(end, 0) / RING);
+    const int rings = 2 + (int)(fmax(end, 0) / ring_of(spec));
 
     *m = primitive_alloc(arena, rings * (AROUND + 1), 2 * (rings - 1) * AROUND);
     m->color = lt_arena_array(arena, (size_t)m->n_vertices, sizeof(*m->color));
@@ -224,9 +235,9 @@ static lt_status make_skin(lt_arena *arena, const arm_frame *f, const synth_arm_
         for (int i = 0; i <= AROUND; i++) {
             const int v = r * (AROUND + 1) + i;
 
-            skin_point(f, spec, (float)r * RING, i, m->vertex[v]);
+            skin_point(f, spec, (float)r * ring_of(spec), i, m->vertex[v]);
             m->uv[v][0] = (float)i / AROUND;
-            m->uv[v][1] = (float)r * RING / 0.2f;
+            m->uv[v][1] = (float)r * ring_of(spec) / 0.2f;
         }
     primitive_weave(m, rings, AROUND);
     if (f->side < 0)
@@ -260,7 +271,7 @@ static void sleeve_ring(int r, const synth_arm_spec *spec, float *s, float *inse
 {
     static const float hem[4] = { 0.012f, 0.001f, 0, 0.0015f };
     static const float in[4] = { 0.0035f, 0.0025f, 0.001f, 0 };
-    const float step = ((float)(spec->length - spec->bare) - 0.004f) / (FOLDS - 4);
+    const float step = ((float)(spec->length - spec->bare) - 0.004f) / (float)(folds_of(spec) - 4);
 
     *s = (float)spec->bare + (r < 4 ? hem[r] : 0.004f + step * (float)(r - 4));
     *inset = r < 4 ? in[r] : 0;
@@ -269,10 +280,12 @@ static void sleeve_ring(int r, const synth_arm_spec *spec, float *s, float *inse
 static lt_status make_sleeve(lt_arena *arena, const arm_frame *f, const synth_arm_spec *spec,
                              const cloth *c, lt_mesh *m)
 {
-    *m = primitive_alloc(arena, FOLDS * (AROUND + 1), 2 * (FOLDS - 1) * AROUND);
+    const int folds = folds_of(spec);
+
+    *m = primitive_alloc(arena, folds * (AROUND + 1), 2 * (folds - 1) * AROUND);
     if (!m->n_vertices)
         return lt_error(LT_ENOMEM, "synth_arm_new: no memory for the sleeve");
-    for (int r = 0; r < FOLDS; r++)
+    for (int r = 0; r < folds; r++)
         for (int i = 0; i <= AROUND; i++) {
             const int v = r * (AROUND + 1) + i;
             const float turn = (float)(i % AROUND) / AROUND;
@@ -283,7 +296,7 @@ static lt_status make_sleeve(lt_arena *arena, const arm_frame *f, const synth_ar
             m->uv[v][0] = 2 * (float)i / AROUND;
             m->uv[v][1] = s / 0.12f;
         }
-    primitive_weave(m, FOLDS, AROUND);
+    primitive_weave(m, folds, AROUND);
     if (f->side < 0)
         turn_out(m);
     return LT_OK;

@@ -17,7 +17,6 @@ typedef struct {
     lt_arena *arena;
     lt_rng r;
     synth_room *room;
-    double table[4];                /* x0 y0 x1 y1 */
     bool failed;
 } builder;
 
@@ -172,13 +171,13 @@ static void build_table(builder *b)
     double size[3], t[3];
     synth_instance *edge;
 
-    b->table[0] = -lt_rng_range(&b->r, 0.5, 1);
-    b->table[1] = -lt_rng_range(&b->r, 0.35, 0.6);
-    b->table[2] = lt_rng_range(&b->r, 0.5, 1);
-    b->table[3] = lt_rng_range(&b->r, 0.35, 0.8);
+    b->room->table[0] = -lt_rng_range(&b->r, 0.5, 1);
+    b->room->table[1] = -lt_rng_range(&b->r, 0.35, 0.6);
+    b->room->table[2] = lt_rng_range(&b->r, 0.5, 1);
+    b->room->table[3] = lt_rng_range(&b->r, 0.35, 0.8);
     for (int k = 0; k < 2; k++) {
-        size[k] = b->table[2 + k] - b->table[k];
-        t[k] = (b->table[2 + k] + b->table[k]) / 2;
+        size[k] = b->room->table[2 + k] - b->room->table[k];
+        t[k] = (b->room->table[2 + k] + b->room->table[k]) / 2;
     }
     t[2] = 0;
     put(b, primitive_sheet(b->arena, size[0], size[1], repeat * size[0], repeat * size[1]),
@@ -196,11 +195,11 @@ static void build_table(builder *b)
 static bool find_place(builder *b, double radius, double clear, const double (*taken)[3], int n,
                        double at[3])
 {
-    const double left = fmax(b->table[0], -0.65), right = fmin(b->table[2], 0.65);
+    const double left = fmax(b->room->table[0], -0.65), right = fmin(b->room->table[2], 0.65);
 
     for (int attempt = 0; attempt < 40; attempt++) {
         const double x = lt_rng_range(&b->r, left + radius, right - radius);
-        const double y = lt_rng_range(&b->r, b->table[1] + radius, b->table[3] - radius);
+        const double y = lt_rng_range(&b->r, b->room->table[1] + radius, b->room->table[3] - radius);
         bool free = hypot(x, y) > clear + radius;
 
         for (int i = 0; i < n && free; i++)

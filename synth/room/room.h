@@ -27,6 +27,7 @@ typedef struct {
     int n_lights;
     float sky[3], ground[3], up[3];
     double focus[3], focus_radius;  /* for synth_scene: holds the action and the things near it */
+    double table[4];                /* x0 y0 x1 y1 of its top */
 } synth_room;
 
 /**
@@ -54,6 +55,7 @@ typedef struct {
     double bare;                    /* metres of skin before the sleeve; length or more: no sleeve */
     double length;                  /* metres from wrist to the open end, out of the picture: 0.6 */
     synth_texture *cloth;           /* of the sleeve: synth_arm_cloth; NULL: none */
+    bool far;                       /* a few pixels wide: fewer rings, no fine folds */
     uint64_t seed, stream;          /* of the sleeve's folds */
 } synth_arm_spec;
 

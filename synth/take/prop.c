@@ -3,29 +3,47 @@
 
 #include "assets/ycb/objects.h"
 
-lt_status synth_prop_new(lt_arena *arena, int id, bool alias, synth_prop *out)
+static lt_status no_memory(const char *name)
+{
+    return lt_error(LT_ENOMEM, "synth: no memory for %s", name);
+}
+
+lt_status synth_prop_new_bare(lt_arena *arena, int id, synth_prop *out)
 {
     const ycb_object *o = synth_object_find(id);
-    float (*points)[3];
-    lt_status st = synth_object_new(arena, id, &out->mesh);
+    synth_prop p = { .id = id, .name = o->name };
+    lt_status st = synth_object_new(arena, id, &p.mesh);
 
     if (!st)
-        st = synth_object_texture(arena, id, &out->rgb);
+        st = synth_object_texture(arena, id, &p.rgb);
+    if (!st)
+        st = lt_box_from_points(p.mesh.n_vertices, &p.mesh.vertex[0][0], &p.box);
+    if (!st)
+        st = lt_mesh_index_new(arena, &p.mesh, &p.index);
+    if (!st)
+        st = synth_sdf_new(arena, &p.mesh, &p.sdf);
+    if (st)
+        return st;
+    p.texture = synth_texture_new(arena, &p.rgb[0][0], SYNTH_TEXTURE, SYNTH_TEXTURE);
+    *out = p;
+    return p.texture ? LT_OK : no_memory(o->name);
+}
+
+lt_status synth_prop_new(lt_arena *arena, int id, bool alias, synth_prop *out)
+{
+    const char *name = synth_object_find(id)->name;
+    float (*points)[3];
+    lt_status st = synth_prop_new_bare(arena, id, out);
+
     if (!st)
         st = synth_object_points(arena, &out->mesh, &points);
     if (!st)
         st = lt_box_from_points(SYNTH_POINTS, &points[0][0], &out->box);
-    if (!st)
-        st = lt_mesh_index_new(arena, &out->mesh, &out->index);
-    if (!st)
-        st = synth_sdf_new(arena, &out->mesh, &out->sdf);
     if (st)
         return st;
-    out->id = id;
     out->points = (const float (*)[3])points;
-    out->texture = synth_texture_new(arena, &out->rgb[0][0], SYNTH_TEXTURE, SYNTH_TEXTURE);
-    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", o->name);
-    return out->texture && out->name ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for %s", o->name);
+    out->name = lt_arena_printf(arena, "%s%s", alias ? "" : "syn_", name);
+    return out->name ? LT_OK : no_memory(name);
 }
 
 /* Vertices in the mirror, and faces that still look outwards. */
@@ -53,23 +71,31 @@ static lt_status mirror_mesh(lt_arena *arena, const lt_mesh *mesh, lt_mesh *out)
     return LT_OK;
 }
 
-lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *out)
+static lt_status mirror_points(lt_arena *arena, const synth_prop *p, synth_prop *m)
 {
     float (*points)[3] = lt_arena_array(arena, SYNTH_POINTS, sizeof(*points));
-    synth_prop m = *p;
-    lt_status st = points ? mirror_mesh(arena, &p->mesh, &m.mesh)
-                          : lt_error(LT_ENOMEM, "synth: no memory for %s", p->name);
 
-    for (int i = 0; !st && i < SYNTH_POINTS; i++)
+    if (!points)
+        return no_memory(p->name);
+    for (int i = 0; i < SYNTH_POINTS; i++)
         for (int k = 0; k < 3; k++)
             points[i][k] = k ? p->points[i][k] : -p->points[i][k];
-    m.points = (const float (*)[3])points;
+    m->points = (const float (*)[3])points;
+    return lt_box_from_points(SYNTH_POINTS, &points[0][0], &m->box);
+}
+
+lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *out)
+{
+    synth_prop m = *p;
+    lt_status st = mirror_mesh(arena, &p->mesh, &m.mesh);
+
     if (!st)
-        st = lt_box_from_points(SYNTH_POINTS, &points[0][0], &m.box);
+        st = p->points ? mirror_points(arena, p, &m)
+                       : lt_box_from_points(m.mesh.n_vertices, &m.mesh.vertex[0][0], &m.box);
     if (!st)
         st = lt_mesh_index_new(arena, &m.mesh, &m.index);
     if (!st)
-        st = synth_sdf_new(arena, &m.mesh, &m.sdf);
+        st = p->points ? synth_sdf_new(arena, &m.mesh, &m.sdf) : synth_sdf_mirror(arena, &p->sdf, &m.sdf);
     if (st)
         return st;
     m.mirrored = !p->mirrored;

@@ -19,7 +19,7 @@ typedef struct {
     int id;                                     /* 1 .. SYNTH_OBJECTS */
     const char *name;                           /* the model's folder */
     lt_mesh mesh;
-    const float (*points)[3];                   /* of points.xyz, SYNTH_POINTS of them */
+    const float (*points)[3];                   /* of points.xyz, SYNTH_POINTS of them; NULL: it has none */
     uint8_t (*rgb)[3];                          /* its texture, SYNTH_TEXTURE a side, top row first */
     synth_texture *texture;
     lt_box box;                                 /* of points */
@@ -30,6 +30,9 @@ typedef struct {
 
 /* synth_prop_new - an object as it is handled; alias: under its real name */
 lt_status synth_prop_new(lt_arena *arena, int id, bool alias, synth_prop *out);
+
+/* synth_prop_new_bare - without points, and with the box of the mesh: for pictures alone, and twice as fast */
+lt_status synth_prop_new_bare(lt_arena *arena, int id, synth_prop *out);
 
 /* synth_prop_mirror - p in the mirror: what a left hand holds, where the take is filmed as a right hand's */
 lt_status synth_prop_mirror(lt_arena *arena, const synth_prop *p, synth_prop *out);

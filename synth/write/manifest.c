@@ -58,7 +58,6 @@ static uint32_t crc_of_hand(const lt_hand_model *h)
 
 static void add_options(cJSON *j, const synth_manifest *m, const synth_options *o)
 {
-    static const char *const preset[] = { "tiny", "small", "demo", "pretrain", "default", "hogs" };
     char seed[24];
 
     snprintf(seed, sizeof(seed), "%" PRIu64, o->seed);          /* may not fit a JSON number */
@@ -66,14 +65,16 @@ static void add_options(cJSON *j, const synth_manifest *m, const synth_options *
     cJSON_AddStringToObject(j, "made_by", "palmar synth");
     cJSON_AddStringToObject(j, "layout", m->layout);
     cJSON_AddStringToObject(j, "axes", m->axes);
-    cJSON_AddStringToObject(j, "preset", preset[o->preset]);
+    cJSON_AddStringToObject(j, "preset", synth_preset_name(o->preset));
     cJSON_AddStringToObject(j, "seed", seed);
     cJSON_AddNumberToObject(j, "frames", o->frames);
     cJSON_AddBoolToObject(j, "alias_ycb", o->alias_ycb);
     if (o->preset == SYNTH_HOGS) {
-        const double size[2] = { m->width, m->height };
         cJSON_AddStringToObject(j, "light", o->still_light ? "fixed" : "varied");
         cJSON_AddBoolToObject(j, "jitter", o->jitter);
+    }
+    if (o->preset >= SYNTH_HOGS) {
+        const double size[2] = { m->width, m->height };
         cJSON_AddItemToObject(j, "size", cJSON_CreateDoubleArray(size, 2));
     }
 }

@@ -1,0 +1,343 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Places are prepared and their pictures taken on all threads, some places at a time; then recorded in order. */
+#include "synth/detect/detect.h"
+
+#include "libtensor/base/parallel.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/image/coco_rle.h"
+#include "libtensor/io/image/image.h"
+#include "synth/detect/layout.h"
+#include "synth/detect/tally.h"
+#include "synth/world/props.h"
+#include "synth/write/coco.h"
+
+#include <math.h>
+#include <string.h>
+
+enum {
+    PLACES = 4,                                 /* at a time; no part of the result */
+    PICTURES = 25,                              /* taken in a place */
+    LEAST = 16,                                 /* pixels of a thing that is annotated */
+    SENSOR = 0x53454e53, QUALITY = 0x4a504547,
+};
+
+static const double LEAST_SHARE = 0.1;          /* visible of a thing that is annotated */
+
+/* What becomes of a picture; filled by whichever thread takes it. */
+typedef struct {
+    lt_arena *arena;
+    bool evaluation;
+    synth_coco_image image;
+    detect_sight sight[SYNTH_THINGS];
+    synth_file file;
+    lt_status status;
+    char line[512];
+} shot;
+
+typedef struct {
+    const synth_options *opt;
+    lt_arena *arena, *place_arena[PLACES];
+    int64_t n, n_evaluation;
+    int threads;
+    lt_hand_model *hand;
+    synth_props props;
+    detect_place place[PLACES];
+    lt_status status[PLACES];                   /* of preparing a place */
+    char line[PLACES][512];
+    synth_frame **frame;                        /* one a thread */
+    int64_t first;                              /* number of the first picture of those that are taken now */
+    shot *shot;                                 /* (PLACES * PICTURES) */
+    synth_coco coco[2];                         /* train, evaluation */
+    detect_tally tally;
+    synth_manifest manifest;
+} run;
+
+static lt_status report(const run *r, const char *step, int64_t done)
+{
+    const synth_options *o = r->opt;
+
+    if (o->progress && !o->progress(o->progress_ctx, step, done, r->n))
+        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld pictures; it is not complete", o->out,
+                        (long long)done, (long long)r->n);
+    return LT_OK;
+}
+
+/* ---- preparing ---- */
+
+static void place_task(void *ctx, int64_t i)
+{
+    run *r = ctx;
+
+    lt_arena_reset(r->place_arena[i]);
+    r->place[i] = (detect_place){ .hand = r->hand, .prop = r->props.pair, .seed = r->opt->seed };
+    r->status[i] = detect_place_new(r->place_arena[i], r->first / PICTURES + i, &r->place[i]);
+    if (r->status[i])
+        snprintf(r->line[i], sizeof(r->line[i]), "%s", lt_last_error());
+}
+
+static lt_status first_error(const run *r, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (r->status[i])
+            return lt_error(r->status[i], "%s", r->line[i]);
+    return LT_OK;
+}
+
+static bool make_arenas(lt_arena **list, int n)
+{
+    for (int i = 0; i < n; i++)
+        if (!(list[i] = lt_arena_new()))
+            return false;
+    return true;
+}
+
+static lt_status get_memory(run *r)
+{
+    r->shot = lt_arena_array(r->arena, PLACES * PICTURES, sizeof(*r->shot));
+    r->frame = lt_arena_array(r->arena, (size_t)r->threads, sizeof(*r->frame));
+    if (!r->shot || !r->frame || !make_arenas(r->place_arena, PLACES))
+        return lt_error(LT_ENOMEM, "synth: no memory for pictures");
+    for (int i = 0; i < r->threads; i++)
+        if (!(r->frame[i] = synth_frame_new(DETECT_SIDE, DETECT_SIDE)))
+            return lt_error(LT_ENOMEM, "synth: no memory for pictures");
+    for (int i = 0; i < PLACES * PICTURES; i++)
+        if (!(r->shot[i].arena = lt_arena_new()))
+            return lt_error(LT_ENOMEM, "synth: no memory for pictures");
+    return LT_OK;
+}
+
+static lt_status make_folders(const run *r)
+{
+    static const char *const folder[] = { "annotations", "train", "evaluation" };
+    lt_status st = LT_OK;
+
+    for (size_t i = 0; !st && i < LT_COUNT(folder); i++) {
+        char *path = lt_path_join(r->arena, r->opt->out, folder[i]);
+        st = path ? lt_make_dirs(path) : lt_error(LT_ENOMEM, "%s: no memory", r->opt->out);
+    }
+    return st;
+}
+
+static lt_status prepare(run *r)
+{
+    lt_status st = get_memory(r);
+
+    if (!st)
+        st = make_folders(r);
+    if (!st)
+        st = synth_hand_new(r->arena, SYNTH_HAND_MANO_LIKE, &r->hand);
+    if (!st)
+        st = synth_coco_open(&r->coco[0], "train");
+    if (!st)
+        st = synth_coco_open(&r->coco[1], "evaluation");
+    if (!st)
+        st = report(r, "objects", 0);
+    return st ? st : synth_props_init(&r->props);
+}
+
+/* ---- taking a picture ---- */
+
+/* Exposure, colour and noise of a camera that somebody has; one picture in four is blurred by motion. */
+static void develop(const run *r, int64_t number, synth_frame *f)
+{
+    const uint64_t stream = lt_rng_mix(SENSOR, (uint64_t)number);
+    lt_rng rng = lt_rng_make(r->opt->seed, stream);
+    synth_sensor sensor = synth_sensor_random(r->opt->seed, stream);
+    const bool blurred = lt_rng_below(&rng, 4) == 0;
+
+    for (int k = 0; k < 2; k++) {
+        const double path = 2.5 * lt_rng_normal(&rng);
+        sensor.motion[k] = blurred ? (float)fmax(-6, fmin(6, path)) : 0;
+    }
+    synth_sensor_image(&sensor, f);
+}
+
+static double side_of(const synth_pixels *b)
+{
+    return sqrt((double)(b->x1 - b->x0) * (b->y1 - b->y0));
+}
+
+/* What is seen goes into the image's list. */
+static lt_status annotate(shot *s, const detect_picture *p, const synth_frame *f)
+{
+    synth_seen *seen;
+    lt_status st = synth_world_look(s->arena, &p->world, &p->camera, f, NULL, &seen);
+
+    for (int i = 0; !st && i < p->world.n_things; i++) {
+        const synth_thing *t = &p->world.thing[i];
+        const double visible = synth_seen_share(&seen[i]);
+        const int n = s->image.n;
+
+        if (visible < LEAST_SHARE || seen[i].visible < LEAST)
+            continue;
+        s->image.seen[n].thing = *t;
+        s->image.seen[n].box = seen[i].box;
+        s->image.seen[n].area = seen[i].visible;
+        s->image.seen[n].visible = visible;
+        s->image.seen[n].counts = lt_rle_encode(s->arena, seen[i].mask, f->height, f->width);
+        s->sight[n] = (detect_sight){ .kind = t->kind, .left = t->left, .bare = p->bare[i], .cut = seen[i].cut,
+                                      .side = side_of(&seen[i].box), .visible = visible };
+        if (!s->image.seen[n].counts)
+            return lt_error(LT_ENOMEM, "synth: no memory for masks");
+        s->image.n++;
+    }
+    return st;
+}
+
+static lt_status write_image(const run *r, int64_t number, shot *s, const synth_frame *f)
+{
+    const lt_image img = { f->width, f->height, 3, 8, &f->rgb[0][0] };
+    lt_rng rng = lt_rng_make(r->opt->seed, lt_rng_mix(QUALITY, (uint64_t)number));
+    const int quality = 80 + (int)lt_rng_below(&rng, 16);
+    const int64_t in_split = s->evaluation ? number : number - r->n_evaluation;
+    char within[48], *path;
+    lt_status st;
+
+    snprintf(s->image.file, sizeof(s->image.file), "%06lld.jpg", (long long)in_split + 1);
+    snprintf(within, sizeof(within), "%s/%s", s->evaluation ? "evaluation" : "train", s->image.file);
+    path = lt_path_join(s->arena, r->opt->out, within);
+    st = path ? lt_jpeg_write(path, &img, quality) : lt_error(LT_ENOMEM, "%s: no memory", within);
+    return st ? st : synth_describe_file(r->opt->out, within, &s->file);
+}
+
+static lt_status take(const run *r, int64_t i, shot *s)
+{
+    synth_frame *f = r->frame[lt_thread_index()];
+    const int64_t number = r->first + i;
+    detect_picture *p;
+    synth_scene scene;
+    lt_status st;
+
+    lt_arena_reset(s->arena);
+    s->evaluation = number < r->n_evaluation;
+    s->image = (synth_coco_image){ .width = DETECT_SIDE, .height = DETECT_SIDE };
+    p = lt_arena_alloc(s->arena, sizeof(*p));
+    st = p ? detect_lay_out(s->arena, &r->place[i / PICTURES], number, p)
+           : lt_error(LT_ENOMEM, "synth: no memory for a picture");
+    if (st)
+        return st;
+    scene = synth_world_scene(&p->world, &p->room, &p->camera);
+    st = synth_render(&scene, f);
+    if (!st)
+        st = annotate(s, p, f);
+    if (st)
+        return st;
+    develop(r, number, f);
+    return write_image(r, number, s, f);
+}
+
+static void take_task(void *ctx, int64_t i)
+{
+    const run *r = ctx;
+    shot *s = &r->shot[i];
+
+    s->status = take(r, i, s);
+    if (s->status)
+        snprintf(s->line, sizeof(s->line), "%s", lt_last_error());
+}
+
+static lt_status record(run *r, const shot *s)
+{
+    lt_status st;
+
+    if (s->status)
+        return lt_error(s->status, "%s", s->line);
+    synth_coco_add(&r->coco[s->evaluation], &s->image);
+    st = detect_tally_add(&r->tally, s->sight, s->image.n);
+    return st ? st : synth_manifest_add(&r->manifest, &s->file, 1);
+}
+
+static lt_status take_all(run *r)
+{
+    lt_status st = LT_OK;
+
+    for (r->first = 0; !st && r->first < r->n; r->first += PLACES * PICTURES) {
+        const int64_t n = lt_min_i64(PLACES * PICTURES, r->n - r->first), places = lt_ceil_div(n, PICTURES);
+
+        lt_parallel_for(places, place_task, r);
+        st = first_error(r, (int)places);
+        if (!st)
+            lt_parallel_for(n, take_task, r);
+        for (int64_t i = 0; !st && i < n; i++)
+            st = record(r, &r->shot[i]);
+        if (!st)
+            st = report(r, "pictures", r->first + n);
+    }
+    return st;
+}
+
+/* ---- the whole ---- */
+
+/* So many pictures must be what they are meant to be. */
+static lt_status check(const run *r, const synth_figure *figure)
+{
+    for (int i = 0; r->n >= DETECT_EVALUATION && i < DETECT_FIGURES; i++)
+        if (!synth_figure_within(&figure[i]))
+            return lt_error(LT_ENUMERIC, "%s/stats.json: %s: found %.3f, wanted %.2f to %.2f", r->opt->out,
+                            figure[i].name, figure[i].value, figure[i].lo, figure[i].hi);
+    return LT_OK;
+}
+
+static lt_status finish(run *r, synth_figure *figure)
+{
+    synth_file stats;
+    lt_status st = detect_tally_figures(&r->tally, figure);
+
+    for (int i = 0; !st && i < 2; i++)
+        st = synth_coco_close(&r->coco[i], r->opt->out, &r->manifest);
+    if (!st)
+        st = synth_figures_write(r->opt->out, "images", r->n, figure, DETECT_FIGURES);
+    if (!st)
+        st = synth_describe_file(r->opt->out, "stats.json", &stats);
+    if (!st)
+        st = synth_manifest_add(&r->manifest, &stats, 1);
+    if (!st)
+        st = check(r, figure);
+    return st ? st : synth_manifest_write(&r->manifest, r->opt, r->hand);
+}
+
+static void clean_up(run *r)
+{
+    for (int i = 0; i < 2; i++)
+        synth_coco_fini(&r->coco[i]);
+    for (int i = 0; r->frame && i < r->threads; i++)
+        synth_frame_free(r->frame[i]);
+    for (int i = 0; r->shot && i < PLACES * PICTURES; i++)
+        lt_arena_free(r->shot[i].arena);
+    synth_props_fini(&r->props);
+    for (int i = 0; i < PLACES; i++)
+        lt_arena_free(r->place_arena[i]);
+    lt_arena_free(r->arena);
+}
+
+int64_t synth_detect_evaluation(uint64_t seed, int64_t pictures)
+{
+    return seed == DETECT_EVALUATION_SEED ? pictures : lt_min_i64(DETECT_EVALUATION, pictures / 5);
+}
+
+lt_status synth_detect(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
+{
+    const int64_t usual = options->seed == DETECT_EVALUATION_SEED ? DETECT_EVALUATION : DETECT_PICTURES;
+    const int64_t pictures = options->frames ? options->frames : usual;
+    run r = { .opt = options, .arena = lt_arena_new(), .threads = lt_threads(), .n = pictures,
+              .n_evaluation = synth_detect_evaluation(options->seed, pictures) };
+    synth_figure figure[DETECT_FIGURES];
+    lt_status st = r.arena ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory");
+
+    r.tally.arena = r.manifest.arena = r.arena;
+    r.manifest.layout = "COCO";
+    r.manifest.axes = "pixels";
+    r.manifest.width = r.manifest.height = DETECT_SIDE;
+    if (!st)
+        st = prepare(&r);
+    if (!st)
+        st = take_all(&r);
+    if (!st)
+        st = finish(&r, figure);
+    if (!st && figures) {
+        memcpy(figures, figure, sizeof(figure));
+        *n = DETECT_FIGURES;
+    }
+    clean_up(&r);
+    return st;
+}
