@@ -2,6 +2,7 @@
 /* All models, by name. A new one is its header here and its line. */
 #include "libtensor/io/text/nearest.h"
 #include "models/classifiers/classifier.h"
+#include "models/detect/csp_seg.h"
 #include "models/hocat/hocat.h"
 #include "models/hogs/gpm_model.h"
 #include "models/model.h"
@@ -12,7 +13,7 @@
 
 const model_class *const model_classes[] = {
     &hocat_class, &unified_class, &resnet50_class, &efficientnet_b0_class, &vit_class, &lpips_class, &pointnet2_class,
-    &gpm_class, NULL,
+    &gpm_class, &csp_seg_class, NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

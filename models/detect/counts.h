@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* What a detector's losses are divided by, counted over the parts of a batch. */
+#ifndef MODELS_DETECT_COUNTS_H
+#define MODELS_DETECT_COUNTS_H
+
+#include "models/detect/assign.h"
+
+/* counts_plan - what a loss keeps and needs: saved[0], and work for each image's sums of `doubles` */
+void counts_plan(lt_call *c, int64_t images, int doubles);
+
+/* counts_share - lt_op.forward_share of a loss whose inputs `objects` and `assigned` are these; without them the same at
+ * the start of forward */
+typedef struct { double scores, masks; } counts;    /* sum of the scores told; cells whose object has a known mask */
+void counts_share(const lt_call *c, int objects, int assigned);
+counts counts_of(const lt_call *c, int objects, int assigned);
+
+/* counts_saved - in backward, what forward counted */
+counts counts_saved(const lt_call *c);
+
+/* counts_parts - what a part's share is multiplied with */
+double counts_parts(const lt_call *c);
+
+#endif
