@@ -22,7 +22,8 @@ const char *const csp_seg_output[DETECT_OUTPUTS] = {
 
 #define KEY(field) #field, .offset = offsetof(csp_seg_config, field)
 #define WEIGHT(field, value, what) \
-    { KEY(field), .type = LT_CONFIG_NUMBER, .fallback = value, .lo = 0, .hi = 1e30, .doc = "weight of the loss of " what }
+    { KEY(field), .type = LT_CONFIG_NUMBER, .fallback = value, .lo = 0, .hi = 1e30, \
+      .doc = "weight of the loss of " what }
 
 static const lt_config_key keys[] = {
     { KEY(variant), .type = LT_CONFIG_CHOICE, .fallback = "\"n\"", .choices = variants,
