@@ -7,6 +7,7 @@
 #include "estimate/checkpoint_folder.h"
 #include "libtensor/io/file.h"
 #include "tasks/hand_object/config.h"
+#include "tasks/hand_object/task.h"
 #include "tasks/tasks.h"
 
 #include <stdio.h>
@@ -39,11 +40,21 @@ static lt_status find_file(const char *path, cli_checkpoint *c)
     return LT_OK;
 }
 
+/* Whether the run was trained with hands, and its config says with which */
+static bool has_hands(const cli_checkpoint *c)
+{
+    return c->config.task == &hand_object_task;
+}
+
 /* As given, else as the run had them */
 static lt_status open_hands(cli_checkpoint *c, const char *hand, const int tips[5])
 {
     const hand_object_config *d = hand_object_config_of(&c->config);
-    lt_status st = cli_hand_open(hand || !*d->hand ? hand : d->hand, tips, &c->hand);
+    lt_status st;
+
+    if (!has_hands(c))
+        return cli_hand_open(hand, NULL, &c->hand);
+    st = cli_hand_open(hand || !*d->hand ? hand : d->hand, tips, &c->hand);
 
     if (st == LT_OK && !hand && *d->hand_left)
         st = hand_file_read(c->arena, d->hand_left, &c->hand.left);
@@ -68,7 +79,7 @@ static lt_status read_model(cli_checkpoint *c, const char *hand)
     if (st)
         return st;
     c->step = head.step;
-    if (c->hand.model->synthetic && !known_embedded(c, hand))
+    if (has_hands(c) && c->hand.model->synthetic && !known_embedded(c, hand))
         fprintf(stderr, "hand: %s\n", hands_note());
     c->params = lt_params_new();
     st = c->params ? train_config_model(&c->config, c->hand.layer, c->params, &c->m)

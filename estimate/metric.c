@@ -77,7 +77,8 @@ static const metric dictionary[] = {
     { "bop_ar", "AR", "", true, "mean of the three average recalls", "BOP challenge 2019" },
 
     /* detections */
-    { "map50_95_box", "mAP", "", true, "mean over IoU 0.50 to 0.95 and classes of the average precision of boxes", COCO },
+    { "map50_95_box", "mAP", "", true, "mean over IoU 0.50 to 0.95 and classes of the average precision of boxes",
+      COCO },
     { "map50_box", "mAP50", "", true, "mean over classes of the average precision of boxes at IoU 0.50", COCO },
     { "map50_95_mask", "mAP, masks", "", true, "mAP with the masks' IoU", COCO },
     { "map50_mask", "mAP50, masks", "", true, "mAP50 with the masks' IoU", COCO },

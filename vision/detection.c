@@ -6,7 +6,7 @@
 #include <string.h>
 
 const detection_rules detection_rules_shown = { .score = 0.25, .iou = 0.7, .most = 300 };
-const detection_rules detection_rules_scored = { .score = 0.001, .iou = 0.7, .most = 300, .every_class = true };
+const detection_rules detection_rules_scored = { .score = 0.001, .iou = 0.7, .most = 100, .every_class = true };
 
 /* A class of a cell that is sure enough */
 typedef struct {
@@ -148,7 +148,8 @@ static bool is_new(const detection *found, int n, const detection *d, double mos
     return true;
 }
 
-lt_status detection_find(lt_arena *arena, const detection_maps *m, const detection_rules *rules, detection **out, int *n)
+lt_status detection_find(lt_arena *arena, const detection_maps *m, const detection_rules *rules, detection **out,
+                         int *n)
 {
     const float least = (float)log(rules->score / (1 - rules->score));
     candidates c = { .arena = arena };

@@ -33,8 +33,8 @@ typedef struct {
     bool every_class;               /* a cell may find one of each class; else its surest alone */
 } detection_rules;
 
-/* detection_rules_shown - score 0.25, IoU 0.7, 300: what people look at. .. scored - from 0.001 on, every class: what an
- * average precision is measured of */
+/* detection_rules_shown - score 0.25, IoU 0.7, 300: what people look at. detection_rules_scored - from 0.001 on, every
+ * class, 100: what an average precision is measured of */
 extern const detection_rules detection_rules_shown, detection_rules_scored;
 
 typedef struct {
@@ -57,8 +57,8 @@ typedef struct {
 /**
  * detection_pixels_of - masks of n findings, in pixels of the picture that the letterbox fitted
  *
- * A pixel of the picture belongs to an object where it lies in its box and the sigmoid of coefficients times prototypes,
- * mixed of the four nearest cells, is above 1/2. out (n); pixels in the arena. LT_ENOMEM.
+ * A pixel of the picture belongs to an object where it lies in its box and the sigmoid of coefficients times
+ * prototypes, mixed of the four nearest cells, is above 1/2. out (n); pixels in the arena. LT_ENOMEM.
  */
 lt_status detection_pixels_of(lt_arena *arena, const detection_maps *maps, const detection *found, int n,
                               const letterbox *l, int width, int height, detection_pixels *out);

@@ -191,8 +191,8 @@ static lt_status read_polygons(const reading *r, const cJSON *list, int i, detec
     o->corners = corners;
     cJSON_ArrayForEach(ring, list) {
         if (!cJSON_IsArray(ring) || !read_ring(ring, point, &corners[o->n_polygons]))
-            return lt_error(LT_EFORMAT, "%s: annotations[%d].segmentation[%d]: want x y of three corners and more", r->path,
-                            i, o->n_polygons);
+            return lt_error(LT_EFORMAT, "%s: annotations[%d].segmentation[%d]: want x y of three corners and more",
+                            r->path, i, o->n_polygons);
         point += 2 * corners[o->n_polygons++];
     }
     o->mask = n ? DETECTION_POLYGONS : DETECTION_NO_MASK;
@@ -435,8 +435,8 @@ lt_status detection_coco_open(lt_arena *arena, const char *root, const char *spl
     lt_status st;
 
     if (!path)
-        return lt_error(LT_EIO, "%s: no annotations/instances_%s.json, as COCO has it, and no data.yaml, as YOLO has it; "
-                        "make a synthetic set with `palmar synth --preset detect`", root, split);
+        return lt_error(LT_EIO, "%s: no annotations/instances_%s.json, as COCO has it, and no data.yaml, as YOLO has "
+                        "it; make a synthetic set with `palmar synth --preset detect`", root, split);
     st = detection_parse_coco(arena, path, folder_of(arena, root, name), out);
     if (st == LT_OK)
         st = keep_present(arena, out);

@@ -22,7 +22,7 @@ typedef struct {
     int cls;
     float box[4];                   /* x0 y0 x1 y1 in pixels, whose first one covers 0 to 1 */
     double area;                    /* of the mask in pixels, by the file, or of the box */
-    bool crowd;                     /* a region with many of its class: nothing to learn from, and no fault to find in */
+    bool crowd;                     /* a region with many of its class: nothing to learn from, and never wrong */
     detection_mask_kind mask;
     const float *point;             /* of polygons: x y of all their corners, in pixels */
     const int *corners;             /* (n_polygons) */
@@ -52,7 +52,7 @@ typedef struct {
     int64_t count;                  /* images that can be used */
     int64_t objects, masks;         /* in all */
     int64_t missing, empty, corrupt, dropped;       /* images not there, without objects, with labels that cannot be;
-                                                     * objects that were left out: outside their image, or there twice */
+                                                     * objects that were left out: outside their image, or twice */
     const char *first_fault;        /* one line of the first of these; or NULL */
 } detection_set;
 

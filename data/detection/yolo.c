@@ -127,9 +127,10 @@ static lt_status add_file(reading *r, const char *path)
     lt_status st = lt_read_file(r->arena, path, LT_FILE_MAX, &bytes, &n);
     char *save = NULL;
 
-    for (char *row = st ? NULL : strtok_r((char *)bytes, "\r\n", &save); row && !st; row = strtok_r(NULL, "\r\n", &save))
-        if (*row)
-            st = add_picture(r, lt_path_join(r->arena, folder, strncmp(row, "./", 2) == 0 ? row + 2 : row));
+    if (st)
+        return st;
+    for (char *row = strtok_r((char *)bytes, "\r\n", &save); row && !st; row = strtok_r(NULL, "\r\n", &save))
+        st = add_picture(r, lt_path_join(r->arena, folder, strncmp(row, "./", 2) == 0 ? row + 2 : row));
     return st;
 }
 

@@ -17,8 +17,8 @@ enum { ASSIGNED_OBJECT, ASSIGNED_SCORE, ASSIGNED_ALPHA, ASSIGNED_NUMBERS };
  *
  *   maps      box and cls of detect_maps
  *   objects   (B, G, 6): class, or below 0 where there is none; x0 y0 x1 y1 in pixels; whether its mask is known
- *   returns   (B, cells, 3): number of the object or -1; the score that its class should have there: the cell's share of
- *             the object's best times the object's best CIoU; alpha of the cell's CIoU
+ *   returns   (B, cells, 3): number of the object or -1; the score that its class should have there: the cell's share
+ *             of the object's best times the object's best CIoU; alpha of the cell's CIoU
  *
  * No gradient passes. A class that the maps do not have is no object.
  */

@@ -21,8 +21,8 @@ typedef struct {
 int64_t cells_of(const lt_call *c);
 cell cell_at(const lt_call *c, int64_t i);
 
-/* cells_check - the shape rule of maps in[0 .. DETECT_LEVELS - 1]: (B, channels, H, W), of one B; channels 0: as many as
- * the first has */
+/* cells_check - the shape rule of maps in[0 .. DETECT_LEVELS - 1]: (B, channels, H, W), of one B; channels 0: as many
+ * as the first has */
 lt_status cells_check(lt_call *c, const char *what, int64_t channels);
 
 /* cell_values - of in[level], the cell's first channel in image b; the next is one plane further */

@@ -19,8 +19,8 @@
 lt_tensor *detect_class_loss(const detect_maps *maps, lt_tensor *objects, lt_tensor *assigned);
 
 /**
- * detect_box_loss - 1 - CIoU; lt_result(.., 1): cross-entropy of each side with its two nearest bins, the mean of the four
- * sides; both weighed by the score that is told, and divided by the sum of these
+ * detect_box_loss - 1 - CIoU; lt_result(.., 1): cross-entropy of each side with its two nearest bins, the mean of the
+ * four sides; both weighed by the score that is told, and divided by the sum of these
  *
  * alpha of the CIoU is what was assigned, and constant.
  * Source: Li et al. 2020, "Generalized focal loss", section 3.2, of the distribution of a side.

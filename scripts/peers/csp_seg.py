@@ -96,8 +96,8 @@ class CspSeg(nn.Module):
         self.backbone = nn.ModuleList([Conv(3, 16, 3, 2), Conv(16, 32, 3, 2), C2f(32, 32, 1, True), Conv(32, 64, 3, 2),
                                        C2f(64, 64, 2, True), Conv(64, 128, 3, 2), C2f(128, 128, 2, True),
                                        Conv(128, 256, 3, 2), C2f(256, 256, 1, True), Sppf(256)])
-        self.neck = nn.ModuleDict({"12": C2f(384, 128, 1, False), "15": C2f(192, 64, 1, False), "16": Conv(64, 64, 3, 2),
-                                   "18": C2f(192, 128, 1, False), "19": Conv(128, 128, 3, 2),
+        self.neck = nn.ModuleDict({"12": C2f(384, 128, 1, False), "15": C2f(192, 64, 1, False),
+                                   "16": Conv(64, 64, 3, 2), "18": C2f(192, 128, 1, False), "19": Conv(128, 128, 3, 2),
                                    "21": C2f(384, 256, 1, False)})
         self.head, self.up = Head(classes), nn.Upsample(scale_factor=2)
 

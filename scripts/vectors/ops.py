@@ -924,7 +924,8 @@ def max_(s):
 # ---- the detector: tables of all cells and all objects ----
 
 NO = [-1, 0, 0, 0, 0, 0]
-OBJECTS = np.array([[[2, 5, 9, 40.5, 33, 1], [0, 30, 2.5, 61, 50, 0], NO], [NO, [1, 11, 20, 43, 60, 1], NO]], np.float32)
+OBJECTS = np.array([[[2, 5, 9, 40.5, 33, 1], [0, 30, 2.5, 61, 50, 0], NO],
+                    [NO, [1, 11, 20, 43, 60, 1], NO]], np.float32)
 
 
 def detect_cells():
@@ -950,7 +951,8 @@ def seen_boxes(bins):
 def ciou(a, b, alpha=None):
     """Zheng et al. 2020, equations 9 to 11; with alpha where it is given"""
     tiny = 1e-7
-    aw, ah, bw, bh = a[..., 2] - a[..., 0], a[..., 3] - a[..., 1] + tiny, b[..., 2] - b[..., 0], b[..., 3] - b[..., 1] + tiny
+    aw, ah = a[..., 2] - a[..., 0], a[..., 3] - a[..., 1] + tiny
+    bw, bh = b[..., 2] - b[..., 0], b[..., 3] - b[..., 1] + tiny
     near, far = torch.minimum(a[..., 2:], b[..., 2:]), torch.maximum(a[..., :2], b[..., :2])
     common = (near - far).clamp(0).prod(-1)
     iou = common / (aw * ah + bw * bh - common + tiny)
@@ -1061,7 +1063,8 @@ def detect_assign(s):
 
 
 def detect_class_loss(s):
-    s.case("classes", lambda a, b, c, o, t: class_loss((a, b, c), o, t), *levels(3), OBJECTS, told_cells(), const=(3, 4))
+    s.case("classes", lambda a, b, c, o, t: class_loss((a, b, c), o, t), *levels(3), OBJECTS, told_cells(),
+           const=(3, 4))
 
 
 def detect_box_loss(s):

@@ -30,8 +30,8 @@ enum { DETECT_GROUPS = 2 };
  * detect_groups - weights, which are decayed, and biases and norms, which are not
  *
  * With data.optimizer auto: SGD (0.01, momentum 0.9) where the run has more than 10,000 steps of 64 images, else AdamW
- * (0.002 * 5 / (4 + classes)); decay is optim.weight_decay * batch / 64, and biases warm up from 0. Given: kind, rate and
- * momentum of group "optim"; with SGD biases warm up from 0.1.
+ * (0.002 * 5 / (4 + classes)); decay is optim.weight_decay * batch / 64, and biases warm up from 0. Given: kind, rate
+ * and momentum of group "optim"; with SGD biases warm up from 0.1.
  */
 void detect_groups(const train_config *c, int64_t images, int classes, lt_optim_group out[DETECT_GROUPS]);
 

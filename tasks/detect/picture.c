@@ -21,7 +21,7 @@ int picture_words(int size)
 
 typedef struct { double x0, y0, x1, y1; } area;
 
-/* From the pixels of the dataset's picture to those of ours: x sx + tx, y sy + ty. sx is below 0 where left is right. */
+/* From the pixels of the dataset's picture to those of ours: x sx + tx, y sy + ty. sx is below 0 in a mirror. */
 typedef struct {
     double sx, sy, tx, ty;
     area part;                      /* of ours, that it may cover */
@@ -162,7 +162,8 @@ static lt_status add_object(const tile *t, const detection_object *o, const lt_i
         return st;
     if (has_mask && size_of(left) < size_of(whole))
         left = extent(t, mask, of, left);
-    if (left.x1 - left.x0 < LEAST_SIDE || left.y1 - left.y0 < LEAST_SIDE || size_of(left) < LEAST_SHARE * size_of(whole))
+    if (left.x1 - left.x0 < LEAST_SIDE || left.y1 - left.y0 < LEAST_SIDE
+        || size_of(left) < LEAST_SHARE * size_of(whole))
         return LT_OK;
     row[OBJECT_CLASS] = (float)o->cls;
     row[OBJECT_X0] = (float)left.x0, row[OBJECT_Y0] = (float)left.y0;

@@ -23,8 +23,8 @@ typedef struct {
 /* picture_words - words of a mask of a picture of this size */
 int picture_words(int size);
 
-/* picture_plain - image i of *width x *height pixels, fitted in as letterbox_of says. Errors: those of detection_read and
- * detection_mask. */
+/* picture_plain - image i of *width x *height pixels, fitted in as letterbox_of says. Errors: those of detection_read
+ * and detection_mask. */
 lt_status picture_plain(const detection_set *set, int64_t i, lt_arena *scratch, picture *out, int *width, int *height);
 
 /* picture_augmented - image i, and with `mosaic` three others that rng draws */
