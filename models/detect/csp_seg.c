@@ -15,6 +15,7 @@ typedef struct {
 
 static const char *const variants[] = { "n", NULL };
 static const char *const blocks[] = { "backbone", "neck", "head", NULL };
+static const char *const fresh[] = { "head.class.", NULL };
 
 const char *const csp_seg_output[DETECT_OUTPUTS] = {
     "box8", "box16", "box32", "class8", "class16", "class32", "mask8", "mask16", "mask32", "prototypes",
@@ -124,6 +125,6 @@ static void record(const model *self, bool losses, model_record *r)
 
 const model_class csp_seg_class = {
     .name = "csp_seg", .size = sizeof(csp_seg), .paper = "YOLOv8-seg layout", .task = "detect",
-    .variants = variants, .keys = keys, .blocks = blocks, .check = check, .build = build, .init = init,
+    .variants = variants, .keys = keys, .blocks = blocks, .fresh = fresh, .check = check, .build = build, .init = init,
     .record = record,
 };
