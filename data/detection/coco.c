@@ -148,6 +148,9 @@ static lt_status read_image(const reading *r, const cJSON *item, int i, detectio
     if (!whole(item, "width", 1, MAX_SIDE, &width) || !whole(item, "height", 1, MAX_SIDE, &height))
         return lt_error(LT_EFORMAT, "%s: images[%d] \"%s\": width and height: want whole numbers from 1 to %d", r->path,
                         i, file, MAX_SIDE);
+    if (width * height > LT_IMAGE_MAX_PIXELS)
+        return lt_error(LT_EFORMAT, "%s: images[%d] \"%s\": more than %d pixels", r->path, i, file,
+                        LT_IMAGE_MAX_PIXELS);
     whole(item, "id", -MAX_ID, MAX_ID, &out->id);
     out->width = (int)width;
     out->height = (int)height;
@@ -199,30 +202,20 @@ static lt_status read_polygons(const reading *r, const cJSON *list, int i, detec
     return LT_OK;
 }
 
-/* Runs as a list of numbers, down the columns, become the text that all others are. */
-static const char *pack(const reading *r, const cJSON *runs, int width, int height)
+/* Runs as a list of numbers become the text that all others are; NULL: they do not add up to so many pixels. */
+static const char *pack(const reading *r, const cJSON *runs, int64_t pixels)
 {
-    lt_arena *scratch = lt_arena_new();
-    const size_t n = (size_t)width * (size_t)height;
-    uint8_t *mask = scratch ? lt_arena_array(scratch, n, 1) : NULL, value = 0;
-    const char *out = NULL;
+    int64_t *run = lt_arena_array(r->arena, (size_t)cJSON_GetArraySize(runs) + 1, sizeof(*run)), left = pixels;
     const cJSON *v;
-    size_t at = 0;
+    size_t n = 0;
 
-    if (!mask)
-        goto done;
     cJSON_ArrayForEach(v, runs) {
-        if (!cJSON_IsNumber(v) || !(v->valuedouble >= 0 && v->valuedouble <= (double)(n - at)))
-            goto done;
-        for (size_t end = at + (size_t)v->valuedouble; at < end; at++)
-            mask[at % (size_t)height * (size_t)width + at / (size_t)height] = value;
-        value ^= 1;
+        if (!run || !cJSON_IsNumber(v) || !(v->valuedouble >= 0 && v->valuedouble <= (double)left)
+            || v->valuedouble != floor(v->valuedouble))
+            return NULL;
+        left -= run[n++] = (int64_t)v->valuedouble;
     }
-    if (at == n)
-        out = lt_rle_encode(r->arena, mask, height, width);
-done:
-    lt_arena_free(scratch);
-    return out;
+    return run && !left ? lt_rle_of_runs(r->arena, run, n) : NULL;
 }
 
 static lt_status read_runs(const reading *r, const cJSON *segmentation, int i, const detection_image *image,
@@ -238,7 +231,7 @@ static lt_status read_runs(const reading *r, const cJSON *segmentation, int i, c
     if (cJSON_IsString(counts))
         o->rle = lt_arena_strdup(r->arena, counts->valuestring);
     else if (cJSON_IsArray(counts))
-        o->rle = pack(r, counts, image->width, image->height);
+        o->rle = pack(r, counts, (int64_t)image->width * image->height);
     if (!o->rle)
         return lt_error(LT_EFORMAT, "%s: annotations[%d].segmentation.counts: want runs that add up to %d x %d pixels",
                         r->path, i, image->width, image->height);

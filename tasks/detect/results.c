@@ -87,6 +87,8 @@ static bool read_mask(const reading *r, const cJSON *segmentation, const detecti
 
     if (!counts || !is_side(h) || !is_side(w))
         return false;
+    if (w->valuedouble * h->valuedouble > LT_IMAGE_MAX_PIXELS)
+        return false;
     if (image->width && (image->width != (int)w->valuedouble || image->height != (int)h->valuedouble))
         return false;
     *out = (detection_pixels){ 0, 0, (int)w->valuedouble, (int)h->valuedouble, NULL };
