@@ -98,6 +98,12 @@ lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint
     return st ? st : read_model(out, hand);
 }
 
+lt_status cli_checkpoint_want_hands(const cli_checkpoint *c)
+{
+    return has_hands(c) ? LT_OK : lt_error(LT_EINVAL, "%s: %s is trained for %s, want a model for %s", c->path,
+                                           c->m.cls->name, c->config.task->name, hand_object_task.name);
+}
+
 dataset_options cli_checkpoint_data(const cli_checkpoint *c, const char *root, const char *split)
 {
     const hand_object_config *d = hand_object_config_of(&c->config);

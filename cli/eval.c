@@ -343,7 +343,9 @@ static lt_status score_detections(const eval_args *a, const cli_checkpoint *c, c
                                   .batch = a->batch, .threads = 2, .limit = a->limit, .progress = show_progress };
     const char *folder = !c ? a->out : a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
     detect_scores s;
-    lt_status st = detect_evaluate(&e, &s);
+    lt_status st = a->submit || a->setup || a->filter || a->models || a->hand
+                   ? lt_error(LT_EUSAGE, "a detector takes --data, --split, --limit, --batch, --out, --json and --require")
+                   : detect_evaluate(&e, &s);
 
     if (st == LT_OK && folder)
         st = a->out ? lt_make_dirs(folder) : lt_make_own_folder(folder);

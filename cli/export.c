@@ -195,6 +195,8 @@ static lt_status from_checkpoint(const export_args *a)
 
     if (st == LT_OK && !a->int8.wanted && c.m.int8)
         fprintf(stderr, "%s: its 8-bit ranges stay behind: what is written computes in floats\n", c.path);
+    if (st == LT_OK && a->int8.wanted)
+        st = cli_checkpoint_want_hands(&c);
     if (st == LT_OK)
         st = a->int8.wanted ? cli_export_int8(&a->int8, &c, a->out, a->json) : write_file(a, c.path, &c.m, c.hand.name);
     cli_checkpoint_close(&c);

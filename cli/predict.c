@@ -204,6 +204,8 @@ int cmd_predict(int argc, char **argv)
         return cli_fail(st);
     st = cli_checkpoint_open(a.checkpoint, a.hand, &c);
     if (st == LT_OK)
+        st = cli_checkpoint_want_hands(&c);
+    if (st == LT_OK)
         st = run(&a, &camera, &c);
     cli_checkpoint_close(&c);
     return st ? cli_fail(st) : 0;
