@@ -344,7 +344,7 @@ static lt_status score_detections(const eval_args *a, const cli_checkpoint *c, c
     const char *folder = !c ? a->out : a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
     detect_scores s;
     lt_status st = a->submit || a->setup || a->filter || a->models || a->hand
-                   ? lt_error(LT_EUSAGE, "a detector takes --data, --split, --limit, --batch, --out, --json and --require")
+                   ? lt_error(LT_EUSAGE, "a detector takes --data, --split, --limit, --batch, --out, --json, --require")
                    : detect_evaluate(&e, &s);
 
     if (st == LT_OK && folder)

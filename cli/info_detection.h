@@ -7,8 +7,8 @@
 
 struct cJSON;
 
-/* info_detection - add to root the dataset's kind, and for each split that is there counts of images and objects, by class
- * too. Errors: those of detection_open, where no split can be opened. */
+/* info_detection - add to root the dataset's kind, and for each split that is there counts of images and objects, by
+ * class too. Errors: those of detection_open, where no split can be opened. */
 lt_status info_detection(const char *data, struct cJSON *root);
 
 #endif

@@ -10,8 +10,8 @@ void counts_plan(lt_call *c, int64_t images, int doubles);
 
 typedef struct { double scores, masks; } counts;    /* sum of the scores told; cells whose object has a known mask */
 
-/* counts_share - lt_op.forward_share of a loss with these inputs; counts_of - at the start of forward, the counts of the
- * whole batch, at least 1 each */
+/* counts_share - lt_op.forward_share of a loss with these inputs; counts_of - at the start of forward, the counts of
+ * the whole batch, at least 1 each */
 void counts_share(const lt_call *c, int objects, int assigned);
 counts counts_of(const lt_call *c, int objects, int assigned);
 

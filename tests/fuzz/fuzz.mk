@@ -14,7 +14,7 @@ GEOMETRY = $(addprefix $(ROOT)/libtensor/geometry/,lens.c mesh/kd_tree.c pose.c 
 EVAL = $(addprefix $(ROOT)/eval/,metrics/metrics.c metrics/object_pose.c) \
 	$(addprefix $(ROOT)/eval/scorers/,bop_file.c hpe_file.c models_info.c results_file.c) \
 	$(addprefix $(ROOT)/assets/,body_file.c hand_file.c keyed_arrays.c ycb/symmetry.c ycb/ycb.c) \
-	$(addprefix $(ROOT)/data/,detection/coco.c detection/detection.c detection/labels.c detection/polygon.c) \
+	$(addprefix $(ROOT)/data/,detection/coco.c detection/coco_folder.c detection/detection.c detection/labels.c detection/polygon.c) \
 	$(addprefix $(ROOT)/data/,detection/yolo.c ho3d/points.c ho3d/points_text.c) $(ROOT)/tasks/detect/results.c \
 	$(addprefix $(ROOT)/pipeline/,boxes.c calibration/calibration.c calibration/tree.c)
 READERS = $(LIBTENSOR) $(GEOMETRY) $(EVAL)

@@ -63,9 +63,9 @@ static void put_split(const char *split)
 static void setup(void)
 {
     static const char config[] = "{ \"model\": { \"name\": \"csp_seg\", \"image_size\": 64, \"classes\": 2 }, "
-        "\"optim\": { \"kind\": \"adamw\", \"lr\": 2e-3, \"schedule\": \"constant\", \"batch\": 4, \"shards\": 2, \"epochs\": 2, "
-        "\"ema_decay\": 0.999 }, \"train\": { \"checkpoint_minutes\": 0, \"validate_every\": 0 }, \"data\": { "
-        "\"optimizer\": \"given\" } }";
+        "\"optim\": { \"kind\": \"adamw\", \"lr\": 2e-3, \"schedule\": \"constant\", \"batch\": 4, "
+        "\"shards\": 2, \"epochs\": 2, \"ema_decay\": 0.999 }, \"train\": { \"checkpoint_minutes\": 0, "
+        "\"validate_every\": 0 }, \"data\": { \"optimizer\": \"given\" } }";
 
     make_scratch_folder();
     arena = lt_arena_new();
