@@ -38,7 +38,7 @@ static bool blank(lt_arena *arena, detection_maps *m, lt_rng *r)
     return proto != NULL;
 }
 
-/* Object k of a lattice of 6 x 5, told to the 3 x 3 cells of its level around its middle; box and cls are ours. */
+/* Object k of a lattice of 6 x 5, found by the 3 x 3 cells of its level around its middle; box and cls are ours. */
 static void plant(const detection_maps *m, int k)
 {
     const int level = k % DETECTION_LEVELS, side = m->size / (8 << level), plane = side * side;

@@ -31,14 +31,14 @@ typedef struct {
 
 /* Of an object: its best cells, the best first */
 typedef struct {
-    match best[TOP];
+    match list[TOP];
     int n;
-} claim;
+} best_cells;
 
-/* The boxes that the cells of an image see, and what its objects claim */
+/* The boxes that the cells of an image see, and the best of them for each object */
 static size_t image_bytes(const lt_call *c)
 {
-    return (size_t)cells_of(c) * sizeof(ciou_box) + (size_t)lt_dim(c->in[OBJECTS], 1) * sizeof(claim);
+    return (size_t)cells_of(c) * sizeof(ciou_box) + (size_t)lt_dim(c->in[OBJECTS], 1) * sizeof(best_cells);
 }
 
 static void plan(lt_call *c)
@@ -46,18 +46,18 @@ static void plan(lt_call *c)
     c->work_bytes = (size_t)lt_dim(c->in[BOX], 0) * image_bytes(c);
 }
 
-static void insert(claim *to, const match *m)
+static void insert(best_cells *to, const match *m)
 {
     int at = to->n;
 
-    while (at > 0 && m->metric > to->best[at - 1].metric)
+    while (at > 0 && m->metric > to->list[at - 1].metric)
         at--;
     if (at == TOP)
         return;
     to->n += to->n < TOP;
     for (int i = to->n - 1; i > at; i--)
-        to->best[i] = to->best[i - 1];
-    to->best[at] = *m;
+        to->list[i] = to->list[i - 1];
+    to->list[at] = *m;
 }
 
 static double score_of(const lt_call *c, int64_t b, const cell *at, int64_t cls)
@@ -75,8 +75,8 @@ static int64_t first_behind(double lo)
 }
 
 /* The cells of a level, whose first is number `first` of all, with their centres inside the object's box */
-static void look_at_level(const lt_call *c, int64_t b, const lt_real *object, int64_t first, int level,
-                          const ciou_box *seen, claim *out)
+static void match_level(const lt_call *c, int64_t b, const lt_real *object, int64_t first, int level,
+                          const ciou_box *seen, best_cells *out)
 {
     const int64_t h = lt_dim(c->in[level], 2), w = lt_dim(c->in[level], 3);
     const ciou_box truth = object_box(object, 8 << level);
@@ -94,23 +94,24 @@ static void look_at_level(const lt_call *c, int64_t b, const lt_real *object, in
         }
 }
 
-static void look(const lt_call *c, int64_t b, const lt_real *object, const ciou_box *seen, claim *out)
+static void match_object(const lt_call *c, int64_t b, const lt_real *object, const ciou_box *seen,
+                         best_cells *out)
 {
     int64_t first = 0;
 
     for (int level = 0; level < DETECT_LEVELS; level++) {
-        look_at_level(c, b, object, first, level, seen, out);
+        match_level(c, b, object, first, level, seen, out);
         first += lt_dim(c->in[level], 2) * lt_dim(c->in[level], 3);
     }
 }
 
-/* A cell that two objects claim stays with the one that it overlaps more, the first where both are alike. */
-static void settle(const claim *claims, int64_t n, lt_real *told)
+/* A cell that is among the best of two objects goes to the one that it overlaps more, the first where they are alike. */
+static void resolve(const best_cells *best, int64_t n, lt_real *assigned)
 {
     for (int64_t g = 0; g < n; g++)
-        for (int k = 0; k < claims[g].n; k++) {
-            const match *m = &claims[g].best[k];
-            lt_real *t = told + m->cell * ASSIGNED_NUMBERS;
+        for (int k = 0; k < best[g].n; k++) {
+            const match *m = &best[g].list[k];
+            lt_real *t = assigned + m->cell * ASSIGNED_NUMBERS;
 
             if (t[ASSIGNED_OBJECT] >= 0 && t[ASSIGNED_SCORE] >= (lt_real)m->iou)
                 continue;
@@ -121,20 +122,20 @@ static void settle(const claim *claims, int64_t n, lt_real *told)
 }
 
 /* The scores of the cells that an object keeps */
-static void score(const claim *from, int64_t g, lt_real *told)
+static void score(const best_cells *from, int64_t g, lt_real *assigned)
 {
     double metric = 0, iou = 0;
 
     for (int k = 0; k < from->n; k++)
-        if (told[from->best[k].cell * ASSIGNED_NUMBERS] == (lt_real)g) {
-            metric = fmax(metric, from->best[k].metric);
-            iou = fmax(iou, from->best[k].iou);
+        if (assigned[from->list[k].cell * ASSIGNED_NUMBERS] == (lt_real)g) {
+            metric = fmax(metric, from->list[k].metric);
+            iou = fmax(iou, from->list[k].iou);
         }
     for (int k = 0; k < from->n; k++) {
-        lt_real *t = told + from->best[k].cell * ASSIGNED_NUMBERS;
+        lt_real *t = assigned + from->list[k].cell * ASSIGNED_NUMBERS;
 
         if (t[ASSIGNED_OBJECT] == (lt_real)g)
-            t[ASSIGNED_SCORE] = (lt_real)(from->best[k].metric / metric * iou);
+            t[ASSIGNED_SCORE] = (lt_real)(from->list[k].metric / metric * iou);
     }
 }
 
@@ -143,26 +144,26 @@ static void assign_image(void *ctx, int64_t b)
     const lt_call *c = ctx;
     const int64_t n = cells_of(c), G = lt_dim(c->in[OBJECTS], 1);
     ciou_box *seen = (ciou_box *)((char *)c->work + (size_t)b * image_bytes(c));
-    claim *claims = (claim *)(seen + n);
-    lt_real *told = (lt_real *)c->out->data + b * n * ASSIGNED_NUMBERS;
+    best_cells *best = (best_cells *)(seen + n);
+    lt_real *assigned = (lt_real *)c->out->data + b * n * ASSIGNED_NUMBERS;
 
     for (int64_t i = 0; i < n; i++) {
         const cell at = cell_at(c, i);
 
         seen[i] = cell_box(&at, cell_values(c, b, &at), NULL);
-        told[i * ASSIGNED_NUMBERS + ASSIGNED_OBJECT] = -1;
-        told[i * ASSIGNED_NUMBERS + ASSIGNED_SCORE] = told[i * ASSIGNED_NUMBERS + ASSIGNED_ALPHA] = 0;
+        assigned[i * ASSIGNED_NUMBERS + ASSIGNED_OBJECT] = -1;
+        assigned[i * ASSIGNED_NUMBERS + ASSIGNED_SCORE] = assigned[i * ASSIGNED_NUMBERS + ASSIGNED_ALPHA] = 0;
     }
     for (int64_t g = 0; g < G; g++) {
         const lt_real *object = object_at(c->in[OBJECTS], b, g);
 
-        claims[g].n = 0;
+        best[g].n = 0;
         if (object && object[OBJECT_CLASS] < (lt_real)lt_dim(c->in[CLS], 1))
-            look(c, b, object, seen, &claims[g]);
+            match_object(c, b, object, seen, &best[g]);
     }
-    settle(claims, G, told);
+    resolve(best, G, assigned);
     for (int64_t g = 0; g < G; g++)
-        score(&claims[g], g, told);
+        score(&best[g], g, assigned);
 }
 
 static void forward(const lt_call *c)

@@ -8,12 +8,12 @@
 
 #include "models/detect/cells.h"
 
-/* What a cell is told. An object is told to the ten cells with their centres inside its box for which
- * score^0.5 CIoU^6 is largest and above 0; a cell that two are told finds the one that it overlaps more. */
+/* What a cell is assigned. An object goes to the ten cells with their centres inside its box for which
+ * score^0.5 CIoU^6 is largest and above 0; of two for one cell it gets the one that it overlaps more. */
 enum { ASSIGNED_OBJECT, ASSIGNED_SCORE, ASSIGNED_ALPHA, ASSIGNED_NUMBERS };
 
 /**
- * detect_assign - maps and objects to what each cell is told
+ * detect_assign - what each cell is assigned
  *
  *   maps      box and cls of detect_maps
  *   objects   (B, G, 6): class, or below 0 where there is none; x0 y0 x1 y1 in pixels; whether its mask is known

@@ -13,14 +13,14 @@ void counts_plan(lt_call *c, int64_t images, int doubles)
     c->work_bytes = (size_t)lt_max_i64(1, images * doubles) * sizeof(double);
 }
 
-static counts count(const lt_call *c, int objects, int assigned)
+static counts count(const lt_call *c, int objects, int assigned_input)
 {
-    const lt_tensor *told = c->in[assigned];
+    const lt_tensor *assigned = c->in[assigned_input];
     counts n = { 0, 0 };
 
-    for (int64_t b = 0; b < lt_dim(told, 0); b++)
-        for (int64_t i = 0; i < lt_dim(told, 1); i++) {
-            const lt_real *t = assigned_at(told, b, i);
+    for (int64_t b = 0; b < lt_dim(assigned, 0); b++)
+        for (int64_t i = 0; i < lt_dim(assigned, 1); i++) {
+            const lt_real *t = assigned_at(assigned, b, i);
 
             if (t[ASSIGNED_OBJECT] < 0)
                 continue;

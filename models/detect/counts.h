@@ -8,7 +8,7 @@
 /* counts_plan - what a loss keeps and needs: saved[0], and work for each image's sums of `doubles` */
 void counts_plan(lt_call *c, int64_t images, int doubles);
 
-typedef struct { double scores, masks; } counts;    /* sum of the scores told; cells whose object has a known mask */
+typedef struct { double scores, masks; } counts;    /* sum of the assigned scores; cells whose object has a mask */
 
 /* counts_share - lt_op.forward_share of a loss with these inputs; counts_of - at the start of forward, the counts of
  * the whole batch, at least 1 each */

@@ -7,7 +7,7 @@
  *   box of the CIoU takes the mean, and k + r the distance that it should have, cut off at 14.99
  *   x (B, 64, H, W) of each level       dx_i += -dy0 t dCIoU/dd q_i (i - d) + dy1 t (q_i - target_i) / 4, over scores
  *
- * t is the score that a cell is told, at its object's class. The sums are an image's first, then added in order.
+ * t is the score that a cell is assigned, at its object's class. The sums are an image's first, then added in order.
  */
 #include "models/detect/losses.h"
 
@@ -62,7 +62,7 @@ static void class_plan(lt_call *c)
     counts_plan(c, images_of(c), 1);
 }
 
-/* Where in image b of its level's map a cell's own class is; -1: no object is told */
+/* Where in image b of its level's map a cell's own class is; -1: no object is assigned */
 static int64_t own_class(const lt_call *c, int64_t b, int64_t i, const cell *at)
 {
     const lt_real *t = assigned_at(c->in[ASSIGNED], b, i);
@@ -161,7 +161,7 @@ static void box_plan(lt_call *c)
     counts_plan(c, images_of(c), BOX_LOSSES);
 }
 
-/* A cell that is told an object: its box, and what the object's would be */
+/* A cell with an object: its box, and the object's */
 typedef struct {
     cell at;
     double score, alpha;

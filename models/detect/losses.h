@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What a detector's maps lack of what its cells are told (assign.h).
+ * The losses of a detector's maps, with what its cells are assigned (assign.h).
  *
  * Each loss is a sum over the batch divided by what is counted over the batch, never below 1. A batch is all the parts
  * that run together (lt_compile_opts.parts), each of which returns as many times its share as there are parts, so that
@@ -12,7 +12,7 @@
 #include "models/detect/assign.h"
 
 /**
- * detect_class_loss - binary cross-entropy of all cells and classes with the scores that are told
+ * detect_class_loss - binary cross-entropy of all cells and classes with the assigned scores
  *
  * Divided by the sum of these scores.
  */
@@ -20,7 +20,7 @@ lt_tensor *detect_class_loss(const detect_maps *maps, lt_tensor *objects, lt_ten
 
 /**
  * detect_box_loss - 1 - CIoU; lt_result(.., 1): cross-entropy of each side with its two nearest bins, the mean of the
- * four sides; both weighed by the score that is told, and divided by the sum of these
+ * four sides; both weighed by the assigned score, and divided by the sum of these
  *
  * alpha of the CIoU is what was assigned, and constant.
  * Source: Li et al. 2020, "Generalized focal loss", section 3.2, of the distribution of a side.

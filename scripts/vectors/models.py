@@ -131,10 +131,10 @@ def csp_seg():
 
     def loss(image):
         out = model(image)
-        told = torch.tensor(ops.assign_cells(out, ops.OBJECTS))
-        box, sides = ops.box_losses(out[:3], boxes, told)
-        return (7.5 * box + 0.5 * ops.class_loss(out[3:6], boxes, told) + 1.5 * sides
-                + 7.5 * ops.mask_loss(out[6:9], out[9], boxes, told))
+        assigned = torch.tensor(ops.assign_cells(out, ops.OBJECTS))
+        box, sides = ops.box_losses(out[:3], boxes, assigned)
+        return (7.5 * box + 0.5 * ops.class_loss(out[3:6], boxes, assigned) + 1.5 * sides
+                + 7.5 * ops.mask_loss(out[6:9], out[9], boxes, assigned))
 
     model.loss = loss
     save("csp_seg", model, ["box8", "box16", "box32", "class8", "class16", "class32", "mask8", "mask16", "mask32",

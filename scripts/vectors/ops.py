@@ -964,8 +964,8 @@ def ciou(a, b, alpha=None):
     return iou - rho / ((hull ** 2).sum(-1) + tiny) - alpha * v, alpha
 
 
-def told_by(boxes, logits, objects):
-    """What the cells of one image are told: TOOD over a table of objects and cells"""
+def assign_image(boxes, logits, objects):
+    """What the cells of one image are assigned: TOOD over a table of objects and cells"""
     cells, out, n = detect_cells(), np.zeros((84, 3)), len(objects)
     metric, iou, alpha = (np.zeros((n, 84)) for _ in range(3))
     for g, o in enumerate(objects):
@@ -992,27 +992,27 @@ def assign_cells(maps, objects):
     """maps: boxes of three levels, then classes"""
     with torch.no_grad():
         boxes, logits = seen_boxes(flat(*maps[:3]))[0], flat(*maps[3:6])
-        return np.stack([told_by(b, x, o) for b, x, o in zip(boxes, logits, objects)])
+        return np.stack([assign_image(b, x, o) for b, x, o in zip(boxes, logits, objects)])
 
 
-def rows_told(told, objects):
-    """(image, cell), score, alpha and object's row of the cells that are told one"""
-    b, i = np.nonzero(told[..., 0].numpy() >= 0)
-    t = told[b, i]
+def assigned_rows(assigned, objects):
+    """(image, cell), score, alpha and object's row of the cells that have one"""
+    b, i = np.nonzero(assigned[..., 0].numpy() >= 0)
+    t = assigned[b, i]
     return b, i, t[:, 1], t[:, 2], objects[b, t[:, 0].long()]
 
 
-def class_loss(maps, objects, told):
+def class_loss(maps, objects, assigned):
     x = flat(*maps)
-    b, i, score, _, o = rows_told(told, objects)
+    b, i, score, _, o = assigned_rows(assigned, objects)
     target = torch.zeros_like(x)
     target[b, i, o[:, 0].long()] = score
     return F.binary_cross_entropy_with_logits(x, target, reduction="sum") / max(1, score.sum())
 
 
-def box_losses(maps, objects, told):
+def box_losses(maps, objects, assigned):
     boxes, bins = seen_boxes(flat(*maps))
-    b, i, score, alpha, o = rows_told(told, objects)
+    b, i, score, alpha, o = assigned_rows(assigned, objects)
     cells = torch.tensor(detect_cells())[i]
     truth, centre = o[:, 1:5] / cells[:, 2:], (cells[:, :2] / cells[:, 2:])
     value, _ = ciou(boxes[b, i], truth, alpha)
@@ -1024,13 +1024,13 @@ def box_losses(maps, objects, told):
     return ((1 - value) * score).sum() / total, (sides * score).sum() / total
 
 
-def mask_loss(maps, proto, objects, told):
+def mask_loss(maps, proto, objects, assigned):
     """Pixel p of object k's mask is set where p % 3 is 0 or k is 1."""
     p = np.arange(256)
     masks = np.stack([(p % 3 == 0) | (k == 1) for k in range(3)]).astype(float)
-    b, i, _, _, o = rows_told(told, objects)
+    b, i, _, _, o = assigned_rows(assigned, objects)
     known = o[:, 5] > 0
-    b, i, o, k = b[known], i[known], o[known], told[b, i][known][:, 0].long()
+    b, i, o, k = b[known], i[known], o[known], assigned[b, i][known][:, 0].long()
     z = torch.einsum("nk,nkhw->nhw", flat(*maps)[b, i], proto[b])
     loss = F.binary_cross_entropy_with_logits(z, torch.tensor(masks)[k].view(-1, 16, 16), reduction="none")
     box, at = o[:, 1:5] / 4, torch.arange(16.)
@@ -1040,11 +1040,11 @@ def mask_loss(maps, proto, objects, told):
     return ((loss * (y[:, :, None] & x[:, None])).mean((1, 2)) / share).sum() / max(1, len(k))
 
 
-def told_cells():
+def some_cells():
     i = np.arange(168)
-    told = i % 7 == 3
-    out = np.stack([np.where(told, np.where(i >= 84, 1, i % 2), -1), told * rng.uniform(.1, .9, 168),
-                    told * rng.uniform(.1, .5, 168)], 1)
+    assigned = i % 7 == 3
+    out = np.stack([np.where(assigned, np.where(i >= 84, 1, i % 2), -1), assigned * rng.uniform(.1, .9, 168),
+                    assigned * rng.uniform(.1, .5, 168)], 1)
     return out.reshape(2, 84, 3).astype(np.float32)
 
 
@@ -1055,25 +1055,25 @@ def levels(channels):
 def detect_assign(s):
     def fn(a, b, c, objects, factor):
         maps = [m[:, :64] for m in (a, b, c)] + [m[:, 64:] for m in (a, b, c)]
-        told = assign_cells(maps, objects.numpy())
-        assert len(set(told[0, :, 0])) == 3             # both objects have cells
-        return torch.tensor(told) * factor
+        assigned = assign_cells(maps, objects.numpy())
+        assert len(set(assigned[0, :, 0])) == 3             # both objects have cells
+        return torch.tensor(assigned) * factor
 
     s.case("assigned", fn, *levels(67), OBJECTS, clear(2, 84, 3), const=(0, 1, 2, 3))
 
 
 def detect_class_loss(s):
-    s.case("classes", lambda a, b, c, o, t: class_loss((a, b, c), o, t), *levels(3), OBJECTS, told_cells(),
+    s.case("classes", lambda a, b, c, o, t: class_loss((a, b, c), o, t), *levels(3), OBJECTS, some_cells(),
            const=(3, 4))
 
 
 def detect_box_loss(s):
-    s.case("boxes", lambda a, b, c, o, t: box_losses((a, b, c), o, t), *levels(64), OBJECTS, told_cells(), const=(3, 4))
+    s.case("boxes", lambda a, b, c, o, t: box_losses((a, b, c), o, t), *levels(64), OBJECTS, some_cells(), const=(3, 4))
 
 
 def detect_mask_loss(s):
     s.case("masks", lambda a, b, c, p, o, t: mask_loss((a, b, c), p, o, t), *levels(32), clear(2, 32, 16, 16), OBJECTS,
-           told_cells(), const=(4, 5))
+           some_cells(), const=(4, 5))
 
 
 SUITES = {

@@ -23,7 +23,7 @@ static int64_t total_of(const detect_evaluation *e, const detection_set *set)
     return e->limit ? lt_min_i64(e->limit, set->count) : set->count;
 }
 
-static lt_status tell(scoring *s)
+static lt_status report(scoring *s)
 {
     s->done++;
     return !s->e->progress || s->e->progress(NULL, s->done, s->total) ? LT_OK : lt_error(LT_ESTOPPED, "stopped");
@@ -64,7 +64,7 @@ static lt_status visit(void *ctx, const compiled *c, const void *batch)
         if (st == LT_OK)
             st = detect_record(s->set, b->index[i], b->width[i], b->height[i], found, n, &s->records);
         if (st == LT_OK)
-            st = tell(s);
+            st = report(s);
     }
     lt_arena_free(scratch);
     return st;
@@ -131,7 +131,7 @@ static lt_status score_file(scoring *s, lt_arena *arena)
         if (st == LT_OK)
             st = detect_record(s->set, i, width, height, result[i].found, (int)result[i].n, &s->records);
         if (st == LT_OK)
-            st = tell(s);
+            st = report(s);
     }
     return st;
 }

@@ -44,25 +44,25 @@ static int pixel(double x, int size)
 }
 
 /* The two pixels around a place along a side of n, and the second one's share */
-typedef struct { int a, b; float share; } between_pixels;
+typedef struct { int a, b; float share; } bilinear;
 
-static between_pixels around(double at, int n)
+static bilinear bilinear_at(double at, int n)
 {
     const double x = fmin(fmax(at - 0.5, 0), n - 1);
     const int a = (int)x;
 
-    return (between_pixels){ a, a + 1 < n ? a + 1 : a, (float)(x - a) };
+    return (bilinear){ a, a + 1 < n ? a + 1 : a, (float)(x - a) };
 }
 
 static void paint_row(const tile *t, const lt_image *from, int y, int first, int end, picture *to)
 {
     const int64_t plane = (int64_t)to->size * to->size;
-    const between_pixels v = around(source_y(t, y + 0.5), from->height);
+    const bilinear v = bilinear_at(source_y(t, y + 0.5), from->height);
     const uint8_t *above = from->data + (size_t)v.a * (size_t)from->width * 3;
     const uint8_t *below = from->data + (size_t)v.b * (size_t)from->width * 3;
 
     for (int x = first; x < end; x++) {
-        const between_pixels h = around(source_x(t, x + 0.5), from->width);
+        const bilinear h = bilinear_at(source_x(t, x + 0.5), from->width);
 
         for (int c = 0; c < 3; c++) {
             const float a = (float)above[3 * h.a + c] + h.share * (float)(above[3 * h.b + c] - above[3 * h.a + c]);

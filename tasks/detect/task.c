@@ -92,7 +92,7 @@ static lt_status run_build(task_run *r, const train_config *c, lt_params *set, m
     return LT_OK;
 }
 
-/* ---- telling ---------------------------------------------------------------------------------------------- */
+/* ---- describing ------------------------------------------------------------------------------------------- */
 
 static void describe_set(const task_run *r, const char *what, const detection_set *s, train_progress *p)
 {

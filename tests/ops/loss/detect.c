@@ -79,11 +79,11 @@ static void fill_objects(lt_real *v)
 static void fill_assigned(lt_real *v, lt_rng *r)
 {
     for (int i = 0; i < B * CELLS; i++) {
-        const bool told = i % 7 == 3, second = i >= CELLS;
+        const bool has = i % 7 == 3, second = i >= CELLS;
 
-        v[i * ASSIGNED_NUMBERS + ASSIGNED_OBJECT] = !told ? -1 : second ? 1 : i % 2;
-        v[i * ASSIGNED_NUMBERS + ASSIGNED_SCORE] = told ? (lt_real)lt_rng_range(r, 0.1, 0.9) : 0;
-        v[i * ASSIGNED_NUMBERS + ASSIGNED_ALPHA] = told ? (lt_real)lt_rng_range(r, 0.1, 0.5) : 0;
+        v[i * ASSIGNED_NUMBERS + ASSIGNED_OBJECT] = !has ? -1 : second ? 1 : i % 2;
+        v[i * ASSIGNED_NUMBERS + ASSIGNED_SCORE] = has ? (lt_real)lt_rng_range(r, 0.1, 0.9) : 0;
+        v[i * ASSIGNED_NUMBERS + ASSIGNED_ALPHA] = has ? (lt_real)lt_rng_range(r, 0.1, 0.5) : 0;
     }
 }
 
@@ -101,16 +101,17 @@ static void fill(const op_case *c, int input, lt_real *v, int64_t n, lt_rng *r)
 
 #define MAPS(M, channels) M(B, channels, 8, 8), M(B, channels, 4, 4), M(B, channels, 2, 2)
 #define OBJECTS C(B, G, OBJECT_NUMBERS)
-#define TOLD C(B, CELLS, ASSIGNED_NUMBERS)
+#define ASSIGNED C(B, CELLS, ASSIGNED_NUMBERS)
 
 static const op_case assign_cases[] = {
     { "assigned", assigned, .in = { MAPS(C, BINS + NC), OBJECTS, S(B, CELLS, ASSIGNED_NUMBERS) }, .fill = fill },
 };
-static const op_case class_cases[] = { { "classes", class_loss, .in = { MAPS(S, NC), OBJECTS, TOLD }, .fill = fill } };
-static const op_case box_cases[] = { { "boxes", box_loss, .in = { MAPS(S, BINS), OBJECTS, TOLD }, .fill = fill } };
+static const op_case class_cases[] = {
+    { "classes", class_loss, .in = { MAPS(S, NC), OBJECTS, ASSIGNED }, .fill = fill },
+};
+static const op_case box_cases[] = { { "boxes", box_loss, .in = { MAPS(S, BINS), OBJECTS, ASSIGNED }, .fill = fill } };
 static const op_case mask_cases[] = {
-    { "masks", mask_loss, .in = { MAPS(S, DETECT_COEFFICIENTS), S(B, DETECT_COEFFICIENTS, SIDE, SIDE), OBJECTS, TOLD },
-      .fill = fill },
+    { "masks", mask_loss, .in = { MAPS(S, 32), S(B, 32, SIDE, SIDE), OBJECTS, ASSIGNED }, .fill = fill },
 };
 
 static const op_bad_case assign_bad[] = {
@@ -125,13 +126,13 @@ static const op_bad_case class_bad[] = {
     { class_loss, { MAPS(S, NC), OBJECTS, C(B, 83, 3) }, "detect_class_loss: assigned is (2, 83, 3), want (2, 84, 3)" },
 };
 static const op_bad_case box_bad[] = {
-    { box_loss, { MAPS(S, 32), OBJECTS, TOLD },
+    { box_loss, { MAPS(S, 32), OBJECTS, ASSIGNED },
       "detect_box_loss: boxes of level 0 has 2 images and 32 channels, want 2 and 64" },
 };
 static const op_bad_case mask_bad[] = {
-    { mask_loss, { MAPS(S, 32), S(B, 31, SIDE, SIDE), OBJECTS, TOLD },
+    { mask_loss, { MAPS(S, 32), S(B, 31, SIDE, SIDE), OBJECTS, ASSIGNED },
       "detect_mask_loss: prototypes is (2, 31, 16, 16), want (2, 32, 16, 16)" },
-    { mask_loss, { MAPS(S, 32), S(B, 32, 8, 8), OBJECTS, TOLD },
+    { mask_loss, { MAPS(S, 32), S(B, 32, 8, 8), OBJECTS, ASSIGNED },
       "detect_mask_loss: masks is (2, 3, 8), want (2, 3, 2)" },
 };
 
