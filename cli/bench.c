@@ -3,6 +3,7 @@
 
 #include "eval/bench/bench.h"
 #include "eval/bench/layers.h"
+#include "eval/bench/post.h"
 #include "eval/bench/splat.h"
 #include "libtensor/io/text/config.h"
 #include "libtensor/kernels/kernels.h"
@@ -10,7 +11,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { RUNS = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE, INT8 };
+enum { RUNS = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE, INT8, POST };
 
 typedef struct {
     const char *model, *layer, *config, *mode;
@@ -18,12 +19,12 @@ typedef struct {
     cli_overrides over;
     int batch, runs;
     double seconds;
-    bool json, profile, int8;
+    bool json, profile, int8, post;
 } bench_args;
 
 static const struct argp_option options[] = {
-    { "model", 'm', "NAME", 0, "hocat (default), unified, resnet50, efficientnet_b0, vit, lpips, pointnet2, gpm, or "
-      "splat, the rasteriser of Gaussians", 0 },
+    { "model", 'm', "NAME", 0, "hocat (default), unified, resnet50, efficientnet_b0, vit, lpips, pointnet2, gpm, "
+      "csp_seg, or splat, the rasteriser of Gaussians", 0 },
     { "layer", LAYER, "LAYER", 0, "a single layer instead, with cold weights; see below", 0 },
     { "variant", VARIANT, "NAME", 0, "of the model; default the config's, else full", 0 },
     { "config", 'c', "FILE|NAME|RUN|CHECKPOINT", 0,
@@ -37,6 +38,7 @@ static const struct argp_option options[] = {
     { "compare", COMPARE, "ISA", 0, "in turn with another instruction set: generic, avx2, avx512, amx", 0 },
     { "int8", INT8, NULL, 0,
       "inference of a model with 8-bit integers, with ranges of the input it is measured with", 0 },
+    { "post", POST, NULL, 0, "inference of csp_seg, and boxes and masks of 30 objects out of its maps", 0 },
     { "profile", PROFILE, NULL, 0, "time by op and by layer as well", 0 },
     { "json", JSON, NULL, 0, "one JSON object a line instead of a Markdown row", 0 },
     { 0 },
@@ -58,6 +60,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case JSON: a->json = true; break;
     case PROFILE: a->profile = true; break;
     case INT8: a->int8 = true; break;
+    case POST: a->post = true; break;
     case SET: cli_override(state, &a->over, arg); break;
     case MODE:
         if (strcmp(arg, "infer") && strcmp(arg, "train") && strcmp(arg, "both"))
@@ -68,6 +71,9 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case ARGP_KEY_END:
         if (a->int8 && (a->layer || strcmp(a->mode, "infer")))
             argp_error(state, "--int8: for the inference of a model, without --layer and --mode");
+        if (a->post && (a->layer || a->compare || a->batch != 1 || strcmp(a->mode, "infer")))
+            argp_error(state, "--post: for the inference of a model, one image at a time, without --layer, --mode and "
+                       "--compare");
         if (a->layer && (a->model || a->config || a->over.n))
             argp_error(state, "--layer: --model, --variant, --config and --set are for models");
         break;
@@ -144,11 +150,18 @@ static lt_status measure(const bench_args *a, const subject *s, bool train, bool
     const bench_options o = options_of(a, s, train);
     bench *b;
     bench_result r;
+    int objects;
     lt_status st = bench_new(&o, &b);
 
     if (st)
         return st;
     r = bench_run(b);
+    if (a->post)
+        st = bench_post(&s->m, &r.post_ms, &objects);
+    if (st) {
+        bench_free(b);
+        return st;
+    }
     print(a, b, &r, heading);
     bench_print_layers(b, a->json ? stderr : stdout);
     if (a->profile)

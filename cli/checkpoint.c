@@ -40,11 +40,21 @@ static lt_status find_file(const char *path, cli_checkpoint *c)
     return LT_OK;
 }
 
+/* Whether the run was trained with hands, and its config says with which */
+static bool has_hands(const cli_checkpoint *c)
+{
+    return c->config.task == &hand_object_task;
+}
+
 /* As given, else as the run had them */
 static lt_status open_hands(cli_checkpoint *c, const char *hand, const int tips[5])
 {
     const hand_object_config *d = hand_object_config_of(&c->config);
-    lt_status st = cli_hand_open(hand || !*d->hand ? hand : d->hand, tips, &c->hand);
+    lt_status st;
+
+    if (!has_hands(c))
+        return cli_hand_open(hand, NULL, &c->hand);
+    st = cli_hand_open(hand || !*d->hand ? hand : d->hand, tips, &c->hand);
 
     if (st == LT_OK && !hand && *d->hand_left)
         st = hand_file_read(c->arena, d->hand_left, &c->hand.left);
@@ -79,15 +89,11 @@ lt_status cli_checkpoint_find(const char *path, cli_checkpoint *out)
 
 lt_status cli_checkpoint_load(cli_checkpoint *c, const char *hand)
 {
-    lt_status st;
+    lt_status st = open_hands(c, hand, c->tips);
 
-    if (c->config.task != &hand_object_task)
-        return lt_error(LT_EINVAL, "%s: %s is trained for %s, want a model for %s", c->path, c->config.model->name,
-                        c->config.task->name, hand_object_task.name);
-    st = open_hands(c, hand, c->tips);
     if (st)
         return st;
-    if (c->hand.model->synthetic && !known_embedded(c, hand))
+    if (has_hands(c) && c->hand.model->synthetic && !known_embedded(c, hand))
         fprintf(stderr, "hand: %s\n", hands_note());
     c->params = lt_params_new();
     st = c->params ? train_config_model(&c->config, c->hand.layer, c->params, &c->m)
@@ -100,6 +106,12 @@ lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint
     const lt_status st = cli_checkpoint_find(path, out);
 
     return st ? st : cli_checkpoint_load(out, hand);
+}
+
+lt_status cli_checkpoint_want_hands(const cli_checkpoint *c)
+{
+    return has_hands(c) ? LT_OK : lt_error(LT_EINVAL, "%s: %s is trained for %s, want a model for %s", c->path,
+                                           c->m.cls->name, c->config.task->name, hand_object_task.name);
 }
 
 dataset_options cli_checkpoint_data(const cli_checkpoint *c, const char *root, const char *split)

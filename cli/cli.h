@@ -136,6 +136,9 @@ lt_status cli_checkpoint_find(const char *path, cli_checkpoint *out);
 lt_status cli_checkpoint_load(cli_checkpoint *c, const char *hand);
 void cli_checkpoint_close(cli_checkpoint *c);
 
+/* cli_checkpoint_want_hands - LT_EINVAL where the model is trained for something else than hand and object in a crop */
+lt_status cli_checkpoint_want_hands(const cli_checkpoint *c);
+
 /* cli_checkpoint_data - a split of the dataset in root as the run read its own: objects' models (where they still are),
  * DexYCB's setup and filter, both hands */
 dataset_options cli_checkpoint_data(const cli_checkpoint *c, const char *root, const char *split);

@@ -12,12 +12,16 @@
 #include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
+#include "tasks/detect/evaluate.h"
+#include "tasks/detect/task.h"
 #include "tasks/hand_object/config.h"
 #include "tasks/hand_object/evaluate.h"
 #include "tasks/hand_object/pictures.h"
 #include "tasks/hand_object/task.h"
+#include "tasks/tasks.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -48,7 +52,7 @@ static const struct argp_option options[] = {
     { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
       "pred.zip; DexYCB: .txt hand joints, .csv object poses, .json detections", 0 },
     { "pred", PRED, "FILE", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: text "
-      "of hand joints (HPE) or BOP's csv", 0 },
+      "of hand joints (HPE) or BOP's csv; detections: COCO's json", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "require", REQUIRE, "KEY>=X", 0, "exit with 1 when the model's score is less, or with KEY<=X more; KEY as in "
@@ -79,8 +83,9 @@ static void check_together(const eval_args *a, struct argp_state *state)
         argp_error(state, "want a checkpoint or a run's folder, or --pred FILE and --data DIR");
     if (a->checkpoint && a->pred)
         argp_error(state, "a checkpoint or --pred, not both");
-    if (a->pred && (scoring || a->submit || a->filter))
-        argp_error(state, "--pred takes --data, --split, --setup, --models, --hand, --out: the whole file is scored");
+    if (a->pred && (a->limit || a->n_require || a->submit || a->filter))
+        argp_error(state, "--pred takes --data, --split, --setup, --models, --hand, --out, --json: the whole file is "
+                   "scored");
     if (a->filter && !strcmp(a->filter, "every") && !a->submit)
         argp_error(state, "--filter every has frames without a hand, which --submit alone takes: want valid, hfl-net "
                    "or hoisdf");
@@ -89,11 +94,23 @@ static void check_together(const eval_args *a, struct argp_state *state)
                    "--max-pa-mpjpe");
 }
 
+/* The i-th key of what is scored: of hands and objects, of detections, and of tasks that score themselves */
 static const char *known_key(int i)
 {
-    const metric *m = metric_at(i);
+    const char *key;
+    int n = 0;
 
-    return m ? m->key : NULL;
+    for (int k = 0; (key = evaluate_key_at(k)); k++)
+        if (n++ == i)
+            return key;
+    if (i - n < DETECT_METRICS)
+        return detect_metrics[i - n];
+    n += DETECT_METRICS;
+    for (const task *const *t = tasks; *t; t++)
+        for (const char *const *own = (*t)->scores; own && *own; own++)
+            if (n++ == i)
+                return *own;
+    return NULL;
 }
 
 static void add_requirement(eval_args *a, struct argp_state *state, const char *text)
@@ -371,6 +388,66 @@ static lt_status evaluate_task(const eval_args *a, cli_checkpoint *c)
     return st;
 }
 
+/* ---- detections ------------------------------------------------------------------------------------------------------ */
+
+static double score_of_detections(const void *scores, const char *key)
+{
+    const detect_scores *s = scores;
+
+    for (int k = 0; k < DETECT_METRICS; k++)
+        if (strcmp(detect_metrics[k], key) == 0)
+            return s->value[k];
+    return NAN;
+}
+
+/* Of a model, or with pred of a file */
+static lt_status score_detections(const eval_args *a, const cli_checkpoint *c, const char *data)
+{
+    const detect_evaluation e = { .data = data, .split = a->split, .m = c ? &c->m : NULL, .pred = a->pred,
+                                  .batch = a->batch, .threads = 2, .limit = a->limit, .progress = show_progress };
+    const char *folder = !c ? a->out : a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
+    detect_scores s;
+    lt_status st = a->submit || a->setup || a->filter || a->models || a->hand
+                   ? lt_error(LT_EUSAGE, "a detector takes --data, --split, --limit, --batch, --out, --json, --require")
+                   : detect_evaluate(&e, &s);
+
+    if (st == LT_OK && folder)
+        st = a->out ? lt_make_dirs(folder) : lt_make_own_folder(folder);
+    if (st == LT_OK && folder)
+        st = detect_scores_write(&s, folder);
+    if (st == LT_OK && a->json)
+        st = cli_print_json(detect_scores_json(&s), "the scores");
+    else if (st == LT_OK)
+        detect_scores_print(&s, stdout);
+    return st ? st : eval_require(a->require, a->n_require, score_of_detections, &s);
+}
+
+static lt_status score_file(const eval_args *a)
+{
+    if (detection_probe(a->data))
+        return score_detections(a, NULL, a->data);
+    if (a->json)
+        return lt_error(LT_EUSAGE, "--json with --pred is for COCO's results");
+    return eval_file(&(eval_file_options){ .pred = a->pred, .data = a->data, .split = a->split, .setup = a->setup,
+                                           .models = a->models, .hand = a->hand, .out = a->out,
+                                           .progress = show_progress });
+}
+
+/* By the model's task */
+static lt_status score_run(const eval_args *a, cli_checkpoint *c)
+{
+    lt_status st;
+
+    if (c->config.task->evaluate)
+        return evaluate_task(a, c);
+    st = cli_checkpoint_load(c, a->hand);
+    if (st == LT_OK && c->config.task == &detect_task)
+        return score_detections(a, c, a->data ? a->data : c->config.data->dir);
+    if (st == LT_OK)
+        st = cli_checkpoint_want_hands(c);
+    return st ? st : run(a, c);
+}
+
 int cmd_eval(int argc, char **argv)
 {
     eval_args a = { .split = "evaluation", .batch = 8 };
@@ -384,19 +461,12 @@ int cmd_eval(int argc, char **argv)
     }
     cli_catch_signals();
     if (a.pred) {
-        st = eval_file(&(eval_file_options){ .pred = a.pred, .data = a.data, .split = a.split, .setup = a.setup,
-                                             .models = a.models, .hand = a.hand, .out = a.out,
-                                             .progress = show_progress });
+        st = score_file(&a);
         return st ? cli_fail(st) : 0;
     }
     st = cli_checkpoint_find(a.checkpoint, &c);
-    if (st == LT_OK && c.config.task->evaluate) {
-        st = evaluate_task(&a, &c);
-    } else if (st == LT_OK) {
-        st = cli_checkpoint_load(&c, a.hand);
-        if (st == LT_OK)
-            st = run(&a, &c);
-    }
+    if (st == LT_OK)
+        st = score_run(&a, &c);
     cli_checkpoint_close(&c);
     return st ? cli_fail(st) : 0;
 }

@@ -36,8 +36,8 @@ static const struct argp_option options[] = {
       "for --int8: training samples that are looked at; default 64", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default the one it was trained with", 0 },
     { "model", 'm', "NAME", 0,
-      "hocat, unified, resnet50, efficientnet_b0 or vit, with weights of --init or untrained, instead of a checkpoint",
-      0 },
+      "hocat, unified, resnet50, efficientnet_b0, vit or csp_seg, with weights of --init or untrained, instead of a "
+      "checkpoint", 0 },
     { "variant", VARIANT, "NAME", 0, "of --model; default the config's, else full", 0 },
     { "config", 'c', "FILE|NAME|RUN", 0,
       "for --model: a config whose \"model\" group to use; default the paper's size", 0 },
@@ -195,6 +195,8 @@ static lt_status from_checkpoint(const export_args *a)
 
     if (st == LT_OK && !a->int8.wanted && c.m.int8)
         fprintf(stderr, "%s: its 8-bit ranges stay behind: what is written computes in floats\n", c.path);
+    if (st == LT_OK && a->int8.wanted)
+        st = cli_checkpoint_want_hands(&c);
     if (st == LT_OK)
         st = a->int8.wanted ? cli_export_int8(&a->int8, &c, a->out, a->json) : write_file(a, c.path, &c.m, c.hand.name);
     cli_checkpoint_close(&c);

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 #include "cli/info_data.h"
+#include "cli/info_detection.h"
 #include "cli/info_file.h"
+#include "data/detection/detection.h"
 
 #include <config.h>
 #include "estimate/weights/weights.h"
@@ -27,12 +29,13 @@ typedef struct {
 static const struct argp_option options[] = {
     { "model", 'm', "NAME", 0,
       "parameters and multiply-adds of a model, by block: hocat, unified, resnet50, efficientnet_b0, vit, lpips, "
-      "pointnet2 or gpm", 0 },
+      "pointnet2, gpm or csp_seg", 0 },
     { "variant", VARIANT, "NAME", 0, "of that model", 0 },
     { "config", 'c', "FILE|NAME|RUN", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key of the config; may be repeated", 0 },
     { "init", INIT, "FILE", 0, "with --model: what --init FILE of palmar train would load, miss and leave over", 0 },
-    { "data", DATA, "DIR", 0, "a dataset: version, splits, objects, a self-test on some samples", 0 },
+    { "data", DATA, "DIR", 0, "a dataset: version, splits, objects, a self-test on some samples; of pictures with "
+      "objects their counts", 0 },
     { "samples", SAMPLES, "N", 0, "how many samples of each split the self-test reads; default 20; 0: all", 0 },
     { "setup", SETUP, "NAME", 0, "with --data, the splits that are tested; " CLI_SETUPS "; default the first", 0 },
     { "hand", HAND, "FILE", 0, "with --data: hand model (MANO_RIGHT.pkl or npz); default $PALMAR_HAND, else the "
@@ -249,7 +252,8 @@ int cmd_info(int argc, char **argv)
     if (st == LT_OK && a.model)
         st = info_model(&a, root);
     if (st == LT_OK && a.data)
-        st = info_data(&(info_data_options){ a.data, a.setup, a.hand, a.hand_left, a.samples }, root);
+        st = detection_probe(a.data) ? info_detection(a.data, root)
+             : info_data(&(info_data_options){ a.data, a.setup, a.hand, a.hand_left, a.samples }, root);
     if (st == LT_OK && a.file)
         st = info_file(a.file, root);
     if (!a.json && !cJSON_GetArraySize(cJSON_GetObjectItem(root, "notes")))

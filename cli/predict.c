@@ -229,6 +229,8 @@ int cmd_predict(int argc, char **argv)
     } else if (st == LT_OK) {
         st = cli_checkpoint_load(&c, a.hand);
         if (st == LT_OK)
+            st = cli_checkpoint_want_hands(&c);
+        if (st == LT_OK)
             st = run(&a, &camera, &c);
     }
     cli_checkpoint_close(&c);

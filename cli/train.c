@@ -21,7 +21,7 @@ typedef struct {
 
 static const struct argp_option options[] = {
     { "config", 'c', "FILE|NAME", 0, "a JSON file, a run's folder, or a config that comes with palmar: hocat, "
-      "unified or points, a dash, and full, tiny or another variant", 0 },
+      "unified, hogs or points, a dash, and full, tiny, cpu or another variant; detect-n", 0 },
     { "data", DATA, "DIR", 0, "the dataset: short for --set data.dir=DIR", 0 },
     { "hand", HAND, "FILE", 0, "hand model: short for --set data.hand=FILE", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key, as optim.lr=3e-4; may be repeated", 0 },

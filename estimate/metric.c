@@ -11,6 +11,7 @@
 #define SHAPE "HOGS, Table 2, as gSDF; Table 3, as HOLD"
 #define IMAGE "HOGS, Table 4"
 #define TOUCH "HOGS, section 4; Hasson et al. 2019"
+#define COCO "pycocotools, cocoeval.py"
 #define PALMAR "palmar"
 
 static const metric dictionary[] = {
@@ -75,6 +76,17 @@ static const metric dictionary[] = {
     { "bop_mspd", "AR of MSPD", "", true, "average recall by the largest distance of a projected model point",
       "BOP challenge 2019" },
     { "bop_ar", "AR", "", true, "mean of the three average recalls", "BOP challenge 2019" },
+
+    /* detections */
+    { "map50_95_box", "mAP", "", true, "mean over IoU 0.50 to 0.95 and classes of the average precision of boxes",
+      COCO },
+    { "map50_box", "mAP50", "", true, "mean over classes of the average precision of boxes at IoU 0.50", COCO },
+    { "map50_95_mask", "mAP, masks", "", true, "mAP with the masks' IoU", COCO },
+    { "map50_mask", "mAP50, masks", "", true, "mAP50 with the masks' IoU", COCO },
+    { "ap50_hand", "AP50, hands", "", true, "average precision of hands' boxes at IoU 0.50", COCO },
+    { "ap50_small", "AP50, small", "", true, "mAP50 of objects below 32^2 pixels of a picture of 640", COCO },
+    { "ap50_medium", "AP50, medium", "", true, "mAP50 of objects of 32^2 to 96^2 pixels", COCO },
+    { "ap50_large", "AP50, large", "", true, "mAP50 of objects above 96^2 pixels", COCO },
 
     /* the model */
     { "seconds_per_image", "time", "s", false, "median time of one image, from its crop to poses", "HOCAT, Table 5" },

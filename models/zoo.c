@@ -2,6 +2,7 @@
 /* All models, by name. A new one is its header here and its line. */
 #include "libtensor/io/text/nearest.h"
 #include "models/classifiers/classifier.h"
+#include "models/detect/csp_seg.h"
 #include "models/hocat/hocat.h"
 #include "models/hogs/gpm_model.h"
 #include "models/hogs/hogs.h"
@@ -13,8 +14,8 @@
 #include <string.h>
 
 const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &hogs_class, &resnet50_class, &efficientnet_b0_class, &vit_class, &lpips_class,
-    &pointnet2_class, &gpm_class, &points_class, NULL,
+    &hocat_class, &unified_class, &hogs_class, &csp_seg_class, &resnet50_class, &efficientnet_b0_class, &vit_class,
+    &lpips_class, &pointnet2_class, &gpm_class, &points_class, NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

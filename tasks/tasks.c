@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/tasks.h"
 
+#include "tasks/detect/task.h"
 #include "tasks/hand_object/task.h"
 #include "tasks/hogs/task.h"
 #include "tasks/point_pairs/task.h"
 
-const task *const tasks[] = { &hand_object_task, &hogs_task, &point_pairs_task, NULL };
+const task *const tasks[] = { &hand_object_task, &hogs_task, &detect_task, &point_pairs_task, NULL };

@@ -14,7 +14,7 @@
 /* ---- the keys ----------------------------------------------------------------------------------------- */
 
 static const char *const kinds[] = { "sgd", "adam", "adamw", NULL };                /* as lt_optim_kind */
-static const char *const schedules[] = { "constant", "step", "cosine", NULL };      /* as lt_schedule_kind */
+static const char *const schedules[] = { "constant", "step", "cosine", "linear", NULL };    /* as lt_schedule_kind */
 
 #define OPTIM(field) #field, .offset = offsetof(train_optim_config, field)
 #define LOOP(field) #field, .offset = offsetof(train_loop_config, field)
@@ -42,7 +42,8 @@ static const lt_config_key optim_keys[] = {
     { OPTIM(gamma), .type = LT_CONFIG_NUMBER, .fallback = "0.7", .lo = 0, .hi = 1, .doc = "step: factor" },
     { OPTIM(every), .type = LT_CONFIG_INT, .fallback = "10", .lo = 1, .hi = 1e9,
       .doc = "step: epochs between factors" },
-    { OPTIM(min_lr), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e30, .doc = "cosine: where it ends" },
+    { OPTIM(min_lr), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e30,
+      .doc = "cosine, linear: where it ends" },
     { OPTIM(warmup), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e9,
       .doc = "epochs of a linear rise from 0" },
     { OPTIM(epochs), .type = LT_CONFIG_INT, .fallback = "120", .lo = 1, .hi = 1e9, .doc = "passes over the data" },

@@ -56,18 +56,33 @@ static double epoch_of(const trainer *t)
     return (double)at.epoch + ((double)batch + 0.5) / (double)lt_ceil_div(t->samples.count, t->phase.batch);
 }
 
-static void begin_record(trainer *t)
+/* Of the first group that steps; of all weights where there are none */
+static double rate(const trainer *t)
 {
-    const model_ports *losses = &t->train.record.losses;
     const train_optim_config *o = &t->config.optim;
     const lt_schedule schedule = {
         .kind = (lt_schedule_kind)o->schedule, .lr = o->lr, .gamma = o->gamma, .every = o->every,
         .min_lr = o->min_lr, .epochs = o->epochs, .warmup = o->warmup,
     };
+    const lt_optim_group *group;
+    lt_optim_average average;
+    int n, k = 0;
+
+    if (!t->config.task->groups)
+        return lt_schedule_lr(&schedule, epoch_of(t));
+    group = t->config.task->groups(t->run, &n, &average);
+    while (k + 1 < n && !(t->phase.groups >> k & 1))
+        k++;
+    return lt_schedule_lr(&group[k].schedule, group[k].by_step ? (double)t->state.step : epoch_of(t));
+}
+
+static void begin_record(trainer *t)
+{
+    const model_ports *losses = &t->train.record.losses;
 
     t->record = (train_step_record){
-        .step = t->state.step + 1, .phase = t->phase.name, .epoch = (int64_t)t->state.position.epoch, .n_parts = losses->n,
-        .lr = lt_schedule_lr(&schedule, epoch_of(t)),
+        .step = t->state.step + 1, .phase = t->phase.name, .epoch = (int64_t)t->state.position.epoch,
+        .n_parts = losses->n, .lr = rate(t),
     };
     for (int i = 0; i < losses->n; i++)
         t->record.part_name[i] = losses->port[i].name;

@@ -134,6 +134,7 @@ struct task {
     /* `palmar eval`: score it, leave files in the folder, print tables. *scores: what scores.json holds, the caller's,
      * whose first row is the model's. NULL: eval knows the task by itself. */
     lt_status (*evaluate)(const task_evaluation *e, struct cJSON **scores);
+    const char *const *scores;          /* keys of its rows, NULL-terminated */
 
     /* `palmar predict`: write what it makes of the inputs; *written: of how many frames. NULL: predict knows the task by
      * itself. */

@@ -90,6 +90,22 @@ void augment_hue(float *image, int64_t n, double shift)
     }
 }
 
+void augment_hsv(float *image, int64_t n, double hue, double saturation, double value)
+{
+    for (int64_t i = 0; i < n; i++) {
+        double c[3] = { image[i], image[n + i], image[2 * n + i] }, hsv[3];
+
+        rgb_to_hsv(c, hsv);
+        hsv[0] *= hue;
+        hsv[0] -= (int)hsv[0];
+        hsv[1] = less(hsv[1] * saturation, 1);
+        hsv[2] = less(hsv[2] * value, 1);
+        hsv_to_rgb(hsv, c);
+        for (int k = 0; k < 3; k++)
+            image[k * n + i] = clamp01(c[k]);
+    }
+}
+
 enum { BLUR_REACH = 3 };            /* three deviations of a radius below 1 */
 
 /* One line of n pixels, step apart, from in to out. */

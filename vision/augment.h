@@ -18,6 +18,9 @@ void augment_contrast(float *image, int64_t n, double factor);      /* with the 
 void augment_saturation(float *image, int64_t n, double factor);    /* with the grey image */
 void augment_hue(float *image, int64_t n, double shift);            /* shift in turns, -0.5 .. 0.5 */
 
+/* augment_hsv - hue, saturation and value of each pixel times factors; as the detectors' recipes have it */
+void augment_hsv(float *image, int64_t n, double hue, double saturation, double value);
+
 /* augment_blur - Gaussian of deviation radius pixels, below 1; the border is repeated. (3, h, w).
  * scratch holds h * w floats. */
 void augment_blur(float *image, int height, int width, double radius, float *scratch);

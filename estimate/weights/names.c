@@ -242,6 +242,26 @@ static bool lpips_name_of(const char *theirs, char *out)
     return take_number(slice, &place) > 0 && fits(snprintf(out, WEIGHT_NAME, "features.%s", place));
 }
 
+/* ---- csp_seg, in the YOLOv8 layout ----------------------------------------------------------------------- */
+
+/* Layers have the figure's numbers: 0 to 9 are the backbone, 22 the head, what lies between the neck. */
+static bool yolo_name(const char *theirs, char *out)
+{
+    static const part_name head[] = { { "cv2", 0, "box" }, { "cv3", 0, "class" }, { "cv4", 0, "mask" },
+                                      { "proto", 0, "proto" }, { "dfl", 0, "dfl" }, { 0 } };
+    enum { NECK = 10, HEAD = 22 };
+    const char *rest, *part;
+    const int n = take_number(theirs, &rest);
+    const part_name *r;
+
+    if (n < 0 || n > HEAD)
+        return false;
+    if (n < HEAD)
+        return fits(snprintf(out, WEIGHT_NAME, "%s.%s", n < NECK ? "backbone" : "neck", theirs));
+    r = find(head, rest, &part);
+    return r && fits(snprintf(out, WEIGHT_NAME, "head.%s.%s", r->part, part));
+}
+
 /* ---- families --------------------------------------------------------------------------------------------- */
 
 const weight_family weight_families[] = {
@@ -258,5 +278,6 @@ const weight_family weight_families[] = {
       "those that are not of CLIP were trained with exact GELU and a bias of the patches, which this network has not: "
       "expect to train on", timm_vit_name },
     { "LPIPS", NULL, lpips_name_of },
+    { "YOLOv8's layout", NULL, yolo_name },
     { 0 },
 };

@@ -5,7 +5,8 @@
  *
  * Source: torchvision models/resnet.py, models/efficientnet.py; lukemelas/EfficientNet-PyTorch model.py;
  * timm models/efficientnet.py, models/vision_transformer.py; openai/CLIP clip/model.py; huggingface/transformers CLIP;
- * richzhang/PerceptualSimilarity; lzfff12/HFL-Net and stevenlsw/Semi-Hand-Object networks/backbone.
+ * richzhang/PerceptualSimilarity; the files of ultralytics' YOLOv8; lzfff12/HFL-Net and stevenlsw/Semi-Hand-Object
+ * networks/backbone.
  */
 #ifndef ESTIMATE_WEIGHT_NAMES_H
 #define ESTIMATE_WEIGHT_NAMES_H

@@ -91,13 +91,22 @@ static bool in_same_dict(const match *a, size_t i, size_t taken)
     return a->file.within[i] >= n && strncmp(a->file.entry[i].name, a->file.entry[taken].name, n) == 0;
 }
 
+/* Whether p has another shape because the file is of a network that looks for something else */
+static bool begins_fresh(const match *a, const lt_named_array *e, const lt_param *p)
+{
+    for (const char *const *fresh = a->m->cls->fresh; fresh && *fresh; fresh++)
+        if (strncmp(p->name, *fresh, strlen(*fresh)) == 0)
+            return !array_fits(&e->array, &p->shape);
+    return false;
+}
+
 static lt_status match_one(match *a, size_t i)
 {
     const lt_named_array *e = &a->file.entry[i];
     lt_param *p = weight_passed_over(e->name) ? NULL : weight_param(&a->place, a->m, e->name);
     lt_status st;
 
-    if (!p)
+    if (!p || begins_fresh(a, e, p))
         return LT_OK;
     if (is_taken(a, p, i))
         return lt_error(LT_EFORMAT, "%s: \"%s\" is the second array for \"%s\"", a->file.path, own_name(a, i), p->name);

@@ -31,6 +31,7 @@ typedef struct {
     double fma_before, fma_after;   /* GFLOP/s of the machine, read around the runs */
     int64_t macs;                   /* multiply-adds of one forward run of the batch */
     size_t plan_bytes;
+    double post_ms;                 /* of post.h; 0: not measured */
 } bench_result;
 
 typedef struct bench bench;

@@ -20,6 +20,7 @@ warnings.filterwarnings("ignore")
 
 import torch                                # noqa: E402
 
+from csp_seg import CspSeg                  # noqa: E402
 from efficientnet import EfficientNetB0     # noqa: E402
 from gpm import Gpm                         # noqa: E402
 from hocat import Hocat                     # noqa: E402
@@ -32,10 +33,10 @@ from vit import Vit                         # noqa: E402
 
 WARM_UP = 3
 SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224, "vit:b32": 224, "vit:s16": 224,
-        "lpips": 150}
+        "lpips": 150, "csp_seg": 640}
 MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified,
          "vit:b32": lambda: Vit("b32"), "vit:s16": lambda: Vit("s16"), "lpips": Lpips, "pointnet2": FirstLevel,
-         "gpm:encoder": Gpm}
+         "gpm:encoder": Gpm, "csp_seg": CspSeg}
 CELLS = {"hocat": 32, "unified": 28}
 
 

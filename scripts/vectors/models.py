@@ -20,6 +20,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 OUT = os.path.join(HERE, "../../tests/vectors/models")
 sys.path[:0] = [HERE, os.path.join(HERE, "../peers")]
 
+from csp_seg import CspSeg                  # noqa: E402
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from lpips import Lpips                     # noqa: E402
@@ -29,6 +30,7 @@ from unified import Unified                 # noqa: E402
 from vit import Vit                         # noqa: E402
 with contextlib.redirect_stdout(io.StringIO()):     # it prints its own vectors
     from geometry import hand as hashed_hand, hashed    # noqa: E402
+import ops                                  # noqa: E402
 
 
 def named(name, *shape):
@@ -73,7 +75,7 @@ def save(name, model, outputs, inputs, targets):
     arrays["loss"] = loss.detach().numpy()
     arrays["names"] = np.array([k for k, _ in model.named_parameters()])
     arrays["sizes"] = np.array([p.numel() for p in model.parameters()])
-    arrays["gradients"] = np.array([p.grad.norm() for p in model.parameters()])
+    arrays["gradients"] = np.array([0 if p.grad is None else p.grad.norm() for p in model.parameters()])
     np.savez_compressed(os.path.join(OUT, name + ".npz"), **arrays)
     print(name, len(arrays["names"]), arrays["sizes"].sum())
 
@@ -122,6 +124,23 @@ def vit():
     save("vit", Vit("tiny"), ["feature", "patches"], [unit("image", 2, 3, 112, 112)], {"target": (2, 192)})
 
 
+def csp_seg():
+    """Two images with the objects of scripts/vectors/ops.py, by its tables"""
+    model = CspSeg(5)
+    boxes = torch.tensor(ops.OBJECTS, dtype=torch.float64)
+
+    def loss(image):
+        out = model(image)
+        assigned = torch.tensor(ops.assign_cells(out, ops.OBJECTS))
+        box, sides = ops.box_losses(out[:3], boxes, assigned)
+        return (7.5 * box + 0.5 * ops.class_loss(out[3:6], boxes, assigned) + 1.5 * sides
+                + 7.5 * ops.mask_loss(out[6:9], out[9], boxes, assigned))
+
+    model.loss = loss
+    save("csp_seg", model, ["box8", "box16", "box32", "class8", "class16", "class32", "mask8", "mask16", "mask32",
+                            "prototypes"], [unit("image", 2, 3, 64, 64)], {})
+
+
 def lpips():
     """Distances of whole images, and of what is in boxes, as if they were cut there; that of the boxes with its
     gradient."""
@@ -140,6 +159,7 @@ def lpips():
 
 
 MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified, "vit": vit,
+          "csp_seg": csp_seg,
           "lpips": lpips, "pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip}
 
 if __name__ == "__main__":

@@ -921,6 +921,161 @@ def max_(s):
         s.case(name, fn, apart(*shape))
 
 
+# ---- the detector: tables of all cells and all objects ----
+
+NO = [-1, 0, 0, 0, 0, 0]
+OBJECTS = np.array([[[2, 5, 9, 40.5, 33, 1], [0, 30, 2.5, 61, 50, 0], NO],
+                    [NO, [1, 11, 20, 43, 60, 1], NO]], np.float32)
+
+
+def detect_cells():
+    """centre and stride of 84 cells, in pixels"""
+    rows = [((x + .5) * s, (y + .5) * s, s) for s, n in ((8, 8), (16, 4), (32, 2)) for y in range(n) for x in range(n)]
+    return np.array(rows)
+
+
+def flat(*maps):
+    """(B, C, H, W) of each level -> (B, cells, C)"""
+    return torch.cat([m.flatten(2) for m in maps], 2).transpose(1, 2)
+
+
+def seen_boxes(bins):
+    """(B, cells, 64) -> x0 y0 x1 y1 in cells, and the bins' logits (B, cells, 4, 16)"""
+    bins = bins.unflatten(2, (4, 16))
+    d = (bins.softmax(3) * torch.arange(16.)).sum(3)
+    cells = detect_cells()
+    centre = torch.tensor(cells[:, :2] / cells[:, 2:])
+    return torch.cat([centre - d[..., :2], centre + d[..., 2:]], 2), bins
+
+
+def ciou(a, b, alpha=None):
+    """Zheng et al. 2020, equations 9 to 11; with alpha where it is given"""
+    tiny = 1e-7
+    aw, ah = a[..., 2] - a[..., 0], a[..., 3] - a[..., 1] + tiny
+    bw, bh = b[..., 2] - b[..., 0], b[..., 3] - b[..., 1] + tiny
+    near, far = torch.minimum(a[..., 2:], b[..., 2:]), torch.maximum(a[..., :2], b[..., :2])
+    common = (near - far).clamp(0).prod(-1)
+    iou = common / (aw * ah + bw * bh - common + tiny)
+    hull = torch.maximum(a[..., 2:], b[..., 2:]) - torch.minimum(a[..., :2], b[..., :2])
+    rho = ((a[..., :2] + a[..., 2:] - b[..., :2] - b[..., 2:]) ** 2).sum(-1) / 4
+    v = 4 / math.pi ** 2 * (torch.atan(bw / bh) - torch.atan(aw / ah)) ** 2
+    if alpha is None:
+        alpha = v / (v - iou + 1 + tiny)
+    return iou - rho / ((hull ** 2).sum(-1) + tiny) - alpha * v, alpha
+
+
+def assign_image(boxes, logits, objects):
+    """What the cells of one image are assigned: TOOD over a table of objects and cells"""
+    cells, out, n = detect_cells(), np.zeros((84, 3)), len(objects)
+    metric, iou, alpha = (np.zeros((n, 84)) for _ in range(3))
+    for g, o in enumerate(objects):
+        if o[0] < 0:
+            continue
+        value, a = ciou(boxes, torch.tensor(o[1:5] / cells[:, 2:]))
+        inside = ((cells[:, 0] > o[1]) & (cells[:, 1] > o[2]) & (cells[:, 0] < o[3]) & (cells[:, 1] < o[4]))
+        iou[g], alpha[g] = value.clamp(0).numpy() * inside, a.numpy()
+        metric[g] = np.sqrt(1 / (1 + np.exp(-logits[:, int(o[0])].numpy()))) * iou[g] ** 6
+    best = np.zeros((n, 84), bool)
+    for g in range(n):
+        best[g, np.argsort(-metric[g], kind="stable")[:10]] = True
+    best &= metric > 0
+    out[:, 0] = np.where(best.any(0), np.where(best, iou, -1).argmax(0), -1)
+    for g in range(n):
+        mine = out[:, 0] == g
+        if mine.any():
+            out[mine, 1] = metric[g, mine] / metric[g, mine].max() * iou[g, mine].max()
+            out[mine, 2] = alpha[g, mine]
+    return out
+
+
+def assign_cells(maps, objects):
+    """maps: boxes of three levels, then classes"""
+    with torch.no_grad():
+        boxes, logits = seen_boxes(flat(*maps[:3]))[0], flat(*maps[3:6])
+        return np.stack([assign_image(b, x, o) for b, x, o in zip(boxes, logits, objects)])
+
+
+def assigned_rows(assigned, objects):
+    """(image, cell), score, alpha and object's row of the cells that have one"""
+    b, i = np.nonzero(assigned[..., 0].numpy() >= 0)
+    t = assigned[b, i]
+    return b, i, t[:, 1], t[:, 2], objects[b, t[:, 0].long()]
+
+
+def class_loss(maps, objects, assigned):
+    x = flat(*maps)
+    b, i, score, _, o = assigned_rows(assigned, objects)
+    target = torch.zeros_like(x)
+    target[b, i, o[:, 0].long()] = score
+    return F.binary_cross_entropy_with_logits(x, target, reduction="sum") / max(1, score.sum())
+
+
+def box_losses(maps, objects, assigned):
+    boxes, bins = seen_boxes(flat(*maps))
+    b, i, score, alpha, o = assigned_rows(assigned, objects)
+    cells = torch.tensor(detect_cells())[i]
+    truth, centre = o[:, 1:5] / cells[:, 2:], (cells[:, :2] / cells[:, 2:])
+    value, _ = ciou(boxes[b, i], truth, alpha)
+    d = torch.cat([centre - truth[:, :2], truth[:, 2:] - centre], 1).clamp(0, 14.99)
+    low, logits = d.floor().long(), bins[b, i].reshape(-1, 16)
+    two = [F.cross_entropy(logits, k.reshape(-1), reduction="none").view_as(d) for k in (low, low + 1)]
+    sides = (two[0] * (low + 1 - d) + two[1] * (d - low)).mean(1)
+    total = max(1, score.sum())
+    return ((1 - value) * score).sum() / total, (sides * score).sum() / total
+
+
+def mask_loss(maps, proto, objects, assigned):
+    """Pixel p of object k's mask is set where p % 3 is 0 or k is 1."""
+    p = np.arange(256)
+    masks = np.stack([(p % 3 == 0) | (k == 1) for k in range(3)]).astype(float)
+    b, i, _, _, o = assigned_rows(assigned, objects)
+    known = o[:, 5] > 0
+    b, i, o, k = b[known], i[known], o[known], assigned[b, i][known][:, 0].long()
+    z = torch.einsum("nk,nkhw->nhw", flat(*maps)[b, i], proto[b])
+    loss = F.binary_cross_entropy_with_logits(z, torch.tensor(masks)[k].view(-1, 16, 16), reduction="none")
+    box, at = o[:, 1:5] / 4, torch.arange(16.)
+    x = (at >= box[:, :1]) & (at < box[:, 2:3])
+    y = (at >= box[:, 1:2]) & (at < box[:, 3:])
+    share = (box[:, 2] - box[:, 0]) * (box[:, 3] - box[:, 1]) / 256
+    return ((loss * (y[:, :, None] & x[:, None])).mean((1, 2)) / share).sum() / max(1, len(k))
+
+
+def some_cells():
+    i = np.arange(168)
+    assigned = i % 7 == 3
+    out = np.stack([np.where(assigned, np.where(i >= 84, 1, i % 2), -1), assigned * rng.uniform(.1, .9, 168),
+                    assigned * rng.uniform(.1, .5, 168)], 1)
+    return out.reshape(2, 84, 3).astype(np.float32)
+
+
+def levels(channels):
+    return [clear(2, channels, n, n) for n in (8, 4, 2)]
+
+
+def detect_assign(s):
+    def fn(a, b, c, objects, factor):
+        maps = [m[:, :64] for m in (a, b, c)] + [m[:, 64:] for m in (a, b, c)]
+        assigned = assign_cells(maps, objects.numpy())
+        assert len(set(assigned[0, :, 0])) == 3             # both objects have cells
+        return torch.tensor(assigned) * factor
+
+    s.case("assigned", fn, *levels(67), OBJECTS, clear(2, 84, 3), const=(0, 1, 2, 3))
+
+
+def detect_class_loss(s):
+    s.case("classes", lambda a, b, c, o, t: class_loss((a, b, c), o, t), *levels(3), OBJECTS, some_cells(),
+           const=(3, 4))
+
+
+def detect_box_loss(s):
+    s.case("boxes", lambda a, b, c, o, t: box_losses((a, b, c), o, t), *levels(64), OBJECTS, some_cells(), const=(3, 4))
+
+
+def detect_mask_loss(s):
+    s.case("masks", lambda a, b, c, p, o, t: mask_loss((a, b, c), p, o, t), *levels(32), clear(2, 32, 16, 16), OBJECTS,
+           some_cells(), const=(4, 5))
+
+
 SUITES = {
     "add": binary(torch.add), "sub": binary(torch.sub), "mul": binary(torch.mul), "scale": scale,
     "leaky_relu": leaky_relu, "sigmoid": unary(torch.sigmoid, True), "tanh": unary(torch.tanh, True),
@@ -939,6 +1094,8 @@ SUITES = {
     "nearest_rotation": nearest_rotation, "isometry_loss": isometry_loss, "mse_loss": loss(torch.square),
     "l1_loss": loss(torch.abs), "sum": sum_, "confidence_target": confidence_target,
     "cross_entropy": cross_entropy, "heatmap_loss": heatmap_loss,
+    "detect_assign": detect_assign, "detect_class_loss": detect_class_loss, "detect_box_loss": detect_box_loss,
+    "detect_mask_loss": detect_mask_loss,
     "smooth_l1_loss": loss(lambda d: torch.where(d.abs() < 1, d ** 2 / 2, d.abs() - .5)), "max": max_,
     "farthest_point_sampling": farthest_point_sampling, "ball_query": ball_query, "nearest": nearest,
     "unit_sphere": unit_sphere,

@@ -413,5 +413,7 @@ const task hogs_task = {
     .samples = run_samples, .checked = run_checked, .sample_bytes = run_sample_bytes, .recipe = run_recipe,
     .weight = batch_weight, .sample_name = run_sample_name, .score = run_score, .measure = run_measure,
     .phase = run_phase, .groups = run_groups, .rows = run_rows, .observed = run_observed, .observe = run_observe,
-    .adapt = run_adapt, .counts = run_counts, .save = run_save, .load = run_load, .evaluate = hogs_evaluate, .predict = hogs_render,
+    .adapt = run_adapt, .counts = run_counts, .save = run_save, .load = run_load, .evaluate = hogs_evaluate,
+    .scores = hogs_score_keys,
+    .predict = hogs_render,
 };

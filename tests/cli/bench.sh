@@ -42,6 +42,8 @@ bench --model efficientnet_b0 --set model.image_size=32 --mode both | grep -q '^
 bench --model pointnet2 --set model.points=64 --mode both | grep -q '^| pointnet2 | sa1 '
 bench --model gpm --variant cpu --set model.points=64 --mode both | grep -q '^| gpm | cpu '
 bench --model vit --variant tiny --mode both | grep -q '^| vit | tiny '
+bench --model csp_seg --set model.image_size=64 --batch 2 --mode both | grep -q '^| csp_seg | n '
+bench --model csp_seg --set model.image_size=64 --post --json | grep -q '"post_ms": [0-9.e-]*, "with_post_ms"'
 bench --model lpips --set model.image_size=40 --batch 2 --mode both | grep -q '^| lpips '
 
 # One image or three; training draws what inference does. NumPy's known scene has so many instances.

@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-enum { LAYERS = 6, C = 192, MOST = 256 };
+enum { LAYERS = 6, C = 192, MOST = 400 };
 
 /* A file of arrays, each filled with numbers that tell which array and which row they are of */
 static lt_named_array list[MOST];
@@ -232,12 +232,67 @@ START_TEST(lpips_in_two_files_or_one)
 }
 END_TEST
 
+/* What a file of the YOLOv8 layout calls a parameter of csp_seg */
+static const char *layer_name(const lt_param *p)
+{
+    static const struct { const char *ours, *theirs; } part[] = {
+        { "backbone.", "model." }, { "neck.", "model." }, { "head.box.", "model.22.cv2." },
+        { "head.class.", "model.22.cv3." }, { "head.mask.", "model.22.cv4." }, { "head.", "model.22." },
+    };
+    size_t i = 0;
+
+    while (strncmp(p->name, part[i].ours, strlen(part[i].ours)) != 0)
+        i++;
+    return lt_arena_printf(arena, "%s%s", part[i].theirs, p->name + strlen(part[i].ours));
+}
+
+static void put_detector(const char *config)
+{
+    model m;
+    lt_params *set = model_of("csp_seg", config, NULL, &m);
+
+    for (const lt_param *p = lt_params_first(set); p; p = p->next)
+        put(layer_name(p), p->shape.rank, p->shape.dim[0], p->shape.dim[1], p->shape.dim[2], p->shape.dim[3]);
+    lt_params_free(set);
+}
+
+/* What finds classes begins fresh where there are others; a network of another size is refused. */
+START_TEST(a_detector)
+{
+    weights_report r;
+    model m;
+    lt_params *set = model_of("csp_seg", "{\"classes\": 23}", NULL, &m);
+    lt_array *first;
+
+    put_detector("{\"classes\": 80}");
+    load(&m, &r);
+    ck_assert_str_eq(r.family, "YOLOv8's layout");
+    ck_assert_str_eq(r.taken, "model.");
+    ck_assert_int_eq(r.n_missing, 36);
+    ck_assert_int_eq(r.n_left_over, 36);
+    ck_assert_int_eq(r.n_loaded + r.n_missing, (int)n);
+    ck_assert_str_eq(r.missing[0], "head.class.0.0.conv.weight");
+    expect_first(set, "backbone.0.conv.weight", 0);
+    n = 0;
+    put_detector("{\"classes\": 23}");
+    load(&m, &r);
+    ck_assert_int_eq(r.n_missing, 0);
+    first = &list[0].array;
+    first->shape[0] = 32;
+    first->data = lt_arena_alloc(arena, lt_array_count(first) * sizeof(float));
+    check_ok(lt_safetensors_write(in_folder("l.safetensors"), list, n, NULL, 0));
+    check_error(weights_init(arena, in_folder("l.safetensors"), &m, &r), LT_EINVAL, "\"backbone.0.conv.weight\"");
+    lt_params_free(set);
+}
+END_TEST
+
 static void add_tests(TCase *t)
 {
     tcase_add_checked_fixture(t, start, stop);
     tcase_add_loop_test(t, a_tower, 0, (int)LT_COUNT(towers));
     tcase_add_test(t, another_size_is_refused);
     tcase_add_test(t, lpips_in_two_files_or_one);
+    tcase_add_test(t, a_detector);
 }
 
 int main(void)

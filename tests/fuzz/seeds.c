@@ -89,6 +89,16 @@ static const struct {
          "\"symmetries_discrete\": [[1,0,0,0, 0,-1,0,4, 0,0,-1,6, 0,0,0,1]], "
          "\"symmetries_continuous\": [{\"axis\": [0,0,2], \"offset\": [1,2,0]}]}, "
          "\"21\": {\"diameter\": 102.9, \"min_x\": -26}}"),
+    TEXT("coco", "three", "{\"images\": [{\"id\": 7, \"file_name\": \"b.png\", \"width\": 4, \"height\": 3}], "
+         "\"categories\": [{\"id\": 2, \"name\": \"hand\"}], \"annotations\": [{\"image_id\": 7, \"category_id\": 2, "
+         "\"bbox\": [1, 0, 2, 2], \"segmentation\": [[1, 0, 3, 0, 3, 2]]}, {\"image_id\": 7, \"category_id\": 2, "
+         "\"bbox\": [0, 0, 4, 3], \"iscrowd\": 1, \"segmentation\": {\"size\": [3, 4], \"counts\": [4, 3, 5]}}, "
+         "{\"image_id\": 7, \"category_id\": 2, \"bbox\": [0, 0, 4, 3], \"segmentation\": "
+         "{\"size\": [3, 4], \"counts\": \"435\"}}]}"),
+    TEXT("labels", "two", "1 0.5 0.5 .4 5e-1\n0 0.1 0.125 0.5 0.125 0.5 0.625 0.1 0.625\r\n"),
+    TEXT("results", "two", "[{\"image_id\": 7, \"category_id\": 5, \"bbox\": [1, 0, 2, 2], \"score\": 0.5, "
+         "\"segmentation\": {\"size\": [3, 4], \"counts\": \"435\"}}, {\"image_id\": 9, \"category_id\": 1, "
+         "\"bbox\": [0, 0, 1, 1], \"score\": 1e-3}]"),
     TEXT("boxes", "two", "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side\n"
          "a.png,1,2,30,4e1,,,,,left\n\"b, c\",10,20,30,40,-11,12,13,14, \r\n"),
     TEXT("boxes", "order", "\xef\xbb\xbfscore,hand_y1,hand_x1,hand_y0,hand_x0,image\n.9,4,3,2,1,f.mp4#12\n\n"

@@ -4,6 +4,7 @@
 #include "tests/fuzz/fuzz.h"
 
 #include "assets/hand_file.h"
+#include "data/detection/internal.h"
 #include "data/ho3d/points.h"
 #include "data/poses/pose_file.h"
 #include "eval/scorers/bop_file.h"
@@ -26,6 +27,7 @@
 #include "libtensor/io/torch/torch.h"
 #include "pipeline/boxes.h"
 #include "pipeline/calibration/calibration.h"
+#include "tasks/detect/results.h"
 
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -377,6 +379,71 @@ static void run_points(lt_arena *arena, const uint8_t *bytes, size_t n)
     close(f.fd);
 }
 
+/* ---- pictures with objects ------------------------------------------------------------------------------- */
+
+enum { SMALL = 1 << 16 };
+
+static void look_at_mask(lt_arena *arena, const detection_object *o, int width, int height)
+{
+    uint8_t *mask = (int64_t)width * height <= SMALL ? lt_arena_array(arena, (size_t)width * (size_t)height, 1) : NULL;
+
+    if (mask && detection_mask(o, width, height, mask) == LT_OK)
+        for (int i = 0; i < width * height; i++)
+            if (mask[i] > 1)
+                abort();
+}
+
+static void run_coco(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    const memory_file f = memory_file_of(bytes, n);
+    detection_set set = { .root = "", .split = "train" };
+
+    if (detection_parse_coco(arena, f.path, "images", &set) == LT_OK)
+        for (int64_t i = 0; i < set.count; i++)
+            for (int k = 0; k < set.image[i].n; k++) {
+                const detection_object *o = &set.image[i].object[k];
+
+                if (o->cls < 0 || o->cls >= set.classes || !(o->box[2] > o->box[0] && o->box[3] > o->box[1]))
+                    abort();
+                look_at_mask(arena, o, set.image[i].width, set.image[i].height);
+            }
+    close(f.fd);
+}
+
+static void run_labels(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    char *copy = malloc(n + 1);             /* a file's bytes have a NUL behind them */
+    object_list objects = { NULL };
+    int64_t twice = 0;
+
+    memcpy(copy, bytes, n);
+    copy[n] = 0;
+    if (detection_parse_labels(arena, "x.txt", copy, n, 3, &objects, &twice) == LT_OK)
+        for (size_t i = 0; i < objects.n; i++) {
+            if (objects.list[i].cls < 0 || objects.list[i].cls >= 3)
+                abort();
+            look_at_mask(arena, &objects.list[i], 7, 5);
+        }
+    free(copy);
+}
+
+static void run_results(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    static const detection_image image[] = {
+        { .id = 7, .name = "a", .width = 4, .height = 3 }, { .id = 9, .name = "b" },
+    };
+    static const int64_t class_id[] = { 1, 5 };
+    const detection_set set = { .list = "x", .image = image, .count = 2, .classes = 2, .class_id = class_id };
+    const memory_file f = memory_file_of(bytes, n);
+    detect_result *r;
+
+    if (detect_results_read(arena, f.path, &set, &r) == LT_OK)
+        for (int i = 0; i < 2; i++)
+            for (size_t k = 0; k < r[i].n; k++)
+                sink = r[i].found[k].score;
+    close(f.fd);
+}
+
 static void run_models_info(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     const memory_file f = memory_file_of(bytes, n);
@@ -466,6 +533,9 @@ const fuzz_target fuzz_targets[] = {
     { "points", run_points, NULL, 4096 },
     { "models_info", run_models_info, NULL, 4096 },
     { "poses", run_poses, NULL, 4096 },
+    { "coco", run_coco, NULL, 4096 },
+    { "labels", run_labels, NULL, 4096 },
+    { "results", run_results, NULL, 4096 },
     { "boxes", run_boxes, NULL, 4096 },
     { "calibration", run_calibration, NULL, 4096 },
     { 0 },

@@ -42,7 +42,8 @@ static const char *get(const char *name)
 
 static const train_step_record one_step = {
     .step = 3, .epoch = 1, .loss = 0.25, .part_name = { "a", "b" }, .part = { 0.125, NAN }, .n_parts = 2,
-    .lr = 1e-4, .grad_norm = INFINITY, .img_per_s = 2, .seconds = 8, .bad = "conv2d \"x\"",
+    .lr = 1e-4, .grad_norm = INFINITY, .img_per_s = 2, .seconds = 8, .ms = 500,
+    .phase = "joint", .count = { { "gaussians", 7 } }, .n_counts = 1, .bad = "conv2d \"x\"",
 };
 
 START_TEST(cut_and_append)
@@ -57,7 +58,8 @@ START_TEST(cut_and_append)
     train_log_close(&l);
     ck_assert_str_eq(get("log.jsonl"), "{\"step\":1,\"x\":1}\n{\"step\":2,\"x\":1}\n"
                      "{\"step\":3,\"epoch\":1,\"loss\":0.25,\"parts\":{\"a\":0.125,\"b\":null},\"lr\":0.0001,"
-                     "\"grad_norm\":null,\"img_per_s\":2,\"seconds\":8,\"skipped\":\"conv2d \\\"x\\\"\"}\n");
+                     "\"grad_norm\":null,\"img_per_s\":2,\"seconds\":8,\"ms\":500,\"phase\":\"joint\",\"gaussians\":7,"
+                     "\"skipped\":\"conv2d \\\"x\\\"\"}\n");
     ck_assert_str_eq(get("metrics.csv"), "step,pa\n2,1.5\n");
 }
 END_TEST

@@ -62,22 +62,26 @@ static size_t find_runs(const uint8_t *mask, int height, int width, int64_t *run
     return n + 1;
 }
 
-const char *lt_rle_encode(lt_arena *arena, const uint8_t *mask, int height, int width)
+const char *lt_rle_of_runs(lt_arena *arena, const int64_t *run, size_t n)
 {
-    const size_t cells = (size_t)height * (size_t)width;
-    int64_t *run = lt_alloc((cells + 1) * sizeof(*run));
-    char *text = NULL, *p;
-    size_t n;
+    char *text = lt_arena_array(arena, n + 1, DIGITS_MAX), *p = text;
 
-    if (!run)
-        return NULL;
-    n = find_runs(mask, height, width, run);
-    text = lt_arena_array(arena, n + 1, DIGITS_MAX);
-    p = text;
     for (size_t i = 0; p && i < n; i++)             /* from the fourth on, less the one two before */
         p = put(p, i > 2 ? run[i] - run[i - 2] : run[i]);
     if (p)
         *p = '\0';
+    return text;
+}
+
+const char *lt_rle_encode(lt_arena *arena, const uint8_t *mask, int height, int width)
+{
+    const size_t cells = (size_t)height * (size_t)width;
+    int64_t *run = lt_alloc((cells + 1) * sizeof(*run));
+    const char *text;
+
+    if (!run)
+        return NULL;
+    text = lt_rle_of_runs(arena, run, find_runs(mask, height, width, run));
     lt_release(run);
     return text;
 }

@@ -17,6 +17,9 @@ extern "C" {
 /* lt_rle_encode - mask (height, width), row-major, 0 or not, as text in the arena; NULL without memory */
 LT_API const char *lt_rle_encode(lt_arena *arena, const uint8_t *mask, int height, int width);
 
+/* lt_rle_of_runs - the text of n runs, none of them negative or above 2^31, zeros first; NULL without memory */
+LT_API const char *lt_rle_of_runs(lt_arena *arena, const int64_t *run, size_t n);
+
 /**
  * lt_rle_decode - the mask of a text, into height * width bytes of 0 and 1
  *

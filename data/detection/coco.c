@@ -1,0 +1,354 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* A file of COCO's instances: images, annotations, categories. */
+#include "data/detection/internal.h"
+
+#include "libtensor/io/file.h"
+#include "libtensor/io/image/coco_rle.h"
+#include "libtensor/io/text/json.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+
+enum { MAX_SIDE = LT_IMAGE_MAX_SIDE };
+
+/* ---- what is being read ---- */
+
+typedef struct { int64_t id, at; } numbered;
+
+typedef struct {
+    lt_arena *arena;
+    const char *path, *images;
+    detection_set *set;
+    numbered *image_of, *class_of;      /* sorted by id */
+    object_list *objects;         /* of each image */
+} reading;
+
+static int by_id(const void *a, const void *b)
+{
+    const int64_t x = ((const numbered *)a)->id, y = ((const numbered *)b)->id;
+
+    return x < y ? -1 : x > y;
+}
+
+static int64_t find(const numbered *list, int64_t n, int64_t id)
+{
+    const numbered key = { .id = id }, *found = n ? bsearch(&key, list, (size_t)n, sizeof(key), by_id) : NULL;
+
+    return found ? found->at : -1;
+}
+
+static lt_status no_memory(const reading *r)
+{
+    return lt_error(LT_ENOMEM, "%s: no memory", r->path);
+}
+
+/* A whole number that a double holds exactly */
+static bool whole(const cJSON *in, const char *key, int64_t lo, int64_t hi, int64_t *out)
+{
+    const cJSON *v = cJSON_GetObjectItemCaseSensitive(in, key);
+
+    if (!cJSON_IsNumber(v) || !(v->valuedouble >= (double)lo && v->valuedouble <= (double)hi)
+        || v->valuedouble != floor(v->valuedouble))
+        return false;
+    *out = (int64_t)v->valuedouble;
+    return true;
+}
+
+#define MAX_ID (INT64_C(1) << 53)
+
+/* ids of a list, in the order of ids or of the list; *out (n) sorted by id */
+static lt_status number(const reading *r, const char *what, const cJSON *list, numbered **out)
+{
+    const int n = cJSON_GetArraySize(list);
+    const cJSON *item;
+    int i = 0;
+
+    *out = lt_arena_array(r->arena, (size_t)n + 1, sizeof(**out));
+    if (!*out)
+        return no_memory(r);
+    cJSON_ArrayForEach(item, list) {
+        if (!whole(item, "id", -MAX_ID, MAX_ID, &(*out)[i].id))
+            return lt_error(LT_EFORMAT, "%s: %s[%d].id: want a whole number", r->path, what, i);
+        (*out)[i].at = i;
+        i++;
+    }
+    qsort(*out, (size_t)n, sizeof(**out), by_id);
+    for (i = 1; i < n; i++)
+        if ((*out)[i].id == (*out)[i - 1].id)
+            return lt_error(LT_EFORMAT, "%s: %s: the id %" PRId64 " is there twice", r->path, what, (*out)[i].id);
+    return LT_OK;
+}
+
+static lt_status read_classes(reading *r, const cJSON *list)
+{
+    detection_set *s = r->set;
+    const int n = cJSON_GetArraySize(list);
+    const char **name = lt_arena_array(r->arena, (size_t)n + 1, sizeof(*name));
+    int64_t *id = lt_arena_array(r->arena, (size_t)n + 1, sizeof(*id));
+    lt_status st = number(r, "categories", list, &r->class_of);
+
+    if (st)
+        return st;
+    if (!name || !id)
+        return no_memory(r);
+    for (int i = 0; i < n; i++) {
+        const cJSON *item = cJSON_GetArrayItem(list, (int)r->class_of[i].at);
+        const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "name"));
+
+        id[i] = r->class_of[i].id;
+        name[i] = text ? lt_arena_strdup(r->arena, text) : lt_arena_printf(r->arena, "%" PRId64, id[i]);
+        if (!name[i])
+            return no_memory(r);
+        r->class_of[i].at = i;          /* classes count in the order of ids */
+    }
+    s->classes = n;
+    s->class_name = name;
+    s->class_id = id;
+    return n ? LT_OK : lt_error(LT_EFORMAT, "%s: categories: there are none", r->path);
+}
+
+static lt_status read_image(const reading *r, const cJSON *item, int i, detection_image *out)
+{
+    const char *file = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "file_name"));
+    int64_t width, height;
+
+    if (!file || !lt_path_is_inside(file))
+        return lt_error(LT_EFORMAT, "%s: images[%d].file_name: want the name of a file in %s", r->path, i, r->images);
+    if (!whole(item, "width", 1, MAX_SIDE, &width) || !whole(item, "height", 1, MAX_SIDE, &height))
+        return lt_error(LT_EFORMAT, "%s: images[%d] \"%s\": width and height: want whole numbers from 1 to %d", r->path,
+                        i, file, MAX_SIDE);
+    if (width * height > LT_IMAGE_MAX_PIXELS)
+        return lt_error(LT_EFORMAT, "%s: images[%d] \"%s\": more than %d pixels", r->path, i, file,
+                        LT_IMAGE_MAX_PIXELS);
+    whole(item, "id", -MAX_ID, MAX_ID, &out->id);
+    out->width = (int)width;
+    out->height = (int)height;
+    out->name = lt_arena_strdup(r->arena, file);
+    out->path = lt_path_join(r->arena, r->images, file);
+    return out->name && out->path ? LT_OK : no_memory(r);
+}
+
+/* ---- objects ---- */
+
+/* x y of a polygon's corners into point; false: not pairs of finite numbers, or fewer than three */
+static bool read_ring(const cJSON *list, float *point, int *corners)
+{
+    const cJSON *v;
+    int n = 0;
+
+    cJSON_ArrayForEach(v, list) {
+        if (!cJSON_IsNumber(v) || !(fabs(v->valuedouble) < 1e6))
+            return false;
+        point[n++] = (float)v->valuedouble;
+    }
+    *corners = n / 2;
+    return n >= 6 && n % 2 == 0;
+}
+
+static lt_status read_polygons(const reading *r, const cJSON *list, int i, detection_object *o)
+{
+    const int n = cJSON_GetArraySize(list);
+    size_t numbers = 0;
+    const cJSON *ring;
+    float *point;
+    int *corners;
+
+    cJSON_ArrayForEach(ring, list)
+        numbers += (size_t)cJSON_GetArraySize(ring);
+    point = lt_arena_array(r->arena, numbers + 1, sizeof(*point));
+    corners = lt_arena_array(r->arena, (size_t)n + 1, sizeof(*corners));
+    if (!point || !corners)
+        return no_memory(r);
+    o->point = point;
+    o->corners = corners;
+    cJSON_ArrayForEach(ring, list) {
+        if (!cJSON_IsArray(ring) || !read_ring(ring, point, &corners[o->n_polygons]))
+            return lt_error(LT_EFORMAT, "%s: annotations[%d].segmentation[%d]: want x y of three corners and more",
+                            r->path, i, o->n_polygons);
+        point += 2 * corners[o->n_polygons++];
+    }
+    o->mask = n ? DETECTION_POLYGONS : DETECTION_NO_MASK;
+    return LT_OK;
+}
+
+/* Runs as a list of numbers become the text that all others are; NULL: they do not add up to so many pixels. */
+static const char *pack(const reading *r, const cJSON *runs, int64_t pixels)
+{
+    int64_t *run = lt_arena_array(r->arena, (size_t)cJSON_GetArraySize(runs) + 1, sizeof(*run)), left = pixels;
+    const cJSON *v;
+    size_t n = 0;
+
+    cJSON_ArrayForEach(v, runs) {
+        if (!run || !cJSON_IsNumber(v) || !(v->valuedouble >= 0 && v->valuedouble <= (double)left)
+            || v->valuedouble != floor(v->valuedouble))
+            return NULL;
+        left -= run[n++] = (int64_t)v->valuedouble;
+    }
+    return run && !left ? lt_rle_of_runs(r->arena, run, n) : NULL;
+}
+
+static lt_status read_runs(const reading *r, const cJSON *segmentation, int i, const detection_image *image,
+                           detection_object *o)
+{
+    const cJSON *size = cJSON_GetObjectItemCaseSensitive(segmentation, "size");
+    const cJSON *counts = cJSON_GetObjectItemCaseSensitive(segmentation, "counts");
+    const cJSON *h = cJSON_GetArrayItem(size, 0), *w = cJSON_GetArrayItem(size, 1);
+
+    if (!cJSON_IsNumber(h) || !cJSON_IsNumber(w) || h->valuedouble != image->height || w->valuedouble != image->width)
+        return lt_error(LT_EFORMAT, "%s: annotations[%d].segmentation.size: want [%d, %d], the height and width of "
+                        "\"%s\"", r->path, i, image->height, image->width, image->name);
+    if (cJSON_IsString(counts))
+        o->rle = lt_arena_strdup(r->arena, counts->valuestring);
+    else if (cJSON_IsArray(counts))
+        o->rle = pack(r, counts, (int64_t)image->width * image->height);
+    if (!o->rle)
+        return lt_error(LT_EFORMAT, "%s: annotations[%d].segmentation.counts: want runs that add up to %d x %d pixels",
+                        r->path, i, image->width, image->height);
+    o->mask = DETECTION_RLE;
+    return LT_OK;
+}
+
+/* x y width height; what lies outside the image is cut off. False: nothing is left */
+static bool read_box(const cJSON *list, const detection_image *image, float box[4])
+{
+    const double limit[2] = { image->width, image->height };
+
+    for (int k = 0; k < 2; k++) {
+        const double at = cJSON_GetArrayItem(list, k)->valuedouble, side = cJSON_GetArrayItem(list, k + 2)->valuedouble;
+
+        box[k] = (float)fmin(fmax(at, 0), limit[k]);
+        box[k + 2] = (float)fmin(fmax(at + side, 0), limit[k]);
+    }
+    return box[2] > box[0] && box[3] > box[1];
+}
+
+static bool four_numbers(const cJSON *list)
+{
+    const cJSON *v;
+
+    cJSON_ArrayForEach(v, list)
+        if (!cJSON_IsNumber(v) || !(fabs(v->valuedouble) < 1e9))
+            return false;
+    return cJSON_IsArray(list) && cJSON_GetArraySize(list) == 4;
+}
+
+static lt_status add_object(reading *r, int64_t at, const detection_object *o)
+{
+    object_list *to = &r->objects[at];
+
+    to->list = lt_arena_grow(r->arena, to->list, to->n, &to->room, sizeof(*to->list));
+    if (!to->list)
+        return no_memory(r);
+    to->list[to->n++] = *o;
+    return LT_OK;
+}
+
+static lt_status leave_out(reading *r, int i, const detection_image *image, const char *why)
+{
+    char line[512];
+
+    snprintf(line, sizeof(line), "%s: annotations[%d].bbox: %s \"%s\"", r->path, i, why, image->name);
+    return detection_fault(r->arena, r->set, &r->set->dropped, line);
+}
+
+static lt_status read_object(reading *r, const cJSON *item, int i)
+{
+    const cJSON *bbox = cJSON_GetObjectItemCaseSensitive(item, "bbox");
+    const cJSON *area = cJSON_GetObjectItemCaseSensitive(item, "area");
+    const cJSON *segmentation = cJSON_GetObjectItemCaseSensitive(item, "segmentation");
+    const cJSON *crowd = cJSON_GetObjectItemCaseSensitive(item, "iscrowd");
+    int64_t image_id, class_id, at, cls;
+    detection_object o = { .cls = 0 };
+    lt_status st = LT_OK;
+
+    if (!whole(item, "image_id", -MAX_ID, MAX_ID, &image_id) || !whole(item, "category_id", -MAX_ID, MAX_ID, &class_id))
+        return lt_error(LT_EFORMAT, "%s: annotations[%d]: image_id, category_id: want whole numbers", r->path, i);
+    at = find(r->image_of, r->set->count, image_id);
+    cls = find(r->class_of, r->set->classes, class_id);
+    if (at < 0 || cls < 0)
+        return lt_error(LT_EFORMAT, "%s: annotations[%d]: no %s has the id %" PRId64, r->path, i,
+                        at < 0 ? "image" : "category", at < 0 ? image_id : class_id);
+    if (!four_numbers(bbox))
+        return lt_error(LT_EFORMAT, "%s: annotations[%d].bbox: want x, y, width, height", r->path, i);
+    if (!read_box(bbox, &r->set->image[at], o.box))
+        return leave_out(r, i, &r->set->image[at], "nothing of it is inside");
+    o.cls = (int)cls;
+    o.crowd = cJSON_IsTrue(crowd) || (cJSON_IsNumber(crowd) && crowd->valuedouble != 0);
+    if (cJSON_IsArray(segmentation))
+        st = read_polygons(r, segmentation, i, &o);
+    else if (cJSON_IsObject(segmentation))
+        st = read_runs(r, segmentation, i, &r->set->image[at], &o);
+    o.area = cJSON_IsNumber(area) && area->valuedouble >= 0 ? area->valuedouble
+             : (double)(o.box[2] - o.box[0]) * (double)(o.box[3] - o.box[1]);
+    return st ? st : add_object(r, at, &o);
+}
+
+/* ---- a file ---- */
+
+static lt_status read_images(reading *r, const cJSON *list)
+{
+    detection_image *image = lt_arena_array(r->arena, (size_t)cJSON_GetArraySize(list) + 1, sizeof(*image));
+    const cJSON *item;
+    lt_status st = number(r, "images", list, &r->image_of);
+
+    if (st == LT_OK && !image)
+        st = no_memory(r);
+    cJSON_ArrayForEach(item, list) {
+        if (st)
+            return st;
+        st = read_image(r, item, (int)r->set->count, &image[r->set->count]);
+        r->set->count++;
+    }
+    r->set->image = image;
+    return st;
+}
+
+static lt_status read_tree(reading *r, const cJSON *tree)
+{
+    const cJSON *images = cJSON_GetObjectItemCaseSensitive(tree, "images");
+    const cJSON *annotations = cJSON_GetObjectItemCaseSensitive(tree, "annotations"), *item;
+    const cJSON *categories = cJSON_GetObjectItemCaseSensitive(tree, "categories");
+    int i = 0;
+    lt_status st;
+
+    if (!cJSON_IsArray(images) || !cJSON_IsArray(annotations) || !cJSON_IsArray(categories))
+        return lt_error(LT_EFORMAT, "%s: want the lists images, annotations and categories, as COCO's instances have "
+                        "them", r->path);
+    st = read_classes(r, categories);
+    if (st == LT_OK)
+        st = read_images(r, images);
+    if (st)
+        return st;
+    r->objects = lt_arena_array(r->arena, (size_t)r->set->count + 1, sizeof(*r->objects));
+    if (!r->objects)
+        return no_memory(r);
+    cJSON_ArrayForEach(item, annotations) {
+        st = read_object(r, item, i++);
+        if (st)
+            return st;
+    }
+    for (int64_t k = 0; k < r->set->count; k++) {
+        detection_image *image = (detection_image *)&r->set->image[k];
+
+        image->object = r->objects[k].list;
+        image->n = (int)r->objects[k].n;
+    }
+    return LT_OK;
+}
+
+lt_status detection_parse_coco(lt_arena *arena, const char *path, const char *images, detection_set *out)
+{
+    reading r = { .arena = arena, .path = path, .images = images, .set = out };
+    cJSON *tree;
+    lt_status st = lt_json_read(path, &tree);
+
+    if (st)
+        return st;
+    out->title = "COCO";
+    out->list = path;
+    st = read_tree(&r, tree);
+    cJSON_Delete(tree);
+    return st;
+}
