@@ -13,7 +13,6 @@
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "tasks/detect/evaluate.h"
-#include "tasks/detect/task.h"
 #include "tasks/hand_object/config.h"
 #include "tasks/hand_object/evaluate.h"
 #include "tasks/hand_object/pictures.h"
@@ -21,7 +20,6 @@
 #include "tasks/tasks.h"
 
 #include <cjson/cJSON.h>
-#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -94,7 +92,7 @@ static void check_together(const eval_args *a, struct argp_state *state)
                    "--max-pa-mpjpe");
 }
 
-/* The i-th key of what is scored: of hands and objects, of detections, and of tasks that score themselves */
+/* The i-th key of what is scored: of hands and objects, and of tasks that score themselves */
 static const char *known_key(int i)
 {
     const char *key;
@@ -103,9 +101,6 @@ static const char *known_key(int i)
     for (int k = 0; (key = evaluate_key_at(k)); k++)
         if (n++ == i)
             return key;
-    if (i - n < DETECT_METRICS)
-        return detect_metrics[i - n];
-    n += DETECT_METRICS;
     for (const task *const *t = tasks; *t; t++)
         for (const char *const *own = (*t)->scores; own && *own; own++)
             if (n++ == i)
@@ -339,11 +334,14 @@ static lt_status run(const eval_args *a, const cli_checkpoint *c)
     return st;
 }
 
-/* ---- models of other tasks, which score themselves ---------------------------------------------------------------- */
+/* ---- models of other tasks, which score themselves -------------------------------------------------------------- */
 
+/* Of the first row, where there are several */
 static double first_row_score(const void *scores, const char *key)
 {
-    return eval_number_of(cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(scores, "rows"), 0), key);
+    const cJSON *row = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(scores, "rows"), 0);
+
+    return eval_number_of(row ? row : scores, key);
 }
 
 /* What the options say in the place of the run's configuration */
@@ -388,44 +386,32 @@ static lt_status evaluate_task(const eval_args *a, cli_checkpoint *c)
     return st;
 }
 
-/* ---- detections ------------------------------------------------------------------------------------------------------ */
+/* ---- detections -------------------------------------------------------------------------------------------------- */
 
-static double score_of_detections(const void *scores, const char *key)
+/* A file of COCO's results */
+static lt_status score_detections(const eval_args *a)
 {
-    const detect_scores *s = scores;
-
-    for (int k = 0; k < DETECT_METRICS; k++)
-        if (strcmp(detect_metrics[k], key) == 0)
-            return s->value[k];
-    return NAN;
-}
-
-/* Of a model, or with pred of a file */
-static lt_status score_detections(const eval_args *a, const cli_checkpoint *c, const char *data)
-{
-    const detect_evaluation e = { .data = data, .split = a->split, .m = c ? &c->m : NULL, .pred = a->pred,
-                                  .batch = a->batch, .threads = 2, .limit = a->limit, .progress = show_progress };
-    const char *folder = !c ? a->out : a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
+    const detect_evaluation e = { .data = a->data, .split = a->split, .pred = a->pred, .batch = a->batch, .threads = 2,
+                                  .progress = show_progress };
     detect_scores s;
-    lt_status st = a->submit || a->setup || a->filter || a->models || a->hand
-                   ? lt_error(LT_EUSAGE, "a detector takes --data, --split, --limit, --batch, --out, --json, --require")
-                   : detect_evaluate(&e, &s);
+    lt_status st = a->setup || a->models || a->hand
+                   ? lt_error(LT_EUSAGE, "detections take --data, --split, --out and --json") : detect_evaluate(&e, &s);
 
-    if (st == LT_OK && folder)
-        st = a->out ? lt_make_dirs(folder) : lt_make_own_folder(folder);
-    if (st == LT_OK && folder)
-        st = detect_scores_write(&s, folder);
+    if (st == LT_OK && a->out)
+        st = lt_make_dirs(a->out);
+    if (st == LT_OK && a->out)
+        st = detect_scores_write(&s, a->out);
     if (st == LT_OK && a->json)
         st = cli_print_json(detect_scores_json(&s), "the scores");
     else if (st == LT_OK)
         detect_scores_print(&s, stdout);
-    return st ? st : eval_require(a->require, a->n_require, score_of_detections, &s);
+    return st;
 }
 
 static lt_status score_file(const eval_args *a)
 {
     if (detection_probe(a->data))
-        return score_detections(a, NULL, a->data);
+        return score_detections(a);
     if (a->json)
         return lt_error(LT_EUSAGE, "--json with --pred is for COCO's results");
     return eval_file(&(eval_file_options){ .pred = a->pred, .data = a->data, .split = a->split, .setup = a->setup,
@@ -441,8 +427,6 @@ static lt_status score_run(const eval_args *a, cli_checkpoint *c)
     if (c->config.task->evaluate)
         return evaluate_task(a, c);
     st = cli_checkpoint_load(c, a->hand);
-    if (st == LT_OK && c->config.task == &detect_task)
-        return score_detections(a, c, a->data ? a->data : c->config.data->dir);
     if (st == LT_OK)
         st = cli_checkpoint_want_hands(c);
     return st ? st : run(a, c);

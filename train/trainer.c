@@ -189,7 +189,8 @@ static lt_status report(trainer *t, bool last)
 {
     const int64_t here = t->state.step - t->first_step, in_epoch = t->state.step % t->steps_of_epoch;
     const train_progress_state s = {
-        .epochs = (int)lt_ceil_div(t->total_steps, t->steps_of_epoch), .step_of_epoch = in_epoch ? in_epoch : t->steps_of_epoch,
+        .epochs = (int)lt_ceil_div(t->total_steps, t->steps_of_epoch),
+        .step_of_epoch = in_epoch ? in_epoch : t->steps_of_epoch,
         .steps_of_epoch = t->steps_of_epoch, .skipped = t->state.skipped,
         .eta_seconds = t->step_seconds * (double)(t->total_steps - t->state.step),
     };

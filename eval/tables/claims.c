@@ -234,8 +234,8 @@ static finding find(const eval_claims *c, const eval_claim *claim, int setting)
         const eval_run *r = &c->runs.run[i];
         double better, worse;
 
-        if (r->setting == setting && is_side(r, claim, claim->better, "") && side(c, claim, r, claim->better, NULL, &better)
-            && other_side(c, claim, r, &worse))
+        if (r->setting == setting && is_side(r, claim, claim->better, "")
+            && side(c, claim, r, claim->better, NULL, &better) && other_side(c, claim, r, &worse))
             add_pair(&f, better, worse, higher_is_better(claim));
     }
     return f;

@@ -55,7 +55,7 @@ void contact_zones(const contact_template *t, int32_t *zone)
     }
 }
 
-/* ---- contact_points: which points touch, and which are inside ------------------------------------------------- */
+/* ---- contact_points: which points touch, and which are inside -------------------------------------------- */
 
 /* contact_points: 1 for a point that counts, else 0; no gradient
  *   distance (B, N)   point (B, N, 3)   zone (B, N)   inside (B, cells)   box (B, 6)   R (B, 3, 3)   t (B, 3)

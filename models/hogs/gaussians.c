@@ -57,7 +57,7 @@ double gaussians_scale(const gaussians *g, int64_t row)
     return exp(fmax((double)s[0], fmax((double)s[1], (double)s[2])));
 }
 
-/* ---- initial values ------------------------------------------------------------------------------------------- */
+/* ---- initial values -------------------------------------------------------------------------------------- */
 
 /* The root of the mean square of the distances to the three nearest others */
 static double spacing(const lt_kd_tree *tree, const double at[3])
@@ -106,7 +106,7 @@ lt_status gaussians_place(const gaussians *g, int set, const float (*place)[3], 
     return st;
 }
 
-/* ---- in graphs ------------------------------------------------------------------------------------------------ */
+/* ---- in graphs ------------------------------------------------------------------------------------------- */
 
 static lt_tensor *rows_of(lt_param *p, lt_tensor *first, int64_t n)
 {

@@ -70,7 +70,7 @@ static const lt_config_key keys[] = {
     { .name = NULL },
 };
 
-/* ---- building ------------------------------------------------------------------------------------------------- */
+/* ---- building -------------------------------------------------------------------------------------------- */
 
 enum { BENCH_HANDS = 2, BENCH_OBJECTS = 4, FULL_HANDS = 10, FULL_OBJECTS = 20, LEAST_FRAME = 31 };
 
@@ -142,7 +142,7 @@ static void build(model *self, const lt_hand_layer *hand)
     m->beta = fixed(set, "beta", LT_SHAPE(m->config.hands, LT_HAND_BETAS));
 }
 
-/* ---- sets ----------------------------------------------------------------------------------------------------- */
+/* ---- sets ------------------------------------------------------------------------------------------------ */
 
 lt_status hogs_give_sets(model *self, const hogs_sets *sets)
 {

@@ -72,7 +72,7 @@ extern const model_class hogs_class;
 static inline const hogs *hogs_of(const model *m) { return m->self; }
 static inline int hogs_n_sets(const hogs *m) { return m->config.hands + m->config.objects; }
 
-/* ---- what sets are, before there is a model ------------------------------------------------------------------- */
+/* ---- what sets are, before there is a model -------------------------------------------------------------- */
 
 /* A set's canonical shape. Borrowed. */
 typedef struct {
@@ -132,7 +132,7 @@ typedef enum {
  */
 void hogs_record(const model *m, hogs_stage stage, model_record *r);
 
-/* ---- between hogs_record.c and hogs_loss.c -------------------------------------------------------------------- */
+/* ---- between hogs_record.c and hogs_loss.c --------------------------------------------------------------- */
 
 /* A set as it is in one frame */
 typedef struct {
@@ -155,7 +155,7 @@ typedef struct {
 
 /* hogs_scene_losses - of what was drawn: images, masks, LPIPS, skinning, neighbours, V-PM's changes.
  * hogs_skin_loss - the skinning field alone. hogs_pose_losses - of G-PM, contact and penetration.
- * Each adds its named losses to r, and its weighted sum to r->loss. hogs_skin_weight - what the skinning field's counts */
+ * Each adds its named losses to r, and its weighted sum to r->loss. hogs_skin_weight - what the field's counts */
 double hogs_skin_weight(hogs_stage stage);
 void hogs_scene_losses(const hogs *m, hogs_stage stage, const hogs_drawn *d, model_record *r);
 void hogs_skin_loss(const hogs *m, double weight, lt_tensor *hand_set, model_record *r);

@@ -25,7 +25,7 @@ static void add(model_record *r, const char *name, lt_tensor *loss, double weigh
     r->loss = r->loss ? lt_add(r->loss, share) : share;
 }
 
-/* ---- the skinning field ------------------------------------------------------------------------------------------ */
+/* ---- the skinning field ---------------------------------------------------------------------------------- */
 
 void hogs_skin_loss(const hogs *m, double weight, lt_tensor *hand_set, model_record *r)
 {
@@ -37,7 +37,7 @@ void hogs_skin_loss(const hogs *m, double weight, lt_tensor *hand_set, model_rec
     add(r, "skin", skin_field_loss(found, target), weight);
 }
 
-/* ---- images ------------------------------------------------------------------------------------------------------ */
+/* ---- images ---------------------------------------------------------------------------------------------- */
 
 /* The sum of three means is three times the mean of all. */
 static void add_images(const hogs *m, const hogs_drawn *d, model_record *r)
@@ -55,7 +55,7 @@ static void add_images(const hogs *m, const hogs_drawn *d, model_record *r)
                                           boxes)), W_LPIPS);
 }
 
-/* ---- as isometric as possible, and as little changed ------------------------------------------------------------- */
+/* ---- as isometric as possible, and as little changed ----------------------------------------------------- */
 
 /* Distances between neighbours as they are stored, and as they are drawn */
 static void add_isometry(const hogs_drawn_set *s, lt_tensor *near, const char *place, const char *covariance,
@@ -100,7 +100,7 @@ void hogs_scene_losses(const hogs *m, hogs_stage stage, const hogs_drawn *d, mod
     add_penalties(m, &d->object, r);
 }
 
-/* ---- poses ------------------------------------------------------------------------------------------------------- */
+/* ---- poses ----------------------------------------------------------------------------------------------- */
 
 static void add_contact(const hogs_pose *refined, model_record *r)
 {

@@ -6,7 +6,7 @@
 
 static const double NEAR = 0.2;                 /* metres: nothing nearer is drawn */
 
-/* ---- inputs --------------------------------------------------------------------------------------------------- */
+/* ---- inputs ---------------------------------------------------------------------------------------------- */
 
 lt_tensor *hogs_integers(model_record *r, const char *name, lt_shape shape)
 {
@@ -41,7 +41,7 @@ static lt_tensor *transform_input(model_record *r, const char *name, int64_t n)
     return model_input(r, name, LT_SHAPE(n, 3, 4));
 }
 
-/* ---- what the image shows --------------------------------------------------------------------------------------- */
+/* ---- what the image shows -------------------------------------------------------------------------------- */
 
 static void look(const hogs *m, model_record *r, vpm_condition *hand, vpm_condition *object)
 {
@@ -62,7 +62,7 @@ static vpm_condition condition_of(const vpm_condition *c, int b)
     };
 }
 
-/* ---- a set in its canonical place ------------------------------------------------------------------------------- */
+/* ---- a set in its canonical place ------------------------------------------------------------------------ */
 
 hogs_box hogs_set_box(const hogs *m, lt_tensor *which, bool object)
 {
@@ -156,7 +156,7 @@ static hogs_drawn_set set_of(const hogs *m, model_record *r, bool object, int b,
     return s;
 }
 
-/* ---- posed and coloured ----------------------------------------------------------------------------------------- */
+/* ---- posed and coloured ---------------------------------------------------------------------------------- */
 
 /* Linear blend skinning by the learnt field, at p'                                                     [Eq. 3, 4] */
 static lt_tensor *hand_transforms(const hogs *m, const hogs_drawn_set *s, lt_tensor *bones)
@@ -192,7 +192,7 @@ static lt_tensor *direction_of(const hogs_drawn_set *s, lt_tensor *transforms, l
     return lt_transform_points(lt_transform_back(s->posed, lt_detach(transforms)), view);
 }
 
-/* ---- drawing ---------------------------------------------------------------------------------------------------- */
+/* ---- drawing --------------------------------------------------------------------------------------------- */
 
 static lt_tensor *both(lt_tensor *hand, lt_tensor *object)
 {
@@ -236,7 +236,7 @@ static hogs_drawn draw(const hogs *m, model_record *r, hogs_stage stage, const h
     return (hogs_drawn){ .hand = *hand, .object = *object, .images = images, .radius = lt_result(images, 1) };
 }
 
-/* ---- G-PM ------------------------------------------------------------------------------------------------------- */
+/* ---- G-PM ------------------------------------------------------------------------------------------------ */
 
 static hogs_pose initial_pose(model_record *r)
 {
@@ -308,7 +308,7 @@ static void colour_object(const hogs *m, model_record *r, hogs_drawn_set *s, con
     s->colour = colour_of(m, s, direction_of(s, transform, view), degree);
 }
 
-/* ---- stages ----------------------------------------------------------------------------------------------------- */
+/* ---- stages ---------------------------------------------------------------------------------------------- */
 
 static hogs_pose pose_of(const hogs_pose *all, int b)
 {

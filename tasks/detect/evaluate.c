@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/detect/evaluate.h"
 
+#include "estimate/checkpoint.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
 #include "tasks/detect/batch.h"
@@ -193,4 +194,39 @@ lt_status detect_scores_write(const detect_scores *s, const char *folder)
     cJSON_Delete(root);
     lt_arena_free(arena);
     return st;
+}
+
+/* ---- a run -------------------------------------------------------------------------------------------------- */
+
+enum { AT_A_TIME = 8 };
+
+static lt_status score_run(const task_evaluation *e, lt_params *set, detect_scores *out)
+{
+    model m;
+    const detect_evaluation d = {
+        .data = e->config->data->dir, .split = e->split, .m = &m, .batch = AT_A_TIME,
+        .threads = e->config->data->threads, .limit = (int)e->limit, .progress = e->progress,
+    };
+    lt_status st = train_config_model(e->config, NULL, set, &m);
+
+    if (st == LT_OK)
+        st = checkpoint_load_model(e->checkpoint, &m);
+    return st ? st : detect_evaluate(&d, out);
+}
+
+lt_status detect_evaluate_run(const task_evaluation *e, cJSON **scores)
+{
+    lt_params *set = lt_params_new();
+    detect_scores s;
+    lt_status st = set ? score_run(e, set, &s) : lt_error(LT_ENOMEM, "no memory for the model");
+
+    lt_params_free(set);
+    if (st == LT_OK)
+        st = detect_scores_write(&s, e->folder);
+    if (st)
+        return st;
+    if (e->tables)
+        detect_scores_print(&s, e->tables);
+    *scores = detect_scores_json(&s);
+    return *scores ? LT_OK : lt_error(LT_ENOMEM, "no memory for the scores");
 }

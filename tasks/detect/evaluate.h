@@ -7,6 +7,7 @@
 
 #include "models/model.h"
 #include "tasks/detect/scores.h"
+#include "train/task.h"
 
 #include <stdio.h>
 
@@ -32,6 +33,9 @@ lt_status detect_evaluate(const detect_evaluation *e, detect_scores *out);
 /* detect_scores_json - an object by key, for cJSON_Delete; NULL without memory. detect_scores_print - a line each */
 struct cJSON *detect_scores_json(const detect_scores *s);
 void detect_scores_print(const detect_scores *s, FILE *f);
+
+/* detect_evaluate_run - task.evaluate: of a run's model; scores.json in the folder */
+lt_status detect_evaluate_run(const task_evaluation *e, struct cJSON **scores);
 
 /* detect_scores_write - scores.json into a folder. LT_EIO, LT_ENOMEM. */
 lt_status detect_scores_write(const detect_scores *s, const char *folder);

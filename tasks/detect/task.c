@@ -5,6 +5,7 @@
 #include "estimate/feed.h"
 #include "libtensor/io/file.h"
 #include "tasks/detect/batch.h"
+#include "tasks/detect/evaluate.h"
 #include "tasks/detect/found.h"
 
 #include <cjson/cJSON.h>
@@ -230,5 +231,6 @@ const task detect_task = {
     .open = run_open, .close = run_close, .build = run_build, .describe = run_describe,
     .facts = run_facts, .samples = run_samples, .checked = run_checked, .sample_bytes = run_sample_bytes,
     .recipe = run_recipe, .weight = batch_weight, .sample_name = run_sample_name, .score = run_score,
-    .measure = run_measure, .phase = run_phase, .groups = run_groups,
+    .measure = run_measure, .phase = run_phase, .groups = run_groups, .evaluate = detect_evaluate_run,
+    .scores = detect_metrics,
 };

@@ -40,7 +40,8 @@ lt_status hogs_load_backbone(lt_params *set, const char *path)
             continue;
         a = find(&f, name);
         if (!a)
-            st = lt_error(LT_EINVAL, "%s: model.point_backbone: has no \"%s\": no PointNet++ of ULIP's names", path, name);
+            st = lt_error(LT_EINVAL, "%s: model.point_backbone: has no \"%s\": no PointNet++ of ULIP's names", path,
+                          name);
         else if (!array_fits(&a->array, &p->shape))
             st = array_check(path, a->name, &a->array, p->name, &p->shape);
         else

@@ -25,7 +25,7 @@ const lt_config_key hogs_data_keys[] = {
     { DATA(jitter), .type = LT_CONFIG_BOOL, .fallback = "false",
       .doc = "multiply each channel of an image by 0.7 to 1.3, in training and in scoring" },
     { DATA(iterations), .type = LT_CONFIG_INT, .fallback = "20000", .lo = 20, .hi = 100000000,
-      .doc = "of stage 1, one frame each; stage 0 before it, densification, opacity resets and G-PM's start go by them" },
+      .doc = "of stage 1, one frame each; densification, opacity resets and G-PM's start go by them" },
     { DATA(pose_epochs), .type = LT_CONFIG_INT, .fallback = "2", .lo = 0, .hi = 1000,
       .doc = "of stage 2, in which G-PM alone learns from eight frames a step" },
     TRAIN_LOADER_KEYS(hogs_data_config),

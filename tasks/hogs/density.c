@@ -59,7 +59,7 @@ int64_t density_total(const hogs *m)
     return sum;
 }
 
-/* ---- what becomes of a row --------------------------------------------------------------------------------------- */
+/* ---- what becomes of a row ------------------------------------------------------------------------------- */
 
 typedef enum { KEEP, CLONE, CUT, PRUNE } fate;
 
@@ -91,7 +91,7 @@ static fate fate_of(const density *d, int64_t row, bool sizes)
     return gaussians_scale(&d->m->gaussians, row) <= SMALL * EXTENT ? CLONE : CUT;
 }
 
-/* ---- rows before and after ---------------------------------------------------------------------------------------- */
+/* ---- rows before and after ------------------------------------------------------------------------------- */
 
 /* The new rows of all sets. cut[i]: row i is a piece of the one that it comes from. */
 typedef struct {
@@ -170,7 +170,7 @@ static void tighten(const density *d, layout *l)
     l->capacity = need;
 }
 
-/* ---- new places of pieces ------------------------------------------------------------------------------------------- */
+/* ---- new places of pieces -------------------------------------------------------------------------------- */
 
 /* A piece stands at a sample of the Gaussian that it was cut from, and is smaller. */
 static void place_piece(const gaussians *g, int64_t row, lt_rng *rng)
@@ -247,7 +247,7 @@ static lt_status densify(density *d, bool sizes, uint64_t seed)
     return st;
 }
 
-/* ---- opacity reset --------------------------------------------------------------------------------------------------- */
+/* ---- opacity reset --------------------------------------------------------------------------------------- */
 
 static void reset(const density *d, lt_optim *o)
 {
@@ -279,7 +279,7 @@ lt_status density_control(density *d, const density_schedule *s, int64_t iterati
     return st;
 }
 
-/* ---- in a checkpoint --------------------------------------------------------------------------------------------------- */
+/* ---- in a checkpoint ------------------------------------------------------------------------------------- */
 
 static lt_real *data_of(const density *d, int i)
 {

@@ -10,7 +10,7 @@
 
 enum { TRAINING_FRAMES = 2000 };                /* at most, that the mean offset is of */
 
-/* ---- LPIPS of whole frames -------------------------------------------------------------------------------------- */
+/* ---- LPIPS of whole frames ------------------------------------------------------------------------------- */
 
 typedef struct {
     lt_graph *g;
@@ -53,7 +53,7 @@ static void lpips_score(const lpips_scorer *s, const lt_real *drawn, const float
     out[HOGS_LPIPS_SYM] = 1e3 * (double)*(const lt_real *)lt_plan_data(s->plan, s->distance[1]);
 }
 
-/* ---- one frame ---------------------------------------------------------------------------------------------------- */
+/* ---- one frame ------------------------------------------------------------------------------------------- */
 
 typedef struct {
     hogs_evaluation *e;
@@ -163,7 +163,7 @@ static void skipped(void *ctx, int i, const char *line)
     (void)ctx, (void)i, (void)line;             /* nothing is tolerated */
 }
 
-/* ---- the mean offset of the training frames ------------------------------------------------------------------------ */
+/* ---- the mean offset of the training frames -------------------------------------------------------------- */
 
 static lt_status add_offset(const dataset *d, const initial_poses *poses, int64_t i, double sum[12], int64_t *n)
 {
@@ -208,7 +208,7 @@ static lt_status find_mean_offset(hogs_evaluation *e)
     return LT_OK;
 }
 
-/* ---- another frame's image -------------------------------------------------------------------------------------------- */
+/* ---- another frame's image ------------------------------------------------------------------------------- */
 
 static bool same_sequence(const char *a, const char *b)
 {
@@ -238,7 +238,7 @@ static lt_status pairs_of(lt_arena *arena, const dataset *d, const pair **out)
     return st;
 }
 
-/* For each frame one of the same hand and object in another sequence, further on by half of those there are; -1: none */
+/* For each frame one of the same hand and object in another sequence; -1: there is none */
 static lt_status choose_others(hogs_evaluation *e, const dataset *from, int64_t *out)
 {
     const hogs_source *s = &e->run.check_source;
@@ -295,7 +295,7 @@ static lt_status run_swapped(hogs_evaluation *e, const compiled *c, const lpips_
     return st;
 }
 
-/* ---- all of it --------------------------------------------------------------------------------------------------------- */
+/* ---- all of it ------------------------------------------------------------------------------------------- */
 
 static lt_status choose_frames(hogs_evaluation *e)
 {

@@ -12,7 +12,7 @@
 /* hogs_evaluate - task.evaluate. In the folder: scores.json, table.md, per-sample.csv, pictures.png */
 lt_status hogs_evaluate(const task_evaluation *e, struct cJSON **scores);
 
-/* ---- between evaluate.c and report.c ---------------------------------------------------------------------------- */
+/* ---- between evaluate.c and report.c --------------------------------------------------------------------- */
 
 typedef enum { HOGS_ROW_MODEL, HOGS_ROW_INITIAL, HOGS_ROW_MEAN, HOGS_ROW_SWAP, HOGS_ROWS } hogs_row;
 

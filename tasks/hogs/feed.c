@@ -11,7 +11,7 @@
 
 #define DEGREES (M_PI / 180)
 
-/* ---- where Gaussians are under the initial poses ------------------------------------------------------------------- */
+/* ---- where Gaussians are under the initial poses --------------------------------------------------------- */
 
 hogs_placer hogs_placer_of(const hogs *m, const hogs_lists *lists, const hogs_rig *rigs, const hogs_frame *f)
 {
@@ -50,7 +50,7 @@ void hogs_posed_at(const hogs_placer *p, bool object, int64_t i, double out[3])
     hogs_bone_apply(T, x, out);
 }
 
-/* ---- helpers ---------------------------------------------------------------------------------------------------------- */
+/* ---- helpers --------------------------------------------------------------------------------------------- */
 
 typedef struct {
     const hogs_feeder *by;
@@ -101,7 +101,7 @@ static void put_floats(const job *j, const char *name, const float *from, int64_
         x[i] = (lt_real)from[i];
 }
 
-/* ---- a set --------------------------------------------------------------------------------------------------------------- */
+/* ---- a set ----------------------------------------------------------------------------------------------- */
 
 /* Column and row of a place of the camera in the crop; false: behind the camera */
 static bool in_crop(const hogs_frame *f, const double x[3], double out[2])
@@ -169,9 +169,9 @@ static void feed_neighbours(const job *j, bool object)
         memset(offset, 0, 2 * (size_t)capacity * sizeof(*offset));
 }
 
-/* ---- camera and poses ------------------------------------------------------------------------------------------------------ */
+/* ---- camera and poses ------------------------------------------------------------------------------------ */
 
-/* Which way colours are seen from, shaken in training: roll and yaw normal, pitch uniform                 [3DGS-Avatar] */
+/* Which way colours are seen from, shaken in training: roll and yaw normal, pitch uniform          [3DGS-Avatar] */
 static void feed_view(job *j)
 {
     lt_real *x = whole(j, "view");
@@ -223,14 +223,17 @@ static void feed_truth(const job *j)
     put_floats(j, "true_translation", f->known ? f->truth.t : f->initial.t, 3);
     if (weight)
         *weight = f->known;
-    for (int k = 0; offset && k < 3; k++)       /* each from its own hand's root */
-        offset[k] = (lt_real)(f->known ? (f->truth.t[k] - f->truth.root[k]) - (f->initial.t[k] - f->initial.root[k]) : 0);
+    for (int k = 0; offset && k < 3; k++) {     /* each from its own hand's root */
+        const float was = f->initial.t[k] - f->initial.root[k];
+
+        offset[k] = f->known ? f->truth.t[k] - f->truth.root[k] - was : 0;
+    }
     for (int i = 0; corners && i < HOGS_CORNERS; i++)
         for (int k = 0; k < 3; k++)
             corners[3 * i + k] = box[k] + (i >> k & 1 ? 1 : -1) / box[3 + k];
 }
 
-/* ---- G-PM -------------------------------------------------------------------------------------------------------------------- */
+/* ---- G-PM ------------------------------------------------------------------------------------------------ */
 
 /* The crop's colour at a place of it, between pixels */
 static void colour_at(const hogs *m, const float *image, const double uv[2], lt_real out[3])
@@ -310,7 +313,8 @@ static void feed_contact(job *j)
     for (int i = 0; i < HOGS_SURFACE_POINTS; i++) {
         const int32_t row = l->surface[j->f->object][i];
 
-        memcpy(surface + 3 * i, j->m->gaussians.centre->data + 3 * (object + (row < 0 ? 0 : row)), 3 * sizeof(*surface));
+        memcpy(surface + 3 * i, j->m->gaussians.centre->data + 3 * (object + (row < 0 ? 0 : row)),
+               3 * sizeof(*surface));
     }
     memcpy(box, grid->lo, sizeof(grid->lo));
     memcpy(box + 3, grid->per_metre, sizeof(grid->per_metre));
@@ -343,7 +347,7 @@ static void shake(job *j, hogs_frame *f)
         f->initial.t[k] += (float)(t * lt_rng_normal(&j->rng));
 }
 
-/* ---- images -------------------------------------------------------------------------------------------------------------------- */
+/* ---- images ---------------------------------------------------------------------------------------------- */
 
 static void feed_images(const job *j)
 {
@@ -393,7 +397,8 @@ static void feed_frame(job *j)
     feed_contact(j);
 }
 
-double hogs_feed(const void *ctx, const lt_plan *p, const model_record *r, const void *batch, int first, int part, int n)
+double hogs_feed(const void *ctx, const lt_plan *p, const model_record *r, const void *batch, int first, int part,
+                 int n)
 {
     const hogs_feeder *by = ctx;
     const hogs_batch *b = batch;

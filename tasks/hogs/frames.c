@@ -13,7 +13,7 @@ static const double ENLARGE = 1.2;              /* the crop's side, of the longe
 static const double JITTER = 0.3;               /* of a channel's factor */
 enum { LOOKED_AT = 5 };                         /* frames of a sequence that are searched for a mask */
 
-/* ---- batches ---------------------------------------------------------------------------------------------------- */
+/* ---- batches --------------------------------------------------------------------------------------------- */
 
 static void *batch_new(const void *ctx, int capacity)
 {
@@ -71,7 +71,7 @@ static const char *name(const void *ctx, int64_t index)
     return dataset_name(s->data, s->index[index]);
 }
 
-/* ---- poses and sets ----------------------------------------------------------------------------------------------- */
+/* ---- poses and sets -------------------------------------------------------------------------------------- */
 
 static void take_initial(const initial_pose *p, hogs_poses *out)
 {
@@ -114,7 +114,7 @@ static void take_truth(const dataset_sample *s, hogs_frame *f)
     f->known = (s->flags & SAMPLE_OBJECT) && (s->flags & SAMPLE_ROOT);
 }
 
-/* ---- masks --------------------------------------------------------------------------------------------------------- */
+/* ---- masks ----------------------------------------------------------------------------------------------- */
 
 static lt_status check_size(const hogs *m, const dataset_sample *s)
 {
@@ -128,8 +128,8 @@ static lt_status check_size(const hogs *m, const dataset_sample *s)
 static lt_status masks_of_data(const dataset_sample *s, uint8_t *out)
 {
     if (!(s->flags & SAMPLE_SEGMENTS))
-        return lt_error(LT_EINVAL, "%s: there is no mask of hand and object; data.masks=initial takes their silhouettes "
-                        "under the initial poses", s->name);
+        return lt_error(LT_EINVAL, "%s: there is no mask of hand and object; data.masks=initial takes their "
+                        "silhouettes under the initial poses", s->name);
     for (int y = 0; y < s->height; y++)
         for (int x = 0; x < s->width; x++) {
             const int from_x = (int)((int64_t)x * s->segments_width / s->width);
@@ -182,7 +182,7 @@ static lt_status masks_of_poses(lt_arena *arena, const hogs_source *s, const hog
     return st;
 }
 
-/* ---- images -------------------------------------------------------------------------------------------------------- */
+/* ---- images ---------------------------------------------------------------------------------------------- */
 
 static bool in_image(int image, uint8_t segment)
 {
@@ -323,7 +323,7 @@ loader_source hogs_frames_loader(const hogs_source *s)
     };
 }
 
-/* ---- which frames --------------------------------------------------------------------------------------------------- */
+/* ---- which frames ---------------------------------------------------------------------------------------- */
 
 lt_status hogs_frames_of(lt_arena *arena, const dataset *data, const initial_poses *poses, const int64_t **index,
                          int64_t *count)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Frames as HOGS takes them: an image with masks of what is seen of hand and object, and the poses that they begin with.
+ * Frames as HOGS takes them: an image with masks of what is seen of hand and object, and poses to begin with.
  */
 #ifndef TASKS_HOGS_FRAMES_H
 #define TASKS_HOGS_FRAMES_H
@@ -52,21 +52,20 @@ typedef struct {
     uint64_t seed;
     const int64_t *index;           /* (count) of the dataset's frames */
     int64_t count;
-    const dataset *shown;           /* whose frames show_as[i] the networks see in the place of frame i's own image, in */
-    const int64_t *show_as;         /* their own crop; NULL: their own. (count), -1: the frame is not there */
+    const dataset *shown;           /* whose frame show_as[i] the networks see in the place of frame i's own image, */
+    const int64_t *show_as;         /* in its own crop. (count), -1: the frame is not there; NULL: each its own */
 } hogs_source;
 
 /* hogs_frames_loader - s outlives the loader's. A frame fails where it cannot be read, is of another size than the
  * model draws, shows a left hand, or a subject or object that has no set; it is not there where nothing is seen. */
 loader_source hogs_frames_loader(const hogs_source *s);
 
-/* hogs_frames_of - the dataset's frames that have initial poses of hand and object, in arena memory. LT_ENOMEM; an error
- * where there is none. */
+/* hogs_frames_of - the dataset's frames that have initial poses of hand and object, in arena memory. LT_ENOMEM; an
+ * error where there is none. */
 lt_status hogs_frames_of(lt_arena *arena, const dataset *data, const initial_poses *poses, const int64_t **index,
                          int64_t *count);
 
-/* hogs_frames_check - look into each sequence: an error that names one whose frames have no mask, or no mask that is not
- * empty */
+/* hogs_frames_check - look into each sequence: an error that names one whose frames have no mask, or empty ones */
 lt_status hogs_frames_check(const hogs_source *s);
 
 #endif

@@ -13,7 +13,7 @@ enum { NEAR, VERTEX, SURFACE, INSIDE, ARRAYS };
 
 static const char *const names[ARRAYS] = { "task.near", "task.vertex", "task.surface", "task.inside" };
 
-/* ---- memory ---------------------------------------------------------------------------------------------------- */
+/* ---- memory ---------------------------------------------------------------------------------------------- */
 
 void hogs_lists_free(hogs_lists *l)
 {
@@ -45,7 +45,7 @@ static lt_status room_for(hogs_lists *l, const hogs *m)
     return lt_error(LT_ENOMEM, "no memory for the neighbours of %lld Gaussians", (long long)rows);
 }
 
-/* ---- one set ---------------------------------------------------------------------------------------------------- */
+/* ---- one set --------------------------------------------------------------------------------------------- */
 
 /* A set's Gaussians as they are stored, in double */
 typedef struct {
@@ -91,7 +91,7 @@ static lt_status make_neighbours(set_job *j)
     return st;
 }
 
-/* ---- an object's inside ------------------------------------------------------------------------------------------ */
+/* ---- an object's inside ---------------------------------------------------------------------------------- */
 
 static void axes_of(const gaussians *g, int64_t row, lt_real out[9])
 {
@@ -184,7 +184,7 @@ lt_status hogs_lists_make(hogs_lists *l, const hogs *m, const hogs_rig *rig)
     return st;
 }
 
-/* ---- in a checkpoint ---------------------------------------------------------------------------------------------- */
+/* ---- in a checkpoint ------------------------------------------------------------------------------------- */
 
 static int64_t length_of(const hogs_lists *l, int array)
 {

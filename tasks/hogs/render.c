@@ -4,6 +4,7 @@
 #include "data/kind.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/printable.h"
+#include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/geometry/svd3.h"
 #include "libtensor/io/file.h"
@@ -26,7 +27,7 @@ typedef struct {
     int64_t written;
 } job;
 
-/* ---- Gaussians as a file ------------------------------------------------------------------------------------------- */
+/* ---- Gaussians as a file --------------------------------------------------------------------------------- */
 
 /* M = U S V^T: the rotation U, with determinant 1, and the scales S have the same covariance. */
 static void factor(const lt_real *axes, lt_splat *out)
@@ -36,7 +37,7 @@ static void factor(const lt_real *axes, lt_splat *out)
     for (int k = 0; k < 9; k++)
         M[k] = (double)axes[k];
     lt_svd3(M, U, S, V);
-    if (U[0] * (U[4] * U[8] - U[5] * U[7]) - U[1] * (U[3] * U[8] - U[5] * U[6]) + U[2] * (U[3] * U[7] - U[4] * U[6]) < 0)
+    if (lt_mat3_det(U) < 0)
         for (int r = 0; r < 3; r++)
             U[3 * r + 2] = -U[3 * r + 2];
     lt_rot_to_quat(U, q);
@@ -76,7 +77,7 @@ static lt_status write_splats(const char *path, const compiled *c)
     return st;
 }
 
-/* ---- pictures ------------------------------------------------------------------------------------------------------- */
+/* ---- pictures -------------------------------------------------------------------------------------------- */
 
 static uint8_t byte_of(double x)
 {
@@ -160,7 +161,7 @@ static void skipped(void *ctx, int i, const char *line)
         lt_say(j->p->messages, "%s", line);
 }
 
-/* ---- a folder ---------------------------------------------------------------------------------------------------------- */
+/* ---- a folder -------------------------------------------------------------------------------------------- */
 
 static lt_status draw_all(job *j)
 {

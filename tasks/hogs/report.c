@@ -34,7 +34,7 @@ static const char *variant_of(const hogs_evaluation *e)
     return lt_arena_printf(e->arena, "%s%s", e->run.m->variant, hogs_data_of(e->run.config)->jitter ? "-cj" : "");
 }
 
-/* ---- JSON ---------------------------------------------------------------------------------------------------------- */
+/* ---- JSON ------------------------------------------------------------------------------------------------ */
 
 static void add_scores(cJSON *o, const hogs_means *m)
 {
@@ -106,7 +106,8 @@ static int results_of(const hogs_evaluation *e, const eval_table *t, eval_result
             continue;
         for (int i = 0; i < HOGS_SCORES; i++)
             if (e->means[row].n[i])
-                score[scores++] = (eval_score){ hogs_score_keys[i], hogs_means_of(&e->means[row], (hogs_score)i), false };
+                score[scores++] = (eval_score){ .key = hogs_score_keys[i],
+                                                .value = hogs_means_of(&e->means[row], (hogs_score)i) };
         if (row == HOGS_ROW_MODEL)
             r.against = eval_find_variant(t, variant_of(e));
         if (r.against != EVAL_NO_ROW)
@@ -162,7 +163,7 @@ cJSON *hogs_evaluation_json(const hogs_evaluation *e)
     return root;
 }
 
-/* ---- tables ---------------------------------------------------------------------------------------------------------- */
+/* ---- tables ---------------------------------------------------------------------------------------------- */
 
 lt_status hogs_evaluation_print(const hogs_evaluation *e, FILE *f, eval_format format)
 {
@@ -181,7 +182,7 @@ lt_status hogs_evaluation_print(const hogs_evaluation *e, FILE *f, eval_format f
     return st;
 }
 
-/* ---- files ------------------------------------------------------------------------------------------------------------ */
+/* ---- files ----------------------------------------------------------------------------------------------- */
 
 static lt_status write_tables(const hogs_evaluation *e, const char *path)
 {

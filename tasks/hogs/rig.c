@@ -84,7 +84,7 @@ hogs_set hogs_rig_set(const hogs_rig *r, int id, const float *beta)
     return s;
 }
 
-/* ---- posed ----------------------------------------------------------------------------------------------------- */
+/* ---- posed ----------------------------------------------------------------------------------------------- */
 
 /* G_i = G_parent [R_i | J_i - J_parent], B_i = G_i Translate(-J_i), and the wrist from its place at rest to root */
 void hogs_rig_bones(const hogs_rig *r, const float *rotation, const float root[3], hogs_bone out[LT_HAND_JOINTS])
@@ -127,7 +127,7 @@ void hogs_rig_blend(const hogs_rig *r, const hogs_bone bone[LT_HAND_JOINTS], int
     }
 }
 
-/* ---- samples for the skinning field ------------------------------------------------------------------------------ */
+/* ---- samples for the skinning field ---------------------------------------------------------------------- */
 
 /* How much each corner of a triangle counts at a place in its plane: by the areas opposite */
 static void barycentric(const lt_mesh *mesh, const int32_t face[3], const float place[3], double out[3])

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A subject's hand in its canonical place: the hand model in zero pose with the subject's shape, and what brings it into
- * the camera. Pose blend shapes are not used.
+ * A subject's hand in its canonical place: the hand model in zero pose with the subject's shape, and what brings it
+ * into the camera. Pose blend shapes are not used.
  */
 #ifndef TASKS_HOGS_RIG_H
 #define TASKS_HOGS_RIG_H

@@ -64,7 +64,8 @@ struct task_run {
 };
 
 /* hogs_feed - recipe.feed, ctx a hogs_feeder */
-double hogs_feed(const void *ctx, const lt_plan *p, const model_record *r, const void *batch, int first, int part, int n);
+double hogs_feed(const void *ctx, const lt_plan *p, const model_record *r, const void *batch, int first, int part,
+                 int n);
 
 /* hogs_recipe - of a stage: its graph, of one frame where it is to evaluate, and its feeding */
 recipe hogs_recipe(const struct task_run *r, hogs_stage stage);

@@ -50,7 +50,7 @@ hogs_stage hogs_stage_of(const hogs_schedule *s, int64_t step)
     return iteration < s->warm ? HOGS_WARM : HOGS_GAUSSIANS;
 }
 
-/* ---- groups of the optimiser ------------------------------------------------------------------------------------ */
+/* ---- groups of the optimiser ----------------------------------------------------------------------------- */
 
 enum { CENTRE, DC, REST, OPACITY, SCALE, ROTATION, SKIN, TRUNK, HASH, HAND_COLOUR, OBJECT_COLOUR, POSES, VIT, N };
 

@@ -59,7 +59,7 @@ lt_status hogs_score_pose(const dataset *d, const hogs_frame *f, const float R[9
     return st;
 }
 
-/* ---- touching ---------------------------------------------------------------------------------------------------- */
+/* ---- touching -------------------------------------------------------------------------------------------- */
 
 lt_status hogs_touch_open(lt_arena *arena, const dataset *d, const lt_hand_model *hand, hogs_touch *out)
 {

@@ -34,8 +34,8 @@ typedef struct {
 } hogs_touch;
 
 /* hogs_touch_open - in the arena. Errors: those of eval_contact_object_new.
- * hogs_score_contact - penetration, mm, intersection, cm3, and contact of the hand, as its initial pose has it, with the
- * object in a pose. Errors: those of eval_contact. */
+ * hogs_score_contact - penetration, mm, intersection, cm3, and contact of the hand, as its initial pose has it, with
+ * the object in a pose. Errors: those of eval_contact. */
 lt_status hogs_touch_open(lt_arena *arena, const dataset *d, const lt_hand_model *hand, hogs_touch *out);
 lt_status hogs_score_contact(const hogs_touch *touch, const hogs *m, const hogs_frame *f, const float R[9],
                              const float t[3], double out[HOGS_SCORES]);

@@ -11,7 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
-/* ---- opening ----------------------------------------------------------------------------------------------------- */
+/* ---- opening --------------------------------------------------------------------------------------------- */
 
 static dataset_options options_of(const task_run *r, const hogs_data_config *d)
 {
@@ -110,7 +110,7 @@ void hogs_close_data(task_run *r)
     dataset_free(r->evaluation);
 }
 
-/* ---- sets ----------------------------------------------------------------------------------------------------------- */
+/* ---- sets ------------------------------------------------------------------------------------------------ */
 
 enum { MOST_SUBJECTS = 64 };
 
@@ -180,7 +180,7 @@ static lt_status make_sets(task_run *r, const subjects *who)
     return st;
 }
 
-/* ---- what the configuration leaves to the data -------------------------------------------------------------------------- */
+/* ---- what the configuration leaves to the data ----------------------------------------------------------- */
 
 static bool leave_to_data(cJSON *keys, const char *name, int value)
 {

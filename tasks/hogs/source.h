@@ -12,12 +12,12 @@
 lt_status hogs_open_data(task_run *r, train_config *c, const char *split);
 void hogs_close_data(task_run *r);
 
-/* hogs_find_training_sets - of the training frames: subjects and objects, their canonical shapes; frame sizes and numbers
- * of sets into the configuration where it leaves them open */
+/* hogs_find_training_sets - of the training frames: subjects and objects, their canonical shapes; frame sizes and
+ * numbers of sets into the configuration where it leaves them open */
 lt_status hogs_find_training_sets(task_run *r, train_config *c);
 
-/* hogs_open_model - r->m as a checkpoint has it, and what feeding it frames of r->train needs. Parameters in set, which is
- * empty. Errors: those of checkpoint_load_model; a model without a hand or an object. */
+/* hogs_open_model - r->m as a checkpoint has it, and what feeding it frames of r->train needs. Parameters in set, which
+ * is empty. Errors: those of checkpoint_load_model; a model without a hand or an object. */
 lt_status hogs_open_model(task_run *r, const char *checkpoint, lt_params *set);
 
 #endif

@@ -18,7 +18,7 @@
 
 enum { POSE_BATCH = 8 };
 
-/* ---- opening ---------------------------------------------------------------------------------------------------- */
+/* ---- opening --------------------------------------------------------------------------------------------- */
 
 static hogs_source source_of(const task_run *r, const dataset *data, const initial_poses *poses, bool training)
 {
@@ -106,7 +106,7 @@ static lt_status build(task_run *r, const train_config *c, lt_params *set, model
     return LT_OK;
 }
 
-/* ---- telling ------------------------------------------------------------------------------------------------------ */
+/* ---- telling --------------------------------------------------------------------------------------------- */
 
 static void run_describe(const task_run *r, train_progress *p)
 {
@@ -135,7 +135,7 @@ static void run_facts(const task_run *r, cJSON *env)
     cJSON_AddStringToObject(env, "poses", initial_poses_how(r->train_poses));
 }
 
-/* ---- batches -------------------------------------------------------------------------------------------------------- */
+/* ---- batches --------------------------------------------------------------------------------------------- */
 
 static loader_source run_samples(const task_run *r)
 {
@@ -172,7 +172,7 @@ static const char *run_sample_name(const task_run *r, const void *batch, int i)
     return i < b->count ? dataset_name(r->train, b->frame[i].index) : NULL;
 }
 
-/* ---- stages --------------------------------------------------------------------------------------------------------- */
+/* ---- stages ---------------------------------------------------------------------------------------------- */
 
 static const char *const stage_names[HOGS_STAGES] = {
     [HOGS_SKIN] = "skin", [HOGS_WARM] = "warm", [HOGS_GAUSSIANS] = "gaussians", [HOGS_JOINT] = "joint",
@@ -214,7 +214,7 @@ static const lt_optim_group *run_groups(const task_run *r, int *n, lt_optim_aver
     return hogs_optim_groups(hogs_of(r->m), &r->schedule, ((task_run *)r)->group, n);
 }
 
-/* ---- steps ------------------------------------------------------------------------------------------------------------ */
+/* ---- steps ----------------------------------------------------------------------------------------------- */
 
 static lt_status touch_set(const hogs *m, int set)
 {
@@ -268,7 +268,7 @@ static lt_status run_rows(task_run *r, const void *batch, int64_t step)
     return st;
 }
 
-/* ---- density control ------------------------------------------------------------------------------------------------------ */
+/* ---- density control ------------------------------------------------------------------------------------- */
 
 /* Slope and radius of each row of the two sets that a frame shows */
 static lt_real *run_observed(const task_run *r, int64_t *n)
@@ -355,7 +355,7 @@ static int run_counts(const task_run *r, train_count out[TRAIN_COUNTS])
     return 3;
 }
 
-/* ---- its own state ------------------------------------------------------------------------------------------------------- */
+/* ---- its own state --------------------------------------------------------------------------------------- */
 
 static int run_save(const task_run *r, lt_named_array *out, int room)
 {
@@ -372,7 +372,7 @@ static lt_status run_load(task_run *r, const char *path, const lt_named_array *e
     return st ? st : density_load(&r->density, path, entry, n);
 }
 
-/* ---- scores --------------------------------------------------------------------------------------------------------------- */
+/* ---- scores ---------------------------------------------------------------------------------------------- */
 
 static lt_status run_score(task_run *r, const compiled *c, const void *batch, records *out, bool *no_losses)
 {

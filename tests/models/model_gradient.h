@@ -2,9 +2,9 @@
 /*
  * HOGS whole, in double: from images and poses to the parameters of each of its parts, along a random direction.
  *
- * What is held still on purpose (the numbers of Gaussians that V-PM and G-PM read, directions' transforms) would show in
- * differences and not in gradients: so Gaussians are looked at without V-PM, V-PM without G-PM, G-PM with everything, and
- * colours by degree 0 alone.
+ * What is held still on purpose (the numbers of Gaussians that V-PM and G-PM read, directions' transforms) would show
+ * in differences and not in gradients: so Gaussians are looked at without V-PM, V-PM without G-PM, G-PM with all of it,
+ * and colours by degree 0 alone.
  */
 #ifndef TESTS_MODELS_MODEL_GRADIENT_H
 #define TESTS_MODELS_MODEL_GRADIENT_H

@@ -145,7 +145,7 @@ START_TEST(same_bits)
 }
 END_TEST
 
-/* ---- the trained model ----------------------------------------------------------------------------------------- */
+/* ---- the trained model ----------------------------------------------------------------------------------- */
 
 static void score(const char *run, const char *folder, cJSON **scores)
 {
@@ -197,7 +197,7 @@ START_TEST(scored_and_drawn)
 }
 END_TEST
 
-/* ---- what is wrong ------------------------------------------------------------------------------------------------ */
+/* ---- what is wrong --------------------------------------------------------------------------------------- */
 
 static void refused(const char *more, const char *line)
 {
