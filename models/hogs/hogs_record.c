@@ -339,6 +339,26 @@ static void record_poses(const hogs *m, model_record *r)
     hogs_pose_losses(m, &offsets, &initial, &refined, r);
 }
 
+/* A graph that draws is of one frame: of others it says so when it is compiled. */
+static lt_status refuse(lt_call *c)
+{
+    return lt_fail(c, "draws one frame at a time, found a batch of %lld", (long long)lt_dim(c->in[0], 0));
+}
+
+static void never(const lt_call *c)
+{
+    (void)c;
+}
+
+static const lt_op one_frame_op = { .name = "hogs_frame", .infer = refuse, .forward = never };
+
+static void refuse_batch(const hogs *m, model_record *r)
+{
+    lt_tensor *image = model_input(r, "image", LT_SHAPE(r->batch, 3, m->sizes.crop, m->sizes.crop));
+
+    r->loss = lt_apply(&one_frame_op, NULL, 0, &image, 1);
+}
+
 /* Draw one frame, with the object's pose refined where G-PM takes part. */
 static void record_scene(const hogs *m, hogs_stage stage, model_record *r)
 {
@@ -384,6 +404,8 @@ void hogs_record(const model *self, hogs_stage stage, model_record *r)
         hogs_skin_loss(m, hogs_skin_weight(stage), hogs_integers(r, "hand_set", LT_SHAPE(1)), r);
     else if (stage == HOGS_POSES)
         record_poses(m, r);
+    else if (r->batch != 1)
+        refuse_batch(m, r);
     else
         record_scene(m, stage, r);
     if (r->loss)

@@ -73,7 +73,7 @@ static void destroy(built *b)
 /* Networks on points choose and collect these by index, and LPIPS is one op: neither has an ONNX form here. */
 static bool without_onnx(const model_class *cls)
 {
-    static const char *const names[] = { "pointnet2", "gpm", "lpips", "points" };
+    static const char *const names[] = { "pointnet2", "gpm", "lpips", "points", "hogs" };
 
     for (size_t i = 0; i < LT_COUNT(names); i++)
         if (strcmp(cls->name, names[i]) == 0)
