@@ -41,6 +41,9 @@ static const eval_row hogs_4_rows[] = {
     { "HOGS", "", "", { 31.12, 0.9728, 26.83 }, ALL_3 },
 };
 
+/* With our rasteriser GOF's images are those of HOGS without V-PM. */
+static const char *const hogs_4_variants[] = { "no-vpm", "avatar", "full" };
+
 static const eval_column hogs_5_columns[] = {
     { "oce_mm", "OCE", 1, NULL }, { "mce_mm", "MCE", 1, NULL }, { "adds_mm", "ADD-S", 1, NULL },
 };
@@ -130,7 +133,7 @@ const eval_table eval_hogs_tables[] = {
         .id = "hogs-4", .title = "HOGS, Table 4: rendering",
         .data = "DexYCB",
         .column = hogs_4_columns, .n_columns = LT_COUNT(hogs_4_columns),
-        .row = hogs_4_rows, .n_rows = LT_COUNT(hogs_4_rows),
+        .row = hogs_4_rows, .variant = hogs_4_variants, .n_rows = LT_COUNT(hogs_4_rows),
     },
     {
         .id = "hogs-5", .title = "HOGS, Table 5: object pose", .cite = "HOGS, Table 5",

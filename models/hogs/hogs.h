@@ -44,8 +44,9 @@ typedef struct {
     int small;                      /* model.size: 0 the paper's, 1 a CPU's */
     int hands, objects, gaussians;  /* sets, and Gaussians of one at first; 0: as many as the data have, as the size */
     int width, height;              /* of the frames; 0: as the data have */
-    bool one_blob, raw_vit, alpha3, white, subset, metric_radius;
+    int one_blob, raw_vit, white, subset, clip_groups;      /* choices, of two each */
     int lambda_nr;
+    bool alpha3, metric_radius;
     const char *point_backbone;     /* "": none */
 } hogs_config;
 

@@ -105,6 +105,8 @@ const lt_optim_group *hogs_optim_groups(const hogs *m, const hogs_schedule *s, l
     out[OBJECT_COLOUR] = network("object_colour", object, 1e-3, s);
     out[POSES] = network("gpm", poses, small ? SMALL_RATE : 1e-5, s);
     out[VIT] = network("vit", backbone, 3e-4, s);
+    for (int i = 0; i < N; i++)
+        out[i].clip_alone = m->config.clip_groups && out[i].clip_norm > 0;
     *n = N;
     return out;
 }
