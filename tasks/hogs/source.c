@@ -95,8 +95,8 @@ lt_status hogs_open_data(task_run *r, train_config *c, const char *split)
         st = keep_paths(r, c);
     if (!st)
         st = read_poses(r, c, r->train, r->evaluation, &r->train_poses);
-    if (!st && r->evaluation && !split)
-        st = read_poses(r, c, r->evaluation, r->train, &r->check_poses);
+    if (!st && r->evaluation && !split && read_poses(r, c, r->evaluation, r->train, &r->check_poses) == LT_ENOMEM)
+        st = LT_ENOMEM;                 /* a split without poses is not validated on: HO3D keeps them to itself */
     return st;
 }
 

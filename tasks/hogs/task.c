@@ -38,12 +38,12 @@ static lt_status choose_checked(task_run *r, const train_config *c)
     int64_t count, *some;
     lt_status st;
 
-    if (!r->evaluation)
+    if (!r->check_poses)
         return LT_OK;
     *s = source_of(r, r->evaluation, r->check_poses, false);
     st = hogs_frames_of(r->arena, r->evaluation, r->check_poses, &index, &count);
-    if (st)
-        return st;
+    if (st)                             /* none has poses of both */
+        return st == LT_ENOMEM ? st : LT_OK;
     s->count = lt_min_i64(count, c->loop.validate_samples);
     some = lt_arena_array(r->arena, (size_t)s->count, sizeof(*some));
     for (int64_t i = 0; some && i < s->count; i++)
