@@ -116,7 +116,7 @@ static void resolve(const best_cells *best, int64_t n, lt_real *assigned)
             if (t[ASSIGNED_OBJECT] >= 0 && t[ASSIGNED_SCORE] >= (lt_real)m->iou)
                 continue;
             t[ASSIGNED_OBJECT] = (lt_real)g;
-            t[ASSIGNED_SCORE] = (lt_real)m->iou;        /* for now */
+            t[ASSIGNED_SCORE] = (lt_real)m->iou;        /* scaled below, once all of the object's are known */
             t[ASSIGNED_ALPHA] = (lt_real)m->alpha;
         }
 }

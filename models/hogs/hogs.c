@@ -11,7 +11,7 @@
 #define GPM .gpm = true, .contact = true
 
 static const hogs_variant rows[] = {
-    { "full", .full_size = false, SEES, VPM, GPM },
+    { "full", SEES, VPM, GPM },
     { "cpu", .small = true, SEES, VPM, GPM },
     { "no-contact", SEES, VPM, .gpm = true },
     { "gpm-random", SEES, VPM, GPM, .random_points = true },
@@ -167,6 +167,12 @@ int hogs_find_set(const hogs *m, bool object, int id)
         if ((int)p->data[i] == id)
             return i;
     return -1;
+}
+
+void hogs_beta(const hogs *m, int hand, float out[LT_HAND_BETAS])
+{
+    for (int k = 0; k < LT_HAND_BETAS; k++)
+        out[k] = (float)m->beta->data[hand * LT_HAND_BETAS + k];
 }
 
 static void remember(const hogs *m, bool object, int i, const hogs_set *s)

@@ -29,8 +29,7 @@ enum {
 /* A row of Tables 4 to 8 */
 typedef struct {
     const char *name;
-    bool full_size;                 /* in the paper's sizes, whatever model.size says; small: in a CPU's */
-    bool small;
+    bool small;                     /* in a CPU's sizes, whatever model.size says */
     bool F, pixel, G;               /* what V-PM's trunk reads                                           [Table 8] */
     bool colour, geometry;          /* whether it changes colours, and places, sizes, rotations          [Table 7] */
     bool gpm, contact;
@@ -93,6 +92,9 @@ lt_status hogs_give_sets(model *m, const hogs_sets *sets);
 
 /* hogs_find_set - the number of a hand's (object false) or an object's set; -1: none */
 int hogs_find_set(const hogs *m, bool object, int id);
+
+/* hogs_beta - the shape of a hand's set */
+void hogs_beta(const hogs *m, int hand, float out[LT_HAND_BETAS]);
 
 /* ---- graphs ------------------------------------------------------------------------------------------------- */
 
@@ -165,6 +167,9 @@ void hogs_pose_losses(const hogs *m, const gpm_out *offsets, const hogs_pose *in
 
 /* hogs_fill - model_class.fill: a hand before an object, half a metre away */
 void hogs_fill(const model *m, const char *input, lt_real *x);
+
+/* hogs_identity - the transform (1, 3, 4) that leaves everything where it is */
+lt_tensor *hogs_identity(lt_graph *g);
 
 /* hogs_integers - an input of LT_I32; hogs_set_box - of the set, whose number in all of them is in which (1) */
 lt_tensor *hogs_integers(model_record *r, const char *name, lt_shape shape);

@@ -62,12 +62,8 @@ static void add_isometry(const hogs_drawn_set *s, lt_tensor *near, const char *p
                          model_record *r)
 {
     const gaussian_rows *g = &s->rows;
-    lt_tensor *still, *I;
-    lt_real *x = lt_constant_reals(r->g, LT_SHAPE(1, 3, 4), &I);
+    lt_tensor *still = lt_splat_covariance(lt_splat_axes(g->log_scale, g->quaternion, hogs_identity(r->g)));
 
-    for (int k = 0; x && k < 3; k++)
-        x[5 * k] = 1;
-    still = lt_splat_covariance(lt_splat_axes(g->log_scale, g->quaternion, I));
     add(r, place, lt_isometry_loss(g->centre, s->posed, near), W_ISO_PLACE);
     add(r, covariance, lt_isometry_loss(still, lt_splat_covariance(s->axes), near), W_ISO_COVARIANCE);
 }

@@ -74,7 +74,7 @@ hogs_box hogs_set_box(const hogs *m, lt_tensor *which, bool object)
     };
 }
 
-static lt_tensor *identity(lt_graph *g)
+lt_tensor *hogs_identity(lt_graph *g)
 {
     lt_tensor *t;
     lt_real *x = lt_constant_reals(g, LT_SHAPE(1, 3, 4), &t);
@@ -93,7 +93,7 @@ static vpm_gaussians read_rows(const hogs *m, const hogs_drawn_set *s)
 {
     const gaussian_rows *g = &s->rows;
     const int64_t N = lt_dim(g->centre, 0);
-    lt_tensor *axes = lt_splat_axes(lt_detach(g->log_scale), lt_detach(g->quaternion), identity(g->centre->graph));
+    lt_tensor *axes = lt_splat_axes(lt_detach(g->log_scale), lt_detach(g->quaternion), hogs_identity(g->centre->graph));
 
     return (vpm_gaussians){
         .encoding = vpm_encode(vpm_of(m, s->object), hogs_in_box(&s->box, lt_detach(g->centre))),
@@ -266,7 +266,7 @@ static lt_tensor *drawn_of(lt_tensor *const *x, int B, lt_tensor *drawn)
 }
 
 static gpm_out refine(const hogs *m, model_record *r, hogs_stage stage, const hogs_drawn_set *object,
-                      const lt_tensor *place, const vpm_condition *condition)
+                      lt_tensor *place, const vpm_condition *condition)
 {
     const int64_t B = r->batch, P = points_of(m, stage);
     lt_tensor *drawn = hogs_integers(r, "drawn", LT_SHAPE(B, P));
@@ -284,7 +284,7 @@ static gpm_out refine(const hogs *m, model_record *r, hogs_stage stage, const ho
     in.root = model_input(r, "root", LT_SHAPE(B, 3));
     in.encoding = drawn_of(encoding, (int)B, drawn), in.covariance = drawn_of(covariance, (int)B, drawn);
     in.colour = drawn_of(colour, (int)B, drawn), in.opacity = drawn_of(opacity, (int)B, drawn);
-    in.place = lt_gather((lt_tensor *)place, drawn);
+    in.place = lt_gather(place, drawn);
     return gpm_forward(&m->gpm, &in);
 }
 
@@ -298,12 +298,10 @@ static hogs_pose refined_pose(const hogs_pose *initial, const gpm_out *offsets)
 }
 
 /* Under the initial pose: how it is seen from, for the colours that G-PM reads */
-static void colour_object(const hogs *m, model_record *r, hogs_drawn_set *s, const hogs_pose *pose, lt_tensor *view,
-                          lt_tensor *degree)
+static void colour_object(const hogs *m, hogs_drawn_set *s, const hogs_pose *pose, lt_tensor *view, lt_tensor *degree)
 {
     lt_tensor *transform = object_transform(pose);
 
-    (void)r;
     pose_set(s, transform);
     s->colour = colour_of(m, s, direction_of(s, transform, view), degree);
 }
@@ -332,7 +330,7 @@ static void record_poses(const hogs *m, model_record *r)
         const hogs_pose pose = pose_of(&initial, b);
 
         object[b] = set_of(m, r, true, b, &in, &seen);
-        colour_object(m, r, &object[b], &pose, view, degree);
+        colour_object(m, &object[b], &pose, view, degree);
     }
     offsets = refine(m, r, HOGS_POSES, object, in.place, &seen);
     refined = refined_pose(&initial, &offsets);
@@ -380,11 +378,11 @@ static void record_scene(const hogs *m, hogs_stage stage, model_record *r)
     transforms = hand_transforms(m, &hand, bones);
     pose_set(&hand, transforms);
     hand.colour = colour_of(m, &hand, direction_of(&hand, transforms, view), degree);
-    colour_object(m, r, &object, &initial, view, degree);
+    colour_object(m, &object, &initial, view, degree);
     if (refines) {
         offsets = refine(m, r, stage, &object, object_in.place, &object_seen);
         refined = refined_pose(&initial, &offsets);
-        colour_object(m, r, &object, &refined, view, degree);
+        colour_object(m, &object, &refined, view, degree);
     }
     drawn = draw(m, r, stage, &hand, &object);
     put_out(r, "pose_rotation", refined.R);

@@ -151,8 +151,7 @@ static lt_status posed_hand(lt_arena *arena, const hogs_source *s, const hogs_fr
                       .vertex = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*out->vertex)) };
     if (!vertex || !out->vertex)
         return lt_error(LT_ENOMEM, "no memory for a hand");
-    for (int k = 0; k < LT_HAND_BETAS; k++)
-        beta[k] = (float)m->beta->data[f->subject * LT_HAND_BETAS + k];
+    hogs_beta(m, f->subject, beta);
     hand_pose_at(s->hand, f->initial.rotation[0], beta, f->initial.root, vertex);
     for (int i = 0; i < LT_HAND_VERTICES; i++)
         for (int k = 0; k < 3; k++)

@@ -27,7 +27,7 @@ typedef struct {
 hogs_schedule hogs_schedule_of(const hogs *m, int64_t iterations, int64_t pose_epochs, int64_t frames);
 hogs_stage hogs_stage_of(const hogs_schedule *s, int64_t step);
 
-enum { HOGS_GROUPS = 16 };
+enum { HOGS_GROUPS = 16, HOGS_POSE_BATCH = 8 };     /* frames in a step of stage 2 */
 
 /* hogs_optim_groups - how each part learns: *n of them; hogs_stage_groups - which of them do so in a stage.
  * hogs_pose_group - G-PM's, in stage 2 */

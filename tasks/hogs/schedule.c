@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-enum { SKIN_STEPS = 1000, WARM = 1000, POSE_BATCH = 8 };
+enum { SKIN_STEPS = 1000, WARM = 1000 };
 /* A Gaussian whose opacity was reset needs some steps to show again before it may be taken out. */
 enum { LEAST_EVERY = 100, LEAST_RESET = 500 };
 enum { CPU_ITERATIONS = 20000, FULL_ITERATIONS = 360000 };
@@ -25,7 +25,7 @@ hogs_schedule hogs_schedule_of(const hogs *m, int64_t iterations, int64_t pose_e
     return (hogs_schedule){
         .skin = lt_min_i64(SKIN_STEPS, iterations),
         .iterations = iterations,
-        .poses = m->is->gpm ? pose_epochs * lt_ceil_div(frames, POSE_BATCH) : 0,
+        .poses = m->is->gpm ? pose_epochs * lt_ceil_div(frames, HOGS_POSE_BATCH) : 0,
         .warm = lt_min_i64(WARM, OF(WARM, iterations)),
         .gpm_start = m->is->gpm ? OF(4000, 60000) : iterations,
         .sh_step = OF(1500, 25000), .place_steps = OF(30000, 30000), .lists = OF(1000, 1000),

@@ -86,8 +86,7 @@ lt_status hogs_score_contact(const hogs_touch *touch, const hogs *m, const hogs_
     eval_contact_score s;
     lt_status st;
 
-    for (int k = 0; k < LT_HAND_BETAS; k++)
-        beta[k] = (float)m->beta->data[f->subject * LT_HAND_BETAS + k];
+    hogs_beta(m, f->subject, beta);
     hand_pose_at(touch->hand, f->initial.rotation[0], beta, f->initial.root, at);
     for (int i = 0; i < LT_HAND_VERTICES; i++)
         for (int k = 0; k < 3; k++)

@@ -231,8 +231,7 @@ static lt_status make_rigs(task_run *r)
     for (int i = 0; i < m->config.hands && !st; i++) {
         float beta[LT_HAND_BETAS];
 
-        for (int k = 0; k < LT_HAND_BETAS; k++)
-            beta[k] = (float)m->beta->data[i * LT_HAND_BETAS + k];
+        hogs_beta(m, i, beta);
         r->sets.hands++;
         st = hogs_rig_new(r->arena, r->hands.right, r->tips, beta, &r->rig[i]);
     }

@@ -16,8 +16,6 @@
 #include <math.h>
 #include <string.h>
 
-enum { POSE_BATCH = 8 };
-
 /* ---- opening --------------------------------------------------------------------------------------------- */
 
 static hogs_source source_of(const task_run *r, const dataset *data, const initial_poses *poses, bool training)
@@ -81,7 +79,7 @@ static void run_close(task_run *r)
     hogs_close_data(r);
 }
 
-static lt_status build(task_run *r, const train_config *c, lt_params *set, model *out)
+static lt_status run_build(task_run *r, const train_config *c, lt_params *set, model *out)
 {
     const hogs_data_config *d = hogs_data_of(c);
     lt_status st = train_config_model(c, NULL, set, out);
@@ -194,7 +192,7 @@ static task_phase run_phase(const task_run *r, int64_t step)
 {
     const hogs_schedule *s = &r->schedule;
     const hogs_stage stage = hogs_stage_of(s, lt_min_i64(step, s->skin + s->iterations + s->poses - 1));
-    const int batch = stage == HOGS_POSES ? POSE_BATCH : 1;
+    const int batch = stage == HOGS_POSES ? HOGS_POSE_BATCH : 1;
 
     return (task_phase){
         .name = stage_names[stage], .batch = batch, .shards = 1, .until = end_of(s, stage),
@@ -409,7 +407,7 @@ static void run_measure(task_run *r, const records *all, double *out)
 
 const task hogs_task = {
     .name = "hogs", .data_size = sizeof(hogs_data_config), .data_keys = hogs_data_keys, .metrics = metrics,
-    .open = run_open, .close = run_close, .build = build, .describe = run_describe, .facts = run_facts,
+    .open = run_open, .close = run_close, .build = run_build, .describe = run_describe, .facts = run_facts,
     .samples = run_samples, .checked = run_checked, .sample_bytes = run_sample_bytes, .recipe = run_recipe,
     .weight = batch_weight, .sample_name = run_sample_name, .score = run_score, .measure = run_measure,
     .phase = run_phase, .groups = run_groups, .rows = run_rows, .observed = run_observed, .observe = run_observe,
