@@ -121,7 +121,7 @@ typedef enum {
  *   "camera" (4)   "bones" (16, 3, 4)   "view" (3, 4)   "degree" (1) LT_I32 of spherical harmonics
  *   "rotation" (B, 3, 3), "translation" (B, 3)   the object's initial pose
  * of G-PM, P points drawn of N:
- *   "drawn" (B, P) LT_I32, not split   "points" (B, P, 3) camera   "rgb" (B, P, 3)   "count", "start" (B) LT_I32
+ *   "drawn" (1, P) LT_I32 of each frame   "points" (B, P, 3) camera   "rgb" (B, P, 3)   "count", "start" (B) LT_I32
  *   "root" (B, 3)
  * of losses:
  *   "target" (12, H, W)   "lpips_boxes" (3, 4)   "hand_near", "object_near" (N, 4) LT_I32
@@ -144,6 +144,7 @@ typedef struct {
     hogs_box box;
     lt_tensor *set;                 /* (1) LT_I32 among hands, among objects */
     lt_tensor *alive;               /* (N, 1) */
+    lt_tensor *place;               /* (1, N, 2) in cells of the map */
     vpm_gaussians read;             /* what V-PM and G-PM read of them */
     vpm_out deltas;                 /* place NULL: V-PM leaves it alone */
     lt_tensor *centre, *log_scale, *quaternion;     /* behind V-PM, canonical */

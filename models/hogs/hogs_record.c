@@ -17,9 +17,9 @@ lt_tensor *hogs_integers(model_record *r, const char *name, lt_shape shape)
 }
 
 /* Of frame b alone: graphs take no slices of integers. */
-static lt_tensor *integer_of(const hogs *m, model_record *r, const char *name, int b)
+static lt_tensor *integers_of(const hogs *m, model_record *r, const char *name, int b, lt_shape shape)
 {
-    return hogs_integers(r, r->batch > 1 ? lt_name(m->gaussians.centre->set, "%s%d", name, b) : name, LT_SHAPE(1));
+    return hogs_integers(r, r->batch > 1 ? lt_name(m->gaussians.centre->set, "%s%d", name, b) : name, shape);
 }
 
 /* x (B, ...) of frame b, without its first dimension, which keeps it 1 where `keep` */
@@ -103,14 +103,14 @@ static vpm_gaussians read_rows(const hogs *m, const hogs_drawn_set *s)
 }
 
 /* V-PM: p' = p + dp, log s' = log s + ds, q' = (1, dq) q                                               [Eq. 8 to 11] */
-static void change(const hogs *m, hogs_drawn_set *s, const vpm_condition *condition, lt_tensor *place)
+static void change(const hogs *m, hogs_drawn_set *s, const vpm_condition *condition)
 {
     const gaussian_rows *g = &s->rows;
 
     s->centre = g->centre, s->log_scale = g->log_scale, s->quaternion = g->quaternion;
     if (!m->is->geometry && !m->is->colour)
         return;
-    s->deltas = vpm_forward(vpm_of(m, s->object), condition, &s->read, place, s->set);
+    s->deltas = vpm_forward(vpm_of(m, s->object), condition, &s->read, s->place, s->set);
     if (!m->is->geometry)
         return;
     s->centre = lt_add(g->centre, s->deltas.place);
@@ -142,17 +142,40 @@ static set_inputs inputs_of(const hogs *m, model_record *r, bool object)
     };
 }
 
+/* x (N, ..) at the rows `drawn` (1, P) */
+static lt_tensor *drawn_of(lt_tensor *x, lt_tensor *drawn)
+{
+    lt_shape s = x->shape;
+    lt_tensor *rows = lt_reshape(x, LT_SHAPE(1, s.dim[0], lt_numel(x) / s.dim[0]));
+
+    s.dim[0] = lt_dim(drawn, 1);
+    return lt_reshape(lt_gather(rows, drawn), s);
+}
+
+static gaussian_rows drawn_rows(const gaussian_rows *g, lt_tensor *drawn)
+{
+    return (gaussian_rows){
+        .centre = drawn_of(g->centre, drawn), .log_scale = drawn_of(g->log_scale, drawn),
+        .quaternion = drawn_of(g->quaternion, drawn), .opacity = drawn_of(g->opacity, drawn),
+        .sh = drawn_of(g->sh, drawn),
+    };
+}
+
+/* Of frame b, whole, or only its rows `drawn` (1, P) */
 static hogs_drawn_set set_of(const hogs *m, model_record *r, bool object, int b, const set_inputs *in,
-                             const vpm_condition *seen)
+                             const vpm_condition *seen, lt_tensor *drawn)
 {
     const vpm_condition condition = condition_of(seen, b);
-    hogs_drawn_set s = { .object = object, .set = integer_of(m, r, names[object].set, b) };
+    hogs_drawn_set s = { .object = object, .set = integers_of(m, r, names[object].set, b, LT_SHAPE(1)) };
 
     s.alive = frame_of(in->alive, b, false);
-    s.rows = gaussians_rows(&m->gaussians, integer_of(m, r, names[object].row, b), s.alive);
+    s.rows = gaussians_rows(&m->gaussians, integers_of(m, r, names[object].row, b, LT_SHAPE(1)), s.alive);
+    s.place = frame_of(in->place, b, true);
+    if (drawn)
+        s.rows = drawn_rows(&s.rows, drawn), s.place = lt_gather(s.place, drawn);
     s.box = hogs_set_box(m, s.set, object);
     s.read = read_rows(m, &s);
-    change(m, &s, &condition, frame_of(in->place, b, true));
+    change(m, &s, &condition);
     return s;
 }
 
@@ -252,39 +275,49 @@ static int64_t points_of(const hogs *m, hogs_stage stage)
     return stage == HOGS_RENDER ? gaussians_capacity(&m->gaussians) : m->sizes.gpm_points;
 }
 
-/* x (B, N, ..) of sets, one by one, at the points that are drawn */
-static lt_tensor *drawn_of(lt_tensor *const *x, int B, lt_tensor *drawn)
+static lt_tensor *drawn_input(const hogs *m, model_record *r, hogs_stage stage, int b)
 {
-    lt_tensor *frame[HOGS_BATCH];
+    return integers_of(m, r, "drawn", b, LT_SHAPE(1, points_of(m, stage)));
+}
 
-    for (int b = 0; b < B; b++) {
-        lt_shape s = { .rank = 3, .dim = { 1, lt_dim(x[b], 0), lt_dim(x[b], 1) } };
+/* x (N, ..) of one set as (1, P, C), at the rows `drawn`; NULL: it has only those */
+static lt_tensor *of_frame(lt_tensor *x, lt_tensor *drawn)
+{
+    const int64_t N = lt_dim(x, 0);
+    lt_tensor *one = lt_reshape(x, LT_SHAPE(1, N, lt_numel(x) / N));
 
-        frame[b] = lt_reshape(x[b], s);
-    }
-    return lt_gather(B > 1 ? lt_concat(frame, B, 0) : frame[0], drawn);
+    return drawn ? lt_gather(one, drawn) : one;
+}
+
+static lt_tensor *of_frames(lt_tensor *const *x, int B)
+{
+    return B > 1 ? lt_concat(x, B, 0) : x[0];
 }
 
 static gpm_out refine(const hogs *m, model_record *r, hogs_stage stage, const hogs_drawn_set *object,
-                      lt_tensor *place, const vpm_condition *condition)
+                      lt_tensor *drawn, const vpm_condition *condition)
 {
-    const int64_t B = r->batch, P = points_of(m, stage);
-    lt_tensor *drawn = hogs_integers(r, "drawn", LT_SHAPE(B, P));
-    lt_tensor *encoding[HOGS_BATCH], *covariance[HOGS_BATCH], *colour[HOGS_BATCH], *opacity[HOGS_BATCH];
+    enum { ENCODING, COVARIANCE, COLOUR, OPACITY, PLACE, READ };
+    const int B = (int)r->batch;
+    const int64_t P = points_of(m, stage);
+    lt_tensor *x[READ][HOGS_BATCH];
     gpm_in in = { .condition = condition };
 
     for (int b = 0; b < B; b++) {
-        encoding[b] = object[b].read.encoding, covariance[b] = object[b].read.covariance;
-        colour[b] = object[b].colour, opacity[b] = object[b].rows.opacity;
+        x[ENCODING][b] = of_frame(object[b].read.encoding, drawn);
+        x[COVARIANCE][b] = of_frame(object[b].read.covariance, drawn);
+        x[COLOUR][b] = of_frame(object[b].colour, drawn);
+        x[OPACITY][b] = of_frame(object[b].rows.opacity, drawn);
+        x[PLACE][b] = drawn ? lt_gather(object[b].place, drawn) : object[b].place;
     }
     in.points = model_input(r, "points", LT_SHAPE(B, P, 3));
     in.count = hogs_integers(r, "count", LT_SHAPE(B));
     in.start = hogs_integers(r, "start", LT_SHAPE(B));
     in.rgb = model_input(r, "rgb", LT_SHAPE(B, P, 3));
     in.root = model_input(r, "root", LT_SHAPE(B, 3));
-    in.encoding = drawn_of(encoding, (int)B, drawn), in.covariance = drawn_of(covariance, (int)B, drawn);
-    in.colour = drawn_of(colour, (int)B, drawn), in.opacity = drawn_of(opacity, (int)B, drawn);
-    in.place = lt_gather(place, drawn);
+    in.encoding = of_frames(x[ENCODING], B), in.covariance = of_frames(x[COVARIANCE], B);
+    in.colour = of_frames(x[COLOUR], B), in.opacity = of_frames(x[OPACITY], B);
+    in.place = of_frames(x[PLACE], B);
     return gpm_forward(&m->gpm, &in);
 }
 
@@ -313,7 +346,7 @@ static hogs_pose pose_of(const hogs_pose *all, int b)
     return (hogs_pose){ frame_of(all->R, b, true), frame_of(all->t, b, true) };
 }
 
-/* G-PM alone: the object's Gaussians and the image are as they are. */
+/* G-PM alone: the object's Gaussians and the image are as they are. Only those that are drawn are made. */
 static void record_poses(const hogs *m, model_record *r)
 {
     vpm_condition seen;
@@ -329,10 +362,10 @@ static void record_poses(const hogs *m, model_record *r)
     for (int b = 0; b < r->batch; b++) {
         const hogs_pose pose = pose_of(&initial, b);
 
-        object[b] = set_of(m, r, true, b, &in, &seen);
+        object[b] = set_of(m, r, true, b, &in, &seen, drawn_input(m, r, HOGS_POSES, b));
         colour_object(m, &object[b], &pose, view, degree);
     }
-    offsets = refine(m, r, HOGS_POSES, object, in.place, &seen);
+    offsets = refine(m, r, HOGS_POSES, object, NULL, &seen);
     refined = refined_pose(&initial, &offsets);
     hogs_pose_losses(m, &offsets, &initial, &refined, r);
 }
@@ -373,14 +406,14 @@ static void record_scene(const hogs *m, hogs_stage stage, model_record *r)
 
     look(m, r, &hand_seen, &object_seen);
     hand_in = inputs_of(m, r, false), object_in = inputs_of(m, r, true);
-    hand = set_of(m, r, false, 0, &hand_in, &hand_seen);
-    object = set_of(m, r, true, 0, &object_in, &object_seen);
+    hand = set_of(m, r, false, 0, &hand_in, &hand_seen, NULL);
+    object = set_of(m, r, true, 0, &object_in, &object_seen, NULL);
     transforms = hand_transforms(m, &hand, bones);
     pose_set(&hand, transforms);
     hand.colour = colour_of(m, &hand, direction_of(&hand, transforms, view), degree);
     colour_object(m, &object, &initial, view, degree);
     if (refines) {
-        offsets = refine(m, r, stage, &object, object_in.place, &object_seen);
+        offsets = refine(m, r, stage, &object, drawn_input(m, r, stage, 0), &object_seen);
         refined = refined_pose(&initial, &offsets);
         colour_object(m, &object, &refined, view, degree);
     }

@@ -82,13 +82,19 @@ static void *whole(const job *j, const char *name)
     return t ? lt_plan_data(j->plan, t) : NULL;
 }
 
-static void put_integer(const job *j, const char *name, int64_t value)
+/* The integers of one frame, which have its number behind their name where there are several */
+static int32_t *integers(const job *j, const char *name)
 {
     char own[32];
-    int32_t *x;
 
     snprintf(own, sizeof(own), "%s%d", name, j->slot);
-    x = whole(j, j->batch > 1 ? own : name);
+    return whole(j, j->batch > 1 ? own : name);
+}
+
+static void put_integer(const job *j, const char *name, int64_t value)
+{
+    int32_t *x = integers(j, name);
+
     if (x)
         *x = (int32_t)value;
 }
@@ -269,7 +275,7 @@ static void feed_points(job *j)
 {
     const lt_tensor *t = model_port_find(&j->r->inputs, "points");
     const int64_t P = t ? lt_dim(t, 1) : 0, n = count_of(&j->placer, true);
-    int32_t *drawn = at(j, "drawn"), *count = at(j, "count"), *start = at(j, "start");
+    int32_t *drawn = integers(j, "drawn"), *count = at(j, "count"), *start = at(j, "start");
     lt_real *points = at(j, "points"), *rgb = at(j, "rgb");
 
     if (!points)
