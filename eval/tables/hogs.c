@@ -130,7 +130,7 @@ const eval_table eval_hogs_tables[] = {
         .row = hogs_3_rows, .n_rows = LT_COUNT(hogs_3_rows),
     },
     {
-        .id = "hogs-4", .title = "HOGS, Table 4: rendering",
+        .id = "hogs-4", .title = "HOGS, Table 4: rendering", .cite = "HOGS, Table 4",
         .data = "DexYCB",
         .column = hogs_4_columns, .n_columns = LT_COUNT(hogs_4_columns),
         .row = hogs_4_rows, .variant = hogs_4_variants, .n_rows = LT_COUNT(hogs_4_rows),

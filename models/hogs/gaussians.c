@@ -4,13 +4,14 @@
 #include "libtensor/geometry/mesh/kd_tree.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { NEIGHBOURS = 3 };
 
 static const double FIRST_OPACITY = 0.1, C0 = 0.28209479177387814;
 static const double LEAST_SQUARE = 1e-7;            /* of a distance between neighbours, square metres */
 
-void gaussians_new(gaussians *g, lt_params *set, const char *prefix, int sets, int64_t each)
+void gaussians_new(gaussians *g, lt_params *set, const char *prefix, int sets, int64_t each, int features)
 {
     const int64_t rows = sets * lt_rows_capacity(each);
 
@@ -22,17 +23,19 @@ void gaussians_new(gaussians *g, lt_params *set, const char *prefix, int sets, i
         .opacity = lt_params_add_rows(set, prefix, "opacity", LT_SHAPE(rows, 1)),
         .dc = lt_params_add_rows(set, prefix, "dc", LT_SHAPE(rows, 1, 3)),
         .rest = lt_params_add_rows(set, prefix, "rest", LT_SHAPE(rows, GAUSSIANS_SH - 1, 3)),
+        .feature = features ? lt_params_add_rows(set, prefix, "feature", LT_SHAPE(rows, features)) : NULL,
         .count = lt_params_add(set, prefix, "count", LT_WEIGHT, LT_SHAPE(sets)),
     };
     g->count->frozen = true;
 }
 
-void gaussians_kinds(const gaussians *g, lt_param *out[GAUSSIANS_KINDS])
+int gaussians_kinds(const gaussians *g, lt_param *out[GAUSSIANS_KINDS])
 {
-    lt_param *const kinds[GAUSSIANS_KINDS] = { g->centre, g->log_scale, g->quaternion, g->opacity, g->dc, g->rest };
+    lt_param *const kinds[GAUSSIANS_KINDS] = { g->centre, g->log_scale, g->quaternion, g->opacity, g->dc, g->rest,
+                                               g->feature };
 
-    for (int i = 0; i < GAUSSIANS_KINDS; i++)
-        out[i] = kinds[i];
+    memcpy(out, kinds, sizeof(kinds));
+    return g->feature ? GAUSSIANS_KINDS : GAUSSIANS_KINDS - 1;
 }
 
 int64_t gaussians_capacity(const gaussians *g)
@@ -122,6 +125,6 @@ gaussian_rows gaussians_rows(const gaussians *g, lt_tensor *first, lt_tensor *al
         .centre = rows_of(g->centre, first, N), .log_scale = rows_of(g->log_scale, first, N),
         .quaternion = rows_of(g->quaternion, first, N),
         .opacity = lt_mul(lt_sigmoid(rows_of(g->opacity, first, N)), alive),
-        .sh = lt_concat(sh, 2, 1),
+        .sh = lt_concat(sh, 2, 1), .feature = g->feature ? rows_of(g->feature, first, N) : NULL,
     };
 }

@@ -11,7 +11,7 @@
 #include "libtensor/graph/rows.h"
 #include "libtensor/ops/ops.h"
 
-enum { GAUSSIANS_SH = 16, GAUSSIANS_KINDS = 6 };
+enum { GAUSSIANS_SH = 16, GAUSSIANS_KINDS = 7 };
 
 typedef struct {
     int sets;
@@ -20,14 +20,15 @@ typedef struct {
     lt_param *quaternion;           /* (rows, 4) w x y z, of any length */
     lt_param *opacity;              /* (rows, 1) its logit */
     lt_param *dc, *rest;            /* (rows, 1, 3), (rows, 15, 3): spherical harmonics */
+    lt_param *feature;              /* (rows, F) that another network makes colours of; NULL: none */
     lt_param *count;                /* (sets) how many rows are in use; moved by density control alone */
 } gaussians;
 
-/* gaussians_new - parameters PREFIX.centre, .. with room for `each` Gaussians a set */
-void gaussians_new(gaussians *g, lt_params *set, const char *prefix, int sets, int64_t each);
+/* gaussians_new - parameters PREFIX.centre, .. with room for `each` Gaussians a set, and so many features of one */
+void gaussians_new(gaussians *g, lt_params *set, const char *prefix, int sets, int64_t each, int features);
 
-/* gaussians_kinds - the six that have rows */
-void gaussians_kinds(const gaussians *g, lt_param *out[GAUSSIANS_KINDS]);
+/* gaussians_kinds - those that have rows, how many there are */
+int gaussians_kinds(const gaussians *g, lt_param *out[GAUSSIANS_KINDS]);
 
 /* gaussians_capacity - rows of a set;  gaussians_first - its first one;  gaussians_count - rows in use */
 int64_t gaussians_capacity(const gaussians *g);
@@ -46,6 +47,7 @@ typedef struct {
     lt_tensor *centre, *log_scale, *quaternion;     /* (N, 3), (N, 3), (N, 4) */
     lt_tensor *opacity;             /* (N, 1) in 0 .. 1 */
     lt_tensor *sh;                  /* (N, 16, 3) */
+    lt_tensor *feature;             /* (N, F), or NULL */
 } gaussian_rows;
 
 /* gaussians_rows - of the set whose first row is `first`, (1) LT_I32; alive (N, 1): 1 where a row is in use, else 0 */

@@ -21,9 +21,11 @@ static const hogs_variant rows[] = {
     { "vpm-fg", .F = true, .G = true, VPM, GPM },
     { "vpm-fp", .F = true, .pixel = true, VPM, GPM },
     { "vpm-pg", .pixel = true, .G = true, VPM, GPM },
+    { "avatar", .avatar = true },
 };
 static const char *const variants[] = {
-    "full", "cpu", "no-contact", "gpm-random", "no-gpm", "no-color", "no-vpm", "vpm-fg", "vpm-fp", "vpm-pg", NULL,
+    "full", "cpu", "no-contact", "gpm-random", "no-gpm", "no-color", "no-vpm", "vpm-fg", "vpm-fp", "vpm-pg", "avatar",
+    NULL,
 };
 static const char *const sizes[] = { "full", "cpu", NULL };
 static const char *const encodings[] = { "hashgrid", "oneblob", NULL };
@@ -31,14 +33,15 @@ static const char *const norms[] = { "clip", "raw", NULL };
 static const char *const penalties[] = { "0", "dexycb", "ho3d", NULL };
 static const char *const backgrounds[] = { "black", "white", NULL };
 static const char *const blocks[] = {
-    "gaussians", "vit", "hand", "object", "skin", "gpm", "lpips", "sets", NULL,
+    "gaussians", "vit", "hand", "object", "avatar", "skin", "gpm", "lpips", "sets", NULL,
 };
 
 #define KEY(field) .offset = offsetof(hogs_config, field)
 
 static const lt_config_key keys[] = {
     { "variant", KEY(variant), .type = LT_CONFIG_CHOICE, .fallback = "\"full\"", .choices = variants,
-      .doc = "all of it, or a row of the paper's Tables 7 and 8; cpu: all of it, in sizes for a CPU" },
+      .doc = "all of it, or a row of the paper's Tables 7 and 8; avatar: the baseline 3DGS-Avatar; cpu: all of it, in "
+             "sizes for a CPU" },
     { "size", KEY(small), .type = LT_CONFIG_CHOICE, .fallback = "\"full\"", .choices = sizes,
       .doc = "the paper's, or for a CPU" },
     { "hands", KEY(hands), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 1000,
@@ -47,6 +50,8 @@ static const lt_config_key keys[] = {
       .doc = "objects; 0: as many as the training data have" },
     { "gaussians", KEY(gaussians), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 1000000,
       .doc = "of a hand or an object at first, which may become four times as many; 0: 5000, or 1000 for a CPU" },
+    { "frames", KEY(frames), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 10000000,
+      .doc = "avatar: frames to train on, of which each has a code; 0: as many as the training data have" },
     { "width", KEY(width), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 4096,
       .doc = "of the frames in pixels; 0: as the training data have" },
     { "height", KEY(height), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 4096, .doc = "likewise" },
@@ -75,7 +80,7 @@ static const lt_config_key keys[] = {
 
 /* ---- building -------------------------------------------------------------------------------------------- */
 
-enum { BENCH_HANDS = 2, BENCH_OBJECTS = 4, FULL_HANDS = 10, FULL_OBJECTS = 20, LEAST_FRAME = 31 };
+enum { BENCH_HANDS = 2, BENCH_OBJECTS = 4, FULL_HANDS = 10, FULL_OBJECTS = 20, BENCH_FRAMES = 2000, LEAST_FRAME = 31 };
 
 static lt_status check(const char *where, const void *config)
 {
@@ -96,6 +101,7 @@ static void fill_config(hogs *m)
     c->small = small;
     c->hands = c->hands ? c->hands : small ? BENCH_HANDS : FULL_HANDS;
     c->objects = c->objects ? c->objects : small ? BENCH_OBJECTS : FULL_OBJECTS;
+    c->frames = c->frames ? c->frames : BENCH_FRAMES;
     c->gaussians = c->gaussians ? c->gaussians : small ? 1000 : 5000;
     c->width = c->width ? c->width : small ? 320 : 640;
     c->height = c->height ? c->height : small ? 240 : 480;
@@ -109,6 +115,7 @@ static void fill_sizes(hogs *m)
     s->vpm.global = m->is->F, s->vpm.pixel = m->is->pixel, s->vpm.gaussian = m->is->G;
     s->vpm.one_blob = m->config.one_blob, s->vpm.alpha3 = m->config.alpha3;
     s->gpm.encoding = vpm_encoding(&s->vpm);
+    s->avatar.frames = m->config.frames;
     s->gpm.metric_radius = m->config.metric_radius;
 }
 
@@ -118,6 +125,18 @@ static lt_param *fixed(lt_params *set, const char *name, lt_shape shape)
 
     p->frozen = true;
     return p;
+}
+
+/* What changes and colours Gaussians */
+static void build_appearance(hogs *m, lt_params *set)
+{
+    if (m->is->avatar) {
+        avatar_new(&m->avatar, set, "avatar", m->config.hands, m->config.objects, &m->sizes.avatar);
+        return;
+    }
+    vit_new(&m->vit, set, "vit", &vit_sizes[m->config.small ? VIT_TINY : VIT_B32]);
+    vpm_new(&m->hand, set, "hand", m->config.hands, &m->sizes.vpm);
+    vpm_new(&m->object, set, "object", m->config.objects, &m->sizes.vpm);
 }
 
 static void build(model *self, const lt_hand_layer *hand)
@@ -130,10 +149,9 @@ static void build(model *self, const lt_hand_layer *hand)
     fill_config(m);
     fill_sizes(m);
     self->variant = m->is->small ? variants[0] : m->is->name, self->image_size = m->sizes.crop;
-    gaussians_new(&m->gaussians, set, "gaussians", hogs_n_sets(m), m->config.gaussians);
-    vit_new(&m->vit, set, "vit", &vit_sizes[m->config.small ? VIT_TINY : VIT_B32]);
-    vpm_new(&m->hand, set, "hand", m->config.hands, &m->sizes.vpm);
-    vpm_new(&m->object, set, "object", m->config.objects, &m->sizes.vpm);
+    gaussians_new(&m->gaussians, set, "gaussians", hogs_n_sets(m), m->config.gaussians,
+                  m->is->avatar ? m->sizes.avatar.feature : 0);
+    build_appearance(m, set);
     skin_field_new(&m->skin, set, "skin", m->config.hands, m->sizes.skin_width);
     if (m->is->gpm)
         gpm_new(&m->gpm, set, "gpm", &m->sizes.gpm);
@@ -233,9 +251,13 @@ static void init(const model *self, uint64_t seed)
     const hogs *m = self->self;
 
     lt_init_default(self->params, seed);
-    vit_init(&m->vit, seed);
-    vpm_init(&m->hand, seed);
-    vpm_init(&m->object, seed);
+    if (m->is->avatar) {
+        avatar_init(&m->avatar, seed);
+    } else {
+        vit_init(&m->vit, seed);
+        vpm_init(&m->hand, seed);
+        vpm_init(&m->object, seed);
+    }
     skin_field_init(&m->skin, seed);
     if (m->is->gpm)
         gpm_init(&m->gpm, seed);

@@ -12,6 +12,7 @@
 #include "libtensor/geometry/mesh/mesh.h"
 #include "models/backbones/lpips.h"
 #include "models/backbones/vit.h"
+#include "models/hogs/avatar.h"
 #include "models/hogs/contact.h"
 #include "models/hogs/gaussians.h"
 #include "models/hogs/occupancy.h"
@@ -34,6 +35,7 @@ typedef struct {
     bool colour, geometry;          /* whether it changes colours, and places, sizes, rotations          [Table 7] */
     bool gpm, contact;
     bool random_points;             /* G-PM's point backbone is not pretrained */
+    bool avatar;                    /* the baseline 3DGS-Avatar, in the place of V-PM */
 } hogs_variant;
 
 typedef enum { HOGS_NR_NONE, HOGS_NR_DEXYCB, HOGS_NR_HO3D } hogs_lambda_nr;
@@ -42,6 +44,7 @@ typedef struct {
     int variant;
     int small;                      /* model.size: 0 the paper's, 1 a CPU's */
     int hands, objects, gaussians;  /* sets, and Gaussians of one at first; 0: as many as the data have, as the size */
+    int frames;                     /* that the avatar has codes of; 0: as many as the data have */
     int width, height;              /* of the frames; 0: as the data have */
     int one_blob, raw_vit, white, subset, clip_groups;      /* choices, of two each */
     int lambda_nr;
@@ -56,6 +59,7 @@ typedef struct {
     gaussians gaussians;
     vit vit;
     vpm hand, object;
+    avatar avatar;
     skin_field skin;
     gpm gpm;
     lpips lpips;
@@ -120,6 +124,8 @@ typedef enum {
  *   "hand_place", "object_place" (B, N, 2)   where the initial pose puts them, in cells of the map
  *   "camera" (4)   "bones" (16, 3, 4)   "view" (3, 4)   "degree" (1) LT_I32 of spherical harmonics
  *   "rotation" (B, 3, 3), "translation" (B, 3)   the object's initial pose
+ * of the avatar, in the place of "image":
+ *   "articulation" (16, 13)   "started" (1)   "frame_code" (1) LT_I32, in training
  * of G-PM, P points drawn of N:
  *   "drawn" (1, P) LT_I32 of each frame   "points" (B, P, 3) camera   "rgb" (B, P, 3)   "count", "start" (B) LT_I32
  *   "root" (B, 3)
@@ -145,6 +151,7 @@ typedef struct {
     lt_tensor *set;                 /* (1) LT_I32 among hands, among objects */
     lt_tensor *alive;               /* (N, 1) */
     lt_tensor *place;               /* (1, N, 2) in cells of the map */
+    lt_tensor *code;                /* the frame's; NULL: V-PM has none */
     vpm_gaussians read;             /* what V-PM and G-PM read of them */
     vpm_out deltas;                 /* place NULL: V-PM leaves it alone */
     lt_tensor *centre, *log_scale, *quaternion;     /* behind V-PM, canonical */

@@ -87,7 +87,7 @@ static void fill_grid(lt_real *x)
 
 typedef enum {
     ZEROS, UNIT, CAMERA, BONES, VIEW, POSE, TRANSLATION, ALIVE_HAND, ALIVE_OBJECT, PLACES, ROW_OBJECT, DEGREE, DRAWN,
-    COUNT, POINTS, NEAR, BOXES, ONES, SMALL, GRID, NO_CELLS,
+    COUNT, POINTS, JOINTS, NEAR, BOXES, ONES, SMALL, GRID, NO_CELLS,
 } filling;
 
 static const struct { const char *input; filling by; int64_t n; } table[] = {
@@ -96,7 +96,9 @@ static const struct { const char *input; filling by; int64_t n; } table[] = {
     { "hand_alive", ALIVE_HAND, 0 }, { "object_alive", ALIVE_OBJECT, 0 }, { "hand_place", PLACES, 2 },
     { "object_place", PLACES, 2 }, { "hand_set", ZEROS, 1 }, { "object_set", ZEROS, 1 }, { "hand_row", ZEROS, 1 },
     { "object_row", ROW_OBJECT, 1 }, { "degree", DEGREE, 1 }, { "drawn", DRAWN, 0 }, { "count", COUNT, 1 },
-    { "start", ZEROS, 1 }, { "root", TRANSLATION, 0 }, { "hand_near", NEAR, 0 }, { "object_near", NEAR, 0 },
+    { "start", ZEROS, 1 }, { "root", TRANSLATION, 0 }, { "started", ONES, 1 },
+    { "frame_code", ZEROS, 1 }, { "articulation", JOINTS, 0 },
+    { "hand_near", NEAR, 0 }, { "object_near", NEAR, 0 },
     { "lpips_boxes", BOXES, 0 }, { "pose_weight", ONES, 1 }, { "offset", SMALL, 3 },
     { "corners", SMALL, 3 * HOGS_CORNERS }, { "hand_points", POINTS, HOGS_CONTACT_POINTS },
     { "zones", ZEROS, HOGS_CONTACT_POINTS }, { "surface", SMALL, 3 * HOGS_SURFACE_POINTS }, { "grid", GRID, 0 },
@@ -144,6 +146,7 @@ static void fill_by(const hogs *m, filling by, int64_t n, lt_real *x)
     case DRAWN: fill_integers(x, P, 0, 1); break;
     case COUNT: fill_integers(x, 1, (int32_t)P, 0); break;
     case POINTS: fill_points(x, n); break;
+    case JOINTS: fill_uniform(x, AVATAR_JOINTS * AVATAR_JOINT, -1, 1); break;
     case NEAR: fill_near(N, x); break;
     case BOXES: fill_boxes(m, x); break;
     case ONES: x[0] = 1; break;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The graph: what the image shows, V-PM, articulation, G-PM, one drawing of everything. */
-#include "models/hogs/hogs.h"
+#include "models/hogs/hogs_set.h"
 
 #include "libtensor/ops/splat/gaussians.h"
 
@@ -16,203 +16,9 @@ lt_tensor *hogs_integers(model_record *r, const char *name, lt_shape shape)
     return t;
 }
 
-/* Of frame b alone: graphs take no slices of integers. */
-static lt_tensor *integers_of(const hogs *m, model_record *r, const char *name, int b, lt_shape shape)
-{
-    return hogs_integers(r, r->batch > 1 ? lt_name(m->gaussians.centre->set, "%s%d", name, b) : name, shape);
-}
-
-/* x (B, ...) of frame b, without its first dimension, which keeps it 1 where `keep` */
-static lt_tensor *frame_of(lt_tensor *x, int b, bool keep)
-{
-    lt_tensor *one = lt_dim(x, 0) > 1 ? lt_slice(x, 0, b, 1) : x;
-    lt_shape s = one->shape;
-
-    if (keep)
-        return one;
-    s.rank--;
-    for (int i = 0; i < s.rank; i++)
-        s.dim[i] = s.dim[i + 1];
-    return lt_reshape(one, s);
-}
-
 static lt_tensor *transform_input(model_record *r, const char *name, int64_t n)
 {
     return model_input(r, name, LT_SHAPE(n, 3, 4));
-}
-
-/* ---- what the image shows -------------------------------------------------------------------------------- */
-
-static void look(const hogs *m, model_record *r, vpm_condition *hand, vpm_condition *object)
-{
-    const int64_t S = m->sizes.crop;
-    lt_tensor *image = model_input(r, "image", LT_SHAPE(r->batch, 3, S, S));
-    const vit_out seen = vit_forward(&m->vit, m->config.raw_vit ? image : vit_normalise(image));
-
-    if (hand)
-        *hand = vpm_condition_of(&m->hand, seen.feature, seen.patches, m->sizes.map, m->sizes.map);
-    *object = vpm_condition_of(&m->object, seen.feature, seen.patches, m->sizes.map, m->sizes.map);
-}
-
-static vpm_condition condition_of(const vpm_condition *c, int b)
-{
-    return (vpm_condition){
-        .base = c->base && lt_dim(c->base, 0) > 1 ? frame_of(c->base, b, true) : c->base,
-        .map = c->map ? frame_of(c->map, b, true) : NULL, .h = c->h, .w = c->w,
-    };
-}
-
-/* ---- a set in its canonical place ------------------------------------------------------------------------ */
-
-hogs_box hogs_set_box(const hogs *m, lt_tensor *which, bool object)
-{
-    lt_tensor *box = lt_rows(lt_use(which->graph, m->box[object]), which, 1);
-
-    return (hogs_box){
-        .centre = lt_reshape(lt_slice(box, 1, 0, 3), LT_SHAPE(3)),
-        .inverse = lt_reshape(lt_slice(box, 1, 3, 3), LT_SHAPE(3)),
-    };
-}
-
-lt_tensor *hogs_identity(lt_graph *g)
-{
-    lt_tensor *t;
-    lt_real *x = lt_constant_reals(g, LT_SHAPE(1, 3, 4), &t);
-
-    for (int k = 0; x && k < 3; k++)
-        x[5 * k] = 1;
-    return t;
-}
-
-static const vpm *vpm_of(const hogs *m, bool object)
-{
-    return object ? &m->object : &m->hand;
-}
-
-static vpm_gaussians read_rows(const hogs *m, const hogs_drawn_set *s)
-{
-    const gaussian_rows *g = &s->rows;
-    const int64_t N = lt_dim(g->centre, 0);
-    lt_tensor *axes = lt_splat_axes(lt_detach(g->log_scale), lt_detach(g->quaternion), hogs_identity(g->centre->graph));
-
-    return (vpm_gaussians){
-        .encoding = vpm_encode(vpm_of(m, s->object), hogs_in_box(&s->box, lt_detach(g->centre))),
-        .covariance = lt_splat_covariance(axes),
-        .sh = lt_reshape(g->sh, LT_SHAPE(N, 3 * GAUSSIANS_SH)), .opacity = g->opacity,
-    };
-}
-
-/* V-PM: p' = p + dp, log s' = log s + ds, q' = (1, dq) q                                               [Eq. 8 to 11] */
-static void change(const hogs *m, hogs_drawn_set *s, const vpm_condition *condition)
-{
-    const gaussian_rows *g = &s->rows;
-
-    s->centre = g->centre, s->log_scale = g->log_scale, s->quaternion = g->quaternion;
-    if (!m->is->geometry && !m->is->colour)
-        return;
-    s->deltas = vpm_forward(vpm_of(m, s->object), condition, &s->read, s->place, s->set);
-    if (!m->is->geometry)
-        return;
-    s->centre = lt_add(g->centre, s->deltas.place);
-    s->log_scale = lt_add(g->log_scale, s->deltas.scale);
-    s->quaternion = lt_quaternion_turn(g->quaternion, s->deltas.rotation);
-}
-
-typedef struct {
-    const char *set, *row, *alive, *place;
-} set_names;
-
-static const set_names names[2] = {
-    { "hand_set", "hand_row", "hand_alive", "hand_place" },
-    { "object_set", "object_row", "object_alive", "object_place" },
-};
-
-/* The places and who is in use, of all frames */
-typedef struct {
-    lt_tensor *alive, *place;
-} set_inputs;
-
-static set_inputs inputs_of(const hogs *m, model_record *r, bool object)
-{
-    const int64_t N = gaussians_capacity(&m->gaussians);
-
-    return (set_inputs){
-        .alive = model_input(r, names[object].alive, LT_SHAPE(r->batch, N, 1)),
-        .place = model_input(r, names[object].place, LT_SHAPE(r->batch, N, 2)),
-    };
-}
-
-/* x (N, ..) at the rows `drawn` (1, P) */
-static lt_tensor *drawn_of(lt_tensor *x, lt_tensor *drawn)
-{
-    lt_shape s = x->shape;
-    lt_tensor *rows = lt_reshape(x, LT_SHAPE(1, s.dim[0], lt_numel(x) / s.dim[0]));
-
-    s.dim[0] = lt_dim(drawn, 1);
-    return lt_reshape(lt_gather(rows, drawn), s);
-}
-
-static gaussian_rows drawn_rows(const gaussian_rows *g, lt_tensor *drawn)
-{
-    return (gaussian_rows){
-        .centre = drawn_of(g->centre, drawn), .log_scale = drawn_of(g->log_scale, drawn),
-        .quaternion = drawn_of(g->quaternion, drawn), .opacity = drawn_of(g->opacity, drawn),
-        .sh = drawn_of(g->sh, drawn),
-    };
-}
-
-/* Of frame b, whole, or only its rows `drawn` (1, P) */
-static hogs_drawn_set set_of(const hogs *m, model_record *r, bool object, int b, const set_inputs *in,
-                             const vpm_condition *seen, lt_tensor *drawn)
-{
-    const vpm_condition condition = condition_of(seen, b);
-    hogs_drawn_set s = { .object = object, .set = integers_of(m, r, names[object].set, b, LT_SHAPE(1)) };
-
-    s.alive = frame_of(in->alive, b, false);
-    s.rows = gaussians_rows(&m->gaussians, integers_of(m, r, names[object].row, b, LT_SHAPE(1)), s.alive);
-    s.place = frame_of(in->place, b, true);
-    if (drawn)
-        s.rows = drawn_rows(&s.rows, drawn), s.place = lt_gather(s.place, drawn);
-    s.box = hogs_set_box(m, s.set, object);
-    s.read = read_rows(m, &s);
-    change(m, &s, &condition);
-    return s;
-}
-
-/* ---- posed and coloured ---------------------------------------------------------------------------------- */
-
-/* Linear blend skinning by the learnt field, at p'                                                     [Eq. 3, 4] */
-static lt_tensor *hand_transforms(const hogs *m, const hogs_drawn_set *s, lt_tensor *bones)
-{
-    lt_tensor *weights = skin_field_forward(&m->skin, hogs_in_box(&s->box, s->centre), s->set);
-
-    return lt_blend_transforms(weights, bones);
-}
-
-static lt_tensor *object_transform(const hogs_pose *pose)
-{
-    lt_tensor *const part[] = { lt_reshape(pose->R, LT_SHAPE(3, 3)), lt_reshape(pose->t, LT_SHAPE(3, 1)) };
-
-    return lt_reshape(lt_concat(part, 2, 1), LT_SHAPE(1, 3, 4));
-}
-
-/* The camera is where the directions come from; in canonical space, turned by the training's noise.    [Eq. 6, 7] */
-static lt_tensor *colour_of(const hogs *m, const hogs_drawn_set *s, lt_tensor *seen_from, lt_tensor *degree)
-{
-    lt_tensor *colour = lt_sh_colour(s->rows.sh, seen_from, degree);
-
-    return m->is->colour ? vpm_colour(vpm_of(m, s->object), colour, s->deltas.appearance) : colour;
-}
-
-static void pose_set(hogs_drawn_set *s, lt_tensor *transforms)
-{
-    s->posed = lt_transform_points(s->centre, transforms);
-    s->axes = lt_splat_axes(s->log_scale, s->quaternion, transforms);
-}
-
-static lt_tensor *direction_of(const hogs_drawn_set *s, lt_tensor *transforms, lt_tensor *view)
-{
-    return lt_transform_points(lt_transform_back(s->posed, lt_detach(transforms)), view);
 }
 
 /* ---- drawing --------------------------------------------------------------------------------------------- */
@@ -277,7 +83,7 @@ static int64_t points_of(const hogs *m, hogs_stage stage)
 
 static lt_tensor *drawn_input(const hogs *m, model_record *r, hogs_stage stage, int b)
 {
-    return integers_of(m, r, "drawn", b, LT_SHAPE(1, points_of(m, stage)));
+    return hogs_integers_of(m, r, "drawn", b, LT_SHAPE(1, points_of(m, stage)));
 }
 
 /* x (N, ..) of one set as (1, P, C), at the rows `drawn`; NULL: it has only those */
@@ -330,42 +136,46 @@ static hogs_pose refined_pose(const hogs_pose *initial, const gpm_out *offsets)
     return pose;
 }
 
-/* Under the initial pose: how it is seen from, for the colours that G-PM reads */
-static void colour_object(const hogs *m, hogs_drawn_set *s, const hogs_pose *pose, lt_tensor *view, lt_tensor *degree)
+static lt_tensor *object_transform(const hogs_pose *pose)
+{
+    lt_tensor *const part[] = { lt_reshape(pose->R, LT_SHAPE(3, 3)), lt_reshape(pose->t, LT_SHAPE(3, 1)) };
+
+    return lt_reshape(lt_concat(part, 2, 1), LT_SHAPE(1, 3, 4));
+}
+
+static void show_object(const hogs *m, hogs_drawn_set *s, const hogs_pose *pose, lt_tensor *view, lt_tensor *degree)
 {
     lt_tensor *transform = object_transform(pose);
 
-    pose_set(s, transform);
-    s->colour = colour_of(m, s, direction_of(s, transform, view), degree);
+    hogs_set_place(s, transform);
+    hogs_set_colour(m, s, transform, view, degree);
 }
 
 /* ---- stages ---------------------------------------------------------------------------------------------- */
 
 static hogs_pose pose_of(const hogs_pose *all, int b)
 {
-    return (hogs_pose){ frame_of(all->R, b, true), frame_of(all->t, b, true) };
+    return (hogs_pose){ hogs_frame_of(all->R, b, true), hogs_frame_of(all->t, b, true) };
 }
 
 /* G-PM alone: the object's Gaussians and the image are as they are. Only those that are drawn are made. */
 static void record_poses(const hogs *m, model_record *r)
 {
-    vpm_condition seen;
     const hogs_pose initial = initial_pose(r);
     lt_tensor *view = transform_input(r, "view", 1), *degree = hogs_integers(r, "degree", LT_SHAPE(1));
+    const hogs_seen seen = hogs_look(m, r, HOGS_POSES);
+    const hogs_set_in in = hogs_set_inputs(m, r, true);
     hogs_drawn_set object[HOGS_BATCH];
     hogs_pose refined;
-    set_inputs in;
     gpm_out offsets;
 
-    look(m, r, NULL, &seen);
-    in = inputs_of(m, r, true);
     for (int b = 0; b < r->batch; b++) {
         const hogs_pose pose = pose_of(&initial, b);
 
-        object[b] = set_of(m, r, true, b, &in, &seen, drawn_input(m, r, HOGS_POSES, b));
-        colour_object(m, &object[b], &pose, view, degree);
+        object[b] = hogs_set_of(m, r, true, b, &in, &seen, drawn_input(m, r, HOGS_POSES, b));
+        show_object(m, &object[b], &pose, view, degree);
     }
-    offsets = refine(m, r, HOGS_POSES, object, NULL, &seen);
+    offsets = refine(m, r, HOGS_POSES, object, NULL, &seen.vpm[true]);
     refined = refined_pose(&initial, &offsets);
     hogs_pose_losses(m, &offsets, &initial, &refined, r);
 }
@@ -394,28 +204,25 @@ static void refuse_batch(const hogs *m, model_record *r)
 static void record_scene(const hogs *m, hogs_stage stage, model_record *r)
 {
     const bool refines = m->is->gpm && (stage == HOGS_JOINT || stage == HOGS_RENDER);
-    vpm_condition hand_seen, object_seen;
     const hogs_pose initial = initial_pose(r);
     hogs_pose refined = initial;
     lt_tensor *bones = transform_input(r, "bones", SKIN_FIELD_BONES), *view = transform_input(r, "view", 1);
     lt_tensor *degree = hogs_integers(r, "degree", LT_SHAPE(1)), *transforms;
-    hogs_drawn_set hand, object;
-    set_inputs hand_in, object_in;
+    const hogs_seen seen = hogs_look(m, r, stage);
+    const hogs_set_in hand_in = hogs_set_inputs(m, r, false), object_in = hogs_set_inputs(m, r, true);
+    hogs_drawn_set hand = hogs_set_of(m, r, false, 0, &hand_in, &seen, NULL);
+    hogs_drawn_set object = hogs_set_of(m, r, true, 0, &object_in, &seen, NULL);
     gpm_out offsets = { 0 };
     hogs_drawn drawn;
 
-    look(m, r, &hand_seen, &object_seen);
-    hand_in = inputs_of(m, r, false), object_in = inputs_of(m, r, true);
-    hand = set_of(m, r, false, 0, &hand_in, &hand_seen, NULL);
-    object = set_of(m, r, true, 0, &object_in, &object_seen, NULL);
-    transforms = hand_transforms(m, &hand, bones);
-    pose_set(&hand, transforms);
-    hand.colour = colour_of(m, &hand, direction_of(&hand, transforms, view), degree);
-    colour_object(m, &object, &initial, view, degree);
+    transforms = hogs_bend(m, &hand, bones);
+    hogs_set_place(&hand, transforms);
+    hogs_set_colour(m, &hand, transforms, view, degree);
+    show_object(m, &object, &initial, view, degree);
     if (refines) {
-        offsets = refine(m, r, stage, &object, drawn_input(m, r, stage, 0), &object_seen);
+        offsets = refine(m, r, stage, &object, drawn_input(m, r, stage, 0), &seen.vpm[true]);
         refined = refined_pose(&initial, &offsets);
-        colour_object(m, &object, &refined, view, degree);
+        show_object(m, &object, &refined, view, degree);
     }
     drawn = draw(m, r, stage, &hand, &object);
     put_out(r, "pose_rotation", refined.R);

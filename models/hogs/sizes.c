@@ -9,6 +9,8 @@ const hogs_sizes hogs_full = {
     .gpm = { .encoding = 32, .condition = 256,
              .level = { .points = 512, .samples = 32, .radius = 0.2, .width = { 64, 64, 128 } },
              .layers = 3, .heads = 5, .ffn = 1024, .dropout = 0.1 },
+    .avatar = { .grid = { .levels = 16, .base = 16, .finest = 2048, .log2_size = 16 },
+                .deform = 128, .look = 64, .feature = 32 },
     .skin_width = 128, .gpm_points = 2048, .crop = 224, .map = 7,
 };
 
@@ -18,5 +20,7 @@ const hogs_sizes hogs_cpu = {
     .gpm = { .encoding = 16, .condition = 128,
              .level = { .points = 128, .samples = 16, .radius = 0.2, .width = { 32, 32, 64 } },
              .width = 64, .layers = 2, .heads = 4, .ffn = 128, .dropout = 0.1 },
+    .avatar = { .grid = { .levels = 8, .base = 16, .finest = 256, .log2_size = 13 },
+                .deform = 64, .look = 32, .feature = 16 },
     .skin_width = 64, .gpm_points = 512, .crop = 112, .map = 7,
 };

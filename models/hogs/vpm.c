@@ -69,12 +69,20 @@ void vpm_init(const vpm *m, uint64_t seed)
     init_linear(&m->colour, seed);
 }
 
+/* -1 to 1 as 0 to 1 */
+static lt_tensor *unit(lt_tensor *places)
+{
+    return lt_add(lt_scale(lt_detach(places), 0.5), lt_scalar(places->graph, 0.5));
+}
+
+lt_tensor *vpm_encode_by(lt_param *table, const lt_hash_grid_opts *grid, lt_tensor *places)
+{
+    return lt_hash_grid(unit(places), lt_use(places->graph, table), grid);
+}
+
 lt_tensor *vpm_encode(const vpm *m, lt_tensor *places)
 {
-    lt_graph *g = places->graph;
-    lt_tensor *unit = lt_add(lt_scale(lt_detach(places), 0.5), lt_scalar(g, 0.5));     /* [0, 1]^3 */
-
-    return m->table ? lt_hash_grid(unit, lt_use(g, m->table), &m->opts.grid) : lt_one_blob(unit, BINS);
+    return m->table ? vpm_encode_by(m->table, &m->opts.grid, places) : lt_one_blob(unit(places), BINS);
 }
 
 /* ---- the visual condition ------------------------------------------------------------------------------ */

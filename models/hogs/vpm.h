@@ -42,6 +42,9 @@ void vpm_init(const vpm *m, uint64_t seed);
 int vpm_encoding(const vpm_opts *o);
 lt_tensor *vpm_encode(const vpm *m, lt_tensor *places);
 
+/* vpm_encode_by - by a hash grid whose table is this one */
+lt_tensor *vpm_encode_by(lt_param *table, const lt_hash_grid_opts *grid, lt_tensor *places);
+
 /* What of a frame's condition does not depend on the Gaussian: of B images */
 typedef struct {
     lt_tensor *base;                /* (B, condition): W_F F + b_r */

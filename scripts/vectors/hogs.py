@@ -23,7 +23,7 @@ OUT = os.path.join(HERE, "../../tests/vectors/models")
 sys.path[:0] = [HERE, os.path.join(HERE, "../peers")]
 
 from pointnet2 import around, farthest, rows        # noqa: E402
-from ops import SUITES                              # noqa: E402
+from ops import SUITES, harmonics                             # noqa: E402
 with contextlib.redirect_stdout(io.StringIO()):     # it prints its own vectors
     from models import named                        # noqa: E402
 
@@ -58,13 +58,13 @@ class Params(dict):
         w, b = self(name + ".weight", n), self(name + ".bias", n)
         return lambda x: F.layer_norm(x, (n,), w, b)
 
-    def sets(self, name, *sizes):
+    def sets(self, name, *sizes, slope=.01):
         layers = [(self("%s.%d.weight" % (name, i), SETS, o, k)[WHICH], self("%s.%d.bias" % (name, i), SETS, o)[WHICH])
                   for i, (k, o) in enumerate(zip(sizes, sizes[1:]))]
 
         def run(x):
             for i, (w, b) in enumerate(layers):
-                x = F.linear(F.leaky_relu(x, .01) if i else x, w, b)
+                x = F.linear(F.leaky_relu(x, slope) if i else x, w, b)
             return x
         return run
 
@@ -127,6 +127,27 @@ def vpm(use_f, use_p, use_g, one_blob=False, alpha3=False):
                 "condition": condition[None]}, \
             {"place_change": "d_place", "scale_change": "d_scale", "rotation_change": "d_rotation"}
     return run
+
+
+def avatar(p):
+    parent = [-1] + [0 if i % 3 == 1 else i - 1 for i in range(1, 16)]
+    enc = hash_grid_of(given("centres", N, 3) / 2 + .5, p("avatar.hash.table", 40, 2))
+    pose, said = given("articulation", 16, 13), []
+    everything = p.sets("avatar.pose.root", 192, 6)(pose[:, :12].reshape(1, -1))
+    for i in range(16):
+        x = torch.cat((pose[i:i + 1], said[parent[i]] if i else everything), 1)
+        said.append(p.sets("avatar.pose.%d" % i, 19, 19, 6, slope=0)(x))
+    x = torch.cat((enc, torch.cat(said, 1).expand(N, 96)), 1)
+    out = given("started", 1) * p.sets("avatar.deform", 100, 8, 8, 8, 26)(x)
+    looks = {k: p.sets("avatar.look_" + k, 5 + 15 + 16 + 16, 6, 6, 3) for k in ("hand", "object")}
+    table = p("avatar.code", SETS, 16)
+    v = given("direction", N, 3)
+    seen = torch.cat((given("feature", N, 5), harmonics(v / v.norm(dim=1, keepdim=True))[:, 1:]), 1)
+    look = lambda k, shade, code: torch.sigmoid(looks[k](torch.cat((seen, shade, code.expand(N, 16)), 1)))
+    return {"place_change": out[:, :3], "scale_change": out[:, 3:6], "rotation_change": out[:, 6:10],
+            "shade": out[:, 10:], "colour": look("hand", out[:, 10:], table[WHICH]),
+            "rigid": look("object", 0 * out[:, 10:], table[WHICH])}, \
+        {"place_change": "d_place", "scale_change": "d_scale", "rotation_change": "d_rotation"}
 
 
 def batch_norm(p, name, x):
@@ -219,14 +240,15 @@ def contact(p):
 
 PARTS = {"skin": skin, "vpm_fpg": vpm(1, 1, 1), "vpm_fg": vpm(1, 0, 1, one_blob=True),
          "vpm_fp": vpm(1, 1, 0, alpha3=True), "vpm_pg": vpm(0, 1, 1), "gpm_wide": gpm(0),
-         "gpm_projected": gpm(12), "contact": contact}
+         "gpm_projected": gpm(12), "contact": contact, "avatar": avatar}
 
 
 def length(p, name):
     grad = p[name].grad
     if grad is None:
         return 0.
-    return float((grad[WHICH] if ".trunk." in name or name.startswith("skin.") else grad).norm())
+    by_rows = ".trunk." in name or name.startswith("skin.") or (name.startswith("avatar.") and ".hash." not in name)
+    return float((grad[WHICH] if by_rows else grad).norm())
 
 
 def main():

@@ -194,11 +194,11 @@ static lt_status apply(density *d, const layout *l, uint64_t seed)
 {
     const gaussians *g = &d->m->gaussians;
     lt_param *kind[GAUSSIANS_KINDS];
+    const int kinds = gaussians_kinds(g, kind);
     lt_rng rng = lt_rng_make(seed, 0x64656e73);
     lt_status st = LT_OK;
 
-    gaussians_kinds(g, kind);
-    for (int i = 0; i < GAUSSIANS_KINDS && !st; i++)
+    for (int i = 0; i < kinds && !st; i++)
         st = lt_param_gather(kind[i], l->capacity * g->sets, l->from);
     for (int64_t row = 0; row < l->capacity * g->sets && !st; row++)
         if (l->cut[row])

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* From frames to a graph's inputs. */
-#include "tasks/hogs/run.h"
+#include "tasks/hogs/feed.h"
 
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/mat3.h"
@@ -21,19 +21,19 @@ hogs_placer hogs_placer_of(const hogs *m, const hogs_lists *lists, const hogs_ri
     return p;
 }
 
-static int64_t first_row(const hogs_placer *p, bool object)
+int64_t feed_first_row(const hogs_placer *p, bool object)
 {
     return gaussians_first(&p->m->gaussians, object ? p->m->config.hands + p->frame->object : p->frame->subject);
 }
 
-static int64_t count_of(const hogs_placer *p, bool object)
+int64_t feed_count(const hogs_placer *p, bool object)
 {
     return gaussians_count(&p->m->gaussians, object ? p->m->config.hands + p->frame->object : p->frame->subject);
 }
 
 void hogs_posed_at(const hogs_placer *p, bool object, int64_t i, double out[3])
 {
-    const int64_t row = first_row(p, object) + i;
+    const int64_t row = feed_first_row(p, object) + i;
     const lt_real *c = p->m->gaussians.centre->data + 3 * row;
     const double x[3] = { (double)c[0], (double)c[1], (double)c[2] };
     const hogs_poses *pose = &p->frame->initial;
@@ -52,21 +52,7 @@ void hogs_posed_at(const hogs_placer *p, bool object, int64_t i, double out[3])
 
 /* ---- helpers --------------------------------------------------------------------------------------------- */
 
-typedef struct {
-    const hogs_feeder *by;
-    const task_run *run;
-    const hogs *m;
-    const lt_plan *plan;
-    const model_record *r;
-    const hogs_frame *f;
-    int slot, batch;                /* which frame of the graph */
-    hogs_placer placer;
-    lt_rng rng;
-    lt_real *posed[2];              /* (N, 3) of hand, object: in this plan's own input or none */
-} job;
-
-/* Where frame `slot` of an input begins; NULL: the graph has none of it */
-static void *at(const job *j, const char *name)
+void *feed_at(const feed_job *j, const char *name)
 {
     const lt_tensor *t = model_port_find(&j->r->inputs, name);
     char *x = t ? lt_plan_data(j->plan, t) : NULL;
@@ -74,34 +60,32 @@ static void *at(const job *j, const char *name)
     return x ? x + lt_nbytes(t) / (size_t)j->batch * (size_t)j->slot : NULL;
 }
 
-/* One that is not split over frames */
-static void *whole(const job *j, const char *name)
+void *feed_whole(const feed_job *j, const char *name)
 {
     const lt_tensor *t = model_port_find(&j->r->inputs, name);
 
     return t ? lt_plan_data(j->plan, t) : NULL;
 }
 
-/* The integers of one frame, which have its number behind their name where there are several */
-static int32_t *integers(const job *j, const char *name)
+int32_t *feed_integers(const feed_job *j, const char *name)
 {
     char own[32];
 
     snprintf(own, sizeof(own), "%s%d", name, j->slot);
-    return whole(j, j->batch > 1 ? own : name);
+    return feed_whole(j, j->batch > 1 ? own : name);
 }
 
-static void put_integer(const job *j, const char *name, int64_t value)
+void feed_integer(const feed_job *j, const char *name, int64_t value)
 {
-    int32_t *x = integers(j, name);
+    int32_t *x = feed_integers(j, name);
 
     if (x)
         *x = (int32_t)value;
 }
 
-static void put_floats(const job *j, const char *name, const float *from, int64_t n)
+void feed_floats(const feed_job *j, const char *name, const float *from, int64_t n)
 {
-    lt_real *x = at(j, name);
+    lt_real *x = feed_at(j, name);
 
     for (int64_t i = 0; x && i < n; i++)
         x[i] = (lt_real)from[i];
@@ -109,8 +93,7 @@ static void put_floats(const job *j, const char *name, const float *from, int64_
 
 /* ---- a set ----------------------------------------------------------------------------------------------- */
 
-/* Column and row of a place of the camera in the crop; false: behind the camera */
-static bool in_crop(const hogs_frame *f, const double x[3], double out[2])
+bool feed_in_crop(const hogs_frame *f, const double x[3], double out[2])
 {
     double uv[2];
 
@@ -122,7 +105,7 @@ static bool in_crop(const hogs_frame *f, const double x[3], double out[2])
 }
 
 typedef struct {
-    const job *j;
+    const feed_job *j;
     bool object;
     lt_real *place;                 /* (N, 2) */
 } place_job;
@@ -132,8 +115,8 @@ enum { ROWS = 256 };
 static void place_rows(void *ctx, int64_t block)
 {
     const place_job *p = ctx;
-    const job *j = p->j;
-    const int64_t n = count_of(&j->placer, p->object), capacity = gaussians_capacity(&j->m->gaussians);
+    const feed_job *j = p->j;
+    const int64_t n = feed_count(&j->placer, p->object), capacity = gaussians_capacity(&j->m->gaussians);
     const double cells = j->m->sizes.map - 1, S = j->m->sizes.crop;
 
     for (int64_t i = block * ROWS; i < lt_min_i64((block + 1) * ROWS, capacity); i++) {
@@ -141,35 +124,35 @@ static void place_rows(void *ctx, int64_t block)
 
         if (i < n) {
             hogs_posed_at(&j->placer, p->object, i, x);
-            in_crop(j->f, x, uv);
+            feed_in_crop(j->f, x, uv);
         }
         for (int k = 0; k < 2; k++)
             p->place[2 * i + k] = (lt_real)(uv[k] / S * cells);
     }
 }
 
-static void feed_set(const job *j, bool object)
+static void feed_set(const feed_job *j, bool object)
 {
-    const int64_t capacity = gaussians_capacity(&j->m->gaussians), n = count_of(&j->placer, object);
-    lt_real *alive = at(j, object ? "object_alive" : "hand_alive");
-    place_job places = { j, object, at(j, object ? "object_place" : "hand_place") };
+    const int64_t capacity = gaussians_capacity(&j->m->gaussians), n = feed_count(&j->placer, object);
+    lt_real *alive = feed_at(j, object ? "object_alive" : "hand_alive");
+    place_job places = { j, object, feed_at(j, object ? "object_place" : "hand_place") };
 
-    put_integer(j, object ? "object_set" : "hand_set", object ? j->f->object : j->f->subject);
-    put_integer(j, object ? "object_row" : "hand_row", first_row(&j->placer, object));
+    feed_integer(j, object ? "object_set" : "hand_set", object ? j->f->object : j->f->subject);
+    feed_integer(j, object ? "object_row" : "hand_row", feed_first_row(&j->placer, object));
     for (int64_t i = 0; alive && i < capacity; i++)
         alive[i] = i < n;
     if (places.place)
         lt_parallel_for(lt_ceil_div(capacity, ROWS), place_rows, &places);
 }
 
-static void feed_neighbours(const job *j, bool object)
+static void feed_neighbours(const feed_job *j, bool object)
 {
-    int32_t *near = whole(j, object ? "object_near" : "hand_near");
-    lt_real *offset = whole(j, object ? "object_offset" : "hand_offset");
+    int32_t *near = feed_whole(j, object ? "object_near" : "hand_near");
+    lt_real *offset = feed_whole(j, object ? "object_offset" : "hand_offset");
     const int64_t capacity = gaussians_capacity(&j->m->gaussians);
 
     if (near)
-        memcpy(near, j->run->lists.near[first_row(&j->placer, object)],
+        memcpy(near, j->run->lists.near[feed_first_row(&j->placer, object)],
                (size_t)capacity * sizeof(*j->run->lists.near));
     if (offset)
         memset(offset, 0, 2 * (size_t)capacity * sizeof(*offset));
@@ -178,9 +161,9 @@ static void feed_neighbours(const job *j, bool object)
 /* ---- camera and poses ------------------------------------------------------------------------------------ */
 
 /* Which way colours are seen from, shaken in training: roll and yaw normal, pitch uniform          [3DGS-Avatar] */
-static void feed_view(job *j)
+static void feed_view(feed_job *j)
 {
-    lt_real *x = whole(j, "view");
+    lt_real *x = feed_whole(j, "view");
     double R[9] = { 1, 0, 0, 0, 1, 0, 0, 0, 1 };
 
     if (!x)
@@ -201,10 +184,10 @@ static void feed_view(job *j)
             x[4 * r + c] = (lt_real)(c < 3 ? R[3 * r + c] : 0);
 }
 
-static void feed_camera(const job *j)
+static void feed_camera(const feed_job *j)
 {
-    lt_real *camera = whole(j, "camera"), *bones = whole(j, "bones");
-    int32_t *degree = whole(j, "degree");
+    lt_real *camera = feed_whole(j, "camera"), *bones = feed_whole(j, "bones");
+    int32_t *degree = feed_whole(j, "degree");
     const lt_camera *c = &j->f->camera;
 
     if (camera) {
@@ -217,16 +200,16 @@ static void feed_camera(const job *j)
         *degree = j->by->stage == HOGS_RENDER ? 3 : j->run->degree;
 }
 
-static void feed_truth(const job *j)
+static void feed_truth(const feed_job *j)
 {
     const hogs_frame *f = j->f;
     const lt_real *box = j->m->box[1]->data + 6 * f->object;
-    lt_real *corners = at(j, "corners"), *offset = at(j, "offset"), *weight = at(j, "pose_weight");
+    lt_real *corners = feed_at(j, "corners"), *offset = feed_at(j, "offset"), *weight = feed_at(j, "pose_weight");
 
-    put_floats(j, "rotation", f->initial.R, 9);
-    put_floats(j, "translation", f->initial.t, 3);
-    put_floats(j, "true_rotation", f->known ? f->truth.R : f->initial.R, 9);
-    put_floats(j, "true_translation", f->known ? f->truth.t : f->initial.t, 3);
+    feed_floats(j, "rotation", f->initial.R, 9);
+    feed_floats(j, "translation", f->initial.t, 3);
+    feed_floats(j, "true_rotation", f->known ? f->truth.R : f->initial.R, 9);
+    feed_floats(j, "true_translation", f->known ? f->truth.t : f->initial.t, 3);
     if (weight)
         *weight = f->known;
     for (int k = 0; offset && k < 3; k++) {     /* each from its own hand's root */
@@ -239,151 +222,37 @@ static void feed_truth(const job *j)
             corners[3 * i + k] = box[k] + (i >> k & 1 ? 1 : -1) / box[3 + k];
 }
 
-/* ---- G-PM ------------------------------------------------------------------------------------------------ */
-
-/* The crop's colour at a place of it, between pixels */
-static void colour_at(const hogs *m, const float *image, const double uv[2], lt_real out[3])
-{
-    const int S = m->sizes.crop;
-    const double x = fmin(fmax(uv[0] - 0.5, 0), S - 1), y = fmin(fmax(uv[1] - 0.5, 0), S - 1);
-    const int x0 = (int)x, y0 = (int)y, x1 = x0 + 1 < S ? x0 + 1 : x0, y1 = y0 + 1 < S ? y0 + 1 : y0;
-    const double a = x - x0, b = y - y0;
-
-    for (int c = 0; c < 3; c++) {
-        const float *p = image + (int64_t)c * S * S;
-
-        out[c] = (lt_real)((1 - b) * ((1 - a) * (double)p[y0 * S + x0] + a * (double)p[y0 * S + x1])
-                           + b * ((1 - a) * (double)p[y1 * S + x0] + a * (double)p[y1 * S + x1]));
-    }
-}
-
-/* Which Gaussians G-PM looks at: all of them, or so many drawn */
-static void draw_points(job *j, int32_t *drawn, int64_t P, int64_t n)
-{
-    const bool training = j->by->stage != HOGS_RENDER, subset = training && j->m->config.subset && P <= n;
-    uint32_t *order = subset ? lt_alloc((size_t)n * sizeof(*order)) : NULL;
-
-    if (order)
-        lt_rng_permute(&j->rng, order, (uint32_t)n);
-    for (int64_t i = 0; i < P; i++)
-        drawn[i] = order ? (int32_t)order[i] : training ? (int32_t)lt_rng_below(&j->rng, (uint32_t)n)
-                   : (int32_t)(i < n ? i : 0);
-    lt_release(order);
-}
-
-static void feed_points(job *j)
-{
-    const lt_tensor *t = model_port_find(&j->r->inputs, "points");
-    const int64_t P = t ? lt_dim(t, 1) : 0, n = count_of(&j->placer, true);
-    int32_t *drawn = integers(j, "drawn"), *count = at(j, "count"), *start = at(j, "start");
-    lt_real *points = at(j, "points"), *rgb = at(j, "rgb");
-
-    if (!points)
-        return;
-    draw_points(j, drawn, P, n);
-    *count = (int32_t)(j->by->stage == HOGS_RENDER ? lt_min_i64(n, P) : P);
-    *start = j->by->stage == HOGS_RENDER ? 0 : (int32_t)lt_rng_below(&j->rng, (uint32_t)P);
-    for (int64_t i = 0; i < P; i++) {
-        double x[3], uv[2] = { 0, 0 };
-
-        hogs_posed_at(&j->placer, true, drawn[i], x);
-        in_crop(j->f, x, uv);
-        colour_at(j->m, j->f->image, uv, rgb + 3 * i);
-        for (int k = 0; k < 3; k++)
-            points[3 * i + k] = (lt_real)x[k];
-    }
-    put_floats(j, "root", j->f->initial.root, 3);
-}
-
-static void feed_contact(job *j)
-{
-    const hogs_lists *l = &j->run->lists;
-    const int64_t n = count_of(&j->placer, false), first = first_row(&j->placer, false);
-    const int64_t object = first_row(&j->placer, true);
-    const occupancy *grid = &l->grid[j->f->object];
-    lt_real *hand = at(j, "hand_points"), *surface = at(j, "surface"), *box = at(j, "grid");
-    int32_t *zone = at(j, "zones");
-
-    if (!hand)
-        return;
-    for (int i = 0; i < HOGS_CONTACT_POINTS; i++) {
-        const int64_t row = n > HOGS_CONTACT_POINTS ? lt_rng_below(&j->rng, (uint32_t)n) : i % n;
-        const int vertex = l->vertex[first + row];
-        double x[3];
-
-        hogs_posed_at(&j->placer, false, row, x);
-        zone[i] = vertex < 0 ? CONTACT_NOWHERE : j->placer.rig->zone[vertex];
-        for (int k = 0; k < 3; k++)
-            hand[3 * i + k] = (lt_real)x[k];
-    }
-    for (int i = 0; i < HOGS_SURFACE_POINTS; i++) {
-        const int32_t row = l->surface[j->f->object][i];
-
-        memcpy(surface + 3 * i, j->m->gaussians.centre->data + 3 * (object + (row < 0 ? 0 : row)),
-               3 * sizeof(*surface));
-    }
-    memcpy(box, grid->lo, sizeof(grid->lo));
-    memcpy(box + 3, grid->per_metre, sizeof(grid->per_metre));
-    memcpy(at(j, "inside"), grid->inside, sizeof(grid->inside));
-}
-
-/* In stage 2 half of the frames begin further off than their initial poses: one half of these much, the other less. */
-static void shake(job *j, hogs_frame *f)
-{
-    const bool coarse = lt_rng_uniform(&j->rng) < 0.5, at_all = lt_rng_uniform(&j->rng) < 0.5;
-    const double hand = (coarse ? 8 : 4) * DEGREES, R = coarse ? 0.175 : 0.105, t = coarse ? 0.010 : 0.006;
-
-    if (!at_all)
-        return;
-    for (int i = 0; i < LT_HAND_JOINTS; i++) {
-        double by[3], turn[9], own[9];
-
-        for (int k = 0; k < 3; k++)
-            by[k] = hand * lt_rng_normal(&j->rng);
-        for (int k = 0; k < 9; k++)
-            own[k] = (double)f->initial.rotation[i][k];
-        lt_rot_from_axis_angle(by, turn);
-        lt_mat3_mul(turn, own, own);
-        for (int k = 0; k < 9; k++)
-            f->initial.rotation[i][k] = (float)own[k];
-    }
-    for (int k = 0; k < 9; k++)
-        f->initial.R[k] += (float)(R * lt_rng_normal(&j->rng));
-    for (int k = 0; k < 3; k++)
-        f->initial.t[k] += (float)(t * lt_rng_normal(&j->rng));
-}
-
 /* ---- images ---------------------------------------------------------------------------------------------- */
 
-static void feed_images(const job *j)
+static void feed_images(const feed_job *j)
 {
     const int64_t S = j->m->sizes.crop, pixels = (int64_t)j->m->config.width * j->m->config.height;
-    lt_real *boxes = whole(j, "lpips_boxes");
+    lt_real *boxes = feed_whole(j, "lpips_boxes");
     const bool is_due = j->run->iteration % j->run->schedule.lpips_every == 0;
 
-    put_floats(j, "image", j->f->image, 3 * S * S);
-    put_floats(j, "target", j->f->target, HOGS_TARGETS * pixels);
+    feed_floats(j, "image", j->f->image, 3 * S * S);
+    feed_floats(j, "target", j->f->target, HOGS_TARGETS * pixels);
     for (int i = 0; boxes && i < 4 * HOGS_IMAGES; i++)
         boxes[i] = (lt_real)(is_due ? j->f->box[i / 4][i % 4] : 0);
 }
 
-static void feed_skin(job *j)
+static void feed_skin(feed_job *j)
 {
-    lt_real *points = whole(j, "skin_points"), *weights = whole(j, "skin_weights");
+    lt_real *points = feed_whole(j, "skin_points"), *weights = feed_whole(j, "skin_weights");
 
     if (points)             /* lt_real is float in a program that trains */
         hogs_rig_samples(j->placer.rig, &j->rng, HOGS_SKIN_POINTS, (float (*)[3])(void *)points,
                          (float (*)[SKIN_FIELD_BONES])(void *)weights);
     if (!model_port_find(&j->r->inputs, "hand_row"))
-        put_integer(j, "hand_set", j->f->subject);
+        feed_integer(j, "hand_set", j->f->subject);
 }
 
-static void feed_frame(job *j)
+static void feed_frame(feed_job *j)
 {
     hogs_frame own = *j->f;
 
     if (j->by->stage == HOGS_POSES) {
-        shake(j, &own);
+        feed_shake(j, &own);
         j->f = &own;
     }
     j->placer = hogs_placer_of(j->m, &j->run->lists, j->run->rig, j->f);
@@ -398,6 +267,7 @@ static void feed_frame(job *j)
     if (j->slot == 0)
         feed_view(j);
     feed_camera(j);
+    feed_avatar(j);
     feed_truth(j);
     feed_points(j);
     feed_contact(j);
@@ -408,7 +278,7 @@ double hogs_feed(const void *ctx, const lt_plan *p, const model_record *r, const
 {
     const hogs_feeder *by = ctx;
     const hogs_batch *b = batch;
-    job j = { .by = by, .run = by->run, .m = hogs_of(by->run->m), .plan = p, .r = r, .batch = r->batch };
+    feed_job j = { .by = by, .run = by->run, .m = hogs_of(by->run->m), .plan = p, .r = r, .batch = r->batch };
     const hogs_frame *some = NULL;
     double weight = 0;
 
@@ -422,8 +292,8 @@ double hogs_feed(const void *ctx, const lt_plan *p, const model_record *r, const
         j.slot = i;
         j.rng = lt_rng_make((uint64_t)by->run->config->loop.seed, lt_rng_mix(j.f->draw, (uint64_t)by->stage));
         feed_frame(&j);
-        if (!there && at(&j, "pose_weight"))
-            *(lt_real *)at(&j, "pose_weight") = 0;
+        if (!there && feed_at(&j, "pose_weight"))
+            *(lt_real *)feed_at(&j, "pose_weight") = 0;
         weight += there;
     }
     return weight;

@@ -299,6 +299,7 @@ static lt_status fill(const void *ctx, uint64_t epoch, int64_t at, lt_arena *scr
 
     f->there = false;
     f->index = index;
+    f->number = at;
     f->draw = lt_rng_mix(epoch, (uint64_t)index);
     if (!st)
         st = find_sets(s, &sample, f);

@@ -20,7 +20,7 @@ typedef struct {
 
 typedef struct {
     bool there;                     /* false: it could not be read, or nothing is seen; the rest is undefined */
-    int64_t index;                  /* in the dataset */
+    int64_t index, number;          /* in the dataset, among the source's frames */
     int subject, object;            /* numbers of their sets, among hands, among objects */
     int data_object;                /* of the dataset's objects */
     lt_camera camera;

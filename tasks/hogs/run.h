@@ -17,6 +17,7 @@ typedef struct {
     int64_t skin, iterations, poses;        /* steps of stages 0, 1 and 2 */
     int64_t warm;                   /* iterations in which the skinning field's loss counts much */
     int64_t gpm_start;              /* the iteration that G-PM begins at; iterations: never */
+    int64_t bend_start;             /* the avatar keeps its shape before */
     int64_t sh_step;                /* the degree of spherical harmonics goes up every so many */
     int64_t place_steps;            /* in which the learning rate of places falls */
     int64_t lists;                  /* neighbours and insides are made anew every so many */

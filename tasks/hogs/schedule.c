@@ -28,6 +28,7 @@ hogs_schedule hogs_schedule_of(const hogs *m, int64_t iterations, int64_t pose_e
         .poses = m->is->gpm ? pose_epochs * lt_ceil_div(frames, HOGS_POSE_BATCH) : 0,
         .warm = lt_min_i64(WARM, OF(WARM, iterations)),
         .gpm_start = m->is->gpm ? OF(4000, 60000) : iterations,
+        .bend_start = iterations / 45,
         .sh_step = OF(1500, 25000), .place_steps = OF(30000, 30000), .lists = OF(1000, 1000),
         .lpips_every = small ? 4 : 1,
         .density = { .start = OF(1000, 12000), .end = OF(16000, 300000),
@@ -52,12 +53,16 @@ hogs_stage hogs_stage_of(const hogs_schedule *s, int64_t step)
 
 /* ---- groups of the optimiser ----------------------------------------------------------------------------- */
 
-enum { CENTRE, DC, REST, OPACITY, SCALE, ROTATION, SKIN, TRUNK, HASH, HAND_COLOUR, OBJECT_COLOUR, POSES, VIT, N };
+enum {
+    CENTRE, DC, REST, OPACITY, SCALE, ROTATION, SKIN, TRUNK, HASH, HAND_COLOUR, OBJECT_COLOUR, POSES, VIT,
+    FEATURE, FRAME_CODE, AVATAR, N
+};
 
 #define NAMES(...) (const char *const[]){ __VA_ARGS__, NULL }
 
-/* In 20,000 iterations a network that begins with nothing gets nowhere by the rates of 360,000. */
-static const double SMALL_RATE = 1e-3;
+/* In 20,000 iterations a network that begins with nothing gets nowhere by the rates of 360,000; but at ten times
+ * SMALL_POSE_RATE the heads of G-PM die: all units behind their relus are 0, and biases alone still move. */
+static const double SMALL_RATE = 1e-3, SMALL_POSE_RATE = 1e-4;
 static const double EXTENT = 1.0395, EPS = 1e-15, CLIP = 0.1, LAST = 0.01;      /* of a network's rate, at the end */
 
 /* Constant, or in a line of the logarithm to `end` of it */
@@ -89,7 +94,8 @@ const lt_optim_group *hogs_optim_groups(const hogs *m, const hogs_schedule *s, l
         *const trunk[] = { "hand.trunk", "hand.reduce", "object.trunk", "object.reduce", NULL },
         *const hash[] = { "hand.hash", "object.hash", NULL },
         *const hand[] = { "hand.alpha", "hand.colour", NULL },
-        *const object[] = { "object.alpha", "object.colour", NULL };
+        *const object[] = { "object.alpha", "object.colour", NULL }, *const feature[] = { "gaussians.feature", NULL },
+        *const code[] = { "avatar.code", NULL }, *const others[] = { "avatar.", NULL };
     const bool small = m->config.small;
 
     out[CENTRE] = group_of("centre", centre, 1.6e-4 * EXTENT, 0.01, s->place_steps, false);
@@ -103,8 +109,12 @@ const lt_optim_group *hogs_optim_groups(const hogs *m, const hogs_schedule *s, l
     out[HASH] = network("hash", hash, 1e-2, s);
     out[HAND_COLOUR] = network("hand_colour", hand, 0.5e-3, s);
     out[OBJECT_COLOUR] = network("object_colour", object, 1e-3, s);
-    out[POSES] = network("gpm", poses, small ? SMALL_RATE : 1e-5, s);
+    out[POSES] = network("gpm", poses, small ? SMALL_POSE_RATE : 1e-5, s);
     out[VIT] = network("vit", backbone, 3e-4, s);
+    out[FEATURE] = group_of("feature", feature, 1e-3, 1, 0, false);
+    out[FRAME_CODE] = network("frame_code", code, 1e-3, s);
+    out[FRAME_CODE].weight_decay = 0.05;
+    out[AVATAR] = network("avatar", others, 1e-3, s);
     for (int i = 0; i < N; i++)
         out[i].clip_alone = m->config.clip_groups && out[i].clip_norm > 0;
     *n = N;
@@ -115,7 +125,7 @@ int hogs_pose_group(const hogs *m, lt_optim_group *out)
 {
     static const char *const poses[] = { "gpm.", NULL };
 
-    *out = group_of("gpm", poses, m->config.small ? SMALL_RATE : 0.5e-4, 1, 0, false);
+    *out = group_of("gpm", poses, m->config.small ? SMALL_POSE_RATE : 0.5e-4, 1, 0, false);
     return POSES;
 }
 

@@ -202,6 +202,7 @@ static lt_status fill_config(const task_run *r, train_config *c)
 
     if (!st && !(leave_to_data(c->model_keys, "hands", r->sets.hands)
                  && leave_to_data(c->model_keys, "objects", r->sets.objects)
+                 && leave_to_data(c->model_keys, "frames", (int)s->count)
                  && leave_to_data(c->model_keys, "width", first.width)
                  && leave_to_data(c->model_keys, "height", first.height)))
         st = lt_error(LT_ENOMEM, "no memory for the configuration");

@@ -79,6 +79,14 @@ static void run_close(task_run *r)
     hogs_close_data(r);
 }
 
+static lt_status check_codes(const hogs *m, int64_t frames)
+{
+    if (!m->is->avatar || m->config.frames == frames)
+        return LT_OK;
+    return lt_error(LT_EINVAL, "model.frames is %d, but the data have %" PRId64 " frames to train on; leave it out of the "
+                    "configuration to have as many as the data", m->config.frames, frames);
+}
+
 static lt_status run_build(task_run *r, const train_config *c, lt_params *set, model *out)
 {
     const hogs_data_config *d = hogs_data_of(c);
@@ -90,7 +98,9 @@ static lt_status run_build(task_run *r, const train_config *c, lt_params *set, m
     r->m = out;
     m = hogs_of(out);
     r->train_source.m = r->check_source.m = out;
-    st = hogs_give_sets(out, &r->sets);
+    st = check_codes(m, r->train_source.count);
+    if (!st)
+        st = hogs_give_sets(out, &r->sets);
     if (!st)
         st = density_new(&r->density, m);
     if (st)
@@ -217,12 +227,22 @@ static const lt_optim_group *run_groups(const task_run *r, int *n, lt_optim_aver
 static lt_status touch_set(const hogs *m, int set)
 {
     lt_param *kind[GAUSSIANS_KINDS];
+    const int kinds = gaussians_kinds(&m->gaussians, kind);
     lt_status st = LT_OK;
 
-    gaussians_kinds(&m->gaussians, kind);
-    for (int i = 0; i < GAUSSIANS_KINDS && !st; i++)
+    for (int i = 0; i < kinds && !st; i++)
         st = lt_param_touch(kind[i], gaussians_first(&m->gaussians, set), gaussians_count(&m->gaussians, set));
     return st;
+}
+
+static lt_status touch_appearance(const hogs *m, const hogs_frame *f)
+{
+    lt_status st;
+
+    if (m->is->avatar)
+        return avatar_touch(&m->avatar, f->subject, f->object, f->number);
+    st = set_mlp_touch(&m->hand.trunk, f->subject);
+    return st ? st : set_mlp_touch(&m->object.trunk, f->object);
 }
 
 static lt_status touch_frame(const hogs *m, const hogs_frame *f)
@@ -233,9 +253,7 @@ static lt_status touch_frame(const hogs *m, const hogs_frame *f)
         st = touch_set(m, m->config.hands + f->object);
     if (!st)
         st = set_mlp_touch(&m->skin.mlp, f->subject);
-    if (!st)
-        st = set_mlp_touch(&m->hand.trunk, f->subject);
-    return st ? st : set_mlp_touch(&m->object.trunk, f->object);
+    return st ? st : touch_appearance(m, f);
 }
 
 static bool lists_are_due(const task_run *r)

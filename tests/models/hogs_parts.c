@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tests/models/hogs_parts.h"
 
+#include "models/hogs/avatar.h"
 #include "models/hogs/contact.h"
 #include "models/hogs/occupancy.h"
 #include "tests/geometry/hashed_hand.h"
@@ -103,6 +104,31 @@ static void vpm_pg(lt_params *set, model_record *r)
     vpm_part(set, r, (vpm_opts){ .pixel = true, .gaussian = true });
 }
 
+/* A hand, and an object, as they are seen in a frame to train on */
+static void avatar_part(lt_params *set, model_record *r)
+{
+    const avatar_opts o = { .grid = { .levels = 2, .base = 2, .finest = 4, .log2_size = 5 },
+                            .deform = 8, .look = 6, .feature = 5, .frames = SETS };
+    lt_tensor *which = typed(r, "which", LT_I32, LT_SHAPE(1)), *feature, *direction;
+    vpm_out out;
+    avatar m;
+
+    avatar_new(&m, set, "avatar", SETS, SETS, &o);
+    out = avatar_deform(&m, input(r, "centres", LT_SHAPE(N, 3)),
+                        input(r, "articulation", LT_SHAPE(AVATAR_JOINTS, AVATAR_JOINT)),
+                        input(r, "started", LT_SHAPE(1)), which);
+    output(r, "place_change", "d_place", out.place);
+    output(r, "scale_change", "d_scale", out.scale);
+    output(r, "rotation_change", "d_rotation", out.rotation);
+    output(r, "shade", "d_shade", out.appearance);
+    feature = lt_want_grad(input(r, "feature", LT_SHAPE(N, 5)));
+    direction = lt_want_grad(input(r, "direction", LT_SHAPE(N, 3)));
+    output(r, "colour", "d_colour",
+           avatar_colour(&m, false, feature, direction, out.appearance, avatar_code(&m, r->g, which), which));
+    output(r, "rigid", "d_rigid",
+           avatar_colour(&m, true, feature, direction, NULL, avatar_code(&m, r->g, which), which));
+}
+
 static void gpm_part(lt_params *set, model_record *r, int width)
 {
     enum { B = 2, P = 40, E = 4, CONDITION = 6 };
@@ -167,6 +193,7 @@ static void contact(lt_params *set, model_record *r)
 const hogs_part hogs_parts[] = {
     { "skin", skin }, { "vpm_fpg", vpm_fpg }, { "vpm_fg", vpm_fg }, { "vpm_fp", vpm_fp }, { "vpm_pg", vpm_pg },
     { "gpm_wide", gpm_wide }, { "gpm_projected", gpm_projected }, { "contact", contact },
+    { "avatar", avatar_part },
 };
 const int n_hogs_parts = (int)LT_COUNT(hogs_parts);
 

@@ -149,6 +149,43 @@ START_TEST(full_sizes)
 }
 END_TEST
 
+/* ---- the avatar ---------------------------------------------------------------------------------------------- */
+
+/* Its pose encoder has 9,158 numbers; a frame that it was not trained on has the mean of the codes. */
+START_TEST(avatar_parts)
+{
+    enum { FRAMES = 3 };
+    const avatar_opts o = { .grid = hogs_cpu.avatar.grid, .deform = 8, .look = 8, .feature = 4, .frames = FRAMES };
+    lt_params *set = lt_params_new();
+    lt_graph *g = lt_graph_new();
+    const lt_real *mean;
+    int64_t numbers = 0;
+    lt_tensor *code;
+    lt_plan *p;
+    avatar m;
+
+    avatar_new(&m, set, "avatar", 1, 1, &o);
+    check_ok(lt_params_status(set));
+    for (lt_param *x = lt_params_first(set); x; x = x->next)
+        numbers += strncmp(x->name, "avatar.pose.", 12) == 0 ? lt_param_numel(x) : 0;
+    ck_assert_int_eq(numbers, 9158);
+    avatar_init(&m, 3);
+    code = lt_output(avatar_code(&m, g, NULL), "code");
+    p = lt_compile(g, NULL);
+    ck_assert_msg(p != NULL, "%s", lt_last_error());
+    lt_run(p);
+    mean = lt_plan_data(p, code);
+    for (int k = 0; k < AVATAR_CODE; k++) {
+        const lt_real *c = m.code->data + k;
+
+        ck_assert_double_eq_tol((double)mean[k], (double)(c[0] + c[AVATAR_CODE] + c[2 * AVATAR_CODE]) / 3, 1e-6);
+    }
+    lt_plan_free(p);
+    lt_graph_free(g);
+    lt_params_free(set);
+}
+END_TEST
+
 /* ---- occupancy ----------------------------------------------------------------------------------------------- */
 
 enum { SHELL = 3000 };
@@ -243,6 +280,7 @@ static void add_tests(TCase *tc)
     tcase_add_loop_test(tc, gradients, 0, n_hogs_parts);
     tcase_add_loop_test(tc, any_number_of_threads, 0, n_hogs_parts);
     tcase_add_test(tc, full_sizes);
+    tcase_add_test(tc, avatar_parts);
     tcase_add_test(tc, a_shell_is_solid);
     tcase_add_test(tc, an_open_shell_is_not);
     tcase_add_test(tc, zones);
