@@ -193,7 +193,7 @@ static lt_status check_size(const dataset_object *o, const char *obj, const char
     return LT_OK;
 }
 
-static lt_status measure(dataset_object *o, const char *obj, const char *path)
+lt_status dataset_measure_object(dataset_object *o, const char *obj, const char *path)
 {
     double control[LT_BOX_POINTS][3];
     spoke *by_length;
@@ -238,7 +238,7 @@ static lt_status load_object(lt_arena *arena, const char *folder, dataset_object
     if (!st && n > 10000000)
         st = lt_error(LT_EFORMAT, "%s: %zu points, expected at most 10 million", xyz, n);
     o->n_points = (int)n;
-    return st ? st : measure(o, obj, xyz);
+    return st ? st : dataset_measure_object(o, obj, xyz);
 }
 
 /* The folder of a model under either of its names into *folder, or NULL where there is none. */

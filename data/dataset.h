@@ -168,6 +168,10 @@ void dataset_free(dataset *d);
 lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *const *names, int n,
                                const dataset_object **out, int *n_out);
 
+/* dataset_measure_object - control points, diagonal and diameter of an object that has mesh and points; obj and xyz are
+ * what lines call these. Errors: LT_ENOMEM; a thing that no hand could hold, with the unit that it may be in. */
+lt_status dataset_measure_object(dataset_object *o, const char *obj, const char *xyz);
+
 /* dataset_project - joints2d and control2d from the sample's joints, object pose and camera. Errors: a
  * point behind the camera or absurdly far outside the image; the line says which. */
 lt_status dataset_project(const dataset *d, dataset_sample *s);

@@ -25,6 +25,7 @@ typedef struct {
     lt_status (*fill)(const void *ctx, uint64_t epoch, int64_t index, lt_arena *scratch, void *batch, int slot);
     /* skip: the slot's sample could not be read; make it count for nothing */
     void (*skip)(void *batch, int slot, int64_t index);
+    bool ordered;                   /* each epoch goes by the samples' numbers: no order is drawn for it */
 } loader_source;
 
 typedef struct {

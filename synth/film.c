@@ -13,10 +13,9 @@
 enum {
     TAKES_A_THREAD = 3,             /* prepared at a time; no part of the result */
     FRAMES_A_THREAD = 8,            /* filmed at a time; no part of the result */
-    GRASPS = 4,                     /* drawn for a round at most: the first that can be taken from the table */
     MOTIONS = 4,                    /* drawn for a take at most where hand and object must be apart */
     LIGHT_EVERY = 6,                /* frames whose light is looked at */
-    TAKE = 0x54414b45, GRASP = 0x47524153, QUALITY = 0x4a504547,
+    TAKE = 0x54414b45, QUALITY = 0x4a504547,
 };
 
 /* A take under way. */
@@ -73,50 +72,6 @@ lt_status synth_report(synth_run *r, const char *step)
 
 /* ---- preparing a take ---- */
 
-static const double APART = 0.0008;     /* metres between skin and object where they must share no space */
-
-/* A grasp that can be taken from the table, where one of a few can; else the first. apart: that can be loosened. */
-static lt_status choose_grasp(const synth_grasp_ctx *ctx, const synth_subject *who, const synth_prop *what,
-                              bool apart, uint64_t seed, synth_grasp *out)
-{
-    bool found = false;
-    synth_grasp grasp;
-    synth_sequence_spec spec = { .grasp = &grasp, .object = &what->mesh };
-
-    memcpy(spec.rest_wrist, who->rest_wrist, sizeof(spec.rest_wrist));
-    for (int i = 0; i < GRASPS; i++) {
-        const lt_status st = synth_grasp_sample(ctx, lt_rng_mix(seed, (uint64_t)i), NULL, &grasp);
-        if (st)
-            return lt_error_prefix(st, "%s", what->name);
-        if (apart && !synth_grasp_clear(ctx, APART, &grasp))
-            continue;
-        if (!found)
-            *out = grasp;
-        found = true;
-        if (synth_fits_table(&spec)) {
-            *out = grasp;
-            return LT_OK;
-        }
-    }
-    return found ? LT_OK : lt_error(LT_ENUMERIC, "%s: no grasp lies on it", what->name);
-}
-
-/* One grasp for each round of a take. */
-static lt_status choose_grasps(lt_arena *arena, const synth_run *r, const synth_subject *who, const synth_prop *what,
-                               uint64_t stream, int n, synth_grasp *out)
-{
-    const uint64_t seed = lt_rng_mix(r->session.opt->seed, GRASP);
-    synth_grasp_ctx *ctx;
-    lt_status st = synth_grasp_ctx_new(arena, what->id, &what->mesh, &what->sdf, r->session.hand, who->beta, &ctx);
-
-    if (!st && what->mirrored)
-        synth_grasp_ctx_mirror(ctx);
-    for (int i = 0; !st && i < n; i++)
-        st = choose_grasp(ctx, who, what, r->session.cast.hogs, lt_rng_mix(seed, synth_round_stream(stream, i)),
-                          &out[i]);
-    return st;
-}
-
 static const synth_prop *find_prop(const synth_run *r, const synth_take *take, int object)
 {
     int i = 0;
@@ -161,7 +116,7 @@ static lt_status prepare(filming *f)
     spec.setting.light = r->session.cast.hogs ? &light : NULL;
     for (int i = 0; st == LT_ENUMERIC && i < MOTIONS; i++) {
         spec.stream = synth_round_stream(light.stream, i);
-        st = choose_grasps(f->arena, r, who, what, spec.stream, take->rounds, grasp);
+        st = synth_choose_grasps(f->arena, &spec, grasp);
         if (!st)
             st = synth_stage_new(f->arena, &spec, &f->stage);
         if (!r->session.cast.hogs)
@@ -208,6 +163,7 @@ static lt_status film(shot *s)
                      .depth = e->depth, .label = e->frame->label },
     };
     synth_annotate(&f->stage, camera, k, &hand, &s->filmed.picture);
+    synth_annotate_contact(&f->stage, &s->filmed.picture);
     synth_look(&s->filmed.picture, e->frame, m->phase, f->run->part, &s->visibility);
     return f->run->layout->write(&f->run->session, &s->filmed, quality, s->file, &s->n_files);
 }

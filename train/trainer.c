@@ -148,7 +148,7 @@ static lt_status start_loader(trainer *t)
 {
     const train_config *c = &t->config;
     loader_options o = {
-        .batch = t->phase.batch, .threads = c->data->threads, .ahead = c->data->ahead, .shuffle = true,
+        .batch = t->phase.batch, .threads = c->data->threads, .ahead = c->data->ahead, .shuffle = !t->samples.ordered,
         .seed = t->state.seed, .tolerate = c->data->tolerate,
     };
 

@@ -28,7 +28,7 @@ static void annotate_hand(const synth_stage *s, const synth_camera *c, const syn
 }
 
 /* Each hand vertex against the object's surface, worked out in the model's frame. */
-static void annotate_contact(const synth_stage *s, synth_picture *out)
+void synth_annotate_contact(const synth_stage *s, synth_picture *out)
 {
     double back[9];
 
@@ -64,7 +64,6 @@ void synth_annotate(const synth_stage *s, int camera, int k, const synth_posed_h
     lt_mat3_mul(c->R_cam_world, m->R_obj, out->R);
     lt_rigid_apply(c->R_cam_world, c->t_cam_world, m->t_obj, out->t);
     annotate_hand(s, c, m, world, out);
-    annotate_contact(s, out);
 }
 
 /* ---- what can be seen ---- */

@@ -12,9 +12,11 @@
 extern "C" {
 #endif
 
-/* synth_annotate - fills in everything but sequence, frame, evaluation and the images; camera axes */
+/* synth_annotate - fills in everything but sequence, frame, evaluation, contact and the images; camera axes.
+ * synth_annotate_contact - of a picture that has the rest */
 void synth_annotate(const synth_stage *s, int camera, int k, const synth_posed_hand *world,
                     synth_picture *out);
+void synth_annotate_contact(const synth_stage *s, synth_picture *out);
 
 /* What can be seen of one frame, and how hand and object meet. */
 typedef struct {

@@ -7,8 +7,13 @@
 
 #include "train/config.h"
 
+/* Where samples come from: a dataset's folder, or made while training */
+typedef enum { HAND_OBJECT_FOLDER, HAND_OBJECT_STREAM } hand_object_data;
+
 typedef struct {
     train_data_config common;
+    int kind;                       /* hand_object_data */
+    int pictures, shrink;           /* of a stream: how many, and 640 x 480 over what */
     const char *objects;            /* folder of the object models; "": in the dataset's, or beside it */
     const char *hand;               /* hand model file; "": the embedded hand */
     const char *hand_left;          /* DexYCB: left hand model file; "": the right one's mirror image */

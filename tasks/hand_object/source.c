@@ -5,6 +5,7 @@
 #include "data/contact.h"
 #include "data/kind.h"
 #include "estimate/feed.h"
+#include "synth/stream/stream.h"
 
 #include <math.h>
 
@@ -13,15 +14,28 @@ static bool validates(const train_config *c)
     return c->loop.validate_every > 0 || c->loop.validate_steps > 0;
 }
 
+static lt_status open_stream(const train_config *c, run_source *s)
+{
+    const hand_object_config *d = hand_object_config_of(c);
+
+    return synth_stream_open(&(synth_stream_options){ .seed = (uint64_t)c->loop.seed, .count = d->pictures,
+                                                      .shrink = d->shrink }, &s->train);
+}
+
 static lt_status open_datasets(lt_arena *arena, const train_config *c, run_source *s)
 {
     const hand_object_config *d = hand_object_config_of(c);
+    const bool streams = d->kind == HAND_OBJECT_STREAM;
     dataset_options o = { .root = d->common.dir, .split = "train", .models = d->objects,
                           .setup = hand_object_setup(d), .filter = hand_object_filter(d), .hand = s->hand,
                           .needs = SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT };
     lt_hand_model *left = NULL;
     lt_status st;
 
+    if (streams && (st = open_stream(c, s)))
+        return st;
+    if (streams && (!*d->common.dir || !validates(c)))
+        return LT_OK;
     if (!*d->common.dir)
         return lt_error(LT_EUSAGE, "%s: data.dir: no dataset given; name its folder with --data or "
                         "--set data.dir=FOLDER", c->path);
@@ -29,7 +43,7 @@ static lt_status open_datasets(lt_arena *arena, const train_config *c, run_sourc
     if (!st && *d->hand_left)
         st = hand_file_read(arena, d->hand_left, &left);
     o.left = left ? left : s->hands.left;
-    if (!st)
+    if (!st && !streams)
         st = dataset_open(&o, &s->train);
     if (st || !validates(c))
         return st;
@@ -149,6 +163,7 @@ loader_source source_loader(const run_source *s)
     loader_source l = hand_object_source(&s->train_feed);
 
     l.count = s->train_count;
+    l.ordered = s->train->kind == &synth_stream_kind;
     return l;
 }
 

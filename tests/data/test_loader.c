@@ -64,7 +64,7 @@ static void skip(void *batch, int slot, int64_t index)
 
 static loader_source source(const world *w, int64_t count)
 {
-    return (loader_source){ w, count, name, batch_new, free, start, fill, skip };
+    return (loader_source){ w, count, name, batch_new, free, start, fill, skip, false };
 }
 
 static loader *open_loader(const world *w, int64_t count, loader_options o, loader_position at)

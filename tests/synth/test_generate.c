@@ -318,6 +318,7 @@ static void film(shot *s)
     s->picture = (synth_picture){ .sequence = "SYN1PM00", .frame = 77, .rgb = &s->frame->rgb[0][0],
                                   .depth = s->depth, .label = s->frame->label };
     synth_annotate(&s->stage, 0, K, &posed, &s->picture);
+    synth_annotate_contact(&s->stage, &s->picture);
     synth_hand_parts(hand, part);
     synth_look(&s->picture, s->frame, SYNTH_MANIPULATE, part, &s->visibility);
     check_ok(synth_make_sequence(at("one"), "SYN1PM00", false));
