@@ -12,14 +12,14 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON, INT8, CALIBRATION, CALIBRATION_SAMPLES };
+enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON, INT8, HALF, CALIBRATION, CALIBRATION_SAMPLES };
 
 typedef struct {
     const char *checkpoint, *model, *config, *init, *hand, *format, *out, *samples;
     cli_overrides over;
     int batch;
     cli_int8 int8;
-    bool json;
+    bool half, json;
 } export_args;
 
 static const struct argp_option options[] = {
@@ -29,6 +29,7 @@ static const struct argp_option options[] = {
     { "samples", SAMPLES, "FILE", 0,
       "npz of the inputs that an ONNX file was compared with, and the model's outputs", 0 },
     { "int8", INT8, NULL, 0, "a checkpoint for inference with 8-bit integers; wants --calibration", 0 },
+    { "half", HALF, NULL, 0, "safetensors of a checkpoint: weights in half precision, for half of the size", 0 },
     { "calibration", CALIBRATION, "DIR", 0,
       "for --int8: the dataset, " CLI_KINDS ", whose training samples give the ranges, and "
       "whose evaluation samples are scored", 0 },
@@ -71,6 +72,8 @@ static void check_usage(export_args *a, struct argp_state *state)
         argp_error(state, "format \"%s\"; want onnx or safetensors, by --format or as FILE's ending", a->format);
     if (strcmp(a->format, "onnx") != 0 && (a->samples || a->batch))
         argp_error(state, "--samples and --batch go with ONNX");
+    if (a->half && (!a->checkpoint || a->int8.wanted || strcmp(a->format, "safetensors") != 0))
+        argp_error(state, "--half is for safetensors of a checkpoint or a run's folder, without --int8");
     if (a->int8.wanted && strcmp(a->format, "safetensors") != 0)
         argp_error(state, "--int8 is written as safetensors, not as %s", a->format);
 }
@@ -91,6 +94,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case SAMPLES: a->samples = arg; break;
     case SET: cli_override(state, &a->over, arg); break;
     case JSON: a->json = true; break;
+    case HALF: a->half = true; break;
     case INT8: a->int8.wanted = true; break;
     case CALIBRATION: a->int8.data = arg; break;
     case CALIBRATION_SAMPLES: a->int8.samples = cli_number(state, "calibration-samples", arg, 1, 100000); break;
@@ -165,7 +169,7 @@ static lt_status write_inference(const export_args *a, const char *from, const m
     lt_status st;
 
     floats.int8 = NULL;
-    st = checkpoint_save_inference(a->out, from, &floats);
+    st = checkpoint_save_inference(a->out, from, &floats, a->half);
     *r = (export_report){ .bytes = st == LT_OK && stat(a->out, &s) == 0 ? (size_t)s.st_size : 0 };
     return st;
 }

@@ -20,6 +20,7 @@
 #include <zlib.h>
 
 static const char FORMAT[] = "palmar-checkpoint";
+static const double MOST_HALF = 65504;
 
 /* ---- the check sum: one flipped bit anywhere changes it -------------------------------------------------- */
 
@@ -140,11 +141,37 @@ static lt_status check_finite(const char *path, const contents *c)
     return LT_OK;
 }
 
-static lt_status write_contents(const char *path, contents *c)
+/* Matrices and kernels in half precision; what has one dimension is small, and may need its range. */
+static lt_status halve(const char *path, contents *c)
+{
+    for (size_t i = 0; i < c->n; i++) {
+        lt_array *a = &c->entry[i].array;
+        const size_t n = lt_array_count(a);
+        const lt_real *x = a->data;
+        uint16_t *half = a->rank > 1 ? lt_arena_array(c->arena, n, sizeof(*half)) : NULL;
+
+        if (a->rank < 2)
+            continue;
+        if (!half)
+            return lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
+        for (size_t k = 0; k < n; k++) {
+            if (fabs((double)x[k]) > MOST_HALF)
+                return lt_error(LT_ENUMERIC, "%s: not written, for \"%s\" is %g at %zu, and half precision ends at %g",
+                                path, c->entry[i].name, (double)x[k], k, MOST_HALF);
+            half[k] = lt_f32_to_f16((float)x[k]);
+        }
+        *a = lt_array_make(LT_ELEM_F2, a->rank, a->shape, half);
+    }
+    return LT_OK;
+}
+
+static lt_status write_contents(const char *path, contents *c, bool half)
 {
     lt_status st = check_finite(path, c);
     char crc[16];
 
+    if (!st && half)
+        st = halve(path, c);
     if (st)
         return st;
     snprintf(crc, sizeof(crc), "%08" PRIx32, crc_all(c->entry, c->n, c->meta, c->n_meta));
@@ -164,7 +191,7 @@ lt_status checkpoint_save(const char *path, const model *m, const lt_optim *opti
         lt_arena_free(c.arena);
         return lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
     }
-    st = write_contents(path, &c);
+    st = write_contents(path, &c, false);
     lt_arena_free(c.arena);
     return st;
 }
@@ -470,7 +497,7 @@ static lt_status copy_meta(contents *c, const lt_safetensors *f)
     return LT_OK;
 }
 
-lt_status checkpoint_save_inference(const char *path, const char *from, const model *m)
+lt_status checkpoint_save_inference(const char *path, const char *from, const model *m, bool half)
 {
     contents c = { .arena = lt_arena_new() };
     lt_safetensors f;
@@ -481,7 +508,7 @@ lt_status checkpoint_save_inference(const char *path, const char *from, const mo
     if (st == LT_OK) {
         if (m->int8)
             put(&c, "int8", int8_table_text(c.arena, m->int8));
-        st = collect(&c, m, NULL, NULL) && !c.no_memory ? write_contents(path, &c)
+        st = collect(&c, m, NULL, NULL) && !c.no_memory ? write_contents(path, &c, half)
                                                   : lt_error(LT_ENOMEM, "%s: no memory for the checkpoint", path);
     }
     lt_arena_free(c.arena);

@@ -81,10 +81,12 @@ lt_status checkpoint_load_model(const char *path, model *m);
  * checkpoint_save_inference - a checkpoint for inference: m's weights and its table if it has one, and what the metadata
  * of checkpoint `from` say, nothing of the optimiser; atomically
  *
+ *   half     weights of layers in half precision, for half of the size; biases and statistics stay as they are
+ *
  * m was loaded from `from`, so its weights are the average where one was kept. Errors: those of reading and writing;
- * LT_ENUMERIC for a weight that is not finite.
+ * LT_ENUMERIC for a weight that is not finite, or too large for half precision.
  */
-lt_status checkpoint_save_inference(const char *path, const char *from, const model *m);
+lt_status checkpoint_save_inference(const char *path, const char *from, const model *m, bool half);
 
 /* What must be known before a checkpoint's model can be made. */
 typedef struct {

@@ -48,7 +48,7 @@ static lt_status write_table(const export_int8_options *o, const char *path, con
     lt_status st;
 
     o->m->int8 = &c->table;
-    st = checkpoint_save_inference(path, o->from, o->m);
+    st = checkpoint_save_inference(path, o->from, o->m, false);
     if (st == LT_OK)
         st = checkpoint_load_model(path, o->m);
     if (st)

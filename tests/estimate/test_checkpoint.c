@@ -15,6 +15,7 @@
 
 #include <math.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static const char text[] = "{ \"model\": { \"name\": \"hocat\", \"image_size\": 64, \"width\": 8, "
@@ -148,7 +149,7 @@ START_TEST(table_in_a_checkpoint)
     optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
     ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{\"a\": 1}", &state, NULL), LT_OK);
     s.m.int8 = &table;
-    ck_assert_int_eq(checkpoint_save_inference(int8_path, path, &s.m), LT_OK);
+    ck_assert_int_eq(checkpoint_save_inference(int8_path, path, &s.m, false), LT_OK);
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
     ck_assert_ptr_null(s.m.int8);
     ck_assert_int_eq(checkpoint_load_model(int8_path, &s.m), LT_OK);
@@ -164,11 +165,44 @@ START_TEST(table_in_a_checkpoint)
     lt_hand_layer_tips(s.m.hand, tips);
     ck_assert_mem_eq(head.tips, tips, sizeof(head.tips));
     s.m.int8 = NULL;
-    ck_assert_int_eq(checkpoint_save_inference(path, int8_path, &s.m), LT_OK);  /* the table that it had is not kept */
+    ck_assert_int_eq(checkpoint_save_inference(path, int8_path, &s.m, false), LT_OK);  /* the table that it had is not kept */
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
     ck_assert_ptr_null(s.m.int8);
     ck_assert_int_eq(checkpoint_load(path, &s.m, optim, &found, NULL), LT_EINVAL);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "it is of another model or optimiser"));
+    unlink(path), unlink(int8_path);
+    lt_optim_free(optim);
+    small_model_fini(&s);
+}
+END_TEST
+
+/* Half of the bytes, and weights to eleven bits; one that does not fit is named, and what was there stays. */
+START_TEST(half_precision)
+{
+    const checkpoint_state state = { .step = 7, .best = INFINITY };
+    lt_optim *optim;
+    struct stat whole, half;
+    small_model s;
+    lt_param *p;
+    lt_real was;
+
+    small_model_init(&s);
+    optim = lt_optim_new(s.set, &(lt_optim_opts){ .kind = LT_ADAM });
+    p = lt_params_find(s.set, "trunk.conv1.weight");
+    was = p->data[3];
+    ck_assert_int_eq(checkpoint_save(path, &s.m, optim, "{}", &state, NULL), LT_OK);
+    ck_assert_int_eq(checkpoint_save_inference(int8_path, path, &s.m, false), LT_OK);
+    ck_assert_int_eq(stat(int8_path, &whole), 0);
+    ck_assert_int_eq(checkpoint_save_inference(int8_path, path, &s.m, true), LT_OK);
+    ck_assert_int_eq(stat(int8_path, &half), 0);
+    ck_assert_msg((double)half.st_size < 0.75 * (double)whole.st_size, "%ld of %ld", (long)half.st_size,
+                  (long)whole.st_size);
+    ck_assert_int_eq(checkpoint_load_model(int8_path, &s.m), LT_OK);
+    ck_assert_double_eq_tol((double)p->data[3], (double)was, fabs((double)was) / 2048);
+    p->data[3] = 70000;
+    check_error(checkpoint_save_inference(int8_path, path, &s.m, true), LT_ENUMERIC,
+                "not written, for \"trunk.conv1.weight\" is 70000 at 3, and half precision ends at 65504");
+    ck_assert_int_eq(checkpoint_load_model(int8_path, &s.m), LT_OK);
     unlink(path), unlink(int8_path);
     lt_optim_free(optim);
     small_model_fini(&s);
@@ -300,6 +334,7 @@ static void add_tests(TCase *c)
     tcase_add_loop_test(c, weights_or_their_average, 0, 2);
     tcase_add_test(c, groups_and_rows_come_back);
     tcase_add_test(c, table_in_a_checkpoint);
+    tcase_add_test(c, half_precision);
     tcase_add_test(c, shapes_before_memory);
     tcase_add_test(c, of_others);
     tcase_add_loop_test(c, damaged_table, 0, LT_COUNT(damaged));
