@@ -274,9 +274,7 @@ void cli_hand_close(cli_hand *h)
     h->arena = NULL;
 }
 
-/* What comes with palmar: of a program that lies in the folder where it was built, its own tree; else what was
- * installed with it. */
-static void find_root(char *out, size_t n)
+void cli_root(char *out, size_t n)
 {
     char built[4096];
 
@@ -299,7 +297,7 @@ const char *cli_find_config(struct argp_state *state, const char *name)
     }
     if (access(name, F_OK) == 0 || strchr(name, '/'))
         return name;
-    find_root(root, sizeof(root));
+    cli_root(root, sizeof(root));
     if (dash && snprintf(path, sizeof(path), "%s/models/%.*s/configs/%s.json", root, (int)(dash - name), name, dash + 1)
         < (int)sizeof(path) && access(path, R_OK) == 0)
         return path;

@@ -6,6 +6,7 @@
 #include "data/detection/detection.h"
 
 #include <config.h>
+#include "estimate/starter.h"
 #include "estimate/weights/weights.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/printable.h"
@@ -16,6 +17,7 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { VARIANT = 256, SET, DATA, SYSTEM, JSON, SAMPLES, SETUP, HAND, HAND_LEFT, INIT };
 
@@ -81,14 +83,15 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 }
 
 static const struct argp argp = {
-    options, parse, "[FILE]",
+    options, parse, "[FILE|starter]",
     "Tell what is in a model, a checkpoint (ours or PyTorch's), a dataset, a hand file, safetensors or their index, an "
-    ".npz, a .npy or a pickle, whatever it is called.\v"
+    ".npz, a .npy or a pickle, whatever it is called; \"starter\" is the small models that come with palmar.\v"
     "  palmar info --model hocat --variant full --json\n"
     "  palmar info runs/tiny/checkpoints/last.safetensors\n"
     "  palmar info --model resnet50 --init resnet50-0676ba61.pth\n"
     "  palmar info --data HO3D_v3\n"
-    "  palmar info MANO_RIGHT.pkl", NULL, cli_help_kinds, NULL,
+    "  palmar info MANO_RIGHT.pkl\n"
+    "  palmar info starter", NULL, cli_help_kinds, NULL,
 };
 
 /* One "key  value" a line, lists of objects as rows */
@@ -240,6 +243,32 @@ static void info_system(cJSON *root)
 #endif
 }
 
+/* ---- the models that come with palmar ------------------------------------------------------------------- */
+
+static bool is_starter(const char *file)
+{
+    return strcmp(file, "starter") == 0 && access(file, F_OK) != 0;
+}
+
+static lt_status info_starter(cJSON *root)
+{
+    lt_arena *arena = lt_arena_new();
+    char own[4096];
+    const char *folder;
+    cJSON *cards;
+    lt_status st;
+
+    cli_root(own, sizeof(own));
+    folder = arena ? starter_folder(arena, own) : NULL;
+    st = folder ? starter_cards(arena, folder, &cards) : lt_error(LT_ENOMEM, "no memory for the starter models");
+    if (!st) {
+        cJSON_AddStringToObject(root, "folder", folder);
+        cJSON_AddItemToObject(root, "models", cards);
+    }
+    lt_arena_free(arena);
+    return st;
+}
+
 int cmd_info(int argc, char **argv)
 {
     info_args a = { .samples = 20 };
@@ -255,7 +284,7 @@ int cmd_info(int argc, char **argv)
         st = detection_probe(a.data) ? info_detection(a.data, root)
              : info_data(&(info_data_options){ a.data, a.setup, a.hand, a.hand_left, a.samples }, root);
     if (st == LT_OK && a.file)
-        st = info_file(a.file, root);
+        st = is_starter(a.file) ? info_starter(root) : info_file(a.file, root);
     if (!a.json && !cJSON_GetArraySize(cJSON_GetObjectItem(root, "notes")))
         cJSON_DeleteItemFromObject(root, "notes");      /* people need not read that there are none */
     if (st == LT_OK || cJSON_GetArraySize(root) > 1)
