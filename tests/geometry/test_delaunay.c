@@ -4,6 +4,7 @@
 #include "libtensor/geometry/delaunay/delaunay.h"
 
 #include "libtensor/base/rng.h"
+#include "libtensor/geometry/delaunay/marching.h"
 #include "libtensor/io/array/npz.h"
 #include "tests/suite.h"
 
@@ -223,6 +224,102 @@ START_TEST(any_order)
 }
 END_TEST
 
+/* ---- surfaces ------------------------------------------------------------------------------------------------ */
+
+enum { FIELD = 3000 };
+static const double RADIUS = 0.35;
+
+static double distance_from_middle(const double p[3])
+{
+    return sqrt(pow(p[0] - 0.5, 2) + pow(p[1] - 0.5, 2) + pow(p[2] - 0.5, 2));
+}
+
+static int64_t key_of(const void *edge)
+{
+    const int32_t *e = edge;
+
+    return (int64_t)e[0] << 32 | e[1];
+}
+
+static int by_key(const void *a, const void *b)
+{
+    const int64_t x = key_of(a), y = key_of(b);
+
+    return (x > y) - (x < y);
+}
+
+/* Each edge is walked once each way. */
+static void check_closed(const lt_level_surface *s)
+{
+    int32_t (*edge)[2] = lt_arena_array(arena, (size_t)(3 * s->n_faces), sizeof(*edge));
+    int64_t open = 0, twice = 0;
+
+    for (int64_t i = 0; i < 3 * s->n_faces; i++) {
+        edge[i][0] = s->face[i / 3][i % 3];
+        edge[i][1] = s->face[i / 3][(i + 1) % 3];
+    }
+    qsort(edge, (size_t)(3 * s->n_faces), sizeof(*edge), by_key);
+    for (int64_t i = 0; i < 3 * s->n_faces; i++) {
+        const int32_t back[2] = { edge[i][1], edge[i][0] };
+
+        twice += i > 0 && key_of(edge[i]) == key_of(edge[i - 1]);
+        open += !bsearch(back, edge, (size_t)(3 * s->n_faces), sizeof(*edge), by_key);
+    }
+    ck_assert_int_eq(open, 0);
+    ck_assert_int_eq(twice, 0);
+}
+
+/* A ball among tetrahedra of random points: closed, one piece without a hole, its inside on the right side, as large as
+ * it should be. Vertices stand where the distance is the radius. */
+START_TEST(surface_of_a_ball)
+{
+    double (*x)[3] = draw(&clouds[0], FIELD), value[FIELD], volume = 0;
+    lt_level_surface s;
+    lt_tetrahedra t;
+
+    for (int i = 0; i < FIELD; i++)
+        value[i] = -distance_from_middle(x[i]);
+    check_ok(lt_delaunay(arena, FIELD, (const double (*)[3])x, &t));
+    check_ok(lt_marching_tetrahedra(arena, t.n, (const int32_t (*)[4])t.tet, value, -RADIUS, &s));
+    check_closed(&s);
+    ck_assert_int_eq(s.n_vertices - 3 * s.n_faces / 2 + s.n_faces, 2);
+    for (int64_t i = 0; i < s.n_faces; i++) {
+        double p[3][3];
+
+        for (int k = 0; k < 3; k++) {
+            const int32_t *e = s.edge[s.face[i][k]];
+            const double in = value[e[0]] + RADIUS, out = value[e[1]] + RADIUS, share = in / (in - out);
+
+            ck_assert(in > 0 && out <= 0);
+            for (int d = 0; d < 3; d++)
+                p[k][d] = x[e[0]][d] + share * (x[e[1]][d] - x[e[0]][d]) - 0.5;
+        }
+        volume += (p[0][0] * (p[1][1] * p[2][2] - p[1][2] * p[2][1]) + p[0][1] * (p[1][2] * p[2][0] - p[1][0] * p[2][2])
+                   + p[0][2] * (p[1][0] * p[2][1] - p[1][1] * p[2][0])) / 6;
+    }
+    ck_assert_double_eq_tol(volume / (4 * M_PI / 3 * pow(RADIUS, 3)), 1, 0.05);
+}
+END_TEST
+
+/* Nothing inside, or all of it; numbers that are none are outside. */
+START_TEST(no_surface)
+{
+    double (*x)[3] = draw(&clouds[0], MOST), value[MOST];
+    lt_level_surface s;
+    lt_tetrahedra t;
+
+    check_ok(lt_delaunay(arena, MOST, (const double (*)[3])x, &t));
+    for (int i = 0; i < MOST; i++)
+        value[i] = i % 2 ? NAN : -1;
+    check_ok(lt_marching_tetrahedra(arena, t.n, (const int32_t (*)[4])t.tet, value, 0, &s));
+    ck_assert_int_eq(s.n_faces + s.n_vertices, 0);
+    for (int i = 0; i < MOST; i++)
+        value[i] = 1;
+    check_ok(lt_marching_tetrahedra(arena, t.n, (const int32_t (*)[4])t.tet, value, 0, &s));
+    ck_assert_int_eq(s.n_faces + s.n_vertices, 0);
+}
+END_TEST
+
 START_TEST(bad_points)
 {
     double flat[5][3] = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 }, { 1, 1, 0 }, { 3, 2, 0 } };
@@ -251,6 +348,8 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, as_qhull);
     tcase_add_loop_test(tc, nothing_in_the_spheres, 0, (int)LT_COUNT(clouds));
     tcase_add_loop_test(tc, any_order, 0, (int)LT_COUNT(clouds));
+    tcase_add_test(tc, surface_of_a_ball);
+    tcase_add_test(tc, no_surface);
     tcase_add_test(tc, bad_points);
 }
 
