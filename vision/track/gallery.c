@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "vision/track/gallery.h"
+
+#include "libtensor/base/arena.h"
+
+#include <math.h>
+#include <string.h>
+
+lt_status gallery_init(gallery *g, int budget, int size)
+{
+    *g = (gallery){ .budget = budget, .size = size };
+    g->row = lt_alloc((size_t)budget * (size_t)size * sizeof(*g->row));
+    return g->row ? LT_OK : lt_error(LT_ENOMEM, "no memory for how a track looked");
+}
+
+void gallery_fini(gallery *g)
+{
+    lt_release(g->row);
+    *g = (gallery){ 0 };
+}
+
+bool gallery_unit(const float *embedding, int size, float *unit)
+{
+    double sum = 0, scale;
+
+    for (int i = 0; i < size; i++)
+        sum += (double)embedding[i] * (double)embedding[i];
+    if (!isfinite(sum) || sum <= 0)
+        return false;
+    scale = 1 / sqrt(sum);
+    for (int i = 0; i < size; i++)
+        unit[i] = (float)((double)embedding[i] * scale);
+    return true;
+}
+
+void gallery_add(gallery *g, const float *unit)
+{
+    memcpy(g->row + (size_t)g->next * (size_t)g->size, unit, (size_t)g->size * sizeof(*unit));
+    g->next = (g->next + 1) % g->budget;
+    g->n += g->n < g->budget;
+}
+
+enum { LANES = 16 };
+
+/* In lanes, as a sum in order would wait for each addition. */
+static float dot(const float *a, const float *b, int n)
+{
+    float lane[LANES] = { 0 }, sum = 0;
+    int i = 0;
+
+    for (; i + LANES <= n; i += LANES)
+        for (int k = 0; k < LANES; k++)
+            lane[k] += a[i + k] * b[i + k];
+    for (int k = 0; k < LANES; k++)
+        sum += lane[k];
+    for (; i < n; i++)
+        sum += a[i] * b[i];
+    return sum;
+}
+
+double gallery_distance(const gallery *g, const float *unit)
+{
+    float most = -1;
+
+    for (int i = 0; i < g->n; i++)
+        most = fmaxf(most, dot(g->row + (size_t)i * (size_t)g->size, unit, g->size));
+    return 1 - (double)most;
+}

@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * Which detection belongs to which track. Each step matches some of the tracks and detections that are left, and one
+ * assignment serves all classes: a pair of two classes costs as much as no pair, so none is made.
+ */
+#include "vision/assignment.h"
+#include "vision/track/internal.h"
+
+#include <math.h>
+
+static const double GATE = 9.4877;              /* chi-squared: 95 % of four degrees of freedom */
+static const double LOW_IOU = 0.5;              /* largest 1 - IoU in ByteTrack's second step */
+static const double NO_PAIR = 1e5;
+
+/* What one step looks at */
+typedef struct {
+    int *track, *found;             /* indices */
+    int n_tracks, n_found;
+    double limit;                   /* a pair that costs more is none */
+    double (*cost)(const track_frame *f, const track *t, int found);
+} step;
+
+static double appearance_cost(const track_frame *f, const track *t, int found)
+{
+    /* The gate first, as it spares most comparisons */
+    if (!f->unit[found] || motion_distance(&t->motion, f->found[found].box) > GATE)
+        return NO_PAIR;
+    return gallery_distance(&t->look, f->unit[found]);
+}
+
+static double overlap_cost(const track_frame *f, const track *t, int found)
+{
+    const float *b = f->found[found].box;
+    double a[4], w, h, both, all;
+
+    motion_box(&t->motion, a);
+    w = fmin(a[2], (double)b[2]) - fmax(a[0], (double)b[0]);
+    h = fmin(a[3], (double)b[3]) - fmax(a[1], (double)b[1]);
+    if (!(w > 0 && h > 0))                      /* also where a height was predicted to be negative */
+        return 1;
+    both = w * h;
+    all = (a[2] - a[0]) * (a[3] - a[1]) + ((double)b[2] - (double)b[0]) * ((double)b[3] - (double)b[1]) - both;
+    return 1 - both / all;
+}
+
+static lt_status run(track_frame *f, const step *s)
+{
+    double *cost;
+    int *column;
+    lt_status st;
+
+    if (!s->n_tracks || !s->n_found)
+        return LT_OK;
+    cost = lt_arena_array(f->scratch, (size_t)s->n_tracks * (size_t)s->n_found, sizeof(*cost));
+    column = lt_arena_array(f->scratch, (size_t)s->n_tracks, sizeof(*column));
+    if (!cost || !column)
+        return lt_error(LT_ENOMEM, "no memory to match %d detections to %d tracks", s->n_found, s->n_tracks);
+    for (int i = 0; i < s->n_tracks; i++)
+        for (int j = 0; j < s->n_found; j++) {
+            const track *t = &f->tracks[s->track[i]];
+            const double c = t->cls == f->found[s->found[j]].cls ? s->cost(f, t, s->found[j]) : NO_PAIR;
+
+            cost[i * s->n_found + j] = c <= s->limit ? c : s->limit + 1e-5;
+        }
+    st = assignment_solve(f->scratch, cost, s->n_tracks, s->n_found, column);
+    for (int i = 0; !st && i < s->n_tracks; i++)
+        if (column[i] >= 0 && cost[i * s->n_found + column[i]] <= s->limit) {
+            f->found_of[s->track[i]] = s->found[column[i]];
+            f->track_of[s->found[column[i]]] = s->track[i];
+        }
+    return st;
+}
+
+/* Detections that are left, of scores from lo to below hi */
+static void pick_found(const track_frame *f, double lo, double hi, step *s)
+{
+    s->n_found = 0;
+    for (int j = 0; j < f->n_found; j++) {
+        const double score = (double)f->found[j].score;
+
+        if (f->track_of[j] < 0 && score >= lo && score < hi && track_usable(&f->found[j]))
+            s->found[s->n_found++] = j;
+    }
+}
+
+/* A long-hidden track has a wide gate, and would take the detections of those seen lately: these choose first. */
+static lt_status cascade(track_frame *f, step *s)
+{
+    const tracker_options *o = f->options;
+    lt_status st = LT_OK;
+
+    s->limit = o->max_cosine;
+    s->cost = appearance_cost;
+    for (int age = 1; !st && age <= o->max_age; age++) {
+        s->n_tracks = 0;
+        for (int i = 0; i < f->n_tracks; i++)
+            if (f->tracks[i].confirmed && f->tracks[i].age == age)
+                s->track[s->n_tracks++] = i;
+        if (!s->n_tracks)
+            continue;
+        pick_found(f, o->min_conf, INFINITY, s);
+        st = run(f, s);
+    }
+    return st;
+}
+
+/* Tracks that are left and were seen in the last frame; `all`: those hidden for longer too; `confirmed`: these alone */
+static void pick_tracks(const track_frame *f, bool all, bool confirmed, step *s)
+{
+    s->n_tracks = 0;
+    for (int i = 0; i < f->n_tracks; i++) {
+        const track *t = &f->tracks[i];
+
+        if (f->found_of[i] < 0 && (all ? t->age <= f->options->max_age : t->age == f->elapsed)
+            && (t->confirmed || !confirmed))
+            s->track[s->n_tracks++] = i;
+    }
+}
+
+static lt_status by_overlap(track_frame *f, step *s)
+{
+    s->limit = f->options->max_iou;
+    s->cost = overlap_cost;
+    pick_tracks(f, !track_appearance(f->options), false, s);
+    pick_found(f, f->options->min_conf, INFINITY, s);
+    return run(f, s);
+}
+
+static lt_status by_low_scores(track_frame *f, step *s)
+{
+    s->limit = LOW_IOU;
+    s->cost = overlap_cost;
+    pick_tracks(f, false, true, s);
+    pick_found(f, f->options->low_conf, f->options->min_conf, s);
+    return run(f, s);
+}
+
+lt_status track_match(track_frame *f)
+{
+    step s = { .track = lt_arena_array(f->scratch, (size_t)f->n_tracks + 1, sizeof(int)),
+               .found = lt_arena_array(f->scratch, (size_t)f->n_found + 1, sizeof(int)) };
+    lt_status st = s.track && s.found ? LT_OK : lt_error(LT_ENOMEM, "no memory to match detections to tracks");
+
+    if (!st && track_appearance(f->options))
+        st = cascade(f, &s);
+    if (!st)
+        st = by_overlap(f, &s);
+    if (!st && f->options->method == TRACK_BYTE)
+        st = by_low_scores(f, &s);
+    return st;
+}
