@@ -16,6 +16,7 @@ EVAL = $(addprefix $(ROOT)/eval/,metrics/metrics.c metrics/object_pose.c) \
 	$(addprefix $(ROOT)/assets/,body_file.c hand_file.c keyed_arrays.c ycb/symmetry.c ycb/ycb.c) \
 	$(addprefix $(ROOT)/data/detection/,coco.c coco_folder.c detection.c labels.c polygon.c yolo.c) \
 	$(addprefix $(ROOT)/data/ho3d/,points.c points_text.c) $(ROOT)/tasks/detect/results.c \
+	$(addprefix $(ROOT)/data/mot/,rows.c sequence.c) \
 	$(addprefix $(ROOT)/data/poses/,hoisdf.c palmar_frames.c palmar_poses.c pose_file.c) \
 	$(addprefix $(ROOT)/pipeline/,boxes.c calibration/calibration.c calibration/tree.c)
 READERS = $(LIBTENSOR) $(GEOMETRY) $(EVAL)

@@ -6,6 +6,7 @@
 #include "assets/hand_file.h"
 #include "data/detection/internal.h"
 #include "data/ho3d/points.h"
+#include "data/mot/mot.h"
 #include "data/poses/pose_file.h"
 #include "eval/scorers/bop_file.h"
 #include "eval/scorers/hpe_file.h"
@@ -482,6 +483,44 @@ static void run_poses(lt_arena *arena, const uint8_t *bytes, size_t n)
     free(copy);
 }
 
+/* The kind is not in the file: each of them takes it, or says why not. */
+static void run_mot(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    enum { FRAMES = 20 };
+
+    for (mot_kind kind = MOT_TRUTH; kind <= MOT_RESULTS; kind++) {
+        char *text = lt_arena_alloc(arena, n + 1);
+        mot_frame *frame;
+
+        if (!text)
+            return;
+        memcpy(text, bytes, n);
+        if (mot_parse(arena, "x.txt", text, n, kind, FRAMES, &frame))
+            continue;
+        for (int k = 0; k < FRAMES; k++)
+            for (int i = 0; i < frame[k].n; i++) {
+                sink = frame[k].box[i].box[2] + frame[k].box[i].score + (double)frame[k].box[i].id;
+                if (frame[k].box[i].cls < 1 || frame[k].box[i].cls > MOT_CLASSES)
+                    abort();
+            }
+    }
+}
+
+static void run_seqinfo(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    char *text = lt_arena_alloc(arena, n + 1);
+    mot_sequence s = { .name = "" };
+
+    if (!text)
+        return;
+    memcpy(text, bytes, n);
+    if (mot_parse_info(arena, "seqinfo.ini", text, n, &s))
+        return;
+    sink = (double)(strlen(s.images) + strlen(s.extension));
+    if (s.frames < 1 || s.frames > MOT_MAX_FRAMES || s.width < 0 || s.height < 0 || !(s.fps > 0))
+        abort();
+}
+
 static void run_boxes(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     const memory_file f = memory_file_of(bytes, n);
@@ -536,6 +575,8 @@ const fuzz_target fuzz_targets[] = {
     { "coco", run_coco, NULL, 4096 },
     { "labels", run_labels, NULL, 4096 },
     { "results", run_results, NULL, 4096 },
+    { "mot", run_mot, NULL, 4096 },
+    { "seqinfo", run_seqinfo, NULL, 1024 },
     { "boxes", run_boxes, NULL, 4096 },
     { "calibration", run_calibration, NULL, 4096 },
     { 0 },
