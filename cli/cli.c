@@ -288,7 +288,8 @@ void cli_root(char *out, size_t n)
 const char *cli_find_config(struct argp_state *state, const char *name)
 {
     static char path[8192];
-    const char *dash = strchr(name, '-');
+    const char *dash = strchr(name, '-'), *own = dash ? dash + 1 : name;
+    const int folder = (int)(own == name ? strlen(name) : (size_t)(dash - name));
     char root[4096];
 
     if (lt_is_folder(name)) {
@@ -298,8 +299,8 @@ const char *cli_find_config(struct argp_state *state, const char *name)
     if (access(name, F_OK) == 0 || strchr(name, '/'))
         return name;
     cli_root(root, sizeof(root));
-    if (dash && snprintf(path, sizeof(path), "%s/models/%.*s/configs/%s.json", root, (int)(dash - name), name, dash + 1)
-        < (int)sizeof(path) && access(path, R_OK) == 0)
+    if (snprintf(path, sizeof(path), "%s/models/%.*s/configs/%s.json", root, folder, name, own) < (int)sizeof(path)
+        && access(path, R_OK) == 0)
         return path;
     argp_error(state, "no config \"%s\": neither a file nor one that comes with palmar, as hocat-tiny does", name);
     return NULL;

@@ -9,13 +9,14 @@
 #include "models/model.h"
 #include "models/parts/parts.h"
 #include "models/points/points.h"
+#include "models/reid/reid.h"
 #include "models/unified/unified.h"
 
 #include <string.h>
 
 const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &hogs_class, &csp_seg_class, &resnet50_class, &efficientnet_b0_class, &vit_class,
-    &lpips_class, &pointnet2_class, &gpm_class, &points_class, NULL,
+    &hocat_class, &unified_class, &hogs_class, &csp_seg_class, &reid_class, &resnet50_class, &efficientnet_b0_class,
+    &vit_class, &lpips_class, &pointnet2_class, &gpm_class, &points_class, NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

@@ -27,16 +27,17 @@ from hocat import Hocat                     # noqa: E402
 from layers import layer                    # noqa: E402
 from lpips import Lpips                     # noqa: E402
 from pointnet2 import FirstLevel            # noqa: E402
+from reid import Reid                       # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
 from vit import Vit                         # noqa: E402
 
 WARM_UP = 3
 SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224, "vit:b32": 224, "vit:s16": 224,
-        "lpips": 150, "csp_seg": 640}
+        "lpips": 150, "csp_seg": 640, "reid": 128}
 MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified,
          "vit:b32": lambda: Vit("b32"), "vit:s16": lambda: Vit("s16"), "lpips": Lpips, "pointnet2": FirstLevel,
-         "gpm:encoder": Gpm, "csp_seg": CspSeg}
+         "gpm:encoder": Gpm, "csp_seg": CspSeg, "reid": Reid}
 CELLS = {"hocat": 32, "unified": 28}
 
 
@@ -47,7 +48,7 @@ def inputs(name, batch):
     if name == "gpm:encoder":
         return {"tokens": torch.rand(batch, 512, 435)}
     S = SIZE[name]
-    image = torch.rand(batch, 3, S, S)
+    image = torch.rand(batch, 3, S, S // 2 if name == "reid" else S)
     if name == "unified":
         return {"image": image, "depth": torch.rand(batch, 1, S, S)}
     if name == "lpips":
@@ -72,14 +73,15 @@ def targets(name, batch):
 
 
 def built(name, x):
-    """Weights at random, and running statistics near the input's, so that no signal dies on its way; 0.1 of the
-    variance's first value, 1, stays, or rounding errors would grow where a map of few cells hardly varies."""
+    """Weights at random, and running statistics near those of inputs, so that no signal dies on its way; 0.1 of the
+    variance's first value, 1, stays, or rounding errors would grow where a map of few cells hardly varies. A norm of
+    rows has no statistics of one."""
     model = MODEL[name]()
-    norms = [m for m in model.modules() if isinstance(m, torch.nn.BatchNorm2d)]
+    norms = [m for m in model.modules() if isinstance(m, (torch.nn.BatchNorm1d, torch.nn.BatchNorm2d))]
     for m in norms:
         m.momentum = 0.9
     with torch.no_grad():
-        model.train()(*x)
+        model.train()(*(inputs(name, 2).values() if name == "reid" else x))
     for m in norms:
         m.momentum = 0.1
     return model.eval()

@@ -25,6 +25,7 @@ from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from lpips import Lpips                     # noqa: E402
 from pointnet2 import FirstLevel, PointNet2     # noqa: E402
+from reid import Reid                       # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
 from vit import Vit                         # noqa: E402
@@ -141,6 +142,14 @@ def csp_seg():
                             "prototypes"], [unit("image", 2, 3, 64, 64)], {})
 
 
+def reid(name="reid", tf=False):
+    save(name, Reid(7, 0, tf), ["embedding"], [unit("image", 4, 3, 128, 64)], {"identity": (4, 7), "weight": (4,)})
+
+
+def reid_tf():
+    reid("reid_tf", True)
+
+
 def lpips():
     """Distances of whole images, and of what is in boxes, as if they were cut there; that of the boxes with its
     gradient."""
@@ -159,7 +168,7 @@ def lpips():
 
 
 MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified, "vit": vit,
-          "csp_seg": csp_seg,
+          "csp_seg": csp_seg, "reid": reid, "reid_tf": reid_tf,
           "lpips": lpips, "pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip}
 
 if __name__ == "__main__":

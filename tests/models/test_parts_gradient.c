@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* ViT and LPIPS in double: slopes along random directions against differences. */
+/* ViT, LPIPS and reid's units in double: slopes along random directions against differences. */
 #include "libtensor/base/rng.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/nn/init.h"
 #include "models/backbones/lpips.h"
 #include "models/backbones/vit.h"
+#include "models/reid/unit.h"
 #include "tests/suite.h"
 
 #include <math.h>
@@ -129,12 +130,42 @@ START_TEST(lpips_slopes)
 }
 END_TEST
 
+/* One unit that keeps the map and one that halves it, as ours and as TensorFlow pad it */
+START_TEST(reid_slopes)
+{
+    const int64_t shape[] = { 3, 4, 6, 4 };
+    lt_rng r = lt_rng_make(5, 0);
+    lt_tensor *image = lt_want_grad(lt_input(g, "image", LT_F32, 4, shape)), *x, *loss;
+    const reid_unit keeps = reid_unit_new(params, "a", 4, 4, true, 0, _i);
+    const reid_unit halves = reid_unit_new(params, "b", 4, 8, false, 0, _i);
+
+    lt_init_default(params, 5);
+    x = reid_unit_forward(&halves, reid_unit_forward(&keeps, image));
+    loss = lt_sum(lt_mul(x, lt_sigmoid(x)));
+    compile(loss);
+    fill(image, &r);
+    lt_run(plan);
+    expect_slope("image", loss, lt_plan_data(plan, image), lt_plan_grad(plan, image), lt_numel(image), 1e-6);
+    for (lt_param *p = lt_params_first(params); p; p = p->next) {
+        lt_real grad[1024];
+
+        if (p->kind != LT_WEIGHT)
+            continue;
+        lt_params_zero_grad(params);
+        lt_run(plan);
+        memcpy(grad, p->grad, (size_t)lt_param_numel(p) * sizeof(*grad));
+        expect_slope(p->name, loss, p->data, grad, lt_param_numel(p), 1e-6);
+    }
+}
+END_TEST
+
 static void add_tests(TCase *t)
 {
     tcase_set_timeout(t, 120);
     tcase_add_checked_fixture(t, start, stop);
     tcase_add_test(t, vit_slopes);
     tcase_add_test(t, lpips_slopes);
+    tcase_add_loop_test(t, reid_slopes, 0, 2);
 }
 
 int main(void)

@@ -31,6 +31,8 @@ static const struct {
     { "pointnet2", "{\"variant\": \"ulip\", \"points\": 520, \"dropout\": 0}", "pointnet2_ulip", 3, 1e-5, 1e-3 },
     { "vit", "{\"variant\": \"tiny\"}", NULL, 2, 1e-5, 1e-4 },
     { "csp_seg", "{\"image_size\": 64, \"classes\": 5}", NULL, 2, 2e-5, 1e-3 },
+    { "reid", "{\"identities\": 7, \"dropout\": 0}", NULL, 4, 2e-5, 1e-3 },
+    { "reid", "{\"identities\": 7, \"dropout\": 0, \"reid_compat\": \"tf\"}", "reid_tf", 4, 2e-5, 1e-3 },
 };
 
 static lt_arena *arena;
@@ -273,7 +275,7 @@ static const struct {
 } published[] = {
     { "resnet50", "{}", 25557032, 5340348416 }, { "efficientnet_b0", "{}", 5288548, 385814752 },
     { "vit", "{}", 87456000, 4408418304 }, { "csp_seg", "{\"classes\": 80}", 3409968, 6000844800 },
-    { "csp_seg", "{\"classes\": 23}", 3268101, 5682048000 },
+    { "csp_seg", "{\"classes\": 23}", 3268101, 5682048000 }, { "reid", "{}", 2802080, 294387712 },
 };
 
 START_TEST(full_size)
