@@ -17,6 +17,7 @@
 #include "tasks/hand_object/evaluate.h"
 #include "tasks/hand_object/pictures.h"
 #include "tasks/hand_object/task.h"
+#include "tasks/reid/scores.h"
 #include "tasks/tasks.h"
 
 #include <cjson/cJSON.h>
@@ -49,8 +50,8 @@ static const struct argp_option options[] = {
       "default eval in the run's folder", 0 },
     { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
       "pred.zip; DexYCB: .txt hand joints, .csv object poses, .json detections", 0 },
-    { "pred", PRED, "FILE", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: text "
-      "of hand joints (HPE) or BOP's csv; detections: COCO's json", 0 },
+    { "pred", PRED, "FILE|DIR", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: text "
+      "of hand joints (HPE) or BOP's csv; detections: COCO's json; tracks: a folder of MOTChallenge's results", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "require", REQUIRE, "KEY>=X", 0, "exit with 1 when the model's score is less, or with KEY<=X more; KEY as in "
@@ -408,12 +409,33 @@ static lt_status score_detections(const eval_args *a)
     return st;
 }
 
+/* A folder of MOTChallenge's results */
+static lt_status score_tracks(const eval_args *a)
+{
+    track_score_table t;
+    lt_status st = a->setup || a->models || a->hand
+                   ? lt_error(LT_EUSAGE, "tracks take --data, --split, --out and --json")
+                   : track_score_files(a->data, a->split, a->pred, show_progress, &t);
+
+    if (st == LT_OK && a->out)
+        st = lt_make_dirs(a->out);
+    if (st == LT_OK && a->out)
+        st = track_score_write(&t, a->out);
+    if (st == LT_OK && a->json)
+        st = cli_print_json(track_score_json(&t), "the scores");
+    else if (st == LT_OK)
+        track_score_print(&t, stdout);
+    return st;
+}
+
 static lt_status score_file(const eval_args *a)
 {
+    if (mot_probe(a->data))
+        return score_tracks(a);
     if (detection_probe(a->data))
         return score_detections(a);
     if (a->json)
-        return lt_error(LT_EUSAGE, "--json with --pred is for COCO's results");
+        return lt_error(LT_EUSAGE, "--json with --pred is for COCO's and MOTChallenge's results");
     return eval_file(&(eval_file_options){ .pred = a->pred, .data = a->data, .split = a->split, .setup = a->setup,
                                            .models = a->models, .hand = a->hand, .out = a->out,
                                            .progress = show_progress });

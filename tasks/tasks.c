@@ -5,5 +5,6 @@
 #include "tasks/hand_object/task.h"
 #include "tasks/hogs/task.h"
 #include "tasks/point_pairs/task.h"
+#include "tasks/reid/task.h"
 
-const task *const tasks[] = { &hand_object_task, &hogs_task, &detect_task, &point_pairs_task, NULL };
+const task *const tasks[] = { &hand_object_task, &hogs_task, &detect_task, &point_pairs_task, &reid_task, NULL };

@@ -91,7 +91,7 @@ static double area(const double b[4])
     return (b[2] - b[0]) * (b[3] - b[1]);
 }
 
-static double overlap(const double a[4], const double b[4])
+double track_iou(const double a[4], const double b[4])
 {
     const double w = fmin(a[2], b[2]) - fmax(a[0], b[0]), h = fmin(a[3], b[3]) - fmax(a[1], b[1]);
     const double both = w > 0 && h > 0 ? w * h : 0;
@@ -139,7 +139,7 @@ static lt_status open_scene(sequence *s, int64_t f, scene *v)
         st = number_boxes(s, &s->found, of->found, of->n_found, f, v->found);
     for (int i = 0; !st && i < of->n_truth; i++)
         for (int j = 0; j < of->n_found; j++)
-            v->iou[i * of->n_found + j] = overlap(of->truth[i].box, of->found[j].box);
+            v->iou[i * of->n_found + j] = track_iou(of->truth[i].box, of->found[j].box);
     return st;
 }
 

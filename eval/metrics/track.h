@@ -24,6 +24,9 @@ typedef struct {
     int n_truth, n_found;
 } track_scored_frame;
 
+/* track_iou - of two boxes; 0 where one has no area */
+double track_iou(const double a[4], const double b[4]);
+
 /* What is counted; counts of sequences add up. */
 typedef struct {
     double tp[TRACK_ALPHAS], fn[TRACK_ALPHAS], fp[TRACK_ALPHAS];        /* HOTA's, at IoU 0.05, 0.10 .. 0.95 */

@@ -6,6 +6,8 @@
 
 enum { UNITS = 6, LAST_CHANNELS = 128, CELLS = 16 * 8 };
 
+static const double FIRST_KAPPA = 16;           /* which is its own softplus, nearly */
+
 typedef enum { COMPAT_NONE, COMPAT_TF } reid_compat;
 
 typedef struct {
@@ -79,7 +81,7 @@ static void init(const model *self, uint64_t seed)
 {
     lt_init_default(self->params, seed);
     if (lt_params_find(self->params, "softmax.scale"))
-        lt_init_constant(lt_params_find(self->params, "softmax.scale"), 0);
+        lt_init_constant(lt_params_find(self->params, "softmax.scale"), FIRST_KAPPA);
 }
 
 /* (B, 16 8 128): rows of the map, their cells, the channels of each, as the arrays of the reference have them */

@@ -19,16 +19,11 @@ reid_conv reid_conv_new(lt_params *set, const char *prefix, int in, int out, int
     };
 }
 
-/* A row and a column of zeros behind the map's last ones */
+/* A row and a column of zeros behind the map's last ones: of its own made 0, so that any batch will do */
 static lt_tensor *padded_behind(lt_tensor *x)
 {
-    const int64_t B = lt_dim(x, 0), C = lt_dim(x, 1), H = lt_dim(x, 2), W = lt_dim(x, 3);
-    lt_tensor *below, *beside;
-
-    lt_constant_reals(x->graph, LT_SHAPE(B, C, 1, W), &below);
-    lt_constant_reals(x->graph, LT_SHAPE(B, C, H + 1, 1), &beside);
-    x = lt_concat((lt_tensor *[]){ x, below }, 2, 2);
-    return lt_concat((lt_tensor *[]){ x, beside }, 2, 3);
+    x = lt_concat((lt_tensor *[]){ x, lt_scale(lt_slice(x, 2, 0, 1), 0) }, 2, 2);
+    return lt_concat((lt_tensor *[]){ x, lt_scale(lt_slice(x, 3, 0, 1), 0) }, 2, 3);
 }
 
 lt_tensor *reid_conv_forward(const reid_conv *m, lt_tensor *x)

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The scores of trackers: cases by hand, and scripts/vectors/track_scores.py's after TrackEval. */
 #include "eval/metrics/track.h"
+#include "eval/scorers/mot.h"
 #include "libtensor/io/array/npz.h"
 #include "tests/suite.h"
 
@@ -116,6 +117,37 @@ START_TEST(bad)
 }
 END_TEST
 
+/* ---- MOTChallenge's rules ---- */
+
+/* A reflection (12), a car (3), a vehicle (6) and somebody who is not scored: of results on these, those on the first count
+ * for nothing, and on the third in MOT20. */
+START_TEST(challenge)
+{
+    const mot_box truth_of[] = {
+        { .id = 1, .box = { 0, 0, 10, 10 }, .cls = 1, .scored = true }, { .id = 2, .box = { 20, 0, 30, 10 }, .cls = 12 },
+        { .id = 3, .box = { 40, 0, 50, 10 }, .cls = 3, .scored = true }, { .id = 4, .box = { 60, 0, 70, 10 }, .cls = 6 },
+        { .id = 5, .box = { 80, 0, 90, 10 }, .cls = 1 },
+    };
+    mot_box results[5];
+    const mot_frame of_truth = { truth_of, 5 }, of_results = { results, 5 };
+    track_counts c;
+
+    for (int i = 0; i < 5; i++) {
+        results[i] = truth_of[i];
+        results[i].box[2]++;
+    }
+    check_ok(mot_count("MOT17-02", &of_truth, &of_results, 1, &c));
+    ck_assert_double_eq(c.clear_tp, 1);
+    ck_assert_double_eq(c.clear_fn, 0);
+    ck_assert_double_eq(c.clear_fp, 3);
+    check_ok(mot_count("MOT20-01", &of_truth, &of_results, 1, &c));
+    ck_assert_double_eq(c.clear_fp, 2);
+    results[1].id = 1;
+    results[2].id = 1;
+    check_error(mot_count("seq", &of_truth, &of_results, 1, &c), LT_EINVAL, "seq: frame 1: identity 1 is there twice");
+}
+END_TEST
+
 /* ---- sequences ---- */
 
 enum { SEQUENCES = 4, LENGTH = 40, MOST = 16 };
@@ -146,7 +178,7 @@ START_TEST(as_trackeval)
 {
     const char *srcdir = getenv("srcdir");
     lt_arena *arena = lt_arena_new();
-    track_counts all = { { 0 } }, c;
+    track_counts all = { .switches = 0 }, c;
     const lt_array *want, *deta, *assa;
     lt_npz npz;
 
@@ -186,6 +218,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, continues);
     tcase_add_test(tc, nothing);
     tcase_add_test(tc, bad);
+    tcase_add_test(tc, challenge);
     tcase_add_test(tc, as_trackeval);
 }
 
