@@ -5,8 +5,10 @@
 #include "eval/bench/layers.h"
 #include "eval/bench/post.h"
 #include "eval/bench/splat.h"
+#include "eval/bench/tracks.h"
 #include "libtensor/io/text/config.h"
 #include "libtensor/kernels/kernels.h"
+#include "models/reid/reid.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -24,7 +26,7 @@ typedef struct {
 
 static const struct argp_option options[] = {
     { "model", 'm', "NAME", 0, "hocat (default), unified, resnet50, efficientnet_b0, vit, lpips, pointnet2, gpm, "
-      "csp_seg, or splat, the rasteriser of Gaussians", 0 },
+      "csp_seg, reid, or splat, the rasteriser of Gaussians", 0 },
     { "layer", LAYER, "LAYER", 0, "a single layer instead, with cold weights; see below", 0 },
     { "variant", VARIANT, "NAME", 0, "of the model; default the config's, else full", 0 },
     { "config", 'c', "FILE|NAME|RUN|CHECKPOINT", 0,
@@ -38,7 +40,8 @@ static const struct argp_option options[] = {
     { "compare", COMPARE, "ISA", 0, "in turn with another instruction set: generic, avx2, avx512, amx", 0 },
     { "int8", INT8, NULL, 0,
       "inference of a model with 8-bit integers, with ranges of the input it is measured with", 0 },
-    { "post", POST, NULL, 0, "inference of csp_seg, and boxes and masks of 30 objects out of its maps", 0 },
+    { "post", POST, NULL, 0, "inference of csp_seg, and boxes and masks of 30 objects out of its maps; of reid, and a "
+      "tracker's bookkeeping of 20 tracks", 0 },
     { "profile", PROFILE, NULL, 0, "time by op and by layer as well", 0 },
     { "json", JSON, NULL, 0, "one JSON object a line instead of a Markdown row", 0 },
     { 0 },
@@ -145,19 +148,30 @@ static void print(const bench_args *a, const bench *b, const bench_result *r, bo
     fflush(stdout);
 }
 
+static lt_status measure_post(const model *m, bench_result *r)
+{
+    int n;
+
+    if (m->cls == &reid_class) {
+        r->post = "bookkeeping of 20 tracks";
+        return bench_tracks(&r->post_ms, &n);
+    }
+    r->post = "boxes and masks of 30 objects";
+    return bench_post(m, &r->post_ms, &n);
+}
+
 static lt_status measure(const bench_args *a, const subject *s, bool train, bool heading)
 {
     const bench_options o = options_of(a, s, train);
     bench *b;
     bench_result r;
-    int objects;
     lt_status st = bench_new(&o, &b);
 
     if (st)
         return st;
     r = bench_run(b);
     if (a->post)
-        st = bench_post(&s->m, &r.post_ms, &objects);
+        st = measure_post(&s->m, &r);
     if (st) {
         bench_free(b);
         return st;

@@ -67,7 +67,7 @@ static bool known_embedded(const cli_checkpoint *c, const char *hand)
     return !hand && strcmp(hand_object_config_of(&c->config)->hand, "embedded") == 0;
 }
 
-lt_status cli_checkpoint_find(const char *path, cli_checkpoint *out)
+lt_status cli_checkpoint_find_with(const char *path, const cli_overrides *over, cli_checkpoint *out)
 {
     checkpoint_head head;
     lt_status st;
@@ -79,12 +79,17 @@ lt_status cli_checkpoint_find(const char *path, cli_checkpoint *out)
     if (st == LT_OK)
         st = checkpoint_head_read(out->arena, out->path, &head);
     if (st == LT_OK)
-        st = train_config_parse(out->arena, tasks, out->path, head.config, NULL, 0, &out->config);
+        st = train_config_parse(out->arena, tasks, out->path, head.config, over->set, over->n, &out->config);
     if (st)
         return st;
     out->step = head.step;
     memcpy(out->tips, head.tips, sizeof(out->tips));
     return LT_OK;
+}
+
+lt_status cli_checkpoint_find(const char *path, cli_checkpoint *out)
+{
+    return cli_checkpoint_find_with(path, &(cli_overrides){ .n = 0 }, out);
 }
 
 lt_status cli_checkpoint_load(cli_checkpoint *c, const char *hand)

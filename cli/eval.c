@@ -18,6 +18,7 @@
 #include "tasks/hand_object/pictures.h"
 #include "tasks/hand_object/task.h"
 #include "tasks/reid/scores.h"
+#include "tasks/reid/task.h"
 #include "tasks/tasks.h"
 
 #include <cjson/cJSON.h>
@@ -26,13 +27,14 @@
 
 enum { PICTURES = 12, REQUIREMENTS = 64 };
 enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MAX_PA, CLAIMS, SETUP, FILTER, PRED,
-       REQUIRE, TABLES };
+       REQUIRE, TABLES, SET };
 
 typedef struct {
     const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit, *pred;
     int batch, limit;
     eval_requirement require[REQUIREMENTS];
     int n_require;
+    cli_overrides over;
     const char *runs;               /* of --claims or --tables */
     bool json, no_bench, claims, tables;
 } eval_args;
@@ -54,6 +56,7 @@ static const struct argp_option options[] = {
       "of hand joints (HPE) or BOP's csv; detections: COCO's json; tracks: a folder of MOTChallenge's results", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
+    { "set", SET, "KEY=VALUE", 0, "another value for a key of a tracker, as data.max_age=60; may be given again", 0 },
     { "require", REQUIRE, "KEY>=X", 0, "exit with 1 when the model's score is less, or with KEY<=X more; KEY as in "
       "scores.json; may be given again", 0 },
     { "max-pa-mpjpe", MAX_PA, "MM", 0, "the same as --require pa_mpjpe_mm<=MM", 0 },
@@ -82,7 +85,7 @@ static void check_together(const eval_args *a, struct argp_state *state)
         argp_error(state, "want a checkpoint or a run's folder, or --pred FILE and --data DIR");
     if (a->checkpoint && a->pred)
         argp_error(state, "a checkpoint or --pred, not both");
-    if (a->pred && (a->limit || a->n_require || a->submit || a->filter))
+    if (a->pred && (a->limit || a->n_require || a->submit || a->filter || a->over.n))
         argp_error(state, "--pred takes --data, --split, --setup, --models, --hand, --out, --json: the whole file is "
                    "scored");
     if (a->filter && !strcmp(a->filter, "every") && !a->submit)
@@ -143,6 +146,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case SUBMIT: a->submit = arg; break;
     case LIMIT: a->limit = cli_number(state, "limit", arg, 1, 1000000000); break;
     case MAX_PA: add_max_pa_mpjpe(a, state, arg); break;
+    case SET: cli_override(state, &a->over, arg); break;
     case REQUIRE: add_requirement(a, state, arg); break;
     case NO_BENCH: a->no_bench = true; break;
     case JSON: a->json = true; break;
@@ -441,11 +445,23 @@ static lt_status score_file(const eval_args *a)
                                            .progress = show_progress });
 }
 
+/* Weights were made under all other keys. */
+static lt_status check_overrides(const eval_args *a, const cli_checkpoint *c)
+{
+    for (int i = 0; i < a->over.n; i++)
+        if (c->config.task != &reid_task || strncmp(a->over.set[i], "data.", 5) != 0)
+            return lt_error(LT_EUSAGE, "--set %s: want a key of group data, of a run of %s", a->over.set[i],
+                            reid_task.name);
+    return LT_OK;
+}
+
 /* By the model's task */
 static lt_status score_run(const eval_args *a, cli_checkpoint *c)
 {
-    lt_status st;
+    lt_status st = check_overrides(a, c);
 
+    if (st)
+        return st;
     if (c->config.task->evaluate)
         return evaluate_task(a, c);
     st = cli_checkpoint_load(c, a->hand);
@@ -470,7 +486,7 @@ int cmd_eval(int argc, char **argv)
         st = score_file(&a);
         return st ? cli_fail(st) : 0;
     }
-    st = cli_checkpoint_find(a.checkpoint, &c);
+    st = cli_checkpoint_find_with(a.checkpoint, &a.over, &c);
     if (st == LT_OK)
         st = score_run(&a, &c);
     cli_checkpoint_close(&c);

@@ -31,7 +31,8 @@ typedef struct {
     double fma_before, fma_after;   /* GFLOP/s of the machine, read around the runs */
     int64_t macs;                   /* multiply-adds of one forward run of the batch */
     size_t plan_bytes;
-    double post_ms;                 /* of post.h; 0: not measured */
+    double post_ms;                 /* of what comes behind the network (post.h, tracks.h); 0: not measured */
+    const char *post;               /* what that is, "boxes and masks of 30 objects" */
 } bench_result;
 
 typedef struct bench bench;

@@ -30,7 +30,7 @@ void bench_print(const bench *b, const bench_result *r, FILE *f, bool heading)
             digits, r->median_ms, digits, r->p5_ms, digits, r->p95_ms, digits, r->min_ms, r->runs, gflops(b, r),
             r->fma_before, r->fma_after, r->peak_rss_mb);
     if (r->post_ms > 0)
-        fprintf(f, "\nboxes and masks of 30 objects: %.3f ms more\n", r->post_ms);
+        fprintf(f, "\n%s: %.3f ms more\n", r->post, r->post_ms);
 }
 
 static void print_number(FILE *f, const char *name, double value)

@@ -4,6 +4,7 @@
 #include "estimate/checkpoint.h"
 #include "eval/scorers/mot.h"
 #include "libtensor/io/file.h"
+#include "tasks/reid/config.h"
 #include "tasks/reid/follow.h"
 
 #include <cjson/cJSON.h>
@@ -41,13 +42,16 @@ static lt_status write_results(lt_arena *arena, const char *folder, const char *
 static lt_status score_sequence(evaluating *v, const mot_sequence *s)
 {
     lt_arena *arena = lt_arena_new();
+    tracker_options options[METHODS];
     mot_frame *truth, *results[METHODS];
     lt_status st = !arena ? lt_error(LT_ENOMEM, "%s: no memory to score it", s->name)
                    : !s->truth ? lt_error(LT_EIO, "%s: has no gt/gt.txt to score with", s->folder)
                    : mot_read(arena, s->truth, MOT_TRUTH, s->frames, &truth);
 
+    for (int i = 0; i < METHODS; i++)
+        options[i] = reid_tracker(v->e->config, methods[i], s->fps);
     if (!st)
-        st = follow(arena, s, v->embedder, methods, METHODS, seen, v, results);
+        st = follow(arena, s, v->embedder, options, METHODS, seen, v, results);
     for (int i = 0; !st && i < METHODS; i++) {
         track_counts counts;
 

@@ -10,6 +10,7 @@ typedef struct {
     embedder *e;
     tracker *tracker[TRACK_METHODS];
     int n;
+    double least;                   /* score of what any of them may begin a track with */
 } following;
 
 static lt_status no_memory(const following *f)
@@ -33,7 +34,7 @@ static lt_status look_at(const following *f, const mot_frame *detections, int64_
         found[i] = (track_detection){ .score = (float)b->score, .cls = MOT_PEDESTRIAN };
         for (int c = 0; c < 4; c++)
             found[i].box[c] = (float)b->box[c];
-        if (b->score >= tracker_defaults.min_conf && embedder_run(f->e, &rgb, found[i].box, person, embedding))
+        if (b->score >= f->least && embedder_run(f->e, &rgb, found[i].box, person, embedding))
             found[i].embedding = embedding;
     }
     return st;
@@ -74,32 +75,29 @@ static lt_status follow_frame(const following *f, const mot_frame *detections, i
     return st;
 }
 
-static lt_status open_trackers(following *f, const track_method *method, int n, mot_frame **out)
+static lt_status open_trackers(following *f, const tracker_options *options, int n, mot_frame **out)
 {
     lt_status st = f->scratch ? LT_OK : no_memory(f);
 
     for (int i = 0; !st && i < n; i++) {
-        tracker_options o = tracker_defaults;
-
-        o.method = method[i];
-        o.fps = f->s->fps;
         out[i] = lt_arena_array(f->arena, (size_t)f->s->frames, sizeof(**out));
-        st = out[i] ? tracker_new(&o, &f->tracker[i]) : no_memory(f);
+        st = out[i] ? tracker_new(&options[i], &f->tracker[i]) : no_memory(f);
         f->n += !st;
+        f->least = options[i].min_conf < f->least ? options[i].min_conf : f->least;
     }
     return st;
 }
 
-lt_status follow(lt_arena *arena, const mot_sequence *s, embedder *e, const track_method *method, int n,
+lt_status follow(lt_arena *arena, const mot_sequence *s, embedder *e, const tracker_options *options, int n,
                  bool (*seen)(void *ctx), void *ctx, mot_frame **out)
 {
-    following f = { .arena = arena, .scratch = lt_arena_new(), .s = s, .e = e };
+    following f = { .arena = arena, .scratch = lt_arena_new(), .s = s, .e = e, .least = 1 };
     mot_frame *detections = NULL;
     lt_status st = s->detections ? mot_read(arena, s->detections, MOT_DETECTIONS, s->frames, &detections)
                                  : lt_error(LT_EIO, "%s: has no det/det.txt to follow", s->folder);
 
     if (!st)
-        st = open_trackers(&f, method, n, out);
+        st = open_trackers(&f, options, n, out);
     for (int64_t k = 0; !st && k < s->frames; k++) {
         st = follow_frame(&f, &detections[k], k, out);
         if (!st && seen && !seen(ctx))

@@ -12,13 +12,13 @@
 /**
  * follow - the results of each tracker on a sequence
  *
- *   method   (n) which trackers; the same embeddings serve all
+ *   options  (n) the trackers; the same embeddings serve all
  *   out      (n) of (frames), in the arena
  *   seen     called after each frame; may be NULL; false: LT_ESTOPPED
  *
  * Errors: no detections; a picture that cannot be read, or has another size than seqinfo.ini says; LT_ENOMEM.
  */
-lt_status follow(lt_arena *arena, const mot_sequence *s, embedder *e, const track_method *method, int n,
+lt_status follow(lt_arena *arena, const mot_sequence *s, embedder *e, const tracker_options *options, int n,
                  bool (*seen)(void *ctx), void *ctx, mot_frame **out);
 
 #endif

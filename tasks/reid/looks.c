@@ -12,22 +12,6 @@
 
 enum { PIXELS = REID_HEIGHT * REID_WIDTH };
 
-#define DATA(field) #field, .offset = offsetof(reid_data_config, field)
-
-const lt_config_key reid_data_keys[] = {
-    TRAIN_DIR_KEY(reid_data_config),
-    TRAIN_LOADER_KEYS(reid_data_config),
-    { DATA(every), .type = LT_CONFIG_INT, .fallback = "3", .lo = 1, .hi = 1000000,
-      .doc = "frames from one that is learnt from to the next, as neighbours look alike" },
-    { DATA(visible), .type = LT_CONFIG_NUMBER, .fallback = "0.3", .lo = 0, .hi = 1,
-      .doc = "least share of a box that is seen" },
-    { DATA(noise), .type = LT_CONFIG_NUMBER, .fallback = "0.03", .lo = 0, .hi = 0.5,
-      .doc = "what a box's corners are off by, as a share of its sides (deviation)" },
-    { DATA(flip), .type = LT_CONFIG_NUMBER, .fallback = "0.5", .lo = 0, .hi = 1,
-      .doc = "chance of left for right, of persons alone" },
-    { .name = NULL },
-};
-
 bool looks_person(const mot_sequence *s)
 {
     return !lt_ends_with(s->name, "_hand") && !lt_ends_with(s->name, "_object");

@@ -44,6 +44,8 @@ bench --model gpm --variant cpu --set model.points=64 --mode both | grep -q '^| 
 bench --model vit --variant tiny --mode both | grep -q '^| vit | tiny '
 bench --model csp_seg --set model.image_size=64 --batch 2 --mode both | grep -q '^| csp_seg | n '
 bench --model csp_seg --set model.image_size=64 --post --json | grep -q '"post_ms": [0-9.e-]*, "with_post_ms"'
+bench --model reid --set model.identities=5 --batch 3 --mode both | grep -q '^| reid | cosine '
+bench --model reid --post | grep -q '^bookkeeping of 20 tracks: [0-9.]* ms more'
 bench --model lpips --set model.image_size=40 --batch 2 --mode both | grep -q '^| lpips '
 
 # One image or three; training draws what inference does. NumPy's known scene has so many instances.

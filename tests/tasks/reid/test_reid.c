@@ -160,6 +160,7 @@ END_TEST
 
 static track_scores score(const char *run, track_method method)
 {
+    tracker_options options = tracker_defaults;
     mot_set set;
     mot_frame *results;
     track_score_table table;
@@ -167,7 +168,9 @@ static track_scores score(const char *run, track_method method)
 
     check_ok(embedder_open(at(run), &e));
     check_ok(mot_open(arena, at("data"), "evaluation", &set));
-    check_ok(follow(arena, &set.sequence[0], e, &method, 1, NULL, NULL, &results));
+    options.method = method;
+    options.fps = set.sequence[0].fps;
+    check_ok(follow(arena, &set.sequence[0], e, &options, 1, NULL, NULL, &results));
     embedder_free(e);
     check_ok(lt_make_dirs(at("results/data")));
     check_ok(mot_write(at("results/data/c_person.txt"), results, FRAMES));
