@@ -43,7 +43,7 @@ static const struct argp_option options[] = {
     { "config", 'c', "FILE|NAME|RUN", 0,
       "for --model: a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "for --model: override a key of the config, as model.width=16", 0 },
-    { "init", INIT, "FILE", 0, "for --model: weights by name, from safetensors or a checkpoint of PyTorch", 0 },
+    { "init", INIT, "FILE", 0, "for --model: weights by name, from safetensors, .npz or a checkpoint of PyTorch", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "json", JSON, NULL, 0, "what was written and compared as one JSON object", 0 },
     { 0 },

@@ -5,9 +5,11 @@
 #include "estimate/checkpoint_folder.h"
 #include "estimate/param_arrays.h"
 #include "estimate/weights/split.h"
+#include "libtensor/io/file.h"
 #include "libtensor/io/torch/weights_file.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 enum { SHOWN = 8 };
@@ -242,11 +244,29 @@ static void load_one(const match *a, size_t i)
         array_load(from, a->twin[i]->data);
 }
 
+/* A graph that TensorFlow froze begins with a node, which begins with its name. */
+static lt_status refuse_graph(const char *path)
+{
+    char head[3] = "";
+    FILE *f = lt_ends_with(path, ".pb") ? fopen(path, "rb") : NULL;
+    const bool graph = f && fread(head, 1, sizeof(head), f) == sizeof(head) && head[0] == 0x0a && head[2] == 0x0a;
+
+    if (f)
+        fclose(f);
+    if (!graph)
+        return LT_OK;
+    return lt_error(LT_EFORMAT, "%s: a frozen graph of TensorFlow, which is not read; give its arrays as .npz under the "
+                    "model's names, or train your own, as `palmar train --config reid` does", path);
+}
+
 lt_status weights_init(lt_arena *arena, const char *path, const model *m, weights_report *out)
 {
     match a = { .arena = arena, .m = m };
     const char *file = checkpoint_last(arena, path);
-    lt_status st = file ? lt_weights_read(arena, file, &a.file) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    lt_status st = file ? refuse_graph(file) : lt_error(LT_ENOMEM, "%s: no memory", path);
+
+    if (!st)
+        st = lt_weights_read(arena, file, &a.file);
 
     if (!st)
         st = weight_split_attention(arena, m->params, &a.file);

@@ -20,7 +20,7 @@ typedef struct {
 } weights_report;
 
 /**
- * weights_init - initial weights by name from a safetensors file, a checkpoint of PyTorch, or a run's folder
+ * weights_init - initial weights by name from a safetensors or .npz file, a checkpoint of PyTorch, or a run's folder
  *
  * An array fits the parameter of its name, or of its name behind the one of the model's blocks that most of the names
  * are of: "conv1.weight" fits "trunk.conv1.weight". What stands before the names, dicts and wrappers, is found by what

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Published weights of CLIP's image tower and of LPIPS, under the names that their files have. */
+/* Published weights of CLIP's image tower, of LPIPS, a detector and DeepSORT's network, under the names that their files have. */
 #include "estimate/weights/weights.h"
+#include "libtensor/io/array/npz.h"
 #include "libtensor/io/array/safetensors.h"
 #include "tests/models/model_of.h"
 #include "tests/suite.h"
@@ -286,6 +287,35 @@ START_TEST(a_detector)
 }
 END_TEST
 
+/* DeepSORT's arrays under our names, in an .npz: its norms have no scale. Its graph itself is refused. */
+START_TEST(a_reid)
+{
+    weights_report r;
+    model m;
+    lt_params *set = model_of("reid", "{\"reid_compat\": \"tf\"}", NULL, &m);
+    int scales = 0;
+
+    for (const lt_param *p = lt_params_first(set); p; p = p->next) {
+        const char *end = strrchr(p->name, '.');
+
+        if (p->shape.rank == 1 && strcmp(end, ".weight") == 0)
+            scales++;
+        else
+            put(p->name, p->shape.rank, p->shape.dim[0], p->shape.dim[1], p->shape.dim[2], p->shape.dim[3]);
+    }
+    ck_assert_int_eq(scales, 15);
+    check_ok(lt_npz_write(in_folder("mars.npz"), list, n, false));
+    check_ok(weights_init(arena, in_folder("mars.npz"), &m, &r));
+    ck_assert_str_eq(r.format, "NumPy (npz)");
+    ck_assert_int_eq(r.n_missing, scales);
+    ck_assert_int_eq(r.n_loaded, (int)n);
+    expect_first(set, "conv1_1.conv.weight", 0);
+    put_file(in_folder("mars-small128.pb"), "\n\x10\n\5image", 8);
+    check_error(weights_init(arena, in_folder("mars-small128.pb"), &m, &r), LT_EFORMAT, "a frozen graph of TensorFlow");
+    lt_params_free(set);
+}
+END_TEST
+
 static void add_tests(TCase *t)
 {
     tcase_add_checked_fixture(t, start, stop);
@@ -293,6 +323,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, another_size_is_refused);
     tcase_add_test(t, lpips_in_two_files_or_one);
     tcase_add_test(t, a_detector);
+    tcase_add_test(t, a_reid);
 }
 
 int main(void)

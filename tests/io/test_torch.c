@@ -202,7 +202,7 @@ START_TEST(no_weights)
         const char *reason;
     } cases[] = {
 #define CASE(text, reason) { text, sizeof(text) - 1, reason }
-        CASE("", "w.pth: an empty file, want safetensors or a checkpoint of PyTorch; did its download fail?"),
+        CASE("", "w.pth: an empty file, want safetensors, .npz or a checkpoint of PyTorch; did its download fail?"),
         CASE("\n <!DOCTYPE html><html>", "w.pth: an HTML page"),
         CASE("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\n", "w.pth: a git-lfs pointer"),
         CASE("\x80\4\x95\x0b\0\0\0\0\0\0\0}.", "w.pth: a plain pickle"), CASE("\x80\2}.", "w.pth: a plain pickle"),

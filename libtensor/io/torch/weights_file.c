@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "libtensor/io/torch/weights_file.h"
 
+#include "libtensor/io/array/npz.h"
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/kind.h"
@@ -12,7 +13,7 @@
 
 enum { SHARDS_MAX = 1024 };
 
-static const char wanted[] = "safetensors or a checkpoint of PyTorch";
+static const char wanted[] = "safetensors, .npz or a checkpoint of PyTorch";
 
 static const char *const formats[] = {
     [LT_TORCH_NONE] = "safetensors", [LT_TORCH_ZIP] = "PyTorch (zip)", [LT_TORCH_STREAM] = "PyTorch (stream)",
@@ -50,6 +51,22 @@ static lt_status parse_safetensors(lt_arena *arena, const char *path, const uint
     return f->within ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", path);
 }
 
+static lt_status parse_npz(lt_arena *arena, const char *path, const uint8_t *bytes, size_t n, lt_weights_file *f)
+{
+    lt_npz z;
+    const lt_status st = lt_npz_parse(arena, path, bytes, n, &z);
+
+    if (st)
+        return st;
+    f->format = "NumPy (npz)";
+    f->entry = z.entry;
+    f->n = z.n;
+    f->refused = z.refused;
+    f->n_refused = z.n_refused;
+    f->within = lt_arena_array(arena, z.n, sizeof(*f->within));
+    return f->within ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", path);
+}
+
 static lt_status parse_torch(lt_arena *arena, const char *path, const uint8_t *bytes, size_t n, lt_weights_file *f)
 {
     lt_torch_file t;
@@ -70,7 +87,7 @@ static lt_status parse(lt_arena *arena, const char *path, const uint8_t *bytes, 
     const lt_torch_container container = lt_torch_sniff(bytes, n);
 
     if (lt_kind_of(bytes, n) == LT_KIND_NPZ)
-        return lt_refuse(path, bytes, n, wanted);
+        return parse_npz(arena, path, bytes, n, f);
     f->format = formats[container];
     return container ? parse_torch(arena, path, bytes, n, f) : parse_safetensors(arena, path, bytes, n, f);
 }
