@@ -37,11 +37,21 @@ static const char *three(lt_arena *arena, const double *x, double fallback)
     return lt_arena_printf(arena, "%g, %g, %g", x ? x[0] : fallback, x ? x[1] : fallback, x ? x[2] : fallback);
 }
 
-static void describe_image(meta *m, const model *mo)
+/* A square's side; else height and width */
+static const char *image_size(lt_arena *arena, const model_record *r, int side)
+{
+    const lt_tensor *image = model_port_find(&r->inputs, "image");
+
+    if (!image || lt_dim(image, 2) == lt_dim(image, 3))
+        return lt_arena_printf(arena, "%d", side);
+    return lt_arena_printf(arena, "%d, %d", (int)lt_dim(image, 2), (int)lt_dim(image, 3));
+}
+
+static void describe_image(meta *m, const model *mo, const model_record *r)
 {
     add(m, "image.layout", "NCHW");
     add(m, "image.color", "RGB");
-    add(m, "image.size", lt_arena_printf(m->arena, "%d", mo->image_size));
+    add(m, "image.size", image_size(m->arena, r, mo->image_size));
     add(m, "image.range", "0, 1");
     add(m, "image.mean", three(m->arena, mo->cls->mean, 0));
     add(m, "image.std", three(m->arena, mo->cls->deviation, 1));
@@ -68,7 +78,7 @@ static void describe_hand(meta *m, const char *hand_name)
     add(m, "hand", export_text(m->arena, hand_name));
 }
 
-static lt_status describe(const export_options *o, lt_arena *arena, lt_onnx_model *out)
+static lt_status describe(const export_options *o, lt_arena *arena, const model_record *r, lt_onnx_model *out)
 {
     meta *m = lt_arena_alloc(arena, sizeof(*m));
 
@@ -79,7 +89,7 @@ static lt_status describe(const export_options *o, lt_arena *arena, lt_onnx_mode
     add(m, "variant", o->m->variant);
     add(m, "paper", o->m->cls->paper);
     add(m, "config", export_config(arena, o->m));
-    describe_image(m, o->m);
+    describe_image(m, o->m, r);
     if (o->m->hand)
         describe_hand(m, o->hand_name ? o->hand_name : "");
     out->name = o->m->cls->name;
@@ -112,7 +122,7 @@ static lt_status make_model(const export_options *o, lt_arena *arena, model_reco
     if (st == LT_OK)
         st = lt_onnx_describe(arena, r->g, twin.g, out);
     if (st == LT_OK)
-        st = describe(o, arena, out);
+        st = describe(o, arena, r, out);
     lt_graph_free(twin.g);
     return st;
 }

@@ -6,7 +6,7 @@
 
 enum { UNITS = 6, LAST_CHANNELS = 128, CELLS = 16 * 8 };
 
-static const double FIRST_KAPPA = 6;            /* which is its own softplus, nearly */
+static const double FIRST_KAPPA = 16;           /* which is its own softplus, nearly */
 
 typedef enum { COMPAT_NONE, COMPAT_TF } reid_compat;
 
