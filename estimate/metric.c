@@ -88,6 +88,20 @@ static const metric dictionary[] = {
     { "ap50_medium", "AP50, medium", "", true, "mAP50 of objects of 32^2 to 96^2 pixels", COCO },
     { "ap50_large", "AP50, large", "", true, "mAP50 of objects above 96^2 pixels", COCO },
 
+    /* trackers */
+    { "hota", "HOTA", "", true, "mean over IoU 0.05 to 0.95 of the geometric mean of DetA and AssA",
+      "Luiten et al. 2021; TrackEval" },
+    { "deta", "DetA", "", true, "found boxes over all that are found, missed or false, mean over IoU 0.05 to 0.95",
+      "TrackEval" },
+    { "assa", "AssA", "", true, "of each found box, frames that its two identities share over those that either is in, mean "
+      "likewise", "TrackEval" },
+    { "mota", "MOTA", "", true, "1 - (missed + false + switches) / boxes, at IoU 0.5",
+      "Bernardin and Stiefelhagen 2008; TrackEval" },
+    { "idf1", "IDF1", "", true, "F1 of boxes under the best pairing of identities, at IoU 0.5",
+      "Ristani et al. 2016; TrackEval" },
+    { "switches", "switches", "", false, "how often somebody is taken for another than last, at IoU 0.5",
+      "TrackEval's IDSW" },
+
     /* the model */
     { "seconds_per_image", "time", "s", false, "median time of one image, from its crop to poses", "HOCAT, Table 5" },
     { "images_per_second", "FPS", "", true, "one over the time of one image", "HOCAT, Table 5" },
