@@ -2,6 +2,7 @@
 #include "vision/track/gallery.h"
 
 #include "libtensor/base/arena.h"
+#include "libtensor/kernels/kernels.h"
 
 #include <math.h>
 #include <string.h>
@@ -40,29 +41,11 @@ void gallery_add(gallery *g, const float *unit)
     g->n += g->n < g->budget;
 }
 
-enum { LANES = 16 };
-
-/* In lanes, as a sum in order would wait for each addition. */
-static float dot(const float *a, const float *b, int n)
-{
-    float lane[LANES] = { 0 }, sum = 0;
-    int i = 0;
-
-    for (; i + LANES <= n; i += LANES)
-        for (int k = 0; k < LANES; k++)
-            lane[k] += a[i + k] * b[i + k];
-    for (int k = 0; k < LANES; k++)
-        sum += lane[k];
-    for (; i < n; i++)
-        sum += a[i] * b[i];
-    return sum;
-}
-
 double gallery_distance(const gallery *g, const float *unit)
 {
-    float most = -1;
+    double most = -1;
 
     for (int i = 0; i < g->n; i++)
-        most = fmaxf(most, dot(g->row + (size_t)i * (size_t)g->size, unit, g->size));
-    return 1 - (double)most;
+        most = fmax(most, lt_k->dot(g->row + (size_t)i * (size_t)g->size, unit, (size_t)g->size));
+    return 1 - most;
 }
