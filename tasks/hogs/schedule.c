@@ -63,6 +63,8 @@ enum {
 /* In 20,000 iterations a network that begins with nothing gets nowhere by the rates of 360,000; but at ten times
  * SMALL_POSE_RATE the heads of G-PM die: all units behind their relus are 0, and biases alone still move. */
 static const double SMALL_RATE = 1e-3, SMALL_POSE_RATE = 1e-4;
+/* Colours begin white: at the paper's rate an object of four, seen in every fourth step, would not be there in 6,000. */
+static const double COLOUR_RATE = 1e-3, SMALL_COLOUR_RATE = 1e-2;
 static const double EXTENT = 1.0395, EPS = 1e-15, CLIP = 0.1, LAST = 0.01;      /* of a network's rate, at the end */
 
 /* Constant, or in a line of the logarithm to `end` of it */
@@ -97,10 +99,11 @@ const lt_optim_group *hogs_optim_groups(const hogs *m, const hogs_schedule *s, l
         *const object[] = { "object.alpha", "object.colour", NULL }, *const feature[] = { "gaussians.feature", NULL },
         *const code[] = { "avatar.code", NULL }, *const others[] = { "avatar.", NULL };
     const bool small = m->config.small;
+    const double colour = small ? SMALL_COLOUR_RATE : COLOUR_RATE;
 
     out[CENTRE] = group_of("centre", centre, 1.6e-4 * EXTENT, 0.01, s->place_steps, false);
-    out[DC] = group_of("dc", dc, 1e-3, 1, 0, false);
-    out[REST] = group_of("rest", rest, 1e-3 / 20, 1, 0, false);
+    out[DC] = group_of("dc", dc, colour, 1, 0, false);
+    out[REST] = group_of("rest", rest, colour / 20, 1, 0, false);
     out[OPACITY] = group_of("opacity", opacity, 0.05, 1, 0, false);
     out[SCALE] = group_of("scale", scale, 0.005, 1, 0, false);
     out[ROTATION] = group_of("rotation", rotation, 0.001, 1, 0, false);
