@@ -22,7 +22,7 @@ static bool data_flag(const cJSON *config, const char *key)
     return cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(cJSON_GetObjectItemCaseSensitive(config, "data"), key));
 }
 
-static lt_status find_class(const trained *t, const cJSON *config, const model_class **out)
+static lt_status find_class(const trained *t, const char *task, const cJSON *config, const model_class **out)
 {
     const cJSON *group = cJSON_GetObjectItemCaseSensitive(config, "model");
     const cJSON *name = cJSON_GetObjectItemCaseSensitive(group, "name");
@@ -33,9 +33,9 @@ static lt_status find_class(const trained *t, const cJSON *config, const model_c
     st = model_find(name->valuestring, out);
     if (st)
         return lt_error_prefix(LT_EINVAL, "%s: model.name", t->path);
-    if (!(*out)->task || strcmp((*out)->task, "hand-object") != 0)
-        return lt_error(LT_EINVAL, "%s: %s is trained for %s, want a model for hand-object", t->path, (*out)->name,
-                        (*out)->task ? (*out)->task : "nothing here");
+    if (!(*out)->task || strcmp((*out)->task, task) != 0)
+        return lt_error(LT_EINVAL, "%s: %s is trained for %s, want a model for %s", t->path, (*out)->name,
+                        (*out)->task ? (*out)->task : "nothing here", task);
     return LT_OK;
 }
 
@@ -63,18 +63,22 @@ static lt_status make_model(trained *t, const model_class *cls, cJSON *config)
     return model_create(cls, where, keys, t->layer, t->params, &t->m);
 }
 
-static lt_status open_config(trained *t, const char *hand, const checkpoint_head *head, cJSON *config)
+static lt_status open_config(trained *t, const char *task, const char *hand, const checkpoint_head *head, cJSON *config)
 {
     const model_class *cls;
-    lt_status st = find_class(t, config, &cls);
+    lt_status st = find_class(t, task, config, &cls);
 
     t->bilinear = data_flag(config, "bilinear");
-    st = st ? st : open_hand(t, hand ? hand : data_text(config, "hand"), head->tips);
+    t->names = lt_arena_strdup(t->arena, data_text(config, "names"));
+    if (!t->names)
+        return lt_error(LT_ENOMEM, "%s: no memory for the model", t->path);
+    if (!st && strcmp(task, "hand-object") == 0)
+        st = open_hand(t, hand ? hand : data_text(config, "hand"), head->tips);
     st = st ? st : make_model(t, cls, config);
     return st ? st : checkpoint_load_model(t->path, &t->m);
 }
 
-lt_status trained_open(const char *path, const char *hand, trained *out)
+lt_status trained_open(const char *path, const char *task, const char *hand, trained *out)
 {
     cJSON *config = NULL;
     checkpoint_head head;
@@ -85,7 +89,7 @@ lt_status trained_open(const char *path, const char *hand, trained *out)
     st = out->path ? checkpoint_head_read(out->arena, out->path, &head)
                    : lt_error(LT_ENOMEM, "no memory to open %s", path);
     st = st ? st : lt_json_parse(out->path, head.config, strlen(head.config), &config);
-    st = st ? st : open_config(out, hand, &head, config);
+    st = st ? st : open_config(out, task, hand, &head, config);
     cJSON_Delete(config);
     return st;
 }

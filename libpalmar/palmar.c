@@ -62,7 +62,7 @@ palmar_status palmar_open(const char *path, const char *hand, palmar **out)
     if (!p)
         return status_of(path && out ? lt_error(LT_ENOMEM, "%s: no memory", path)
                                      : lt_error(LT_EINVAL, "palmar_open: %s is NULL", path ? "out" : "path"));
-    st = trained_open(path, hand, &p->t);
+    st = trained_open(path, "hand-object", hand, &p->t);
     st = st ? st : open_stages(p);
     if (st)
         palmar_close(p);

@@ -54,6 +54,14 @@ typedef struct {
     uint8_t *pixel;
 } detection_pixels;
 
+/* What is found in a picture, in its pixels, whose first one covers 0 to 1; window.pixel NULL: without a mask */
+typedef struct {
+    int cls;
+    double score;
+    float box[4];
+    detection_pixels window;
+} detect_found;
+
 /**
  * detection_pixels_of - masks of n findings, in pixels of the picture that the letterbox fitted
  *

@@ -8,6 +8,7 @@
 
 typedef struct {
     train_data_config common;
+    const char *names;              /* of the classes, with commas between */
     int optimizer;                  /* detect_optimizer */
     bool augment;
     double mosaic;

@@ -2,10 +2,10 @@
 #include "tasks/detect/evaluate.h"
 
 #include "estimate/checkpoint.h"
+#include "estimate/found.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
 #include "tasks/detect/batch.h"
-#include "tasks/detect/found.h"
 #include "tasks/detect/results.h"
 
 #include <cjson/cJSON.h>

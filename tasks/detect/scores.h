@@ -14,14 +14,6 @@ enum { DETECT_METRICS = 8 };
 /* detect_metrics - the keys; ends with NULL */
 extern const char *const detect_metrics[DETECT_METRICS + 1];
 
-/* What was found in an image, in its pixels; window.pixel NULL: without a mask */
-typedef struct {
-    int cls;
-    double score;
-    float box[4];
-    detection_pixels window;
-} detect_found;
-
 /**
  * detect_record - compare what was found in image i of a set with what is there, and keep it
  *

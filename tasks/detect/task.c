@@ -2,11 +2,12 @@
 /* The task of models that find objects in pictures: what the trainer asks of it. */
 #include "tasks/detect/task.h"
 
+#include "estimate/class_names.h"
 #include "estimate/feed.h"
+#include "estimate/found.h"
 #include "libtensor/io/file.h"
 #include "tasks/detect/batch.h"
 #include "tasks/detect/evaluate.h"
-#include "tasks/detect/found.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -65,7 +66,8 @@ static lt_status run_open(lt_arena *arena, train_config *c, task_run **out)
     if (st)
         return st;
     c->data->dir = lt_path_whole(arena, c->data->dir);
-    return c->data->dir ? LT_OK : lt_error(LT_ENOMEM, "no memory to begin");
+    ((detect_config *)c->data)->names = class_names_join(arena, r->train->class_name, r->train->classes);
+    return c->data->dir && detect_config_of(c)->names ? LT_OK : lt_error(LT_ENOMEM, "no memory to begin");
 }
 
 static void run_close(task_run *r)

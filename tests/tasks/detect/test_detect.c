@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Training a detector on a few drawn pictures: it learns, and the bits do not depend on threads or stops. */
+#include "estimate/detector.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/io/atomic_file.h"
@@ -145,6 +146,33 @@ START_TEST(stops_do_not_matter)
 }
 END_TEST
 
+/* The run as a detector: it knows what its classes are called, and sees one of each in a picture. */
+static void check_finds(const char *run)
+{
+    detection_set *set;
+    detection_sample sample;
+    detect_found *found;
+    detector d;
+    int n;
+
+    check_ok(detector_open(at(run), &d));
+    ck_assert_int_eq(d.n, 2);
+    ck_assert_str_eq(d.name[0], "hand");
+    ck_assert_str_eq(d.name[1], "bar");
+    check_ok(detection_open(arena, at("data"), "train", &set));
+    check_ok(detection_read(set, 0, arena, &sample));
+    check_ok(detector_run(&d, sample.rgb.data, SIDE, SIDE, arena, &found, &n));
+    ck_assert_int_eq(n, 2);
+    for (int i = 0; i < n; i++) {
+        const float *truth = sample.object[found[i].cls].box;
+
+        ck_assert_int_eq(sample.object[found[i].cls].cls, found[i].cls);
+        for (int k = 0; k < 4; k++)
+            ck_assert_float_eq_tol(found[i].box[k], truth[k], 4);
+    }
+    detector_close(&d);
+}
+
 /* Pictures that it has seen, after a hundred steps: nearly all boxes and masks are found. */
 START_TEST(it_learns)
 {
@@ -162,6 +190,7 @@ START_TEST(it_learns)
     box = strchr(last, ':') + 1;
     mask = strchr(strstr(last, "\"map50_mask\""), ':') + 1;
     ck_assert_msg(strtod(box, NULL) > 0.9 && strtod(mask, NULL) > 0.9, "%.200s", last);
+    check_finds("learns");
 }
 END_TEST
 
