@@ -1,8 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "estimate/detector.h"
+#include "libtensor/io/file.h"
+#include "libtensor/io/kind.h"
 #include "pipeline/calibration/calibration.h"
 #include "pipeline/predict.h"
+#include "tasks/detect/task.h"
 #include "tasks/hand_object/config.h"
 #include "train/task.h"
 
@@ -12,21 +16,26 @@
 enum { MAX_INPUTS = 4096 };
 enum {
     HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, NUMBERS, MESH, BOXES,
+    DETECTOR, JSON,
 };
 
 typedef struct {
-    const char *checkpoint, *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
-    const char *inputs[MAX_INPUTS];
-    int n_inputs;
+    const char *checkpoint, *detector;  /* NULL: none */
+    const char *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
+    const char *path[MAX_INPUTS + 1], *const *inputs;       /* as they stand; n_inputs of them, without the model */
+    int n_paths, n_inputs;
     crop_box hand_box, object_box;
     predict_format format;
     bool has_hand_box, has_object_box, has_mesh, left;
     bool pipe;                          /* "-": frames come through standard input */
     double fps, depth_scale;
-    bool numbers, quiet;
+    bool numbers, quiet, json;
 } predict_args;
 
 static const struct argp_option options[] = {
+    { "detector", DETECTOR, "RUN|FILE", 0, "finds hands, objects and people: a run of csp_seg, its weights, or those of "
+      "YOLOv8n-seg (.pt). Hands are what it calls hand, left_hand or right_hand; a list of boxes goes before it. "
+      "Without RUN what it finds is all there is", 0 },
     { "hand-box", HAND_BOX, "X0,Y0,X1,Y1", 0, "where the hand is, pixels; default the middle of the image", 0 },
     { "object-box", OBJECT_BOX, "X0,Y0,X1,Y1", 0, "where the object is, pixels; default around the hand box", 0 },
     { "boxes", BOXES, "FILE", 0, "boxes image by image, as a detector left them: CSV with the columns image, hand_x0, "
@@ -50,6 +59,8 @@ static const struct argp_option options[] = {
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
+    { "json", JSON, NULL, 0, "a line of JSON for each image on standard output; no files, unless --out names a folder",
+      0 },
     { "numbers", NUMBERS, NULL, 0, "JSON alone: no overlays and no meshes, which take longer than the estimate", 0 },
     { "quiet", 'q', NULL, 0, "no notes, which are in the JSON, but of what was skipped", 0 },
     { "out", 'o', "DIR", 0, "where the results go; default predictions; frames from a pipe leave none", 0 },
@@ -57,16 +68,34 @@ static const struct argp_option options[] = {
     { 0 },
 };
 
-static void add_input(predict_args *a, struct argp_state *state, const char *path)
+static void add_path(predict_args *a, struct argp_state *state, const char *path)
 {
-    if (!a->checkpoint) {
-        a->checkpoint = path;
-        return;
-    }
-    a->pipe = a->pipe || strcmp(path, "-") == 0;
-    if (a->n_inputs == MAX_INPUTS)
+    if (a->n_paths > MAX_INPUTS)
         argp_error(state, "at most %d images and folders; put them in a folder", MAX_INPUTS);
-    a->inputs[a->n_inputs++] = path;
+    a->path[a->n_paths++] = path;
+}
+
+static bool is_run(const char *path)
+{
+    lt_arena *arena = lt_arena_new();
+    const char *folder = arena ? lt_path_join(arena, path, "checkpoints") : NULL;
+    const bool is = folder && lt_is_folder(folder);
+
+    lt_arena_free(arena);
+    return is;
+}
+
+/* The first of the paths is a model; with a detector it need not be. */
+static void take_model(predict_args *a)
+{
+    const char *first = a->path[0];
+    const int models = first && (!a->detector || is_run(first) || lt_kind_of_file(first) == LT_KIND_SAFETENSORS);
+
+    a->checkpoint = models ? first : NULL;
+    a->inputs = a->path + models;
+    a->n_inputs = a->n_paths - models;
+    for (int i = 0; i < a->n_inputs; i++)
+        a->pipe = a->pipe || strcmp(a->inputs[i], "-") == 0;
 }
 
 /* Frames from a pipe are JSON on standard output, and nothing else. */
@@ -124,17 +153,24 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         must(state, predict_parse_box("--object-box", arg, &a->object_box));
         a->has_object_box = true;
         break;
-    case ARGP_KEY_ARG: add_input(a, state, arg); break;
+    case DETECTOR: a->detector = arg; break;
+    case JSON: a->json = true; break;
+    case ARGP_KEY_ARG: add_path(a, state, arg); break;
     case ARGP_KEY_END:
-        if (!a->checkpoint || !a->n_inputs)
-            argp_error(state, "want a checkpoint or a run's folder, and images or films");
+        take_model(a);
+        if ((!a->checkpoint && !a->detector) || !a->n_inputs)
+            argp_error(state, "want a checkpoint or a run's folder, or --detector, and images or films");
+        if (a->detector && (a->has_hand_box || a->has_object_box))
+            argp_error(state, "--%s-box: --detector finds where they are", a->has_hand_box ? "hand" : "object");
+        if (!a->checkpoint && a->boxes)
+            argp_error(state, "--boxes: goes with a model that looks at them");
         if (a->depth_scale > 0 && !a->depth)
             argp_error(state, "--depth-scale: goes with --depth");
         if (a->lens && !a->camera)
             argp_error(state, "--distortion: goes with --K, which it was calibrated with");
         if (a->pipe)
             check_pipe(a, state);
-        else if (!a->out)
+        else if (!a->out && !a->json)
             a->out = "predictions";
         break;
     default: return ARGP_ERR_UNKNOWN;
@@ -143,11 +179,14 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 }
 
 static const struct argp argp = {
-    options, parse, "CHECKPOINT|RUN IMAGE|FILM|FOLDER...\nCHECKPOINT|RUN -",
+    options, parse, "CHECKPOINT|RUN IMAGE|FILM|FOLDER...\nCHECKPOINT|RUN -\n"
+    "[CHECKPOINT|RUN] IMAGE|FILM|FOLDER... --detector=RUN|FILE",
     "Estimate hand and object in images and films: an overlay, JSON and meshes for each.\v"
-    "The networks have no detector: they look where the boxes say. What is not given is assumed, and said. In place of "
+    "The networks look where a detector or the boxes say. What is not given is assumed, and said. In place of "
     "images - reads PPM, PNG or JPEG pictures one behind the other from standard input, and prints a line of JSON for "
     "each.\n\n"
+    "  palmar predict runs/tiny photo.jpg --detector runs/detect\n"
+    "  palmar predict photo.jpg --detector yolov8n-seg.pt --json\n"
     "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object mug\n"
     "  palmar predict runs/tiny film.mp4 --boxes boxes.csv\n"
     "  palmar predict runs/hogs data/hogs            renderings of frames that a HOGS model has not seen\n"
@@ -168,12 +207,12 @@ static lt_status read_camera(const predict_args *a, calibration *out)
     return st || !a->lens ? st : calibration_parse_lens("--distortion", a->lens, &out->lens);
 }
 
-static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c)
+/* c: the model's, or NULL; d: the detector, or NULL */
+static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, detector *d)
 {
-    const predict_options o = {
-        .m = &c->m, .bilinear = hand_object_config_of(&c->config)->bilinear, .hand = c->hand.model,
-        .checkpoint = c->path, .trained_on = c->config.data->dir,
-        .inputs = a->inputs, .n_inputs = a->n_inputs, .out = a->out, .lines = a->pipe ? stdout : NULL,
+    predict_options o = {
+        .detector = d, .inputs = a->inputs, .n_inputs = a->n_inputs, .pipe = a->pipe, .out = a->out,
+        .lines = a->pipe || a->json ? stdout : NULL,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
         .camera = a->camera ? &camera->camera : NULL, .camera_width = camera->width, .camera_height = camera->height,
@@ -184,9 +223,17 @@ static lt_status run(const predict_args *a, const calibration *camera, const cli
         .messages = stderr, .quiet = a->quiet, .numbers = a->numbers,
     };
     predict_summary sum = { 0, 0 };
-    lt_status st = predict_images(&o, &sum);
+    lt_status st;
 
-    if (!a->quiet && !a->pipe)
+    if (c) {
+        o.m = &c->m;
+        o.bilinear = hand_object_config_of(&c->config)->bilinear;
+        o.hand = c->hand.model;
+        o.checkpoint = c->path;
+        o.trained_on = c->config.data->dir;
+    }
+    st = predict_images(&o, &sum);
+    if (!a->quiet && a->out && !a->json)
         printf("%d %s written to %s, %d skipped\n", sum.written, sum.written == 1 ? "image" : "images", a->out,
                sum.skipped);
     return st;
@@ -202,7 +249,8 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
     int64_t written = 0;
     lt_status st;
 
-    if (a->pipe || a->has_hand_box || a->has_object_box || a->boxes || a->depth || a->object || a->camera || a->has_mesh)
+    if (a->pipe || a->has_hand_box || a->has_object_box || a->boxes || a->depth || a->object || a->camera ||
+        a->has_mesh || a->detector || a->json)
         return lt_error(LT_EUSAGE, "%s: a model of %s takes folders, and of the options --hand, --out, --quiet and "
                         "--threads", c->path, c->config.task->name);
     st = c->config.task->predict(&p, &written);
@@ -211,28 +259,49 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
     return st;
 }
 
+/* c: of a model of hands, found but not loaded; NULL: none */
+static lt_status run_hands(const predict_args *a, const calibration *camera, cli_checkpoint *c)
+{
+    detector d = { .n = 0 };
+    lt_status st = c ? cli_checkpoint_load(c, a->hand) : LT_OK;
+
+    if (st == LT_OK && c)
+        st = cli_checkpoint_want_hands(c);
+    if (st == LT_OK && a->detector)
+        st = detector_open(a->detector, &d);
+    if (st == LT_OK)
+        st = run(a, camera, c, a->detector ? &d : NULL);
+    detector_close(&d);
+    return st;
+}
+
+/* c: found where the arguments name a model; a detector alone may stand in its place. */
+static lt_status run_model(predict_args *a, const calibration *camera, cli_checkpoint *c)
+{
+    if (!a->checkpoint)
+        return run_hands(a, camera, NULL);
+    if (c->config.task->predict)
+        return run_task(a, c);
+    if (c->config.task != &detect_task || a->detector)
+        return run_hands(a, camera, c);
+    a->detector = a->checkpoint;
+    return run_hands(a, camera, NULL);
+}
+
 int cmd_predict(int argc, char **argv)
 {
     static predict_args a;
     calibration camera = { .width = 0 };
-    cli_checkpoint c;
+    cli_checkpoint c = { .path = NULL };
     lt_status st;
 
     cli_parse("predict", &argp, argc, argv, &a);
     cli_catch_signals();
     st = read_camera(&a, &camera);
-    if (st)
-        return cli_fail(st);
-    st = cli_checkpoint_find(a.checkpoint, &c);
-    if (st == LT_OK && c.config.task->predict) {
-        st = run_task(&a, &c);
-    } else if (st == LT_OK) {
-        st = cli_checkpoint_load(&c, a.hand);
-        if (st == LT_OK)
-            st = cli_checkpoint_want_hands(&c);
-        if (st == LT_OK)
-            st = run(&a, &camera, &c);
-    }
+    if (st == LT_OK && a.checkpoint)
+        st = cli_checkpoint_find(a.checkpoint, &c);
+    if (st == LT_OK)
+        st = run_model(&a, &camera, &c);
     cli_checkpoint_close(&c);
     return st ? cli_fail(st) : 0;
 }

@@ -216,7 +216,7 @@ static lt_status view_hand(const palmar *p, const palmar_query *q, predict_view 
     return st ? st : predict_check_inside(v, "object", v->object_box);
 }
 
-/* What the read stage gives, of a picture that needs no reading */
+/* What the stages read and look give, of a picture that needs no reading */
 static lt_status view(const palmar *p, const palmar_image *m, const palmar_query *query, predict_frame *f)
 {
     const size_t width = (size_t)m->width, height = (size_t)m->height;
@@ -230,6 +230,7 @@ static lt_status view(const palmar *p, const palmar_image *m, const palmar_query
     };
     lt_status st = LT_OK;
 
+    f->scene = v;
     f->view = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->view));
     if (!f->view || !v.rgb || !v.depth != !m->depth)
         return lt_error(LT_ENOMEM, "palmar_estimate: no memory for an image of %d x %d pixels", m->width, m->height);

@@ -39,12 +39,26 @@ static void note_object_box(const predict_options *o, const predict_view *v, pre
 
 static void note_object(const predict_view *v, predict_notes *notes)
 {
-    if (!v->object)
+    if (!v->object && v->object_seen)
+        predict_note_add(notes, v, NOTE_OBJECT_UNKNOWN, "it goes with %s, which is no object that there is a model of: no "
+                         "object pose; --models and --object say more", v->object_seen->name);
+    else if (!v->object && !v->hand_seen)
         predict_note_add(notes, v, NOTE_NO_OBJECT, "no --object: the hand alone, no object pose");
     if (v->object && v->object->unit_note)
         predict_note_add(notes, v, NOTE_OBJECT_UNIT, "%s", v->object->unit_note);
     if (v->object && v->object->axes_note)
         predict_note_add(notes, v, NOTE_OBJECT_AXES, "%s", v->object->axes_note);
+}
+
+/* One line for all hands, however many there are */
+static void note_side(const predict_options *o, const predict_view *v, int n, predict_notes *notes)
+{
+    for (int i = 0; i < n; i++)
+        if (v[i].hand_seen && v[i].hand_seen->side == PREDICT_ANY_SIDE) {
+            predict_note_add(notes, NULL, NOTE_SIDE, "the detector does not tell left hands from right ones: took them "
+                             "for %s, as --side has it", o->left ? "left" : "right");
+            return;
+        }
 }
 
 static void note_camera(const predict_view *v, predict_notes *notes)
@@ -57,16 +71,24 @@ static void note_camera(const predict_view *v, predict_notes *notes)
                          "side), so distances are rough", v->camera.fx);
 }
 
-void predict_note_assumed(const predict_options *o, const predict_view *v, int n, predict_notes *notes)
+/* What no model looks at need not be said, nor that a hand that was found holds nothing. */
+void predict_note_assumed(predict_frame *f)
 {
-    note_turn(v, notes);
-    for (int i = 0; i < n; i++) {
-        note_hand_box(o, &v[i], notes);
-        note_object_box(o, &v[i], notes);
-        note_object(&v[i], notes);
+    const predict_options *o = f->o;
+
+    note_turn(&f->scene, &f->notes);
+    if (!o->m)
+        return;
+    for (int i = 0; i < f->n; i++) {
+        if (!f->view[i].hand_seen) {
+            note_hand_box(o, &f->view[i], &f->notes);
+            note_object_box(o, &f->view[i], &f->notes);
+        }
+        note_object(&f->view[i], &f->notes);
     }
-    note_camera(v, notes);
+    note_side(o, f->view, f->n, &f->notes);
+    note_camera(&f->scene, &f->notes);
     if (o->m->depth && !o->depth)
-        predict_note_add(notes, NULL, NOTE_NO_DEPTH, "no --depth: %s %s was trained with it, and sees worse without",
+        predict_note_add(&f->notes, NULL, NOTE_NO_DEPTH, "no --depth: %s %s was trained with it, and sees worse without",
                          o->m->cls->name, o->m->variant);
 }

@@ -7,6 +7,7 @@
 #define PIPELINE_FRAME_H
 
 #include "assets/ycb/symmetry.h"
+#include "estimate/detector.h"
 #include "estimate/estimator.h"
 #include "libtensor/io/image/pixels.h"
 #include "pipeline/boxes.h"
@@ -31,7 +32,7 @@ typedef enum {
     NOTE_TURNED, NOTE_HAND_BOX, NOTE_OBJECT_BOX, NOTE_CAMERA, NOTE_CAMERA_SCALED, NOTE_CAMERA_DOUBTFUL,
     NOTE_UNDISTORTED, NOTE_NO_OBJECT, NOTE_NO_DEPTH, NOTE_DEPTH_TURNED, NOTE_NOT_SMOOTHED,
     NOTE_OBJECT_UNIT, NOTE_OBJECT_AXES, NOTE_HAND_GUESSED, NOTE_LOW_TRUST, NOTE_DEPTH_DOUBTFUL, NOTE_NO_POSE,
-    NOTE_POSE_FAR, NOTE_OBJECT_APART,
+    NOTE_POSE_FAR, NOTE_OBJECT_APART, NOTE_NOTHING, NOTE_NO_HAND, NOTE_LOW_SCORE, NOTE_SIDE, NOTE_OBJECT_UNKNOWN,
     PREDICT_NOTES
 } predict_note_code;
 
@@ -59,8 +60,21 @@ typedef struct predict_object {
     const char *unit_note, *axes_note;          /* what of its model is not as it should be, or NULL */
 } predict_object;
 
-/* PREDICT_LISTED: in --boxes */
-typedef enum { PREDICT_GIVEN, PREDICT_LISTED, PREDICT_EXIF, PREDICT_DEFAULT } predict_source;
+/* PREDICT_LISTED: in --boxes; PREDICT_DETECTED: by --detector */
+typedef enum { PREDICT_GIVEN, PREDICT_LISTED, PREDICT_DETECTED, PREDICT_EXIF, PREDICT_DEFAULT } predict_source;
+
+typedef enum { DETECTED_OBJECT, DETECTED_HAND, DETECTED_PERSON } predict_kind;
+
+/* What a detector sees somewhere in the picture */
+typedef struct {
+    predict_kind kind;
+    int cls;
+    const char *name;               /* of the class */
+    double score;
+    crop_box box;
+    detection_pixels window;
+    predict_side side;              /* of a hand whose class says it */
+} predict_detection;
 
 /* An image as one of its hands is looked at. */
 typedef struct predict_view {
@@ -77,6 +91,7 @@ typedef struct predict_view {
     int hand, n_hands;              /* from 0; of the image */
     crop_box hand_box, object_box;
     predict_source hand_from, object_from;
+    const predict_detection *hand_seen, *object_seen;       /* whose boxes they are; NULL: not by a detector */
     bool left;
     const predict_object *object;   /* NULL: none was named */
 } predict_view;
@@ -95,18 +110,23 @@ typedef struct {
     bool object_far;                /* a pose was found, too near or too far to be believed */
 } predict_result;
 
+/* Of a hand, names in the folder of results, the same twice where one file has both; NULL: there is none. */
+typedef struct { const char *hand, *object; } predict_mesh_files;
+
 /* ---- the frame --------------------------------------------------------------------------------------------- */
 
 typedef struct predict_followed predict_followed;
 
 /* What is known of a frame; stages say in these what they need and what they give. */
 typedef enum {
-    FRAME_VIEWS = 1,                /* view */
-    FRAME_CROPS = 2,                /* seen, crops */
-    FRAME_ESTIMATES = 4,            /* result.e, as the network has it */
-    FRAME_POSES = 8,                /* result, in the camera's axes */
-    FRAME_VERDICT = 16,             /* notes on what was found */
-    FRAME_DRAWING = 32,             /* hand, overlay */
+    FRAME_SCENE = 1,                /* scene */
+    FRAME_DETECTIONS = 2,           /* detection, unless the boxes are listed */
+    FRAME_VIEWS = 4,                /* view */
+    FRAME_CROPS = 8,                /* seen, crops */
+    FRAME_ESTIMATES = 16,           /* result.e, as the network has it */
+    FRAME_POSES = 32,               /* result, in the camera's axes */
+    FRAME_VERDICT = 64,             /* notes on what was found */
+    FRAME_DRAWING = 128,            /* hand, overlay */
 } frame_part;
 
 /* The source of the frame sets the first five; stages the others, each as it says that it gives them. */
@@ -121,12 +141,17 @@ typedef struct {
 
     unsigned has;                   /* of frame_part */
     predict_notes notes;
+    predict_view scene;             /* the picture as every hand has it, without any hand's own */
+    bool detected;                  /* hands are where a detector sees them */
+    predict_detection *detection;   /* n_detections of them, the surest first */
+    int n_detections;
     int n;                          /* hands */
     predict_view *view;             /* (n) */
     predict_view *seen;             /* (n) as the network looks at it: a left hand in the mirror */
     const hand_object_batch *crops; /* (n), of seen; until the next frame */
     predict_result *result;         /* (n) */
     lt_mesh *hand;                  /* (n) posed, triangles looking outwards */
+    predict_mesh_files *files;      /* (n) where they are written; else NULL */
     lt_image overlay;
 
     bool forgiven;                  /* what went wrong is this frame's alone, so that the next may do better */

@@ -233,6 +233,8 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
     lt_status st = LT_OK;
     struct stat s;
 
+    if (!o->m)
+        return lt_error(LT_EUSAGE, "%s: a detector takes no depth, and there is no model beside it", o->depth);
     if (!o->m->depth)
         return lt_error(LT_EUSAGE, "%s: %s %s was trained without depth and takes none", o->depth, o->m->cls->name,
                         o->m->variant);
@@ -267,7 +269,7 @@ lt_status predict_list_inputs(lt_arena *arena, const predict_options *o, predict
     bool folders = false;
     lt_status st = LT_OK;
 
-    if (o->lines)
+    if (o->pipe)
         return list_pipe(arena, out);
     *out = (predict_list){ 0 };
     for (int i = 0; i < o->n_inputs && st != LT_ENOMEM; i++) {

@@ -8,6 +8,7 @@
 #include "libtensor/geometry/kalman/kalman.h"
 #include "libtensor/io/image/exif.h"
 #include "pipeline/frame.h"
+#include "vision/draw.h"
 
 /* ---- notes.c: what is told of an image ------------------------------------------------------------------ */
 
@@ -29,9 +30,10 @@ typedef struct {
     char last[PREDICT_NOTES][PREDICT_SAID];
 } predict_said;
 
-/* predict_say_notes - to o->messages; what was assumed only where it is not what was told of the image before */
-void predict_say_notes(const predict_options *o, const char *path, bool among_many, const predict_notes *notes,
-                       predict_said *said);
+/* predict_say_notes - to o->messages; what was assumed only where it is not what was told of the image before, and of a
+ * film's frames also what was not found */
+void predict_say_notes(const predict_options *o, const char *path, bool among_many, bool film,
+                       const predict_notes *notes, predict_said *said);
 
 /* ---- inputs.c: which images, and what their results are called ----------------------------------------- */
 
@@ -68,12 +70,34 @@ lt_status predict_load_objects(lt_arena *arena, const predict_options *o, predic
 /* predict_load_object - one, as o->models has it */
 lt_status predict_load_object(lt_arena *arena, const predict_options *o, const char *asked, predict_object *out);
 
+/* ---- pair.c: hands that a detector sees, each with an object -------------------------------------------- */
+
+/* Models by a detector's classes, loaded when they are first seen. o, arena and of are set. */
+typedef struct {
+    const predict_options *o;
+    lt_arena *arena;
+    struct { bool tried; const predict_object *object; } *of;          /* by class */
+} predict_models;
+
+/* predict_views_detected - f->view: every hand among f's detections, the surest first, with what it holds */
+lt_status predict_views_detected(predict_frame *f, predict_models *models);
+
+/* predict_partner - which detection a hand goes with, NULL for none: the object whose box overlaps its own most (IoU),
+ * else the nearest, if the gap is at most a quarter of the hand's longer side; of equals the surer one */
+const predict_detection *predict_partner(const predict_detection *hand, const predict_detection *all, int n);
+
 /* ---- view.c: the image, upright, with a camera and the boxes of each hand -------------------------------- */
 
 const char *predict_source_name(predict_source s);
 
-/* predict_view_open - f->view: all hands of an image, at least one, that have its pixels in common */
-lt_status predict_view_open(predict_frame *f);
+/* predict_scene_open - f->scene: the picture, upright, with a camera */
+lt_status predict_scene_open(predict_frame *f);
+
+/* predict_views_new - f->view: n hands that have the scene in common. LT_ENOMEM */
+lt_status predict_views_new(predict_frame *f, int n);
+
+/* predict_views_listed - f->view: the hands of the image's lines in --boxes, or the one of the options */
+lt_status predict_views_listed(predict_frame *f);
 
 /* predict_default_hand_box - the middle of the image; predict_default_object_box - around the hand's box */
 crop_box predict_default_hand_box(int width, int height);
@@ -110,8 +134,8 @@ crop_box predict_undistort_box(const predict_view *v, crop_box b);
 
 /* ---- assumed.c: what was not given --------------------------------------------------------------------- */
 
-/* predict_note_assumed - of an image's n views */
-void predict_note_assumed(const predict_options *o, const predict_view *v, int n, predict_notes *notes);
+/* predict_note_assumed - of a frame and its views */
+void predict_note_assumed(predict_frame *f);
 
 /* ---- place.c: where the hand is, and how far that is to be believed -------------------------------------- */
 
@@ -171,24 +195,24 @@ lt_status predict_follow(predict_followed *f, lt_arena *scratch, const predict_v
 /* predict_follow_missed - the next frame could not be read: as one in which nothing was seen */
 void predict_follow_missed(predict_followed *f);
 
-/* ---- overlay.c, meshes.c, json.c: what is written ------------------------------------------------------ */
+/* ---- marks.c, overlay.c, meshes.c, json.c: what is written --------------------------------------------- */
+
+/* predict_draw_detections - masks, boxes, and what each is called; width: of lines, pixels */
+void predict_draw_detections(draw_canvas *c, const predict_frame *f, float width);
 
 /* predict_hand_mesh - hand i posed, its triangles looking outwards; in the frame's arena */
 lt_status predict_hand_mesh(const predict_frame *f, int i, lt_mesh *out);
 
 lt_status predict_draw_overlay(const predict_frame *f, lt_image *out);
 
-/* Of a hand, names in the folder of results, the same twice where one file has both; object NULL: not found. */
-typedef struct { const char *hand, *object; } predict_mesh_files;
-
-/* predict_write_meshes - f->hand and the objects in the format that was asked for; out: (n) */
-lt_status predict_write_meshes(const predict_frame *f, predict_mesh_files *out);
+/* predict_write_meshes - f->hand and the objects in the format that was asked for; f->files */
+lt_status predict_write_meshes(const predict_frame *f);
 
 /* predict_file_name - the image's name with an ending, and where that is */
 lt_status predict_file_name(const predict_frame *f, const char *ending, const char **name, const char **path);
 
 /* predict_write_json - into a file; predict_print_json - as one line, at once */
-lt_status predict_write_json(const predict_frame *f, const predict_mesh_files *files, const char *path);
-lt_status predict_print_json(const predict_frame *f, const predict_mesh_files *files, FILE *to);
+lt_status predict_write_json(const predict_frame *f, const char *path);
+lt_status predict_print_json(const predict_frame *f, FILE *to);
 
 #endif

@@ -64,6 +64,7 @@ static void put_conventions(cJSON *root, bool *ok)
         { "theta", "axis-angle of 16 joints in MANO's order (wrist, index, middle, little, ring, thumb), "
                    "the wrist's in camera axes, no mean pose added" },
         { "object", "x_camera = R x_model + t, R by rows" },
+        { "mask", "runs down the columns, as COCO writes them; size: height, width" },
         { "K", "fx, fy, cx, cy; distortion, which was taken out: k1, k2, p1, p2, k3, k4, k5, k6 of OpenCV" },
         { "former", "boxes, hand, object and object_box2d_px tell of the first hand alone; palmar.frame/2 will not "
                     "have them" },
@@ -76,8 +77,13 @@ static void put_conventions(cJSON *root, bool *ok)
 
 static void put_model(cJSON *root, const predict_options *o, bool *ok)
 {
-    cJSON *m = object_in(root, "model", ok);
+    cJSON *m;
 
+    if (!o->m) {
+        put(root, "model", cJSON_CreateNull(), ok);
+        return;
+    }
+    m = object_in(root, "model", ok);
     if (!m)
         return;
     put_text(m, "name", o->m->cls->name, ok);
@@ -86,6 +92,20 @@ static void put_model(cJSON *root, const predict_options *o, bool *ok)
     put_text(m, "checkpoint", o->checkpoint, ok);
     put_text(m, "trained_on", o->trained_on, ok);
     put_text(m, "hand_model", o->hand->synthetic ? "embedded stand-in, not MANO" : "MANO", ok);
+}
+
+static void put_detector(cJSON *root, const detector *d, bool *ok)
+{
+    cJSON *to = d ? object_in(root, "detector", ok) : NULL;
+
+    if (!to) {
+        put(root, "detector", cJSON_CreateNull(), ok);
+        return;
+    }
+    put_text(to, "name", d->t.m.cls->name, ok);
+    put_text(to, "variant", d->t.m.variant, ok);
+    put_text(to, "checkpoint", d->t.path, ok);
+    put_number(to, "classes", d->n, ok);
 }
 
 static void put_box(cJSON *to, const char *key, crop_box b, predict_source from, bool *ok)
@@ -121,9 +141,25 @@ static void put_view(cJSON *root, const predict_view *v, bool *ok)
     put(camera, "distortion", v->lens ? cJSON_CreateDoubleArray(lens, LT_LENS_COEFFICIENTS) : cJSON_CreateNull(), ok);
 }
 
+/* What the detector says of it: nothing where d is NULL. */
+static void put_detection(cJSON *to, const predict_frame *f, const predict_detection *d, bool *ok)
+{
+    const double size[2] = { f->scene.height, f->scene.width };
+    cJSON *mask;
+
+    if (!d)
+        return;
+    put_text(to, "class", d->name, ok);
+    put_number(to, "score", d->score, ok);
+    mask = object_in(to, "mask", ok);
+    if (!mask)
+        return;
+    put(mask, "size", cJSON_CreateDoubleArray(size, 2), ok);
+    put(mask, "counts", cJSON_CreateString(detection_runs(f->arena, &d->window, f->scene.width, f->scene.height)), ok);
+}
+
 static void put_hand(cJSON *h, const predict_view *v, const predict_result *r, const char *mesh, bool *ok)
 {
-    put_text(h, "side", v->left ? "left" : "right", ok);
     put_text(h, "position", r->placed ? "solved" : "guessed", ok);
     put(h, "trusted", cJSON_CreateBool(predict_trusted(v, r)), ok);
     put_number(h, "agreement_px", r->agreement_px, ok);
@@ -135,9 +171,14 @@ static void put_hand(cJSON *h, const predict_view *v, const predict_result *r, c
     put_text(h, "vertices_file", mesh, ok);
 }
 
+static const char *name_of(const predict_view *v)
+{
+    return v->object ? v->object->name : v->object_seen ? "unknown" : NULL;
+}
+
 static void put_object(cJSON *b, const predict_view *v, const predict_result *r, const char *mesh, bool *ok)
 {
-    put_text(b, "name", v->object ? v->object->name : NULL, ok);
+    put_text(b, "name", name_of(v), ok);
     put_text(b, "mesh_source", v->object ? v->object->origin : NULL, ok);
     put(b, "found", cJSON_CreateBool(r->object_found), ok);
     put(b, "trusted", cJSON_CreateBool(predict_object_trusted(v, r)), ok);
@@ -168,24 +209,80 @@ static cJSON *item_in(cJSON *list, bool *ok)
     return NULL;
 }
 
-/* The networks look at a hand and at what it may hold: object i is in hand i. */
-static void put_pairs(cJSON *root, const predict_frame *f, const predict_mesh_files *files, bool *ok)
+/* A hand as it is; without an estimate its side is known from its class alone. */
+static void put_whole_hand(cJSON *list, const predict_frame *f, int i, bool *ok)
+{
+    const predict_view *v = &f->view[i];
+    const bool known = (f->has & FRAME_POSES) || (v->hand_seen && v->hand_seen->side != PREDICT_ANY_SIDE);
+    cJSON *h = item_in(list, ok);
+
+    if (!h)
+        return;
+    put_box(h, "box", v->hand_box, v->hand_from, ok);
+    put_detection(h, f, v->hand_seen, ok);
+    put_text(h, "side", !known ? NULL : v->left ? "left" : "right", ok);
+    if (f->has & FRAME_POSES)
+        put_hand(h, v, &f->result[i], f->files ? f->files[i].hand : NULL, ok);
+}
+
+/* What hand i holds, as its own estimate has it */
+static void put_held(cJSON *list, const predict_frame *f, int i, bool *ok)
+{
+    const predict_view *v = &f->view[i];
+    cJSON *b = item_in(list, ok);
+
+    if (!b)
+        return;
+    put_number(b, "hand", i, ok);
+    put_box(b, "box", v->object_box, v->object_from, ok);
+    put_detection(b, f, v->object_seen, ok);
+    if (!(f->has & FRAME_POSES)) {
+        put_text(b, "name", name_of(v), ok);
+        return;
+    }
+    put_rows(b, "box2d_px", f->result[i].control2d[0], LT_BOX_POINTS, 2, ok);
+    put_object(b, v, &f->result[i], f->files ? f->files[i].object : NULL, ok);
+}
+
+/* Seen by the detector, and in no hand */
+static void put_apart(cJSON *list, const predict_frame *f, const predict_detection *d, bool *ok)
+{
+    cJSON *b = item_in(list, ok);
+
+    if (!b)
+        return;
+    if (d->kind == DETECTED_OBJECT)
+        put(b, "hand", cJSON_CreateNull(), ok);
+    put_box(b, "box", d->box, PREDICT_DETECTED, ok);
+    put_detection(b, f, d, ok);
+}
+
+static bool is_held(const predict_frame *f, const predict_detection *d)
+{
+    for (int i = 0; i < f->n; i++)
+        if (f->view[i].object_seen == d)
+            return true;
+    return false;
+}
+
+/* Objects in the order of the hands that hold them, then the others. Where nothing was detected each hand has one. */
+static void put_found(cJSON *root, const predict_frame *f, bool *ok)
 {
     cJSON *hands = list_in(root, "hands", ok), *objects = list_in(root, "objects", ok);
+    cJSON *people = list_in(root, "people", ok);
 
     for (int i = 0; i < f->n && *ok; i++) {
-        const predict_view *v = &f->view[i];
-        const predict_result *r = &f->result[i];
-        cJSON *h = item_in(hands, ok), *b = item_in(objects, ok);
+        put_whole_hand(hands, f, i, ok);
+        if (!f->detected || f->view[i].object_seen)
+            put_held(objects, f, i, ok);
+    }
+    for (int i = 0; i < f->n_detections && *ok; i++) {
+        const predict_detection *d = &f->detection[i];
 
-        if (!h || !b)
-            return;
-        put_box(h, "box", v->hand_box, v->hand_from, ok);
-        put_hand(h, v, r, files[i].hand, ok);
-        put_number(b, "hand", i, ok);
-        put_box(b, "box", v->object_box, v->object_from, ok);
-        put_rows(b, "box2d_px", r->control2d[0], LT_BOX_POINTS, 2, ok);
-        put_object(b, v, r, files[i].object, ok);
+        if (d->kind == DETECTED_PERSON)
+            put_apart(people, f, d, ok);
+        else if (d->kind == DETECTED_OBJECT && !is_held(f, d))
+            put_apart(objects, f, d, ok);
     }
 }
 
@@ -203,58 +300,67 @@ static void put_notes(cJSON *root, const predict_notes *notes, bool *ok)
     }
 }
 
-/* What the keys were before there were several hands, for one version more */
-static void put_former(cJSON *root, const predict_frame *f, const predict_mesh_files *files, bool *ok)
+/* What the keys were before there were several hands, for one version more; null where there is no hand */
+static void put_former(cJSON *root, const predict_frame *f, bool *ok)
 {
+    static const char *const keys[] = { "boxes", "hand", "object_box2d_px", "object" };
     const predict_view *v = f->view;
     const predict_result *r = f->result;
-    cJSON *boxes = object_in(root, "boxes", ok), *hand = object_in(root, "hand", ok), *object;
+    cJSON *boxes, *hand, *object;
 
+    for (size_t i = 0; i < LT_COUNT(keys) && !(f->n && r); i++)
+        put(root, keys[i], cJSON_CreateNull(), ok);
+    if (!f->n || !r)
+        return;
+    boxes = object_in(root, "boxes", ok);
+    hand = object_in(root, "hand", ok);
     if (!boxes || !hand)
         return;
     put_box(boxes, "hand", v->hand_box, v->hand_from, ok);
     put_box(boxes, "object", v->object_box, v->object_from, ok);
-    put_hand(hand, v, r, files->hand, ok);
+    put_text(hand, "side", v->left ? "left" : "right", ok);
+    put_hand(hand, v, r, f->files ? f->files->hand : NULL, ok);
     put_rows(root, "object_box2d_px", r->control2d[0], LT_BOX_POINTS, 2, ok);
     object = v->object ? object_in(root, "object", ok) : NULL;
     if (object)
-        put_object(object, v, r, files->object, ok);
+        put_object(object, v, r, f->files ? f->files->object : NULL, ok);
     else
         put(root, "object", cJSON_CreateNull(), ok);
 }
 
 /* NULL without memory */
-static cJSON *record(const predict_frame *f, const predict_mesh_files *files)
+static cJSON *record(const predict_frame *f)
 {
     cJSON *root = cJSON_CreateObject();
     bool ok = root;
 
     if (!ok)
         return NULL;
-    put_view(root, f->view, &ok);
+    put_view(root, &f->scene, &ok);
     put_model(root, f->o, &ok);
-    put_pairs(root, f, files, &ok);
+    put_detector(root, f->o->detector, &ok);
+    put_found(root, f, &ok);
     put_notes(root, &f->notes, &ok);
     put_conventions(root, &ok);
-    put_former(root, f, files, &ok);
+    put_former(root, f, &ok);
     if (ok)
         return root;
     cJSON_Delete(root);
     return NULL;
 }
 
-lt_status predict_write_json(const predict_frame *f, const predict_mesh_files *files, const char *path)
+lt_status predict_write_json(const predict_frame *f, const char *path)
 {
-    cJSON *root = record(f, files);
+    cJSON *root = record(f);
     const lt_status st = root ? lt_json_write(path, root) : lt_error(LT_ENOMEM, "%s: no memory", path);
 
     cJSON_Delete(root);
     return st;
 }
 
-lt_status predict_print_json(const predict_frame *f, const predict_mesh_files *files, FILE *to)
+lt_status predict_print_json(const predict_frame *f, FILE *to)
 {
-    cJSON *root = record(f, files);
+    cJSON *root = record(f);
 
     if (!root)
         return lt_error(LT_ENOMEM, "%s: no memory", f->input.path);

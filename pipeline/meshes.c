@@ -74,7 +74,7 @@ static lt_status mesh_path(const predict_frame *f, const char *what, int i, cons
     const char *ending = which ? lt_arena_printf(f->arena, ".%s.%s", which, kind) : NULL;
 
     return ending ? predict_file_name(f, ending, name, path)
-                  : lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
+                  : lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
 }
 
 static lt_status write_alone(const predict_frame *f, const char *what, int i, const lt_mesh *mesh,
@@ -133,12 +133,12 @@ static lt_status write_scene(const predict_frame *f, predict_mesh_files *out)
     const char *name, *path;
     size_t n = 0;
     lt_status st = part && object ? predict_file_name(f, ".glb", &name, &path)
-                                  : lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
+                                  : lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
 
     for (int i = 0; i < f->n && !st; i++) {
         const char *which = numbered(f->arena, "hand", i);
 
-        st = which ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
+        st = which ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
         out[i].hand = name;
         part[n++] = (lt_glb_part){ which, &f->hand[i], { skin[0], skin[1], skin[2], skin[3] } };
         if (st || !f->result[i].object_found)
@@ -150,20 +150,20 @@ static lt_status write_scene(const predict_frame *f, predict_mesh_files *out)
     return st ? st : lt_glb_write(path, part, (int)n);
 }
 
-lt_status predict_write_meshes(const predict_frame *f, predict_mesh_files *out)
+lt_status predict_write_meshes(const predict_frame *f)
 {
     lt_status st = LT_OK;
 
     if (f->o->format == PREDICT_GLB)
-        return write_scene(f, out);
+        return write_scene(f, f->files);
     for (int i = 0; i < f->n && !st; i++)
-        st = write_pair(f, i, &out[i]);
+        st = write_pair(f, i, &f->files[i]);
     return st ? st : remove_others(f);
 }
 
 lt_status predict_file_name(const predict_frame *f, const char *ending, const char **name, const char **path)
 {
-    *name = lt_arena_printf(f->arena, "%s%s", f->view->name, ending);
+    *name = lt_arena_printf(f->arena, "%s%s", f->scene.name, ending);
     *path = *name ? lt_path_join(f->arena, f->o->out, *name) : NULL;
-    return *path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
+    return *path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
 }

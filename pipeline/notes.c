@@ -11,28 +11,34 @@
 /* Names are part of the format: they stay. */
 static const struct {
     const char *name;
-    bool each;                      /* said of each image that it holds for */
+    enum { CHANGES, IMAGES, ALWAYS } each;      /* said where it changes; of each image that it holds for, but of a film
+                                                 * where it changes; of each */
     const char *otherwise;          /* what is said when it holds no longer; NULL: nothing */
 } kinds[PREDICT_NOTES] = {
-    [NOTE_TURNED] = { "turned", false, "upright as it is stored" },
-    [NOTE_HAND_BOX] = { "hand-box-assumed", false, "its hand box is listed" },
-    [NOTE_OBJECT_BOX] = { "object-box-assumed", false, "its object box is listed" },
-    [NOTE_CAMERA] = { "camera-assumed", false, "the camera is given" },
-    [NOTE_CAMERA_SCALED] = { "camera-scaled", false, NULL },
-    [NOTE_CAMERA_DOUBTFUL] = { "camera-doubtful", false, NULL },
-    [NOTE_UNDISTORTED] = { "undistorted", false, NULL },
-    [NOTE_NO_OBJECT] = { "no-object", false, NULL },
-    [NOTE_NO_DEPTH] = { "no-depth", false, NULL },
-    [NOTE_DEPTH_TURNED] = { "depth-turned", false, NULL },
-    [NOTE_NOT_SMOOTHED] = { "not-smoothed", false, NULL },
-    [NOTE_OBJECT_UNIT] = { "object-unit", false, NULL },
-    [NOTE_OBJECT_AXES] = { "object-axes", false, NULL },
-    [NOTE_HAND_GUESSED] = { "hand-guessed", true, NULL },
-    [NOTE_LOW_TRUST] = { "low-trust", true, NULL },
-    [NOTE_DEPTH_DOUBTFUL] = { "depth-doubtful", true, NULL },
-    [NOTE_NO_POSE] = { "object-not-found", true, NULL },
-    [NOTE_POSE_FAR] = { "object-far", true, NULL },
-    [NOTE_OBJECT_APART] = { "object-apart", true, NULL },
+    [NOTE_TURNED] = { "turned", CHANGES, "upright as it is stored" },
+    [NOTE_HAND_BOX] = { "hand-box-assumed", CHANGES, "its hand box is listed" },
+    [NOTE_OBJECT_BOX] = { "object-box-assumed", CHANGES, "its object box is listed" },
+    [NOTE_CAMERA] = { "camera-assumed", CHANGES, "the camera is given" },
+    [NOTE_CAMERA_SCALED] = { "camera-scaled", CHANGES, NULL },
+    [NOTE_CAMERA_DOUBTFUL] = { "camera-doubtful", CHANGES, NULL },
+    [NOTE_UNDISTORTED] = { "undistorted", CHANGES, NULL },
+    [NOTE_NO_OBJECT] = { "no-object", CHANGES, NULL },
+    [NOTE_NO_DEPTH] = { "no-depth", CHANGES, NULL },
+    [NOTE_DEPTH_TURNED] = { "depth-turned", CHANGES, NULL },
+    [NOTE_NOT_SMOOTHED] = { "not-smoothed", CHANGES, NULL },
+    [NOTE_OBJECT_UNIT] = { "object-unit", CHANGES, NULL },
+    [NOTE_OBJECT_AXES] = { "object-axes", CHANGES, NULL },
+    [NOTE_HAND_GUESSED] = { "hand-guessed", ALWAYS, NULL },
+    [NOTE_LOW_TRUST] = { "low-trust", ALWAYS, NULL },
+    [NOTE_DEPTH_DOUBTFUL] = { "depth-doubtful", ALWAYS, NULL },
+    [NOTE_NO_POSE] = { "object-not-found", ALWAYS, NULL },
+    [NOTE_POSE_FAR] = { "object-far", ALWAYS, NULL },
+    [NOTE_OBJECT_APART] = { "object-apart", ALWAYS, NULL },
+    [NOTE_NOTHING] = { "nothing-found", IMAGES, "something was found" },
+    [NOTE_NO_HAND] = { "no-hand", IMAGES, "a hand was found" },
+    [NOTE_LOW_SCORE] = { "low-score", ALWAYS, NULL },
+    [NOTE_SIDE] = { "side-assumed", CHANGES, NULL },
+    [NOTE_OBJECT_UNKNOWN] = { "object-unknown", CHANGES, NULL },
 };
 
 const char *predict_note_name(predict_note_code code)
@@ -88,32 +94,37 @@ static void say_kind(const predict_options *o, const char *path, const predict_n
             predict_say(o, "%s: %s", path, notes->note[i].text);
 }
 
-void predict_say_notes(const predict_options *o, const char *path, bool among_many, const predict_notes *notes,
-                       predict_said *said)
+/* Where it is not what was said last, which it becomes */
+static bool say_change(const predict_options *o, const char *path, const predict_notes *notes, predict_note_code code,
+                       char last[PREDICT_SAID])
+{
+    char texts[PREDICT_SAID];
+
+    texts_of(notes, code, texts);
+    if (strcmp(last, texts) == 0)
+        return false;
+    if (*texts)
+        say_kind(o, path, notes, code);
+    else if (kinds[code].otherwise)
+        predict_say(o, "%s: %s", path, kinds[code].otherwise);
+    memcpy(last, texts, sizeof(texts));
+    return true;
+}
+
+void predict_say_notes(const predict_options *o, const char *path, bool among_many, bool film,
+                       const predict_notes *notes, predict_said *said)
 {
     bool any = false;
 
     if (o->quiet)
         return;
-    for (predict_note_code k = 0; k < PREDICT_NOTES; k++) {
-        char texts[PREDICT_SAID];
-
-        if (kinds[k].each)
-            continue;
-        texts_of(notes, k, texts);
-        if (strcmp(said->last[k], texts) == 0)
-            continue;
-        if (*texts)
-            say_kind(o, path, notes, k);
-        else if (kinds[k].otherwise)
-            predict_say(o, "%s: %s", path, kinds[k].otherwise);
-        memcpy(said->last[k], texts, sizeof(texts));
-        any = true;
-    }
+    for (predict_note_code k = 0; k < PREDICT_NOTES; k++)
+        if (kinds[k].each == CHANGES || (kinds[k].each == IMAGES && film))
+            any = say_change(o, path, notes, k, said->last[k]) || any;
     if (any && among_many && !said->explained)
         predict_say(o, "what was assumed is said again where it changes");
     said->explained = said->explained || any;
     for (predict_note_code k = 0; k < PREDICT_NOTES; k++)
-        if (kinds[k].each)
+        if (kinds[k].each == ALWAYS || (kinds[k].each == IMAGES && !film))
             say_kind(o, path, notes, k);
 }

@@ -64,20 +64,39 @@ static int note_object(draw_canvas *c, int y, int scale, const predict_view *v, 
     return draw_note(c, y, scale, !v->object || predict_object_trusted(v, r) ? INK : WARN, line);
 }
 
+/* Where the boxes are from */
+static void say_boxes(const predict_frame *f, char *line, size_t room)
+{
+    int n[] = { [DETECTED_HAND] = 0, [DETECTED_OBJECT] = 0, [DETECTED_PERSON] = 0 };
+
+    for (int i = 0; i < f->n_detections; i++)
+        n[f->detection[i].kind]++;
+    if (f->detected)
+        snprintf(line, room, "detected: %d hand%s, %d object%s, %d person%s", n[DETECTED_HAND],
+                 n[DETECTED_HAND] == 1 ? "" : "s", n[DETECTED_OBJECT], n[DETECTED_OBJECT] == 1 ? "" : "s",
+                 n[DETECTED_PERSON], n[DETECTED_PERSON] == 1 ? "" : "s");
+    else
+        snprintf(line, room, "boxes: hand %s, object %s", predict_source_name(f->view->hand_from),
+                 predict_source_name(f->view->object_from));
+}
+
 /* Of many hands those that leave half of the picture free */
 static void draw_notes(draw_canvas *c, const predict_frame *f)
 {
     const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 500, c->height / 300));
     const predict_view *v = f->view;
     char line[160];
+    size_t n;
     int y = 0;
 
-    for (int i = 0; i < f->n && y < c->height / 2; i++) {
+    for (int i = 0; i < f->n && y < c->height / 2 && (f->has & FRAME_POSES); i++) {
         y = note_hand(c, y, scale, &v[i], &f->result[i]);
         y = note_object(c, y, scale, &v[i], &f->result[i]);
     }
-    snprintf(line, sizeof(line), "boxes: hand %s, object %s  camera: %s", predict_source_name(v->hand_from),
-             predict_source_name(v->object_from), predict_source_name(v->camera_from));
+    say_boxes(f, line, sizeof(line));
+    n = strlen(line);
+    if (f->o->m)
+        snprintf(line + n, sizeof(line) - n, "  camera: %s", predict_source_name(f->scene.camera_from));
     draw_note(c, y, scale, INK, line);
 }
 
@@ -91,14 +110,16 @@ static lt_status draw_hand(lt_arena *arena, draw_canvas *c, const predict_view *
         .control2d = r->control2d,
     };
 
-    draw_input_box(c, v->object_box, width, OBJECT_BOX);
-    draw_input_box(c, v->hand_box, width, HAND_BOX);
+    if (!v->hand_seen) {
+        draw_input_box(c, v->object_box, width, OBJECT_BOX);
+        draw_input_box(c, v->hand_box, width, HAND_BOX);
+    }
     return pose_draw(arena, c, &v->camera, &all, width);
 }
 
 lt_status predict_draw_overlay(const predict_frame *f, lt_image *out)
 {
-    const predict_view *v = f->view;
+    const predict_view *v = &f->scene;
     const float width = fmaxf(1, (float)lt_min_i64(v->width, v->height) / 480);
     draw_canvas c = draw_canvas_new(f->arena, v->width, v->height, PAPER);
     lt_status st = LT_OK;
@@ -106,8 +127,9 @@ lt_status predict_draw_overlay(const predict_frame *f, lt_image *out)
     if (!c.rgb)
         return lt_error(LT_ENOMEM, "%s: no memory to draw on %d x %d pixels", v->path, v->width, v->height);
     memcpy(c.rgb, v->rgb, 3 * (size_t)v->width * (size_t)v->height);
-    for (int i = 0; i < f->n && !st; i++)
-        st = draw_hand(f->arena, &c, &v[i], &f->result[i], &f->hand[i], width);
+    predict_draw_detections(&c, f, width);
+    for (int i = 0; i < f->n && !st && (f->has & FRAME_POSES); i++)
+        st = draw_hand(f->arena, &c, &f->view[i], &f->result[i], &f->hand[i], width);
     if (st)
         return st;
     draw_notes(&c, f);

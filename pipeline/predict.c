@@ -6,15 +6,36 @@
 
 #include "libtensor/io/file.h"
 
+/* name: NULL-terminated */
+static void add_names(const char **row, const char *const *name)
+{
+    while (*row)
+        row++;
+    for (; *name; name++)
+        *row++ = *name;
+}
+
 static lt_status open_stages(const predict_options *o, pipeline **out)
 {
-    static const char *const pictures[] = {
-        "read", "crop", "estimate", "solve", "smooth", "judge", "draw", "write", NULL,
-    };
-    static const char *const numbers[] = { "read", "crop", "estimate", "solve", "smooth", "judge", "write", NULL };
-    static const char *const lines[] = { "read", "crop", "estimate", "solve", "smooth", "judge", "print", NULL };
+    static const char *const detect[] = { "detect", NULL }, *const look[] = { "look", NULL };
+    static const char *const hands[] = { "crop", "estimate", "solve", "smooth", NULL };
+    static const char *const judge[] = { "judge", NULL }, *const draw[] = { "draw", NULL };
+    static const char *const write[] = { "write", NULL }, *const print[] = { "print", NULL };
+    const char *row[MOST_STAGES + 1] = { "read" };
 
-    return pipeline_open(o, 0, o->lines ? lines : o->numbers ? numbers : pictures, out);
+    if (o->detector)
+        add_names(row, detect);
+    add_names(row, look);
+    if (o->m)
+        add_names(row, hands);
+    add_names(row, judge);
+    if (o->out && !o->numbers)
+        add_names(row, draw);
+    if (o->out)
+        add_names(row, write);
+    if (o->lines)
+        add_names(row, print);
+    return pipeline_open(o, 0, row, out);
 }
 
 /* Counts what was written and what was skipped; an error where nothing after it would do better, or is wanted. */
@@ -51,10 +72,10 @@ lt_status predict_images(const predict_options *o, predict_summary *out)
     predict_summary sum = { 0 };
     frame_source *from = NULL;
     pipeline *through = NULL;
-    lt_status st = o->n_inputs < 1 && !o->lines ? lt_error(LT_EINVAL, "predict: no images were named")
+    lt_status st = o->n_inputs < 1 && !o->pipe ? lt_error(LT_EINVAL, "predict: no images were named")
                                                 : frame_source_open(o, &from, &sum.skipped);
 
-    if (!st && !o->lines)
+    if (!st && o->out)
         st = lt_make_dirs(o->out);
     st = st ? st : open_stages(o, &through);
     st = st ? st : walk(from, through, &sum);

@@ -6,6 +6,7 @@
 #define PIPELINE_PREDICT_H
 
 #include "assets/ycb/ycb.h"
+#include "estimate/detector.h"
 #include "libtensor/geometry/hand/model.h"
 #include "libtensor/geometry/lens.h"
 #include "models/model.h"
@@ -16,7 +17,8 @@
 typedef enum { PREDICT_OBJ, PREDICT_PLY, PREDICT_GLB } predict_format;
 
 typedef struct {
-    const model *m;
+    const model *m;                 /* NULL: what the detector sees is all that is wanted */
+    detector *detector;             /* finds hands and objects where no line of `boxes` says where they are; NULL: none */
     bool bilinear;                  /* crops are sampled between pixels: data.bilinear */
     const lt_hand_model *hand;      /* the one that the model was made with: its triangles are written */
     const char *checkpoint;         /* its path, for the JSON */
@@ -24,9 +26,9 @@ typedef struct {
 
     const char *const *inputs;      /* n_inputs images, films, and folders of images */
     int n_inputs;
-    const char *out;                /* folder, made when it is missing */
-    FILE *lines;                    /* not NULL: frames come through standard input, and the numbers of each go here as
-                                     * a line; inputs, out, numbers and format are nothing to it */
+    bool pipe;                      /* frames come through standard input, and inputs are nothing to it */
+    const char *out;                /* folder, made when it is missing; NULL: no files */
+    FILE *lines;                    /* the numbers of each frame go here as a line; NULL: nowhere */
 
     const crop_box *hand_box;       /* pixels of the upright image, for every image; NULL: default */
     const crop_box *object_box;
@@ -43,7 +45,7 @@ typedef struct {
     const char *models;             /* a folder with a folder for each object (pipeline/object_mesh.h); NULL: the
                                      * embedded stand-ins */
     predict_format format;          /* of the meshes */
-    bool numbers;                   /* NAME.json alone: no overlay, no meshes; what an earlier call left stays */
+    bool numbers;                   /* of files NAME.json alone: no overlay, no meshes; what an earlier call left stays */
     double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated, and a film
                                      * says by itself */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back; `boxes` may
@@ -75,6 +77,10 @@ typedef struct {
  *   object box   the hand box grown 1.3 times about its centre
  *   camera       focal length of the EXIF tag, else 1.2 times the longer side; centre of the image
  *   object       none: no object pose
+ *
+ * With a detector hands and objects are where it sees them, any number of them: each hand goes with the object that it
+ * touches or that is near (pipeline/README.md), whose model is the one of its class's name. Nothing found is said, and
+ * no error. Detections alone, without a model, are numbers and an overlay.
  *
  * Depth lies pixel on pixel beside the image, as that is stored or as it is upright, in steps of depth_scale or as HO3D
  * packs it; a model that does not take it refuses it, and to one that does, no depth is depth known nowhere.

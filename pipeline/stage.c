@@ -5,8 +5,6 @@
 
 #include <string.h>
 
-enum { MOST_STAGES = 16 };
-
 struct pipeline {
     struct { const stage *stage; void *state; } step[MOST_STAGES];
     int n;

@@ -8,6 +8,8 @@
 
 #include "pipeline/frame.h"
 
+enum { MOST_STAGES = 16 };              /* in a row */
+
 typedef struct {
     const char *name;
     unsigned needs, gives;          /* of frame_part */

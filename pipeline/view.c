@@ -13,7 +13,7 @@ static const double CENTRAL = 0.6, OBJECT_GROWTH = 1.3;
 
 const char *predict_source_name(predict_source s)
 {
-    static const char *const name[] = { "given", "listed", "exif", "default" };
+    static const char *const name[] = { "given", "listed", "detected", "exif", "default" };
 
     return name[s];
 }
@@ -87,10 +87,11 @@ lt_status predict_check_inside(const predict_view *v, const char *what, crop_box
     return LT_OK;
 }
 
-static lt_status open_image(predict_frame *f, predict_view *v)
+lt_status predict_scene_open(predict_frame *f)
 {
     const lt_image *picture = f->picture;
     const predict_input *in = &f->input;
+    predict_view *v = &f->scene;
     lt_exif exif = { .orientation = 1 };
     lt_status st = LT_OK;
 
@@ -125,25 +126,28 @@ static lt_status open_hand(const predict_options *o, const predict_boxes_row *ro
     return LT_OK;
 }
 
-lt_status predict_view_open(predict_frame *f)
+lt_status predict_views_new(predict_frame *f, int n)
+{
+    f->n = n;
+    f->view = lt_arena_array(f->arena, (size_t)n, sizeof(*f->view));
+    if (!f->view)
+        return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
+    for (int i = 0; i < n; i++) {
+        f->view[i] = f->scene;
+        f->view[i].hand = i;
+        f->view[i].n_hands = n;
+    }
+    return LT_OK;
+}
+
+lt_status predict_views_listed(predict_frame *f)
 {
     const predict_input *in = &f->input;
-    const int n = in->n_boxes ? (int)in->n_boxes : 1;
-    predict_view *v = lt_arena_array(f->arena, (size_t)n, sizeof(*v));
-    lt_status st = v ? open_image(f, v) : lt_error(LT_ENOMEM, "%s: no memory", in->path);
+    lt_status st = predict_views_new(f, in->n_boxes ? (int)in->n_boxes : 1);
 
-    for (int i = 0; i < n && !st; i++) {
-        v[i] = v[0];
-        v[i].hand = i;
-        v[i].n_hands = n;
-        st = open_hand(f->o, in->n_boxes ? &in->boxes[i] : NULL, f->object, &v[i]);
-    }
-    if (st)
-        return st;
-    predict_note_assumed(f->o, v, n, &f->notes);
-    f->view = v;
-    f->n = n;
-    return LT_OK;
+    for (int i = 0; i < f->n && !st; i++)
+        st = open_hand(f->o, in->n_boxes ? &in->boxes[i] : NULL, f->object, &f->view[i]);
+    return st;
 }
 
 static crop_box mirrored_box(crop_box b, int width)

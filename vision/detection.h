@@ -71,6 +71,10 @@ typedef struct {
 lt_status detection_pixels_of(lt_arena *arena, const detection_maps *maps, const detection *found, int n,
                               const letterbox *l, int width, int height, detection_pixels *out);
 
+/* detection_runs - such a mask as COCO writes that of a whole width x height picture (libtensor/io/image/coco_rle.h);
+ * pixels that is NULL: nothing. In the arena; NULL without memory */
+const char *detection_runs(lt_arena *arena, const detection_pixels *p, int width, int height);
+
 #ifdef __cplusplus
 }
 #endif

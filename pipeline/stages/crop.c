@@ -74,7 +74,7 @@ static lt_status run(void *state, predict_frame *f)
 
     f->seen = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->seen));
     if (!st && !f->seen)
-        st = lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
+        st = lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
     for (int i = 0; i < f->n && !st; i++) {
         dataset_sample sample;
 

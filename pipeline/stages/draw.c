@@ -10,12 +10,12 @@ static lt_status run(void *state, predict_frame *f)
     (void)state;
     f->hand = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->hand));
     if (!f->hand)
-        return lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
-    for (int i = 0; i < f->n && !st; i++)
+        return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
+    for (int i = 0; i < f->n && !st && (f->has & FRAME_POSES); i++)
         st = predict_hand_mesh(f, i, &f->hand[i]);
     return st ? st : predict_draw_overlay(f, &f->overlay);
 }
 
 const stage draw_stage = {
-    .name = "draw", .needs = FRAME_VIEWS | FRAME_POSES, .gives = FRAME_DRAWING, .run = run,
+    .name = "draw", .needs = FRAME_VIEWS, .gives = FRAME_DRAWING, .run = run,
 };

@@ -37,7 +37,7 @@ static lt_status run(void *state, predict_frame *f)
     predict_result *r = lt_arena_array(f->arena, (size_t)f->n, sizeof(*r));
 
     if (!r)
-        return lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
+        return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
     for (int i = 0; i < f->n; i++) {
         const predict_view *v = &f->view[i];
         const float (*control)[3] = !v->object ? NULL : v->left ? v->object->mirrored : v->object->control;

@@ -36,20 +36,37 @@ static void note_found(const predict_view *v, const predict_result *r, predict_n
                          "holds it; is it another object?", v->object->name, predict_object_apart(v, r));
 }
 
+/* Of a detector: that it found nothing, and what it is not sure of */
+static void note_detected(predict_frame *f)
+{
+    static const double DOUBTFUL = 0.5;
+
+    if (!f->n_detections)
+        predict_note_add(&f->notes, NULL, NOTE_NOTHING, "the detector found nothing");
+    else if (!f->n && f->o->m)
+        predict_note_add(&f->notes, NULL, NOTE_NO_HAND, "no hand was found");
+    for (int i = 0; i < f->n; i++)
+        if (f->view[i].hand_seen->score < DOUBTFUL)
+            predict_note_add(&f->notes, &f->view[i], NOTE_LOW_SCORE, "low confidence: found with a score of %.2f",
+                             f->view[i].hand_seen->score);
+}
+
 static lt_status run(void *state, predict_frame *f)
 {
-    if (f->input.frame && !f->film)
+    if (f->detected)
+        note_detected(f);
+    if (f->input.frame && !f->film && f->o->m)
         predict_note_add(&f->notes, NULL, NOTE_NOT_SMOOTHED, "the film does not say its frames per second, so they are "
                          "not smoothed; --fps does");
-    for (int i = 0; i < f->n; i++)
+    for (int i = 0; i < f->n && (f->has & FRAME_POSES); i++)
         note_found(&f->view[i], &f->result[i], &f->notes);
     if (f->notes.lost)
         return lt_error(LT_ENOMEM, "%s: no memory", f->input.path);
-    predict_say_notes(f->o, f->input.path, f->among_many, &f->notes, state);
+    predict_say_notes(f->o, f->input.path, f->among_many, f->input.frame > 0 || f->film, &f->notes, state);
     return LT_OK;
 }
 
 const stage judge_stage = {
-    .name = "judge", .needs = FRAME_VIEWS | FRAME_POSES, .gives = FRAME_VERDICT,
+    .name = "judge", .needs = FRAME_VIEWS, .gives = FRAME_VERDICT,
     .open = open_judge, .run = run, .close = close_judge,
 };

@@ -5,12 +5,8 @@
 
 static lt_status run(void *state, predict_frame *f)
 {
-    predict_mesh_files *none = lt_arena_array(f->arena, (size_t)f->n, sizeof(*none));
-
     (void)state;
-    return none ? predict_print_json(f, none, f->o->lines) : lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
+    return predict_print_json(f, f->o->lines);
 }
 
-const stage print_stage = {
-    .name = "print", .needs = FRAME_VIEWS | FRAME_POSES | FRAME_VERDICT, .run = run,
-};
+const stage print_stage = { .name = "print", .needs = FRAME_VIEWS | FRAME_VERDICT, .run = run };

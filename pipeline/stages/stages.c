@@ -2,7 +2,9 @@
 #include "pipeline/stages/stages.h"
 
 const stage *const stages[] = {
-    &read_stage,                        /* the file, upright, with a camera and boxes */
+    &read_stage,                        /* the file, upright, with a camera */
+    &detect_stage,                      /* what a detector sees in it */
+    &look_stage,                        /* which hands, with which objects */
     &crop_stage,                        /* what the network looks at */
     &estimate_stage,                    /* through the network */
     &solve_stage,                       /* hand and object where the camera saw them */

@@ -5,26 +5,26 @@
 
 #include "libtensor/io/image/write.h"
 
-static lt_status write_pictures(const predict_frame *f, predict_mesh_files *files)
+static lt_status write_pictures(const predict_frame *f)
 {
     const char *png, *path;
     lt_status st = predict_file_name(f, ".overlay.png", &png, &path);
 
     st = st ? st : lt_png_write(path, &f->overlay);
-    return st ? st : predict_write_meshes(f, files);
+    return st || !(f->has & FRAME_POSES) ? st : predict_write_meshes(f);
 }
 
 static lt_status run(void *state, predict_frame *f)
 {
     const char *json, *path;
-    predict_mesh_files *files = lt_arena_array(f->arena, (size_t)f->n, sizeof(*files));
-    lt_status st = files ? predict_file_name(f, ".json", &json, &path)
-                         : lt_error(LT_ENOMEM, "%s: no memory", f->view->path);
+    lt_status st;
 
     (void)state;
+    f->files = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->files));
+    st = f->files ? predict_file_name(f, ".json", &json, &path) : lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
     if (!st && (f->has & FRAME_DRAWING))
-        st = write_pictures(f, files);
-    return st ? st : predict_write_json(f, files, path);
+        st = write_pictures(f);
+    return st ? st : predict_write_json(f, path);
 }
 
 /* A name that is too long */
@@ -34,5 +34,5 @@ static bool forgives(lt_status st)
 }
 
 const stage write_stage = {
-    .name = "write", .needs = FRAME_VIEWS | FRAME_POSES | FRAME_VERDICT, .forgives = forgives, .run = run,
+    .name = "write", .needs = FRAME_VIEWS | FRAME_VERDICT, .forgives = forgives, .run = run,
 };

@@ -75,7 +75,7 @@ END_TEST
 /* A frame that cannot be read is one in which a film's hands are not seen. */
 START_TEST(missed)
 {
-    const char *const names[] = { "read", "crop", "estimate", "solve", "smooth", NULL };
+    const char *const names[] = { "read", "look", "crop", "estimate", "solve", "smooth", NULL };
     const predict_options o = options();
     predict_followed film = { .arena = arena, .dt = 1.0 / 30 };
     predict_frame f = { .o = &o, .arena = arena, .notes.arena = arena, .film = &film, .input.path = "nowhere.png" };
