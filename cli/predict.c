@@ -16,7 +16,7 @@
 enum { MAX_INPUTS = 4096 };
 enum {
     HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, NUMBERS, MESH, BOXES,
-    DETECTOR, JSON,
+    DETECTOR, JSON, TRACK,
 };
 
 typedef struct {
@@ -29,7 +29,8 @@ typedef struct {
     bool has_hand_box, has_object_box, has_mesh, left;
     bool pipe;                          /* "-": frames come through standard input */
     double fps, depth_scale;
-    bool numbers, quiet, json;
+    bool numbers, quiet, json, has_track;
+    track_method track;
 } predict_args;
 
 static const struct argp_option options[] = {
@@ -61,6 +62,8 @@ static const struct argp_option options[] = {
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
     { "json", JSON, NULL, 0, "a line of JSON for each image on standard output; no files, unless --out names a folder",
       0 },
+    { "track", TRACK, "METHOD", 0, "how what a detector finds gets the numbers that it keeps through a film: byte "
+      "(default), by overlap, that of less sure boxes too; iou, by the overlap of sure ones", 0 },
     { "numbers", NUMBERS, NULL, 0, "JSON alone: no overlays and no meshes, which take longer than the estimate", 0 },
     { "quiet", 'q', NULL, 0, "no notes, which are in the JSON, but of what was skipped", 0 },
     { "out", 'o', "DIR", 0, "where the results go; default predictions; frames from a pipe leave none", 0 },
@@ -115,6 +118,16 @@ static void parse_side(predict_args *a, struct argp_state *state, const char *te
         argp_error(state, "--side: found \"%s\", want right or left", text);
 }
 
+static void parse_track(predict_args *a, struct argp_state *state, const char *text)
+{
+    a->has_track = true;
+    a->track = TRACK_BYTE;
+    if (strcmp(text, track_method_names[TRACK_IOU]) == 0)
+        a->track = TRACK_IOU;
+    else if (strcmp(text, track_method_names[TRACK_BYTE]) != 0)
+        argp_error(state, "--track: found \"%s\", want byte or iou", text);
+}
+
 /* An option whose text is wrong is a usage error that says what the parser said. */
 static void must(struct argp_state *state, lt_status st)
 {
@@ -155,6 +168,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         break;
     case DETECTOR: a->detector = arg; break;
     case JSON: a->json = true; break;
+    case TRACK: parse_track(a, state, arg); break;
     case ARGP_KEY_ARG: add_path(a, state, arg); break;
     case ARGP_KEY_END:
         take_model(a);
@@ -211,7 +225,7 @@ static lt_status read_camera(const predict_args *a, calibration *out)
 static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, detector *d)
 {
     predict_options o = {
-        .detector = d, .inputs = a->inputs, .n_inputs = a->n_inputs, .pipe = a->pipe, .out = a->out,
+        .detector = d, .track = a->has_track ? a->track : TRACK_BYTE, .inputs = a->inputs, .n_inputs = a->n_inputs, .pipe = a->pipe, .out = a->out,
         .lines = a->pipe || a->json ? stdout : NULL,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
@@ -265,6 +279,8 @@ static lt_status run_hands(const predict_args *a, const calibration *camera, cli
     detector d = { .n = 0 };
     lt_status st = c ? cli_checkpoint_load(c, a->hand) : LT_OK;
 
+    if (a->has_track && !a->detector)
+        return lt_error(LT_EUSAGE, "--track: goes with --detector, which finds what is tracked");
     if (st == LT_OK && c)
         st = cli_checkpoint_want_hands(c);
     if (st == LT_OK && a->detector)

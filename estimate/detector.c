@@ -150,8 +150,8 @@ static bool finite_scores(const compiled *c)
     return isfinite(sum);
 }
 
-lt_status detector_run(detector *d, const uint8_t *rgb, int width, int height, lt_arena *arena, detect_found **out,
-                       int *n)
+lt_status detector_run(detector *d, const uint8_t *rgb, int width, int height, const detection_rules *rules,
+                       lt_arena *arena, detect_found **out, int *n)
 {
     const int size = d->t.m.image_size;
     const letterbox l = letterbox_of(width, height, size);
@@ -162,5 +162,5 @@ lt_status detector_run(detector *d, const uint8_t *rgb, int width, int height, l
     lt_run(d->c.plan);
     if (!finite_scores(&d->c))
         return lt_error(LT_ENUMERIC, "the detector's answer is not finite: its weights are damaged");
-    return detect_found_in(&d->c, &d->t.m, 0, width, height, &detection_rules_shown, arena, out, n);
+    return detect_found_in(&d->c, &d->t.m, 0, width, height, rules, arena, out, n);
 }

@@ -30,9 +30,9 @@ void detector_close(detector *d);
  *
  *   rgb   (height, width, 3)
  *
- * With detection_rules_shown. Errors: LT_ENOMEM; LT_ENUMERIC: scores that are not finite.
+ * Errors: LT_ENOMEM; LT_ENUMERIC: scores that are not finite.
  */
-lt_status detector_run(detector *d, const uint8_t *rgb, int width, int height, lt_arena *arena, detect_found **out,
-                       int *n);
+lt_status detector_run(detector *d, const uint8_t *rgb, int width, int height, const detection_rules *rules,
+                       lt_arena *arena, detect_found **out, int *n);
 
 #endif

@@ -6,13 +6,18 @@
 
 enum { NOBODY = -1, REACH = 2 };        /* a hand moves by less than so many sides of its box from frame to frame */
 
-/* How far a box has moved, in its longer sides; infinity for a hand of the other side. */
+static int64_t track_of(const predict_view *v)
+{
+    return v->hand_seen ? v->hand_seen->track : 0;
+}
+
+/* How far a box has moved, in its longer sides; infinity for a hand of the other side, or of another track. */
 static float distance(const predict_smoother *s, const predict_view *v)
 {
     const crop_box a = s->box, b = v->hand_box;
     const float side = fmaxf(b.x1 - b.x0, b.y1 - b.y0);
 
-    if (s->left != v->left)
+    if (s->left != v->left || (s->track && track_of(v) && s->track != track_of(v)))
         return INFINITY;
     return hypotf((a.x0 + a.x1 - b.x0 - b.x1) / 2, (a.y0 + a.y1 - b.y0 - b.y1) / 2) / side;
 }
@@ -33,18 +38,29 @@ static bool next_pair(const predict_followed *f, const predict_view *v, int n, c
     return best < REACH;
 }
 
-/* who[i]: whose view i is. A film of one hand has that one, wherever it goes. */
+static void match_tracks(const predict_followed *f, const predict_view *v, int n, int *who, bool *taken)
+{
+    for (int i = 0; i < n; i++)
+        for (size_t k = 0; k < f->n; k++)
+            if (track_of(&v[i]) && f->smoother[k].track == track_of(&v[i])) {
+                who[i] = (int)k;
+                taken[k] = true;
+            }
+}
+
+/* who[i]: whose view i is. A film of one hand that nobody looks for has that one, wherever it goes. */
 static void match(const predict_followed *f, const predict_view *v, int n, int *who, bool *taken)
 {
     int i, k;
 
     for (i = 0; i < n; i++)
         who[i] = NOBODY;
-    if (n == 1 && f->n == 1) {
+    if (n == 1 && f->n == 1 && !v->hand_seen) {
         who[0] = 0;
         taken[0] = true;
         return;
     }
+    match_tracks(f, v, n, who, taken);
     while (next_pair(f, v, n, who, taken, &i, &k)) {
         who[i] = k;
         taken[k] = true;
@@ -87,13 +103,17 @@ lt_status predict_follow(predict_followed *f, lt_arena *scratch, const predict_v
             predict_smooth_missed(&f->smoother[k]);
         }
     for (int i = 0; i < n && !st; i++) {
+        predict_smoother *s;
+
         if (who[i] == NOBODY)
             st = add_smoother(f, &v[i], &who[i]);
         if (st)
             break;
-        f->smoother[who[i]].box = v[i].hand_box;
-        f->smoother[who[i]].unseen = 0;
-        predict_smooth(&f->smoother[who[i]], &v[i], v[i].object, &r[i]);
+        s = &f->smoother[who[i]];
+        s->box = v[i].hand_box;
+        s->track = track_of(&v[i]) ? track_of(&v[i]) : s->track;
+        s->unseen = 0;
+        predict_smooth(s, &v[i], v[i].object, &r[i]);
     }
     forget_lost(f);
     return st;

@@ -74,6 +74,7 @@ typedef struct {
     crop_box box;
     detection_pixels window;
     predict_side side;              /* of a hand whose class says it */
+    int64_t track;                  /* in a film: whose number it is among all frames, from 1; 0: not known */
 } predict_detection;
 
 /* An image as one of its hands is looked at. */
@@ -120,7 +121,8 @@ typedef struct predict_followed predict_followed;
 /* What is known of a frame; stages say in these what they need and what they give. */
 typedef enum {
     FRAME_SCENE = 1,                /* scene */
-    FRAME_DETECTIONS = 2,           /* detection, unless the boxes are listed */
+    FRAME_DETECTIONS = 2,           /* detection, unless the boxes are listed; those too that are sure enough only for
+                                     * a track to go on */
     FRAME_VIEWS = 4,                /* view */
     FRAME_CROPS = 8,                /* seen, crops */
     FRAME_ESTIMATES = 16,           /* result.e, as the network has it */

@@ -163,6 +163,8 @@ typedef struct {
     double dt;                      /* seconds between frames; the rest is zeroed at first */
     lt_point_filter joint[LT_HAND_KEYPOINTS];
     lt_pose_filter object;
+    const predict_object *held;     /* the one that `object` follows */
+    int64_t track;                  /* of the hand; 0: not known */
     int missed;                     /* frames in a row without a hand that can be trusted */
     bool left;                      /* the hand that joint[] follows */
     crop_box box;                   /* where it was last */
@@ -180,16 +182,18 @@ void predict_smooth_missed(predict_smoother *s);
 
 /* ---- follow.c: the hands of a film ----------------------------------------------------------------------- */
 
-/* The hands that are followed; the arena and dt are set, the rest zeroed at first. */
+/* The hands that are followed; the arena, dt and which are set, the rest zeroed at first. */
 struct predict_followed {
     lt_arena *arena;                /* the film's */
+    int which;                      /* film, each has another number */
     double dt;                      /* seconds between frames */
+    double time;                    /* seconds, of the frame at hand */
     predict_smoother *smoother;
     size_t n, room;
 };
 
-/* predict_follow - the next frame, in which n hands are seen: each is smoothed as the one of its side that was last
- * nearest by. A hand without a box is predicted for 15 frames, in case it comes back. */
+/* predict_follow - the next frame, in which n hands are seen: each is smoothed as the one of its track, else as the one
+ * of its side that was last nearest by. A hand without a box is predicted for 15 frames, in case it comes back. */
 lt_status predict_follow(predict_followed *f, lt_arena *scratch, const predict_view *v, predict_result *r, int n);
 
 /* predict_follow_missed - the next frame could not be read: as one in which nothing was seen */

@@ -151,6 +151,7 @@ static void put_detection(cJSON *to, const predict_frame *f, const predict_detec
         return;
     put_text(to, "class", d->name, ok);
     put_number(to, "score", d->score, ok);
+    put(to, "track_id", d->track ? cJSON_CreateNumber((double)d->track) : cJSON_CreateNull(), ok);
     mask = object_in(to, "mask", ok);
     if (!mask)
         return;

@@ -43,7 +43,9 @@ static void label(draw_canvas *c, const predict_detection *d, float width)
 {
     const int scale = width >= 2 ? (int)(width / 1.5f) : 1, height = scale * (DRAW_GLYPH_HEIGHT + 2);
     char text[96];
-    const int wide = scale * (DRAW_GLYPH_WIDTH * snprintf(text, sizeof(text), "%.70s %.2f", d->name, d->score) + 3);
+    const int n = d->track ? snprintf(text, sizeof(text), "#%lld %.60s %.2f", (long long)d->track, d->name, d->score)
+                           : snprintf(text, sizeof(text), "%.60s %.2f", d->name, d->score);
+    const int wide = scale * (DRAW_GLYPH_WIDTH * n + 3);
     const int left = (int)lt_max_i64(0, lt_min_i64((int)d->box.x0, c->width - wide));
     const int above = (int)d->box.y0 - height, top = above < 0 ? above + height : above;
 

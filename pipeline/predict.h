@@ -11,6 +11,7 @@
 #include "libtensor/geometry/lens.h"
 #include "models/model.h"
 #include "vision/crop.h"
+#include "vision/track/tracker.h"
 
 #include <stdio.h>
 
@@ -19,6 +20,7 @@ typedef enum { PREDICT_OBJ, PREDICT_PLY, PREDICT_GLB } predict_format;
 typedef struct {
     const model *m;                 /* NULL: what the detector sees is all that is wanted */
     detector *detector;             /* finds hands and objects where no line of `boxes` says where they are; NULL: none */
+    track_method track;             /* how a film's detections get their numbers */
     bool bilinear;                  /* crops are sampled between pixels: data.bilinear */
     const lt_hand_model *hand;      /* the one that the model was made with: its triangles are written */
     const char *checkpoint;         /* its path, for the JSON */
@@ -80,7 +82,7 @@ typedef struct {
  *
  * With a detector hands and objects are where it sees them, any number of them: each hand goes with the object that it
  * touches or that is near (pipeline/README.md), whose model is the one of its class's name. Nothing found is said, and
- * no error. Detections alone, without a model, are numbers and an overlay.
+ * no error. Detections alone, without a model, are numbers and an overlay. In a film they have track ids.
  *
  * Depth lies pixel on pixel beside the image, as that is stored or as it is upright, in steps of depth_scale or as HO3D
  * packs it; a model that does not take it refuses it, and to one that does, no depth is depth known nowhere.

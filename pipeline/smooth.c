@@ -66,6 +66,10 @@ static void smooth_object(predict_smoother *s, const predict_object *object, pre
         .symmetry = (const double (*)[4])object->symmetry, .n_symmetries = object->n_symmetries,
     };
 
+    if (s->held != object) {                    /* another one, which begins anew */
+        s->object = (lt_pose_filter){ 0 };
+        s->held = object;
+    }
     to_middle(object, 1, &r->e.object);
     memcpy(m.p, r->e.object.t, sizeof(m.p));
     lt_rot_to_quat(r->e.object.R, m.q);

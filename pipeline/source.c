@@ -21,6 +21,7 @@ struct frame_source {
     lt_film *film;                  /* or, of frames from a pipe: */
     pipe_reader *pipe;
     predict_followed hands;         /* of the film */
+    int films;                      /* opened so far */
     int frame;                      /* the last one, from 1 */
     bool broken;                    /* nothing after that one can be read */
 };
@@ -100,7 +101,7 @@ static lt_status open_film(frame_source *s, const predict_input *in, predict_fra
     if (st)
         return st;
     lt_arena_reset(s->hands.arena);
-    s->hands = (predict_followed){ .arena = s->hands.arena, .dt = fps > 0 ? 1 / fps : 0 };
+    s->hands = (predict_followed){ .arena = s->hands.arena, .which = ++s->films, .dt = fps > 0 ? 1 / fps : 0 };
     s->in = in;
     s->frame = 0;
     s->broken = false;
@@ -156,6 +157,7 @@ static lt_status next_of_film(frame_source *s, predict_frame *f, bool *more)
     if (!*more)
         return end_film(s, f);
     s->frame++;
+    s->hands.time = s->frame * s->hands.dt;
     if (st) {
         s->broken = !(s->pipe && readable);
         f->forgiven = only_this(st);
@@ -170,6 +172,7 @@ static lt_status next_of_film(frame_source *s, predict_frame *f, bool *more)
 static void next_image(frame_source *s, const predict_input *in, predict_frame *f)
 {
     f->input = *in;
+    s->images.time += s->images.dt;
     f->film = s->images.dt > 0 ? &s->images : NULL;
 }
 

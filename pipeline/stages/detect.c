@@ -47,6 +47,7 @@ static predict_detection detection_of(const detector *d, const detect_found *fro
 static lt_status run(void *state, predict_frame *f)
 {
     const predict_view *v = &f->scene;
+    detection_rules rules = detection_rules_shown;
     detect_found *found;
     int n;
     lt_status st;
@@ -54,7 +55,9 @@ static lt_status run(void *state, predict_frame *f)
     f->detected = !f->input.n_boxes;
     if (!f->detected)
         return LT_OK;
-    st = detector_run(state, v->rgb, v->width, v->height, f->arena, &found, &n);
+    if (f->film && f->o->track == TRACK_BYTE)
+        rules.score = tracker_defaults.low_conf;
+    st = detector_run(state, v->rgb, v->width, v->height, &rules, f->arena, &found, &n);
     f->detection = st ? NULL : lt_arena_array(f->arena, (size_t)n, sizeof(*f->detection));
     if (st || !f->detection)
         return st ? lt_error_prefix(st, "%s", v->path) : lt_error(LT_ENOMEM, "%s: no memory", v->path);

@@ -4,6 +4,7 @@
 const stage *const stages[] = {
     &read_stage,                        /* the file, upright, with a camera */
     &detect_stage,                      /* what a detector sees in it */
+    &track_stage,                       /* which detection of a film is which */
     &look_stage,                        /* which hands, with which objects */
     &crop_stage,                        /* what the network looks at */
     &estimate_stage,                    /* through the network */

@@ -62,7 +62,7 @@ START_TEST(finds)
     check_ok(detector_open(in("d.safetensors"), &d));
     ck_assert_int_eq(d.n, 3);
     ck_assert_str_eq(d.name[1], "class 1");
-    check_ok(detector_run(&d, rgb, WIDTH, HEIGHT, arena, &found, &n));
+    check_ok(detector_run(&d, rgb, WIDTH, HEIGHT, &detection_rules_shown, arena, &found, &n));
     ck_assert_int_gt(n, 0);
     for (int i = 0; i < n; i++) {
         const float *b = found[i].box;
@@ -74,11 +74,11 @@ START_TEST(finds)
     detector_close(&d);
     write_detector(in("none.safetensors"), 3, -1);
     check_ok(detector_open(in("none.safetensors"), &d));
-    check_ok(detector_run(&d, rgb, WIDTH, HEIGHT, arena, &found, &n));
+    check_ok(detector_run(&d, rgb, WIDTH, HEIGHT, &detection_rules_shown, arena, &found, &n));
     ck_assert_int_eq(n, 0);
     lt_params_first(d.t.params)->data[0] = NAN;
     lt_params_changed(d.t.params);
-    check_error(detector_run(&d, rgb, WIDTH, HEIGHT, arena, &found, &n), LT_ENUMERIC, "its weights are damaged");
+    check_error(detector_run(&d, rgb, WIDTH, HEIGHT, &detection_rules_shown, arena, &found, &n), LT_ENUMERIC, "its weights are damaged");
     detector_close(&d);
 }
 END_TEST

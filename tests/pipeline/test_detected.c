@@ -166,6 +166,7 @@ START_TEST(estimates)
     ck_assert_int_eq(cJSON_GetArraySize(get(root, "hands")), 3);
     ck_assert_int_eq(cJSON_GetArraySize(get(root, "people")), 1);
     ck_assert_double_eq(get(root, "hands.0.score")->valuedouble, 0.95);
+    ck_assert(cJSON_IsNull(get(root, "hands.0.track_id")));
     ck_assert_str_eq(text(root, "hands.0.side"), "right");
     ck_assert_str_eq(text(root, "hands.1.side"), "left");
     ck_assert_str_eq(text(root, "hands.1.class"), "left_hand");
@@ -211,6 +212,92 @@ START_TEST(detections_alone)
     check_objects(root, false);
     ck_assert(!noted(root, "side-assumed") && !noted(root, "object-unknown"));
     cJSON_Delete(root);
+}
+END_TEST
+
+/* ---- films ------------------------------------------------------------------------------------------------ */
+
+enum { FRAMES = 12 };
+
+/* A frame of a film in which one hand moves right, another one left, they pass, and a mug stands by. */
+static void fill_frame(predict_frame *f, int k, const predict_followed *film)
+{
+    static predict_detection list[4];
+    const float x = (float)(4 * k);
+
+    fill(f);
+    list[0] = seen(0, 0.9, x, 5, x + 20, 25);
+    list[1] = seen(0, k == 8 ? 0.15 : 0.8, 80 - x, 40, 100 - x, 60);
+    list[2] = seen(2, 0.6, 70, 60, 90, 75);
+    list[3] = seen(3, 0.2, 0, 60, 10, 70);
+    f->detection = list;
+    f->n_detections = 4;
+    f->film = (predict_followed *)film;
+}
+
+static void check_film(pipeline *p, const predict_options *o, int which)
+{
+    predict_followed film = { .arena = arena, .which = which, .dt = 1.0 / 30 };
+    const int64_t *last = NULL;
+    int64_t track[3];
+
+    for (int k = 0; k < FRAMES; k++) {
+        predict_frame f = { .o = o, .arena = arena, .notes.arena = arena };
+
+        film.time += film.dt;
+        fill_frame(&f, k, &film);
+        check_ok(pipeline_run(p, &f));
+        ck_assert_int_eq(f.n_detections, 3);
+        ck_assert_int_eq(f.n, 2);
+        if (k < 2)
+            continue;
+        for (int i = 0; i < 3; i++) {
+            ck_assert_int_gt(f.detection[i].track, 0);
+            ck_assert(!last || last[i] == f.detection[i].track);
+            track[i] = f.detection[i].track;
+        }
+        last = track;
+    }
+    ck_assert_int_le(track[0] + track[1] + track[2], 6);
+}
+
+/* Each thing keeps its number from the third time on that it is seen, also where it is seen badly; what is seen badly
+ * alone is not there. The next film counts anew. */
+START_TEST(numbers_stay)
+{
+    static const char *const row[] = { "track", "look", NULL };
+    const predict_options o = { .detector = &seeing, .track = TRACK_BYTE };
+    pipeline *p;
+
+    check_ok(pipeline_open(&o, FRAME_SCENE | FRAME_DETECTIONS, row, &p));
+    check_film(p, &o, 1);
+    check_film(p, &o, 2);
+    pipeline_close(p);
+}
+END_TEST
+
+/* Filters go with the numbers: hands that pass each other keep theirs. */
+START_TEST(filters_go_with_numbers)
+{
+    predict_followed film = { .arena = arena, .which = 1, .dt = 1.0 / 30 };
+    predict_detection a = seen(0, 0.9, 0, 0, 20, 20), b = seen(0, 0.9, 10, 0, 30, 20);
+    predict_view v[2] = { { .hand_seen = &a, .hand_box = a.box }, { .hand_seen = &b, .hand_box = b.box } };
+    predict_result *r = lt_arena_array(arena, 2, sizeof(*r));
+
+    a.track = 7;
+    b.track = 8;
+    check_ok(predict_follow(&film, arena, v, r, 2));
+    ck_assert_int_eq(film.smoother[0].track, 7);
+    v[0].hand_box = b.box;
+    v[1].hand_box = a.box;
+    check_ok(predict_follow(&film, arena, v, r, 2));
+    ck_assert_uint_eq(film.n, 2);
+    ck_assert_float_eq(film.smoother[0].box.x0, b.box.x0);
+    a.track = 9;
+    check_ok(predict_follow(&film, arena, v, r, 1));
+    ck_assert_uint_eq(film.n, 3);
+    ck_assert_int_eq(film.smoother[0].unseen, 1);
+    ck_assert_int_eq(film.smoother[2].track, 9);
 }
 END_TEST
 
@@ -346,6 +433,8 @@ static void add_tests(TCase *t)
     tcase_add_test(t, estimates);
     tcase_add_test(t, one_object_for_all);
     tcase_add_test(t, detections_alone);
+    tcase_add_test(t, numbers_stay);
+    tcase_add_test(t, filters_go_with_numbers);
     tcase_add_test(t, nothing_found);
     tcase_add_test(t, no_class_of_hands);
 }

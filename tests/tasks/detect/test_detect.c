@@ -161,7 +161,7 @@ static void check_finds(const char *run)
     ck_assert_str_eq(d.name[1], "bar");
     check_ok(detection_open(arena, at("data"), "train", &set));
     check_ok(detection_read(set, 0, arena, &sample));
-    check_ok(detector_run(&d, sample.rgb.data, SIDE, SIDE, arena, &found, &n));
+    check_ok(detector_run(&d, sample.rgb.data, SIDE, SIDE, &detection_rules_shown, arena, &found, &n));
     ck_assert_int_eq(n, 2);
     for (int i = 0; i < n; i++) {
         const float *truth = sample.object[found[i].cls].box;
