@@ -5,11 +5,15 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/text/json.h"
+#include "libtensor/io/text/json_object.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+
+#define MOST_BYTES ((size_t)4 << 30)    /* of a file; COCO's largest has 470 MB */
 
 enum { MAX_SIDE = LT_IMAGE_MAX_SIDE };
 
@@ -18,11 +22,19 @@ enum { MAX_SIDE = LT_IMAGE_MAX_SIDE };
 typedef struct { int64_t id, at; } numbered;
 
 typedef struct {
+    numbered *list;
+    size_t n, room;
+} id_list;
+
+typedef struct {
     lt_arena *arena;
     const char *path, *images;
     detection_set *set;
-    numbered *image_of, *class_of;      /* sorted by id */
-    object_list *objects;         /* of each image */
+    detection_image *image;
+    const char **name;              /* of categories, as they stand */
+    size_t images_room, names_room;
+    id_list image_of, class_of;     /* sorted by id, once all are known */
+    object_list *objects;           /* of each image */
 } reading;
 
 static int by_id(const void *a, const void *b)
@@ -32,9 +44,9 @@ static int by_id(const void *a, const void *b)
     return x < y ? -1 : x > y;
 }
 
-static int64_t find(const numbered *list, int64_t n, int64_t id)
+static int64_t find(const id_list *in, int64_t id)
 {
-    const numbered key = { .id = id }, *found = n ? bsearch(&key, list, (size_t)n, sizeof(key), by_id) : NULL;
+    const numbered key = { .id = id }, *found = in->n ? bsearch(&key, in->list, in->n, sizeof(key), by_id) : NULL;
 
     return found ? found->at : -1;
 }
@@ -58,62 +70,77 @@ static bool whole(const cJSON *in, const char *key, int64_t lo, int64_t hi, int6
 
 #define MAX_ID (INT64_C(1) << 53)
 
-/* ids of a list, in the order of ids or of the list; *out (n) sorted by id */
-static lt_status number(const reading *r, const char *what, const cJSON *list, numbered **out)
+/* The id of a list's next item */
+static lt_status add_id(const reading *r, const char *what, const cJSON *item, int i, id_list *to)
 {
-    const int n = cJSON_GetArraySize(list);
-    const cJSON *item;
-    int i = 0;
-
-    *out = lt_arena_array(r->arena, (size_t)n + 1, sizeof(**out));
-    if (!*out)
+    to->list = lt_arena_grow(r->arena, to->list, to->n, &to->room, sizeof(*to->list));
+    if (!to->list)
         return no_memory(r);
-    cJSON_ArrayForEach(item, list) {
-        if (!whole(item, "id", -MAX_ID, MAX_ID, &(*out)[i].id))
-            return lt_error(LT_EFORMAT, "%s: %s[%d].id: want a whole number", r->path, what, i);
-        (*out)[i].at = i;
-        i++;
-    }
-    qsort(*out, (size_t)n, sizeof(**out), by_id);
-    for (i = 1; i < n; i++)
-        if ((*out)[i].id == (*out)[i - 1].id)
-            return lt_error(LT_EFORMAT, "%s: %s: the id %" PRId64 " is there twice", r->path, what, (*out)[i].id);
+    if (!whole(item, "id", -MAX_ID, MAX_ID, &to->list[to->n].id))
+        return lt_error(LT_EFORMAT, "%s: %s[%d].id: want a whole number", r->path, what, i);
+    to->list[to->n++].at = i;
     return LT_OK;
 }
 
-static lt_status read_classes(reading *r, const cJSON *list)
+static lt_status sort_ids(const reading *r, const char *what, id_list *ids)
 {
-    detection_set *s = r->set;
-    const int n = cJSON_GetArraySize(list);
-    const char **name = lt_arena_array(r->arena, (size_t)n + 1, sizeof(*name));
-    int64_t *id = lt_arena_array(r->arena, (size_t)n + 1, sizeof(*id));
-    lt_status st = number(r, "categories", list, &r->class_of);
+    if (ids->n)
+        qsort(ids->list, ids->n, sizeof(*ids->list), by_id);
+    for (size_t i = 1; i < ids->n; i++)
+        if (ids->list[i].id == ids->list[i - 1].id)
+            return lt_error(LT_EFORMAT, "%s: %s: the id %" PRId64 " is there twice", r->path, what, ids->list[i].id);
+    return LT_OK;
+}
+
+/* ---- categories and images ---- */
+
+static lt_status read_category(reading *r, const cJSON *item, int i)
+{
+    const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "name"));
+    const lt_status st = add_id(r, "categories", item, i, &r->class_of);
 
     if (st)
         return st;
-    if (!name || !id)
+    r->name = lt_arena_grow(r->arena, r->name, (size_t)i, &r->names_room, sizeof(*r->name));
+    if (!r->name)
         return no_memory(r);
-    for (int i = 0; i < n; i++) {
-        const cJSON *item = cJSON_GetArrayItem(list, (int)r->class_of[i].at);
-        const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "name"));
+    r->name[i] = text ? lt_arena_strdup(r->arena, text)
+                      : lt_arena_printf(r->arena, "%" PRId64, r->class_of.list[i].id);
+    return r->name[i] ? LT_OK : no_memory(r);
+}
 
-        id[i] = r->class_of[i].id;
-        name[i] = text ? lt_arena_strdup(r->arena, text) : lt_arena_printf(r->arena, "%" PRId64, id[i]);
-        if (!name[i])
-            return no_memory(r);
-        r->class_of[i].at = i;          /* classes count in the order of ids */
+/* Classes count in the order of ids. */
+static lt_status order_classes(reading *r)
+{
+    detection_set *s = r->set;
+    const size_t n = r->class_of.n;
+    const char **name = lt_arena_array(r->arena, n, sizeof(*name));
+    int64_t *id = lt_arena_array(r->arena, n, sizeof(*id));
+    const lt_status st = sort_ids(r, "categories", &r->class_of);
+
+    if (st || !name || !id)
+        return st ? st : no_memory(r);
+    for (size_t c = 0; c < n; c++) {
+        numbered *of = &r->class_of.list[c];
+
+        id[c] = of->id;
+        name[c] = r->name[of->at];
+        of->at = (int64_t)c;
     }
-    s->classes = n;
+    s->classes = (int)n;
     s->class_name = name;
     s->class_id = id;
     return n ? LT_OK : lt_error(LT_EFORMAT, "%s: categories: there are none", r->path);
 }
 
-static lt_status read_image(const reading *r, const cJSON *item, int i, detection_image *out)
+static lt_status read_image(reading *r, const cJSON *item, int i)
 {
     const char *file = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "file_name"));
     int64_t width, height;
+    const lt_status st = add_id(r, "images", item, i, &r->image_of);
 
+    if (st)
+        return st;
     if (!file || !lt_path_is_inside(file))
         return lt_error(LT_EFORMAT, "%s: images[%d].file_name: want the name of a file in %s", r->path, i, r->images);
     if (!whole(item, "width", 1, MAX_SIDE, &width) || !whole(item, "height", 1, MAX_SIDE, &height))
@@ -122,12 +149,14 @@ static lt_status read_image(const reading *r, const cJSON *item, int i, detectio
     if (width * height > LT_IMAGE_MAX_PIXELS)
         return lt_error(LT_EFORMAT, "%s: images[%d] \"%s\": more than %d pixels", r->path, i, file,
                         LT_IMAGE_MAX_PIXELS);
-    whole(item, "id", -MAX_ID, MAX_ID, &out->id);
-    out->width = (int)width;
-    out->height = (int)height;
-    out->name = lt_arena_strdup(r->arena, file);
-    out->path = lt_path_join(r->arena, r->images, file);
-    return out->name && out->path ? LT_OK : no_memory(r);
+    r->image = lt_arena_grow(r->arena, r->image, (size_t)i, &r->images_room, sizeof(*r->image));
+    if (!r->image)
+        return no_memory(r);
+    r->image[i] = (detection_image){
+        .id = r->image_of.list[i].id, .width = (int)width, .height = (int)height,
+        .name = lt_arena_strdup(r->arena, file), .path = lt_path_join(r->arena, r->images, file),
+    };
+    return r->image[i].name && r->image[i].path ? LT_OK : no_memory(r);
 }
 
 /* ---- objects ---- */
@@ -265,21 +294,21 @@ static lt_status read_object(reading *r, const cJSON *item, int i)
 
     if (!whole(item, "image_id", -MAX_ID, MAX_ID, &image_id) || !whole(item, "category_id", -MAX_ID, MAX_ID, &class_id))
         return lt_error(LT_EFORMAT, "%s: annotations[%d]: image_id, category_id: want whole numbers", r->path, i);
-    at = find(r->image_of, r->set->count, image_id);
-    cls = find(r->class_of, r->set->classes, class_id);
+    at = find(&r->image_of, image_id);
+    cls = find(&r->class_of, class_id);
     if (at < 0 || cls < 0)
         return lt_error(LT_EFORMAT, "%s: annotations[%d]: no %s has the id %" PRId64, r->path, i,
                         at < 0 ? "image" : "category", at < 0 ? image_id : class_id);
     if (!four_numbers(bbox))
         return lt_error(LT_EFORMAT, "%s: annotations[%d].bbox: want x, y, width, height", r->path, i);
-    if (!read_box(bbox, &r->set->image[at], o.box))
-        return leave_out(r, i, &r->set->image[at], "nothing of it is inside");
+    if (!read_box(bbox, &r->image[at], o.box))
+        return leave_out(r, i, &r->image[at], "nothing of it is inside");
     o.cls = (int)cls;
     o.crowd = cJSON_IsTrue(crowd) || (cJSON_IsNumber(crowd) && crowd->valuedouble != 0);
     if (cJSON_IsArray(segmentation))
         st = read_polygons(r, segmentation, i, &o);
     else if (cJSON_IsObject(segmentation))
-        st = read_runs(r, segmentation, i, &r->set->image[at], &o);
+        st = read_runs(r, segmentation, i, &r->image[at], &o);
     o.area = cJSON_IsNumber(area) && area->valuedouble >= 0 ? area->valuedouble
              : (double)(o.box[2] - o.box[0]) * (double)(o.box[3] - o.box[1]);
     return st ? st : add_object(r, at, &o);
@@ -287,68 +316,80 @@ static lt_status read_object(reading *r, const cJSON *item, int i)
 
 /* ---- a file ---- */
 
-static lt_status read_images(reading *r, const cJSON *list)
+/* Item by item: the tree of all of them would take ten times the file. */
+static lt_status read_list(reading *r, const char *what, const lt_json_member *list,
+                           lt_status (*read)(reading *r, const cJSON *item, int i))
 {
-    detection_image *image = lt_arena_array(r->arena, (size_t)cJSON_GetArraySize(list) + 1, sizeof(*image));
-    const cJSON *item;
-    lt_status st = number(r, "images", list, &r->image_of);
+    const char *name = lt_arena_printf(r->arena, "%s: %s", r->path, what);
+    char place[512];
+    lt_json_object items;
+    lt_json_member m;
+    bool more = true;
+    lt_status st = name ? lt_json_list_open(name, list->value, list->n, &items) : no_memory(r);
 
-    if (st == LT_OK && !image)
-        st = no_memory(r);
-    cJSON_ArrayForEach(item, list) {
-        if (st)
-            return st;
-        st = read_image(r, item, (int)r->set->count, &image[r->set->count]);
-        r->set->count++;
+    for (int i = 0; !st && !(st = lt_json_list_next(&items, &m, &more)) && more; i++) {
+        cJSON *item = NULL;
+
+        snprintf(place, sizeof(place), "%s[%d]", name, i);
+        st = lt_json_parse(place, m.value, m.n, &item);
+        st = st ? st : read(r, item, i);
+        cJSON_Delete(item);
     }
-    r->set->image = image;
     return st;
 }
 
-static lt_status read_tree(reading *r, const cJSON *tree)
+static lt_status read_lists(reading *r, const lt_json_member list[3])
 {
-    const cJSON *images = cJSON_GetObjectItemCaseSensitive(tree, "images");
-    const cJSON *annotations = cJSON_GetObjectItemCaseSensitive(tree, "annotations"), *item;
-    const cJSON *categories = cJSON_GetObjectItemCaseSensitive(tree, "categories");
-    int i = 0;
-    lt_status st;
+    lt_status st = read_list(r, "categories", &list[0], read_category);
 
-    if (!cJSON_IsArray(images) || !cJSON_IsArray(annotations) || !cJSON_IsArray(categories))
-        return lt_error(LT_EFORMAT, "%s: want the lists images, annotations and categories, as COCO's instances have "
-                        "them", r->path);
-    st = read_classes(r, categories);
-    if (st == LT_OK)
-        st = read_images(r, images);
+    st = st ? st : order_classes(r);
+    st = st ? st : read_list(r, "images", &list[1], read_image);
+    st = st ? st : sort_ids(r, "images", &r->image_of);
     if (st)
         return st;
-    r->objects = lt_arena_array(r->arena, (size_t)r->set->count + 1, sizeof(*r->objects));
+    r->set->count = (int64_t)r->image_of.n;
+    r->set->image = r->image;
+    r->objects = lt_arena_array(r->arena, r->image_of.n, sizeof(*r->objects));
     if (!r->objects)
         return no_memory(r);
-    cJSON_ArrayForEach(item, annotations) {
-        st = read_object(r, item, i++);
-        if (st)
-            return st;
+    st = read_list(r, "annotations", &list[2], read_object);
+    for (size_t k = 0; k < r->image_of.n; k++) {
+        r->image[k].object = r->objects[k].list;
+        r->image[k].n = (int)r->objects[k].n;
     }
-    for (int64_t k = 0; k < r->set->count; k++) {
-        detection_image *image = (detection_image *)&r->set->image[k];
+    return st;
+}
 
-        image->object = r->objects[k].list;
-        image->n = (int)r->objects[k].n;
-    }
-    return LT_OK;
+/* Where the three lists stand in the text; of two of a name the first counts. */
+static lt_status find_lists(const reading *r, const lt_file *file, lt_json_member list[3])
+{
+    static const char *const names[] = { "categories", "images", "annotations" };
+    lt_json_object all;
+    lt_json_member m;
+    bool more = true, there = lt_json_object_open(r->path, (const char *)file->bytes, file->n, &all) == LT_OK;
+    lt_status st = LT_OK;
+
+    while (there && !(st = lt_json_object_next(&all, r->arena, &m, &more)) && more)
+        for (int k = 0; k < 3; k++)
+            if (strcmp(m.key, names[k]) == 0 && !list[k].value)
+                list[k] = m;
+    for (int k = 0; k < 3; k++)
+        there = there && list[k].value && *list[k].value == '[';
+    return st || there ? st : lt_error(LT_EFORMAT, "%s: want the lists images, annotations and categories, as COCO's "
+                                       "instances have them", r->path);
 }
 
 lt_status detection_parse_coco(lt_arena *arena, const char *path, const char *images, detection_set *out)
 {
     reading r = { .arena = arena, .path = path, .images = images, .set = out };
-    cJSON *tree;
-    lt_status st = lt_json_read(path, &tree);
+    lt_json_member list[3] = { { NULL, NULL, 0 } };
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, MOST_BYTES);
 
-    if (st)
-        return st;
     out->title = "COCO";
     out->list = path;
-    st = read_tree(&r, tree);
-    cJSON_Delete(tree);
+    st = st ? st : find_lists(&r, &file, list);
+    st = st ? st : read_lists(&r, list);
+    lt_file_free(&file);
     return st;
 }

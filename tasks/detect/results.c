@@ -1,13 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/detect/results.h"
 
+#include "libtensor/io/file.h"
 #include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/text/json.h"
+#include "libtensor/io/text/json_object.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define MOST_BYTES ((size_t)4 << 30)
 
 typedef struct { int64_t id, at; } numbered;
 
@@ -125,23 +129,39 @@ static lt_status read_result(const reading *r, const cJSON *item, int i)
     return LT_OK;
 }
 
+/* Item by item: the tree of all of them would take ten times the file. */
+static lt_status read_items(const reading *r, const lt_file *file)
+{
+    lt_json_object items;
+    lt_json_member m;
+    bool more = true;
+    lt_status st = lt_json_list_open(r->path, (const char *)file->bytes, file->n, &items);
+
+    if (st)
+        return lt_error(LT_EFORMAT, "%s: want a list of results, as COCO takes them", r->path);
+    for (int i = 0; !st && !(st = lt_json_list_next(&items, &m, &more)) && more; i++) {
+        char place[512];
+        cJSON *item = NULL;
+
+        snprintf(place, sizeof(place), "%s: [%d]", r->path, i);
+        st = lt_json_parse(place, m.value, m.n, &item);
+        st = st ? st : read_result(r, item, i);
+        cJSON_Delete(item);
+    }
+    return st;
+}
+
 lt_status detect_results_read(lt_arena *arena, const char *path, const detection_set *set, detect_result **out)
 {
     reading r = { .arena = arena, .path = path, .set = set,
                   .out = lt_arena_array(arena, (size_t)set->count + 1, sizeof(*r.out)) };
-    cJSON *tree = NULL;
-    const cJSON *item;
-    int i = 0;
-    lt_status st = r.out ? number_images(&r) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    lt_file file;
+    lt_status st = lt_file_load(&file, path, MOST_BYTES);
 
-    if (st == LT_OK)
-        st = lt_json_read(path, &tree);
-    if (st == LT_OK && !cJSON_IsArray(tree))
-        st = lt_error(LT_EFORMAT, "%s: want a list of results, as COCO takes them", path);
-    cJSON_ArrayForEach(item, tree)
-        if (st == LT_OK)
-            st = read_result(&r, item, i++);
-    cJSON_Delete(tree);
+    if (!st)
+        st = r.out ? number_images(&r) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    st = st ? st : read_items(&r, &file);
+    lt_file_free(&file);
     if (st == LT_OK)
         *out = r.out;
     return st;

@@ -179,6 +179,49 @@ START_TEST(members)
 }
 END_TEST
 
+static lt_status read_items(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    lt_json_object o;
+    lt_json_member m;
+    bool more = false;
+    lt_status st = lt_json_list_open("x.json", (const char *)bytes, n, &o);
+
+    while (!st && !(st = lt_json_list_next(&o, &m, &more)) && more)
+        st = read_json(arena, (const uint8_t *)m.value, m.n);
+    return st;
+}
+
+#define ITEMS " [{\"a\": [1, 2]} , \"],\", -1e3,\n[]\t] "
+
+START_TEST(items)
+{
+    static const char *const want[] = { "{\"a\": [1, 2]}", "\"],\"", "-1e3", "[]" };
+    static const struct { const char *text, *reason; } cases[] = {
+        { "", "ends early, want [" }, { "{}", "x.json:1: byte 0 is 0x7b, want [" }, { "[1 2]", "want a comma or ]" },
+        { "[1,]", "want a value" }, { "[1", "ends early, want a comma or ]" }, { "[[1", "ends early, want a value" },
+        { "[1] 2", "want the end of the file" }, { "[[1}]", "not valid JSON" },
+    };
+    lt_arena *arena = lt_arena_new();
+    lt_json_object o;
+    lt_json_member m;
+    bool more;
+
+    check_ok(lt_json_list_open("x.json", ITEMS, sizeof(ITEMS) - 1, &o));
+    for (size_t i = 0; i < LT_COUNT(want); i++) {
+        check_ok(lt_json_list_next(&o, &m, &more));
+        ck_assert(more && !m.key);
+        ck_assert_int_eq(m.n, strlen(want[i]));
+        ck_assert_mem_eq(m.value, want[i], m.n);
+    }
+    check_ok(lt_json_list_next(&o, &m, &more));
+    ck_assert(!more);
+    check_ok(read_items(arena, (const uint8_t *)"[]", 2));
+    for (size_t i = 0; i < LT_COUNT(cases); i++)
+        check_refused(read_items, cases[i].text, strlen(cases[i].text), cases[i].reason);
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(members_are_broken)
 {
     static const struct { const char *text, *reason; } cases[] = {
@@ -223,6 +266,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, round_trip);
     tcase_add_test(tc, strings_are_escaped);
     tcase_add_test(tc, members);
+    tcase_add_test(tc, items);
     tcase_add_test(tc, members_are_broken);
 }
 

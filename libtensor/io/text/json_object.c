@@ -69,17 +69,28 @@ static bool skip_value(lt_json_object *o)
     return depth == 0;
 }
 
-lt_status lt_json_object_open(const char *name, const char *text, size_t n, lt_json_object *out)
+/* open: the bracket that it begins with; want: that in words */
+static lt_status begin(const char *name, const char *text, size_t n, char open, const char *want, lt_json_object *out)
 {
     const bool mark = n >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0;
     lt_json_object o = { .name = name, .text = text, .n = n, .at = mark ? 3 : 0, .first = true };
 
     skip_blanks(&o);
-    if (look(&o) != '{')
-        return wrong(&o, "{, the beginning of an object");
+    if (look(&o) != open)
+        return wrong(&o, want);
     o.at++;
     *out = o;
     return LT_OK;
+}
+
+lt_status lt_json_object_open(const char *name, const char *text, size_t n, lt_json_object *out)
+{
+    return begin(name, text, n, '{', "{, the beginning of an object", out);
+}
+
+lt_status lt_json_list_open(const char *name, const char *text, size_t n, lt_json_object *out)
+{
+    return begin(name, text, n, '[', "[, the beginning of a list", out);
 }
 
 static lt_status read_key(lt_json_object *o, lt_arena *arena, const char **out)
@@ -105,20 +116,39 @@ static lt_status end_of(lt_json_object *o)
     return o->at == o->n ? LT_OK : wrong(o, "the end of the file");
 }
 
-lt_status lt_json_object_next(lt_json_object *o, lt_arena *arena, lt_json_member *out, bool *more)
+/* To the next member or item; *more is false behind the bracket that closes. */
+static lt_status go_on(lt_json_object *o, char close, const char *want, bool *more)
 {
-    lt_status st;
-
     *more = false;
     skip_blanks(o);
-    if (look(o) == '}')
+    if (look(o) == close)
         return end_of(o);
     if (!o->first && look(o) != ',')
-        return wrong(o, "a comma or }");
+        return wrong(o, want);
     if (!o->first)
         o->at++;
     o->first = false;
     skip_blanks(o);
+    *more = true;
+    return LT_OK;
+}
+
+static lt_status take_value(lt_json_object *o, lt_json_member *out)
+{
+    out->value = o->text + o->at;
+    if (!skip_value(o) || out->value == o->text + o->at)
+        return wrong(o, "a value");
+    out->n = (size_t)(o->text + o->at - out->value);
+    return LT_OK;
+}
+
+lt_status lt_json_object_next(lt_json_object *o, lt_arena *arena, lt_json_member *out, bool *more)
+{
+    lt_status st = go_on(o, '}', "a comma or }", more);
+
+    if (st || !*more)
+        return st;
+    *more = false;
     st = read_key(o, arena, &out->key);
     if (st)
         return st;
@@ -127,10 +157,19 @@ lt_status lt_json_object_next(lt_json_object *o, lt_arena *arena, lt_json_member
         return wrong(o, "a colon");
     o->at++;
     skip_blanks(o);
-    out->value = o->text + o->at;
-    if (!skip_value(o) || out->value == o->text + o->at)
-        return wrong(o, "a value");
-    out->n = (size_t)(o->text + o->at - out->value);
-    *more = true;
-    return LT_OK;
+    st = take_value(o, out);
+    *more = st == LT_OK;
+    return st;
+}
+
+lt_status lt_json_list_next(lt_json_object *o, lt_json_member *out, bool *more)
+{
+    lt_status st = go_on(o, ']', "a comma or ]", more);
+
+    if (st || !*more)
+        return st;
+    out->key = NULL;
+    st = take_value(o, out);
+    *more = st == LT_OK;
+    return st;
 }

@@ -1,14 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Internal: the members of a JSON object one at a time, for files of hundreds of megabytes whose tree would take ten
- * times that. What stands between members is checked here, each value by whoever parses it with lt_json_parse.
+ * Internal: the members of a JSON object, or the items of a list, one at a time, for files of hundreds of megabytes whose
+ * tree would take ten times that. What stands between them is checked here, each value by whoever parses it with
+ * lt_json_parse.
  */
 #ifndef LT_IO_TEXT_JSON_OBJECT_H
 #define LT_IO_TEXT_JSON_OBJECT_H
 
 #include "libtensor/base/arena.h"
 
-/* Where in a text one is. */
+/* Where in a text one is, of an object or of a list. */
 typedef struct {
     const char *name, *text;        /* name is for error lines */
     size_t n, at;
@@ -16,7 +17,7 @@ typedef struct {
 } lt_json_object;
 
 typedef struct {
-    const char *key;
+    const char *key;                /* NULL: an item of a list */
     const char *value;              /* its text, within the object's */
     size_t n;
 } lt_json_member;
@@ -33,5 +34,9 @@ lt_status lt_json_object_open(const char *name, const char *text, size_t n, lt_j
  * Errors: LT_EFORMAT with line and byte: not JSON, cut short, text behind the object; LT_ENOMEM.
  */
 lt_status lt_json_object_next(lt_json_object *o, lt_arena *arena, lt_json_member *out, bool *more);
+
+/* lt_json_list_open, lt_json_list_next - likewise the items of a list */
+lt_status lt_json_list_open(const char *name, const char *text, size_t n, lt_json_object *out);
+lt_status lt_json_list_next(lt_json_object *o, lt_json_member *out, bool *more);
 
 #endif
