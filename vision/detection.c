@@ -140,34 +140,58 @@ static double iou(const float a[4], const float b[4])
     return both > 0 ? both / (area(a) + area(b) - both) : 0;
 }
 
-static bool is_new(const detection *found, int n, const detection *d, double most)
+/* What is kept, class by class */
+typedef struct {
+    detection *found;
+    int n;
+    int *last, *before;             /* (classes) the class's last one, from 1; of each the one before it; 0: none */
+    int *count;                     /* (classes) */
+} keeper;
+
+static bool keeper_init(lt_arena *arena, int most, int classes, keeper *k)
 {
-    for (int i = 0; i < n; i++)
-        if (found[i].cls == d->cls && iou(found[i].box, d->box) > most)
-            return false;
-    return true;
+    k->found = lt_arena_array(arena, (size_t)most + 1, sizeof(*k->found));
+    k->before = lt_arena_array(arena, (size_t)most + 1, sizeof(*k->before));
+    k->last = lt_arena_array(arena, (size_t)classes, sizeof(*k->last));
+    k->count = lt_arena_array(arena, (size_t)classes, sizeof(*k->count));
+    return k->found && k->before && k->last && k->count;
+}
+
+/* Keep found[n], unless one of its class that is surer lies there. */
+static void keep(keeper *k, double most_iou)
+{
+    const detection *d = &k->found[k->n];
+
+    for (int i = k->last[d->cls]; i; i = k->before[i - 1])
+        if (iou(k->found[i - 1].box, d->box) > most_iou)
+            return;
+    k->before[k->n] = k->last[d->cls];
+    k->last[d->cls] = ++k->n;
+    k->count[d->cls]++;
 }
 
 lt_status detection_find(lt_arena *arena, const detection_maps *m, const detection_rules *rules, detection **out,
                          int *n)
 {
     const float least = (float)log(rules->score / (1 - rules->score));
+    const int most = rules->every_class ? rules->most * m->classes : rules->most;
     candidates c = { .arena = arena };
+    keeper k = { .n = 0 };
     bool ok = true;
 
-    *n = 0;
-    *out = lt_arena_array(arena, (size_t)rules->most + 1, sizeof(**out));
     for (int level = 0; level < DETECTION_LEVELS && ok; level++)
         ok = (rules->every_class ? every_class : surest_class)(m, level, least, &c);
-    if (!*out || !ok)
+    if (!ok || !keeper_init(arena, most, m->classes, &k))
         return lt_error(LT_ENOMEM, "no memory for what a detector found");
     if (c.n)
         qsort(c.list, c.n, sizeof(*c.list), surest_first);
-    for (size_t i = 0; i < c.n && *n < rules->most; i++) {
-        detection *d = &(*out)[*n];
-
-        decode(m, &c.list[i], d);
-        *n += is_new(*out, *n, d, rules->iou);
+    for (size_t i = 0; i < c.n && k.n < most; i++) {
+        if (rules->every_class && k.count[c.list[i].cls] == rules->most)
+            continue;
+        decode(m, &c.list[i], &k.found[k.n]);
+        keep(&k, rules->iou);
     }
+    *out = k.found;
+    *n = k.n;
     return LT_OK;
 }

@@ -29,12 +29,12 @@ typedef struct {
 typedef struct {
     double score;                   /* least */
     double iou;                     /* of two boxes of one class that overlap more, the surer one stays */
-    int most;                       /* in an image */
+    int most;                       /* in an image; with every_class, of each class */
     bool every_class;               /* a cell may find one of each class; else its surest alone */
 } detection_rules;
 
-/* detection_rules_shown - score 0.25, IoU 0.7, 300: what people look at. detection_rules_scored - from 0.001 on, every
- * class, 100: what an average precision is measured of */
+/* detection_rules_shown - score 0.25, IoU 0.7, 300: what people look at. detection_rules_scored - from 0.001 on, 100 of
+ * every class: what an average precision is measured of */
 extern const detection_rules detection_rules_shown, detection_rules_scored;
 
 typedef struct {

@@ -60,6 +60,30 @@ START_TEST(nothing)
 }
 END_TEST
 
+/* cocoeval's evaluateImg cuts at 100 findings of an image and a class. The 100th is right, after 99 that are wrong:
+ * precision 0.01 at every recall; the 101st does not count. Another class has its own hundred. */
+START_TEST(a_hundred_of_a_class)
+{
+    static float iou[2 * 121];
+    static ap_found found[121];
+    const ap_truth truth[] = { { 0, 100, false }, { 1, 100, false } };
+    const ap_image image = { found, truth, 121, 2, iou };
+    double ap[2 * AP_THRESHOLDS];
+
+    for (int i = 0; i < 121; i++)
+        found[i] = (ap_found){ i == 120, 0.99 - 0.001 * i, 100 };
+    iou[2 * 120 + 1] = 1;
+    iou[2 * 99] = 1;
+    check_ok(ap_measure(&image, 1, 2, any, ap));
+    ck_assert_double_eq_tol(ap[0], 0.01, 1e-12);
+    ck_assert_double_eq(ap[AP_THRESHOLDS], 1);
+    iou[2 * 99] = 0;
+    iou[2 * 100] = 1;
+    check_ok(ap_measure(&image, 1, 2, any, ap));
+    ck_assert_double_eq(ap[0], 0);
+}
+END_TEST
+
 /* ---- many images ---- */
 
 enum { IMAGES = 30, CLASSES = 3, MOST = 64 };
@@ -129,6 +153,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, by_hand);
     tcase_add_test(tc, twice_and_crowds);
     tcase_add_test(tc, nothing);
+    tcase_add_test(tc, a_hundred_of_a_class);
     tcase_add_test(tc, as_pycocotools);
 }
 

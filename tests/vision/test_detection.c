@@ -107,6 +107,29 @@ START_TEST(every_class_of_a_cell)
 }
 END_TEST
 
+/* As pycocotools takes so many of each class in an image: what is found of one leaves no less room for another. */
+START_TEST(so_many_of_each_class)
+{
+    static const int far[] = { 0, 0, 0, 0 };
+    const detection_rules rules = { .score = 0.001, .iou = 0.7, .most = 5, .every_class = true };
+    detection *found;
+    int n, of[NC] = { 0 };
+
+    for (int i = 0; i < 12; i++)
+        see(0, i, 0, 5 - 0.1f * (float)i, far);
+    for (int i = 20; i < 23; i++)
+        see(0, i, 2, -2, far);
+    check_ok(detection_find(arena, &maps, &rules, &found, &n));
+    for (int i = 0; i < n; i++)
+        of[found[i].cls]++;
+    ck_assert_int_eq(of[0], 5);
+    ck_assert_int_eq(of[1], 0);
+    ck_assert_int_eq(of[2], 3);
+    ck_assert_float_eq_tol(found[4].score, 1 / (1 + expf(-4.6f)), 1e-6f);
+    ck_assert_int_eq(detection_rules_scored.most, 100);
+}
+END_TEST
+
 /* ---- masks ---- */
 
 static double sigmoid_at(const detection *d, int x, int y)
@@ -194,6 +217,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, boxes);
     tcase_add_test(tc, the_surest_alone);
     tcase_add_test(tc, every_class_of_a_cell);
+    tcase_add_test(tc, so_many_of_each_class);
     tcase_add_test(tc, masks);
     tcase_add_test(tc, letterboxes);
 }
