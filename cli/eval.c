@@ -397,15 +397,11 @@ static lt_status evaluate_task(const eval_args *a, cli_checkpoint *c)
 static lt_status score_detections(const eval_args *a)
 {
     const detect_evaluation e = { .data = a->data, .split = a->split, .pred = a->pred, .batch = a->batch, .threads = 2,
-                                  .progress = show_progress };
+                                  .folder = a->out, .progress = show_progress };
     detect_scores s;
     lt_status st = a->setup || a->models || a->hand
                    ? lt_error(LT_EUSAGE, "detections take --data, --split, --out and --json") : detect_evaluate(&e, &s);
 
-    if (st == LT_OK && a->out)
-        st = lt_make_dirs(a->out);
-    if (st == LT_OK && a->out)
-        st = detect_scores_write(&s, a->out);
     if (st == LT_OK && a->json)
         st = cli_print_json(detect_scores_json(&s), "the scores");
     else if (st == LT_OK)

@@ -150,6 +150,8 @@ static bool add_scene(tally *to, const scene *s, lt_arena *scratch)
 
 /* ---- one class ---- */
 
+enum { CURVES = AP_THRESHOLDS * AP_RECALLS };
+
 static int surest_first(const void *a, const void *b)
 {
     const entry *x = a, *y = b;
@@ -159,10 +161,10 @@ static int surest_first(const void *a, const void *b)
     return x->order < y->order ? -1 : x->order > y->order;
 }
 
-/* The mean over the recalls of the best precision at that recall and beyond */
-static double area_under(const tally *of, int t, double *precision, double *recall)
+/* The best precision at each recall and beyond */
+static void draw_curve(const tally *of, int t, double *precision, double *recall, double *out)
 {
-    double hits = 0, misses = 0, sum = 0;
+    double hits = 0, misses = 0;
     size_t n = 0, at = 0;
 
     for (size_t i = 0; i < of->n; i++) {
@@ -178,9 +180,8 @@ static double area_under(const tally *of, int t, double *precision, double *reca
     for (int k = 0; k < AP_RECALLS; k++) {
         while (at < n && recall[at] < recall_at(k))
             at++;
-        sum += at < n ? precision[at] : 0;
+        out[k] = at < n ? precision[at] : 0;
     }
-    return sum / AP_RECALLS;
 }
 
 static bool measure_class(const ap_image *image, int64_t n, int cls, ap_range area, tally *to, double *out)
@@ -202,22 +203,47 @@ static bool measure_class(const ap_image *image, int64_t n, int cls, ap_range ar
         return false;
     if (to->n)
         qsort(to->list, to->n, sizeof(*to->list), surest_first);
-    for (int t = 0; t < AP_THRESHOLDS; t++)
-        out[t] = to->objects ? area_under(to, t, room, room + to->n) : NAN;
+    for (int t = 0; t < AP_THRESHOLDS && to->objects; t++)
+        draw_curve(to, t, room, room + to->n, out + t * AP_RECALLS);
+    for (int k = 0; k < CURVES && !to->objects; k++)
+        out[k] = NAN;
     return true;
+}
+
+static lt_status curves_of(const ap_image *image, int64_t n, int cls, ap_range area, double out[CURVES])
+{
+    tally t = { .memory = lt_arena_new() };
+    const bool ok = t.memory && measure_class(image, n, cls, area, &t, out);
+
+    lt_arena_free(t.memory);
+    return ok ? LT_OK : lt_error(LT_ENOMEM, "no memory to measure the average precision");
+}
+
+lt_status ap_curves(const ap_image *image, int64_t n, int classes, ap_range area, double *out)
+{
+    lt_status st = LT_OK;
+
+    for (int c = 0; c < classes && !st; c++)
+        st = curves_of(image, n, c, area, out + (int64_t)c * CURVES);
+    return st;
 }
 
 lt_status ap_measure(const ap_image *image, int64_t n, int classes, ap_range area, double *out)
 {
-    for (int c = 0; c < classes; c++) {
-        tally t = { .memory = lt_arena_new() };
-        const bool ok = t.memory && measure_class(image, n, c, area, &t, out + c * AP_THRESHOLDS);
+    double curve[CURVES];
+    lt_status st = LT_OK;
 
-        lt_arena_free(t.memory);
-        if (!ok)
-            return lt_error(LT_ENOMEM, "no memory to measure the average precision");
+    for (int c = 0; c < classes && !st; c++) {
+        st = curves_of(image, n, c, area, curve);
+        for (int t = 0; t < AP_THRESHOLDS && !st; t++) {
+            double sum = 0;
+
+            for (int k = 0; k < AP_RECALLS; k++)
+                sum += curve[t * AP_RECALLS + k];
+            out[c * AP_THRESHOLDS + t] = sum / AP_RECALLS;
+        }
     }
-    return LT_OK;
+    return st;
 }
 
 double ap_mean(const double *ap, int first, int end, int thresholds)

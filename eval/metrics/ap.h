@@ -46,6 +46,10 @@ typedef struct { double lo, hi; } ap_range;
  */
 lt_status ap_measure(const ap_image *image, int64_t n, int classes, ap_range area, double *out);
 
+/* ap_curves - of each class at each threshold the best precision at each of the recalls 0, 0.01 .. 1 and beyond, whose
+ * mean is the average precision; out (classes, AP_THRESHOLDS, AP_RECALLS), NaN and errors as ap_measure has them */
+lt_status ap_curves(const ap_image *image, int64_t n, int classes, ap_range area, double *out);
+
 /* ap_mean - of classes first .. end - 1 at the first `thresholds` of them, classes without objects left out; NaN: none
  * has any */
 double ap_mean(const double *ap, int first, int end, int thresholds);

@@ -40,7 +40,16 @@ typedef struct {
  * are above 0 and the largest is 50 times the least */
 void svg_curve(FILE *f, const report_series *s, const char *x_name);
 
+/* svg_shares - several curves of numbers from 0 to 1 over numbers from 0 to 1, with their names */
+void svg_shares(FILE *f, const char *name, const report_series *s, int n, const char *x_name, const char *y_name);
+
 /* svg_histogram - how often values lie where; unit behind the numbers of the axis */
 void svg_histogram(FILE *f, const char *name, const double *value, int n, const char *unit);
+
+/* html_curves - diagrams of a detector's curves.json; path is for messages. LT_EFORMAT: it is none; LT_ENOMEM */
+lt_status html_curves(FILE *f, lt_arena *arena, const char *path, const char *text, size_t n);
+
+/* html_confusion - a detector's confusion.csv as a picture; text is cut into fields. LT_ENOMEM */
+lt_status html_confusion(FILE *f, lt_arena *arena, char *text);
 
 #endif

@@ -223,13 +223,21 @@ static void put_age(FILE *f, const report *r)
     cJSON_Delete(scores);
 }
 
+/* Whether what was scored are detections */
+static bool detects(const report *r)
+{
+    const char *path = lt_path_join(r->arena, r->run, "eval/confusion.csv");
+
+    return path && access(path, F_OK) == 0;
+}
+
 static lt_status put_tables(FILE *f, const report *r)
 {
     const char *text;
     size_t n;
     const lt_status st = read_text(r, "eval/table.md", &text, &n);
 
-    fputs("<h2>The paper's tables, and ours</h2>\n", f);
+    fprintf(f, "<h2>%s</h2>\n", detects(r) ? "Scores" : "The paper's tables, and ours");
     if (st || !text) {
         fputs("<p>Not scored yet: palmar eval does it.</p>\n", f);
         return st;
@@ -264,6 +272,7 @@ static lt_status put_errors(FILE *f, const report *r)
         { "eval/per-object.csv", "Objects", 21, false },
         { "eval/per-sequence.csv", "Sequences", 10, false },
         { "eval/per-sample.csv", "Samples", 20, true },
+        { "eval/per-image.csv", "Images", 20, false },
     };
     lt_status st = LT_OK;
 
@@ -278,6 +287,19 @@ static lt_status put_errors(FILE *f, const report *r)
     return st;
 }
 
+/* Of a detector */
+static lt_status put_detection(FILE *f, const report *r)
+{
+    const char *text;
+    size_t n;
+    lt_status st = read_text(r, "eval/curves.json", &text, &n);
+
+    if (!st && text)
+        st = html_curves(f, r->arena, "eval/curves.json", text, n);
+    st = st ? st : read_text(r, "eval/confusion.csv", &text, &n);
+    return st || !text ? st : html_confusion(f, r->arena, (char *)text);
+}
+
 static lt_status put_pictures(FILE *f, const report *r)
 {
     const char *png;
@@ -286,7 +308,11 @@ static lt_status put_pictures(FILE *f, const report *r)
 
     if (st || !png)
         return st;
-    fputs("<h2>Pictures</h2>\n<p>The truth beside what was seen.</p>\n", f);
+    if (detects(r))
+        fputs("<h2>The worst pictures</h2>\n<p>White: what is there and was found; red: what was missed. Green: found and "
+              "right; orange: found, and another thing or nothing is there.</p>\n", f);
+    else
+        fputs("<h2>Pictures</h2>\n<p>The truth beside what was seen.</p>\n", f);
     html_picture(f, (const uint8_t *)png, n, "samples, the truth beside what was seen");
     return LT_OK;
 }
@@ -328,6 +354,8 @@ static lt_status put_page(FILE *f, const report *r)
     put_heading(f, r);
     st = put_tables(f, r);
     put_curves(f, r);
+    if (st == LT_OK)
+        st = put_detection(f, r);
     if (st == LT_OK)
         st = put_errors(f, r);
     if (st == LT_OK)

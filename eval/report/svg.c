@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-enum { WIDTH = 360, HEIGHT = 170, LEFT = 52, RIGHT = 8, TOP = 22, BOTTOM = 26, MOST_POINTS = 160, BINS = 24 };
+enum { WIDTH = 360, HEIGHT = 170, LEFT = 52, RIGHT = 8, TOP = 22, BOTTOM = 26, MOST_POINTS = 160, BINS = 24, LEGEND = 14 };
 
 /* Where a value stands along an axis from `from` to `to` pixels */
 typedef struct {
@@ -20,10 +20,11 @@ static double place(const axis *a, double x)
     return hi > lo ? a->from + (at - lo) / (hi - lo) * (a->to - a->from) : (a->from + a->to) / 2;
 }
 
-static void open_svg(FILE *f, const char *name)
+/* below: pixels under the diagram */
+static void open_svg(FILE *f, const char *name, int below)
 {
-    fprintf(f, "<svg viewBox=\"0 0 %d %d\" width=%d height=%d role=img><text class=t x=%d y=14>", WIDTH, HEIGHT, WIDTH,
-            HEIGHT, LEFT);
+    fprintf(f, "<svg viewBox=\"0 0 %d %d\" width=%d height=%d role=img><text class=t x=%d y=14>", WIDTH, HEIGHT + below,
+            WIDTH, HEIGHT + below, LEFT);
     html_text(f, name);
     fputs("</text>\n", f);
 }
@@ -88,12 +89,47 @@ void svg_curve(FILE *f, const report_series *s, const char *x_name)
     range(s->x, s->n, &x.lo, &x.hi);
     range(s->y, s->n, &y.lo, &y.hi);
     y.log = y.lo > 0 && y.hi > 50 * y.lo;
-    open_svg(f, s->name);
+    open_svg(f, s->name, 0);
     draw_axes(f, &x, &y, x_name);
     fputs("<path class=c d=\"", f);
     draw_points(f, s, &x, &y, false);
     fputs("\"/>\n", f);
     draw_points(f, s, &x, &y, true);
+    fputs("</svg>\n", f);
+}
+
+/* Two in a row, below the diagram */
+static void put_legend(FILE *f, const report_series *s, int n, const char *const *color)
+{
+    for (int i = 0; i < n; i++) {
+        const int x = LEFT + i % 2 * (WIDTH - LEFT) / 2, y = HEIGHT + LEGEND / 2 + LEGEND * (i / 2);
+
+        fprintf(f, "<path style=\"stroke:%s;stroke-width:3\" d=\"M%d %dh12\"/><text x=%d y=%d>", color[i], x, y - 3, x + 16,
+                y);
+        html_text(f, s[i].name);
+        fputs("</text>\n", f);
+    }
+}
+
+void svg_shares(FILE *f, const char *name, const report_series *s, int n, const char *x_name, const char *y_name)
+{
+    static const char *const color[] = { "#c2410c", "#1d4ed8", "#15803d", "#222", "#7e22ce", "#0e7490", "#a16207",
+                                         "#be185d" };
+    const axis x = { 0, 1, LEFT, WIDTH - RIGHT, false }, y = { 0, 1, HEIGHT - BOTTOM, TOP, false };
+
+    n = n < (int)LT_COUNT(color) ? n : (int)LT_COUNT(color);
+    open_svg(f, name, LEGEND * ((n + 1) / 2));
+    draw_axes(f, &x, &y, x_name);
+    fprintf(f, "<text x=%d y=%d text-anchor=middle transform=\"rotate(-90 %d %d)\">", LEFT - 12,
+            (TOP + HEIGHT - BOTTOM) / 2, LEFT - 12, (TOP + HEIGHT - BOTTOM) / 2);
+    html_text(f, y_name);
+    fputs("</text>\n", f);
+    for (int i = 0; i < n; i++) {
+        fprintf(f, "<path class=c style=\"stroke:%s\" d=\"", color[i]);
+        draw_points(f, &s[i], &x, &y, false);
+        fputs("\"/>\n", f);
+    }
+    put_legend(f, s, n, color);
     fputs("</svg>\n", f);
 }
 
@@ -114,7 +150,7 @@ void svg_histogram(FILE *f, const char *name, const double *value, int n, const 
     x.lo = lo;
     x.hi = hi;
     y.hi = most;
-    open_svg(f, name);
+    open_svg(f, name, 0);
     draw_axes(f, &x, &y, unit);
     for (int i = 0; i < BINS; i++) {
         const double w = (x.to - x.from) / BINS, top = place(&y, count[i]);

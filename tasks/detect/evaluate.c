@@ -6,6 +6,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
 #include "tasks/detect/batch.h"
+#include "tasks/detect/breakdown.h"
 #include "tasks/detect/results.h"
 
 #include <cjson/cJSON.h>
@@ -139,6 +140,19 @@ static lt_status score_file(scoring *s, lt_arena *arena)
 
 /* ---- both ---- */
 
+static lt_status write_scores(const detect_scores *s, const char *folder)
+{
+    lt_arena *arena = lt_arena_new();
+    const char *path = arena ? lt_path_join(arena, folder, "scores.json") : NULL;
+    cJSON *root = detect_scores_json(s);
+    const lt_status st = path && root ? lt_json_write(path, root)
+                                      : lt_error(LT_ENOMEM, "no memory to write the scores");
+
+    cJSON_Delete(root);
+    lt_arena_free(arena);
+    return st;
+}
+
 lt_status detect_evaluate(const detect_evaluation *e, detect_scores *out)
 {
     lt_arena *arena = lt_arena_new();
@@ -156,6 +170,12 @@ lt_status detect_evaluate(const detect_evaluation *e, detect_scores *out)
         *out = (detect_scores){ .images = s.records.n, .synthetic = set->synthetic, .title = set->title };
         st = detect_measure(set, &s.records, out->value);
     }
+    if (st == LT_OK && e->folder)
+        st = lt_make_dirs(e->folder);
+    if (st == LT_OK && e->folder)
+        st = write_scores(out, e->folder);
+    if (st == LT_OK && e->folder)
+        st = detect_breakdown_write(set, &s.records, out->value, e->folder);
     records_free(&s.records);
     lt_arena_free(arena);
     return st;
@@ -183,19 +203,6 @@ void detect_scores_print(const detect_scores *s, FILE *f)
         fprintf(f, "%-14s %.4f\n", detect_metrics[k], s->value[k]);
 }
 
-lt_status detect_scores_write(const detect_scores *s, const char *folder)
-{
-    lt_arena *arena = lt_arena_new();
-    const char *path = arena ? lt_path_join(arena, folder, "scores.json") : NULL;
-    cJSON *root = detect_scores_json(s);
-    const lt_status st = path && root ? lt_json_write(path, root)
-                                      : lt_error(LT_ENOMEM, "no memory to write the scores");
-
-    cJSON_Delete(root);
-    lt_arena_free(arena);
-    return st;
-}
-
 /* ---- a run -------------------------------------------------------------------------------------------------- */
 
 enum { AT_A_TIME = 8 };
@@ -204,7 +211,7 @@ static lt_status score_run(const task_evaluation *e, lt_params *set, detect_scor
 {
     model m;
     const detect_evaluation d = {
-        .data = e->config->data->dir, .split = e->split, .m = &m, .batch = AT_A_TIME,
+        .data = e->config->data->dir, .split = e->split, .m = &m, .folder = e->folder, .batch = AT_A_TIME,
         .threads = e->config->data->threads, .limit = (int)e->limit, .progress = e->progress,
     };
     lt_status st = train_config_model(e->config, NULL, set, &m);
@@ -221,8 +228,6 @@ lt_status detect_evaluate_run(const task_evaluation *e, cJSON **scores)
     lt_status st = set ? score_run(e, set, &s) : lt_error(LT_ENOMEM, "no memory for the model");
 
     lt_params_free(set);
-    if (st == LT_OK)
-        st = detect_scores_write(&s, e->folder);
     if (st)
         return st;
     if (e->tables)

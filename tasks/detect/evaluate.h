@@ -15,6 +15,7 @@ typedef struct {
     const char *data, *split;       /* as detection_open takes them */
     const model *m;                 /* a csp_seg, to score; or NULL, and */
     const char *pred;               /* a file of COCO's results: image_id, category_id, bbox, score, segmentation */
+    const char *folder;             /* where scores.json and what detect_breakdown_write leaves go; NULL: nowhere */
     int batch, threads, limit;      /* images at a time; that prepare them; at most, the first, 0: all */
     bool (*progress)(void *ctx, int64_t done, int64_t total);   /* may be NULL; false: LT_ESTOPPED */
 } detect_evaluation;
@@ -34,10 +35,7 @@ lt_status detect_evaluate(const detect_evaluation *e, detect_scores *out);
 struct cJSON *detect_scores_json(const detect_scores *s);
 void detect_scores_print(const detect_scores *s, FILE *f);
 
-/* detect_evaluate_run - task.evaluate: of a run's model; scores.json in the folder */
+/* detect_evaluate_run - task.evaluate: of a run's model */
 lt_status detect_evaluate_run(const task_evaluation *e, struct cJSON **scores);
-
-/* detect_scores_write - scores.json into a folder. LT_EIO, LT_ENOMEM. */
-lt_status detect_scores_write(const detect_scores *s, const char *folder);
 
 #endif

@@ -6,6 +6,7 @@
 #define TASKS_DETECT_SCORES_H
 
 #include "data/detection/detection.h"
+#include "eval/metrics/ap.h"
 #include "train/records.h"
 #include "vision/detection.h"
 
@@ -24,6 +25,12 @@ extern const char *const detect_metrics[DETECT_METRICS + 1];
  */
 lt_status detect_record(const detection_set *set, int64_t i, int width, int height, const detect_found *found, int n,
                         records *out);
+
+/* All images as average precision is measured of them, by boxes and by masks */
+typedef struct { ap_image *box, *mask; } detect_images;
+
+/* detect_images_of - (all->n) of each, in the arena. LT_ENOMEM. */
+lt_status detect_images_of(lt_arena *arena, const records *all, detect_images *out);
 
 /* detect_measure - a value for each of detect_metrics; NaN where nothing counts. LT_ENOMEM. */
 lt_status detect_measure(const detection_set *set, const records *all, double out[DETECT_METRICS]);

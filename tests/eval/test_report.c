@@ -185,6 +185,61 @@ START_TEST(odd_files)
 }
 END_TEST
 
+/* ---- a detector ---- */
+
+#define CURVE "\"precision\": [1, 0.5, 0]}"
+static const char curves[] = "[{\"name\": \"hands & <b>\", \"iou\": 0.5, " CURVE ", {\"name\": \"all\", \"iou\": 0.75, " CURVE "]";
+static const char confused[] = "truth,\"hand\",\"<i>cup, red</i>\",missed\nhand,3,1,0\n\"<i>cup, red</i>\",0,0,2\nnothing,1,0,0\n";
+
+START_TEST(a_detector)
+{
+    const char *text;
+
+    run = "detector";
+    make_run(true);
+    put("eval/curves.json", curves);
+    put("eval/confusion.csv", confused);
+    put("eval/per-image.csv", "image,errors\n\"a.jpg\",1\n\"b.jpg\",4\n");
+    text = page();
+    has(text, "Boxes at IoU 0.50");
+    has(text, "Boxes at IoU 0.75");
+    has(text, ">hands &amp; &lt;b&gt; 0.500</text>");
+    has(text, "<title>hand found as hand: 3 of 4</title>");
+    has(text, "<title>hand found as &lt;i&gt;cup, red&lt;/i&gt;: 1 of 4</title>");
+    has(text, "<title>nothing found as hand: 1 of 1</title>");
+    lacks(text, "cup, red&lt;/i&gt; found as hand");
+    has(text, "The worst pictures");
+    has_in_order(text, "<td>b.jpg</td>", "<td>a.jpg</td>");
+    lacks(text, "<i>");
+    lt_arena_free(arena);
+}
+END_TEST
+
+START_TEST(odd_detections)
+{
+    static const char *const odd_curves[] = {
+        "[]", "{}", "[1]", "[{\"iou\": 0.5}]", "[{\"name\": \"a\", \"iou\": 0.5, \"precision\": [1]}]",
+        "[{\"name\": \"a\", \"iou\": 0.5, \"precision\": [1, \"x\"]}]",
+        "[{\"name\": \"a\", \"iou\": 0.5, \"precision\": [1, 7]}]",
+    };
+    static const char *const odd_tables[] = { "", "truth", "truth,\n", "truth,a\na", "truth,a\na,1,2,3", "truth,a\na,x\n",
+                                              "truth,a\na,-5\nb,1e99\n", "\n\n\n" };
+
+    run = "odd";
+    make_run(true);
+    for (size_t i = 0; i < LT_COUNT(odd_curves); i++) {
+        put("eval/curves.json", odd_curves[i]);
+        check_ok(report_write(in_folder(run), in_folder("odd.html")));
+    }
+    for (size_t i = 0; i < LT_COUNT(odd_tables); i++) {
+        put("eval/confusion.csv", odd_tables[i]);
+        check_ok(report_write(in_folder(run), in_folder("odd.html")));
+    }
+    put("eval/curves.json", "[");
+    check_error(report_write(in_folder(run), in_folder("odd.html")), LT_EFORMAT, "eval/curves.json");
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
@@ -195,6 +250,8 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, a_run_that_is_not_scored);
     tcase_add_test(tc, no_run);
     tcase_add_test(tc, odd_files);
+    tcase_add_test(tc, a_detector);
+    tcase_add_test(tc, odd_detections);
 }
 
 int main(void)

@@ -224,6 +224,45 @@ START_TEST(results)
 }
 END_TEST
 
+static const char *text_of(const char *name)
+{
+    uint8_t *bytes;
+    size_t n;
+
+    check_ok(lt_read_file(arena, at(name), LT_FILE_MAX, &bytes, &n));
+    return (const char *)bytes;
+}
+
+/* A hand that is right, one taken for a bar, a bar where nothing is; what is not sure does not count. */
+START_TEST(breakdown)
+{
+    const detect_evaluation e = { .data = at("data"), .split = "evaluation", .pred = at("pred.json"),
+                                  .folder = at("left") };
+    detection_set *set;
+    const float *a, *b;
+    detect_scores s;
+    const char *text;
+
+    check_ok(detection_open(arena, at("data"), "evaluation", &set));
+    a = set->image[0].object[0].box;
+    b = set->image[1].object[0].box;
+    text = lt_arena_printf(arena, "[{\"image_id\": 0, \"category_id\": 1, \"bbox\": [%g, %g, 24, 24], \"score\": 0.9},"
+                           "{\"image_id\": 0, \"category_id\": 1, \"bbox\": [%g, %g, 24, 24], \"score\": 0.2},"
+                           "{\"image_id\": 1, \"category_id\": 2, \"bbox\": [%g, %g, 24, 24], \"score\": 0.8},"
+                           "{\"image_id\": 1, \"category_id\": 2, \"bbox\": [0, 0, 2, 2], \"score\": 0.7}]",
+                           (double)a[0], (double)a[1], (double)a[0], (double)a[1], (double)b[0], (double)b[1]);
+    check_ok(lt_write_file(at("pred.json"), text, strlen(text)));
+    check_ok(detect_evaluate(&e, &s));
+    ck_assert_str_eq(text_of("left/confusion.csv"), "truth,\"hand\",\"bar\",\"missed\"\n\"hand\",1,1,4\n\"bar\",0,0,6\n"
+                     "\"nothing\",0,1,0\n");
+    text = text_of("left/per-image.csv");
+    ck_assert_ptr_nonnull(strstr(text, "\n\"0.png\",1,1,0,1,0\n\"1.png\",3,0,1,1,1\n\"2.png\",2,0,0,2,0\n"));
+    ck_assert_ptr_nonnull(strstr(text_of("left/table.md"), "| hand | 0.168 | 0.168 | 0.168 |"));        /* 17 of 101 */
+    ck_assert_ptr_nonnull(strstr(text_of("left/curves.json"), "\"hands\""));
+    ck_assert(exists(at("left/pictures.png")) && exists(at("left/scores.json")));
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 300);
@@ -233,6 +272,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, it_learns);
     tcase_add_test(tc, refused);
     tcase_add_test(tc, results);
+    tcase_add_test(tc, breakdown);
 }
 
 int main(void)
