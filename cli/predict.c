@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 
 #include "estimate/detector.h"
+#include "estimate/embedder.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/kind.h"
 #include "pipeline/calibration/calibration.h"
@@ -16,11 +17,11 @@
 enum { MAX_INPUTS = 4096 };
 enum {
     HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, NUMBERS, MESH, BOXES,
-    DETECTOR, JSON, TRACK,
+    DETECTOR, JSON, TRACK, REID,
 };
 
 typedef struct {
-    const char *checkpoint, *detector;  /* NULL: none */
+    const char *checkpoint, *detector, *reid;           /* NULL: none */
     const char *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
     const char *path[MAX_INPUTS + 1], *const *inputs;       /* as they stand; n_inputs of them, without the model */
     int n_paths, n_inputs;
@@ -62,8 +63,10 @@ static const struct argp_option options[] = {
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
     { "json", JSON, NULL, 0, "a line of JSON for each image on standard output; no files, unless --out names a folder",
       0 },
-    { "track", TRACK, "METHOD", 0, "how what a detector finds gets the numbers that it keeps through a film: byte "
-      "(default), by overlap, that of less sure boxes too; iou, by the overlap of sure ones", 0 },
+    { "track", TRACK, "METHOD", 0, "how what a detector finds gets the numbers that it keeps through a film: byte, by "
+      "overlap, that of less sure boxes too; iou, by the overlap of sure ones; deepsort, by looks. Default byte, with "
+      "a network for looks deepsort", 0 },
+    { "reid", REID, "RUN|FILE", 0, "the network that tells how things look: a run of reid, or its checkpoint", 0 },
     { "numbers", NUMBERS, NULL, 0, "JSON alone: no overlays and no meshes, which take longer than the estimate", 0 },
     { "quiet", 'q', NULL, 0, "no notes, which are in the JSON, but of what was skipped", 0 },
     { "out", 'o', "DIR", 0, "where the results go; default predictions; frames from a pipe leave none", 0 },
@@ -120,12 +123,25 @@ static void parse_side(predict_args *a, struct argp_state *state, const char *te
 
 static void parse_track(predict_args *a, struct argp_state *state, const char *text)
 {
+    int k = 0;
+
+    while (k < TRACK_METHODS && strcmp(text, track_method_names[k]) != 0)
+        k++;
+    if (k == TRACK_METHODS)
+        argp_error(state, "--track: found \"%s\", want deepsort, byte or iou", text);
     a->has_track = true;
-    a->track = TRACK_BYTE;
-    if (strcmp(text, track_method_names[TRACK_IOU]) == 0)
-        a->track = TRACK_IOU;
-    else if (strcmp(text, track_method_names[TRACK_BYTE]) != 0)
-        argp_error(state, "--track: found \"%s\", want byte or iou", text);
+    a->track = (track_method)k;
+}
+
+/* Looks are of use where a method goes by them, and DeepSORT cannot do without. */
+static void check_track(predict_args *a, struct argp_state *state)
+{
+    if (!a->has_track)
+        a->track = a->reid ? TRACK_DEEPSORT : TRACK_BYTE;
+    if (a->track == TRACK_DEEPSORT && !a->reid)
+        argp_error(state, "--track deepsort: goes by looks; want --reid, a run of the network that tells them");
+    if (a->track == TRACK_IOU && a->reid)
+        argp_error(state, "--reid: --track iou does not go by looks");
 }
 
 /* An option whose text is wrong is a usage error that says what the parser said. */
@@ -169,6 +185,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case DETECTOR: a->detector = arg; break;
     case JSON: a->json = true; break;
     case TRACK: parse_track(a, state, arg); break;
+    case REID: a->reid = arg; break;
     case ARGP_KEY_ARG: add_path(a, state, arg); break;
     case ARGP_KEY_END:
         take_model(a);
@@ -176,6 +193,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
             argp_error(state, "want a checkpoint or a run's folder, or --detector, and images or films");
         if (a->detector && (a->has_hand_box || a->has_object_box))
             argp_error(state, "--%s-box: --detector finds where they are", a->has_hand_box ? "hand" : "object");
+        check_track(a, state);
         if (!a->checkpoint && a->boxes)
             argp_error(state, "--boxes: goes with a model that looks at them");
         if (a->depth_scale > 0 && !a->depth)
@@ -221,11 +239,11 @@ static lt_status read_camera(const predict_args *a, calibration *out)
     return st || !a->lens ? st : calibration_parse_lens("--distortion", a->lens, &out->lens);
 }
 
-/* c: the model's, or NULL; d: the detector, or NULL */
-static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, detector *d)
+/* c: the model's, d: the detector, e: of looks; each may be NULL */
+static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, detector *d, embedder *e)
 {
     predict_options o = {
-        .detector = d, .track = a->has_track ? a->track : TRACK_BYTE, .inputs = a->inputs, .n_inputs = a->n_inputs, .pipe = a->pipe, .out = a->out,
+        .detector = d, .track = a->track, .embedder = e, .inputs = a->inputs, .n_inputs = a->n_inputs, .pipe = a->pipe, .out = a->out,
         .lines = a->pipe || a->json ? stdout : NULL,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
@@ -264,7 +282,7 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
     lt_status st;
 
     if (a->pipe || a->has_hand_box || a->has_object_box || a->boxes || a->depth || a->object || a->camera ||
-        a->has_mesh || a->detector || a->json)
+        a->has_mesh || a->detector || a->json || a->has_track || a->reid)
         return lt_error(LT_EUSAGE, "%s: a model of %s takes folders, and of the options --hand, --out, --quiet and "
                         "--threads", c->path, c->config.task->name);
     st = c->config.task->predict(&p, &written);
@@ -277,16 +295,20 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
 static lt_status run_hands(const predict_args *a, const calibration *camera, cli_checkpoint *c)
 {
     detector d = { .n = 0 };
+    embedder *e = NULL;
     lt_status st = c ? cli_checkpoint_load(c, a->hand) : LT_OK;
 
-    if (a->has_track && !a->detector)
-        return lt_error(LT_EUSAGE, "--track: goes with --detector, which finds what is tracked");
+    if ((a->has_track || a->reid) && !a->detector)
+        return lt_error(LT_EUSAGE, "--%s: goes with --detector, which finds what is tracked", a->reid ? "reid" : "track");
     if (st == LT_OK && c)
         st = cli_checkpoint_want_hands(c);
     if (st == LT_OK && a->detector)
         st = detector_open(a->detector, &d);
+    if (st == LT_OK && a->reid)
+        st = embedder_open(a->reid, &e);
     if (st == LT_OK)
-        st = run(a, camera, c, a->detector ? &d : NULL);
+        st = run(a, camera, c, a->detector ? &d : NULL, e);
+    embedder_free(e);
     detector_close(&d);
     return st;
 }

@@ -7,6 +7,7 @@
 
 #include "assets/ycb/ycb.h"
 #include "estimate/detector.h"
+#include "estimate/embedder.h"
 #include "libtensor/geometry/hand/model.h"
 #include "libtensor/geometry/lens.h"
 #include "models/model.h"
@@ -21,6 +22,7 @@ typedef struct {
     const model *m;                 /* NULL: what the detector sees is all that is wanted */
     detector *detector;             /* finds hands and objects where no line of `boxes` says where they are; NULL: none */
     track_method track;             /* how a film's detections get their numbers */
+    embedder *embedder;             /* how they look, which TRACK_DEEPSORT goes by; NULL: by overlap alone */
     bool bilinear;                  /* crops are sampled between pixels: data.bilinear */
     const lt_hand_model *hand;      /* the one that the model was made with: its triangles are written */
     const char *checkpoint;         /* its path, for the JSON */

@@ -3,7 +3,10 @@
 #include "pipeline/internal.h"
 #include "pipeline/stages/stages.h"
 
+static const float CENTRE = 0.5f;       /* a tracker's boxes have edges where the first pixel is 0 to 1 */
+
 typedef struct {
+    embedder *embedder;             /* NULL: none */
     tracker_options options;
     tracker *tracker;               /* NULL: no film yet */
     int which;                      /* film */
@@ -25,7 +28,8 @@ static lt_status open_tracks(const predict_options *o, void **state)
         return lt_error(LT_ENOMEM, "no memory to predict with");
     t->options = tracker_defaults;
     t->options.method = o->track;
-    t->options.embedding = 0;
+    t->options.embedding = o->embedder ? REID_EMBEDDING : 0;
+    t->embedder = o->embedder;
     *state = t;
     return LT_OK;
 }
@@ -42,22 +46,42 @@ static lt_status begin_film(tracks *t, const predict_followed *film)
     return tracker_new(&t->options, &t->tracker);
 }
 
-static lt_status step(tracks *t, predict_frame *f)
+/* What is too unsure to begin a track is matched by overlap alone, and need not be looked at. */
+static lt_status look_at(const tracks *t, const predict_frame *f, track_detection *found)
+{
+    const lt_image rgb = { f->scene.width, f->scene.height, 3, 8, (uint8_t *)f->scene.rgb };
+    float *embedding = lt_arena_array(f->arena, (size_t)f->n_detections * REID_EMBEDDING, sizeof(*embedding));
+
+    if (!embedding)
+        return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
+    for (int i = 0; i < f->n_detections; i++, embedding += REID_EMBEDDING) {
+        const bool person = f->detection[i].kind == DETECTED_PERSON;
+
+        if ((double)found[i].score >= t->options.min_conf &&
+            embedder_run(t->embedder, &rgb, found[i].box, person, embedding))
+            found[i].embedding = embedding;
+    }
+    return LT_OK;
+}
+
+static lt_status step(const tracks *t, predict_frame *f)
 {
     track_detection *found = lt_arena_array(f->arena, (size_t)f->n_detections, sizeof(*found));
     const tracked_box *box;
-    int n;
-    lt_status st;
+    int n = 0;
+    lt_status st = found ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
 
-    if (!found)
-        return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
-    for (int i = 0; i < f->n_detections; i++) {
+    for (int i = 0; i < f->n_detections && !st; i++) {
         const predict_detection *d = &f->detection[i];
 
-        found[i] = (track_detection){ .box = { d->box.x0, d->box.y0, d->box.x1, d->box.y1 }, .cls = d->cls,
-                                      .score = (float)d->score };
+        found[i] = (track_detection){ .cls = d->cls, .score = (float)d->score,
+                                      .box = { d->box.x0 + CENTRE, d->box.y0 + CENTRE, d->box.x1 + CENTRE,
+                                               d->box.y1 + CENTRE } };
     }
-    st = tracker_step(t->tracker, f->film->time, found, f->n_detections, &box, &n);
+    if (!st && t->embedder)
+        st = look_at(t, f, found);
+    if (!st)
+        st = tracker_step(t->tracker, f->film->time, found, f->n_detections, &box, &n);
     for (int i = 0; i < n && !st; i++)
         if (box[i].detection >= 0)
             f->detection[box[i].detection].track = box[i].id;

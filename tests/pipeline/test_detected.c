@@ -276,6 +276,35 @@ START_TEST(numbers_stay)
 }
 END_TEST
 
+/* With a network for looks DeepSORT does the same; a thing that is not sure enough is not there. */
+START_TEST(numbers_by_looks)
+{
+    static const char *const row[] = { "track", NULL };
+    predict_followed film = { .arena = arena, .which = 1, .dt = 1.0 / 30 };
+    predict_options o = { .detector = &seeing, .track = TRACK_DEEPSORT };
+    model m;
+    lt_params *set = model_of("reid", "{}", NULL, &m);
+    pipeline *p;
+
+    m.cls->init(&m, 1);
+    check_ok(embedder_new(&m, &o.embedder));
+    check_ok(pipeline_open(&o, FRAME_SCENE | FRAME_DETECTIONS, row, &p));
+    for (int k = 0; k < 4; k++) {
+        predict_frame f = { .o = &o, .arena = arena, .notes.arena = arena };
+
+        film.time += film.dt;
+        fill_frame(&f, 0, &film);
+        check_ok(pipeline_run(p, &f));
+        ck_assert_int_eq(f.n_detections, 3);
+        for (int i = 0; i < 3; i++)
+            ck_assert_int_eq(f.detection[i].track > 0, k >= 2);
+    }
+    pipeline_close(p);
+    embedder_free(o.embedder);
+    lt_params_free(set);
+}
+END_TEST
+
 /* Filters go with the numbers: hands that pass each other keep theirs. */
 START_TEST(filters_go_with_numbers)
 {
@@ -434,6 +463,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, one_object_for_all);
     tcase_add_test(t, detections_alone);
     tcase_add_test(t, numbers_stay);
+    tcase_add_test(t, numbers_by_looks);
     tcase_add_test(t, filters_go_with_numbers);
     tcase_add_test(t, nothing_found);
     tcase_add_test(t, no_class_of_hands);
