@@ -194,8 +194,6 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (a->detector && (a->has_hand_box || a->has_object_box))
             argp_error(state, "--%s-box: --detector finds where they are", a->has_hand_box ? "hand" : "object");
         check_track(a, state);
-        if (!a->checkpoint && a->boxes)
-            argp_error(state, "--boxes: goes with a model that looks at them");
         if (a->depth_scale > 0 && !a->depth)
             argp_error(state, "--depth-scale: goes with --depth");
         if (a->lens && !a->camera)
@@ -240,10 +238,12 @@ static lt_status read_camera(const predict_args *a, calibration *out)
 }
 
 /* c: the model's, d: the detector, e: of looks; each may be NULL */
-static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, detector *d, embedder *e)
+static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, detector *d,
+                     embedder *e)
 {
     predict_options o = {
-        .detector = d, .track = a->track, .embedder = e, .inputs = a->inputs, .n_inputs = a->n_inputs, .pipe = a->pipe, .out = a->out,
+        .detector = d, .track = a->track, .embedder = e,
+        .inputs = a->inputs, .n_inputs = a->n_inputs, .pipe = a->pipe, .out = a->out,
         .lines = a->pipe || a->json ? stdout : NULL,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
@@ -291,15 +291,26 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
     return st;
 }
 
+/* What is asked for, and nothing is there to do it */
+static lt_status check_asked(const predict_args *a, const cli_checkpoint *c)
+{
+    if ((a->has_track || a->reid) && !a->detector)
+        return lt_error(LT_EUSAGE, "--%s: goes with --detector, which finds what is tracked",
+                        a->reid ? "reid" : "track");
+    if (a->boxes && !c)
+        return lt_error(LT_EUSAGE, "--boxes: goes with a model that looks at them");
+    return LT_OK;
+}
+
 /* c: of a model of hands, found but not loaded; NULL: none */
 static lt_status run_hands(const predict_args *a, const calibration *camera, cli_checkpoint *c)
 {
     detector d = { .n = 0 };
     embedder *e = NULL;
-    lt_status st = c ? cli_checkpoint_load(c, a->hand) : LT_OK;
+    lt_status st = check_asked(a, c);
 
-    if ((a->has_track || a->reid) && !a->detector)
-        return lt_error(LT_EUSAGE, "--%s: goes with --detector, which finds what is tracked", a->reid ? "reid" : "track");
+    if (st == LT_OK && c)
+        st = cli_checkpoint_load(c, a->hand);
     if (st == LT_OK && c)
         st = cli_checkpoint_want_hands(c);
     if (st == LT_OK && a->detector)

@@ -40,8 +40,8 @@ static void note_object_box(const predict_options *o, const predict_view *v, pre
 static void note_object(const predict_view *v, predict_notes *notes)
 {
     if (!v->object && v->object_seen)
-        predict_note_add(notes, v, NOTE_OBJECT_UNKNOWN, "it goes with %s, which is no object that there is a model of: no "
-                         "object pose; --models and --object say more", v->object_seen->name);
+        predict_note_add(notes, v, NOTE_OBJECT_UNKNOWN, "it goes with %s, which there is no model of: no object pose; "
+                         "--models has others", v->object_seen->name);
     else if (!v->object && !v->hand_seen)
         predict_note_add(notes, v, NOTE_NO_OBJECT, "no --object: the hand alone, no object pose");
     if (v->object && v->object->unit_note)
@@ -89,6 +89,6 @@ void predict_note_assumed(predict_frame *f)
     note_side(o, f->view, f->n, &f->notes);
     note_camera(&f->scene, &f->notes);
     if (o->m->depth && !o->depth)
-        predict_note_add(&f->notes, NULL, NOTE_NO_DEPTH, "no --depth: %s %s was trained with it, and sees worse without",
-                         o->m->cls->name, o->m->variant);
+        predict_note_add(&f->notes, NULL, NOTE_NO_DEPTH, "no --depth: %s %s was trained with it, and sees worse "
+                         "without", o->m->cls->name, o->m->variant);
 }

@@ -237,10 +237,8 @@ static void put_held(cJSON *list, const predict_frame *f, int i, bool *ok)
     put_number(b, "hand", i, ok);
     put_box(b, "box", v->object_box, v->object_from, ok);
     put_detection(b, f, v->object_seen, ok);
-    if (!(f->has & FRAME_POSES)) {
-        put_text(b, "name", name_of(v), ok);
+    if (!(f->has & FRAME_POSES))
         return;
-    }
     put_rows(b, "box2d_px", f->result[i].control2d[0], LT_BOX_POINTS, 2, ok);
     put_object(b, v, &f->result[i], f->files ? f->files[i].object : NULL, ok);
 }
@@ -266,7 +264,8 @@ static bool is_held(const predict_frame *f, const predict_detection *d)
     return false;
 }
 
-/* Objects in the order of the hands that hold them, then the others. Where nothing was detected each hand has one. */
+/* Objects in the order of the hands that hold them, then the others. A hand that is detected alone has none, unless the
+ * user named what it holds. */
 static void put_found(cJSON *root, const predict_frame *f, bool *ok)
 {
     cJSON *hands = list_in(root, "hands", ok), *objects = list_in(root, "objects", ok);
@@ -274,7 +273,7 @@ static void put_found(cJSON *root, const predict_frame *f, bool *ok)
 
     for (int i = 0; i < f->n && *ok; i++) {
         put_whole_hand(hands, f, i, ok);
-        if (!f->detected || f->view[i].object_seen)
+        if (!f->detected || f->view[i].object_seen || f->view[i].object)
             put_held(objects, f, i, ok);
     }
     for (int i = 0; i < f->n_detections && *ok; i++) {

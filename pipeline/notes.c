@@ -16,8 +16,8 @@ static const struct {
     const char *otherwise;          /* what is said when it holds no longer; NULL: nothing */
 } kinds[PREDICT_NOTES] = {
     [NOTE_TURNED] = { "turned", CHANGES, "upright as it is stored" },
-    [NOTE_HAND_BOX] = { "hand-box-assumed", CHANGES, "its hand box is listed" },
-    [NOTE_OBJECT_BOX] = { "object-box-assumed", CHANGES, "its object box is listed" },
+    [NOTE_HAND_BOX] = { "hand-box-assumed", CHANGES, "its hand box is known" },
+    [NOTE_OBJECT_BOX] = { "object-box-assumed", CHANGES, "its object box is known" },
     [NOTE_CAMERA] = { "camera-assumed", CHANGES, "the camera is given" },
     [NOTE_CAMERA_SCALED] = { "camera-scaled", CHANGES, NULL },
     [NOTE_CAMERA_DOUBTFUL] = { "camera-doubtful", CHANGES, NULL },
@@ -36,7 +36,7 @@ static const struct {
     [NOTE_OBJECT_APART] = { "object-apart", ALWAYS, NULL },
     [NOTE_NOTHING] = { "nothing-found", IMAGES, "something was found" },
     [NOTE_NO_HAND] = { "no-hand", IMAGES, "a hand was found" },
-    [NOTE_LOW_SCORE] = { "low-score", ALWAYS, NULL },
+    [NOTE_LOW_SCORE] = { "low-score", IMAGES, NULL },
     [NOTE_SIDE] = { "side-assumed", CHANGES, NULL },
     [NOTE_OBJECT_UNKNOWN] = { "object-unknown", CHANGES, NULL },
 };

@@ -20,7 +20,7 @@ typedef enum { PREDICT_OBJ, PREDICT_PLY, PREDICT_GLB } predict_format;
 
 typedef struct {
     const model *m;                 /* NULL: what the detector sees is all that is wanted */
-    detector *detector;             /* finds hands and objects where no line of `boxes` says where they are; NULL: none */
+    detector *detector;             /* finds hands and objects where no line of `boxes` says where they are, or NULL */
     track_method track;             /* how a film's detections get their numbers */
     embedder *embedder;             /* how they look, which TRACK_DEEPSORT goes by; NULL: by overlap alone */
     bool bilinear;                  /* crops are sampled between pixels: data.bilinear */
@@ -49,7 +49,7 @@ typedef struct {
     const char *models;             /* a folder with a folder for each object (pipeline/object_mesh.h); NULL: the
                                      * embedded stand-ins */
     predict_format format;          /* of the meshes */
-    bool numbers;                   /* of files NAME.json alone: no overlay, no meshes; what an earlier call left stays */
+    bool numbers;                   /* of files NAME.json alone: no overlay, no meshes; those of an earlier call stay */
     double fps;                     /* the images are frames of a film: filtered; 0: they are unrelated, and a film
                                      * says by itself */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back; `boxes` may

@@ -40,15 +40,17 @@ static void note_found(const predict_view *v, const predict_result *r, predict_n
 static void note_detected(predict_frame *f)
 {
     static const double DOUBTFUL = 0.5;
+    int doubtful = 0;
 
+    for (int i = 0; i < f->n; i++)
+        doubtful += f->view[i].hand_seen->score < DOUBTFUL;
     if (!f->n_detections)
         predict_note_add(&f->notes, NULL, NOTE_NOTHING, "the detector found nothing");
     else if (!f->n && f->o->m)
         predict_note_add(&f->notes, NULL, NOTE_NO_HAND, "no hand was found");
-    for (int i = 0; i < f->n; i++)
-        if (f->view[i].hand_seen->score < DOUBTFUL)
-            predict_note_add(&f->notes, &f->view[i], NOTE_LOW_SCORE, "low confidence: found with a score of %.2f",
-                             f->view[i].hand_seen->score);
+    if (doubtful)
+        predict_note_add(&f->notes, NULL, NOTE_LOW_SCORE, "low confidence: %d of %d hands have a score below %g",
+                         doubtful, f->n, DOUBTFUL);
 }
 
 static lt_status run(void *state, predict_frame *f)

@@ -188,6 +188,10 @@ START_TEST(one_object_for_all)
     predict_object own = { .name = NULL };
     predict_frame f = { .o = &o, .arena = arena, .notes.arena = arena, .object = &own };
     pipeline *p;
+    cJSON *root;
+    char *line;
+    size_t n;
+    FILE *to = open_memstream(&line, &n);
 
     check_ok(predict_load_object(arena, &o, "banana", &own));
     fill(&f);
@@ -195,6 +199,14 @@ START_TEST(one_object_for_all)
     check_ok(pipeline_run(p, &f));
     for (int i = 0; i < f.n; i++)
         ck_assert_ptr_eq(f.view[i].object, &own);
+    check_ok(predict_print_json(&f, to));
+    fclose(to);
+    check_ok(lt_json_parse("line", line, n, &root));
+    ck_assert_int_eq(cJSON_GetArraySize(get(root, "objects")), 4);          /* three hands', and the mug by itself */
+    ck_assert_str_eq(text(root, "objects.1.name"), "011_banana");
+    ck_assert_str_eq(text(root, "objects.1.box.source"), "default");
+    cJSON_Delete(root);
+    free(line);
     pipeline_close(p);
 }
 END_TEST

@@ -806,7 +806,7 @@ START_TEST(boxes)
     ck_assert(strstr(said, "b.png: no hand box in") && strstr(said, "boxes.csv: took --hand-box\n"));
     ck_assert(strstr(said, "b.png: no object box in") && strstr(said, "took the hand's box grown"));
     ck_assert(!strstr(said, "a.png: no hand") && !strstr(said, "a.png: no object"));
-    ck_assert(strstr(said, "c.png: its hand box is listed") && !strstr(said, "c.png: no object"));
+    ck_assert(strstr(said, "c.png: its hand box is known") && !strstr(said, "c.png: no object"));
 }
 END_TEST
 
@@ -1278,7 +1278,7 @@ START_TEST(film_with_boxes)
     check_sources("clip-000002", "listed", "default", "left", 12);
     check_sources("clip-000003", "default", "default", "right", 25.5);
     check_sources("clip-000004", "listed", "default", "right", 14);
-    ck_assert_msg(strstr(said, "clip.avi#3: no hand box in ") && strstr(said, "clip.avi#4: its hand box is listed"),
+    ck_assert_msg(strstr(said, "clip.avi#3: no hand box in ") && strstr(said, "clip.avi#4: its hand box is known"),
                   "%s", said);
     ck_assert(!strstr(said, "#1: no hand") && !strstr(said, "#4: no"));
 }
