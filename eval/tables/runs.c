@@ -96,6 +96,10 @@ static lt_status read_run(eval_runs *all, const char *folder, const char *name)
     if (!r->name)
         return lt_error(LT_ENOMEM, "%s: no memory for the runs", folder);
     st = lt_json_read(scores, &r->scores);
+    if (st == LT_OK && !cJSON_HasObjectItem(r->scores, "variant")) {
+        cJSON_Delete(r->scores);        /* a detector's or a tracker's, which no table is of */
+        return LT_OK;
+    }
     if (st == LT_OK)
         st = lt_json_read(config, &r->config);
     if (st == LT_OK)
