@@ -56,6 +56,26 @@ grep -q '"left"' "$here/boxed/${image%.*}.json"
 [ $# -gt 1 ]
 [ "$(grep -c 'boxes.csv: took the middle of the image' "$here/boxed.txt")" = 1 ]
 
+# No boxes at all: a detector, which has learnt nothing yet, says so of each image, and needs no model beside it.
+mkdir -p "$here/seen-by/annotations"
+for split in train evaluation; do
+    ln -s "../data/${rgb#"$here"/data/}" "$here/seen-by/$split"
+    printf '{"images": [{"id": 1, "file_name": "%s", "width": 640, "height": 480}], "categories": [{"id": 1, "name": "hand"}],
+        "annotations": [{"image_id": 1, "category_id": 1, "bbox": [200, 100, 200, 200]}]}' "$image" \
+        >"$here/seen-by/annotations/instances_$split.json"
+done
+./palmar train --config detect-n --data "$here/seen-by" --out "$here/detector" --quiet --set model.classes=1 \
+    --set model.image_size=64 --set optim.epochs=1 --set optim.batch=1 --set optim.warmup=0 2>/dev/null
+leaves detector/checkpoints/last.safetensors
+./palmar predict "$here/run" "$rgb" --detector "$here/detector" --out "$here/blind" 2>"$here/blind.txt"
+[ "$(grep -c 'the detector found nothing' "$here/blind.txt")" = $# ]
+./palmar predict "$rgb" --detector "$here/detector" --json 2>/dev/null >"$here/blind.jsonl"
+[ "$(grep -c '"schema": "palmar.frame/1".*"hands": \[\], "objects": \[\], "people": \[\]' "$here/blind.jsonl")" = $# ]
+./palmar predict "$here/detector" "$rgb" --json 2>/dev/null | cmp - "$here/blind.jsonl"
+./palmar eval "$here/detector" --json >/dev/null 2>&1
+./palmar report "$here/detector" >/dev/null
+grep -q 'What is taken for what' "$here/detector/report.html"
+
 # The weights alone are a checkpoint to whatever reads one, and those that are scored: here the average over the steps.
 ./palmar export "$here/run" -o "$here/weights.safetensors" >/dev/null
 ./palmar eval "$here/weights.safetensors" --data "$here/data" --no-bench --out "$here/weights" >/dev/null 2>&1
@@ -139,6 +159,11 @@ says 0 '' ./palmar eval "$here/run" --data "$here/data" --no-bench --require 'pa
 says 1 'run/config.json' ./palmar eval "$here/run" --data "$here/data" --no-bench --out "$here/run/config.json"
 printf 'image,hand_x0,hand_y0,hand_x1,hand_y1\nnowhere.jpg,1,2,3,4\n' >"$here/boxes.csv"
 says 1 'boxes.csv:2: there is no image nowhere.jpg' ./palmar predict "$here/run" "$rgb" --boxes "$here/boxes.csv"
+says 2 'finds where they are' ./palmar predict "$rgb" --detector "$here/detector" --hand-box 1,2,3,4
+says 2 'goes with --detector' ./palmar predict "$here/run" "$rgb" --track byte
+says 2 'goes by looks; want --reid' ./palmar predict "$rgb" --detector "$here/detector" --track deepsort
+says 2 'goes with a model' ./palmar predict "$rgb" --detector "$here/detector" --boxes "$here/boxes.csv"
+says 1 'want a model for detect' ./palmar predict "$rgb" --detector "$here/run"
 says 2 'want a whole number' ./palmar synth --seed 1.5 --out "$here/half"
 ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.zip" 2>/dev/null
 ./palmar eval --pred "$here/p.zip" --data "$here/data" 2>&1 >/dev/null | grep -q 'Protocol: SYNTHETIC'
