@@ -2,7 +2,6 @@
 #include "estimate/class_names.h"
 
 #include "assets/ycb/ycb.h"
-#include "libtensor/io/torch/torch.h"
 
 #include <string.h>
 
@@ -89,19 +88,14 @@ static bool holds_names(const lt_pvalue *v)
     return v && (v->kind == LT_PDICT || v->kind == LT_PLIST || v->kind == LT_PTUPLE) && v->n >= 1 && v->n <= MOST;
 }
 
-lt_status class_names_saved(lt_arena *arena, const char *path, const char **out)
+lt_status class_names_in(lt_arena *arena, const lt_torch_file *file, const char **out)
 {
+    const lt_pvalue *names = member(member(file->value, "model"), "names");
     const char *name[MOST];
-    const lt_pvalue *names;
-    lt_torch_file file;
-    lt_status st = lt_torch_read(arena, path, &file);
 
     *out = NULL;
-    if (st)
-        return st;
-    names = member(member(file.value, "model"), "names");
     if (!holds_names(names))
-        names = member(member(file.value, "ema"), "names");
+        names = member(member(file->value, "ema"), "names");
     if (!holds_names(names))
         return LT_OK;
     for (size_t c = 0; c < names->n; c++) {
@@ -110,5 +104,13 @@ lt_status class_names_saved(lt_arena *arena, const char *path, const char **out)
             return LT_OK;
     }
     *out = class_names_join(arena, name, (int)names->n);
-    return *out ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", path);
+    return *out ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", file->path);
+}
+
+lt_status class_names_saved(lt_arena *arena, const char *path, const char **out)
+{
+    lt_torch_file file;
+    const lt_status st = lt_torch_read(arena, path, &file);
+
+    return st ? st : class_names_in(arena, &file, out);
 }

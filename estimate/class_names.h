@@ -3,8 +3,7 @@
 #ifndef ESTIMATE_CLASS_NAMES_H
 #define ESTIMATE_CLASS_NAMES_H
 
-#include "libtensor/base/arena.h"
-#include "libtensor/base/status.h"
+#include "libtensor/io/torch/torch.h"
 
 /**
  * class_names_of - n names, in the arena; NULL without memory
@@ -23,6 +22,9 @@ const char **class_names_of(lt_arena *arena, const char *listed, int n);
  * run. Errors: those of lt_torch_read.
  */
 lt_status class_names_saved(lt_arena *arena, const char *path, const char **out);
+
+/* class_names_in - likewise of one that was read. LT_ENOMEM. */
+lt_status class_names_in(lt_arena *arena, const lt_torch_file *file, const char **out);
 
 /* class_names_join - n of them with commas between, as class_names_of reads them; NULL without memory */
 const char *class_names_join(lt_arena *arena, const char *const *name, int n);

@@ -2,6 +2,7 @@
 /* What fuzzing starts from: the test vectors, which our scripts made, and small files of every kind. */
 #include "tests/fuzz/fuzz.h"
 
+#include "tests/estimate/class_names_vectors.h"
 #include "tests/io/io_vectors.h"
 #include "tests/io/picture_vectors.h"
 #include "tests/io/ply_vectors.h"
@@ -34,7 +35,8 @@ static const struct {
     BYTES("torch", torch_zip), BYTES("torch", torch_stream), BYTES("torch", torch_wrapped),
     BYTES("torch", torch_module), BYTES("torch", torch_module_stream), BYTES("torch", torch_tar),
     BYTES("torch", torch_other_order), BYTES("torch", torch_bomb), BYTES("torch", torch_sparse),
-    BYTES("torch", torch_complex), BYTES("torch", torch_script),
+    BYTES("torch", torch_complex), BYTES("torch", torch_script), BYTES("torch", names_by_number),
+    BYTES("torch", names_in_order),
     BYTES("ply", ply_ascii), BYTES("ply", ply_little), BYTES("ply", ply_big), BYTES("ply", ply_splats),
     { "rle", "mask", (const uint8_t *)mask_rle, sizeof(mask_rle) - 1 }, BYTES("rle", mask_40x50),
     BYTES("hand_file", npz_deflated), BYTES("hand_file", pickle_expressions), BYTES("hand_file", pickle_4),

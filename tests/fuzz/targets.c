@@ -8,6 +8,7 @@
 #include "data/ho3d/points.h"
 #include "data/mot/mot.h"
 #include "data/poses/pose_file.h"
+#include "estimate/class_names.h"
 #include "eval/scorers/bop_file.h"
 #include "eval/scorers/hpe_file.h"
 #include "eval/scorers/models_info.h"
@@ -106,9 +107,11 @@ static void run_pickle(lt_arena *arena, const uint8_t *bytes, size_t n)
 
 static void run_torch(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
+    const char *names;
     lt_torch_file f;
 
     if (lt_torch_parse(arena, "x.pth", bytes, n, &f) == LT_OK) {
+        class_names_in(arena, &f, &names);
         look_at_all(f.entry, f.n);
         for (size_t i = 0; i < f.n; i++)
             if (f.within[i] > strlen(f.entry[i].name))
