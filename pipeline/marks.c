@@ -39,9 +39,10 @@ static void outline(draw_canvas *c, crop_box b, float width, draw_color color)
 }
 
 /* Above the box, or in it where there is no room; not beyond the picture's right edge */
-static void label(draw_canvas *c, const predict_detection *d, float width)
+static void label(draw_canvas *c, const predict_detection *d)
 {
-    const int scale = width >= 2 ? (int)(width / 1.5f) : 1, height = scale * (DRAW_GLYPH_HEIGHT + 2);
+    const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 500, c->height / 300));
+    const int height = scale * (DRAW_GLYPH_HEIGHT + 2);
     char text[96];
     const int n = d->track ? snprintf(text, sizeof(text), "#%lld %.60s %.2f", (long long)d->track, d->name, d->score)
                            : snprintf(text, sizeof(text), "%.60s %.2f", d->name, d->score);
@@ -61,5 +62,5 @@ void predict_draw_detections(draw_canvas *c, const predict_frame *f, float width
     for (int i = f->n_detections; i-- > 0; )
         outline(c, f->detection[i].box, width, color_of(&f->detection[i]));
     for (int i = f->n_detections; i-- > 0; )
-        label(c, &f->detection[i], width);
+        label(c, &f->detection[i]);
 }
