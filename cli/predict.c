@@ -3,6 +3,7 @@
 
 #include "estimate/detector.h"
 #include "estimate/embedder.h"
+#include "estimate/starter.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/kind.h"
 #include "pipeline/calibration/calibration.h"
@@ -22,6 +23,7 @@ enum {
 
 typedef struct {
     const char *checkpoint, *detector, *reid;           /* NULL: none */
+    bool starter;                       /* no model is named: take those that come with palmar */
     const char *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
     const char *path[MAX_INPUTS + 1], *const *inputs;       /* as they stand; n_inputs of them, without the model */
     int n_paths, n_inputs;
@@ -35,8 +37,8 @@ typedef struct {
 } predict_args;
 
 static const struct argp_option options[] = {
-    { "detector", DETECTOR, "RUN|FILE", 0, "finds hands, objects and people: a run of csp_seg, its weights, or those of "
-      "YOLOv8n-seg (.pt). Hands are what it calls hand, left_hand or right_hand; a list of boxes goes before it. "
+    { "detector", DETECTOR, "RUN|FILE", 0, "finds hands, objects and people: a run of csp_seg, its weights, or those "
+      "of YOLOv8n-seg (.pt). Hands are what it calls hand, left_hand or right_hand; a list of boxes goes before it. "
       "Without RUN what it finds is all there is", 0 },
     { "hand-box", HAND_BOX, "X0,Y0,X1,Y1", 0, "where the hand is, pixels; default the middle of the image", 0 },
     { "object-box", OBJECT_BOX, "X0,Y0,X1,Y1", 0, "where the object is, pixels; default around the hand box", 0 },
@@ -91,12 +93,22 @@ static bool is_run(const char *path)
     return is;
 }
 
-/* The first of the paths is a model; with a detector it need not be. */
+static bool is_picture(const char *path)
+{
+    const lt_kind kind = lt_kind_of_file(path);
+
+    return (kind >= LT_KIND_PNG && kind <= LT_KIND_AVI) || strcmp(path, "-") == 0;
+}
+
+/* The first of the paths is a model; it need not be with a detector, or where there is nothing but pictures. */
 static void take_model(predict_args *a)
 {
     const char *first = a->path[0];
-    const int models = first && (!a->detector || is_run(first) || lt_kind_of_file(first) == LT_KIND_SAFETENSORS);
+    const bool is_model = first && (is_run(first) || lt_kind_of_file(first) == LT_KIND_SAFETENSORS);
+    int models;
 
+    a->starter = first && !is_model && !a->detector && (is_picture(first) || a->n_paths == 1);
+    models = first && (is_model || (!a->detector && !a->starter));
     a->checkpoint = models ? first : NULL;
     a->inputs = a->path + models;
     a->n_inputs = a->n_paths - models;
@@ -189,8 +201,9 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case ARGP_KEY_ARG: add_path(a, state, arg); break;
     case ARGP_KEY_END:
         take_model(a);
-        if ((!a->checkpoint && !a->detector) || !a->n_inputs)
-            argp_error(state, "want a checkpoint or a run's folder, or --detector, and images or films");
+        if (!a->n_inputs)
+            argp_error(state, "want images or films, and before them a checkpoint or a run's folder, if not those that "
+                       "come with palmar");
         if (a->detector && (a->has_hand_box || a->has_object_box))
             argp_error(state, "--%s-box: --detector finds where they are", a->has_hand_box ? "hand" : "object");
         check_track(a, state);
@@ -210,11 +223,12 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, "CHECKPOINT|RUN IMAGE|FILM|FOLDER...\nCHECKPOINT|RUN -\n"
-    "[CHECKPOINT|RUN] IMAGE|FILM|FOLDER... --detector=RUN|FILE",
+    "[CHECKPOINT|RUN] IMAGE|FILM|FOLDER... [--detector=RUN|FILE]",
     "Estimate hand and object in images and films: an overlay, JSON and meshes for each.\v"
     "The networks look where a detector or the boxes say. What is not given is assumed, and said. In place of "
     "images - reads PPM, PNG or JPEG pictures one behind the other from standard input, and prints a line of JSON for "
     "each.\n\n"
+    "  palmar predict photo.jpg                      by the small models that come with palmar, where they do\n"
     "  palmar predict runs/tiny photo.jpg --detector runs/detect\n"
     "  palmar predict photo.jpg --detector yolov8n-seg.pt --json\n"
     "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object mug\n"
@@ -324,6 +338,25 @@ static lt_status run_hands(const predict_args *a, const calibration *camera, cli
     return st;
 }
 
+/* What comes with palmar finds hands and objects, and looks at them, with depth where that is given. */
+static lt_status take_starter(lt_arena *arena, predict_args *a)
+{
+    char root[4096];
+    const char *folder;
+    lt_status st;
+
+    cli_root(root, sizeof(root));
+    folder = starter_folder(arena, root);
+    st = folder ? starter_find(arena, folder, a->depth ? STARTER_DEPTH : STARTER_COLOUR, &a->checkpoint)
+                : lt_error(LT_ENOMEM, "no memory for the starter models");
+    if (!st && !a->has_hand_box)
+        st = starter_find(arena, folder, STARTER_DETECTOR, &a->detector);
+    if (!st && !a->quiet)
+        fprintf(stderr, "no model is named: %s%s%s look at it, small ones that were trained on drawn pictures alone "
+                "(palmar info starter)\n", a->checkpoint, a->detector ? " and " : "", a->detector ? a->detector : "");
+    return st;
+}
+
 /* c: found where the arguments name a model; a detector alone may stand in its place. */
 static lt_status run_model(predict_args *a, const calibration *camera, cli_checkpoint *c)
 {
@@ -342,15 +375,19 @@ int cmd_predict(int argc, char **argv)
     static predict_args a;
     calibration camera = { .width = 0 };
     cli_checkpoint c = { .path = NULL };
+    lt_arena *arena = lt_arena_new();
     lt_status st;
 
     cli_parse("predict", &argp, argc, argv, &a);
     cli_catch_signals();
-    st = read_camera(&a, &camera);
+    st = arena ? read_camera(&a, &camera) : lt_error(LT_ENOMEM, "no memory to begin");
+    if (st == LT_OK && a.starter)
+        st = take_starter(arena, &a);
     if (st == LT_OK && a.checkpoint)
         st = cli_checkpoint_find(a.checkpoint, &c);
     if (st == LT_OK)
         st = run_model(&a, &camera, &c);
     cli_checkpoint_close(&c);
+    lt_arena_free(arena);
     return st ? cli_fail(st) : 0;
 }

@@ -10,8 +10,8 @@
 #include <string.h>
 #include <sys/stat.h>
 
-static const char NONE[] = "has no starter models; scripts/train-starter trains them, and PALMAR_STARTER names a folder "
-                           "that has some";
+static const char NONE[] = "has no starter models; scripts/train-starter trains them, and PALMAR_STARTER names a "
+                           "folder that has some";
 
 const char *starter_folder(lt_arena *arena, const char *root)
 {
@@ -42,8 +42,8 @@ static lt_status read_card(lt_arena *arena, const char *path, cJSON *list)
         st = check_card(path, card);
     if (!st && stat(weights, &s) != 0)
         st = lt_error(LT_EFORMAT, "%s: its weights are not beside it, expected %s", path, weights);
-    if (!st && !(cJSON_AddStringToObject(card, "path", weights) && cJSON_AddNumberToObject(card, "bytes", (double)s.st_size)
-                 && cJSON_AddItemToArray(list, card)))
+    if (!st && !(cJSON_AddStringToObject(card, "path", weights)
+                 && cJSON_AddNumberToObject(card, "bytes", (double)s.st_size) && cJSON_AddItemToArray(list, card)))
         st = lt_error(LT_ENOMEM, "%s: no memory", path);
     if (st)
         cJSON_Delete(card);

@@ -20,8 +20,8 @@ struct cJSON;
 #define STARTER_DEPTH "hand-object-depth"           /* from colour and depth */
 
 /**
- * starter_folder - where they are: what PALMAR_STARTER names, else models/starter of root, the folder of what comes with
- * palmar. In arena memory; NULL: none left
+ * starter_folder - where they are: what PALMAR_STARTER names, else models/starter of root, the folder of what comes
+ * with palmar. In arena memory; NULL: none left
  */
 const char *starter_folder(lt_arena *arena, const char *root);
 

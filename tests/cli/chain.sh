@@ -73,6 +73,18 @@ leaves detector/checkpoints/last.safetensors
 [ "$(grep -c '"schema": "palmar.frame/1".*"hands": \[\], "objects": \[\], "people": \[\]' "$here/blind.jsonl")" = $# ]
 ./palmar predict "$here/detector" "$rgb" --json 2>/dev/null | cmp - "$here/blind.jsonl"
 ./palmar eval "$here/detector" --json >/dev/null 2>&1
+
+# Who names no model gets the ones that come with palmar, of half the size, and reads which they are.
+mkdir "$here/starter"
+for role in detector hand-object; do
+    ./palmar export "$here/$([ $role = detector ] && echo detector || echo run)" --half \
+        -o "$here/starter/$role.safetensors" >/dev/null
+    printf '{"name": "%s", "role": "%s", "licence": "Apache-2.0"}' $role $role >"$here/starter/$role.json"
+done
+[ "$(PALMAR_STARTER=$here/starter ./palmar info starter --json | grep -o '"role"' | wc -l)" = 2 ]
+PALMAR_STARTER=$here/starter ./palmar predict "$1" --out "$here/by-starter" 2>"$here/by-starter.txt"
+grep -q 'no model is named: .*hand-object.safetensors and .*detector.safetensors look at it' "$here/by-starter.txt"
+leaves "by-starter/${image%.*}.json"
 ./palmar report "$here/detector" >/dev/null
 grep -q 'What is taken for what' "$here/detector/report.html"
 
@@ -159,6 +171,9 @@ says 0 '' ./palmar eval "$here/run" --data "$here/data" --no-bench --require 'pa
 says 1 'run/config.json' ./palmar eval "$here/run" --data "$here/data" --no-bench --out "$here/run/config.json"
 printf 'image,hand_x0,hand_y0,hand_x1,hand_y1\nnowhere.jpg,1,2,3,4\n' >"$here/boxes.csv"
 says 1 'boxes.csv:2: there is no image nowhere.jpg' ./palmar predict "$here/run" "$rgb" --boxes "$here/boxes.csv"
+says 1 'has no starter models; scripts/train-starter trains them' \
+    env PALMAR_STARTER="$here/nowhere" ./palmar predict "$1"
+says 2 '--half is for safetensors' ./palmar export "$here/run" --half -o "$here/w.onnx"
 says 2 'finds where they are' ./palmar predict "$rgb" --detector "$here/detector" --hand-box 1,2,3,4
 says 2 'goes with --detector' ./palmar predict "$here/run" "$rgb" --track byte
 says 2 'goes by looks; want --reid' ./palmar predict "$rgb" --detector "$here/detector" --track deepsort
