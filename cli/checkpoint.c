@@ -3,8 +3,8 @@
 
 #include "assets/hand_file.h"
 #include "assets/hands.h"
-#include "estimate/checkpoint.h"
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/checkpoint.h"
+#include "estimate/checkpoint/folder.h"
 #include "libtensor/io/file.h"
 #include "tasks/hand_object/config.h"
 #include "tasks/hand_object/task.h"

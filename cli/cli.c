@@ -2,7 +2,7 @@
 #include "cli/cli.h"
 
 #include "assets/hands.h"
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"

@@ -96,8 +96,8 @@ typedef struct {
 lt_status cli_hand_open(const char *path, const int *tips, cli_hand *out);
 void cli_hand_close(cli_hand *h);
 
-/* cli_root - the folder of what comes with palmar: of a program that lies where it was built, its own tree; else what was
- * installed with it */
+/* cli_root - the folder of what comes with palmar: of a program that lies where it was built, its own tree; else what
+ * was installed with it */
 void cli_root(char *out, size_t n);
 
 /* cli_find_config - the config that a user means: a file, the one in a run's folder, or by its name ("hocat-tiny") one

@@ -2,7 +2,7 @@
 #include "cli/cli.h"
 
 #include "cli/export_int8.h"
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "estimate/weights/weights.h"
 #include "eval/export/export.h"
 

@@ -4,7 +4,7 @@
 #include "assets/body_file.h"
 #include "assets/hand_file.h"
 #include "assets/keyed_arrays.h"
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/folder.h"
 #include "libtensor/graph/tensor.h"
 #include "libtensor/io/array/npy_entry.h"
 #include "libtensor/io/array/safetensors.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/detector.h"
 
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "estimate/class_names.h"
 #include "estimate/weights/weights.h"
 #include "libtensor/io/file.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/embedder.h"
 
-#include "estimate/checkpoint.h"
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/checkpoint.h"
+#include "estimate/checkpoint/folder.h"
 #include "estimate/compiled.h"
 #include "libtensor/io/text/json.h"
 #include "vision/track/look.h"
@@ -53,8 +53,8 @@ static lt_status load(embedder *e, const char *path, cJSON *config)
     lt_status st;
 
     if (!name || strcmp(name, reid_class.name) != 0)
-        return lt_error(LT_EINVAL, "%s: a model %s, expected %s, which embeds looks", path, name ? name : "without a name",
-                        reid_class.name);
+        return lt_error(LT_EINVAL, "%s: a model %s, expected %s, which embeds looks", path,
+                        name ? name : "without a name", reid_class.name);
     e->params = lt_params_new();
     if (!where || !e->params)
         return lt_error(LT_ENOMEM, "%s: no memory for the model", path);

@@ -93,8 +93,8 @@ static const metric dictionary[] = {
       "Luiten et al. 2021; TrackEval" },
     { "deta", "DetA", "", true, "found boxes over all that are found, missed or false, mean over IoU 0.05 to 0.95",
       "TrackEval" },
-    { "assa", "AssA", "", true, "of each found box, frames that its two identities share over those that either is in, mean "
-      "likewise", "TrackEval" },
+    { "assa", "AssA", "", true, "of each found box, frames that its two identities share over those that either is in, "
+      "mean likewise", "TrackEval" },
     { "mota", "MOTA", "", true, "1 - (missed + false + switches) / boxes, at IoU 0.5",
       "Bernardin and Stiefelhagen 2008; TrackEval" },
     { "idf1", "IDF1", "", true, "F1 of boxes under the best pairing of identities, at IoU 0.5",

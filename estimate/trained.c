@@ -2,8 +2,8 @@
 #include "estimate/trained.h"
 
 #include "assets/hands.h"
-#include "estimate/checkpoint.h"
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/checkpoint.h"
+#include "estimate/checkpoint/folder.h"
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>

@@ -5,7 +5,7 @@
 #include "train/trainer_internal.h"
 
 #include "data/dataset.h"
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/folder.h"
 #include "libtensor/base/cpu.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"

@@ -4,7 +4,7 @@
  */
 #include "train/trainer_internal.h"
 
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/folder.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/cpu.h"
 #include "libtensor/io/file.h"

@@ -4,7 +4,7 @@
  */
 #include "train/trainer_internal.h"
 
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/folder.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
 

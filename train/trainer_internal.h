@@ -6,7 +6,7 @@
 #ifndef TRAIN_TRAINER_INTERNAL_H
 #define TRAIN_TRAINER_INTERNAL_H
 
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "estimate/compiled.h"
 #include "estimate/weights/weights.h"
 #include "train/progress.h"

@@ -118,8 +118,8 @@ static lt_status parse_times(const char *path, char *text, size_t n, int64_t fra
         time[k] = comma ? lt_strtod(comma + 1, &end) : NAN;
         if (!comma || end == comma + 1 || *lt_skip_blanks(end) || !isfinite(time[k]) ||
             lt_strtod(line, &end) != (double)k + 1)
-            return lt_error(LT_EFORMAT, "%s:%zu: \"%.30s\", expected frame %lld and its seconds", path, lines.number, line,
-                            (long long)k + 1);
+            return lt_error(LT_EFORMAT, "%s:%zu: \"%.30s\", expected frame %lld and its seconds", path, lines.number,
+                            line, (long long)k + 1);
         k++;
     }
     return k == frames ? LT_OK : lt_error(LT_EFORMAT, "%s: has %lld frames, seqinfo.ini %lld", path, (long long)k,

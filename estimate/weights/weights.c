@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/weights/weights.h"
 
-#include "estimate/checkpoint.h"
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/checkpoint.h"
+#include "estimate/checkpoint/folder.h"
 #include "estimate/param_arrays.h"
 #include "estimate/weights/split.h"
 #include "libtensor/io/file.h"

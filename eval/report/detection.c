@@ -183,8 +183,8 @@ lt_status html_confusion(FILE *f, lt_arena *arena, char *text)
 
     if (st || !c.rows || !c.columns)
         return st;
-    fputs("<h2>What is taken for what</h2>\n<p>A row is what is there, a column what was found; a row's colours are shares "
-          "of it. Scores above 0.25, boxes at IoU 0.5.</p>\n<div class=wide>", f);
+    fputs("<h2>What is taken for what</h2>\n<p>A row is what is there, a column what was found; a row's colours are "
+          "shares of it. Scores above 0.25, boxes at IoU 0.5.</p>\n<div class=wide>", f);
     fprintf(f, "<svg viewBox=\"0 0 %.0f %.0f\" width=%.0f height=%.0f role=img>\n", left + side * c.columns + right,
             top + side * c.rows + 8, left + side * c.columns + right, top + side * c.rows + 8);
     fprintf(f, "<path class=a d=\"M%.0f %.0fh%.0fv%.0fh-%.0fz\"/>\n", left, top, side * c.columns, side * c.rows,

@@ -309,8 +309,8 @@ static lt_status put_pictures(FILE *f, const report *r)
     if (st || !png)
         return st;
     if (detects(r))
-        fputs("<h2>The worst pictures</h2>\n<p>White: what is there and was found; red: what was missed. Green: found and "
-              "right; orange: found, and another thing or nothing is there.</p>\n", f);
+        fputs("<h2>The worst pictures</h2>\n<p>White: what is there and was found; red: what was missed. Green: found "
+              "and right; orange: found, and another thing or nothing is there.</p>\n", f);
     else
         fputs("<h2>Pictures</h2>\n<p>The truth beside what was seen.</p>\n", f);
     html_picture(f, (const uint8_t *)png, n, "samples, the truth beside what was seen");

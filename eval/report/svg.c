@@ -5,7 +5,8 @@
 
 #include <math.h>
 
-enum { WIDTH = 360, HEIGHT = 170, LEFT = 52, RIGHT = 8, TOP = 22, BOTTOM = 26, MOST_POINTS = 160, BINS = 24, LEGEND = 14 };
+enum { WIDTH = 360, HEIGHT = 170, LEFT = 52, RIGHT = 8, TOP = 22, BOTTOM = 26, LEGEND = 14 };
+enum { MOST_POINTS = 160, BINS = 24 };
 
 /* Where a value stands along an axis from `from` to `to` pixels */
 typedef struct {
@@ -104,8 +105,8 @@ static void put_legend(FILE *f, const report_series *s, int n, const char *const
     for (int i = 0; i < n; i++) {
         const int x = LEFT + i % 2 * (WIDTH - LEFT) / 2, y = HEIGHT + LEGEND / 2 + LEGEND * (i / 2);
 
-        fprintf(f, "<path style=\"stroke:%s;stroke-width:3\" d=\"M%d %dh12\"/><text x=%d y=%d>", color[i], x, y - 3, x + 16,
-                y);
+        fprintf(f, "<path style=\"stroke:%s;stroke-width:3\" d=\"M%d %dh12\"/><text x=%d y=%d>", color[i], x, y - 3,
+                x + 16, y);
         html_text(f, s[i].name);
         fputs("</text>\n", f);
     }

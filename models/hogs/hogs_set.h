@@ -36,7 +36,7 @@ void hogs_set_colour(const hogs *m, hogs_drawn_set *s, lt_tensor *transforms, lt
 lt_tensor *hogs_bend(const hogs *m, const hogs_drawn_set *s, lt_tensor *bones);
 
 /* hogs_integers_of - an input of frame b alone: graphs take no slices of integers;  hogs_frame_of - x (B, ...) of frame
- * b, without its first dimension, which keeps it 1 where `keep`;  hogs_set_rows - x (N, ..) at the rows (1, P) */
+ * b, without its first dimension, which stays, as 1, where `keep` */
 lt_tensor *hogs_integers_of(const hogs *m, model_record *r, const char *name, int b, lt_shape shape);
 lt_tensor *hogs_frame_of(lt_tensor *x, int b, bool keep);
 

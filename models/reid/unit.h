@@ -23,8 +23,8 @@ typedef struct {
 reid_conv reid_conv_new(lt_params *set, const char *prefix, int in, int out, int stride, bool compat);
 lt_tensor *reid_conv_forward(const reid_conv *m, lt_tensor *x);
 
-/* Norm and ELU but for the first unit, two convolutions, and the map itself added; halved, and through a 1 x 1 convolution,
- * where the channels double. */
+/* Norm and ELU but for the first unit, two convolutions, and the map itself added; halved, and through a 1 x 1
+ * convolution, where the channels double. */
 typedef struct {
     bool first, doubles;
     lt_batch_norm_layer pre;

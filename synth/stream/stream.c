@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A stream has lanes, each of which goes from one take to the next; picture n is of lane n % LANES. A lane remembers the
- * take it is in, so that pictures that are read in order are quick, and what it holds never shows in them.
+ * A stream has lanes, each of which goes from one take to the next; picture n is of lane n % LANES. A lane remembers
+ * the take it is in, so that pictures that are read in order are quick, and what it holds never shows in them.
  */
 #include "synth/stream/stream.h"
 

@@ -68,8 +68,8 @@ typedef struct {
     uint64_t seed, stream;
 } synth_stage;
 
-/* synth_choose_grasps - the spec's n_grasps, a function of its seed and stream; the arena is for what they are drawn with.
- * Errors: LT_ENOMEM; LT_ENUMERIC where none lies on the prop. */
+/* synth_choose_grasps - the spec's n_grasps, a function of its seed and stream; the arena is for what they are drawn
+ * with. Errors: LT_ENOMEM; LT_ENUMERIC where none lies on the prop. */
 lt_status synth_choose_grasps(lt_arena *arena, const synth_stage_spec *spec, synth_grasp *out);
 
 /* synth_stage_new - the take of a specification, of which alone it is a function; it lives in the arena, and subject,

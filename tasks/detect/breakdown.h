@@ -28,8 +28,8 @@ lt_status detect_breakdown_write(const detection_set *set, const records *all, c
 
 enum { DETECT_NOBODY = -1, DETECT_UNSURE = -2, DETECT_IN_CROWD = -3 };
 
-/* Of an image: which object each finding takes, or one of the above; which finding takes each object, DETECT_NOBODY: it is
- * missed, or a crowd */
+/* Of an image: which object each finding takes, or one of the above; which finding takes each object, DETECT_NOBODY: it
+ * is missed, or a crowd */
 typedef struct {
     int *object_of, *finder_of;
     int right, confused, missed, wrong;         /* wrong: where nothing is */

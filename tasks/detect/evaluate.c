@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/detect/evaluate.h"
 
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "estimate/found.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"

@@ -46,7 +46,8 @@ static int class_named(const detection_set *set, const char *name)
     return -1;
 }
 
-static lt_status fill(const detection_set *set, const detect_images *of, int64_t n, double *ap, double out[DETECT_METRICS])
+static lt_status fill(const detection_set *set, const detect_images *of, int64_t n, double *ap,
+                      double out[DETECT_METRICS])
 {
     static const ap_range any = { 0, 1e10 }, sizes[] = { { 0, 32 * 32 }, { 32 * 32, 96 * 96 }, { 96 * 96, 1e10 } };
     const int hand = class_named(set, "hand");

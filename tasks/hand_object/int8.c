@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/hand_object/int8.h"
 
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "estimate/feed.h"
 #include "eval/bench/bench.h"
 #include "tasks/hand_object/each_batch.h"

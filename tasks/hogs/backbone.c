@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/hogs/backbone.h"
 
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/folder.h"
 #include "estimate/param_arrays.h"
 #include "libtensor/io/torch/weights_file.h"
 

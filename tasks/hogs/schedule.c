@@ -63,7 +63,8 @@ enum {
 /* In 20,000 iterations a network that begins with nothing gets nowhere by the rates of 360,000; but at ten times
  * SMALL_POSE_RATE the heads of G-PM die: all units behind their relus are 0, and biases alone still move. */
 static const double SMALL_RATE = 1e-3, SMALL_POSE_RATE = 1e-4;
-/* Colours begin white: at the paper's rate an object of four, seen in every fourth step, would not be there in 6,000. */
+/* Colours begin white: at the paper's rate those of an object of four, seen in every fourth step, are not there after
+ * thousands of steps. */
 static const double COLOUR_RATE = 1e-3, SMALL_COLOUR_RATE = 1e-2;
 static const double EXTENT = 1.0395, EPS = 1e-15, CLIP = 0.1, LAST = 0.01;      /* of a network's rate, at the end */
 

@@ -3,7 +3,7 @@
 
 #include "data/dexycb/dexycb.h"
 #include "data/kind.h"
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "libtensor/io/file.h"
 
 #include <cjson/cJSON.h>

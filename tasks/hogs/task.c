@@ -5,7 +5,7 @@
 #include "tasks/hogs/task.h"
 
 #include "data/kind.h"
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "tasks/hogs/backbone.h"
 #include "tasks/hogs/evaluate.h"
 #include "tasks/hogs/render.h"
@@ -83,8 +83,8 @@ static lt_status check_codes(const hogs *m, int64_t frames)
 {
     if (!m->is->avatar || m->config.frames == frames)
         return LT_OK;
-    return lt_error(LT_EINVAL, "model.frames is %d, but the data have %" PRId64 " frames to train on; leave it out of the "
-                    "configuration to have as many as the data", m->config.frames, frames);
+    return lt_error(LT_EINVAL, "model.frames is %d, but the data have %" PRId64 " frames to train on; leave it out of "
+                    "the configuration to have as many as the data", m->config.frames, frames);
 }
 
 static lt_status run_build(task_run *r, const train_config *c, lt_params *set, model *out)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/reid/evaluate.h"
 
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "eval/scorers/mot.h"
 #include "libtensor/io/file.h"
 #include "tasks/reid/config.h"

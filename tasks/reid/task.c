@@ -230,8 +230,8 @@ static double similarity(const lt_real *a, const lt_real *b)
     return sum;
 }
 
-/* Whether of all boxes of other frames the one that looks most alike is the same thing. Persons meet persons, hands hands,
- * as trackers have classes. */
+/* Whether of all boxes of other frames the one that looks most alike is the same thing. Persons meet persons, hands
+ * hands, as trackers have classes. */
 static bool recognised(const task_run *r, const records *all, const seen *mine)
 {
     const bool person = looks_person(&r->evaluation.set.sequence[mine->sequence]);

@@ -4,7 +4,7 @@
 #define _GNU_SOURCE                     /* memmem */
 #include <config.h>
 #include "assets/hand/hand.h"
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "estimate/int8_table.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/rows.h"
@@ -165,7 +165,8 @@ START_TEST(table_in_a_checkpoint)
     lt_hand_layer_tips(s.m.hand, tips);
     ck_assert_mem_eq(head.tips, tips, sizeof(head.tips));
     s.m.int8 = NULL;
-    ck_assert_int_eq(checkpoint_save_inference(path, int8_path, &s.m, false), LT_OK);  /* the table that it had is not kept */
+    /* the table that it had is not kept */
+    ck_assert_int_eq(checkpoint_save_inference(path, int8_path, &s.m, false), LT_OK);
     ck_assert_int_eq(checkpoint_load_model(path, &s.m), LT_OK);
     ck_assert_ptr_null(s.m.int8);
     ck_assert_int_eq(checkpoint_load(path, &s.m, optim, &found, NULL), LT_EINVAL);

@@ -78,7 +78,8 @@ START_TEST(finds)
     ck_assert_int_eq(n, 0);
     lt_params_first(d.t.params)->data[0] = NAN;
     lt_params_changed(d.t.params);
-    check_error(detector_run(&d, rgb, WIDTH, HEIGHT, &detection_rules_shown, arena, &found, &n), LT_ENUMERIC, "its weights are damaged");
+    check_error(detector_run(&d, rgb, WIDTH, HEIGHT, &detection_rules_shown, arena, &found, &n), LT_ENUMERIC,
+                "its weights are damaged");
     detector_close(&d);
 }
 END_TEST

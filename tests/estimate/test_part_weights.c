@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Published weights of CLIP's image tower, of LPIPS, a detector and DeepSORT's network, under the names that their files have. */
+/* Published weights of CLIP's image tower, of LPIPS, a detector and DeepSORT's network, under the names that their
+ * files have. */
 #include "estimate/weights/weights.h"
 #include "libtensor/io/array/npz.h"
 #include "libtensor/io/array/safetensors.h"

@@ -2,7 +2,7 @@
 /* The library for other programs: the numbers of palmar predict, no allocation, and whatever callers may get wrong. */
 #include "libpalmar/palmar.h"
 
-#include "estimate/checkpoint.h"
+#include "estimate/checkpoint/checkpoint.h"
 #include "libtensor/io/atomic_file.h"
 #include "pipeline/internal.h"
 #include "pipeline/stage.h"

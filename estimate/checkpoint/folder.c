@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/checkpoint_folder.h"
+#include "estimate/checkpoint/folder.h"
 
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"

@@ -52,10 +52,10 @@ lt_status checkpoint_save(const char *path, const model *m, const lt_optim *opti
 /**
  * checkpoint_load - put back what checkpoint_save wrote
  *
- * Parameters that are stepped by rows (libtensor/graph/rows.h) get as many rows as the file has. Model and optimiser are
- * as they were before on any error, but for that and for what own->load did. Errors: LT_EFORMAT for a file
- * that is damaged or no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both, and for one
- * of a later version of palmar.
+ * Parameters that are stepped by rows (libtensor/graph/rows.h) get as many rows as the file has. Model and optimiser
+ * are as they were before on any error, but for that and for what own->load did. Errors: LT_EFORMAT for a file that is
+ * damaged or no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both, and
+ * for one of a later version of palmar.
  */
 lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state,
                           const checkpoint_own *own);
@@ -78,8 +78,8 @@ const lt_named_array *checkpoint_average(const lt_named_array *entry, size_t n, 
 lt_status checkpoint_load_model(const char *path, model *m);
 
 /**
- * checkpoint_save_inference - a checkpoint for inference: m's weights and its table if it has one, and what the metadata
- * of checkpoint `from` say, nothing of the optimiser; atomically
+ * checkpoint_save_inference - a checkpoint for inference: m's weights and its table if it has one, and what the
+ * metadata of checkpoint `from` say, nothing of the optimiser; atomically
  *
  *   half     weights of layers in half precision, for half of the size; biases and statistics stay as they are
  *
