@@ -101,6 +101,8 @@ static const metric dictionary[] = {
       "Ristani et al. 2016; TrackEval" },
     { "switches", "switches", "", false, "how often somebody is taken for another than last, at IoU 0.5",
       "TrackEval's IDSW" },
+    { "switches_unlike", "switches, unlike", "", false,
+      "how often an id goes over to somebody who is not the twin of who had it, at IoU 0.5", "ours" },
 
     /* the model */
     { "seconds_per_image", "time", "s", false, "median time of one image, from its crop to poses", "HOCAT, Table 5" },

@@ -14,7 +14,7 @@
 extern "C" {
 #endif
 
-enum { MOT_PEDESTRIAN = 1, MOT_CLASSES = 13, MOT_MAX_FRAMES = 1000000 };
+enum { MOT_PEDESTRIAN = 1, MOT_CLASSES = 13, MOT_MAX_FRAMES = 1000000, MOT_MAX_ID = 1000000000 };
 
 /* ---- rows ---- */
 
@@ -57,6 +57,25 @@ lt_status mot_parse(lt_arena *arena, const char *path, char *text, size_t n, mot
 /* mot_write - a file of results. Errors: those of lt_atomic_open and lt_atomic_commit */
 lt_status mot_write(const char *path, const mot_frame *frame, int64_t frames);
 
+/* ---- who looks like whom ---- */
+
+/* Twins have one look: shape or clothes of one are the other's. */
+typedef struct { int64_t id, look, hand[2]; } mot_person;
+
+typedef struct {
+    const mot_person *person;
+    int n;
+} mot_looks;
+
+/* mot_read_looks - identities.csv of a set that `palmar synth` made, into the arena; of another set nobody. Errors, with
+ * file and line: another heading, what is no whole number; LT_EIO, LT_ENOMEM. mot_parse_looks - the same from n
+ * characters and a NUL; the text is changed */
+lt_status mot_read_looks(lt_arena *arena, const char *root, mot_looks *out);
+lt_status mot_parse_looks(lt_arena *arena, const char *path, char *text, size_t n, mot_looks *out);
+
+/* mot_look - of an identity in the sequence of a name, "hall-01_person": a number that twins, and their hands, share */
+int64_t mot_look(const mot_looks *looks, const char *name, int64_t id);
+
 /* ---- sequences ---- */
 
 typedef struct {
@@ -85,6 +104,7 @@ typedef struct {
     const mot_sequence *sequence;
     int n;
     bool synthetic;
+    mot_looks looks;
 } mot_set;
 
 /**
@@ -93,7 +113,7 @@ typedef struct {
  *   root     a folder with the split's folder in it, or that has sequences itself, or that is one
  *   split    "train" or "evaluation"
  *
- * Errors: a folder without sequences; those of mot_sequence_open.
+ * Errors: a folder without sequences; those of mot_sequence_open and mot_read_looks.
  */
 lt_status mot_open(lt_arena *arena, const char *root, const char *split, mot_set *out);
 

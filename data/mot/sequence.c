@@ -278,7 +278,7 @@ lt_status mot_open(lt_arena *arena, const char *root, const char *split, mot_set
     qsort(all.list, all.n, sizeof(*all.list), by_name);
     *out = (mot_set){ .root = root, .sequence = all.list, .n = (int)all.n,
                       .synthetic = is_synthetic(arena, root) };
-    return LT_OK;
+    return mot_read_looks(arena, root, &out->looks);
 }
 
 bool mot_probe(const char *root)

@@ -247,10 +247,19 @@ static lt_status count_hota(sequence *s, track_counts *out)
 
 /* ---- CLEAR ---- */
 
-/* Whom each identity of the truth was last taken for, ever and in the last frame that had boxes on both sides; -1 */
-typedef struct { int *ever, *before; } history;
+/* Whom each identity of the truth was last taken for, ever and in the last frame that had boxes on both sides; who had
+ * each found one last, and how he looks; -1 */
+typedef struct {
+    int *ever, *before, *owner;
+    int64_t *look;
+} history;
 
-static lt_status match_clear(sequence *s, scene *v, history *h, track_counts *out)
+static bool is_taken(const history *h, int found, int truth, int64_t look)
+{
+    return h->owner[found] >= 0 && h->owner[found] != truth && h->look[found] != look;
+}
+
+static lt_status match_clear(sequence *s, const track_scored *truth, scene *v, history *h, track_counts *out)
 {
     int matched = 0;
     lt_status st;
@@ -273,7 +282,10 @@ static lt_status match_clear(sequence *s, scene *v, history *h, track_counts *ou
         if (j < 0 || v->cost[i * v->n_found + j] >= -DBL_EPSILON)
             continue;
         out->switches += h->ever[of] >= 0 && h->ever[of] != v->found[j];
+        out->taken += is_taken(h, v->found[j], of, truth[i].look);
         h->ever[of] = h->before[of] = v->found[j];
+        h->owner[v->found[j]] = of;
+        h->look[v->found[j]] = truth[i].look;
         matched++;
     }
     out->clear_tp += matched;
@@ -283,16 +295,21 @@ static lt_status match_clear(sequence *s, scene *v, history *h, track_counts *ou
 static lt_status count_clear(sequence *s, track_counts *out)
 {
     history h = { lt_arena_array(s->arena, (size_t)s->truth.n + 1, sizeof(int)),
-                  lt_arena_array(s->arena, (size_t)s->truth.n + 1, sizeof(int)) };
-    lt_status st = h.ever && h.before ? LT_OK : lt_error(LT_ENOMEM, "no memory to score switches");
+                  lt_arena_array(s->arena, (size_t)s->truth.n + 1, sizeof(int)),
+                  lt_arena_array(s->arena, (size_t)s->found.n + 1, sizeof(int)),
+                  lt_arena_array(s->arena, (size_t)s->found.n + 1, sizeof(int64_t)) };
+    lt_status st = h.ever && h.before && h.owner && h.look ? LT_OK
+                                                           : lt_error(LT_ENOMEM, "no memory to score switches");
     scene v;
 
     for (int64_t k = 0; !st && k < s->truth.n; k++)
         h.ever[k] = h.before[k] = -1;
+    for (int64_t k = 0; !st && k < s->found.n; k++)
+        h.owner[k] = -1;
     for (int64_t f = 0; !st && f < s->n; f++) {
         st = open_scene(s, f, &v);
         if (!st && v.n_truth && v.n_found)      /* a frame with nothing on one side is no history */
-            st = match_clear(s, &v, &h, out);
+            st = match_clear(s, s->frame[f].truth, &v, &h, out);
     }
     out->clear_fn = (double)s->truth.boxes - out->clear_tp;
     out->clear_fp = (double)s->found.boxes - out->clear_tp;
@@ -373,7 +390,7 @@ void track_counts_add(track_counts *sum, const track_counts *more)
 
 track_scores track_scores_of(const track_counts *c)
 {
-    track_scores s = { .switches = c->switches };
+    track_scores s = { .switches = c->switches, .taken = c->taken };
 
     for (int a = 0; a < TRACK_ALPHAS; a++) {
         const double deta = c->tp[a] / fmax(1, c->tp[a] + c->fn[a] + c->fp[a]);

@@ -16,6 +16,7 @@ enum { TRACK_ALPHAS = 19 };
 
 typedef struct {
     int64_t id;                     /* any, but each once in a frame */
+    int64_t look;                   /* of the truth: what twins share; any */
     double box[4];                  /* x0 y0 x1 y1, edges */
 } track_scored;
 
@@ -32,12 +33,13 @@ typedef struct {
     double tp[TRACK_ALPHAS], fn[TRACK_ALPHAS], fp[TRACK_ALPHAS];        /* HOTA's, at IoU 0.05, 0.10 .. 0.95 */
     double associated[TRACK_ALPHAS];            /* sum over its tp of the association's Jaccard index */
     double clear_tp, clear_fn, clear_fp, switches;      /* CLEAR's, at IoU 0.5 */
+    double taken;                   /* ids that went from somebody to another of another look, in CLEAR's pairs */
     double id_tp, id_fn, id_fp;                 /* of one pairing of identities for the sequence, at IoU 0.5 */
 } track_counts;
 
 enum { TRACK_COUNTS = sizeof(track_counts) / sizeof(double) };
 
-typedef struct { double hota, deta, assa, mota, idf1, switches; } track_scores;
+typedef struct { double hota, deta, assa, mota, idf1, switches, taken; } track_scores;
 
 /**
  * track_count - the counts of one sequence

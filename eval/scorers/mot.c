@@ -17,6 +17,7 @@ static bool is_distractor(const char *name, int cls)
 
 typedef struct {
     const char *name;
+    const mot_looks *looks;
     lt_arena *arena, *scratch;      /* of the sequence, of a frame */
 } sequence;
 
@@ -56,6 +57,7 @@ static lt_status take_frame(const sequence *s, const mot_frame *truth, const mot
     for (int i = 0; i < truth->n; i++)
         if (truth->box[i].cls == MOT_PEDESTRIAN && truth->box[i].scored) {
             of_truth[out->n_truth].id = truth->box[i].id;
+            of_truth[out->n_truth].look = mot_look(s->looks, s->name, truth->box[i].id);
             memcpy(of_truth[out->n_truth++].box, truth->box[i].box, sizeof(truth->box[i].box));
         }
     for (int j = 0; j < results->n; j++)
@@ -66,10 +68,10 @@ static lt_status take_frame(const sequence *s, const mot_frame *truth, const mot
     return st;
 }
 
-lt_status mot_count(const char *name, const mot_frame *truth, const mot_frame *results, int64_t frames,
-                    track_counts *out)
+lt_status mot_count(const char *name, const mot_looks *looks, const mot_frame *truth, const mot_frame *results,
+                    int64_t frames, track_counts *out)
 {
-    const sequence s = { name, lt_arena_new(), lt_arena_new() };
+    const sequence s = { name, looks, lt_arena_new(), lt_arena_new() };
     const bool room = s.arena && s.scratch;
     track_scored_frame *frame = room ? lt_arena_array(s.arena, (size_t)frames + 1, sizeof(*frame)) : NULL;
     lt_status st = frame ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory to score it", name);

@@ -5,8 +5,8 @@
     scripts/vectors/track_scores.py        writes tests/vectors/track_scores.npz
 
 Four sequences of things that wander, found with noise, misses, false boxes, exchanged ids and frames in which there is
-nothing or nothing is found: truth and found (n, 7) sequence, frame, id, box; scores (5, 6) hota, deta, assa, mota, idf1,
-switches of each sequence and of all together; deta and assa (19) of all at each threshold.
+nothing or nothing is found: truth and found (n, 7) sequence, frame, id, box; scores (5, 7) hota, deta, assa, mota, idf1,
+switches, ids taken by somebody who is no twin, of each sequence and of all together; deta and assa (19) of all at each threshold.
 """
 import os
 
@@ -60,8 +60,9 @@ def hota(frames, n, m):
 
 
 def clear(frames, n):
-    ever, before = [None] * n, [None] * n
-    tp = fn = fp = switches = 0
+    """Identities k and k + 1 are twins for even k"""
+    ever, before, owner = [None] * n, [None] * n, {}
+    tp = fn = fp = switches = taken = 0
     for a, b, s in frames:
         if not a or not b:
             fp, fn = fp + len(b), fn + len(a)
@@ -71,11 +72,13 @@ def clear(frames, n):
         i, j = linear_sum_assignment(-score)
         pairs = [(a[p], b[q]) for p, q in zip(i, j) if score[p, q] > EPS]
         switches += sum(ever[p] is not None and ever[p] != q for p, q in pairs)
+        taken += sum(owner.get(q, p) // 2 != p // 2 for p, q in pairs)
         before = [None] * n
         for p, q in pairs:
             ever[p] = before[p] = q
+            owner[q] = p
         tp, fn, fp = tp + len(pairs), fn + len(a) - len(pairs), fp + len(b) - len(pairs)
-    return np.array([tp, fn, fp, switches])
+    return np.array([tp, fn, fp, switches, taken])
 
 
 def identity(frames, n, m):
@@ -101,7 +104,7 @@ def identity(frames, n, m):
 def scores(h, c, i):
     deta, assa = h[0] / np.maximum(1, h[:3].sum(0)), h[3] / np.maximum(1, h[0])
     return [np.sqrt(deta * assa).mean(), deta.mean(), assa.mean(), (c[0] - c[2] - c[3]) / max(1, c[0] + c[1]),
-            i[0] / max(1, i[0] + (i[1] + i[2]) / 2), c[3]], deta, assa
+            i[0] / max(1, i[0] + (i[1] + i[2]) / 2), c[3], c[4]], deta, assa
 
 
 def make(rng):

@@ -57,7 +57,7 @@ static lt_status score_sequence(evaluating *v, const mot_sequence *s)
 
         st = write_results(arena, v->e->folder, track_method_names[methods[i]], s, results[i]);
         if (!st)
-            st = mot_count(s->name, truth, results[i], s->frames, &counts);
+            st = mot_count(s->name, &v->set.looks, truth, results[i], s->frames, &counts);
         if (!st)
             track_counts_add(&v->table.row[i].counts, &counts);
     }

@@ -6,11 +6,14 @@
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
+#include <string.h>
 #include <unistd.h>
 
-enum { KEYS = 6 };
+enum { COUNTS = 5, KEYS = 7 };     /* from COUNTS on keys are counts, not shares */
 
-const char *const track_score_keys[KEYS + 1] = { "hota", "deta", "assa", "mota", "idf1", "switches", NULL };
+const char *const track_score_keys[KEYS + 1] = {
+    "hota", "deta", "assa", "mota", "idf1", "switches", "switches_unlike", NULL,
+};
 
 static void values_of(const track_counts *c, double out[KEYS])
 {
@@ -22,6 +25,7 @@ static void values_of(const track_counts *c, double out[KEYS])
     out[3] = s.mota;
     out[4] = s.idf1;
     out[5] = s.switches;
+    out[6] = s.taken;
 }
 
 static void add_values(cJSON *to, const track_counts *c)
@@ -52,18 +56,24 @@ struct cJSON *track_score_json(const track_score_table *t)
     return root;
 }
 
+/* Of a column, its heading above it */
+static int width_of(int k)
+{
+    return (int)lt_max_i64(8, (int64_t)strlen(track_score_keys[k]));
+}
+
 void track_score_print(const track_score_table *t, FILE *f)
 {
     fprintf(f, "%sMOTChallenge, %d sequences\n%-12s", t->synthetic ? "SYNTHETIC, " : "", t->sequences, "tracker");
     for (int k = 0; k < KEYS; k++)
-        fprintf(f, " %8s", track_score_keys[k]);
+        fprintf(f, " %*s", width_of(k), track_score_keys[k]);
     for (int i = 0; i < t->n; i++) {
         double value[KEYS];
 
         values_of(&t->row[i].counts, value);
         fprintf(f, "\n%-12s", t->row[i].name);
         for (int k = 0; k < KEYS; k++)
-            fprintf(f, k == KEYS - 1 ? " %8.0f" : " %8.4f", value[k]);
+            fprintf(f, " %*.*f", width_of(k), k >= COUNTS ? 0 : 4, value[k]);
     }
     fputc('\n', f);
 }
@@ -91,7 +101,7 @@ static const char *results_of(lt_arena *arena, const char *folder, const char *n
     return within && access(within, F_OK) == 0 ? within : beside;
 }
 
-static lt_status score_sequence(const mot_sequence *s, const char *folder, track_counts *sum)
+static lt_status score_sequence(const mot_looks *looks, const mot_sequence *s, const char *folder, track_counts *sum)
 {
     lt_arena *arena = lt_arena_new();
     const char *path = arena ? results_of(arena, folder, s->name) : NULL;
@@ -104,7 +114,7 @@ static lt_status score_sequence(const mot_sequence *s, const char *folder, track
     if (!st)
         st = mot_read(arena, path, MOT_RESULTS, s->frames, &results);
     if (!st)
-        st = mot_count(s->name, truth, results, s->frames, &counts);
+        st = mot_count(s->name, looks, truth, results, s->frames, &counts);
     if (!st)
         track_counts_add(sum, &counts);
     lt_arena_free(arena);
@@ -120,7 +130,7 @@ lt_status track_score_files(const char *data, const char *split, const char *fol
 
     *out = (track_score_table){ .row[0].name = "results", .n = 1, .sequences = set.n, .synthetic = set.synthetic };
     for (int k = 0; !st && k < set.n; k++) {
-        st = score_sequence(&set.sequence[k], folder, &out->row[0].counts);
+        st = score_sequence(&set.looks, &set.sequence[k], folder, &out->row[0].counts);
         if (!st && progress && !progress(NULL, k + 1, set.n))
             st = lt_error(LT_ESTOPPED, "stopped");
     }

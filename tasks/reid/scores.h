@@ -12,7 +12,7 @@
 
 enum { TRACK_SCORE_ROWS = 4 };
 
-/* track_score_keys - hota, deta, assa, mota, idf1, switches; ends with NULL */
+/* track_score_keys - hota, deta, assa, mota, idf1, switches, switches_unlike; ends with NULL */
 extern const char *const track_score_keys[];
 
 typedef struct {

@@ -200,6 +200,51 @@ START_TEST(wrong_sets)
 }
 END_TEST
 
+/* ---- looks ---- */
+
+static lt_status parse_looks(const char *text, mot_looks *out)
+{
+    return mot_parse_looks(arena, "identities.csv", lt_arena_strdup(arena, text), strlen(text), out);
+}
+
+static const char persons[] = "person,split,shape,clothes,left_hand,right_hand\n";
+
+/* The second has the first one's clothes, the third his own of both. */
+START_TEST(looks)
+{
+    mot_looks l;
+
+    put("set/identities.csv", lt_arena_printf(arena, "%s1,train,1,1,1,2\r\n2,train,2,1,3,4\n\n3,evaluation,3,3,5,6",
+                                              persons));
+    check_ok(mot_read_looks(arena, in_folder("set"), &l));
+    ck_assert_int_eq(l.n, 3);
+    ck_assert_int_eq(mot_look(&l, "hall-01_person", 1), mot_look(&l, "hall-01_person", 2));
+    ck_assert_int_ne(mot_look(&l, "hall-01_person", 1), mot_look(&l, "hall-01_person", 3));
+    ck_assert_int_eq(mot_look(&l, "table-01_hand", 4), mot_look(&l, "table-02_hand", 1));
+    ck_assert_int_ne(mot_look(&l, "table-01_hand", 6), mot_look(&l, "table-01_hand", 1));
+    ck_assert_int_eq(mot_look(&l, "table-01_object", 2), 2);
+    ck_assert_int_eq(mot_look(&l, "hall-01_person", 9), 9);
+    check_ok(mot_read_looks(arena, in_folder("none"), &l));
+    ck_assert_int_eq(l.n, 0);
+    ck_assert_int_eq(mot_look(&l, "MOT17-02", 7), 7);
+}
+END_TEST
+
+START_TEST(wrong_looks)
+{
+    mot_looks l;
+
+    check_error(parse_looks("person\n1\n", &l), LT_EFORMAT, "identities.csv:1: \"person\", expected person,split,");
+    check_error(parse_looks(lt_arena_printf(arena, "%s1,train,x,1,1,2\n", persons), &l), LT_EFORMAT,
+                "identities.csv:2: column 3 is \"x\", expected a whole number from 1 on");
+    check_error(parse_looks(lt_arena_printf(arena, "%s1,train,1,1,1,2.5\n", persons), &l), LT_EFORMAT, "column 6 is");
+    check_error(parse_looks(lt_arena_printf(arena, "%s\n1,train,1,1,1,2,3\n", persons), &l), LT_EFORMAT,
+                "identities.csv:3: expected 6 columns: person,split,shape");
+    check_error(parse_looks(lt_arena_printf(arena, "%s1,train\n", persons), &l), LT_EFORMAT, "expected 6 columns");
+    check_error(mot_parse_looks(arena, "identities.csv", (char[3]){ 'a', 0, 0 }, 2, &l), LT_EFORMAT, "a NUL character");
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_add_checked_fixture(tc, setup, teardown);
@@ -211,6 +256,8 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, cut);
     tcase_add_test(tc, sets);
     tcase_add_test(tc, wrong_sets);
+    tcase_add_test(tc, looks);
+    tcase_add_test(tc, wrong_looks);
 }
 
 int main(void)

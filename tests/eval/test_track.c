@@ -15,18 +15,18 @@ static track_scores score(const track_scored_frame *frame, int64_t n)
     return track_scores_of(&c);
 }
 
-static void check_scores(track_scores s, const double want[6])
+static void check_scores(track_scores s, const double want[7])
 {
-    const double got[6] = { s.hota, s.deta, s.assa, s.mota, s.idf1, s.switches };
-    static const char *const name[6] = { "hota", "deta", "assa", "mota", "idf1", "switches" };
+    const double got[7] = { s.hota, s.deta, s.assa, s.mota, s.idf1, s.switches, s.taken };
+    static const char *const name[7] = { "hota", "deta", "assa", "mota", "idf1", "switches", "taken" };
 
-    for (int k = 0; k < 6; k++)
+    for (int k = 0; k < 7; k++)
         ck_assert_msg(fabs(got[k] - want[k]) < 1e-12, "%s is %.15g, want %.15g", name[k], got[k], want[k]);
 }
 
 static track_scored at(int64_t id, double x)
 {
-    return (track_scored){ id, { x, 0, x + 10, 10 } };
+    return (track_scored){ id, id, { x, 0, x + 10, 10 } };
 }
 
 /* ---- by hand ---- */
@@ -48,7 +48,7 @@ static void setup(void)
 
 START_TEST(perfect)
 {
-    check_scores(score(film, FRAMES), (double[]){ 1, 1, 1, 1, 1, 0 });
+    check_scores(score(film, FRAMES), (double[]){ 1, 1, 1, 1, 1, 0, 0 });
 }
 END_TEST
 
@@ -56,7 +56,7 @@ END_TEST
 START_TEST(one_switch)
 {
     found[2].id = found[3].id = 9;
-    check_scores(score(film, FRAMES), (double[]){ sqrt(0.5), 1, 0.5, 0.75, 0.5, 1 });
+    check_scores(score(film, FRAMES), (double[]){ sqrt(0.5), 1, 0.5, 0.75, 0.5, 1, 0 });
 }
 END_TEST
 
@@ -66,7 +66,7 @@ START_TEST(switch_over_a_gap)
     found[2].id = found[3].id = 9;
     film[1].n_found = 0;
     check_scores(score(film, FRAMES), (double[]){ sqrt(0.75 * (1.0 / 4 + 2 * 2.0 / 4) / 3), 0.75,
-                                                  (1.0 / 4 + 2 * 2.0 / 4) / 3, (3 - 1) / 4.0, 2 / (2 + 1.5), 1 });
+                                                  (1.0 / 4 + 2 * 2.0 / 4) / 3, (3 - 1) / 4.0, 2 / (2 + 1.5), 1, 0 });
 }
 END_TEST
 
@@ -75,7 +75,7 @@ START_TEST(thresholds)
 {
     for (int f = 0; f < FRAMES; f++)
         found[f].box[0] += 2.5, found[f].box[2] += 2.5;
-    check_scores(score(film, FRAMES), (double[]){ 12.0 / 19, 12.0 / 19, 12.0 / 19, 1, 1, 0 });
+    check_scores(score(film, FRAMES), (double[]){ 12.0 / 19, 12.0 / 19, 12.0 / 19, 1, 1, 0, 0 });
 }
 END_TEST
 
@@ -91,15 +91,33 @@ START_TEST(continues)
 }
 END_TEST
 
+/* Two change their ids: twice somebody is taken for another, once each id is taken over, but not by a twin. */
+START_TEST(exchange)
+{
+    for (int64_t look = 1; look <= 2; look++) {
+        track_scored who[2] = { at(1, 0), at(2, 40) };
+        const track_scored is[2] = { at(5, 0), at(6, 40) }, then[2] = { at(6, 0), at(5, 40) };
+        const track_scored_frame frames[3] = { { who, is, 2, 2 }, { who, then, 2, 2 }, { who, then, 2, 2 } };
+        track_scores s;
+
+        who[0].look = 1;
+        who[1].look = look;
+        s = score(frames, 3);
+        ck_assert_double_eq(s.switches, 2);
+        ck_assert_double_eq(s.taken, look == 1 ? 0 : 2);
+    }
+}
+END_TEST
+
 START_TEST(nothing)
 {
-    check_scores(score(NULL, 0), (double[]){ 0, 0, 0, 0, 0, 0 });
+    check_scores(score(NULL, 0), (double[]){ 0, 0, 0, 0, 0, 0, 0 });
     for (int f = 0; f < FRAMES; f++)
         film[f].n_found = 0;
-    check_scores(score(film, FRAMES), (double[]){ 0, 0, 0, 0, 0, 0 });
+    check_scores(score(film, FRAMES), (double[]){ 0, 0, 0, 0, 0, 0, 0 });
     for (int f = 0; f < FRAMES; f++)
         film[f] = (track_scored_frame){ &truth[f], &found[f], 0, 1 };
-    check_scores(score(film, FRAMES), (double[]){ 0, 0, 0, -4, 0, 0 });
+    check_scores(score(film, FRAMES), (double[]){ 0, 0, 0, -4, 0, 0, 0 });
 }
 END_TEST
 
@@ -112,7 +130,7 @@ START_TEST(bad)
     check_error(track_count(&twice, 1, &c), LT_EINVAL, "frame 1: identity 5 is there twice, expected once");
     found[3].box[2] = NAN;
     check_error(track_count(film, FRAMES, &c), LT_EINVAL, "frame 4: the box of identity -2 is not finite");
-    found[3] = (track_scored){ -2, { 5, 5, 5, 5 } };           /* no area: found, and nothing's */
+    found[3] = (track_scored){ -2, 0, { 5, 5, 5, 5 } };           /* no area: found, and nothing's */
     ck_assert_double_eq(score(film, FRAMES).mota, 0.5);
 }
 END_TEST
@@ -128,6 +146,7 @@ START_TEST(challenge)
         { .id = 3, .box = { 40, 0, 50, 10 }, .cls = 3, .scored = true }, { .id = 4, .box = { 60, 0, 70, 10 }, .cls = 6 },
         { .id = 5, .box = { 80, 0, 90, 10 }, .cls = 1 },
     };
+    const mot_looks nobody = { NULL, 0 };
     mot_box results[5];
     const mot_frame of_truth = { truth_of, 5 }, of_results = { results, 5 };
     track_counts c;
@@ -136,15 +155,16 @@ START_TEST(challenge)
         results[i] = truth_of[i];
         results[i].box[2]++;
     }
-    check_ok(mot_count("MOT17-02", &of_truth, &of_results, 1, &c));
+    check_ok(mot_count("MOT17-02", &nobody, &of_truth, &of_results, 1, &c));
     ck_assert_double_eq(c.clear_tp, 1);
     ck_assert_double_eq(c.clear_fn, 0);
     ck_assert_double_eq(c.clear_fp, 3);
-    check_ok(mot_count("MOT20-01", &of_truth, &of_results, 1, &c));
+    check_ok(mot_count("MOT20-01", &nobody, &of_truth, &of_results, 1, &c));
     ck_assert_double_eq(c.clear_fp, 2);
     results[1].id = 1;
     results[2].id = 1;
-    check_error(mot_count("seq", &of_truth, &of_results, 1, &c), LT_EINVAL, "seq: frame 1: identity 1 is there twice");
+    check_error(mot_count("seq", &nobody, &of_truth, &of_results, 1, &c), LT_EINVAL,
+                "seq: frame 1: identity 1 is there twice");
 }
 END_TEST
 
@@ -167,6 +187,7 @@ static void read_boxes(const lt_npz *npz, const char *name, int side)
         track_scored *b = &boxes[side][s][f][(*n)++];
 
         b->id = lt_array_int(a, 7 * k + 2);
+        b->look = (b->id - 3) / 10 / 2;             /* twins, as the script has them */
         for (size_t c = 0; c < 4; c++)
             b->box[c] = lt_array_get(a, 7 * k + 3 + c);
         to->truth = boxes[0][s][f];
@@ -190,10 +211,10 @@ START_TEST(as_trackeval)
     check_ok(lt_npz_get(&npz, "deta", &deta));
     check_ok(lt_npz_get(&npz, "assa", &assa));
     for (size_t s = 0; s <= SEQUENCES; s++) {
-        double row[6];
+        double row[7];
 
-        for (size_t k = 0; k < 6; k++)
-            row[k] = lt_array_get(want, 6 * s + k);
+        for (size_t k = 0; k < 7; k++)
+            row[k] = lt_array_get(want, 7 * s + k);
         if (s < SEQUENCES)
             check_ok(track_count(sequences[s], LENGTH, &c));
         check_scores(track_scores_of(s < SEQUENCES ? &c : &all), row);
@@ -216,6 +237,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, switch_over_a_gap);
     tcase_add_test(tc, thresholds);
     tcase_add_test(tc, continues);
+    tcase_add_test(tc, exchange);
     tcase_add_test(tc, nothing);
     tcase_add_test(tc, bad);
     tcase_add_test(tc, challenge);

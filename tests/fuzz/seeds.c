@@ -104,6 +104,7 @@ static const struct {
     TEXT("mot", "truth", "1,3,426,78,39,94,1,1,0.9619\n20, 7, 1.5, -2e1, 53, 127, 0, 12, 0 \r\n\n"),
     TEXT("mot", "old", "\xef\xbb\xbf" "2,1,1,2,3,4,1,-4.5,2,-1\n"),
     TEXT("mot", "detections", "1,-1,1359.1,413.27,120.26,362.77,2.3092,-1,-1,-1\n3,-1,5,6,7,8,.25\n"),
+    TEXT("looks", "twins", "person,split,shape,clothes,left_hand,right_hand\n1,train,1,1,1,2\r\n31,train,31,7,61,62\n"),
     TEXT("seqinfo", "sequence", "[Sequence]\nname=a\nimDir=../b/img1\nframeRate=29.97\nseqLength = 300\r\nimWidth=512\n"
          "imHeight=288\nimExt=.png\n"),
     TEXT("boxes", "two", "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side\n"

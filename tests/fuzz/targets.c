@@ -509,6 +509,21 @@ static void run_mot(lt_arena *arena, const uint8_t *bytes, size_t n)
     }
 }
 
+static void run_looks(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    char *text = lt_arena_alloc(arena, n + 1);
+    mot_looks looks;
+
+    if (!text)
+        return;
+    memcpy(text, bytes, n);
+    if (mot_parse_looks(arena, "identities.csv", text, n, &looks))
+        return;
+    for (int i = 0; i < looks.n; i++)
+        if (mot_look(&looks, "a_person", looks.person[i].id) < 1)
+            abort();
+}
+
 static void run_seqinfo(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     char *text = lt_arena_alloc(arena, n + 1);
@@ -579,6 +594,7 @@ const fuzz_target fuzz_targets[] = {
     { "labels", run_labels, NULL, 4096 },
     { "results", run_results, NULL, 4096 },
     { "mot", run_mot, NULL, 4096 },
+    { "looks", run_looks, NULL, 4096 },
     { "seqinfo", run_seqinfo, NULL, 1024 },
     { "boxes", run_boxes, NULL, 4096 },
     { "calibration", run_calibration, NULL, 4096 },
