@@ -2,7 +2,7 @@
 #include "vision/track/gallery.h"
 
 #include "libtensor/base/arena.h"
-#include "libtensor/kernels/kernels.h"
+#include "libtensor/kernels/gemm/gemm.h"
 
 #include <math.h>
 #include <string.h>
@@ -41,11 +41,14 @@ void gallery_add(gallery *g, const float *unit)
     g->n += g->n < g->budget;
 }
 
-double gallery_distance(const gallery *g, const float *unit)
+void gallery_distances(const gallery *g, const float *units, int n, float *scratch, double *out)
 {
-    double most = -1;
+    lt_gemm(LT_NO_TRANS, LT_TRANS, g->n, n, g->size, g->row, g->size, units, g->size, false, scratch, n, NULL);
+    for (int j = 0; j < n; j++) {
+        float most = -1;
 
-    for (int i = 0; i < g->n; i++)
-        most = fmax(most, lt_k->dot(g->row + (size_t)i * (size_t)g->size, unit, (size_t)g->size));
-    return 1 - most;
+        for (int i = 0; i < g->n; i++)
+            most = fmaxf(most, scratch[(size_t)i * (size_t)n + (size_t)j]);
+        out[j] = 1 - (double)most;
+    }
 }

@@ -26,8 +26,15 @@ bool gallery_unit(const float *embedding, int size, float *unit);
 /* gallery_add - one more appearance, in place of the oldest when it is full */
 void gallery_add(gallery *g, const float *unit);
 
-/* gallery_distance - the smallest cosine distance to any of them; 2, the largest that there is, of an empty one */
-double gallery_distance(const gallery *g, const float *unit);
+/**
+ * gallery_distances - the smallest cosine distance of each to any that are kept; 2, the largest that there is, to an
+ * empty gallery
+ *
+ *   units     (n, size) of length 1
+ *   scratch   budget * n numbers
+ *   out       (n)
+ */
+void gallery_distances(const gallery *g, const float *units, int n, float *scratch, double *out);
 
 #ifdef __cplusplus
 }

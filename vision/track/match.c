@@ -7,30 +7,67 @@
 #include "vision/track/internal.h"
 
 #include <math.h>
+#include <string.h>
 
 static const double GATE = 9.4877;              /* chi-squared: 95 % of four degrees of freedom */
 static const double LOW_IOU = 0.5;              /* largest 1 - IoU in ByteTrack's second step */
 static const double NO_PAIR = 1e5;
 
 /* What one step looks at */
-typedef struct {
+typedef struct step {
     int *track, *found;             /* indices */
     int n_tracks, n_found;
     double limit;                   /* a pair that costs more is none */
-    double (*cost)(const track_frame *f, const track *t, int found);
+    /* what a track and each of the detections cost */
+    void (*costs)(const track_frame *f, const struct step *s, const track *t, double *cost);
+    /* of detections that a track's gate lets through: which, their embeddings and distances */
+    int *passed;
+    float *units, *products;
+    double *distance;
 } step;
 
-static double appearance_cost(const track_frame *f, const track *t, int found)
+/* ---- by appearance --------------------------------------------------------------------------------------- */
+
+static bool passes(const track_frame *f, const track *t, int found)
 {
-    /* The gate first, as it spares most comparisons */
-    if (!f->unit[found] || motion_distance(&t->motion, f->found[found].box) > GATE)
-        return NO_PAIR;
-    return gallery_distance(&t->look, f->unit[found]);
+    return t->cls == f->found[found].cls && f->unit[found]
+        && motion_distance(&t->motion, f->found[found].box) <= GATE;
 }
 
-static double overlap_cost(const track_frame *f, const track *t, int found)
+/* The gate first, as it spares most comparisons; those that are left are one product. */
+static void appearance_costs(const track_frame *f, const step *s, const track *t, double *cost)
 {
-    const float *b = f->found[found].box;
+    const size_t size = (size_t)f->options->embedding;
+    int n = 0;
+
+    for (int j = 0; j < s->n_found; j++) {
+        cost[j] = NO_PAIR;
+        if (!passes(f, t, s->found[j]))
+            continue;
+        memcpy(s->units + (size_t)n * size, f->unit[s->found[j]], size * sizeof(*s->units));
+        s->passed[n++] = j;
+    }
+    gallery_distances(&t->look, s->units, n, s->products, s->distance);
+    for (int k = 0; k < n; k++)
+        cost[s->passed[k]] = s->distance[k];
+}
+
+static lt_status make_room(const track_frame *f, step *s)
+{
+    const size_t n = (size_t)f->n_found + 1;
+
+    s->passed = lt_arena_array(f->scratch, n, sizeof(*s->passed));
+    s->units = lt_arena_array(f->scratch, n * (size_t)f->options->embedding, sizeof(*s->units));
+    s->products = lt_arena_array(f->scratch, n * (size_t)f->options->budget, sizeof(*s->products));
+    s->distance = lt_arena_array(f->scratch, n, sizeof(*s->distance));
+    return s->passed && s->units && s->products && s->distance
+        ? LT_OK : lt_error(LT_ENOMEM, "no memory to compare %d detections with tracks", f->n_found);
+}
+
+/* ---- by overlap ------------------------------------------------------------------------------------------ */
+
+static double overlap_cost(const track *t, const float b[4])
+{
     double a[4], w, h, both, all;
 
     motion_box(&t->motion, a);
@@ -42,6 +79,17 @@ static double overlap_cost(const track_frame *f, const track *t, int found)
     all = (a[2] - a[0]) * (a[3] - a[1]) + ((double)b[2] - (double)b[0]) * ((double)b[3] - (double)b[1]) - both;
     return 1 - both / all;
 }
+
+static void overlap_costs(const track_frame *f, const step *s, const track *t, double *cost)
+{
+    for (int j = 0; j < s->n_found; j++) {
+        const track_detection *d = &f->found[s->found[j]];
+
+        cost[j] = t->cls == d->cls ? overlap_cost(t, d->box) : NO_PAIR;
+    }
+}
+
+/* ---- steps ----------------------------------------------------------------------------------------------- */
 
 static lt_status run(track_frame *f, const step *s)
 {
@@ -55,13 +103,13 @@ static lt_status run(track_frame *f, const step *s)
     column = lt_arena_array(f->scratch, (size_t)s->n_tracks, sizeof(*column));
     if (!cost || !column)
         return lt_error(LT_ENOMEM, "no memory to match %d detections to %d tracks", s->n_found, s->n_tracks);
-    for (int i = 0; i < s->n_tracks; i++)
-        for (int j = 0; j < s->n_found; j++) {
-            const track *t = &f->tracks[s->track[i]];
-            const double c = t->cls == f->found[s->found[j]].cls ? s->cost(f, t, s->found[j]) : NO_PAIR;
+    for (int i = 0; i < s->n_tracks; i++) {
+        double *row = cost + i * s->n_found;
 
-            cost[i * s->n_found + j] = c <= s->limit ? c : s->limit + 1e-5;
-        }
+        s->costs(f, s, &f->tracks[s->track[i]], row);
+        for (int j = 0; j < s->n_found; j++)
+            row[j] = row[j] <= s->limit ? row[j] : s->limit + 1e-5;
+    }
     st = assignment_solve(f->scratch, cost, s->n_tracks, s->n_found, column);
     for (int i = 0; !st && i < s->n_tracks; i++)
         if (column[i] >= 0 && cost[i * s->n_found + column[i]] <= s->limit) {
@@ -87,10 +135,10 @@ static void pick_found(const track_frame *f, double lo, double hi, step *s)
 static lt_status cascade(track_frame *f, step *s)
 {
     const tracker_options *o = f->options;
-    lt_status st = LT_OK;
+    lt_status st = make_room(f, s);
 
     s->limit = o->max_cosine;
-    s->cost = appearance_cost;
+    s->costs = appearance_costs;
     for (int age = 1; !st && age <= o->max_age; age++) {
         s->n_tracks = 0;
         for (int i = 0; i < f->n_tracks; i++)
@@ -120,7 +168,7 @@ static void pick_tracks(const track_frame *f, bool all, bool confirmed, step *s)
 static lt_status by_overlap(track_frame *f, step *s)
 {
     s->limit = f->options->max_iou;
-    s->cost = overlap_cost;
+    s->costs = overlap_costs;
     pick_tracks(f, !track_appearance(f->options), false, s);
     pick_found(f, f->options->min_conf, INFINITY, s);
     return run(f, s);
@@ -129,7 +177,7 @@ static lt_status by_overlap(track_frame *f, step *s)
 static lt_status by_low_scores(track_frame *f, step *s)
 {
     s->limit = LOW_IOU;
-    s->cost = overlap_cost;
+    s->costs = overlap_costs;
     pick_tracks(f, false, true, s);
     pick_found(f, f->options->low_conf, f->options->min_conf, s);
     return run(f, s);
