@@ -142,7 +142,7 @@ START_TEST(every_block)
         lt_params_zero_grad(params);
         loss();
         slope = move(*b, 0);
-        for (size_t k = 0; k < LT_COUNT(step) && best > models[_i].bound / 10; k++)
+        for (size_t k = 0; k < LT_COUNT(step) && best > models[_i].bound / 2; k++)
             best = fmin(best, fabs(differences(*b, step[k]) / slope - 1));
         printf("%-14s slope %.9g, differences disagree by %.2g of it\n", *b, slope, best);
         ck_assert_msg(best < models[_i].bound, "%s: slope %.9g, differences disagree by %.2g of it", *b, slope, best);

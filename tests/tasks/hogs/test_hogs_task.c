@@ -109,7 +109,7 @@ static void raise_at(void *ctx, int64_t step, lt_params *params)
         raise(SIGTERM);
 }
 
-/* On one, two and three threads; and stopped before and behind density control, and where stages begin */
+/* On one and two threads; and on three, stopped before and behind density control, and where stages begin */
 START_TEST(same_bits)
 {
     static const int64_t stops[] = { 60, SKIN + 10, SKIN + 30, CONTROL, CONTROL + 1, SKIN + ITERATIONS };
@@ -120,14 +120,11 @@ START_TEST(same_bits)
     check_ok(train_run(&o, NULL));
     ck_assert_int_gt(sum_of("threads1", "densified"), 0);
     ck_assert_int_gt(sum_of("threads1", "gaussians"), 0);
-    for (int threads = 2; threads <= 3; threads++) {
-        const char *out = lt_arena_printf(arena, "threads%d", threads);
-
-        o = options(out, NULL);
-        lt_set_threads(threads);
-        check_ok(train_run(&o, NULL));
-        same_end("threads1", out);
-    }
+    o = options("threads2", NULL);
+    lt_set_threads(2);
+    check_ok(train_run(&o, NULL));
+    same_end("threads1", "threads2");
+    lt_set_threads(3);
     o = options("stopped", NULL);
     o.before_step = raise_at;
     o.ctx = &stop;
