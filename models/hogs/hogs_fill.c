@@ -58,13 +58,16 @@ static void fill_alive(const hogs *m, bool object, lt_real *x)
         x[i] = i < n;
 }
 
-/* Each with the four behind it */
-static void fill_near(int64_t N, lt_real *x)
+/* Each with the four behind it; rows that are not in use with themselves */
+static void fill_near(const hogs *m, bool object, lt_real *x)
 {
-    int32_t *i = (int32_t *)x;
+    const int64_t N = gaussians_capacity(&m->gaussians);
+    const int64_t n = gaussians_count(&m->gaussians, object ? m->config.hands : 0);
+    int32_t *near = (int32_t *)x;
 
-    for (int64_t k = 0; k < N * HOGS_NEIGHBOURS; k++)
-        i[k] = (int32_t)((k / HOGS_NEIGHBOURS + 1 + k % HOGS_NEIGHBOURS) % N);
+    for (int64_t i = 0; i < N; i++)
+        for (int64_t k = 0; k < HOGS_NEIGHBOURS; k++)
+            near[i * HOGS_NEIGHBOURS + k] = (int32_t)(i < n ? (i + 1 + k) % n : i);
 }
 
 static void fill_boxes(const hogs *m, lt_real *x)
@@ -87,7 +90,7 @@ static void fill_grid(lt_real *x)
 
 typedef enum {
     ZEROS, UNIT, CAMERA, BONES, VIEW, POSE, TRANSLATION, ALIVE_HAND, ALIVE_OBJECT, PLACES, ROW_OBJECT, DEGREE, DRAWN,
-    COUNT, POINTS, JOINTS, NEAR, BOXES, ONES, SMALL, GRID, NO_CELLS,
+    COUNT, POINTS, JOINTS, NEAR_HAND, NEAR_OBJECT, BOXES, ONES, SMALL, GRID, NO_CELLS,
 } filling;
 
 static const struct { const char *input; filling by; int64_t n; } table[] = {
@@ -98,7 +101,7 @@ static const struct { const char *input; filling by; int64_t n; } table[] = {
     { "object_row", ROW_OBJECT, 1 }, { "degree", DEGREE, 1 }, { "drawn", DRAWN, 0 }, { "count", COUNT, 1 },
     { "start", ZEROS, 1 }, { "root", TRANSLATION, 0 }, { "started", ONES, 1 },
     { "frame_code", ZEROS, 1 }, { "articulation", JOINTS, 0 },
-    { "hand_near", NEAR, 0 }, { "object_near", NEAR, 0 },
+    { "hand_near", NEAR_HAND, 0 }, { "object_near", NEAR_OBJECT, 0 },
     { "lpips_boxes", BOXES, 0 }, { "pose_weight", ONES, 1 }, { "offset", SMALL, 3 },
     { "corners", SMALL, 3 * HOGS_CORNERS }, { "hand_points", POINTS, HOGS_CONTACT_POINTS },
     { "zones", ZEROS, HOGS_CONTACT_POINTS }, { "surface", SMALL, 3 * HOGS_SURFACE_POINTS }, { "grid", GRID, 0 },
@@ -147,7 +150,8 @@ static void fill_by(const hogs *m, filling by, int64_t n, lt_real *x)
     case COUNT: fill_integers(x, 1, (int32_t)P, 0); break;
     case POINTS: fill_points(x, n); break;
     case JOINTS: fill_uniform(x, AVATAR_JOINTS * AVATAR_JOINT, -1, 1); break;
-    case NEAR: fill_near(N, x); break;
+    case NEAR_HAND: fill_near(m, false, x); break;
+    case NEAR_OBJECT: fill_near(m, true, x); break;
     case BOXES: fill_boxes(m, x); break;
     case ONES: x[0] = 1; break;
     case SMALL: fill_uniform(x, n, -0.05, 0.05); break;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * HOGS whole, in double: from images and poses to the parameters of each of its parts, along a random direction.
+ * HOGS whole, in double: from images and poses to the parameters of each of its parts, along a random direction
+ * that leans along the gradient.
  *
  * What is held still on purpose (the numbers of Gaussians that V-PM and G-PM read, directions' transforms) would show
  * in differences and not in gradients: so Gaussians are looked at without V-PM, V-PM without G-PM, G-PM with all of it,
