@@ -338,7 +338,8 @@ static lt_status run_hands(const predict_args *a, const calibration *camera, cli
     return st;
 }
 
-/* What comes with palmar finds hands and objects, and looks at them, with depth where that is given. */
+/* What comes with palmar finds hands and objects, and looks at them, with depth where that is given. Where only the
+ * detector came along, that finds them alone. */
 static lt_status take_starter(lt_arena *arena, predict_args *a)
 {
     char root[4096];
@@ -347,13 +348,18 @@ static lt_status take_starter(lt_arena *arena, predict_args *a)
 
     cli_root(root, sizeof(root));
     folder = starter_folder(arena, root);
-    st = folder ? starter_find(arena, folder, a->depth ? STARTER_DEPTH : STARTER_COLOUR, &a->checkpoint)
-                : lt_error(LT_ENOMEM, "no memory for the starter models");
-    if (!st && !a->has_hand_box)
-        st = starter_find(arena, folder, STARTER_DETECTOR, &a->detector);
-    if (!st && !a->quiet)
+    st = !folder ? lt_error(LT_ENOMEM, "no memory for the starter models")
+         : a->has_hand_box ? LT_OK : starter_find(arena, folder, STARTER_DETECTOR, &a->detector);
+    if (!st)
+        st = starter_find(arena, folder, a->depth ? STARTER_DEPTH : STARTER_COLOUR, &a->checkpoint);
+    if (st == LT_EIO && a->detector)
+        st = LT_OK;
+    if (!st && !a->quiet && a->checkpoint)
         fprintf(stderr, "no model is named: %s%s%s look at it, small ones that were trained on drawn pictures alone "
                 "(palmar info starter)\n", a->checkpoint, a->detector ? " and " : "", a->detector ? a->detector : "");
+    else if (!st && !a->quiet)
+        fprintf(stderr, "no model is named: %s looks for hands and objects, a small one that was trained on drawn "
+                "pictures alone (palmar info starter); poses take a model\n", a->detector);
     return st;
 }
 

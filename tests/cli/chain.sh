@@ -81,6 +81,11 @@ for role in detector hand-object; do
         -o "$here/starter/$role.safetensors" >/dev/null
     printf '{"name": "%s", "role": "%s", "licence": "Apache-2.0"}' $role $role >"$here/starter/$role.json"
 done
+mkdir "$here/finds-alone"
+cp "$here/starter/detector.json" "$here/starter/detector.safetensors" "$here/finds-alone"
+PALMAR_STARTER=$here/finds-alone ./palmar predict "$1" --out "$here/by-detector" 2>"$here/by-detector.txt"
+grep -q 'no model is named: .*detector.safetensors looks for hands and objects' "$here/by-detector.txt"
+leaves "by-detector/${image%.*}.json"
 [ "$(PALMAR_STARTER=$here/starter ./palmar info starter --json | grep -o '"role"' | wc -l)" = 2 ]
 PALMAR_STARTER=$here/starter ./palmar predict "$1" --out "$here/by-starter" 2>"$here/by-starter.txt"
 grep -q 'no model is named: .*hand-object.safetensors and .*detector.safetensors look at it' "$here/by-starter.txt"
