@@ -127,6 +127,7 @@ LT_API lt_tensor *lt_cell_places(lt_graph *g, int h, int w);
 
 typedef struct {
     int stride, pad, dilation, groups;          /* 0 means 1, and for pad 0 */
+    bool only_h;                                /* stride, pad and dilation are along H alone, for windows of k x 1 */
 } lt_conv_opts;
 
 /**
@@ -135,7 +136,7 @@ typedef struct {
  *   x  (B, C, H, W)      w  (O, C / groups, kh, kw)      b  (O) or NULL
  *   returns  (B, O, H', W'), H' = (H + 2 pad - dilation (kh - 1) - 1) / stride + 1, rounded down
  *
- * opts NULL: stride 1, no padding, dilation 1, one group.
+ * opts NULL: stride 1, no padding, dilation 1, one group. With only_h W' is what stride 1 without padding leaves.
  * Errors: channels that do not fit the weight, groups that do not divide, a window larger than the map.
  */
 LT_API lt_tensor *lt_conv2d(lt_tensor *x, lt_tensor *w, lt_tensor *b, const lt_conv_opts *opts);
@@ -289,6 +290,28 @@ LT_API lt_tensor *lt_gather(lt_tensor *x, lt_tensor *index);
  * Errors: shapes that do not fit.
  */
 LT_API lt_tensor *lt_group(lt_tensor *x, lt_tensor *centre, lt_tensor *index);
+
+/* Links of a graph's nodes, in sets: node `to` is told by `from` in `subset`, to be weighed by `value`. */
+typedef struct { int subset, from, to; double value; } lt_link;
+
+typedef struct {
+    int nodes, subsets, n;          /* at most 128 nodes, and 4 subsets */
+    const lt_link *link;
+} lt_adjacency;
+
+/**
+ * lt_aggregate - what each node of a graph is told by those it is linked with
+ *
+ *   x        (B, K * C, T, V)       of V nodes at T moments; channel k * C + c is told by the links of subset k
+ *   mask     (K, V, V)              multiplies the values of links, by subset, from, to; of no meaning elsewhere
+ *   of       the links, which must outlive the plans
+ *   returns  (B, C, T, V)           sums over all links that end at a node
+ *
+ * Gradients reach x, and of the mask what links have. Errors: shapes that do not fit.
+ * Source: Yan et al. 2018, "Spatial temporal graph convolutional networks for skeleton-based action recognition",
+ * equation 10.
+ */
+LT_API lt_tensor *lt_aggregate(lt_tensor *x, lt_tensor *mask, const lt_adjacency *of);
 
 typedef struct {
     int levels;                     /* grids; base and finest: cells along a side of the first and the last */
@@ -493,6 +516,7 @@ LT_API lt_tensor *lt_splat_raster(const lt_splat_in *in, const lt_splat_opts *op
 #define lt_unit_sphere(...) LT_HERE(lt_unit_sphere(__VA_ARGS__))
 #define lt_gather(...) LT_HERE(lt_gather(__VA_ARGS__))
 #define lt_group(...) LT_HERE(lt_group(__VA_ARGS__))
+#define lt_aggregate(...) LT_HERE(lt_aggregate(__VA_ARGS__))
 #define lt_hash_grid(...) LT_HERE(lt_hash_grid(__VA_ARGS__))
 #define lt_one_blob(...) LT_HERE(lt_one_blob(__VA_ARGS__))
 #define lt_splat_raster(...) LT_HERE(lt_splat_raster(__VA_ARGS__))

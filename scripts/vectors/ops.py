@@ -216,6 +216,8 @@ def conv2d(s):
     s.case("oblong", conv(), clear(1, 2, 6, 8), clear(3, 2, 1, 5), clear(3))
     s.case("one", conv(), clear(1, 1, 1, 1), clear(1, 1, 1, 1), clear(1))
     s.case("empty", conv(padding=1), clear(0, 2, 6, 5), clear(3, 2, 3, 3), clear(3))
+    s.case("only_h", conv(stride=(2, 1), padding=(4, 0)), clear(2, 3, 15, 7), clear(4, 3, 9, 1), clear(4))
+    s.case("only_h_apart", conv(padding=(2, 0), dilation=(2, 1)), clear(1, 3, 8, 5), clear(2, 3, 3, 1))
 
 
 def max_pool2d(s):
@@ -316,6 +318,22 @@ def conv2d_within(s):
            [[0, 21, 30, 44, 61], [1, 33, 5, 64, 40]], clear(2, 32, 4, 3), others, const=(3, 5))
     s.case("no_boxes", pooled(1), clear(*x), clear(5, 3, 3, 3), clear(5), np.zeros((0, 5)), clear(0, 5, 4, 3), others,
            const=(3, 5))
+
+
+LINKS = [(0, 0, 0, .5), (1, 3, 0, .25), (0, 1, 1, 1.5), (1, 2, 1, -.75), (0, 2, 2, 1), (1, 0, 2, 2), (1, 4, 2, .5),
+         (0, 3, 3, -1), (0, 4, 4, .125), (1, 2, 4, 1)]
+
+
+def aggregate(s):
+    def fn(x, mask):
+        C = x.shape[1] // 2
+        A = torch.zeros(2, 5, 5, dtype=x.dtype)
+        for k, v, w, a in LINKS:
+            A[k, v, w] = a
+        return sum(torch.einsum("bctv,vw->bctw", x[:, k * C:(k + 1) * C], A[k] * mask[k]) for k in range(2))
+
+    s.case("few", fn, clear(2, 6, 3, 5), clear(2, 5, 5))
+    s.case("moments", fn, clear(1, 2, 37, 5), clear(2, 5, 5))
 
 
 def window_means(s):
@@ -1085,7 +1103,7 @@ SUITES = {
     "attention": attention, "conv2d": conv2d, "max_pool2d": max_pool2d, "global_avg_pool": global_avg_pool,
     "deformable_attention": deformable_attention, "grid_sample": grid_sample, "conv_transpose2d": conv_transpose2d,
     "upsample_nearest": upsample_nearest, "resize_bilinear": resize_bilinear, "roi_align": roi_align,
-    "conv2d_within": conv2d_within, "window_means": window_means,
+    "conv2d_within": conv2d_within, "window_means": window_means, "aggregate": aggregate,
     "soft_argmax2d": soft_argmax2d, "softmax": softmax, "layer_norm": layer_norm,
     "l2_normalise": l2_normalise, "batch_norm": batch_norm,
     "channel_affine": channel_affine, "rot6d": rot6d, "skin": skin, "blend_transforms": blend_transforms,

@@ -186,13 +186,38 @@ static void check_kernel_shape(onnx_call *c, const lt_tensor *w)
         onnx_fail(c, "attribute \"kernel_shape\" is not the weight's");
 }
 
+/* A window of k x 1 moves along the columns one by one, whatever its stride along the rows. */
+static bool is_only_h(onnx_call *c, const lt_tensor *w)
+{
+    int n, n_pads;
+    const int64_t *stride = onnx_attr_ints(c, "strides", &n), *pads = onnx_attr_ints(c, "pads", &n_pads);
+
+    if (c->status || w->shape.rank != 4 || lt_dim(w, 3) != 1 || (stride && (n != 2 || stride[1] != 1)))
+        return false;
+    return onnx_attr_is(c, "auto_pad", "NOTSET", "NOTSET")
+        && (!pads || (n_pads == 4 && pads[0] == pads[2] && !pads[1] && !pads[3]));
+}
+
+/* Strides, and how far the taps are from each other: the first of two numbers, which are equal but along H alone */
+static int along(onnx_call *c, const char *name, bool only_h)
+{
+    int n;
+    const int64_t *of = only_h ? onnx_attr_ints(c, name, &n) : NULL;
+
+    if (!of)
+        return onnx_attr_equal(c, name, 2, 1, 1, ONNX_MAX_SIZE);
+    if (n != 2 || of[0] < 1 || of[0] > ONNX_MAX_SIZE)
+        onnx_fail(c, "attribute \"%s\": want 2 numbers, from 1 to %d", name, ONNX_MAX_SIZE);
+    return c->status ? 1 : (int)of[0];
+}
+
 static void conv(onnx_call *c)
 {
     lt_tensor *x = onnx_tensor(c, 0), *w = onnx_tensor(c, 1), *b = onnx_tensor(c, 2);
+    const bool only_h = is_only_h(c, w);
     lt_conv_opts o = {
-        .stride = onnx_attr_equal(c, "strides", 2, 1, 1, ONNX_MAX_SIZE),
-        .dilation = onnx_attr_equal(c, "dilations", 2, 1, 1, ONNX_MAX_SIZE),
-        .groups = onnx_attr_int(c, "group", 1, 1, ONNX_MAX_SIZE),
+        .stride = along(c, "strides", only_h), .dilation = along(c, "dilations", only_h),
+        .groups = onnx_attr_int(c, "group", 1, 1, ONNX_MAX_SIZE), .only_h = only_h,
     };
     borders around;
 
@@ -200,7 +225,8 @@ static void conv(onnx_call *c)
     if (c->status)
         return;
     around = borders_of(c, x, w->shape.dim + 2, o.stride, o.dilation);
-    x = with_borders(x, &around, 0);
+    if (!only_h)
+        x = with_borders(x, &around, 0);
     o.pad = (int)around.at[0];
     if (c->status == LT_OK)
         c->out.t = lt_conv2d(x, w, b, &o);

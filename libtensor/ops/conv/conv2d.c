@@ -35,11 +35,12 @@ static lt_conv2d_params params_of(const lt_call *c)
     const conv2d_attr *a = c->attr;
     const lt_tensor *x = c->in[X];
     const lt_shape w = window_of(c);
+    const lt_conv_opts *o = &a->opts;
     const lt_conv2d_params p = {
         .n = lt_dim(x, 0), .c = w.dim[1] * a->opts.groups, .h = lt_dim(x, 2), .w = lt_dim(x, 3), .o = w.dim[0],
         .kh = (int)w.dim[2], .kw = (int)w.dim[3],
-        .stride_h = a->opts.stride, .stride_w = a->opts.stride, .pad_h = a->opts.pad, .pad_w = a->opts.pad,
-        .dil_h = a->opts.dilation, .dil_w = a->opts.dilation, .groups = a->opts.groups,
+        .stride_h = o->stride, .stride_w = o->only_h ? 1 : o->stride, .pad_h = o->pad, .pad_w = o->only_h ? 0 : o->pad,
+        .dil_h = o->dilation, .dil_w = o->only_h ? 1 : o->dilation, .groups = o->groups,
     };
 
     return p;
@@ -445,9 +446,9 @@ static void onnx(lt_onnx *w, const lt_node *n)
     const lt_conv_opts *o = &((const conv2d_attr *)n->attr)->opts;
 
     lt_onnx_same(w, n, "Conv");
-    lt_onnx_ints(w, "strides", (int64_t[]){ o->stride, o->stride }, 2);
-    lt_onnx_ints(w, "pads", (int64_t[]){ o->pad, o->pad, o->pad, o->pad }, 4);
-    lt_onnx_ints(w, "dilations", (int64_t[]){ o->dilation, o->dilation }, 2);
+    lt_onnx_ints(w, "strides", (int64_t[]){ o->stride, o->only_h ? 1 : o->stride }, 2);
+    lt_onnx_ints(w, "pads", (int64_t[]){ o->pad, o->only_h ? 0 : o->pad, o->pad, o->only_h ? 0 : o->pad }, 4);
+    lt_onnx_ints(w, "dilations", (int64_t[]){ o->dilation, o->only_h ? 1 : o->dilation }, 2);
     lt_onnx_int(w, "group", o->groups);
 }
 

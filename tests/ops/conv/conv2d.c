@@ -14,6 +14,12 @@ static lt_tensor *depthwise(lt_tensor **in)
 {
     return with(in, (lt_conv_opts){ .pad = 1, .groups = (int)lt_dim(in[0], 1) });
 }
+static lt_tensor *only_h(lt_tensor **in) { return with(in, (lt_conv_opts){ .stride = 2, .pad = 4, .only_h = true }); }
+static lt_tensor *only_h_apart(lt_tensor **in)
+{
+    return with(in, (lt_conv_opts){ .pad = 2, .dilation = 2, .only_h = true });
+}
+static lt_tensor *only_h_same(lt_tensor **in) { return with(in, (lt_conv_opts){ .pad = 4, .only_h = true }); }
 static lt_tensor *backward_stride(lt_tensor **in) { return with(in, (lt_conv_opts){ .stride = -1 }); }
 
 static const op_case cases[] = {
@@ -29,6 +35,10 @@ static const op_case cases[] = {
     { "oblong", build, .in = { S(1, 2, 6, 8), S(3, 2, 1, 5), S(3) } },
     { "one", build, .in = { S(1, 1, 1, 1), S(1, 1, 1, 1), S(1) } },
     { "empty", padded, .in = { S(0, 2, 6, 5), S(3, 2, 3, 3), S(3) } },
+    { "only_h", only_h, .in = { S(2, 3, 15, 7), S(4, 3, 9, 1), S(4) } },
+    { "only_h_apart", only_h_apart, .in = { S(1, 3, 8, 5), S(2, 3, 3, 1) } },
+    { "only_h_long", only_h, .in = { S(2, 32, 15, 65), S(33, 32, 9, 1), S(33) }, .no_vectors = true },
+    { "only_h_same", only_h_same, .in = { S(1, 64, 8, 65), S(32, 64, 9, 1), S(32) }, .no_vectors = true },
     { "long", padded, .in = { S(2, 17, 23, 29), S(19, 17, 3, 3), S(19) }, .no_vectors = true },
     { "winograd", padded, .in = { S(1, 32, 12, 13), S(32, 32, 3, 3), S(32) }, .no_vectors = true },
     { "long_pointwise", build, .in = { S(3, 33, 21, 17), S(40, 33, 1, 1), S(40) }, .no_vectors = true },
