@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER };
+enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER, CLIPS, DIFFICULTY };
 
 static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0,
@@ -16,13 +16,17 @@ static const struct argp_option options[] = {
       "demo: as many grasps as some minutes can make; pretrain: as many grasps as frames, for first weights; "
       "hogs: two hands, four objects, light and initial poses written down, 320 x 240; "
       "detect: single pictures for detectors, as COCO has them; "
-      "track: films for trackers, as MOTChallenge has them", 0 },
+      "track: films for trackers, as MOTChallenge has them; "
+      "actions: clips of skeletons that do ten things, for networks that tell them apart", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
     { "seed", SEED, "N", 0, "the same seed gives the same files; default 0", 0 },
     { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's; detect: pictures",
       0 },
+    { "clips", CLIPS, "N", 0, "actions: in all, 100 for each repetition; default 2000", 0 },
+    { "difficulty", DIFFICULTY, "X", 0, "actions: 0 to 1: how much joints are off, how often the object is missed, how "
+      "late reaching and receiving part; default: where a baseline of speeds is right in 70 % of the windows", 0 },
     { "png", PNG, NULL, 0, "ho3d: lossless images, and masks, as v2 has them; default JPEG as in v3", 0 },
     { "light", LIGHT, "WHAT", 0, "hogs: varied (default), or fixed, the same in all frames", 0 },
     { "jitter", JITTER, NULL, 0, "hogs: multiply each frame's channels by 0.7 to 1.3", 0 },
@@ -45,8 +49,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     switch (key) {
     case 'p':
         if (synth_parse_preset(arg, &o->preset))
-            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default, hogs, detect or track",
-                       arg);
+            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default, hogs, detect, track "
+                       "or actions", arg);
         break;
     case LAYOUT:
         if (synth_parse_layout(arg, &o->layout))
@@ -56,6 +60,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 't': cli_threads(state, arg); break;
     case SEED: o->seed = (uint64_t)cli_whole(state, "seed", arg, 0, 9007199254740992.0); break;
     case FRAMES: o->frames = cli_number(state, "frames", arg, 1, 100000000); break;
+    case CLIPS: o->clips = cli_number(state, "clips", arg, 1, 100000000); break;
+    case DIFFICULTY: o->difficulty = cli_real(state, "difficulty", arg, 0, 1); break;
     case PNG: o->png = true; break;
     case ALIAS: o->alias_ycb = true; break;
     case JITTER: o->jitter = true; break;
@@ -74,7 +80,12 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (o->preset == SYNTH_HOGS && o->layout != SYNTH_HO3D)
             argp_error(state, "--preset hogs is for --layout ho3d");
         if (o->preset >= SYNTH_DETECT && (o->layout != SYNTH_HO3D || o->png || o->alias_ycb))
-            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect or track");
+            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track or actions");
+        if (o->preset != SYNTH_ACTIONS && (o->clips || o->difficulty >= 0))
+            argp_error(state, "--clips and --difficulty are for --preset actions");
+        if (o->preset == SYNTH_ACTIONS && o->frames)
+            argp_error(state, "--preset actions has --clips, which have 60 to 90 frames each, in place of --frames");
+        o->difficulty = o->difficulty < 0 ? SYNTH_DIFFICULTY : o->difficulty;
         break;
     default: return ARGP_ERR_UNKNOWN;
     }
@@ -83,7 +94,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, NULL,
-    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3, of DexYCB, of COCO or of MOTChallenge.\v"
+    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3, of DexYCB, of COCO or of MOTChallenge; or clips "
+    "of skeletons.\v"
     "The folder reads like the real dataset; manifest.json holds seed and checksums, stats.json how much is "
     "hidden from view.\n\n  palmar synth --preset tiny --out data/tiny", NULL, NULL, NULL,
 };
@@ -100,7 +112,7 @@ int cmd_synth(int argc, char **argv)
 {
     synth_figure figure[SYNTH_FIGURES];
     int n;
-    synth_options o = { .preset = SYNTH_TINY, .progress = show_progress };
+    synth_options o = { .preset = SYNTH_TINY, .difficulty = -1, .progress = show_progress };
     lt_status st;
 
     cli_parse("synth", &argp, argc, argv, &o);

@@ -31,8 +31,9 @@ static const preset presets[] = {
     [SYNTH_DEFAULT] = { "default", 8, 2, 87, 13, 2, 70, 1, 0, false,
                         { 2, 3, 5, 9, 10, 12, 14, 15, 17 }, { 5, 9, 12, 11 } },
     [SYNTH_HOGS] = { "hogs", 2, 0, 24, 8, 1, 83, 1, 50, true, { 5, 9, 12, 14 }, { 5, 9, 12, 14 } },
-    [SYNTH_DETECT] = { .name = "detect" },          /* no takes: synth/detect, synth/track */
+    [SYNTH_DETECT] = { .name = "detect" },          /* no takes: synth/detect, synth/track, synth/actions */
     [SYNTH_TRACK] = { .name = "track" },
+    [SYNTH_ACTIONS] = { .name = "actions" },
 };
 
 static const struct { int id; const char *letters; } initials[] = {

@@ -6,6 +6,7 @@
 
 #include "assets/ycb/objects.h"
 #include "libtensor/io/file.h"
+#include "synth/actions/actions.h"
 #include "synth/detect/detect.h"
 #include "synth/film.h"
 #include "synth/track/track.h"
@@ -26,7 +27,7 @@ static const synth_layout_ops *const layouts[] = {
 /* One that was stopped has a folder that is made first, and no manifest, which is written last. */
 static bool is_unfinished(const char *path)
 {
-    static const char *const first[] = { "models", "annotations", "train" };
+    static const char *const first[] = { "models", "annotations", "train", "body.npy" };
     char folder[4096], manifest[4096];
     bool begun = false;
 
@@ -197,10 +198,13 @@ static lt_status generate_takes(const synth_options *options, synth_figure figur
 
 lt_status synth_generate(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
 {
+    static lt_status (*const without_takes[])(const synth_options *, synth_figure *, int *) = {
+        [SYNTH_DETECT] = synth_detect, [SYNTH_TRACK] = synth_track, [SYNTH_ACTIONS] = synth_actions,
+    };
     lt_status st;
 
-    if (options->preset != SYNTH_DETECT && options->preset != SYNTH_TRACK)
+    if (!without_takes[options->preset])
         return generate_takes(options, figures, n);
     st = need_empty_folder(options->out);
-    return st ? st : (options->preset == SYNTH_DETECT ? synth_detect : synth_track)(options, figures, n);
+    return st ? st : without_takes[options->preset](options, figures, n);
 }

@@ -24,6 +24,7 @@ typedef enum {
     SYNTH_HOGS,                     /* 2, 4, 24 of 83 and 8 of 50 at 320 x 240; light and initial poses written down */
     SYNTH_DETECT,                   /* 5,000 single pictures, 320 x 320, for detectors: detect/ */
     SYNTH_TRACK,                    /* 20 films of 300 frames, 512 x 288, for trackers: track/ */
+    SYNTH_ACTIONS,                  /* 2,000 clips of skeletons: actions/ */
 } synth_preset;
 
 typedef enum { SYNTH_HO3D, SYNTH_DEXYCB } synth_layout;
@@ -34,6 +35,8 @@ typedef struct {
     const char *out;                /* a folder that does not exist yet or is empty */
     uint64_t seed;
     int frames;                     /* in all, dealt evenly to the sequences; 0: the preset's */
+    int clips;                      /* SYNTH_ACTIONS: in all; 0: 2,000 */
+    double difficulty;              /* SYNTH_ACTIONS: in [0, 1] */
     bool png;                       /* HO3D: lossless images, as v2 has them; off: JPEG, as v3 */
     bool still_light;               /* SYNTH_HOGS: the same light in all frames; off: global and local light vary */
     bool jitter;                    /* SYNTH_HOGS: each frame's channels are multiplied by 0.7 to 1.3 */
@@ -42,6 +45,9 @@ typedef struct {
     bool (*progress)(void *ctx, const char *step, int64_t done, int64_t total);
     void *progress_ctx;
 } synth_options;
+
+/* The difficulty of SYNTH_ACTIONS where none is named: the baseline is right in 70 % of the windows */
+#define SYNTH_DIFFICULTY 0.21
 
 /* synth_parse_preset - by synth_preset_name; synth_parse_layout - "ho3d", "dexycb" */
 lt_status synth_parse_preset(const char *name, synth_preset *out);
@@ -55,7 +61,8 @@ lt_status synth_parse_layout(const char *name, synth_layout *out);
  * each subject, calibration/, synthetic.json; cameras on a ring, right and left hands, things on the table. Both:
  * models/, stats.json (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file;
  * written last, so a folder without it is unfinished). SYNTH_HOGS: hogs.h's files, in HO3D's layout alone.
- * SYNTH_DETECT: as COCO has it, detect/detect.h. SYNTH_TRACK: as MOTChallenge has it, track/track.h.
+ * SYNTH_DETECT: as COCO has it, detect/detect.h. SYNTH_TRACK: as MOTChallenge has it, track/track.h. SYNTH_ACTIONS:
+ * actions/actions.h.
  *
  *   figures      (*n) the figures of stats.json with what is aimed at; both NULL: not wanted
  *

@@ -73,7 +73,9 @@ static void add_options(cJSON *j, const synth_manifest *m, const synth_options *
         cJSON_AddStringToObject(j, "light", o->still_light ? "fixed" : "varied");
         cJSON_AddBoolToObject(j, "jitter", o->jitter);
     }
-    if (o->preset >= SYNTH_HOGS) {
+    if (o->preset == SYNTH_ACTIONS)
+        cJSON_AddNumberToObject(j, "difficulty", o->difficulty);
+    else if (o->preset >= SYNTH_HOGS) {
         const double size[2] = { m->width, m->height };
         cJSON_AddItemToObject(j, "size", cJSON_CreateDoubleArray(size, 2));
     }
@@ -86,7 +88,8 @@ lt_status synth_manifest_write(const synth_manifest *m, const synth_options *o, 
     lt_status st;
 
     add_options(j, m, o);
-    add_crc(j, "hand_crc32", crc_of_hand(hand));
+    if (hand)
+        add_crc(j, "hand_crc32", crc_of_hand(hand));
     files = cJSON_AddObjectToObject(j, "files_crc32");
     for (int64_t i = 0; i < m->n; i++)
         add_crc(files, m->file[i].path, m->file[i].crc);

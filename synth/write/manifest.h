@@ -29,7 +29,7 @@ lt_status synth_manifest_add(synth_manifest *m, const synth_file *file, int n);
 lt_status synth_manifest_text(synth_manifest *m, const char *root, const char *within, const char *text);
 
 /* synth_manifest_write - root/manifest.json: that the data are synthetic, the options, a checksum of the
- * hand model, and the CRC-32 of every file added */
+ * hand model where there is one, and the CRC-32 of every file added */
 lt_status synth_manifest_write(const synth_manifest *m, const synth_options *options,
                                const lt_hand_model *hand);
 

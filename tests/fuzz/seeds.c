@@ -101,6 +101,8 @@ static const struct {
     TEXT("results", "two", "[{\"image_id\": 7, \"category_id\": 5, \"bbox\": [1, 0, 2, 2], \"score\": 0.5, "
          "\"segmentation\": {\"size\": [3, 4], \"counts\": \"435\"}}, {\"image_id\": 9, \"category_id\": 1, "
          "\"bbox\": [0, 0, 1, 1], \"score\": 1e-3}]"),
+    TEXT("action_labels", "three", "{\"names\": [\"a\", \"b\", 3], \"labels\": [0, 9, 2], \"subject\": [0, 1, 12], "
+         "\"classes\": [\"waving\", \"walking\"], \"onset\": [-1, 0, 3], \"frames\": [90, 1, 60]}"),
     TEXT("mot", "truth", "1,3,426,78,39,94,1,1,0.9619\n20, 7, 1.5, -2e1, 53, 127, 0, 12, 0 \r\n\n"),
     TEXT("mot", "old", "\xef\xbb\xbf" "2,1,1,2,3,4,1,-4.5,2,-1\n"),
     TEXT("mot", "detections", "1,-1,1359.1,413.27,120.26,362.77,2.3092,-1,-1,-1\n3,-1,5,6,7,8,.25\n"),

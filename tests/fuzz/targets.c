@@ -4,6 +4,7 @@
 #include "tests/fuzz/fuzz.h"
 
 #include "assets/hand_file.h"
+#include "data/action/action.h"
 #include "data/detection/internal.h"
 #include "data/ho3d/points.h"
 #include "data/mot/mot.h"
@@ -539,6 +540,21 @@ static void run_seqinfo(lt_arena *arena, const uint8_t *bytes, size_t n)
         abort();
 }
 
+static void run_action_labels(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    enum { CLIPS = 3, LENGTH = 90 };
+    const action_clip *clip;
+
+    if (action_parse_labels(arena, "label.json", (const char *)bytes, n, CLIPS, LENGTH, &clip))
+        return;
+    for (int i = 0; i < CLIPS; i++) {
+        sink = (double)strlen(clip[i].name);
+        if (clip[i].cls < 0 || clip[i].cls >= ACTION_CLASSES || clip[i].frames < 1 || clip[i].frames > LENGTH
+            || clip[i].subject < 0 || clip[i].onset > LENGTH)
+            abort();
+    }
+}
+
 static void run_boxes(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     const memory_file f = memory_file_of(bytes, n);
@@ -596,6 +612,7 @@ const fuzz_target fuzz_targets[] = {
     { "mot", run_mot, NULL, 4096 },
     { "looks", run_looks, NULL, 4096 },
     { "seqinfo", run_seqinfo, NULL, 1024 },
+    { "action_labels", run_action_labels, NULL, 4096 },
     { "boxes", run_boxes, NULL, 4096 },
     { "calibration", run_calibration, NULL, 4096 },
     { 0 },
