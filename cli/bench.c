@@ -2,18 +2,20 @@
 #include "cli/cli.h"
 
 #include "eval/bench/bench.h"
+#include "eval/bench/frames.h"
 #include "eval/bench/layers.h"
 #include "eval/bench/post.h"
 #include "eval/bench/splat.h"
 #include "eval/bench/tracks.h"
 #include "libtensor/io/text/config.h"
 #include "libtensor/kernels/kernels.h"
+#include "models/action/action.h"
 #include "models/reid/reid.h"
 
 #include <stdio.h>
 #include <string.h>
 
-enum { RUNS = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE, INT8, POST };
+enum { RUNS = 256, SECONDS, JSON, PROFILE, SET, VARIANT, MODE, LAYER, COMPARE, INT8, POST, STREAM };
 
 typedef struct {
     const char *model, *layer, *config, *mode;
@@ -21,12 +23,12 @@ typedef struct {
     cli_overrides over;
     int batch, runs;
     double seconds;
-    bool json, profile, int8, post;
+    bool json, profile, int8, post, stream;
 } bench_args;
 
 static const struct argp_option options[] = {
     { "model", 'm', "NAME", 0, "hocat (default), unified, resnet50, efficientnet_b0, vit, lpips, pointnet2, gpm, "
-      "csp_seg, reid, or splat, the rasteriser of Gaussians", 0 },
+      "csp_seg, reid, action, or splat, the rasteriser of Gaussians", 0 },
     { "layer", LAYER, "LAYER", 0, "a single layer instead, with cold weights; see below", 0 },
     { "variant", VARIANT, "NAME", 0, "of the model; default the config's, else full", 0 },
     { "config", 'c', "FILE|NAME|RUN|CHECKPOINT", 0,
@@ -42,6 +44,7 @@ static const struct argp_option options[] = {
       "inference of a model with 8-bit integers, with ranges of the input it is measured with", 0 },
     { "post", POST, NULL, 0, "inference of csp_seg, and boxes and masks of 30 objects out of its maps; of reid, and a "
       "tracker's bookkeeping of 20 tracks", 0 },
+    { "stream", STREAM, NULL, 0, "of action: inference of a window, and of one frame of a stream", 0 },
     { "profile", PROFILE, NULL, 0, "time by op and by layer as well", 0 },
     { "json", JSON, NULL, 0, "one JSON object a line instead of a Markdown row", 0 },
     { 0 },
@@ -64,6 +67,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case PROFILE: a->profile = true; break;
     case INT8: a->int8 = true; break;
     case POST: a->post = true; break;
+    case STREAM: a->stream = true; break;
     case SET: cli_override(state, &a->over, arg); break;
     case MODE:
         if (strcmp(arg, "infer") && strcmp(arg, "train") && strcmp(arg, "both"))
@@ -77,6 +81,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (a->post && (a->layer || a->compare || a->batch != 1 || strcmp(a->mode, "infer")))
             argp_error(state, "--post: for the inference of a model, one image at a time, without --layer, --mode and "
                        "--compare");
+        if (a->stream && (a->post || a->compare || a->batch != 1 || strcmp(a->mode, "infer") || !a->model
+                          || strcmp(a->model, action_class.name)))
+            argp_error(state, "--stream: for the inference of --model action, one window at a time, without --post, "
+                       "--mode and --compare");
         if (a->layer && (a->model || a->config || a->over.n))
             argp_error(state, "--layer: --model, --variant, --config and --set are for models");
         break;
@@ -148,10 +156,15 @@ static void print(const bench_args *a, const bench *b, const bench_result *r, bo
     fflush(stdout);
 }
 
+/* What comes behind a network, or beside a window: a frame of a stream */
 static lt_status measure_post(const model *m, bench_result *r)
 {
     int n;
 
+    if (m->cls == &action_class) {
+        r->post = "a frame of a stream, without stream 2";
+        return bench_frames(m, &r->post_ms);
+    }
     if (m->cls == &reid_class) {
         r->post = "bookkeeping of 20 tracks";
         return bench_tracks(&r->post_ms, &n);
@@ -170,7 +183,7 @@ static lt_status measure(const bench_args *a, const subject *s, bool train, bool
     if (st)
         return st;
     r = bench_run(b);
-    if (a->post)
+    if (a->post || a->stream)
         st = measure_post(&s->m, &r);
     if (st) {
         bench_free(b);

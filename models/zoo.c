@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* All models, by name. A new one is its header here and its line. */
 #include "libtensor/io/text/nearest.h"
+#include "models/action/action.h"
 #include "models/classifiers/classifier.h"
 #include "models/detect/csp_seg.h"
 #include "models/hocat/hocat.h"
@@ -15,8 +16,8 @@
 #include <string.h>
 
 const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &hogs_class, &csp_seg_class, &reid_class, &resnet50_class, &efficientnet_b0_class,
-    &vit_class, &lpips_class, &pointnet2_class, &gpm_class, &points_class, NULL,
+    &hocat_class, &unified_class, &hogs_class, &csp_seg_class, &reid_class, &action_class, &resnet50_class,
+    &efficientnet_b0_class, &vit_class, &lpips_class, &pointnet2_class, &gpm_class, &points_class, NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

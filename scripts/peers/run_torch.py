@@ -20,6 +20,7 @@ warnings.filterwarnings("ignore")
 
 import torch                                # noqa: E402
 
+from action import Action                   # noqa: E402
 from csp_seg import CspSeg                  # noqa: E402
 from efficientnet import EfficientNetB0     # noqa: E402
 from gpm import Gpm                         # noqa: E402
@@ -37,7 +38,8 @@ SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224, "
         "lpips": 150, "csp_seg": 640, "reid": 128}
 MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified,
          "vit:b32": lambda: Vit("b32"), "vit:s16": lambda: Vit("s16"), "lpips": Lpips, "pointnet2": FirstLevel,
-         "gpm:encoder": Gpm, "csp_seg": CspSeg, "reid": Reid}
+         "gpm:encoder": Gpm, "csp_seg": CspSeg, "reid": Reid, "action": Action,
+         "action:full": lambda: Action("full")}
 CELLS = {"hocat": 32, "unified": 28}
 
 
@@ -47,6 +49,9 @@ def inputs(name, batch):
         return {"points": torch.rand(batch, 2048, 3), "features": torch.rand(batch, 2048, 87)}
     if name == "gpm:encoder":
         return {"tokens": torch.rand(batch, 512, 435)}
+    if name.startswith("action"):
+        return {"body": torch.rand(batch, 3, 30, 65), "hand_object": torch.rand(batch, 3, 30, 30),
+                "valid": torch.rand(batch, 30), "on": torch.rand(batch)}
     S = SIZE[name]
     image = torch.rand(batch, 3, S, S // 2 if name == "reid" else S)
     if name == "unified":
@@ -64,6 +69,8 @@ def targets(name, batch):
         return [torch.rand(batch, 512, 128)]
     if name == "lpips":
         return []
+    if name.startswith("action"):
+        return [torch.rand(batch, 10), torch.rand(batch)]
     if name.startswith("vit"):
         return [torch.rand(batch, {"vit:b32": 768, "vit:s16": 384}[name])]
     if name not in CELLS:

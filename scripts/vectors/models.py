@@ -20,6 +20,7 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 OUT = os.path.join(HERE, "../../tests/vectors/models")
 sys.path[:0] = [HERE, os.path.join(HERE, "../peers")]
 
+from action import Action                   # noqa: E402
 from csp_seg import CspSeg                  # noqa: E402
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
@@ -150,6 +151,12 @@ def reid_tf():
     reid("reid_tf", True)
 
 
+def action():
+    save("action", Action("small", 14, 0), ["logits"],
+         [unit("body", 3, 3, 14, 65), unit("hand_object", 3, 3, 14, 30), unit("valid", 3, 14), unit("on", 3)],
+         {"class": (3, 10), "weight": (3,)})
+
+
 def lpips():
     """Distances of whole images, and of what is in boxes, as if they were cut there; that of the boxes with its
     gradient."""
@@ -168,7 +175,7 @@ def lpips():
 
 
 MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified, "vit": vit,
-          "csp_seg": csp_seg, "reid": reid, "reid_tf": reid_tf,
+          "csp_seg": csp_seg, "reid": reid, "reid_tf": reid_tf, "action": action,
           "lpips": lpips, "pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip}
 
 if __name__ == "__main__":

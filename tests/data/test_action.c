@@ -2,6 +2,7 @@
 /* Clips of actions: what a folder has, windows of it and who is on which side, and what cannot be. */
 #include "data/action/windows.h"
 #include "libtensor/io/array/npy.h"
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "tests/suite.h"
 

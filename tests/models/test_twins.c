@@ -33,6 +33,7 @@ static const struct {
     { "csp_seg", "{\"image_size\": 64, \"classes\": 5}", NULL, 2, 2e-5, 1e-3 },
     { "reid", "{\"identities\": 7, \"dropout\": 0}", NULL, 4, 2e-5, 1e-3 },
     { "reid", "{\"identities\": 7, \"dropout\": 0, \"reid_compat\": \"tf\"}", "reid_tf", 4, 2e-5, 1e-3 },
+    { "action", "{\"frames\": 14, \"dropout\": 0}", NULL, 3, 2e-5, 1e-3 },
 };
 
 static lt_arena *arena;
@@ -276,6 +277,7 @@ static const struct {
     { "resnet50", "{}", 25557032, 5340348416 }, { "efficientnet_b0", "{}", 5288548, 385814752 },
     { "vit", "{}", 87456000, 4408418304 }, { "csp_seg", "{\"classes\": 80}", 3409968, 6000844800 },
     { "csp_seg", "{\"classes\": 23}", 3268101, 5682048000 }, { "reid", "{}", 2802080, 294387712 },
+    { "action", "{}", 1328510, 373694720 }, { "action", "{\"variant\": \"full\"}", 3979498, 2210353024 },
 };
 
 START_TEST(full_size)
