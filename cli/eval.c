@@ -17,6 +17,7 @@
 #include "tasks/hand_object/evaluate.h"
 #include "tasks/hand_object/pictures.h"
 #include "tasks/hand_object/task.h"
+#include "tasks/action/task.h"
 #include "tasks/reid/scores.h"
 #include "tasks/reid/task.h"
 #include "tasks/tasks.h"
@@ -445,9 +446,10 @@ static lt_status score_file(const eval_args *a)
 static lt_status check_overrides(const eval_args *a, const cli_checkpoint *c)
 {
     for (int i = 0; i < a->over.n; i++)
-        if (c->config.task != &reid_task || strncmp(a->over.set[i], "data.", 5) != 0)
-            return lt_error(LT_EUSAGE, "--set %s: want a key of group data, of a run of %s", a->over.set[i],
-                            reid_task.name);
+        if ((c->config.task != &reid_task && c->config.task != &action_task)
+            || strncmp(a->over.set[i], "data.", 5) != 0)
+            return lt_error(LT_EUSAGE, "--set %s: want a key of group data, of a run of %s or %s", a->over.set[i],
+                            reid_task.name, action_task.name);
     return LT_OK;
 }
 

@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/tasks.h"
 
+#include "tasks/action/task.h"
 #include "tasks/detect/task.h"
 #include "tasks/hand_object/task.h"
 #include "tasks/hogs/task.h"
 #include "tasks/point_pairs/task.h"
 #include "tasks/reid/task.h"
 
-const task *const tasks[] = { &hand_object_task, &hogs_task, &detect_task, &point_pairs_task, &reid_task, NULL };
+const task *const tasks[] = {
+    &hand_object_task, &hogs_task, &detect_task, &point_pairs_task, &reid_task, &action_task, NULL,
+};

@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "tasks/action/scores.h"
+
+#include "libtensor/io/file.h"
+#include "libtensor/io/text/json.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+
+enum { REACHING = 2, RECEIVING = 6 };
+
+const char *const action_score_keys[] = {
+    "accuracy", "accuracy_body_only", "accuracy_stream2_only", "share_3_as_7", NULL,
+};
+
+void action_confusion_add(action_confusion *c, int cls, int found)
+{
+    c->n[cls][found]++;
+}
+
+static int64_t windows_of(const action_confusion *c, int cls)
+{
+    int64_t n = 0;
+
+    for (int i = 0; i < ACTION_CLASSES; i++)
+        n += c->n[cls][i];
+    return n;
+}
+
+static void count(const action_confusion *c, int64_t *right, int64_t *all)
+{
+    *right = *all = 0;
+    for (int i = 0; i < ACTION_CLASSES; i++) {
+        *right += c->n[i][i];
+        *all += windows_of(c, i);
+    }
+}
+
+double action_accuracy(const action_confusion *c)
+{
+    int64_t right, all;
+
+    count(c, &right, &all);
+    return all ? (double)right / (double)all : NAN;
+}
+
+double action_recall(const action_confusion *c, int cls)
+{
+    const int64_t n = windows_of(c, cls);
+
+    return n ? (double)c->n[cls][cls] / (double)n : NAN;
+}
+
+double action_share_3_as_7(const action_confusion *c)
+{
+    int64_t right, all;
+
+    count(c, &right, &all);
+    return all > right ? (double)c->n[REACHING][RECEIVING] / (double)(all - right) : 0;
+}
+
+struct cJSON *action_scores_json(const action_scores *s)
+{
+    cJSON *root = cJSON_CreateObject(), *recall, *confusion;
+
+    cJSON_AddNumberToObject(root, "accuracy", action_accuracy(&s->both));
+    recall = cJSON_AddObjectToObject(root, "recall");
+    for (int i = 0; i < ACTION_CLASSES; i++)
+        cJSON_AddNumberToObject(recall, action_classes[i], action_recall(&s->both, i));
+    confusion = cJSON_AddArrayToObject(root, "confusion");
+    for (int i = 0; i < ACTION_CLASSES; i++) {
+        double row[ACTION_CLASSES];
+
+        for (int k = 0; k < ACTION_CLASSES; k++)
+            row[k] = (double)s->both.n[i][k];
+        cJSON_AddItemToArray(confusion, cJSON_CreateDoubleArray(row, ACTION_CLASSES));
+    }
+    cJSON_AddNumberToObject(root, "share_3_as_7", action_share_3_as_7(&s->both));
+    cJSON_AddNumberToObject(root, "accuracy_body_only", action_accuracy(&s->body_only));
+    cJSON_AddNumberToObject(root, "accuracy_stream2_only", action_accuracy(&s->hand_object_only));
+    cJSON_AddNumberToObject(root, "accuracy_baseline", s->baseline);
+    cJSON_AddStringToObject(root, "split", s->split);
+    cJSON_AddBoolToObject(root, "synthetic", s->synthetic);
+    if (!isnan(s->difficulty))
+        cJSON_AddNumberToObject(root, "difficulty", s->difficulty);
+    return root;
+}
+
+void action_scores_print(const action_scores *s, FILE *f)
+{
+    int64_t right, all;
+
+    count(&s->both, &right, &all);
+    fprintf(f, "%swindows of actions, split by %s: %lld of %lld right\n", s->synthetic ? "SYNTHETIC, " : "", s->split,
+            (long long)right, (long long)all);
+    fprintf(f, "accuracy %.4f, body only %.4f, stream 2 only %.4f, baseline of speeds %.4f; errors that take 3 for 7: "
+            "%.4f\n\n%-16s %6s ", action_accuracy(&s->both), action_accuracy(&s->body_only),
+            action_accuracy(&s->hand_object_only), s->baseline, action_share_3_as_7(&s->both), "class", "recall");
+    for (int k = 0; k < ACTION_CLASSES; k++)
+        fprintf(f, "%6d", k + 1);
+    for (int i = 0; i < ACTION_CLASSES; i++) {
+        fprintf(f, "\n%2d %-13.13s %6.4f ", i + 1, action_classes[i], action_recall(&s->both, i));
+        for (int k = 0; k < ACTION_CLASSES; k++)
+            fprintf(f, "%6lld", (long long)s->both.n[i][k]);
+    }
+    fputc('\n', f);
+}
+
+lt_status action_scores_write(const action_scores *s, const char *folder)
+{
+    lt_arena *arena = lt_arena_new();
+    const char *path = arena ? lt_path_join(arena, folder, "scores.json") : NULL;
+    cJSON *root = action_scores_json(s);
+    const lt_status st = path && root ? lt_json_write(path, root)
+                                      : lt_error(LT_ENOMEM, "no memory to write the scores");
+
+    cJSON_Delete(root);
+    lt_arena_free(arena);
+    return st;
+}
