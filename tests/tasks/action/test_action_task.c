@@ -42,9 +42,10 @@ static void teardown(void)
 static lt_status train(const char *out, const char *more, const char *resume,
                        void (*before_step)(void *, int64_t, lt_params *), train_result *result)
 {
-    const char *set[] = { lt_arena_printf(arena, "data.dir=%s/data", scratch_folder), more, "train.validate_steps=30" };
+    const char *set[] = { lt_arena_printf(arena, "data.dir=%s/data", scratch_folder), more, "train.validate_steps=60",
+                          "optim.batch=16", "optim.shards=1" };
     train_options o = { .tasks = tasks, .config = resume ? NULL : at("action.json"), .out = at(out), .quiet = true,
-                        .resume = resume, .before_step = before_step, .set = set, .n_set = resume ? 0 : more ? 3 : 1 };
+                        .resume = resume, .before_step = before_step, .set = set, .n_set = resume ? 0 : more ? (int)LT_COUNT(set) : 1 };
 
     return train_run(&o, result);
 }
@@ -85,7 +86,7 @@ START_TEST(it_learns)
 {
     train_result r;
 
-    check_ok(train("learns", "optim.steps=30", NULL, NULL, &r));
+    check_ok(train("learns", "optim.steps=60", NULL, NULL, &r));
     ck_assert_msg(r.best > 0.25, "accuracy %g", r.best);
 }
 END_TEST
