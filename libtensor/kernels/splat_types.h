@@ -75,6 +75,21 @@ enum {
     LT_SPLAT_TZ = 9, LT_SPLAT_SUMS, LT_SPLAT_SLOPES = 16
 };
 
+/* A Gaussian as a ray meets it, in any frame: `white` takes a difference from its centre to where alpha is
+ * 2^(top - squared length) */
+typedef struct {
+    lt_real centre[3], white[9], top;
+} lt_splat_round;
+
+/* What the segments from one place, the eye, to a group of points may meet: n numbers of Gaussians, in any order. eye:
+ * of each Gaussian, what white makes of the eye less the centre. */
+typedef struct {
+    const lt_splat_round *gaussian;
+    const lt_real (*eye)[3];
+    const uint32_t *number;
+    int64_t n;
+} lt_splat_rays;
+
 typedef struct {
     /* project: Gaussians [at, at + n) on the screen, and three deviations along the longer axis of each, in whole
      * pixels. What is not finite, too near or of opacity below 1/255 is not drawn.
@@ -89,6 +104,11 @@ typedef struct {
      * rest is taken along; slopes[instance] becomes its sums, by halves over columns. */
     void (*blend)(lt_real *state, const lt_splat_tile *t);
     void (*blend_grad)(lt_real (*slopes)[LT_SPLAT_SLOPES], lt_real *light, lt_real *grad, const lt_splat_tile *t);
+
+    /* dim: light[i], i < n, times what is left of it on the segment to point i: 1 - alpha of each Gaussian where the
+     * segment meets it best, but of those with alpha below 1/255, or that the eye has behind it. x has planes ld apart;
+     * n is a multiple of LT_POINTS. */
+    void (*dim)(lt_real *light, const lt_real *x, int64_t ld, int64_t n, const lt_splat_rays *rays);
 } lt_splat_kernels;
 
 #ifdef __cplusplus

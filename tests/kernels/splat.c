@@ -160,10 +160,45 @@ static void check_count(const lt_kernels *k, const lt_kernels *generic, int n)
     free_cloud(&c);
 }
 
+/* Rays through Gaussians from a hair to a hand's breadth; some points lie on the eye, before it, nowhere. */
+static void check_dim(const lt_kernels *k, const lt_kernels *generic, int n)
+{
+    enum { POINTS = 5 * LT_POINTS, LD = POINTS + 3 };
+    lt_rng r = lt_rng_make(51, (uint64_t)n);
+    lt_splat_round *g = (void *)zero_array(sizeof(*g) / sizeof(float) * (size_t)n);
+    float *eye = zero_array(3 * (size_t)n), *x = zero_array(3 * LD);
+    float *want = zero_array(POINTS), *got = zero_array(POINTS);
+    uint32_t number[MOST];
+    const lt_splat_rays rays = { g, (const float (*)[3])(void *)eye, number, n };
+
+    for (int i = 0; i < n; i++) {
+        const double narrow = exp(lt_rng_range(&r, 1, 8));
+
+        number[i] = lt_rng_below(&r, (uint32_t)n);
+        g[i].top = awkward(&r, -8, 0);
+        for (int a = 0; a < 3; a++)
+            g[i].centre[a] = awkward(&r, -0.1, 0.1);
+        for (int a = 0; a < 9; a++)
+            g[i].white[a] = awkward(&r, -narrow, narrow);
+        for (int a = 0; a < 3; a++)
+            eye[3 * i + a] = awkward(&r, -narrow, narrow);
+    }
+    for (int i = 0; i < 3 * LD; i++)
+        x[i] = awkward(&r, -0.1, 0.1);
+    for (int i = 0; i < POINTS; i++)
+        want[i] = got[i] = i % 5 ? 1 : 0.25f;
+    generic->splat.dim(want, x, LD, POINTS, &rays);
+    k->splat.dim(got, x, LD, POINTS, &rays);
+    expect_bits(got, want, POINTS, "splat dim, %d", n);
+    free_array((float *)(void *)g), free_array(eye), free_array(x), free_array(want), free_array(got);
+}
+
 void check_splat(const lt_kernels *k, const lt_kernels *generic)
 {
     for (int n = 0; n < 35; n++)
         check_count(k, generic, n);
+    for (int n = 0; n < MOST; n += 37)
+        check_dim(k, generic, n);
     check_count(k, generic, MOST - 1);
     check_count(k, generic, MOST);
 }
