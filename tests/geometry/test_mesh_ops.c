@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Mesh questions, against brute force and against shapes whose answers are known. */
 #include "libtensor/geometry/mat3.h"
+#include "libtensor/geometry/mesh/parts.h"
 #include "libtensor/geometry/mesh/surface.h"
 #include "tests/suite.h"
 
@@ -300,6 +301,72 @@ START_TEST(farthest_points_spread)
 }
 END_TEST
 
+/* A torus is closed, but not without one of its faces, nor with one turned around, nor with one that is there twice. */
+START_TEST(closed_and_open)
+{
+    int32_t face[2 * TUBE + 1][3];
+    lt_mesh mesh = tube;
+    lt_mesh_topology t;
+
+    memcpy(face, tube_face, sizeof(tube_face));
+    mesh.face = face;
+    check_ok(lt_mesh_topology_of(&mesh, &t));
+    ck_assert(t.watertight);
+    ck_assert_int_eq(t.components, 1);
+    mesh.n_faces--;
+    check_ok(lt_mesh_topology_of(&mesh, &t));
+    ck_assert(!t.watertight);
+    mesh.n_faces++;
+    face[7][0] = tube_face[7][1], face[7][1] = tube_face[7][0];
+    check_ok(lt_mesh_topology_of(&mesh, &t));
+    ck_assert(!t.watertight);
+    memcpy(face, tube_face, sizeof(tube_face));
+    memcpy(face[2 * TUBE], face[3], sizeof(face[3]));
+    mesh.n_faces++;
+    check_ok(lt_mesh_topology_of(&mesh, &t));
+    ck_assert(!t.watertight);
+    face[5][1] = TUBE;
+    check_error(lt_mesh_topology_of(&mesh, &t), LT_EINVAL, "face 5 has vertex 768 of 768");
+    check_ok(lt_mesh_topology_of(&soup, &t));
+    ck_assert(!t.watertight);
+    ck_assert_int_eq(t.components, SOUP);
+}
+END_TEST
+
+/* Two toruses and a vertex of no face: the one a tenth as large has a hundredth of the area of the other. */
+START_TEST(small_parts)
+{
+    static float vertex[2 * TUBE + 1][3];
+    static int32_t face[4 * TUBE][3];
+    const lt_mesh both = { .n_vertices = 2 * TUBE + 1, .n_faces = 4 * TUBE, .vertex = vertex, .face = face };
+    lt_arena *arena = lt_arena_new();
+    lt_mesh_topology t;
+    lt_mesh out;
+
+    for (int i = 0; i < TUBE; i++)
+        for (int k = 0; k < 3; k++) {
+            vertex[i][k] = 0.1f * tube_vertex[i][k];
+            vertex[TUBE + 1 + i][k] = tube_vertex[i][k];
+        }
+    for (int f = 0; f < 2 * TUBE; f++)
+        for (int k = 0; k < 3; k++) {
+            face[2 * f][k] = tube_face[f][k];
+            face[2 * f + 1][k] = TUBE + 1 + tube_face[f][k];
+        }
+    check_ok(lt_mesh_topology_of(&both, &t));
+    ck_assert(t.watertight);
+    ck_assert_int_eq(t.components, 2);
+    check_ok(lt_mesh_without_small_parts(arena, &both, 0.0098, &out));
+    ck_assert_int_eq(out.n_faces, 4 * TUBE);
+    ck_assert_int_eq(out.n_vertices, 2 * TUBE);
+    check_ok(lt_mesh_without_small_parts(arena, &both, 0.01, &out));
+    ck_assert_int_eq(out.n_faces, 2 * TUBE);
+    ck_assert_int_eq(out.n_vertices, TUBE);
+    ck_assert_double_eq_tol(lt_mesh_area(&out), lt_mesh_area(&tube), 1e-6);
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(bad_meshes)
 {
     float vertex[3][3] = { { 0, 0, 0 }, { 1, 0, 0 }, { 0, 1, 0 } }, point[1][3];
@@ -361,6 +428,8 @@ static void add_tests(TCase *c)
     tcase_add_test(c, winding_of_parts_and_holes);
     tcase_add_test(c, samples_are_uniform);
     tcase_add_test(c, farthest_points_spread);
+    tcase_add_test(c, closed_and_open);
+    tcase_add_test(c, small_parts);
     tcase_add_test(c, bad_meshes);
     tcase_add_test(c, no_memory);
 }
