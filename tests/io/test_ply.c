@@ -4,6 +4,7 @@
 #include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/mesh/glb.h"
 #include "libtensor/io/mesh/ply.h"
+#include "libtensor/io/mesh/splat.h"
 #include "tests/io/hostile.h"
 #include "tests/io/ply_vectors.h"
 
@@ -191,7 +192,7 @@ START_TEST(splat_round_trip)
     ck_assert_uint_eq(sizeof(lt_splat), 248);
     for (size_t i = 0; i < 3 * 62; i++)
         ((float *)splat)[i] = sinf((float)i);
-    check_ok(lt_ply_write_splats(in_folder("s.ply"), splat, 3));
+    check_ok(lt_ply_write_splats(in_folder("s.ply"), "opencv camera, metres", splat, 3));
     check_ok(lt_ply_read(arena, in_folder("s.ply"), &p));
     ck_assert_int_eq(p.element[0].n, 62);
     ck_assert_str_eq(p.element[0].property[3].name, "nx");
@@ -304,6 +305,107 @@ START_TEST(glb_refuses)
 }
 END_TEST
 
+/* ---- Gaussians for viewers on the web ------------------------------------------------------------------- */
+
+/* Half a turn about z, opacity 1/2, white and black; the second one larger */
+static void two_splats(lt_splat out[2])
+{
+    for (int i = 0; i < 2; i++) {
+        out[i] = (lt_splat){ .x = { 1, 2, 3 }, .dc = { 2, -2, 0 }, .scale = { 0, 0, (float)i }, .rotation = { 0, 0, 0, 3 } };
+        for (int k = 0; k < 45; k++)
+            out[i].rest[k / 15][k % 15] = (float)(k + 1);
+    }
+}
+
+START_TEST(splat_file)
+{
+    lt_arena *arena = lt_arena_new();
+    lt_splat splat[2];
+    uint8_t *bytes;
+    float x[6];
+    size_t n;
+
+    two_splats(splat);
+    check_ok(lt_splat_write(in_folder("s.splat"), splat, 2));
+    check_ok(lt_read_file(arena, in_folder("s.splat"), 1 << 20, &bytes, &n));
+    ck_assert_uint_eq(n, 64);
+    memcpy(x, bytes, sizeof(x));
+    ck_assert(x[0] == 1 && x[2] == 3 && x[3] == 1);
+    ck_assert_float_eq(x[5], expf(1));                  /* the larger one comes first */
+    ck_assert(bytes[24] == 255 && bytes[25] == 0 && bytes[26] == 128 && bytes[27] == 128);
+    ck_assert(bytes[28] == 128 && bytes[30] == 128 && bytes[31] == 255);
+    splat[1].scale[1] = INFINITY;
+    check_error(lt_splat_write(in_folder("t.splat"), splat, 2), LT_EINVAL, "Gaussian 1 is not finite");
+    check_error(lt_glb_write_splats(in_folder("t.glb"), "t", splat, 0, 0), LT_EINVAL, "no Gaussians to write");
+    lt_arena_free(arena);
+}
+END_TEST
+
+/* The numbers behind an attribute of the only primitive */
+static const float *attribute(const cJSON *root, const uint8_t *binary, const char *name)
+{
+    const cJSON *mesh = cJSON_GetArrayItem(cJSON_GetObjectItem(root, "meshes"), 0);
+    const cJSON *primitive = cJSON_GetArrayItem(cJSON_GetObjectItem(mesh, "primitives"), 0);
+    const cJSON *at = cJSON_GetObjectItemCaseSensitive(cJSON_GetObjectItem(primitive, "attributes"), name);
+    const cJSON *accessor, *view;
+
+    ck_assert_msg(cJSON_IsNumber(at), "no attribute %s", name);
+    accessor = cJSON_GetArrayItem(cJSON_GetObjectItem(root, "accessors"), at->valueint);
+    ck_assert_int_eq(cJSON_GetObjectItem(accessor, "componentType")->valueint, 5126);
+    view = cJSON_GetArrayItem(cJSON_GetObjectItem(root, "bufferViews"),
+                              cJSON_GetObjectItem(accessor, "bufferView")->valueint);
+    return (const float *)(const void *)(binary + cJSON_GetObjectItem(view, "byteOffset")->valueint);
+}
+
+/* What KHR_gaussian_splatting requires: points, kernel and colour space, rotations, scales, opacities, and all harmonics
+ * of each degree; axes turned to glTF's. */
+START_TEST(splats_in_gltf)
+{
+    static const char *const needed[] = { "kernel", "colorSpace" };
+    lt_arena *arena = lt_arena_new();
+    const cJSON *primitive, *extension;
+    const float *x;
+    lt_splat splat[2];
+    uint8_t *bytes, *binary;
+    cJSON *root;
+    size_t n;
+
+    two_splats(splat);
+    check_ok(lt_glb_write_splats(in_folder("s.glb"), "both", splat, 2, 3));
+    check_ok(lt_read_file(arena, in_folder("s.glb"), 1 << 20, &bytes, &n));
+    ck_assert(memcmp(bytes, "glTF", 4) == 0 && u32(bytes + 8) == n);
+    root = cJSON_ParseWithLength((const char *)bytes + 20, u32(bytes + 12));
+    binary = bytes + 20 + u32(bytes + 12) + 8;
+    ck_assert_ptr_nonnull(root);
+    ck_assert_str_eq(cJSON_GetArrayItem(cJSON_GetObjectItem(root, "extensionsUsed"), 0)->valuestring,
+                     "KHR_gaussian_splatting");
+    primitive = cJSON_GetArrayItem(
+        cJSON_GetObjectItem(cJSON_GetArrayItem(cJSON_GetObjectItem(root, "meshes"), 0), "primitives"), 0);
+    ck_assert_int_eq(cJSON_GetObjectItem(primitive, "mode")->valueint, 0);
+    extension = cJSON_GetObjectItem(cJSON_GetObjectItem(primitive, "extensions"), "KHR_gaussian_splatting");
+    for (size_t i = 0; i < LT_COUNT(needed); i++)
+        ck_assert(cJSON_IsString(cJSON_GetObjectItemCaseSensitive(extension, needed[i])));
+    x = attribute(root, binary, "POSITION");
+    ck_assert(x[0] == 1 && x[1] == -2 && x[2] == -3);
+    x = attribute(root, binary, "KHR_gaussian_splatting:ROTATION");
+    ck_assert(x[0] == 0 && x[1] == -1 && x[2] == 0 && x[3] == 0);
+    ck_assert_float_eq(attribute(root, binary, "KHR_gaussian_splatting:SCALE")[5], expf(1));
+    ck_assert_float_eq(attribute(root, binary, "KHR_gaussian_splatting:OPACITY")[0], 0.5f);
+    ck_assert_float_eq(attribute(root, binary, "COLOR_0")[3], 0.5f);
+    for (int d = 0, k = 0; d < 4; d++)
+        for (int m = 0; m < 2 * d + 1; m++, k++) {
+            static const int sign[16] = { 1, -1, -1, 1, -1, 1, 1, -1, 1, -1, 1, -1, -1, 1, -1, 1 };
+            char name[64];
+
+            snprintf(name, sizeof(name), "KHR_gaussian_splatting:SH_DEGREE_%d_COEF_%d", d, m);
+            x = attribute(root, binary, name);
+            ck_assert_float_eq(x[2], k ? (float)(sign[k] * (30 + k)) : 0);
+        }
+    cJSON_Delete(root);
+    lt_arena_free(arena);
+}
+END_TEST
+
 /* ---- masks ----------------------------------------------------------------------------------------------- */
 
 START_TEST(masks)
@@ -338,6 +440,8 @@ static void add_tests(TCase *tc)
     tcase_add_loop_test(tc, mesh_round_trip, 0, 4);
     tcase_add_test(tc, splats_of_degree_1);
     tcase_add_test(tc, splat_round_trip);
+    tcase_add_test(tc, splat_file);
+    tcase_add_test(tc, splats_in_gltf);
     tcase_add_test(tc, glb);
     tcase_add_test(tc, glb_refuses);
     tcase_add_test(tc, masks);

@@ -3,9 +3,8 @@
  * Binary glTF: a JSON chunk that describes, and a binary chunk with one block for each array, in the order in
  * which the description names them.
  */
-#include "libtensor/io/mesh/glb.h"
+#include "libtensor/io/mesh/glb_internal.h"
 
-#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
@@ -14,16 +13,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { FLOAT = 5126, UINT = 5125, VERTICES = 34962, INDICES = 34963, CHUNK_JSON = 0x4e4f534a, CHUNK_BIN = 0x004e4942 };
-
-typedef struct {
-    cJSON *root, *views, *accessors;
-    uint64_t bytes;                 /* of the binary chunk so far */
-} builder;
+enum { CHUNK_JSON = 0x4e4f534a, CHUNK_BIN = 0x004e4942 };
 
 /* ---- the description ------------------------------------------------------------------------------ */
 
-static cJSON *add_object(cJSON *list)
+cJSON *glb_add_object(cJSON *list)
 {
     cJSON *o = cJSON_CreateObject();
 
@@ -31,11 +25,10 @@ static cJSON *add_object(cJSON *list)
     return o;
 }
 
-/* One array: a view of the chunk and an accessor; the accessor's number. */
-static int add_array(builder *b, uint64_t count, int components, int type, int target)
+int glb_add_array(glb_builder *b, uint64_t count, int components, int type, int target)
 {
     static const char *const kinds[] = { NULL, "SCALAR", "VEC2", "VEC3", "VEC4" };
-    cJSON *view = add_object(b->views), *accessor = add_object(b->accessors);
+    cJSON *view = glb_add_object(b->views), *accessor = glb_add_object(b->accessors);
     const uint64_t bytes = 4 * count * (uint64_t)components;
 
     cJSON_AddNumberToObject(view, "buffer", 0);
@@ -53,7 +46,7 @@ static int add_array(builder *b, uint64_t count, int components, int type, int t
 static const float ours_to_gltf[3] = { 1, -1, -1 };
 
 /* glTF wants the bounds of positions. */
-static void add_bounds(const builder *b, int accessor, const lt_mesh *m)
+static void add_bounds(const glb_builder *b, int accessor, const lt_mesh *m)
 {
     cJSON *a = cJSON_GetArrayItem(b->accessors, accessor), *min = cJSON_AddArrayToObject(a, "min");
     cJSON *max = cJSON_AddArrayToObject(a, "max");
@@ -70,9 +63,9 @@ static void add_bounds(const builder *b, int accessor, const lt_mesh *m)
     }
 }
 
-static void add_material(builder *b, const lt_glb_part *p)
+static void add_material(glb_builder *b, const lt_glb_part *p)
 {
-    cJSON *material = add_object(cJSON_GetObjectItem(b->root, "materials"));
+    cJSON *material = glb_add_object(cJSON_GetObjectItem(b->root, "materials"));
     cJSON *pbr = cJSON_AddObjectToObject(material, "pbrMetallicRoughness");
 
     cJSON_AddItemToObject(pbr, "baseColorFactor", cJSON_CreateFloatArray(p->color, 4));
@@ -83,15 +76,15 @@ static void add_material(builder *b, const lt_glb_part *p)
         cJSON_AddStringToObject(material, "alphaMode", "BLEND");
 }
 
-static void add_part(builder *b, const lt_glb_part *p, int i)
+static void add_part(glb_builder *b, const lt_glb_part *p, int i)
 {
     const lt_mesh *m = p->mesh;
     const uint64_t n = (uint64_t)m->n_vertices;
-    cJSON *node = add_object(cJSON_GetObjectItem(b->root, "nodes"));
-    cJSON *mesh = add_object(cJSON_GetObjectItem(b->root, "meshes"));
-    cJSON *primitive = add_object(cJSON_AddArrayToObject(mesh, "primitives"));
+    cJSON *node = glb_add_object(cJSON_GetObjectItem(b->root, "nodes"));
+    cJSON *mesh = glb_add_object(cJSON_GetObjectItem(b->root, "meshes"));
+    cJSON *primitive = glb_add_object(cJSON_AddArrayToObject(mesh, "primitives"));
     cJSON *attributes = cJSON_AddObjectToObject(primitive, "attributes");
-    const int position = add_array(b, n, 3, FLOAT, VERTICES);
+    const int position = glb_add_array(b, n, 3, GLB_FLOAT, GLB_VERTICES);
 
     cJSON_AddStringToObject(node, "name", p->name);
     cJSON_AddNumberToObject(node, "mesh", i);
@@ -99,60 +92,63 @@ static void add_part(builder *b, const lt_glb_part *p, int i)
     add_bounds(b, position, m);
     cJSON_AddNumberToObject(attributes, "POSITION", position);
     if (m->normal)
-        cJSON_AddNumberToObject(attributes, "NORMAL", add_array(b, n, 3, FLOAT, VERTICES));
+        cJSON_AddNumberToObject(attributes, "NORMAL", glb_add_array(b, n, 3, GLB_FLOAT, GLB_VERTICES));
     if (m->uv)
-        cJSON_AddNumberToObject(attributes, "TEXCOORD_0", add_array(b, n, 2, FLOAT, VERTICES));
+        cJSON_AddNumberToObject(attributes, "TEXCOORD_0", glb_add_array(b, n, 2, GLB_FLOAT, GLB_VERTICES));
     if (m->color)
-        cJSON_AddNumberToObject(attributes, "COLOR_0", add_array(b, n, 3, FLOAT, VERTICES));
-    cJSON_AddNumberToObject(primitive, "indices", add_array(b, 3 * (uint64_t)m->n_faces, 1, UINT, INDICES));
+        cJSON_AddNumberToObject(attributes, "COLOR_0", glb_add_array(b, n, 3, GLB_FLOAT, GLB_VERTICES));
+    cJSON_AddNumberToObject(primitive, "indices", glb_add_array(b, 3 * (uint64_t)m->n_faces, 1, GLB_UINT, GLB_INDICES));
     cJSON_AddNumberToObject(primitive, "material", i);
     add_material(b, p);
 }
 
-/* The whole description as text, which is the caller's to free; NULL without memory. */
-static char *describe(builder *b, const lt_glb_part *part, int n)
+lt_status glb_begin(glb_builder *b)
 {
-    cJSON *asset = cJSON_AddObjectToObject(b->root, "asset");
-    cJSON *scene = add_object(cJSON_AddArrayToObject(b->root, "scenes")), *nodes;
     static const char *const lists[] = { "nodes", "meshes", "materials", "accessors", "bufferViews", "buffers" };
+    cJSON *asset, *scene;
 
+    *b = (glb_builder){ .root = cJSON_CreateObject() };
+    asset = cJSON_AddObjectToObject(b->root, "asset");
+    scene = glb_add_object(cJSON_AddArrayToObject(b->root, "scenes"));
     cJSON_AddStringToObject(asset, "version", "2.0");
     cJSON_AddStringToObject(asset, "generator", "palmar");
     cJSON_AddNumberToObject(b->root, "scene", 0);
-    nodes = cJSON_AddArrayToObject(scene, "nodes");
+    b->nodes = cJSON_AddArrayToObject(scene, "nodes");
     for (size_t i = 0; i < LT_COUNT(lists); i++)
         cJSON_AddArrayToObject(b->root, lists[i]);
     b->views = cJSON_GetObjectItem(b->root, "bufferViews");
     b->accessors = cJSON_GetObjectItem(b->root, "accessors");
-    for (int i = 0; i < n; i++) {
-        add_part(b, &part[i], i);
-        cJSON_AddItemToArray(nodes, cJSON_CreateNumber(i));
-    }
-    cJSON_AddNumberToObject(add_object(cJSON_GetObjectItem(b->root, "buffers")), "byteLength", (double)b->bytes);
+    return b->accessors ? LT_OK : LT_ENOMEM;
+}
+
+/* The whole description as text, which is the caller's to free; NULL without memory. */
+char *glb_text(glb_builder *b)
+{
+    cJSON_AddNumberToObject(glb_add_object(cJSON_GetObjectItem(b->root, "buffers")), "byteLength", (double)b->bytes);
     return cJSON_PrintUnformatted(b->root);
 }
 
 /* ---- the file ------------------------------------------------------------------------------------- */
 
-static void put_u32(FILE *f, uint32_t x)
+void glb_put_u32(FILE *f, uint32_t x)
 {
     for (int i = 0; i < 4; i++)
         fputc((int)(x >> (8 * i) & 255), f);
 }
 
-static void put_float(FILE *f, float x)
+void glb_put_float(FILE *f, float x)
 {
     uint32_t bits;
 
     memcpy(&bits, &x, sizeof(bits));
-    put_u32(f, bits);
+    glb_put_u32(f, bits);
 }
 
 static void put_turned(FILE *f, const float (*x)[3], int n)
 {
     for (int i = 0; i < n; i++)
         for (int k = 0; k < 3; k++)
-            put_float(f, ours_to_gltf[k] * x[i][k]);
+            glb_put_float(f, ours_to_gltf[k] * x[i][k]);
 }
 
 static void put_mesh(FILE *f, const lt_mesh *m)
@@ -161,15 +157,15 @@ static void put_mesh(FILE *f, const lt_mesh *m)
     if (m->normal)
         put_turned(f, (const float (*)[3])m->normal, m->n_vertices);
     for (int i = 0; m->uv && i < m->n_vertices; i++) {
-        put_float(f, m->uv[i][0]);
-        put_float(f, 1 - m->uv[i][1]);
+        glb_put_float(f, m->uv[i][0]);
+        glb_put_float(f, 1 - m->uv[i][1]);
     }
     for (int i = 0; m->color && i < m->n_vertices; i++)
         for (int k = 0; k < 3; k++)
-            put_float(f, m->color[i][k]);
+            glb_put_float(f, m->color[i][k]);
     for (int i = 0; i < m->n_faces; i++)
         for (int k = 0; k < 3; k++)
-            put_u32(f, (uint32_t)m->face[i][k]);
+            glb_put_u32(f, (uint32_t)m->face[i][k]);
 }
 
 static lt_status check_part(const char *path, const lt_glb_part *p)
@@ -191,26 +187,35 @@ static lt_status check_part(const char *path, const lt_glb_part *p)
     return LT_OK;
 }
 
-static lt_status write_file(const char *path, const char *text, uint64_t binary, const lt_glb_part *part, int n)
+lt_status glb_open(const char *path, const char *text, uint64_t binary, lt_atomic_file *f)
 {
     const uint64_t length = strlen(text), padded = (length + 3) & ~(uint64_t)3;
     const uint64_t total = 12 + 8 + padded + 8 + binary;        /* binary is words already */
-    lt_atomic_file f;
     lt_status st;
 
     if (total > UINT32_MAX)
         return lt_error(LT_EINVAL, "%s: would have %ju bytes, glTF has at most 2^32", path, (uintmax_t)total);
-    st = lt_atomic_open(&f, path);
+    st = lt_atomic_open(f, path);
     if (st)
         return st;
-    fputs("glTF", f.stream);
-    put_u32(f.stream, 2);
-    put_u32(f.stream, (uint32_t)total);
-    put_u32(f.stream, (uint32_t)padded);
-    put_u32(f.stream, CHUNK_JSON);
-    fprintf(f.stream, "%s%*s", text, (int)(padded - length), "");
-    put_u32(f.stream, (uint32_t)binary);
-    put_u32(f.stream, CHUNK_BIN);
+    fputs("glTF", f->stream);
+    glb_put_u32(f->stream, 2);
+    glb_put_u32(f->stream, (uint32_t)total);
+    glb_put_u32(f->stream, (uint32_t)padded);
+    glb_put_u32(f->stream, CHUNK_JSON);
+    fprintf(f->stream, "%s%*s", text, (int)(padded - length), "");
+    glb_put_u32(f->stream, (uint32_t)binary);
+    glb_put_u32(f->stream, CHUNK_BIN);
+    return LT_OK;
+}
+
+static lt_status write_file(const char *path, const char *text, uint64_t binary, const lt_glb_part *part, int n)
+{
+    lt_atomic_file f;
+    const lt_status st = glb_open(path, text, binary, &f);
+
+    if (st)
+        return st;
     for (int i = 0; i < n; i++)
         put_mesh(f.stream, part[i].mesh);
     return lt_atomic_commit(&f);
@@ -218,16 +223,21 @@ static lt_status write_file(const char *path, const char *text, uint64_t binary,
 
 lt_status lt_glb_write(const char *path, const lt_glb_part *part, int n)
 {
-    builder b = { .root = NULL };
+    glb_builder b;
     lt_status st = n > 0 ? LT_OK : lt_error(LT_EINVAL, "%s: no meshes to write", path);
-    char *text;
+    char *text = NULL;
 
     for (int i = 0; !st && i < n; i++)
         st = check_part(path, &part[i]);
     if (st)
         return st;
-    b.root = cJSON_CreateObject();
-    text = b.root ? describe(&b, part, n) : NULL;
+    if (!glb_begin(&b)) {
+        for (int i = 0; i < n; i++) {
+            add_part(&b, &part[i], i);
+            cJSON_AddItemToArray(b.nodes, cJSON_CreateNumber(i));
+        }
+        text = glb_text(&b);
+    }
     st = text ? write_file(path, text, b.bytes, part, n) : lt_error(LT_ENOMEM, "%s: no memory", path);
     cJSON_free(text);
     cJSON_Delete(b.root);

@@ -119,14 +119,15 @@ static void put_float(FILE *f, float x)
         fputc((int)(bits >> (8 * i) & 255), f);
 }
 
-lt_status lt_ply_write_splats(const char *path, const lt_splat *splat, size_t n)
+lt_status lt_ply_write_splats(const char *path, const char *frame, const lt_splat *splat, size_t n)
 {
     lt_atomic_file f;
     lt_status st = lt_atomic_open(&f, path);
 
     if (st)
         return st;
-    fprintf(f.stream, "ply\nformat binary_little_endian 1.0\nelement vertex %zu\n", n);
+    fprintf(f.stream, "ply\nformat binary_little_endian 1.0\ncomment SplatRenderMode: default\ncomment frame: %s\n"
+            "element vertex %zu\n", frame, n);
     for (size_t run = 0; run < LT_COUNT(runs); run++) {
         char name[32];
 
