@@ -311,7 +311,8 @@ END_TEST
 static void two_splats(lt_splat out[2])
 {
     for (int i = 0; i < 2; i++) {
-        out[i] = (lt_splat){ .x = { 1, 2, 3 }, .dc = { 2, -2, 0 }, .scale = { 0, 0, (float)i }, .rotation = { 0, 0, 0, 3 } };
+        out[i] = (lt_splat){ .x = { 1, 2, 3 }, .dc = { 2, -2, 0 }, .scale = { 0, 0, (float)i },
+                             .rotation = { 0, 0, 0, 3 } };
         for (int k = 0; k < 45; k++)
             out[i].rest[k / 15][k % 15] = (float)(k + 1);
     }
