@@ -28,11 +28,11 @@
 
 enum { PICTURES = 12, REQUIREMENTS = 64 };
 enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MAX_PA, CLAIMS, SETUP, FILTER, PRED,
-       REQUIRE, TABLES, SET };
+       REQUIRE, TABLES, SET, MESHES };
 
 typedef struct {
     const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit, *pred;
-    int batch, limit;
+    int batch, limit, meshes;      /* meshes: -1 where nothing was said */
     eval_requirement require[REQUIREMENTS];
     int n_require;
     cli_overrides over;
@@ -57,6 +57,8 @@ static const struct argp_option options[] = {
       "text of hand joints (HPE) or BOP's csv; detections: COCO's json; tracks: a folder of MOTChallenge's results", 0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
+    { "meshes", MESHES, "N", 0,
+      "of a run of hogs: frames of each object whose surfaces are made and scored; default 1, 0 none", 0 },
     { "set", SET, "KEY=VALUE", 0, "another value for a key of a tracker, as data.max_age=60; may be given again", 0 },
     { "require", REQUIRE, "KEY>=X", 0, "exit with 1 when the model's score is less, or with KEY<=X more; KEY as in "
       "scores.json; may be given again", 0 },
@@ -146,6 +148,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case HAND: a->hand = arg; break;
     case SUBMIT: a->submit = arg; break;
     case LIMIT: a->limit = cli_number(state, "limit", arg, 1, 1000000000); break;
+    case MESHES: a->meshes = cli_number(state, "meshes", arg, 0, 100000); break;
     case MAX_PA: add_max_pa_mpjpe(a, state, arg); break;
     case SET: cli_override(state, &a->over, arg); break;
     case REQUIRE: add_requirement(a, state, arg); break;
@@ -368,7 +371,7 @@ static lt_status evaluate_task(const eval_args *a, cli_checkpoint *c)
     const char *folder = a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
     const task_evaluation e = {
         .arena = c->arena, .config = &c->config, .checkpoint = c->path, .step = c->step, .hand = a->hand,
-        .split = a->split, .folder = folder, .limit = a->limit, .tables = a->json ? NULL : stdout,
+        .split = a->split, .folder = folder, .limit = a->limit, .meshes = a->meshes < 0 ? 1 : a->meshes, .tables = a->json ? NULL : stdout,
         .progress = show_progress,
     };
     cJSON *scores = NULL;
@@ -460,6 +463,9 @@ static lt_status score_run(const eval_args *a, cli_checkpoint *c)
 
     if (st)
         return st;
+    if (a->meshes >= 0 && !c->config.task->export)
+        return lt_error(LT_EUSAGE, "%s: a model of %s, which has no surfaces for --meshes", c->path,
+                        c->config.task->name);
     if (c->config.task->evaluate)
         return evaluate_task(a, c);
     st = cli_checkpoint_load(c, a->hand);
@@ -470,7 +476,7 @@ static lt_status score_run(const eval_args *a, cli_checkpoint *c)
 
 int cmd_eval(int argc, char **argv)
 {
-    eval_args a = { .split = "evaluation", .batch = 8 };
+    eval_args a = { .split = "evaluation", .batch = 8, .meshes = -1 };
     cli_checkpoint c;
     lt_status st;
 

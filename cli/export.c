@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 
 #include "cli/export_int8.h"
+#include "cli/export_shapes.h"
 #include "estimate/checkpoint/checkpoint.h"
 #include "estimate/weights/weights.h"
 #include "eval/export/export.h"
@@ -12,19 +13,30 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON, INT8, HALF, CALIBRATION, CALIBRATION_SAMPLES };
+enum { FORMAT = 256, HAND, INIT, SAMPLES, SET, VARIANT, JSON, INT8, HALF, CALIBRATION, CALIBRATION_SAMPLES,
+       MESH, FRAMES, RULE, ISO, SET_NAME };
 
 typedef struct {
     const char *checkpoint, *model, *config, *init, *hand, *format, *out, *samples;
     cli_overrides over;
     int batch;
     cli_int8 int8;
+    cli_shapes shapes;
     bool half, json;
 } export_args;
 
 static const struct argp_option options[] = {
     { "output", 'o', "FILE", 0, "where it goes", 0 },
-    { "format", FORMAT, "FORMAT", 0, "onnx or safetensors; default FILE's ending", 0 },
+    { "format", FORMAT, "FORMAT", 0,
+      "onnx or safetensors, of Gaussians ply, glb or splat; default FILE's ending. Of meshes ply (the default), obj or "
+      "glb", 0 },
+    { "mesh", MESH, "DIR", 0, "of a run of hogs: the surfaces of hand and object in frames, as files in DIR", 0 },
+    { "frames", FRAMES, "N,N", 0,
+      "of meshes and Gaussians: which, from 0, of those that the run is validated on; default 0", 0 },
+    { "rule", RULE, "RULE", 0, "of meshes: mean (HOGS, the default) or min (GOF) of the opacity in 16 views", 0 },
+    { "iso", ISO, "LEVEL", 0, "of meshes: the opacity at the surface, between 0 and 1; default 0.6", 0 },
+    { "set-name", SET_NAME, "NAME", 0,
+      "the Gaussians of one set in its canonical place, as hand-01 by subject or object-05 by YCB number", 0 },
     { "batch", 'b', "N", 0, "images in a run of an ONNX file; default 0, any number", 0 },
     { "samples", SAMPLES, "FILE", 0,
       "npz of the inputs that an ONNX file was compared with, and the model's outputs", 0 },
@@ -56,20 +68,29 @@ static const char *ending(const char *path)
     return dot ? dot + 1 : "";
 }
 
+static bool is_of_shapes(const export_args *a)
+{
+    return a->shapes.folder || cli_shapes_format(a->format);
+}
+
 static void check_usage(export_args *a, struct argp_state *state)
 {
     if (!a->checkpoint == !a->model)
         argp_error(state, "want a checkpoint or a run's folder, or --model NAME");
     if (a->checkpoint && (a->config || a->over.n || a->init))
         argp_error(state, "--variant, --config, --set and --init go with --model; a checkpoint has them in it");
-    if (!a->out)
+    if (!a->out && !a->shapes.folder)
         argp_error(state, "want -o FILE");
+    if (!a->format)
+        a->format = a->shapes.folder ? "ply" : ending(a->out);
+    cli_shapes_check(state, &a->shapes, a->checkpoint, a->out, a->format);
+    if (is_of_shapes(a))
+        return;
     if (a->int8.wanted != (a->int8.data != NULL) || (a->int8.wanted && !a->checkpoint))
         argp_error(state, "--int8 and --calibration DIR go together, and with a checkpoint or a run's folder");
-    if (!a->format)
-        a->format = ending(a->out);
     if (strcmp(a->format, "onnx") != 0 && strcmp(a->format, "safetensors") != 0)
-        argp_error(state, "format \"%s\"; want onnx or safetensors, by --format or as FILE's ending", a->format);
+        argp_error(state, "format \"%s\"; want onnx, safetensors, ply, glb or splat, by --format or as FILE's "
+                   "ending", a->format);
     if (strcmp(a->format, "onnx") != 0 && (a->samples || a->batch))
         argp_error(state, "--samples and --batch go with ONNX");
     if (a->half && (!a->checkpoint || a->int8.wanted || strcmp(a->format, "safetensors") != 0))
@@ -98,6 +119,14 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case INT8: a->int8.wanted = true; break;
     case CALIBRATION: a->int8.data = arg; break;
     case CALIBRATION_SAMPLES: a->int8.samples = cli_number(state, "calibration-samples", arg, 1, 100000); break;
+    case MESH: a->shapes.folder = arg; break;
+    case FRAMES: cli_shapes_frames(state, &a->shapes, arg); break;
+    case RULE: cli_shapes_rule(state, &a->shapes, arg); break;
+    case ISO:
+        a->shapes.of_meshes = true;
+        a->shapes.iso = cli_real(state, "iso", arg, 1e-6, 1 - 1e-6);
+        break;
+    case SET_NAME: a->shapes.set = arg; break;
     case VARIANT: cli_override_variant(state, &a->over, arg); break;
     case ARGP_KEY_ARG:
         if (a->checkpoint)
@@ -118,10 +147,13 @@ static const struct argp argp = {
     "its largest value, and by more than rounding explains, no file is left. safetensors is the weights alone, those "
     "that eval and predict use, and of a run is still a checkpoint to them. --int8 makes a checkpoint whose inference "
     "reads 8-bit integers in all layers that bear it, for eval and predict; its PA-MPJPE and time are printed beside "
-    "the exact model's.\n\n"
+    "the exact model's. Of a run of hogs, --mesh writes surfaces, closed and coloured, and -o Gaussians: a frame as it "
+    "is posed, or a set in its canonical place; ply has all numbers, glb KHR_gaussian_splatting, splat the least.\n\n"
     "  palmar export runs/tiny -o tiny.onnx\n"
     "  palmar export runs/tiny/checkpoints/best.safetensors -o weights.safetensors\n"
     "  palmar export runs/tiny --int8 --calibration data/tiny -o tiny-int8.safetensors\n"
+    "  palmar export runs/hogs --mesh meshes --frames 0,10 --json\n"
+    "  palmar export runs/hogs -o hand.ply --set-name hand-01\n"
     "  palmar export --model resnet50 --init resnet50.safetensors -o resnet50.onnx", NULL, cli_help_kinds, NULL,
 };
 
@@ -238,6 +270,9 @@ int cmd_export(int argc, char **argv)
     lt_status st;
 
     cli_parse("export", &argp, argc, argv, &a);
-    st = a.checkpoint ? from_checkpoint(&a) : from_name(&a);
+    if (is_of_shapes(&a))
+        st = cli_export_shapes(&a.shapes, a.checkpoint, a.hand, a.out, a.format, a.json);
+    else
+        st = a.checkpoint ? from_checkpoint(&a) : from_name(&a);
     return st ? cli_fail(st) : 0;
 }

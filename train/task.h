@@ -11,6 +11,7 @@
 #include "data/loader.h"
 #include "estimate/compiled.h"
 #include "estimate/metric.h"
+#include "libtensor/geometry/opacity/opacity.h"
 #include "libtensor/io/array/array.h"
 #include "libtensor/optim/optim.h"
 #include "train/config.h"
@@ -39,6 +40,7 @@ typedef struct {
     const char *hand;                   /* in place of the run's hand model; or NULL */
     const char *split, *folder;
     int64_t limit;                      /* samples, spread over the split; 0: all */
+    int meshes;                         /* of each object: frames whose surfaces are scored, of tasks that have any */
     FILE *tables;                       /* NULL: none are printed */
     bool (*progress)(void *ctx, int64_t done, int64_t total);   /* false: stop, with LT_ESTOPPED */
     void *ctx;
@@ -56,6 +58,31 @@ typedef struct {
     FILE *messages;                     /* NULL: quiet */
     bool (*stop)(void);
 } task_prediction;
+
+/* A surface that was written */
+typedef struct {
+    const char *file, *part;            /* part: "hand", "object" */
+    int64_t frame;
+    int vertices, faces, components;
+    bool watertight;
+    double seconds;                     /* to make it, not to write it */
+} task_exported;
+
+/* What `palmar export` asks for that is no network: surfaces into a folder, or Gaussians into a file. Borrowed. */
+typedef struct {
+    lt_arena *arena;
+    train_config *config;               /* the run's */
+    const char *checkpoint, *hand;      /* hand: in place of the run's hand model; or NULL */
+    const int64_t *frame;               /* (n_frames) numbers from 0 among those that training validates on */
+    int n_frames;
+    const char *folder, *file;          /* one of them */
+    const char *format;                 /* "ply", "obj", "glb"; of Gaussians "ply", "glb", "splat" */
+    lt_opacity_rule rule;               /* of surfaces, as lt_opacity_mesh has them */
+    double iso;
+    const char *set;                    /* Gaussians of that one in its canonical place; NULL: of a frame, posed */
+    void (*made)(void *ctx, const task_exported *one);
+    void *ctx;
+} task_export;
 
 struct task {
     const char *name;                   /* model_class.task of its models */
@@ -139,6 +166,9 @@ struct task {
     /* `palmar predict`: write what it makes of the inputs; *written: of how many frames. NULL: predict knows the task by
      * itself. */
     lt_status (*predict)(const task_prediction *p, int64_t *written);
+
+    /* `palmar export --mesh`, or -o of a format of Gaussians. NULL: the task has no surfaces. */
+    lt_status (*export)(const task_export *e);
 };
 
 #endif

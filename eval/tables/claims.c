@@ -56,6 +56,7 @@ static const entry entries[] = {
     { "hogs-7", "full", "no-contact", "penetration_mm", EVAL_CLAIM_ORDER, NULL, NULL },
     { "hogs-7", "full", "no-contact", "intersection_cm3", EVAL_CLAIM_ORDER, NULL, NULL },
     { "hogs-7", "full", "no-contact", "contact_share", EVAL_CLAIM_ORDER, NULL, NULL },
+    { "hogs-2", "full", "minimum rule", "cd_o_cm2", EVAL_CLAIM_BASELINE, NULL, NULL },
 };
 
 static const eval_table *table_of(const char *id)

@@ -7,8 +7,8 @@
 #define ALL_6 { 1, 1, 1, 1, 1, 1 }
 
 static const eval_column hogs_2_columns[] = {
-    { "hand_chamfer_cm2", "CD_h", 3, NULL }, { "hand_f1", "F_h@1", 3, NULL }, { "hand_f5", "F_h@5", 3, NULL },
-    { "object_chamfer_cm2", "CD_o", 2, NULL }, { "object_f5", "F_o@5", 3, NULL }, { "object_f10", "F_o@10", 3, NULL },
+    { "cd_h_cm2", "CD_h", 3, NULL }, { "f_h_1mm", "F_h@1", 3, NULL }, { "f_h_5mm", "F_h@5", 3, NULL },
+    { "cd_o_cm2", "CD_o", 2, NULL }, { "f_o_5mm", "F_o@5", 3, NULL }, { "f_o_10mm", "F_o@10", 3, NULL },
 };
 static const eval_row hogs_2_rows[] = {
     { "Hasson et al.", "", "3D", { 0.537, 0.115, 0.647, 1.94, 0.383, 0.642 }, ALL_6 },
@@ -21,9 +21,13 @@ static const eval_row hogs_2_rows[] = {
     { "HOGS", "", "2D", { 0.481, 0.133, 0.732, 0.24, 0.785, 0.918 }, ALL_6 },
 };
 
+static const char *const hogs_2_variants[] = {
+    NULL, NULL, NULL, NULL, NULL, NULL, "minimum rule", "full",
+};
+
 static const eval_column hogs_3_columns[] = {
-    { "object_chamfer_cm2", "CD_o", 1, NULL }, { "object_f10_percent", "F_o@10", 1, NULL },
-    { "pose_chamfer_cm2", "CD_pose", 1, NULL },
+    { "cd_o_cm2", "CD_o", 1, NULL }, { "f_o_10mm_percent", "F_o@10", 1, NULL },
+    { "cd_pose_cm2", "CD_pose", 1, NULL },
 };
 static const eval_row hogs_3_rows[] = {
     { "iHOI", "", "", { 3.8, 75.8, 41.7 }, ALL_3 },
@@ -31,6 +35,8 @@ static const eval_row hogs_3_rows[] = {
     { "HOLD", "", "", { 0.4, 96.5, 11.3 }, ALL_3 },
     { "HOGS", "", "", { 0.7, 96.2, 2.7 }, ALL_3 },
 };
+
+static const char *const hogs_3_variants[] = { NULL, NULL, NULL, "full" };
 
 static const eval_column hogs_4_columns[] = {
     { "psnr_db", "PSNR", 2, NULL }, { "ssim", "SSIM", 4, NULL }, { "lpips_raw01", "LPIPS", 2, NULL },
@@ -105,7 +111,7 @@ static const char *const hogs_8_variants[] = {
 };
 
 static const eval_column hogs_9_columns[] = {
-    { "object_chamfer_cm2", "CD_o", 2, NULL }, { "object_f5", "F_o@5", 3, NULL }, { "object_f10", "F_o@10", 3, NULL },
+    { "cd_o_cm2", "CD_o", 2, NULL }, { "f_o_5mm", "F_o@5", 3, NULL }, { "f_o_10mm", "F_o@10", 3, NULL },
 };
 static const eval_row hogs_9_rows[] = {
     { "Hasson et al.", "", "", { 1.94, 0.383, 0.642 }, ALL_3 },
@@ -116,18 +122,20 @@ static const eval_row hogs_9_rows[] = {
     { "HOGS", "", "", { 0.24, 0.785, 0.918 }, ALL_3 },
 };
 
+static const char *const hogs_9_variants[] = { NULL, NULL, NULL, NULL, "no rotation", "full" };
+
 const eval_table eval_hogs_tables[] = {
     {
-        .id = "hogs-2", .title = "HOGS, Table 2: reconstruction, 6 fps",
+        .id = "hogs-2", .title = "HOGS, Table 2: reconstruction, 6 fps", .cite = "HOGS, Table 2",
         .data = "DexYCB", .note = "supervision",
         .column = hogs_2_columns, .n_columns = LT_COUNT(hogs_2_columns),
-        .row = hogs_2_rows, .n_rows = LT_COUNT(hogs_2_rows),
+        .row = hogs_2_rows, .variant = hogs_2_variants, .n_rows = LT_COUNT(hogs_2_rows),
     },
     {
         .id = "hogs-3", .title = "HOGS, Table 3: held object",
         .data = "HO3D",
         .column = hogs_3_columns, .n_columns = LT_COUNT(hogs_3_columns),
-        .row = hogs_3_rows, .n_rows = LT_COUNT(hogs_3_rows),
+        .row = hogs_3_rows, .variant = hogs_3_variants, .n_rows = LT_COUNT(hogs_3_rows),
     },
     {
         .id = "hogs-4", .title = "HOGS, Table 4: rendering", .cite = "HOGS, Table 4",
@@ -167,7 +175,7 @@ const eval_table eval_hogs_tables[] = {
         .id = "hogs-9", .title = "HOGS, Table 9: object alignment",
         .data = "DexYCB",
         .column = hogs_9_columns, .n_columns = LT_COUNT(hogs_9_columns),
-        .row = hogs_9_rows, .n_rows = LT_COUNT(hogs_9_rows),
+        .row = hogs_9_rows, .variant = hogs_9_variants, .n_rows = LT_COUNT(hogs_9_rows),
         .ablation = true,
     },
 };

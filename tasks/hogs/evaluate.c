@@ -4,6 +4,7 @@
 #include "data/kind.h"
 #include "libtensor/geometry/rotation.h"
 #include "tasks/hogs/source.h"
+#include "tasks/hogs/surfaces.h"
 
 #include <math.h>
 #include <string.h>
@@ -111,6 +112,24 @@ static void keep_picture(hogs_evaluation *e, const hogs_frame *f, const lt_real 
                       i);
 }
 
+/* What was measured of surfaces, into the frame's scores and rows of their own */
+static lt_status score_surfaces(hogs_evaluation *e, const hogs_frame *f, const compiled *c, double *scores)
+{
+    hogs_surface_scores s;
+    const lt_status st = hogs_score_surfaces(&e->touch, hogs_of(e->run.m), f, c, &s);
+
+    if (st)
+        return st;
+    for (int i = HOGS_CD_H; i < HOGS_SCORES; i++)
+        scores[i] = s.model[i];
+    hogs_means_add(&e->means[HOGS_ROW_NO_ROTATION], s.no_rotation);
+    hogs_means_add(&e->means[HOGS_ROW_MINIMUM], s.minimum);
+    e->has[HOGS_ROW_NO_ROTATION] = e->has[HOGS_ROW_MINIMUM] = true;
+    e->no_surface += s.failed;
+    e->meshes++;
+    return LT_OK;
+}
+
 static lt_status score_model(visitor *v, const hogs_frame *f, const compiled *c)
 {
     hogs_evaluation *e = v->e;
@@ -125,6 +144,8 @@ static lt_status score_model(visitor *v, const hogs_frame *f, const compiled *c)
         st = add_pose_row(e, HOGS_ROW_INITIAL, f, f->initial.R, f->initial.t);
     if (!st && e->has[HOGS_ROW_MEAN])
         st = add_mean_row(e, f);
+    if (!st && e->meshed[f->number] && f->known)
+        st = score_surfaces(e, f, c, scores);
     if (st)
         return st;
     lpips_score(v->judge, drawn, f->target, scores);
@@ -324,6 +345,34 @@ static lt_status choose_frames(hogs_evaluation *e)
     return LT_OK;
 }
 
+/* Of each object so many frames, spread over its own */
+static lt_status choose_meshed(hogs_evaluation *e)
+{
+    const hogs_source *s = &e->run.check_source;
+    const int wanted = e->o->meshes;
+    const pair *shown;
+    lt_status st = LT_OK;
+
+    e->meshed = lt_arena_array(e->arena, (size_t)s->count, sizeof(*e->meshed));
+    if (!e->meshed)
+        return lt_error(LT_ENOMEM, "no memory for %lld frames", (long long)s->count);
+    if (wanted)
+        st = pairs_of(e->arena, s->data, &shown);
+    for (int64_t i = 0; i < s->count && !st && wanted; i++) {
+        int64_t before = 0, all = 0;
+
+        for (int64_t k = 0; k < s->count; k++) {
+            const bool same = shown[s->index[k]].object == shown[s->index[i]].object;
+
+            before += same && k < i;
+            all += same;
+        }
+        /* the first of each of `wanted` equal stretches of them */
+        e->meshed[i] = all <= wanted || before == 0 || before * wanted / all != (before - 1) * wanted / all;
+    }
+    return st;
+}
+
 static lt_status score_all(hogs_evaluation *e)
 {
     const recipe by = hogs_recipe(&e->run, HOGS_RENDER);
@@ -351,6 +400,8 @@ static lt_status open_and_score(hogs_evaluation *e, lt_params *set)
         st = hogs_open_model(&e->run, e->o->checkpoint, set);
     if (!st)
         st = choose_frames(e);
+    if (!st)
+        st = choose_meshed(e);
     if (!st)
         st = hogs_touch_open(e->arena, e->run.train, e->run.hands.right, &e->touch);
     if (!st)

@@ -14,7 +14,8 @@ lt_status hogs_evaluate(const task_evaluation *e, struct cJSON **scores);
 
 /* ---- between evaluate.c and report.c --------------------------------------------------------------------- */
 
-typedef enum { HOGS_ROW_MODEL, HOGS_ROW_INITIAL, HOGS_ROW_MEAN, HOGS_ROW_SWAP, HOGS_ROWS } hogs_row;
+typedef enum { HOGS_ROW_MODEL, HOGS_ROW_INITIAL, HOGS_ROW_MEAN, HOGS_ROW_SWAP, HOGS_ROW_NO_ROTATION, HOGS_ROW_MINIMUM,
+    HOGS_ROWS } hogs_row;
 
 typedef struct {
     const task_evaluation *o;
@@ -25,6 +26,8 @@ typedef struct {
     const char **name;              /* (samples) */
     double (*per_sample)[HOGS_SCORES];      /* the model's */
     hogs_touch touch;
+    bool *meshed;                   /* (source's frames) whose surfaces are scored */
+    int meshes, no_surface;         /* how many were; surfaces that there were none of */
     float mean_R[9], mean_t[3];     /* the training frames' mean offset */
     lt_arena *arena;
     uint8_t *picture;               /* (pictures, H, 4 W, 3): image, its parts, drawn, the object drawn */

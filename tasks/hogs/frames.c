@@ -111,6 +111,8 @@ static void take_truth(const dataset_sample *s, hogs_frame *f)
     memcpy(f->truth.root, s->root, sizeof(f->truth.root));
     memcpy(f->truth.R, s->R, sizeof(f->truth.R));
     memcpy(f->truth.t, s->t, sizeof(f->truth.t));
+    f->hand_known = s->flags & SAMPLE_HAND_POSE;
+    f->vertices = s->flags & SAMPLE_VERTICES ? s->vertices : NULL;
     f->known = (s->flags & SAMPLE_OBJECT) && (s->flags & SAMPLE_ROOT);
 }
 

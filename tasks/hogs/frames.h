@@ -27,6 +27,8 @@ typedef struct {
     double crop[6];                 /* the image to the crop, as vision/crop.h has it */
     hogs_poses initial, truth;
     bool known;                     /* there is a true pose of the object */
+    bool hand_known;                /* there is one of the hand */
+    const float (*vertices)[3];     /* (778) of the true hand, camera, the dataset's; NULL: it has none */
     uint64_t draw;                  /* stream of what training draws for it */
     float *image;                   /* (3, S, S) in [0, 1] */
     float *target;                  /* (12, H, W) */

@@ -4,18 +4,14 @@
 #include "data/kind.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/printable.h"
-#include "libtensor/geometry/mat3.h"
-#include "libtensor/geometry/rotation.h"
-#include "libtensor/geometry/svd3.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/write.h"
-#include "libtensor/io/mesh/ply.h"
+#include "tasks/hogs/shapes.h"
 #include "tasks/hogs/source.h"
 
 #include <math.h>
 #include <string.h>
 
-static const double C0 = 0.28209479177387814, LEAST_ALPHA = 1.0 / 255;
 enum { OPACITY = 9 };                           /* of the frame's channels: the joint mask */
 enum { IMAGES = 3, OVERLAY = IMAGES, SPLATS, FILES };
 
@@ -27,54 +23,13 @@ typedef struct {
     int64_t written;
 } job;
 
-/* ---- Gaussians as a file --------------------------------------------------------------------------------- */
-
-/* M = U S V^T: the rotation U, with determinant 1, and the scales S have the same covariance. */
-static void factor(const lt_real *axes, lt_splat *out)
+static lt_status write_splats(const char *path, const compiled *c, lt_arena *arena)
 {
-    double M[9], U[9], S[3], V[9], q[4];
+    lt_splat *splat;
+    size_t n;
+    const lt_status st = hogs_posed_splats(arena, c, &splat, &n);
 
-    for (int k = 0; k < 9; k++)
-        M[k] = (double)axes[k];
-    lt_svd3(M, U, S, V);
-    if (lt_mat3_det(U) < 0)
-        for (int r = 0; r < 3; r++)
-            U[3 * r + 2] = -U[3 * r + 2];
-    lt_rot_to_quat(U, q);
-    for (int k = 0; k < 4; k++)
-        out->rotation[k] = (float)q[k];
-    for (int k = 0; k < 3; k++)
-        out->scale[k] = (float)log(fmax(S[k], 1e-9));
-}
-
-static lt_status write_splats(const char *path, const compiled *c)
-{
-    const lt_real *centre = compiled_output(c, "centre"), *axes = compiled_output(c, "axes"),
-                  *alpha = compiled_output(c, "alpha"), *colour = compiled_output(c, "colour");
-    const int64_t rows = lt_numel(model_port_find(&c->record.outputs, "alpha"));
-    lt_splat *all = lt_alloc((size_t)rows * sizeof(*all));
-    size_t n = 0;
-    lt_status st;
-
-    if (!all)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    for (int64_t i = 0; i < rows; i++) {
-        const double a = fmin((double)alpha[i], 1 - 1e-6);
-        lt_splat *s = &all[n];
-
-        if (a < LEAST_ALPHA)                    /* what is not in use, or not to be seen */
-            continue;
-        *s = (lt_splat){ .opacity = (float)log(a / (1 - a)) };
-        for (int k = 0; k < 3; k++) {
-            s->x[k] = (float)centre[3 * i + k];
-            s->dc[k] = (float)(((double)colour[3 * i + k] - 0.5) / C0);
-        }
-        factor(axes + 9 * i, s);
-        n++;
-    }
-    st = lt_ply_write_splats(path, all, n);
-    lt_release(all);
-    return st;
+    return st ? st : lt_ply_write_splats(path, "opencv camera, metres", splat, n);
 }
 
 /* ---- pictures -------------------------------------------------------------------------------------------- */
@@ -132,7 +87,7 @@ static lt_status write_frame(const job *j, const hogs_frame *f, const compiled *
                           rgb);
     if (!st)
         st = write_overlay(path[OVERLAY], frame, &sample, rgb);
-    return st ? st : write_splats(path[SPLATS], c);
+    return st ? st : write_splats(path[SPLATS], c, arena);
 }
 
 static lt_status visit(void *ctx, const compiled *c, const void *batch)

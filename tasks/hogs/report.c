@@ -8,6 +8,7 @@
 #include "libtensor/io/image/write.h"
 #include "libtensor/io/text/csv.h"
 #include "libtensor/io/text/json.h"
+#include "tasks/hogs/surfaces.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -16,6 +17,7 @@
 static const struct { const char *name, *label; } rows[HOGS_ROWS] = {
     [HOGS_ROW_MODEL] = { "model", "ours" }, [HOGS_ROW_INITIAL] = { "initial", "initial poses" },
     [HOGS_ROW_MEAN] = { "mean", "mean offset" }, [HOGS_ROW_SWAP] = { "swap", "another frame's image" },
+    [HOGS_ROW_NO_ROTATION] = { "no_rotation", "no rotation" }, [HOGS_ROW_MINIMUM] = { "minimum", "minimum rule" },
 };
 
 const char *hogs_row_name(hogs_row row)
@@ -71,6 +73,7 @@ static void add_data(const hogs_evaluation *e, cJSON *root)
     cJSON_AddStringToObject(root, "split", d->split);
     cJSON_AddNumberToObject(root, "samples", (double)e->samples);
     cJSON_AddNumberToObject(root, "split_samples", (double)d->count);
+    cJSON_AddNumberToObject(root, "mesh_samples", e->meshes);
     cJSON_AddStringToObject(root, "hand", e->run.hands.name);
     cJSON_AddStringToObject(root, "poses", initial_poses_how(e->run.train_poses));
     add_light(e, root);
@@ -81,10 +84,31 @@ static const char *points_of(const hogs *m)
     return m->is->random_points || !*m->config.point_backbone ? "random" : m->config.point_backbone;
 }
 
-static eval_protocol protocol_of(const hogs_evaluation *e)
+static bool is_of_surfaces(const eval_table *t)
+{
+    return eval_find_key(t, "cd_o_cm2") != EVAL_NO_ROW;
+}
+
+/* Surfaces are made of a few frames, for they take long. */
+static eval_protocol protocol_of_surfaces(const hogs_evaluation *e)
+{
+    return (eval_protocol){
+        .dataset = e->run.train->title, .synthetic = e->run.train->synthetic, .split = e->run.train->split,
+        .whole = e->meshes == e->run.train->count, .samples = e->meshes,
+        .alignment = "hand: none, from its wrist; object: similarity",
+        .given = lt_arena_printf(e->arena, "masks, initial poses (%s); meshes of %d frames of each object, rule mean, "
+                                 "iso %g (minimum rule: iso %g); %d surfaces missing; 30,000 samples",
+                                 initial_poses_how(e->run.train_poses), e->o->meshes, HOGS_ISO, HOGS_ISO_MIN,
+                                 e->no_surface),
+    };
+}
+
+static eval_protocol protocol_of(const hogs_evaluation *e, const eval_table *t)
 {
     const hogs *m = hogs_of(e->run.m);
 
+    if (is_of_surfaces(t))
+        return protocol_of_surfaces(e);
     return (eval_protocol){
         .dataset = e->run.train->title, .synthetic = e->run.train->synthetic, .split = e->run.train->split,
         .whole = e->samples == e->run.train->count, .samples = e->samples, .alignment = "none",
@@ -95,6 +119,7 @@ static eval_protocol protocol_of(const hogs_evaluation *e)
 
 static int results_of(const hogs_evaluation *e, const eval_table *t, eval_result out[HOGS_ROWS])
 {
+    static const bool of_surfaces[HOGS_ROWS] = { [HOGS_ROW_NO_ROTATION] = true, [HOGS_ROW_MINIMUM] = true };
     int n = 0;
 
     for (int row = 0; row < HOGS_ROWS; row++) {
@@ -102,14 +127,16 @@ static int results_of(const hogs_evaluation *e, const eval_table *t, eval_result
         eval_result r = { .row = { .label = rows[row].label, .cite = "", .note = "" }, .against = EVAL_NO_ROW };
         int scores = 0;
 
-        if (!e->has[row])
+        if (!e->has[row] || (of_surfaces[row] && eval_find_variant(t, rows[row].label) == EVAL_NO_ROW))
             continue;
         for (int i = 0; i < HOGS_SCORES; i++)
             if (e->means[row].n[i])
                 score[scores++] = (eval_score){ .key = hogs_score_keys[i],
                                                 .value = hogs_means_of(&e->means[row], (hogs_score)i) };
-        if (row == HOGS_ROW_MODEL)
-            r.against = eval_find_variant(t, variant_of(e));
+        if (row == HOGS_ROW_MODEL || of_surfaces[row])
+            r.against = eval_find_variant(t, row == HOGS_ROW_MODEL ? variant_of(e) : rows[row].label);
+        if (row == HOGS_ROW_MINIMUM && strcmp(variant_of(e), "no-vpm") != 0)
+            r.against = EVAL_NO_ROW;                    /* GOF, adapted, is without V-PM */
         if (r.against != EVAL_NO_ROW)
             r.row.note = t->row[r.against].note;
         eval_row_fill(t, &r.row, score, scores);
@@ -122,11 +149,10 @@ static int results_of(const hogs_evaluation *e, const eval_table *t, eval_result
     return n;
 }
 
-/* Renderings and poses: what there are no meshes for is left out, and ablations that this variant is no row of */
+/* Surfaces where there are any, renderings and poses; ablations that this variant is no row of */
 static bool is_filled(const hogs_evaluation *e, const eval_table *t)
 {
-    return eval_table_of(t, "hogs") && (eval_find_key(t, "psnr_db") != EVAL_NO_ROW
-                                        || eval_find_key(t, "mce_mm") != EVAL_NO_ROW)
+    return eval_table_of(t, "hogs") && (e->meshes > 0 || !is_of_surfaces(t))
         && (!t->ablation || eval_find_variant(t, variant_of(e)) != EVAL_NO_ROW);
 }
 
@@ -134,7 +160,6 @@ cJSON *hogs_evaluation_json(const hogs_evaluation *e)
 {
     const hogs *m = hogs_of(e->run.m);
     cJSON *root = cJSON_CreateObject(), *all, *tables;
-    const eval_protocol p = protocol_of(e);
     const eval_table *t;
 
     cJSON_AddStringToObject(root, "model", e->run.m->cls->name);
@@ -155,6 +180,7 @@ cJSON *hogs_evaluation_json(const hogs_evaluation *e)
     }
     tables = cJSON_AddArrayToObject(root, "tables");
     for (int i = 0; (t = eval_table_at(i)); i++) {
+        const eval_protocol p = protocol_of(e, t);
         eval_result ours[HOGS_ROWS];
 
         if (is_filled(e, t))
@@ -167,11 +193,11 @@ cJSON *hogs_evaluation_json(const hogs_evaluation *e)
 
 lt_status hogs_evaluation_print(const hogs_evaluation *e, FILE *f, eval_format format)
 {
-    const eval_protocol p = protocol_of(e);
     const eval_table *t;
     lt_status st = LT_OK;
 
     for (int i = 0; !st && (t = eval_table_at(i)); i++) {
+        const eval_protocol p = protocol_of(e, t);
         eval_result ours[HOGS_ROWS];
 
         if (!is_filled(e, t))

@@ -12,7 +12,9 @@
 /* In the order of hogs_score_keys; NaN where it was not measured */
 typedef enum {
     HOGS_PSNR, HOGS_SSIM, HOGS_LPIPS_RAW01, HOGS_LPIPS_SYM, HOGS_PSNR_FG, HOGS_OCE, HOGS_MCE, HOGS_ADDS,
-    HOGS_PENETRATION, HOGS_INTERSECTION, HOGS_CONTACT, HOGS_SCORES,
+    HOGS_PENETRATION, HOGS_INTERSECTION, HOGS_CONTACT,
+    HOGS_CD_H, HOGS_F_H_1, HOGS_F_H_5, HOGS_CD_O, HOGS_CD_O_NOROT, HOGS_F_O_5, HOGS_F_O_10, HOGS_F_O_10_PERCENT,
+    HOGS_CD_POSE, HOGS_SCORES,
 } hogs_score;
 
 extern const char *const hogs_score_keys[];     /* HOGS_SCORES of them, then NULL */

@@ -71,7 +71,9 @@ static lt_status open_splits(task_run *r, train_config *c, const char *split)
     if (st)
         return st;
     o.split = split ? split : "train";
+    o.vertices = split != NULL;                         /* the true hand's, for scores */
     st = dataset_open(&o, &r->train);
+    o.vertices = false;
     o.split = strcmp(o.split, "train") == 0 ? dataset_validation_split(o.kind, o.root) : "train";
     if (!st && o.split)
         st = dataset_open(&o, &r->evaluation);

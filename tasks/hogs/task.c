@@ -8,6 +8,7 @@
 #include "estimate/checkpoint/checkpoint.h"
 #include "tasks/hogs/backbone.h"
 #include "tasks/hogs/evaluate.h"
+#include "tasks/hogs/export.h"
 #include "tasks/hogs/render.h"
 #include "tasks/hogs/source.h"
 
@@ -431,5 +432,5 @@ const task hogs_task = {
     .phase = run_phase, .groups = run_groups, .rows = run_rows, .observed = run_observed, .observe = run_observe,
     .adapt = run_adapt, .counts = run_counts, .save = run_save, .load = run_load, .evaluate = hogs_evaluate,
     .scores = hogs_score_keys,
-    .predict = hogs_render,
+    .predict = hogs_render, .export = hogs_export,
 };
