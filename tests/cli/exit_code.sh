@@ -42,8 +42,8 @@ ends 1 'nowhere' info nowhere
 ends 1 'nowhere' eval nowhere --data nowhere
 ends 1 'nowhere' report nowhere
 ends 2 '--require pa_mpjp_mm: no such key; did you mean "pa_mpjpe_mm"' eval nowhere --require 'pa_mpjp_mm<=9'
-ends 2 '--require parameters_mb: is not scored here' eval nowhere \
-    --require 'parameters_mb<=9'
+ends 2 '--require bop_ar: is not scored here' eval nowhere \
+    --require 'bop_ar<=9'
 ends 2 'want KEY>=X or KEY<=X' eval nowhere --require 'pa_mpjpe_mm<9'
 
 # What reads a crop takes no other model.
