@@ -144,11 +144,11 @@ END_TEST
 
 /* ---- the trained model ----------------------------------------------------------------------------------- */
 
-static void score(const char *run, const char *folder, cJSON **scores)
+static void score(const char *run, const char *folder, int meshes, cJSON **scores)
 {
     train_config c;
     const task_evaluation e = { .arena = arena, .config = &c, .checkpoint = last_of(run), .split = "evaluation",
-                                .folder = at(folder), .limit = 4 };
+                                .folder = at(folder), .limit = 4, .meshes = meshes };
 
     check_ok(train_config_load(arena, tasks, at(lt_arena_printf(arena, "%s/config.json", run)), NULL, 0, &c));
     check_ok(lt_make_dirs(e.folder));
@@ -164,6 +164,29 @@ static double value(const cJSON *o, const char *row, const char *key)
     return x->valuedouble;
 }
 
+static lt_status export_to(const char *file, const char *format, const char *set, int64_t frame)
+{
+    train_config c;
+    lt_status st;
+
+    check_ok(train_config_load(arena, tasks, at("drawn/config.json"), NULL, 0, &c));
+    st = hogs_task.export(&(task_export){ .arena = arena, .config = &c, .checkpoint = last_of("drawn"), .frame = &frame,
+                                          .n_frames = 1, .file = at(file), .format = format, .set = set });
+    train_config_fini(&c);
+    return st;
+}
+
+/* Gaussians of a frame and of a set in each format; frames and sets that there are not */
+static void exported(void)
+{
+    check_ok(export_to("frame.ply", "ply", NULL, 1));
+    check_ok(export_to("frame.splat", "splat", NULL, 0));
+    check_ok(export_to("hand.glb", "glb", "hand-00", 0));
+    ck_assert(is_file(at("frame.ply")) && is_file(at("frame.splat")) && is_file(at("hand.glb")));
+    check_error(export_to("x.ply", "ply", NULL, 8), LT_EINVAL, "has 8 with poses, counted from 0");
+    check_error(export_to("x.ply", "ply", "hand-77", 0), LT_EINVAL, "no set \"hand-77\"; it has hand-0");
+}
+
 /* All rows and keys are there, twice the same; initial poses are scored as the generator measured them. */
 START_TEST(scored_and_drawn)
 {
@@ -175,8 +198,9 @@ START_TEST(scored_and_drawn)
     int64_t written;
 
     check_ok(train_run(&o, NULL));
-    score("drawn", "eval1", &a);
-    score("drawn", "eval2", &b);
+    score("drawn", "eval1", 0, &a);
+    score("drawn", "eval2", 1, &b);
+    ck_assert_int_gt(cJSON_GetObjectItem(b, "mesh_samples")->valueint, 0);
     for (size_t i = 0; i < LT_COUNT(keys); i++)
         ck_assert_double_eq(value(a, "model", keys[i]), value(b, "model", keys[i]));
     ck_assert(value(a, "model", "psnr_db") > 5);
@@ -191,6 +215,7 @@ START_TEST(scored_and_drawn)
                                                    .out = at("frames") }, &written));
     ck_assert_int_eq(written, 8);
     train_config_fini(&c);
+    exported();
 }
 END_TEST
 
