@@ -371,8 +371,8 @@ static lt_status evaluate_task(const eval_args *a, cli_checkpoint *c)
     const char *folder = a->out ? a->out : lt_path_join(c->arena, c->run, "eval");
     const task_evaluation e = {
         .arena = c->arena, .config = &c->config, .checkpoint = c->path, .step = c->step, .hand = a->hand,
-        .split = a->split, .folder = folder, .limit = a->limit, .meshes = a->meshes < 0 ? 1 : a->meshes, .tables = a->json ? NULL : stdout,
-        .progress = show_progress,
+        .split = a->split, .folder = folder, .limit = a->limit, .meshes = a->meshes < 0 ? 1 : a->meshes,
+        .tables = a->json ? NULL : stdout, .progress = show_progress,
     };
     cJSON *scores = NULL;
     lt_status st = point_at_data(a, c);

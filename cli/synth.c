@@ -94,8 +94,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, NULL,
-    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3, of DexYCB, of COCO or of MOTChallenge; or clips "
-    "of skeletons.\v"
+    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3, of DexYCB, of COCO or of MOTChallenge; or "
+    "clips of skeletons.\v"
     "The folder reads like the real dataset; manifest.json holds seed and checksums, stats.json how much is "
     "hidden from view.\n\n  palmar synth --preset tiny --out data/tiny", NULL, NULL, NULL,
 };

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * MOTChallenge: films in which things keep their identities. A sequence is a folder with seqinfo.ini, pictures, gt/gt.txt
- * and det/det.txt; a file of results has a row for each box of each frame.
+ * MOTChallenge: films in which things keep their identities. A sequence is a folder with seqinfo.ini, pictures,
+ * gt/gt.txt and det/det.txt; a file of results has a row for each box of each frame.
  *
  * In the files frames and the corners of boxes count from 1; here both count from 0.
  */
@@ -67,8 +67,8 @@ typedef struct {
     int n;
 } mot_looks;
 
-/* mot_read_looks - identities.csv of a set that `palmar synth` made, into the arena; of another set nobody. Errors, with
- * file and line: another heading, what is no whole number; LT_EIO, LT_ENOMEM. mot_parse_looks - the same from n
+/* mot_read_looks - identities.csv of a set that `palmar synth` made, into the arena; of another set nobody. Errors,
+ * with file and line: another heading, what is no whole number; LT_EIO, LT_ENOMEM. mot_parse_looks - the same from n
  * characters and a NUL; the text is changed */
 lt_status mot_read_looks(lt_arena *arena, const char *root, mot_looks *out);
 lt_status mot_parse_looks(lt_arena *arena, const char *path, char *text, size_t n, mot_looks *out);
@@ -88,8 +88,8 @@ typedef struct {
     const char *truth, *detections; /* files; NULL: it has none */
 } mot_sequence;
 
-/* mot_sequence_open - the sequence in a folder, into the arena. Errors: no seqinfo.ini, or one that lacks a number, with
- * its line; a times.csv that does not tell each frame's time */
+/* mot_sequence_open - the sequence in a folder, into the arena. Errors: no seqinfo.ini, or one that lacks a number,
+ * with its line; a times.csv that does not tell each frame's time */
 lt_status mot_sequence_open(lt_arena *arena, const char *folder, mot_sequence *out);
 
 /* mot_parse_info - what seqinfo.ini says, from n characters and a NUL, into out; the text is changed. LT_EFORMAT */

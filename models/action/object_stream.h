@@ -38,8 +38,8 @@ typedef struct {
 void object_stream_new(object_stream *m, lt_params *set, const char *prefix, int frames, double dropout);
 void object_stream_init(const object_stream *m, uint64_t seed);
 
-/* object_stream_forward - x (B, 3, T, 30) and which frames are valid, (B, T) of 1 and 0, to (B, 128). Frames that are not
- * are not looked at; with none of them the result is of no meaning. */
+/* object_stream_forward - x (B, 3, T, 30) and which frames are valid, (B, T) of 1 and 0, to (B, 128). Frames that are
+ * not valid are not looked at; where none is, the result has no meaning. */
 lt_tensor *object_stream_forward(const object_stream *m, lt_tensor *x, lt_tensor *valid);
 
 #endif

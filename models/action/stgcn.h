@@ -40,8 +40,8 @@ void stgcn_init(const stgcn *m, uint64_t seed);
 lt_tensor *stgcn_forward(const stgcn *m, lt_tensor *x);
 
 /* Its parts, of which a stream takes one frame at a time (stream.h): stgcn_normalise - the joints' norm;
- * stgcn_mix - neighbours: (B, in, T, 65) to (B, out, T, 65); stgcn_unit_end - moments of that, with so many zeros before
- * and behind, and the residual of x, which is as long as the result where pad is 0 */
+ * stgcn_mix - neighbours: (B, in, T, 65) to (B, out, T, 65); stgcn_unit_end - moments of that, with so many zeros
+ * before and behind, and the residual of x, which is as long as the result where pad is 0 */
 lt_tensor *stgcn_normalise(const stgcn *m, lt_tensor *x);
 lt_tensor *stgcn_mix(const stgcn *m, const stgcn_unit *u, lt_tensor *x);
 lt_tensor *stgcn_unit_end(const stgcn_unit *u, lt_tensor *y, lt_tensor *x, int pad);

@@ -168,7 +168,8 @@ lt_status action_evaluate_run(const task_evaluation *e, cJSON **scores)
 {
     evaluating v = { .e = e };
     lt_params *set = lt_params_new();
-    lt_status st = set ? train_config_model(e->config, NULL, set, &v.m) : lt_error(LT_ENOMEM, "no memory for the model");
+    lt_status st = set ? train_config_model(e->config, NULL, set, &v.m)
+                       : lt_error(LT_ENOMEM, "no memory for the model");
 
     if (!st)
         st = checkpoint_load_model(e->checkpoint, &v.m);

@@ -12,7 +12,7 @@
 #define HOGS_ISO_MIN 0.5
 
 typedef struct {
-    double model[HOGS_SCORES];      /* hand as it is seen from its wrist, object after a similarity, and with the pose */
+    double model[HOGS_SCORES];      /* hand as seen from its wrist, object after a similarity, and with the pose */
     double no_rotation[HOGS_SCORES];        /* the object after translation and scale */
     double minimum[HOGS_SCORES];    /* the object's by the minimum rule, after a similarity */
     int failed;                     /* surfaces that there are none of: nothing is opaque enough */

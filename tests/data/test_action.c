@@ -161,12 +161,14 @@ START_TEST(a_window)
 END_TEST
 
 static const struct { const char *text, *reason; } bad[] = {
-    { "{\"labels\": [0, 1, 2], \"subject\": [0, 0, 0, 0]}", "\"labels\" has 3 numbers, expected one for each of 4 clips" },
+    { "{\"labels\": [0, 1, 2], \"subject\": [0, 0, 0, 0]}",
+      "\"labels\" has 3 numbers, expected one for each of 4 clips" },
     { "{\"labels\": [0, 1, 2, 3, 4], \"subject\": [0, 0, 0, 0]}", "\"labels\" has 5 numbers" },
     { "{\"labels\": [0, 1, 2, 10], \"subject\": [0, 0, 0, 0]}", "labels[3]: expected a whole number from 0 to 9" },
     { "{\"labels\": [0, 1, 2, 3]}", "has no list \"subject\"" },
     { "{\"labels\": [0, 1, 2, 3], \"subject\": [0, 0, 0, 0.5]}", "subject[3]: expected a whole number from 0" },
-    { "{\"labels\": [0, 1, 2, 3], \"subject\": [0, 0, 0, 0], \"frames\": [1, 2, 7, 3]}", "frames[2]: expected a whole" },
+    { "{\"labels\": [0, 1, 2, 3], \"subject\": [0, 0, 0, 0], \"frames\": [1, 2, 7, 3]}",
+      "frames[2]: expected a whole" },
     { "{\"labels\": [0, 1, 2, 3], \"subject\": [0, 0, 0, 0], \"classes\": [\"waving\", \"flying\"]}",
       "classes[1] is \"flying\", expected \"walking\"" },
     { "[", "label.json:1:" },
@@ -188,7 +190,8 @@ START_TEST(bad_arrays)
     action_set s;
 
     check_ok(lt_npy_write(at("valid.npy"), &few));
-    check_error(action_open(arena, scratch_folder, &s), LT_EFORMAT, "valid.npy: is u1 (2, 6), expected u1, a number for");
+    check_error(action_open(arena, scratch_folder, &s), LT_EFORMAT,
+                "valid.npy: is u1 (2, 6), expected u1, a number for");
     check_ok(lt_npy_write(at("body.npy"), &flat));
     check_error(action_open(arena, scratch_folder, &s), LT_EFORMAT, "body.npy: is f4 (4, 3), expected f4 (N, 3, T, 65");
     check_error(action_open(arena, at("none"), &s), LT_EIO, "none/body.npy: No such file");

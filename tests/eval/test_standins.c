@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * Gaussians laid flat on the stand-ins' surfaces give these surfaces back: closed, and near in Chamfer distance. Two
- * objects of 1,000 Gaussians; with PALMAR_STANDINS=N all 21 of N Gaussians, and a line for each (scripts/check-standins).
+ * objects of 1,000 Gaussians; with PALMAR_STANDINS=N all 21 of N, and a line for each (scripts/check-standins).
  */
 #include "assets/ycb/objects.h"
 #include "eval/metrics/shape.h"

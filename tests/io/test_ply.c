@@ -358,8 +358,8 @@ static const float *attribute(const cJSON *root, const uint8_t *binary, const ch
     return (const float *)(const void *)(binary + cJSON_GetObjectItem(view, "byteOffset")->valueint);
 }
 
-/* What KHR_gaussian_splatting requires: points, kernel and colour space, rotations, scales, opacities, and all harmonics
- * of each degree; axes turned to glTF's. */
+/* What KHR_gaussian_splatting requires: points, kernel and colour space, rotations, scales, opacities, and all
+ * harmonics of each degree; axes turned to glTF's. */
 START_TEST(splats_in_gltf)
 {
     static const char *const needed[] = { "kernel", "colorSpace" };

@@ -130,8 +130,8 @@ END_TEST
 
 static void generate(const char *out, double difficulty)
 {
-    check_ok(synth_generate(&(synth_options){ .preset = SYNTH_ACTIONS, .out = in_folder(out), .seed = SEED, .clips = 100,
-                                              .difficulty = difficulty }, NULL, NULL));
+    check_ok(synth_generate(&(synth_options){ .preset = SYNTH_ACTIONS, .out = in_folder(out), .seed = SEED,
+                                              .clips = 100, .difficulty = difficulty }, NULL, NULL));
 }
 
 START_TEST(files)

@@ -91,8 +91,8 @@ typedef struct {
  */
 LT_API lt_status lt_ply_splats(lt_arena *arena, const lt_ply *p, lt_splat **out, size_t *n);
 
-/* lt_ply_write_splats - n Gaussians with all 62 properties, as viewers want them, atomically. frame: a comment that says
- * which axes they are in ("opencv camera, metres") */
+/* lt_ply_write_splats - n Gaussians with all 62 properties, as viewers want them, atomically. frame: a comment that
+ * says which axes they are in ("opencv camera, metres") */
 LT_API lt_status lt_ply_write_splats(const char *path, const char *frame, const lt_splat *splat, size_t n);
 
 #ifdef __cplusplus

@@ -2,7 +2,8 @@
 /* aggregate: what each node of a graph is told by those it is linked with   [Yan et al. 2018, "ST-GCN", equation 10]
  *   x (B, K C, T, V)   mask (K, V, V)   ->   y (B, C, T, V)
  *   y[b, c, t, w] = act(scale[c] sum over links (k, v, w, a) of a mask[k, v, w] x[b, k C + c, t, v] + shift[c])
- *   dx[b, k C + c, t, v] += a mask[k, v, w] dy[b, c, t, w]      dmask[k, v, w] += sum a dy[b, c, t, w] x[b, k C + c, t, v]
+ *   dx[b, k C + c, t, v] += a mask[k, v, w] dy[b, c, t, w]
+ *   dmask[k, v, w] += sum a dy[b, c, t, w] x[b, k C + c, t, v]
  *
  * Links to one node that stand together are summed in registers.
  * scale, shift and act, none or relu, are there only where an inference plan fused them. Plain maps are turned, so that

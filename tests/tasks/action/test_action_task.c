@@ -45,9 +45,15 @@ static lt_status train(const char *out, const char *more, const char *resume,
     const char *set[] = { lt_arena_printf(arena, "data.dir=%s/data", scratch_folder), more, "train.validate_steps=60",
                           "optim.batch=16", "optim.shards=1" };
     train_options o = { .tasks = tasks, .config = resume ? NULL : at("action.json"), .out = at(out), .quiet = true,
-                        .resume = resume, .before_step = before_step, .set = set, .n_set = resume ? 0 : more ? (int)LT_COUNT(set) : 1 };
+                        .resume = resume, .before_step = before_step, .set = set,
+                        .n_set = resume ? 0 : more ? (int)LT_COUNT(set) : 1 };
 
     return train_run(&o, result);
+}
+
+static const char *last_of(const char *run)
+{
+    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
 }
 
 static void same_end(const char *a, const char *b)
@@ -55,8 +61,8 @@ static void same_end(const char *a, const char *b)
     uint8_t *x, *y;
     size_t n, k;
 
-    check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", a)), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", b)), LT_FILE_MAX, &y, &k));
+    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
+    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &k));
     ck_assert_uint_eq(n, k);
     ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
@@ -111,7 +117,8 @@ START_TEST(refused)
 {
     train_result r;
 
-    check_error(train("side", "data.held_out=40", NULL, NULL, &r), LT_EINVAL, "no clip to score: subject 40 is held out");
+    check_error(train("side", "data.held_out=40", NULL, NULL, &r), LT_EINVAL,
+                "no clip to score: subject 40 is held out");
 }
 END_TEST
 
