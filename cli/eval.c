@@ -9,6 +9,7 @@
 #include "eval/tables/filled.h"
 #include "eval/tables/require.h"
 #include "eval/tables/runs.h"
+#include "eval/tables/scores_file.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
@@ -424,7 +425,7 @@ static lt_status score_tracks(const eval_args *a)
     if (st == LT_OK && a->out)
         st = lt_make_dirs(a->out);
     if (st == LT_OK && a->out)
-        st = track_score_write(&t, a->out);
+        st = scores_file_write(a->out, track_score_json(&t));
     if (st == LT_OK && a->json)
         st = cli_print_json(track_score_json(&t), "the scores");
     else if (st == LT_OK)

@@ -67,6 +67,28 @@ static const lt_adjacency *adjacency_new(lt_arena *arena, const skeleton *s, int
     return a;
 }
 
+/* What comes in along a bone. With distances the body's: outwards and inwards are subsets of their own, and a node
+ * takes the mean of itself and its neighbours. Without them one subset, where the degrees of both ends count. */
+static lt_link link_along(const skeleton *s, const int *distance, int from, int to)
+{
+    if (distance)
+        return (lt_link){ distance[from] >= distance[to] ? 1 : 2, from, to, 1.0 / (1 + s->degree[to]) };
+    return (lt_link){ 0, from, to, 1 / sqrt((1.0 + s->degree[from]) * (1 + s->degree[to])) };
+}
+
+static void link_nodes(const skeleton *s, const int *distance, lt_link *link)
+{
+    for (int to = 0; to < s->nodes; to++) {
+        *link++ = (lt_link){ 0, to, to, 1.0 / (1 + s->degree[to]) };
+        for (int i = 0; i < s->n; i++) {
+            const int from = neighbour(s, i, to);
+
+            if (from >= 0)
+                *link++ = link_along(s, distance, from, to);
+        }
+    }
+}
+
 const lt_adjacency *skeleton_body(lt_arena *arena)
 {
     skeleton s = { .nodes = SKELETON_BODY };
@@ -82,15 +104,7 @@ const lt_adjacency *skeleton_body(lt_arena *arena)
     a = adjacency_new(arena, &s, SKELETON_SUBSETS, &link);
     if (!a)
         return NULL;
-    for (int to = 0; to < s.nodes; to++) {
-        *link++ = (lt_link){ 0, to, to, 1.0 / (1 + s.degree[to]) };
-        for (int i = 0; i < s.n; i++) {
-            const int from = neighbour(&s, i, to);
-
-            if (from >= 0)
-                *link++ = (lt_link){ distance[from] >= distance[to] ? 1 : 2, from, to, 1.0 / (1 + s.degree[to]) };
-        }
-    }
+    link_nodes(&s, distance, link);
     return a;
 }
 
@@ -114,14 +128,6 @@ const lt_adjacency *skeleton_hand_object(lt_arena *arena)
     a = adjacency_new(arena, &s, 1, &link);
     if (!a)
         return NULL;
-    for (int to = 0; to < s.nodes; to++) {
-        *link++ = (lt_link){ 0, to, to, 1.0 / (1 + s.degree[to]) };
-        for (int i = 0; i < s.n; i++) {
-            const int from = neighbour(&s, i, to);
-
-            if (from >= 0)
-                *link++ = (lt_link){ 0, from, to, 1 / sqrt((1.0 + s.degree[from]) * (1 + s.degree[to])) };
-        }
-    }
+    link_nodes(&s, NULL, link);
     return a;
 }

@@ -3,6 +3,7 @@
 
 #include "estimate/checkpoint/checkpoint.h"
 #include "eval/metrics/speed_histogram.h"
+#include "eval/tables/scores_file.h"
 #include "models/action/action.h"
 #include "tasks/action/batch.h"
 
@@ -181,7 +182,7 @@ lt_status action_evaluate_run(const task_evaluation *e, cJSON **scores)
         st = score_baseline(&v);
     lt_params_free(set);
     if (!st)
-        st = action_scores_write(&v.scores, e->folder);
+        st = scores_file_write(e->folder, action_scores_json(&v.scores));
     if (st)
         return st;
     if (e->tables)

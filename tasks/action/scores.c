@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/action/scores.h"
 
-#include "libtensor/io/file.h"
-#include "libtensor/io/text/json.h"
-
 #include <cjson/cJSON.h>
 #include <math.h>
 
@@ -104,17 +101,4 @@ void action_scores_print(const action_scores *s, FILE *f)
             fprintf(f, "%6lld", (long long)s->both.n[i][k]);
     }
     fputc('\n', f);
-}
-
-lt_status action_scores_write(const action_scores *s, const char *folder)
-{
-    lt_arena *arena = lt_arena_new();
-    const char *path = arena ? lt_path_join(arena, folder, "scores.json") : NULL;
-    cJSON *root = action_scores_json(s);
-    const lt_status st = path && root ? lt_json_write(path, root)
-                                      : lt_error(LT_ENOMEM, "no memory to write the scores");
-
-    cJSON_Delete(root);
-    lt_arena_free(arena);
-    return st;
 }

@@ -34,10 +34,8 @@ typedef struct {
 /* action_score_keys - accuracy, accuracy_body_only, accuracy_stream2_only, share_3_as_7; ends with NULL */
 extern const char *const action_score_keys[];
 
-/* action_scores_json - for cJSON_Delete, NULL without memory. action_scores_print - tables in text.
- * action_scores_write - scores.json into a folder: LT_EIO, LT_ENOMEM. */
+/* action_scores_json - for cJSON_Delete, NULL without memory. action_scores_print - tables in text. */
 struct cJSON *action_scores_json(const action_scores *s);
 void action_scores_print(const action_scores *s, FILE *f);
-lt_status action_scores_write(const action_scores *s, const char *folder);
 
 #endif

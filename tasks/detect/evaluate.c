@@ -3,8 +3,8 @@
 
 #include "estimate/checkpoint/checkpoint.h"
 #include "estimate/found.h"
+#include "eval/tables/scores_file.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/text/json.h"
 #include "tasks/detect/batch.h"
 #include "tasks/detect/breakdown.h"
 #include "tasks/detect/results.h"
@@ -140,19 +140,6 @@ static lt_status score_file(scoring *s, lt_arena *arena)
 
 /* ---- both ---- */
 
-static lt_status write_scores(const detect_scores *s, const char *folder)
-{
-    lt_arena *arena = lt_arena_new();
-    const char *path = arena ? lt_path_join(arena, folder, "scores.json") : NULL;
-    cJSON *root = detect_scores_json(s);
-    const lt_status st = path && root ? lt_json_write(path, root)
-                                      : lt_error(LT_ENOMEM, "no memory to write the scores");
-
-    cJSON_Delete(root);
-    lt_arena_free(arena);
-    return st;
-}
-
 lt_status detect_evaluate(const detect_evaluation *e, detect_scores *out)
 {
     lt_arena *arena = lt_arena_new();
@@ -173,7 +160,7 @@ lt_status detect_evaluate(const detect_evaluation *e, detect_scores *out)
     if (st == LT_OK && e->folder)
         st = lt_make_dirs(e->folder);
     if (st == LT_OK && e->folder)
-        st = write_scores(out, e->folder);
+        st = scores_file_write(e->folder, detect_scores_json(out));
     if (st == LT_OK && e->folder)
         st = detect_breakdown_write(set, &s.records, out->value, e->folder);
     records_free(&s.records);

@@ -256,3 +256,11 @@ lt_status hogs_open_model(task_run *r, const char *checkpoint, lt_params *set)
     r->feeder[HOGS_RENDER] = (hogs_feeder){ r, HOGS_RENDER };
     return st;
 }
+
+hogs_source hogs_source_of(const task_run *r, const dataset *data, const initial_poses *poses)
+{
+    const hogs_data_config *d = hogs_data_of(r->config);
+
+    return (hogs_source){ .data = data, .poses = poses, .m = r->m, .masks = (hogs_masks)d->masks,
+                          .hand = r->hands.right, .jitter = d->jitter, .seed = (uint64_t)r->config->loop.seed };
+}

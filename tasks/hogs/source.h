@@ -12,6 +12,9 @@
 lt_status hogs_open_data(task_run *r, train_config *c, const char *split);
 void hogs_close_data(task_run *r);
 
+/* hogs_source_of - frames of an open split as the run reads them, all of them, for scoring; r->m may be NULL as yet */
+hogs_source hogs_source_of(const task_run *r, const dataset *data, const initial_poses *poses);
+
 /* hogs_find_training_sets - of the training frames: subjects and objects, their canonical shapes; frame sizes and
  * numbers of sets into the configuration where it leaves them open */
 lt_status hogs_find_training_sets(task_run *r, train_config *c);

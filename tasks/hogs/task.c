@@ -7,9 +7,9 @@
 #include "data/kind.h"
 #include "estimate/checkpoint/checkpoint.h"
 #include "tasks/hogs/backbone.h"
-#include "tasks/hogs/evaluate.h"
-#include "tasks/hogs/export.h"
-#include "tasks/hogs/render.h"
+#include "tasks/hogs/results/evaluate.h"
+#include "tasks/hogs/results/export.h"
+#include "tasks/hogs/results/render.h"
 #include "tasks/hogs/source.h"
 
 #include <cjson/cJSON.h>
@@ -18,16 +18,6 @@
 #include <string.h>
 
 /* ---- opening --------------------------------------------------------------------------------------------- */
-
-static hogs_source source_of(const task_run *r, const dataset *data, const initial_poses *poses, bool training)
-{
-    const hogs_data_config *d = hogs_data_of(r->config);
-
-    return (hogs_source){
-        .data = data, .poses = poses, .masks = (hogs_masks)d->masks, .hand = r->hands.right, .jitter = d->jitter,
-        .training = training, .seed = (uint64_t)r->config->loop.seed,
-    };
-}
 
 /* Evaluation frames, spread evenly over the split */
 static lt_status choose_checked(task_run *r, const train_config *c)
@@ -39,7 +29,7 @@ static lt_status choose_checked(task_run *r, const train_config *c)
 
     if (!r->check_poses)
         return LT_OK;
-    *s = source_of(r, r->evaluation, r->check_poses, false);
+    *s = hogs_source_of(r, r->evaluation, r->check_poses);
     st = hogs_frames_of(r->arena, r->evaluation, r->check_poses, &index, &count);
     if (st)                             /* none has poses of both */
         return st == LT_ENOMEM ? st : LT_OK;
@@ -63,7 +53,8 @@ static lt_status run_open(lt_arena *arena, train_config *c, task_run **out)
     st = hogs_open_data(r, c, NULL);
     if (st)
         return st;
-    r->train_source = source_of(r, r->train, r->train_poses, true);
+    r->train_source = hogs_source_of(r, r->train, r->train_poses);
+    r->train_source.training = true;
     st = hogs_frames_of(arena, r->train, r->train_poses, &r->train_source.index, &r->train_source.count);
     if (!st)
         st = hogs_frames_check(&r->train_source);

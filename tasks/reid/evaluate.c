@@ -3,6 +3,7 @@
 
 #include "estimate/checkpoint/checkpoint.h"
 #include "eval/scorers/mot.h"
+#include "eval/tables/scores_file.h"
 #include "libtensor/io/file.h"
 #include "tasks/reid/config.h"
 #include "tasks/reid/follow.h"
@@ -104,7 +105,7 @@ lt_status reid_evaluate_run(const task_evaluation *e, cJSON **scores)
     embedder_free(v.embedder);
     lt_params_free(set);
     if (!st)
-        st = track_score_write(&v.table, e->folder);
+        st = scores_file_write(e->folder, track_score_json(&v.table));
     if (st)
         return st;
     if (e->tables)

@@ -2,8 +2,6 @@
 #include "tasks/reid/scores.h"
 
 #include "eval/scorers/mot.h"
-#include "libtensor/io/file.h"
-#include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
 #include <string.h>
@@ -76,19 +74,6 @@ void track_score_print(const track_score_table *t, FILE *f)
             fprintf(f, " %*.*f", width_of(k), k >= COUNTS ? 0 : 4, value[k]);
     }
     fputc('\n', f);
-}
-
-lt_status track_score_write(const track_score_table *t, const char *folder)
-{
-    lt_arena *arena = lt_arena_new();
-    const char *path = arena ? lt_path_join(arena, folder, "scores.json") : NULL;
-    cJSON *root = track_score_json(t);
-    const lt_status st = path && root ? lt_json_write(path, root)
-                                      : lt_error(LT_ENOMEM, "no memory to write the scores");
-
-    cJSON_Delete(root);
-    lt_arena_free(arena);
-    return st;
 }
 
 /* ---- files ---- */

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "tasks/hogs/surfaces.h"
+#include "tasks/hogs/results/surfaces.h"
 
 #include "data/hand_pose.h"
 #include "eval/metrics/shape.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/pose.h"
-#include "tasks/hogs/shapes.h"
+#include "tasks/hogs/results/shapes.h"
 
 #include <string.h>
 

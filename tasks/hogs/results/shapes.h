@@ -3,8 +3,8 @@
  * Gaussians outside of graphs: those of a frame as they are drawn, those of a set in its canonical place; for files,
  * and for surfaces.
  */
-#ifndef TASKS_HOGS_SHAPES_H
-#define TASKS_HOGS_SHAPES_H
+#ifndef TASKS_HOGS_RESULTS_SHAPES_H
+#define TASKS_HOGS_RESULTS_SHAPES_H
 
 #include "estimate/compiled.h"
 #include "libtensor/geometry/opacity/opacity.h"

@@ -2,8 +2,8 @@
 /*
  * Renderings of frames that a trained model has not seen.
  */
-#ifndef TASKS_HOGS_RENDER_H
-#define TASKS_HOGS_RENDER_H
+#ifndef TASKS_HOGS_RESULTS_RENDER_H
+#define TASKS_HOGS_RESULTS_RENDER_H
 
 #include "train/task.h"
 

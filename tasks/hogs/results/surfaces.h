@@ -2,8 +2,8 @@
 /*
  * What the surfaces of a frame are worth, against the true hand and object.
  */
-#ifndef TASKS_HOGS_SURFACES_H
-#define TASKS_HOGS_SURFACES_H
+#ifndef TASKS_HOGS_RESULTS_SURFACES_H
+#define TASKS_HOGS_RESULTS_SURFACES_H
 
 #include "tasks/hogs/score.h"
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "tasks/hogs/shapes.h"
+#include "tasks/hogs/results/shapes.h"
 
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"

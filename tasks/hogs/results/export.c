@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "tasks/hogs/export.h"
+#include "tasks/hogs/results/export.h"
 
 #include "data/kind.h"
 #include "libtensor/base/clock.h"
@@ -9,7 +9,7 @@
 #include "libtensor/io/mesh/glb.h"
 #include "libtensor/io/mesh/obj.h"
 #include "libtensor/io/mesh/splat.h"
-#include "tasks/hogs/shapes.h"
+#include "tasks/hogs/results/shapes.h"
 #include "tasks/hogs/source.h"
 
 #include <inttypes.h>
@@ -147,8 +147,7 @@ static lt_status export_frames(job *j)
     compiled c = { 0 };
     lt_status st;
 
-    *s = (hogs_source){ .data = r->train, .poses = r->train_poses, .m = r->m, .masks = (hogs_masks)d->masks,
-                        .hand = r->hands.right, .jitter = d->jitter, .seed = (uint64_t)r->config->loop.seed };
+    *s = hogs_source_of(r, r->train, r->train_poses);
     st = choose_frames(j, s);
     if (!st)
         st = compiled_new(&by, 1, false, &c);

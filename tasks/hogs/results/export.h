@@ -2,8 +2,8 @@
 /*
  * Surfaces and Gaussians of a trained model as files.
  */
-#ifndef TASKS_HOGS_EXPORT_H
-#define TASKS_HOGS_EXPORT_H
+#ifndef TASKS_HOGS_RESULTS_EXPORT_H
+#define TASKS_HOGS_RESULTS_EXPORT_H
 
 #include "train/task.h"
 

@@ -3,8 +3,8 @@
  * Scoring a trained HOGS model on frames that it has not seen: renderings and poses, beside the initial poses, the mean
  * offset of the training frames, and renderings that see another frame's image.
  */
-#ifndef TASKS_HOGS_EVALUATE_H
-#define TASKS_HOGS_EVALUATE_H
+#ifndef TASKS_HOGS_RESULTS_EVALUATE_H
+#define TASKS_HOGS_RESULTS_EVALUATE_H
 
 #include "eval/tables/tables.h"
 #include "tasks/hogs/run.h"

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "tasks/hogs/render.h"
+#include "tasks/hogs/results/render.h"
 
 #include "data/kind.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/write.h"
-#include "tasks/hogs/shapes.h"
+#include "tasks/hogs/results/shapes.h"
 #include "tasks/hogs/source.h"
 
 #include <math.h>
@@ -128,8 +128,8 @@ static lt_status draw_all(job *j)
     compiled c = { 0 };
     lt_status st;
 
-    *s = (hogs_source){ .data = r->train, .poses = r->train_poses, .m = r->m, .masks = (hogs_masks)d->masks,
-                        .hand = r->hands.right, .seed = (uint64_t)r->config->loop.seed };
+    *s = hogs_source_of(r, r->train, r->train_poses);
+    s->jitter = false;
     st = hogs_frames_of(r->arena, r->train, r->train_poses, &s->index, &s->count);
     if (!st)
         st = compiled_new(&by, 1, false, &c);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The JSON, tables and files of an evaluation. */
-#include "tasks/hogs/evaluate.h"
+#include "tasks/hogs/results/evaluate.h"
 
 #include "eval/tables/rows.h"
 #include "libtensor/io/atomic_file.h"
@@ -8,7 +8,7 @@
 #include "libtensor/io/image/write.h"
 #include "libtensor/io/text/csv.h"
 #include "libtensor/io/text/json.h"
-#include "tasks/hogs/surfaces.h"
+#include "tasks/hogs/results/surfaces.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "tasks/hogs/evaluate.h"
+#include "tasks/hogs/results/evaluate.h"
 
 #include "data/kind.h"
 #include "libtensor/geometry/rotation.h"
+#include "tasks/hogs/results/surfaces.h"
 #include "tasks/hogs/source.h"
-#include "tasks/hogs/surfaces.h"
 
 #include <math.h>
 #include <string.h>
@@ -321,14 +321,12 @@ static lt_status run_swapped(hogs_evaluation *e, const compiled *c, const lpips_
 static lt_status choose_frames(hogs_evaluation *e)
 {
     task_run *r = &e->run;
-    const hogs_data_config *d = hogs_data_of(r->config);
     hogs_source *s = &r->check_source;
     const int64_t *index;
     int64_t count, *some;
     lt_status st;
 
-    *s = (hogs_source){ .data = r->train, .poses = r->train_poses, .m = r->m, .masks = (hogs_masks)d->masks,
-                        .hand = r->hands.right, .jitter = d->jitter, .seed = (uint64_t)r->config->loop.seed };
+    *s = hogs_source_of(r, r->train, r->train_poses);
     st = hogs_frames_of(e->arena, r->train, r->train_poses, &index, &count);
     if (st)
         return st;
