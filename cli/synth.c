@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER, CLIPS, DIFFICULTY };
+enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER, CLIPS, DIFFICULTY, NEAR };
 
 static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0,
@@ -27,6 +27,8 @@ static const struct argp_option options[] = {
     { "clips", CLIPS, "N", 0, "actions: in all, 100 for each repetition; default 2000", 0 },
     { "difficulty", DIFFICULTY, "X", 0, "actions: 0 to 1: how much joints are off, how often the object is missed, how "
       "late reaching and receiving part; default: where a baseline of speeds is right in 70 % of the windows", 0 },
+    { "near", NEAR, "SHARE", 0, "detect: 0 to 1: share of pictures that show a hand or two from near by, larger than "
+      "the usual ones; default 0", 0 },
     { "png", PNG, NULL, 0, "ho3d: lossless images, and masks, as v2 has them; default JPEG as in v3", 0 },
     { "light", LIGHT, "WHAT", 0, "hogs: varied (default), or fixed, the same in all frames", 0 },
     { "jitter", JITTER, NULL, 0, "hogs: multiply each frame's channels by 0.7 to 1.3", 0 },
@@ -62,6 +64,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case FRAMES: o->frames = cli_number(state, "frames", arg, 1, 100000000); break;
     case CLIPS: o->clips = cli_number(state, "clips", arg, 1, 100000000); break;
     case DIFFICULTY: o->difficulty = cli_real(state, "difficulty", arg, 0, 1); break;
+    case NEAR: o->near = cli_real(state, "near", arg, 0, 1); break;
     case PNG: o->png = true; break;
     case ALIAS: o->alias_ycb = true; break;
     case JITTER: o->jitter = true; break;
@@ -81,6 +84,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
             argp_error(state, "--preset hogs is for --layout ho3d");
         if (o->preset >= SYNTH_DETECT && (o->layout != SYNTH_HO3D || o->png || o->alias_ycb))
             argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track or actions");
+        if (o->preset != SYNTH_DETECT && o->near > 0)
+            argp_error(state, "--near is for --preset detect");
         if (o->preset != SYNTH_ACTIONS && (o->clips || o->difficulty >= 0))
             argp_error(state, "--clips and --difficulty are for --preset actions");
         if (o->preset == SYNTH_ACTIONS && o->frames)

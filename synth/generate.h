@@ -37,6 +37,7 @@ typedef struct {
     int frames;                     /* in all, dealt evenly to the sequences; 0: the preset's */
     int clips;                      /* SYNTH_ACTIONS: in all; 0: 2,000 */
     double difficulty;              /* SYNTH_ACTIONS: in [0, 1] */
+    double near;                    /* SYNTH_DETECT: in [0, 1]: share of pictures of a hand from near by */
     bool png;                       /* HO3D: lossless images, as v2 has them; off: JPEG, as v3 */
     bool still_light;               /* SYNTH_HOGS: the same light in all frames; off: global and local light vary */
     bool jitter;                    /* SYNTH_HOGS: each frame's channels are multiplied by 0.7 to 1.3 */

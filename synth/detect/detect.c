@@ -26,7 +26,7 @@ static const double LEAST_SHARE = 0.1;          /* visible of a thing that is an
 /* What becomes of a picture; filled by whichever thread takes it. */
 typedef struct {
     lt_arena *arena;
-    bool evaluation;
+    bool evaluation, near;
     synth_coco_image image;
     detect_sight sight[SYNTH_THINGS];
     synth_file file;
@@ -69,7 +69,8 @@ static void place_task(void *ctx, int64_t i)
     run *r = ctx;
 
     lt_arena_reset(r->place_arena[i]);
-    r->place[i] = (detect_place){ .hand = r->hand, .prop = r->props.pair, .seed = r->opt->seed };
+    r->place[i] = (detect_place){ .hand = r->hand, .prop = r->props.pair, .seed = r->opt->seed,
+                                   .near = r->opt->near };
     r->status[i] = detect_place_new(r->place_arena[i], r->first / PICTURES + i, &r->place[i]);
     if (r->status[i])
         snprintf(r->line[i], sizeof(r->line[i]), "%s", lt_last_error());
@@ -216,6 +217,7 @@ static lt_status take(const run *r, int64_t i, shot *s)
            : lt_error(LT_ENOMEM, "synth: no memory for a picture");
     if (st)
         return st;
+    s->near = p->near;
     scene = synth_world_scene(&p->world, &p->room, &p->camera);
     st = synth_render(&scene, f);
     if (!st)
@@ -243,7 +245,7 @@ static lt_status record(run *r, const shot *s)
     if (s->status)
         return lt_error(s->status, "%s", s->line);
     synth_coco_add(&r->coco[s->evaluation], &s->image);
-    st = detect_tally_add(&r->tally, s->sight, s->image.n);
+    st = s->near ? LT_OK : detect_tally_add(&r->tally, s->sight, s->image.n);
     return st ? st : synth_manifest_add(&r->manifest, &s->file, 1);
 }
 
@@ -268,10 +270,10 @@ static lt_status take_all(run *r)
 
 /* ---- the whole ---- */
 
-/* So many pictures must be what they are meant to be. */
+/* So many pictures must be what they are meant to be; those of hands from near by are not counted. */
 static lt_status check(const run *r, const synth_figure *figure)
 {
-    for (int i = 0; r->n >= DETECT_EVALUATION && i < DETECT_FIGURES; i++)
+    for (int i = 0; r->tally.pictures >= DETECT_EVALUATION && i < DETECT_FIGURES; i++)
         if (!synth_figure_within(&figure[i]))
             return lt_error(LT_ENUMERIC, "%s/stats.json: %s: found %.3f, wanted %.2f to %.2f", r->opt->out,
                             figure[i].name, figure[i].value, figure[i].lo, figure[i].hi);
@@ -286,7 +288,7 @@ static lt_status finish(run *r, synth_figure *figure)
     for (int i = 0; !st && i < 2; i++)
         st = synth_coco_close(&r->coco[i], r->opt->out, &r->manifest);
     if (!st)
-        st = synth_figures_write(r->opt->out, "images", r->n, figure, DETECT_FIGURES);
+        st = synth_figures_write(r->opt->out, "images", r->tally.pictures, figure, DETECT_FIGURES);
     if (!st)
         st = synth_describe_file(r->opt->out, "stats.json", &stats);
     if (!st)

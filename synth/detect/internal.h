@@ -12,7 +12,8 @@
 enum { LAYOUT_BALLS = 160, LAYOUT_DRAWS = 12 };
 
 static const double LAYOUT_FLOOR = -0.75;       /* metres */
-static const double LAYOUT_CUT = 0.08;          /* share of things that the border may cut */
+static const double LAYOUT_CUT = 0.08;          /* share of things that the border may cut; of hands from near by: */
+static const double LAYOUT_CUT_NEAR = 0.3;
 
 /* A hand or an object where it was put. */
 typedef struct {
@@ -28,6 +29,7 @@ typedef struct {
     detect_picture *out;
     lt_rng r;
     int64_t number;
+    bool near;                                  /* what is put down now is a hand from near by */
     int n_grasps;                               /* drawn so far, each from a stream of its own */
     synth_ball ball[LAYOUT_BALLS];              /* where something is */
     int n_balls;

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { PICTURE = 0x50494354, PLACE = 0x504c4143 };
+enum { PICTURE = 0x50494354, PLACE = 0x504c4143, NEAR = 0x4e454152 };
 
 #define DEGREE 0.017453292519943295
 
@@ -23,7 +23,7 @@ static const double CEILING = 2.2;
 static void draw_camera(layout *l)
 {
     synth_camera *c = &l->out->camera;
-    const double f = lt_rng_range(&l->r, 150, 340);
+    const double f = lt_rng_range(&l->r, l->out->near ? 300 : 150, l->out->near ? 700 : 340);
     const double away = exp(lt_rng_range(&l->r, log(0.42), log(2.6)));
     const double azimuth = DEGREE * lt_rng_range(&l->r, -65, 65), up = DEGREE * lt_rng_range(&l->r, 4, 60);
     const double roll = DEGREE * (lt_rng_below(&l->r, 8) ? 3 : 15) * lt_rng_normal(&l->r);
@@ -73,6 +73,19 @@ static void find_bare(layout *l)
         }
 }
 
+/* One hand, or two. */
+static lt_status add_near(layout *l)
+{
+    const int n = 1 + (lt_rng_uniform(&l->r) > 0.7);
+    lt_status st = LT_OK;
+
+    l->near = true;
+    for (int i = 0; !st && i < n; i++)
+        st = layout_add_arm(l);
+    l->near = false;
+    return st;
+}
+
 static lt_status fill(layout *l)
 {
     static const double people[2] = { 0.5, 0.88 }, reaching[2] = { 0.4, 0.78 };     /* up to none, up to one */
@@ -104,6 +117,14 @@ static void add_ceiling(layout *l)
     synth_world_place(&l->out->world, -1, &in);
 }
 
+/* A draw of its own: the other pictures are the same for any share. */
+static bool is_near(const detect_place *place, int64_t i)
+{
+    lt_rng r = lt_rng_make(place->seed, lt_rng_mix(NEAR, (uint64_t)i));
+
+    return lt_rng_uniform(&r) < place->near;
+}
+
 lt_status detect_lay_out(lt_arena *arena, const detect_place *place, int64_t i, detect_picture *out)
 {
     layout *l = lt_arena_alloc(arena, sizeof(*l));
@@ -115,8 +136,11 @@ lt_status detect_lay_out(lt_arena *arena, const detect_place *place, int64_t i, 
                    .r = lt_rng_make(place->seed, lt_rng_mix(PICTURE, (uint64_t)i)) };
     memset(out, 0, sizeof(*out));
     out->room = *place->room;
+    out->near = is_near(place, i);
     draw_camera(l);
-    if (lt_rng_uniform(&l->r) >= EMPTY)
+    if (out->near)
+        st = add_near(l);
+    if (!st && lt_rng_uniform(&l->r) >= EMPTY)
         st = fill(l);
     if (st)
         return st;

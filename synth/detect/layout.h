@@ -19,6 +19,7 @@ typedef struct {
     const lt_hand_model *hand;
     const synth_prop_pair *prop;                /* (YCB_COUNT) by number */
     uint64_t seed;
+    double near;                                /* share of pictures that show a hand from near by */
     const synth_room *room;                     /* all its textures are painted */
     synth_person person[DETECT_PEOPLE];
 } detect_place;
@@ -27,10 +28,11 @@ typedef struct {
     synth_world world;
     synth_room room;                            /* the place's, without what stands in the way */
     synth_camera camera;
+    bool near;                                  /* a hand or two, as large as the picture allows, before the rest */
     bool bare[SYNTH_THINGS];                    /* a hand with no object within 5 mm */
 } detect_picture;
 
-/* detect_place_new - place number n of a seed; lives in the arena. hand, prop, seed are set. LT_ENOMEM. */
+/* detect_place_new - place number n of a seed; lives in the arena. hand, prop, seed, near are set. LT_ENOMEM. */
 lt_status detect_place_new(lt_arena *arena, int64_t n, detect_place *p);
 
 /* detect_lay_out - picture number i of the seed, a function of both; meshes live in the arena. LT_ENOMEM. */

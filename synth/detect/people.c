@@ -9,7 +9,8 @@
 
 enum { GRASP = 0x47524153 };
 
-static const double HOLDS = 0.5;                /* share of hands that hold something */
+static const double HOLDS = 0.5;                /* share of hands that hold something; of hands from near by: */
+static const double HOLDS_NEAR = 0.25;
 static const double REACH = 0.7;                /* metres of an arm whose person is not in the picture */
 
 /* ---- hands ---- */
@@ -18,7 +19,7 @@ static const double REACH = 0.7;                /* metres of an arm whose person
 static lt_status draw_grip(layout *l, const synth_person *who, bool left, synth_grip *out)
 {
     const uint64_t stream = lt_rng_mix(lt_rng_mix(GRASP, (uint64_t)l->number), (uint64_t)l->n_grasps++);
-    const bool holds = lt_rng_uniform(&l->r) < HOLDS;
+    const bool holds = lt_rng_uniform(&l->r) < (l->near ? HOLDS_NEAR : HOLDS);
     const synth_prop_pair *what = &l->place->prop[lt_rng_below(&l->r, YCB_COUNT)];
     lt_status st = LT_ENUMERIC;
 
@@ -219,12 +220,21 @@ lt_status layout_add_person(layout *l, const synth_person *p)
 
 /* ---- arms from outside the picture ---- */
 
+/* From the camera; a hand from near by takes so much of the picture as it is drawn to. */
+static double draw_distance(layout *l)
+{
+    static const double length = 0.19;          /* metres of a hand */
+    const double lo = l->near ? 80 : 0.24, hi = l->near ? 300 : 1.5, drawn = exp(lt_rng_range(&l->r, log(lo), log(hi)));
+
+    return l->near ? length * l->out->camera.fx / drawn : drawn;
+}
+
 /* A wrist in the picture and an elbow outside it, as far as the arm is long at most. */
 static bool draw_reach(layout *l, double wrist[3], double elbow[3])
 {
     const synth_camera *c = &l->out->camera;
     const double u = lt_rng_range(&l->r, -5, DETECT_SIDE + 5), v = lt_rng_range(&l->r, -5, DETECT_SIDE + 5);
-    const double z = exp(lt_rng_range(&l->r, log(0.24), log(1.5))), nearer = lt_rng_range(&l->r, 0.5, 1.1);
+    const double z = draw_distance(l), nearer = lt_rng_range(&l->r, 0.5, 1.1);
     const double past = lt_rng_range(&l->r, 40, 120), across = lt_rng_range(&l->r, -60, 60);
     const uint32_t side = lt_rng_below(&l->r, 6);
     const double eu = side == 4 ? -past : side == 5 ? DETECT_SIDE + past : u + across;

@@ -112,7 +112,7 @@ static bool in_room(const double p[3])
 bool layout_fits(layout *l, const synth_ball *b, double lowest)
 {
     return lowest >= 0.004 && in_room(b->centre) && is_free(l, b) &&
-           (layout_where(l, b) != LAYOUT_ACROSS || lt_rng_uniform(&l->r) < LAYOUT_CUT);
+           (layout_where(l, b) != LAYOUT_ACROSS || lt_rng_uniform(&l->r) < (l->near ? LAYOUT_CUT_NEAR : LAYOUT_CUT));
 }
 
 void layout_note(layout *l, int thing, const synth_grip *g, const synth_prop *prop, const double R[9],

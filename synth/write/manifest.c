@@ -73,6 +73,8 @@ static void add_options(cJSON *j, const synth_manifest *m, const synth_options *
         cJSON_AddStringToObject(j, "light", o->still_light ? "fixed" : "varied");
         cJSON_AddBoolToObject(j, "jitter", o->jitter);
     }
+    if (o->preset == SYNTH_DETECT && o->near > 0)
+        cJSON_AddNumberToObject(j, "near", o->near);
     if (o->preset == SYNTH_ACTIONS)
         cJSON_AddNumberToObject(j, "difficulty", o->difficulty);
     else if (o->preset >= SYNTH_HOGS) {

@@ -94,6 +94,49 @@ START_TEST(same_seed_same_bytes)
 }
 END_TEST
 
+static bool is_near(uint64_t number)
+{
+    lt_rng r = lt_rng_make(7, lt_rng_mix(0x4e454152, number));      /* as synth/detect/layout.c draws */
+
+    return lt_rng_uniform(&r) < 0.5;
+}
+
+static double number_in(const char *path, const char *key)
+{
+    double found;
+    cJSON *j;
+
+    check_ok(lt_json_read(at(path), &j));
+    found = cJSON_GetObjectItem(j, key)->valuedouble;
+    cJSON_Delete(j);
+    return found;
+}
+
+/* Pictures from near by take the place of some, leave the others as they are, and are not in the figures. */
+START_TEST(near_hands_change_their_pictures_alone)
+{
+    synth_options o = options("near");
+    int n_near = 0;
+
+    o.near = 0.5;
+    check_ok(synth_generate(&o, NULL, NULL));
+    for (int i = 0; i < PICTURES; i++) {
+        const bool evaluation = i < PICTURES - TRAIN;
+        const char *file = lt_arena_printf(arena, "%s/%06d.jpg", evaluation ? "evaluation" : "train",
+                                           (evaluation ? i : i - PICTURES + TRAIN) + 1);
+        uint8_t *a, *b;
+        size_t n, m;
+        check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "data/%s", file)), LT_FILE_MAX, &a, &n));
+        check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "near/%s", file)), LT_FILE_MAX, &b, &m));
+        ck_assert_msg((n == m && memcmp(a, b, n) == 0) == !is_near((uint64_t)i), "%s", file);
+        n_near += is_near((uint64_t)i);
+    }
+    ck_assert_double_eq(number_in("data/stats.json", "images"), PICTURES);
+    ck_assert_double_eq(number_in("near/stats.json", "images"), PICTURES - n_near);
+    ck_assert_double_eq(number_in("near/manifest.json", "near"), 0.5);
+}
+END_TEST
+
 START_TEST(the_evaluation_seed_is_for_evaluation_alone)
 {
     ck_assert_int_eq(synth_detect_evaluation(1, 5000), 1000);
@@ -279,6 +322,7 @@ static void add_tests(TCase *c)
     tcase_set_timeout(c, 0);
     tcase_add_test(c, every_file_is_in_the_manifest);
     tcase_add_test(c, same_seed_same_bytes);
+    tcase_add_test(c, near_hands_change_their_pictures_alone);
     tcase_add_test(c, the_evaluation_seed_is_for_evaluation_alone);
     tcase_add_test(c, annotations_agree_with_their_masks);
     tcase_add_test(c, classes_have_the_order_of_ycb);
