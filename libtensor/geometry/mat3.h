@@ -106,11 +106,12 @@ static inline double lt_mat3_det(const double A[9])
          + A[2] * (A[3] * A[7] - A[4] * A[6]);
 }
 
-/* out = R x + t: from the object's frame to the camera's */
+/* out = R x + t: from the object's frame to the camera's; out may be x */
 static inline void lt_rigid_apply(const double R[9], const double t[3], const double x[3], double out[3])
 {
+    lt_mat3_mulvec(R, x, out);
     for (int i = 0; i < 3; i++)
-        out[i] = lt_vec3_dot(R + 3 * i, x) + t[i];
+        out[i] += t[i];
 }
 
 #ifdef __cplusplus

@@ -18,7 +18,7 @@ enum {
     PLACES = 4,                                 /* at a time; no part of the result */
     PICTURES = 25,                              /* taken in a place */
     LEAST = 16,                                 /* pixels of a thing that is annotated */
-    SENSOR = 0x53454e53, QUALITY = 0x4a504547,
+    QUALITY = 0x4a504547,
 };
 
 static const double LEAST_SHARE = 0.1;          /* visible of a thing that is annotated */
@@ -138,21 +138,6 @@ static lt_status prepare(run *r)
 
 /* ---- taking a picture ---- */
 
-/* Exposure, colour and noise of a camera that somebody has; one picture in four is blurred by motion. */
-static void develop(const run *r, int64_t number, synth_frame *f)
-{
-    const uint64_t stream = lt_rng_mix(SENSOR, (uint64_t)number);
-    lt_rng rng = lt_rng_make(r->opt->seed, stream);
-    synth_sensor sensor = synth_sensor_random(r->opt->seed, stream);
-    const bool blurred = lt_rng_below(&rng, 4) == 0;
-
-    for (int k = 0; k < 2; k++) {
-        const double path = 2.5 * lt_rng_normal(&rng);
-        sensor.motion[k] = blurred ? (float)fmax(-6, fmin(6, path)) : 0;
-    }
-    synth_sensor_image(&sensor, f);
-}
-
 static double side_of(const synth_pixels *b)
 {
     return sqrt((double)(b->x1 - b->x0) * (b->y1 - b->y0));
@@ -224,7 +209,7 @@ static lt_status take(const run *r, int64_t i, shot *s)
         st = annotate(s, p, f);
     if (st)
         return st;
-    develop(r, number, f);
+    detect_develop(&r->place[i / PICTURES], number, f);
     return write_image(r, number, s, f);
 }
 

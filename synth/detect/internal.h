@@ -15,14 +15,6 @@ static const double LAYOUT_FLOOR = -0.75;       /* metres */
 static const double LAYOUT_CUT = 0.08;          /* share of things that the border may cut; of hands from near by: */
 static const double LAYOUT_CUT_NEAR = 0.3;
 
-/* A hand or an object where it was put. */
-typedef struct {
-    int thing;
-    const synth_grip *grip;                     /* of a hand; NULL: an object */
-    const synth_prop *prop;
-    double R[9], t[3];
-} put_down;
-
 typedef struct {
     lt_arena *arena;
     const detect_place *place;
@@ -33,8 +25,6 @@ typedef struct {
     int n_grasps;                               /* drawn so far, each from a stream of its own */
     synth_ball ball[LAYOUT_BALLS];              /* where something is */
     int n_balls;
-    put_down put[SYNTH_THINGS];
-    int n_put;
 } layout;
 
 /* ---- space.c ---- */
@@ -59,9 +49,8 @@ layout_where_is layout_where(const layout *l, const synth_ball *b);
 void layout_unproject(const synth_camera *c, double u, double v, double z, double out[3]);
 void layout_project(const synth_camera *c, const double p[3], double x[3]);
 
-/* layout_note - that a hand (g) or an object (prop) is there */
-void layout_note(layout *l, int thing, const synth_grip *g, const synth_prop *prop, const double R[9],
-                 const double t[3]);
+/* layout_note - that it is there, turned by R and moved by t */
+void layout_note(layout *l, const detect_put *what, const double R[9], const double t[3]);
 
 /* ---- people.c, objects.c ---- */
 

@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { PICTURE = 0x50494354, PLACE = 0x504c4143, NEAR = 0x4e454152 };
+enum { PICTURE = 0x50494354, PLACE = 0x504c4143, NEAR = 0x4e454152, SENSOR = 0x53454e53 };
 
 #define DEGREE 0.017453292519943295
 
@@ -46,7 +46,7 @@ static void draw_camera(layout *l)
 /* ---- the whole ---- */
 
 /* Whether any vertex of the hand is nearer to the object than BARE. */
-static bool touches(const put_down *hand, const put_down *object)
+static bool touches(const detect_put *hand, const detect_put *object)
 {
     double back[9];
 
@@ -64,12 +64,14 @@ static bool touches(const put_down *hand, const put_down *object)
 
 static void find_bare(layout *l)
 {
-    for (int i = 0; i < l->n_put; i++)
-        if (l->put[i].grip) {
+    detect_picture *p = l->out;
+
+    for (int i = 0; i < p->n_put; i++)
+        if (p->put[i].grip) {
             bool bare = true;
-            for (int j = 0; j < l->n_put; j++)
-                bare = bare && !(l->put[j].prop && touches(&l->put[i], &l->put[j]));
-            l->out->bare[l->put[i].thing] = bare;
+            for (int j = 0; j < p->n_put; j++)
+                bare = bare && !(p->put[j].prop && touches(&p->put[i], &p->put[j]));
+            p->bare[p->put[i].thing] = bare;
         }
 }
 
@@ -149,6 +151,20 @@ lt_status detect_lay_out(lt_arena *arena, const detect_place *place, int64_t i, 
     synth_world_room(&out->world, &out->room);
     add_ceiling(l);
     return LT_OK;
+}
+
+void detect_develop(const detect_place *place, int64_t number, synth_frame *f)
+{
+    const uint64_t stream = lt_rng_mix(SENSOR, (uint64_t)number);
+    lt_rng rng = lt_rng_make(place->seed, stream);
+    synth_sensor sensor = synth_sensor_random(place->seed, stream);
+    const bool blurred = lt_rng_below(&rng, 4) == 0;
+
+    for (int k = 0; k < 2; k++) {
+        const double path = 2.5 * lt_rng_normal(&rng);
+        sensor.motion[k] = blurred ? (float)fmax(-6, fmin(6, path)) : 0;
+    }
+    synth_sensor_image(&sensor, f);
 }
 
 lt_status detect_place_new(lt_arena *arena, int64_t n, detect_place *p)

@@ -24,11 +24,22 @@ typedef struct {
     synth_person person[DETECT_PEOPLE];
 } detect_place;
 
+/* A hand or an object where it was put: x_world = R x + t. */
+typedef struct {
+    int thing;
+    const synth_grip *grip;                     /* of a hand; NULL: an object */
+    const synth_subject *who;                   /* of a hand */
+    const synth_prop *prop;
+    double R[9], t[3];
+} detect_put;
+
 typedef struct {
     synth_world world;
     synth_room room;                            /* the place's, without what stands in the way */
     synth_camera camera;
     bool near;                                  /* a hand or two, as large as the picture allows, before the rest */
+    detect_put put[SYNTH_THINGS];
+    int n_put;
     bool bare[SYNTH_THINGS];                    /* a hand with no object within 5 mm */
 } detect_picture;
 
@@ -37,6 +48,10 @@ lt_status detect_place_new(lt_arena *arena, int64_t n, detect_place *p);
 
 /* detect_lay_out - picture number i of the seed, a function of both; meshes live in the arena. LT_ENOMEM. */
 lt_status detect_lay_out(lt_arena *arena, const detect_place *place, int64_t i, detect_picture *out);
+
+/* detect_develop - what was drawn of picture number i as a camera that somebody has would show it: exposure, colour,
+ * noise; one picture in four is blurred by motion */
+void detect_develop(const detect_place *place, int64_t i, synth_frame *f);
 
 #ifdef __cplusplus
 }

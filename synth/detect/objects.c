@@ -25,7 +25,7 @@ static void place_object(layout *l, const synth_prop *p, const double R[9], cons
 
     synth_object_place(p, R, t, 0, &l->out->world);
     if (l->out->world.n_things > thing)
-        layout_note(l, thing, NULL, p, R, t);
+        layout_note(l, &(detect_put){ .thing = thing, .prop = p }, R, t);
 }
 
 static bool stand(layout *l, const synth_prop *p)
@@ -54,10 +54,10 @@ static void draw_spot(layout *l, double out[3])
     double z = exp(lt_rng_range(&l->r, log(0.17), log(2.6))), x[3];
     const double share = lt_rng_range(&l->r, 0.5, 0.85);
     const double du = lt_rng_normal(&l->r), dv = lt_rng_normal(&l->r);
-    const uint32_t which = lt_rng_below(&l->r, (uint32_t)(2 * l->n_put + 1));
+    const uint32_t which = lt_rng_below(&l->r, (uint32_t)(2 * l->out->n_put + 1));
 
-    if ((int)which < l->n_put) {
-        layout_project(c, l->put[which].t, x);
+    if ((int)which < l->out->n_put) {
+        layout_project(c, l->out->put[which].t, x);
         if (x[2] > 0.3) {
             u = x[0] + 0.05 * c->fx / x[2] * du;
             v = x[1] + 0.05 * c->fx / x[2] * dv;

@@ -79,9 +79,9 @@ static lt_status place_hand(layout *l, synth_held *h)
 
     if (st || l->out->world.n_things == thing)
         return st;
-    layout_note(l, thing, h->grip, NULL, h->R, h->t);
+    layout_note(l, &(detect_put){ .thing = thing, .grip = h->grip, .who = h->who }, h->R, h->t);
     if (h->grip->prop && l->out->world.n_things > thing + 1)
-        layout_note(l, thing + 1, NULL, h->grip->prop, h->R, h->t);
+        layout_note(l, &(detect_put){ .thing = thing + 1, .prop = h->grip->prop }, h->R, h->t);
     return LT_OK;
 }
 

@@ -115,15 +115,14 @@ bool layout_fits(layout *l, const synth_ball *b, double lowest)
            (layout_where(l, b) != LAYOUT_ACROSS || lt_rng_uniform(&l->r) < (l->near ? LAYOUT_CUT_NEAR : LAYOUT_CUT));
 }
 
-void layout_note(layout *l, int thing, const synth_grip *g, const synth_prop *prop, const double R[9],
-                 const double t[3])
+void layout_note(layout *l, const detect_put *what, const double R[9], const double t[3])
 {
-    put_down *p = &l->put[l->n_put];
+    detect_put *p = &l->out->put[l->out->n_put];
 
-    if (l->n_put == SYNTH_THINGS)
+    if (l->out->n_put == SYNTH_THINGS)
         return;
-    l->n_put++;
-    *p = (put_down){ .thing = thing, .grip = g, .prop = prop };
+    l->out->n_put++;
+    *p = *what;
     memcpy(p->R, R, sizeof(p->R));
     memcpy(p->t, t, sizeof(p->t));
 }

@@ -10,14 +10,16 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/rotation.h"
+#include "synth/stream/near.h"
 #include "synth/take/annotate.h"
+#include "synth/world/props.h"
 
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { LANES = 32, NAME = 32, TAKE = 0x5354524d };
+enum { LANES = 32, NAME = 32, TAKE = 0x5354524d, NEAR = 0x53544e52 };
 
 typedef struct {
     pthread_mutex_t lock;
@@ -25,6 +27,8 @@ typedef struct {
     int64_t take;                   /* -1: none */
     synth_subject subject;
     synth_stage stage;
+    bool near;
+    detect_place place;             /* where it is of hands from near by, instead of subject and stage */
     synth_frame *frame;
     float *depth;
 } lane;
@@ -35,6 +39,7 @@ typedef struct {
     synth_stream_options o;
     const lt_hand_model *hand;
     synth_prop prop[SYNTH_OBJECTS];
+    synth_props both;               /* for either hand, where hands are seen from near by */
     dataset_object object[SYNTH_OBJECTS];
     char (*name)[NAME];             /* (count) */
     lane lane[LANES];
@@ -43,6 +48,13 @@ typedef struct {
 } stream;
 
 /* ---- takes ---- */
+
+static bool is_near(const stream *s, int64_t take)
+{
+    lt_rng rng = lt_rng_make(s->o.seed, lt_rng_mix(NEAR, (uint64_t)take));
+
+    return lt_rng_uniform(&rng) < s->o.near;
+}
 
 /* Any subject, who takes any object. */
 static synth_stage_spec spec_of(const stream *s, lane *l, int64_t take)
@@ -58,21 +70,28 @@ static synth_stage_spec spec_of(const stream *s, lane *l, int64_t take)
     };
 }
 
+static lt_status enter_stage(const stream *s, lane *l, int64_t take)
+{
+    synth_stage_spec spec = spec_of(s, l, take);
+    synth_grasp grasp;
+    lt_status st;
+
+    spec.grasp = &grasp;
+    st = synth_choose_grasps(l->arena, &spec, &grasp);
+    return st ? st : synth_stage_new(l->arena, &spec, &l->stage);
+}
+
 static lt_status enter(const stream *s, lane *l, int64_t take)
 {
-    synth_stage_spec spec;
-    synth_grasp grasp;
     lt_status st;
 
     if (l->take == take)
         return LT_OK;
     lt_arena_reset(l->arena);
     l->take = -1;
-    spec = spec_of(s, l, take);
-    spec.grasp = &grasp;
-    st = synth_choose_grasps(l->arena, &spec, &grasp);
-    if (!st)
-        st = synth_stage_new(l->arena, &spec, &l->stage);
+    l->near = is_near(s, take);
+    l->place = (detect_place){ .hand = s->hand, .prop = s->both.pair, .seed = s->o.seed, .near = 1 };
+    st = l->near ? detect_place_new(l->arena, take, &l->place) : enter_stage(s, l, take);
     if (!st)
         l->take = take;
     return st;
@@ -168,25 +187,34 @@ static place place_of(int64_t n)
                     .take = of_lane / SYNTH_STREAM_FRAMES * LANES + n % LANES };
 }
 
+static lt_status film(const stream *s, lane *l, int frame, unsigned want, lt_arena *arena, bool drawn,
+                      dataset_sample *out)
+{
+    const synth_posed_hand hand = annotate(s, l, frame, out);
+    lt_status st;
+
+    if (!drawn)
+        return LT_OK;
+    st = synth_stage_film(&l->stage, 0, frame, &hand, l->frame, l->depth);
+    if (!st)
+        st = take_images(l, want, arena, out);
+    return st ? st : dataset_project(&s->base, out);
+}
+
 static lt_status picture(stream *s, int64_t index, unsigned want, lt_arena *arena, bool drawn, dataset_sample *out)
 {
     const place at = place_of(index);
     lane *l = &s->lane[at.lane];
     dataset_sample sample = { .name = s->name[index], .object = -1 };
-    synth_posed_hand hand;
     lt_status st;
 
     pthread_mutex_lock(&l->lock);
     st = enter(s, l, at.take);
-    if (!st)
-        hand = annotate(s, l, at.frame, &sample);
-    if (!st && drawn)
-        st = synth_stage_film(&l->stage, 0, at.frame, &hand, l->frame, l->depth);
-    if (!st && drawn)
-        st = take_images(l, want, arena, &sample);
+    if (!st && l->near)
+        st = near_sample(&s->base, &l->place, at.take * SYNTH_STREAM_FRAMES + at.frame, want, arena, &sample);
+    else if (!st)
+        st = film(s, l, at.frame, want, arena, drawn, &sample);
     pthread_mutex_unlock(&l->lock);
-    if (!st && drawn)
-        st = dataset_project(&s->base, &sample);
     if (!st)
         *out = sample;
     return st;
@@ -227,6 +255,7 @@ static void free_stream(dataset *d)
     }
     for (int i = 0; i < SYNTH_OBJECTS; i++)
         lt_arena_free(s->arena_of[i]);
+    synth_props_fini(&s->both);
     lt_arena_free(s->arena);
     free(s);
 }
@@ -282,6 +311,8 @@ static lt_status open_objects(stream *s)
     lt_status st = LT_OK;
 
     lt_parallel_for(SYNTH_OBJECTS, open_object_task, &j);
+    if (s->o.near > 0)
+        st = synth_props_init(&s->both);
     for (int i = 0; i < SYNTH_OBJECTS && !st; i++)
         if (j.status[i])
             st = lt_error(j.status[i], "no memory for the objects of a stream of pictures");

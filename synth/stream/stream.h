@@ -18,11 +18,12 @@ extern const dataset_kind synth_stream_kind;
 typedef struct {
     uint64_t seed;
     int64_t count;                  /* pictures */
-    int shrink;                     /* they are 640 x 480 over this, 1 to 4 */
+    int shrink;                     /* they are 640 x 480 over this, 1 to 4; of hands from near by 320 x 320 */
+    double near;                    /* share of takes in which hands are seen from near by, mostly bare: near.h */
 } synth_stream_options;
 
 /**
- * synth_stream_open - single hands with the 21 objects and the jug, by the embedded hand, all labelled as HO3D's
+ * synth_stream_open - hands with the 21 objects and the jug, by the embedded hand, all labelled as HO3D's
  * training pictures and with masks
  *
  * Neighbours are of different takes, and of each take SYNTH_STREAM_FRAMES pictures are made: whoever reads in order has

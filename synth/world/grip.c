@@ -21,12 +21,12 @@ static void mirror(double (*x)[3], int n)
         x[i][0] = -x[i][0];
 }
 
-/* pose: axis-angle of the 16 joints. */
 static void set_pose(const lt_hand_model *hand, const synth_subject *who, const double pose[48], const double trans[3],
                      synth_grip *g, double keypoints[LT_HAND_KEYPOINTS][3])
 {
     double R[LT_HAND_JOINTS][9], joints[LT_HAND_JOINTS][3];
 
+    memcpy(g->pose, pose, sizeof(g->pose));
     for (int i = 0; i < LT_HAND_JOINTS; i++)
         lt_rot_from_axis_angle(pose + 3 * i, R[i]);
     lt_hand_pose(hand, &R[0][0], who->beta, trans, &g->vertices[0][0], &joints[0][0]);

@@ -19,6 +19,7 @@ extern "C" {
 typedef struct {
     bool left;
     const synth_prop *prop;                     /* NULL: a bare hand */
+    double pose[3 * LT_HAND_JOINTS];            /* axis-angle, of a right hand: a left one is its mirror image in x */
     double vertices[LT_HAND_VERTICES][3];
     double wrist[3], elbow[3];                  /* the wrist's place; a unit vector from there */
 } synth_grip;

@@ -16,6 +16,8 @@ const lt_config_key hand_object_keys[] = {
       .doc = "stream: pictures in an epoch" },
     { DATA(shrink), .type = LT_CONFIG_INT, .fallback = "2", .lo = 1, .hi = 4, .doc = "stream: they are 640 x 480 over "
       "this" },
+    { DATA(near), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1,
+      .doc = "stream: share of pictures of hands from near by, most of them bare" },
     { DATA(objects), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
       .doc = "folder of the object models; empty: models/ in the dataset, or beside it" },
     { DATA(hand), .type = LT_CONFIG_TEXT, .fallback = "\"\"",

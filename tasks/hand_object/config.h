@@ -14,6 +14,7 @@ typedef struct {
     train_data_config common;
     int kind;                       /* hand_object_data */
     int pictures, shrink;           /* of a stream: how many, and 640 x 480 over what */
+    double near;                    /* of a stream: share of hands from near by */
     const char *objects;            /* folder of the object models; "": in the dataset's, or beside it */
     const char *hand;               /* hand model file; "": the embedded hand */
     const char *hand_left;          /* DexYCB: left hand model file; "": the right one's mirror image */

@@ -19,7 +19,7 @@ static lt_status open_stream(const train_config *c, run_source *s)
     const hand_object_config *d = hand_object_config_of(c);
 
     return synth_stream_open(&(synth_stream_options){ .seed = (uint64_t)c->loop.seed, .count = d->pictures,
-                                                      .shrink = d->shrink }, &s->train);
+                                                      .shrink = d->shrink, .near = d->near }, &s->train);
 }
 
 static lt_status open_datasets(lt_arena *arena, const train_config *c, run_source *s)

@@ -124,6 +124,43 @@ START_TEST(truth_fits)
 }
 END_TEST
 
+static bool is_of_hand(const dataset_sample *s, int i)
+{
+    const int x = (int)(s->joints2d[i][0] + 0.5f), y = (int)(s->joints2d[i][1] + 0.5f);
+
+    return x >= 0 && y >= 0 && x < s->segments_width && y < s->segments_height
+        && s->segments[y * s->segments_width + x] == SEGMENT_HAND;
+}
+
+/* Hands from near by: left and right, with an object or without, and the joints lie in what is seen of the hand. */
+START_TEST(near_hands)
+{
+    enum { N = 16 };
+    int mirrored = 0, held = 0, within = 0;
+    dataset *near;
+
+    check_ok(synth_stream_open(&(synth_stream_options){ .seed = 6, .count = COUNT, .shrink = 2, .near = 1 }, &near));
+    for (int i = 0; i < N; i++) {
+        dataset_sample s, again;
+
+        check_ok(dataset_read(near, i % 2 + i / 2 * LANE, ALL, arena, &s));
+        ck_assert(s.flags & SAMPLE_HAND_POSE && s.flags & SAMPLE_SEGMENTS && s.flags & SAMPLE_DEPTH);
+        ck_assert_int_eq(s.object >= 0, (s.flags & SAMPLE_OBJECT) != 0);
+        ck_assert_int_eq(s.silhouette != NULL, s.object >= 0);
+        mirrored += (s.flags & SAMPLE_MIRRORED) != 0;
+        held += s.object >= 0;
+        for (int k = 0; k < LT_HAND_KEYPOINTS; k++)
+            within += is_of_hand(&s, k);
+        check_ok(dataset_annotation(near, i % 2 + i / 2 * LANE, arena, &again));
+        ck_assert_mem_eq(s.joints, again.joints, sizeof(s.joints));
+    }
+    ck_assert(mirrored > 2 && mirrored < N - 2);
+    ck_assert(held > 0 && held < N / 2);
+    ck_assert_msg(within > N * LT_HAND_KEYPOINTS * 6 / 10, "%d joints", within);
+    dataset_free(near);
+}
+END_TEST
+
 START_TEST(bad_options)
 {
     dataset *none;
@@ -143,6 +180,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, any_order);
     tcase_add_test(tc, any_number_of_threads);
     tcase_add_test(tc, truth_fits);
+    tcase_add_test(tc, near_hands);
     tcase_add_test(tc, bad_options);
 }
 
