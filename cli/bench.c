@@ -28,7 +28,7 @@ typedef struct {
 
 static const struct argp_option options[] = {
     { "model", 'm', "NAME", 0, "hocat (default), unified, resnet50, efficientnet_b0, vit, lpips, pointnet2, gpm, "
-      "csp_seg, reid, action, or splat, the rasteriser of Gaussians", 0 },
+      "csp_seg, reid, osx, action, or splat, the rasteriser of Gaussians", 0 },
     { "layer", LAYER, "LAYER", 0, "a single layer instead, with cold weights; see below", 0 },
     { "variant", VARIANT, "NAME", 0, "of the model; default the config's, else full", 0 },
     { "config", 'c', "FILE|NAME|RUN|CHECKPOINT", 0,

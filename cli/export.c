@@ -49,7 +49,7 @@ static const struct argp_option options[] = {
       "for --int8: training samples that are looked at; default 64", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default the one it was trained with", 0 },
     { "model", 'm', "NAME", 0,
-      "hocat, unified, resnet50, efficientnet_b0, vit or csp_seg, with weights of --init or untrained, instead of a "
+      "hocat, unified, resnet50, efficientnet_b0, vit, csp_seg or osx, with weights of --init or untrained, instead of a "
       "checkpoint", 0 },
     { "variant", VARIANT, "NAME", 0, "of --model; default the config's, else full", 0 },
     { "config", 'c', "FILE|NAME|RUN", 0,

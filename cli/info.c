@@ -31,7 +31,7 @@ typedef struct {
 static const struct argp_option options[] = {
     { "model", 'm', "NAME", 0,
       "parameters and multiply-adds of a model, by block: hocat, unified, resnet50, efficientnet_b0, vit, lpips, "
-      "pointnet2, gpm or csp_seg", 0 },
+      "pointnet2, gpm, csp_seg, reid, osx or action", 0 },
     { "variant", VARIANT, "NAME", 0, "of that model", 0 },
     { "config", 'c', "FILE|NAME|RUN", 0, "a config whose \"model\" group to use; default the paper's size", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key of the config; may be repeated", 0 },

@@ -2,6 +2,7 @@
 /* All models, by name. A new one is its header here and its line. */
 #include "libtensor/io/text/nearest.h"
 #include "models/action/action.h"
+#include "models/body/osx.h"
 #include "models/classifiers/classifier.h"
 #include "models/detect/csp_seg.h"
 #include "models/hocat/hocat.h"
@@ -16,7 +17,7 @@
 #include <string.h>
 
 const model_class *const model_classes[] = {
-    &hocat_class, &unified_class, &hogs_class, &csp_seg_class, &reid_class, &action_class, &resnet50_class,
+    &hocat_class, &unified_class, &hogs_class, &csp_seg_class, &reid_class, &action_class, &osx_class, &resnet50_class,
     &efficientnet_b0_class, &vit_class, &lpips_class, &pointnet2_class, &gpm_class, &points_class, NULL,
 };
 

@@ -230,6 +230,20 @@ static bool timm_vit_name(const char *theirs, char *out)
     return tower_name(&names, theirs, out);
 }
 
+/* OSX's encoder has timm's blocks; everything else is called as here. */
+static bool osx_name(const char *theirs, char *out)
+{
+    static const part_name inner[] = {
+        { "attn.q_proj", 0, "attn.q." }, { "attn.k_proj", 0, "attn.k." }, { "attn.v_proj", 0, "attn.v." },
+        { "attn.proj", 0, "attn.out." }, { 0 },
+    };
+    const char *block = behind(theirs, "encoder.blocks."), *rest, *part;
+    const int n = block ? take_number(block, &rest) : -1;
+    const part_name *r = n < 0 ? NULL : find(inner, rest, &part);
+
+    return r ? fits(snprintf(out, WEIGHT_NAME, "encoder.blocks.%d.%s%s", n, r->part, part)) : same_name(theirs, out);
+}
+
 /* ---- LPIPS -------------------------------------------------------------------------------------------------- */
 
 /* The whole network's file has torchvision's places behind its slices: "net.slice2.3." is features.3. */
@@ -277,6 +291,7 @@ const weight_family weight_families[] = {
     { "timm's ViT",
       "those that are not of CLIP were trained with exact GELU and a bias of the patches, which this network has not: "
       "expect to train on", timm_vit_name },
+    { "OSX", NULL, osx_name },
     { "LPIPS", NULL, lpips_name_of },
     { "YOLOv8's layout", NULL, yolo_name },
     { 0 },

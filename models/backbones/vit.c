@@ -20,15 +20,15 @@ lt_tensor *vit_normalise(lt_tensor *image)
     return image_normalise(image, vit_mean, vit_deviation);
 }
 
-static vit_block block_new(lt_params *set, const char *prefix, const vit_opts *o)
+vit_block vit_block_new(lt_params *set, const char *prefix, int width, int heads)
 {
-    vit_block b;
+    vit_block b = { .exact_gelu = false };
 
-    b.norm1 = lt_layer_norm_layer_new(set, lt_name(set, "%s.norm1", prefix), o->width);
-    b.attention = lt_attention_layer_new(set, lt_name(set, "%s.attn", prefix), o->width, o->heads);
-    b.norm2 = lt_layer_norm_layer_new(set, lt_name(set, "%s.norm2", prefix), o->width);
-    b.fc1 = lt_linear_layer_new(set, lt_name(set, "%s.mlp.fc1", prefix), o->width, 4 * o->width, true);
-    b.fc2 = lt_linear_layer_new(set, lt_name(set, "%s.mlp.fc2", prefix), 4 * o->width, o->width, true);
+    b.norm1 = lt_layer_norm_layer_new(set, lt_name(set, "%s.norm1", prefix), width);
+    b.attention = lt_attention_layer_new(set, lt_name(set, "%s.attn", prefix), width, heads);
+    b.norm2 = lt_layer_norm_layer_new(set, lt_name(set, "%s.norm2", prefix), width);
+    b.fc1 = lt_linear_layer_new(set, lt_name(set, "%s.mlp.fc1", prefix), width, 4 * width, true);
+    b.fc2 = lt_linear_layer_new(set, lt_name(set, "%s.mlp.fc2", prefix), 4 * width, width, true);
     return b;
 }
 
@@ -44,7 +44,7 @@ void vit_new(vit *m, lt_params *set, const char *prefix, const vit_opts *opts)
     m->position = lt_params_add(set, embed, "position", LT_WEIGHT, LT_SHAPE(1 + cells * cells, opts->width));
     m->norm_pre = lt_layer_norm_layer_new(set, lt_name(set, "%s%snorm_pre", prefix, dot), opts->width);
     for (int i = 0; i < opts->layers; i++)
-        m->block[i] = block_new(set, lt_name(set, "%s%sblocks.%d", prefix, dot, i), opts);
+        m->block[i] = vit_block_new(set, lt_name(set, "%s%sblocks.%d", prefix, dot, i), opts->width, opts->heads);
     m->norm = lt_layer_norm_layer_new(set, lt_name(set, "%s%snorm", prefix, dot), opts->width);
 }
 
@@ -54,21 +54,23 @@ static void init_linear(const lt_linear_layer *l, uint64_t seed)
     lt_init_constant(l->bias, 0);
 }
 
+void vit_block_init(const vit_block *b, uint64_t seed)
+{
+    init_linear(&b->attention.q, seed);
+    init_linear(&b->attention.k, seed);
+    init_linear(&b->attention.v, seed);
+    init_linear(&b->attention.out, seed);
+    init_linear(&b->fc1, seed);
+    init_linear(&b->fc2, seed);
+}
+
 void vit_init(const vit *m, uint64_t seed)
 {
     lt_init_normal(m->patch.weight, seed, 0.02);
     lt_init_normal(m->class_token, seed, 0.02);
     lt_init_normal(m->position, seed, 0.02);
-    for (int i = 0; i < m->opts.layers; i++) {
-        const vit_block *b = &m->block[i];
-
-        init_linear(&b->attention.q, seed);
-        init_linear(&b->attention.k, seed);
-        init_linear(&b->attention.v, seed);
-        init_linear(&b->attention.out, seed);
-        init_linear(&b->fc1, seed);
-        init_linear(&b->fc2, seed);
-    }
+    for (int i = 0; i < m->opts.layers; i++)
+        vit_block_init(&m->block[i], seed);
 }
 
 /* The class token before the patches' rows, and each one's position: (B, 1 + cells^2, C) */
@@ -82,13 +84,20 @@ static lt_tensor *embed(const vit *m, lt_tensor *image)
     return lt_add(lt_concat((lt_tensor *[]){ tokens, patches }, 2, 1), lt_use(g, m->position));
 }
 
-static lt_tensor *block_forward(const vit_block *b, lt_tensor *x)
+/* x and what is added to it */
+static lt_tensor *beside(const vit_block *b, lt_tensor *added, lt_tensor *x)
+{
+    return lt_add(b->stochastic_depth > 0 ? lt_stochastic_depth(added, b->stochastic_depth) : added, x);
+}
+
+lt_tensor *vit_block_forward(const vit_block *b, lt_tensor *x)
 {
     lt_tensor *y = lt_attention_layer_forward(&b->attention, lt_layer_norm_layer_forward(&b->norm1, x), NULL), *hidden;
 
-    y = lt_add(y, x);
+    y = beside(b, y, x);
     hidden = lt_linear_layer_forward(&b->fc1, lt_layer_norm_layer_forward(&b->norm2, y));
-    return lt_add(lt_linear_layer_forward(&b->fc2, lt_quick_gelu(hidden)), y);
+    hidden = b->exact_gelu ? lt_gelu(hidden) : lt_quick_gelu(hidden);
+    return beside(b, lt_linear_layer_forward(&b->fc2, hidden), y);
 }
 
 vit_out vit_forward(const vit *m, lt_tensor *image)
@@ -97,7 +106,7 @@ vit_out vit_forward(const vit *m, lt_tensor *image)
     lt_tensor *x = lt_layer_norm_layer_forward(&m->norm_pre, embed(m, image)), *token;
 
     for (int i = 0; i < m->opts.layers; i++)
-        x = block_forward(&m->block[i], x);
+        x = vit_block_forward(&m->block[i], x);
     token = lt_reshape(lt_slice(x, 1, 0, 1), LT_SHAPE(B, C));
     return (vit_out){
         .feature = lt_layer_norm_layer_forward(&m->norm, token), .patches = lt_slice(x, 1, 1, lt_dim(x, 1) - 1),

@@ -24,11 +24,20 @@ typedef enum { VIT_B32, VIT_S16, VIT_TINY } vit_variant;
 extern const char *const vit_variants[];
 extern const vit_opts vit_sizes[];
 
+/* Attention, then a perceptron, each behind a norm and beside what it changes. CLIP's has QuickGELU and leaves nothing
+ * out; whoever wants another one sets these fields. */
 typedef struct {
     lt_layer_norm_layer norm1, norm2;
     lt_attention_layer attention;
     lt_linear_layer fc1, fc2;
+    bool exact_gelu;
+    double stochastic_depth;        /* chance that training leaves out what a half adds, in a sample */
 } vit_block;
+
+/* vit_block_new - tokens of so many channels; vit_block_forward - x (B, T, C) */
+vit_block vit_block_new(lt_params *set, const char *prefix, int width, int heads);
+void vit_block_init(const vit_block *b, uint64_t seed);
+lt_tensor *vit_block_forward(const vit_block *b, lt_tensor *x);
 
 typedef struct {
     vit_opts opts;

@@ -28,6 +28,7 @@ from hocat import Hocat                     # noqa: E402
 from layers import layer                    # noqa: E402
 from lpips import Lpips                     # noqa: E402
 from pointnet2 import FirstLevel            # noqa: E402
+from osx import Osx                         # noqa: E402
 from reid import Reid                       # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
@@ -35,10 +36,10 @@ from vit import Vit                         # noqa: E402
 
 WARM_UP = 3
 SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224, "vit:b32": 224, "vit:s16": 224,
-        "lpips": 150, "csp_seg": 640, "reid": 128}
+        "lpips": 150, "csp_seg": 640, "reid": 128, "osx": 256}
 MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified,
          "vit:b32": lambda: Vit("b32"), "vit:s16": lambda: Vit("s16"), "lpips": Lpips, "pointnet2": FirstLevel,
-         "gpm:encoder": Gpm, "csp_seg": CspSeg, "reid": Reid, "action": Action,
+         "gpm:encoder": Gpm, "csp_seg": CspSeg, "reid": Reid, "osx": Osx, "action": Action,
          "action:full": lambda: Action("full")}
 CELLS = {"hocat": 32, "unified": 28}
 
@@ -53,7 +54,8 @@ def inputs(name, batch):
         return {"body": torch.rand(batch, 3, 30, 65), "hand_object": torch.rand(batch, 3, 30, 30),
                 "valid": torch.rand(batch, 30), "on": torch.rand(batch)}
     S = SIZE[name]
-    image = torch.rand(batch, 3, S, S // 2 if name == "reid" else S)
+    width = {"reid": S // 2, "osx": S * 3 // 4}.get(name, S)
+    image = torch.rand(batch, 3, S, width)
     if name == "unified":
         return {"image": image, "depth": torch.rand(batch, 1, S, S)}
     if name == "lpips":

@@ -25,6 +25,7 @@ from csp_seg import CspSeg                  # noqa: E402
 from efficientnet import EfficientNetB0     # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from lpips import Lpips                     # noqa: E402
+from osx import Osx                         # noqa: E402
 from pointnet2 import FirstLevel, PointNet2     # noqa: E402
 from reid import Reid                       # noqa: E402
 from resnet import ResNet50                 # noqa: E402
@@ -157,6 +158,13 @@ def action():
          {"class": (3, 10), "weight": (3,)})
 
 
+def osx():
+    save("osx", Osx("tiny"), ["rotation", "shape", "expression", "camera", "body_place", "hand_place", "box_centre",
+                              "box_size"], [unit("image", 2, 3, 256, 192)],
+         {"rotation": (2, 53, 3, 3), "shape": (2, 10), "expression": (2, 10), "camera": (2, 3), "body_place": (2, 25, 3),
+          "hand_place": (2, 40, 3), "box_centre": (2, 3, 2), "box_size": (2, 3, 2)})
+
+
 def lpips():
     """Distances of whole images, and of what is in boxes, as if they were cut there; that of the boxes with its
     gradient."""
@@ -175,7 +183,7 @@ def lpips():
 
 
 MODELS = {"resnet50": resnet50, "efficientnet_b0": efficientnet_b0, "hocat": hocat, "unified": unified, "vit": vit,
-          "csp_seg": csp_seg, "reid": reid, "reid_tf": reid_tf, "action": action,
+          "csp_seg": csp_seg, "reid": reid, "reid_tf": reid_tf, "action": action, "osx": osx,
           "lpips": lpips, "pointnet2_sa1": pointnet2_sa1, "pointnet2_ulip": pointnet2_ulip}
 
 if __name__ == "__main__":

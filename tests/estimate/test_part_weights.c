@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Published weights of CLIP's image tower, of LPIPS, a detector and DeepSORT's network, under the names that their
+/* Published weights of CLIP's image tower, of LPIPS, a detector, DeepSORT's network and OSX, under the names that their
  * files have. */
 #include "estimate/weights/weights.h"
 #include "libtensor/io/array/npz.h"
@@ -317,6 +317,46 @@ START_TEST(a_reid)
 }
 END_TEST
 
+/* The names of IDEA-Research/OSX's snapshots, of the whole network, as DataParallel has them */
+static void put_osx(void)
+{
+    put("module.encoder.pos_embed", 3, 1, 193, C, 0);
+    put("module.encoder.task_tokens", 3, 1, 31, C, 0);
+    put("module.encoder.patch_embed.proj.weight", 4, C, 3, 16, 16);
+    put("module.encoder.patch_embed.proj.bias", 1, C, 0, 0, 0);
+    put_layer("", 0, "module.encoder.last_norm", C, 0);
+    for (int i = 0; i < 12; i++) {
+        put_layer("module.encoder.blocks.%d.", i, "norm1", C, 0);
+        put_layer("module.encoder.blocks.%d.", i, "attn.qkv", 3 * C, C);
+        put_layer("module.encoder.blocks.%d.", i, "attn.proj", C, C);
+        put_layer("module.encoder.blocks.%d.", i, "norm2", C, 0);
+        put_layer("module.encoder.blocks.%d.", i, "mlp.fc1", 4 * C, C);
+        put_layer("module.encoder.blocks.%d.", i, "mlp.fc2", C, 4 * C);
+    }
+    put_layer("", 0, "module.body_regressor.cam_out.0", 3, C);
+}
+
+START_TEST(a_body)
+{
+    weights_report r;
+    model m;
+    lt_params *set = model_of("osx", "{}", NULL, &m);
+
+    put_osx();
+    check_ok(lt_safetensors_write(in_folder("t.safetensors"), list, n, NULL, 0));
+    check_ok(weights_init(arena, in_folder("t.safetensors"), &m, &r));
+    ck_assert_str_eq(r.family, "OSX");
+    ck_assert_str_eq(r.taken, "module.");
+    ck_assert_int_eq(r.n_loaded, 8 + 12 * 16);
+    ck_assert_int_eq(r.n_left_over, 0);
+    expect_first(set, "encoder.pos_embed", 0);
+    expect_first(set, "encoder.blocks.11.attn.k.weight", index_of("module.encoder.blocks.11.attn.qkv.weight") + C / 1024.);
+    expect_first(set, "encoder.blocks.11.attn.out.bias", index_of("module.encoder.blocks.11.attn.proj.bias"));
+    expect_first(set, "body_regressor.cam_out.0.weight", index_of("module.body_regressor.cam_out.0.weight"));
+    lt_params_free(set);
+}
+END_TEST
+
 static void add_tests(TCase *t)
 {
     tcase_add_checked_fixture(t, start, stop);
@@ -325,6 +365,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, lpips_in_two_files_or_one);
     tcase_add_test(t, a_detector);
     tcase_add_test(t, a_reid);
+    tcase_add_test(t, a_body);
 }
 
 int main(void)

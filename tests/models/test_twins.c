@@ -33,6 +33,7 @@ static const struct {
     { "csp_seg", "{\"image_size\": 64, \"classes\": 5}", NULL, 2, 2e-5, 1e-3 },
     { "reid", "{\"identities\": 7, \"dropout\": 0}", NULL, 4, 2e-5, 1e-3 },
     { "reid", "{\"identities\": 7, \"dropout\": 0, \"reid_compat\": \"tf\"}", "reid_tf", 4, 2e-5, 1e-3 },
+    { "osx", "{}", NULL, 2, 2e-5, 1e-3 },
     { "action", "{\"frames\": 14, \"dropout\": 0}", NULL, 3, 2e-5, 1e-3 },
 };
 

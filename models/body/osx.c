@@ -1,0 +1,128 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "models/body/osx.h"
+
+#include "libtensor/nn/init.h"
+#include "models/body/osx_parts.h"
+
+static const double HAND_TIMES = 2;             /* a hand's box is made so much larger */
+
+typedef struct {
+    int variant;
+    double stochastic_depth;
+} osx_config;
+
+typedef struct {
+    osx_config config;
+    osx_encoder encoder;
+    osx_position position;
+    osx_body body;
+    osx_box_net boxes;
+    osx_hands hands;
+    lt_linear_layer expression, jaw;
+} osx;
+
+static const char *const variants[] = { "tiny", "s", "b", "l", NULL };
+
+static const struct {
+    osx_sizes size;
+    int layers, heads;
+} sizes[] = {
+    { { 192, 64, 128 }, 12, 3 }, { { 384, 128, 256 }, 12, 6 }, { { 768, 256, 512 }, 12, 12 },
+    { { 1024, 256, 512 }, 24, 16 },
+};
+
+static const char *const blocks[] = { "encoder", "body_position_net", "body_regressor", "box_net", "hand_roi_net",
+                                      "hand_position_net", "hand_regressor", "face_regressor", NULL };
+
+#define KEY(field) #field, .offset = offsetof(osx_config, field)
+
+static const lt_config_key keys[] = {
+    { KEY(variant), .type = LT_CONFIG_CHOICE, .fallback = "\"tiny\"", .choices = variants,
+      .doc = "b and l are OSX's ViT-B and ViT-L; s and tiny are for a CPU" },
+    { KEY(stochastic_depth), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 0.99,
+      .doc = "chance that training leaves out the last block; of others in proportion" },
+    { .name = NULL },
+};
+
+static void build(model *self, const lt_hand_layer *hand)
+{
+    osx *m = self->self;
+    lt_params *set = self->params;
+    const osx_sizes size = sizes[m->config.variant].size;
+
+    (void)hand;
+    self->variant = variants[m->config.variant];
+    self->image_size = OSX_HEIGHT;
+    osx_encoder_new(&m->encoder, set, "encoder", size.width, sizes[m->config.variant].layers,
+                    sizes[m->config.variant].heads, m->config.stochastic_depth);
+    m->position = osx_position_new(set, "body_position_net", size.width, OSX_BODY_JOINTS, OSX_DEPTHS);
+    m->body = osx_body_new(set, "body_regressor", size);
+    m->boxes = osx_box_net_new(set, "box_net", size);
+    m->hands = osx_hands_new(set, size);
+    m->expression = lt_linear_layer_new(set, "face_regressor.expr_out.0", size.width, OSX_EXPRESSIONS, true);
+    m->jaw = lt_linear_layer_new(set, "face_regressor.jaw_pose_out.0", size.width, 6, true);
+}
+
+static void init(const model *self, uint64_t seed)
+{
+    const osx *m = self->self;
+
+    lt_init_default(self->params, seed);
+    osx_encoder_init(&m->encoder, seed);
+    osx_rotations_init(&m->body.root, seed);
+    osx_rotations_init(&m->body.pose, seed);
+    osx_rotations_init(&m->hands.pose, seed);
+    osx_rotations_init(&m->jaw, seed);
+}
+
+/* What a layer makes of one of the tokens: (B, n) */
+static lt_tensor *of_token(const lt_linear_layer *l, lt_tensor *tokens, int i)
+{
+    return lt_linear_layer_forward(l, lt_reshape(lt_slice(tokens, 1, i, 1), LT_SHAPE(lt_dim(tokens, 0),
+                                                                                    lt_dim(tokens, 2))));
+}
+
+/* An output, and with losses how far it is from the truth */
+static void give(model_record *r, bool losses, const char *name, lt_tensor *t)
+{
+    lt_tensor *loss;
+
+    model_port_add(&r->outputs, name, lt_output(t, name));
+    if (!losses)
+        return;
+    loss = lt_l1_loss(t, model_input(r, name, t->shape), NULL);
+    model_port_add(&r->losses, name, loss);
+    r->loss = r->loss ? lt_add(r->loss, loss) : loss;
+}
+
+/* Figure 2 of the paper, from left to right */
+static void record(const model *self, bool losses, model_record *r)
+{
+    const osx *m = self->self;
+    const osx_features f = osx_encoder_forward(&m->encoder,
+                                               model_input(r, "image", LT_SHAPE(r->batch, 3, OSX_HEIGHT, OSX_WIDTH)));
+    const osx_places joints = osx_position_forward(&m->position, f.map);
+    const osx_body_out body = osx_body_forward(&m->body, f.tokens, joints.place);
+    const osx_boxes boxes = osx_box_net_forward(&m->boxes, f.map, joints.heat);
+    lt_tensor *const box[2] = { osx_box_pixels(&boxes, 0, HAND_TIMES), osx_box_pixels(&boxes, 1, HAND_TIMES) };
+    const osx_hands_out hands = osx_hands_forward(&m->hands, f.map, box);
+    lt_tensor *jaw = osx_rotations(of_token(&m->jaw, f.tokens, OSX_JAW_TOKEN));
+
+    r->loss = NULL;
+    give(r, losses, "rotation",
+         lt_concat((lt_tensor *[]){ body.rotation, hands.rotation[0], hands.rotation[1], jaw }, 4, 1));
+    give(r, losses, "shape", body.shape);
+    give(r, losses, "expression", of_token(&m->expression, f.tokens, OSX_EXPRESSION_TOKEN));
+    give(r, losses, "camera", body.camera);
+    give(r, losses, "body_place", joints.place);
+    give(r, losses, "hand_place", lt_concat((lt_tensor *[]){ hands.place[0], hands.place[1] }, 2, 1));
+    give(r, losses, "box_centre", boxes.centre);
+    give(r, losses, "box_size", boxes.size);
+    if (losses)
+        lt_output(r->loss, "loss");
+}
+
+const model_class osx_class = {
+    .name = "osx", .size = sizeof(osx), .paper = "Lin et al. 2023, CVPR, pages 21159-21168", .variants = variants,
+    .keys = keys, .blocks = blocks, .build = build, .init = init, .record = record,
+};

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/*
+ * osx: a whole body, hands and face with it, from the picture of one person, as SMPL-X's parameters. OSX in the form
+ * without decoders, in four sizes; tiny and s are ours, for a CPU.
+ *
+ * Input: "image" (B, 3, 256, 192) in [0, 1]. Outputs, places in cells as osx_parts.h says:
+ *   "rotation" (B, 53, 3, 3)       SMPL-X's joints but the eyes: pelvis and 21 of the body, 15 of the left hand, 15 of
+ *                                  the right one, the jaw
+ *   "shape", "expression" (B, 10)   "camera" (B, 3)
+ *   "body_place" (B, 25, 3)   "hand_place" (B, 40, 3)   "box_centre", "box_size" (B, 3, 2)
+ * Losses: L1 to an input of each output's name, all with weight 1, as the paper has them; of rotations as matrices,
+ * which have no jumps, in place of axis-angles.
+ *
+ * Source: Lin et al. 2023, "One-stage 3D whole-body mesh recovery with component aware transformer";
+ * IDEA-Research/OSX main/OSX_WoDecoder.py. Parameters have its names.
+ */
+#ifndef MODELS_BODY_OSX_H
+#define MODELS_BODY_OSX_H
+
+#include "models/model.h"
+
+extern const model_class osx_class;
+
+#endif
