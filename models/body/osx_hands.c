@@ -44,7 +44,8 @@ static lt_tensor *mirror_place(lt_tensor *place)
     const lt_real sign[3] = { -1, 1, 1 }, shift[3] = { OSX_HAND_CELLS - 1, 0, 0 };
     lt_graph *g = place->graph;
 
-    return lt_add(lt_mul(place, lt_constant(g, LT_F32, LT_SHAPE(3), sign)), lt_constant(g, LT_F32, LT_SHAPE(3), shift));
+    place = lt_mul(place, lt_constant(g, LT_F32, LT_SHAPE(3), sign));
+    return lt_add(place, lt_constant(g, LT_F32, LT_SHAPE(3), shift));
 }
 
 /* M R M with M = diag(-1, 1, 1): of the axis, y and z change sign */

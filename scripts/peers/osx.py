@@ -142,7 +142,8 @@ class HandPose(nn.Module):
 
     def forward(self, x, place):
         place = place.detach()
-        return rotations(self.hand_pose_out(torch.cat([sampled(self.hand_conv(x), place[..., :2]), place], 2).flatten(1)))
+        x = torch.cat([sampled(self.hand_conv(x), place[..., :2]), place], 2)
+        return rotations(self.hand_pose_out(x.flatten(1)))
 
 
 class Face(nn.Module):

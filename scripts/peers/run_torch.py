@@ -27,8 +27,8 @@ from gpm import Gpm                         # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from layers import layer                    # noqa: E402
 from lpips import Lpips                     # noqa: E402
-from pointnet2 import FirstLevel            # noqa: E402
 from osx import Osx                         # noqa: E402
+from pointnet2 import FirstLevel            # noqa: E402
 from reid import Reid                       # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402

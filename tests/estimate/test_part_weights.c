@@ -350,7 +350,8 @@ START_TEST(a_body)
     ck_assert_int_eq(r.n_loaded, 8 + 12 * 16);
     ck_assert_int_eq(r.n_left_over, 0);
     expect_first(set, "encoder.pos_embed", 0);
-    expect_first(set, "encoder.blocks.11.attn.k.weight", index_of("module.encoder.blocks.11.attn.qkv.weight") + C / 1024.);
+    expect_first(set, "encoder.blocks.11.attn.k.weight",
+                 index_of("module.encoder.blocks.11.attn.qkv.weight") + C / 1024.);
     expect_first(set, "encoder.blocks.11.attn.out.bias", index_of("module.encoder.blocks.11.attn.proj.bias"));
     expect_first(set, "body_regressor.cam_out.0.weight", index_of("module.body_regressor.cam_out.0.weight"));
     lt_params_free(set);
