@@ -10,11 +10,13 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/rotation.h"
+#include "synth/stream/packed.h"
 #include "synth/stream/near.h"
 #include "synth/take/annotate.h"
 #include "synth/world/props.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -42,6 +44,8 @@ typedef struct {
     synth_props both;               /* for either hand, where hands are seen from near by */
     dataset_object object[SYNTH_OBJECTS];
     char (*name)[NAME];             /* (count) */
+    packed_sample **kept;             /* (count) each its lane's to touch; NULL: not kept */
+    atomic_size_t kept_bytes;
     lane lane[LANES];
     int n_lanes;                    /* made so far */
     char title[48];
@@ -201,6 +205,21 @@ static lt_status film(const stream *s, lane *l, int frame, unsigned want, lt_are
     return st ? st : dataset_project(&s->base, out);
 }
 
+/* Hand out what comes back from a packed sample, and keep that where there is room */
+static lt_status keep(stream *s, int64_t index, const dataset_sample *drawn, lt_arena *arena, dataset_sample *out)
+{
+    packed_sample *k = packed_new(drawn);
+    const size_t bytes = k ? packed_bytes(k) : 0;
+    const lt_status st = k ? packed_read(k, arena, out) : lt_error(LT_ENOMEM, "%s: no memory", drawn->name);
+
+    if (!st && !s->kept[index] && atomic_fetch_add(&s->kept_bytes, bytes) + bytes <= s->o.keep) {
+        s->kept[index] = k;
+        return LT_OK;
+    }
+    packed_free(k);
+    return st;
+}
+
 static lt_status picture(stream *s, int64_t index, unsigned want, lt_arena *arena, bool drawn, dataset_sample *out)
 {
     const place at = place_of(index);
@@ -209,14 +228,21 @@ static lt_status picture(stream *s, int64_t index, unsigned want, lt_arena *aren
     lt_status st;
 
     pthread_mutex_lock(&l->lock);
+    if (drawn && s->kept[index] && packed_has(s->kept[index], want)) {
+        st = packed_read(s->kept[index], arena, out);
+        pthread_mutex_unlock(&l->lock);
+        return st;
+    }
     st = enter(s, l, at.take);
     if (!st && l->near)
         st = near_sample(&s->base, &l->place, at.take * SYNTH_STREAM_FRAMES + at.frame, want, arena, &sample);
     else if (!st)
         st = film(s, l, at.frame, want, arena, drawn, &sample);
-    pthread_mutex_unlock(&l->lock);
-    if (!st)
+    if (!st && drawn)
+        st = keep(s, index, &sample, arena, out);
+    else if (!st)
         *out = sample;
+    pthread_mutex_unlock(&l->lock);
     return st;
 }
 
@@ -256,6 +282,8 @@ static void free_stream(dataset *d)
     for (int i = 0; i < SYNTH_OBJECTS; i++)
         lt_arena_free(s->arena_of[i]);
     synth_props_fini(&s->both);
+    for (int64_t i = 0; s->kept && i < s->o.count; i++)
+        packed_free(s->kept[i]);
     lt_arena_free(s->arena);
     free(s);
 }
@@ -324,7 +352,8 @@ static lt_status open_objects(stream *s)
 static lt_status open_names(stream *s)
 {
     s->name = lt_arena_array(s->arena, (size_t)s->o.count, sizeof(*s->name));
-    if (!s->name)
+    s->kept = lt_arena_array(s->arena, (size_t)s->o.count, sizeof(*s->kept));
+    if (!s->name || !s->kept)
         return lt_error(LT_ENOMEM, "no memory for the names of %lld pictures", (long long)s->o.count);
     for (int64_t i = 0; i < s->o.count; i++)
         snprintf(s->name[i], NAME, "stream/%010lld", (long long)i);

@@ -19,6 +19,7 @@ typedef struct {
     uint64_t seed;
     int64_t count;                  /* pictures */
     int shrink;                     /* they are 640 x 480 over this, 1 to 4; of hands from near by 320 x 320 */
+    size_t keep;                    /* bytes of memory in which samples stay for when they are read again */
     double near;                    /* share of takes in which hands are seen from near by, mostly bare: near.h */
 } synth_stream_options;
 
@@ -27,7 +28,8 @@ typedef struct {
  * training pictures and with masks
  *
  * Neighbours are of different takes, and of each take SYNTH_STREAM_FRAMES pictures are made: whoever reads in order has
- * few takes at hand at a time, and whoever reads elsewhere waits for one to be prepared.
+ * few takes at hand at a time, and whoever reads elsewhere waits for one to be prepared. What is kept never shows:
+ * every picture is a JPEG's (packed.h).
  * Errors: LT_ENOMEM; options that cannot be.
  */
 enum { SYNTH_STREAM_FRAMES = 8 };

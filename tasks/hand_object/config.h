@@ -15,6 +15,7 @@ typedef struct {
     int kind;                       /* hand_object_data */
     int pictures, shrink;           /* of a stream: how many, and 640 x 480 over what */
     double near;                    /* of a stream: share of hands from near by */
+    int keep_mb;                    /* of a stream: memory for pictures of earlier epochs */
     const char *objects;            /* folder of the object models; "": in the dataset's, or beside it */
     const char *hand;               /* hand model file; "": the embedded hand */
     const char *hand_left;          /* DexYCB: left hand model file; "": the right one's mirror image */

@@ -18,8 +18,9 @@ static lt_status open_stream(const train_config *c, run_source *s)
 {
     const hand_object_config *d = hand_object_config_of(c);
 
-    return synth_stream_open(&(synth_stream_options){ .seed = (uint64_t)c->loop.seed, .count = d->pictures,
-                                                      .shrink = d->shrink, .near = d->near }, &s->train);
+    return synth_stream_open(&(synth_stream_options){
+        .seed = (uint64_t)c->loop.seed, .count = d->pictures, .shrink = d->shrink, .near = d->near,
+        .keep = c->optim.epochs > 1 ? (size_t)d->keep_mb << 20 : 0 }, &s->train);
 }
 
 static lt_status open_datasets(lt_arena *arena, const train_config *c, run_source *s)

@@ -161,6 +161,25 @@ START_TEST(near_hands)
 }
 END_TEST
 
+/* A stream that keeps what it drew hands out the same as one that draws it again. */
+START_TEST(kept_or_drawn)
+{
+    synth_stream_options o = { .seed = 5, .count = COUNT, .shrink = 2, .keep = 1 << 20 };
+    dataset_sample drawn = sample_of(1), s[2];
+    dataset *keeps;
+
+    check_ok(synth_stream_open(&o, &keeps));
+    for (int i = 0; i < 2; i++) {
+        check_ok(dataset_read(keeps, 1, i ? ALL : SAMPLE_OBJECT, arena, &s[i]));
+        ck_assert_mem_eq(s[i].rgb, drawn.rgb, 3 * W * H);
+    }
+    ck_assert(!s[0].depth && same(&s[1], &drawn));
+    check_ok(dataset_read(keeps, 1, ALL, arena, &s[0]));
+    ck_assert(same(&s[0], &drawn));
+    dataset_free(keeps);
+}
+END_TEST
+
 START_TEST(bad_options)
 {
     dataset *none;
@@ -181,6 +200,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, any_number_of_threads);
     tcase_add_test(tc, truth_fits);
     tcase_add_test(tc, near_hands);
+    tcase_add_test(tc, kept_or_drawn);
     tcase_add_test(tc, bad_options);
 }
 
