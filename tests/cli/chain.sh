@@ -86,6 +86,13 @@ cp "$here/starter/detector.json" "$here/starter/detector.safetensors" "$here/fin
 PALMAR_STARTER=$here/finds-alone ./palmar predict "$1" --out "$here/by-detector" 2>"$here/by-detector.txt"
 grep -q 'no model is named: .*detector.safetensors looks for hands and objects' "$here/by-detector.txt"
 leaves "by-detector/${image%.*}.json"
+# what comes with palmar is what its cards say, and sees
+for card in "${srcdir:-..}"/models/starter/*.json; do
+    grep -q "\"sha256\": \"$(sha256sum "${card%.json}.safetensors" | cut -d' ' -f1)\"" "$card"
+done
+./palmar synth --preset detect --frames 3 --seed 2026 --out "$here/unseen" >/dev/null 2>&1
+./palmar predict "$here/unseen/train/000001.jpg" --json 2>/dev/null >"$here/found.json"
+[ "$(grep -o '"class": *"hand"' "$here/found.json" | wc -l)" -ge 2 ]
 [ "$(PALMAR_STARTER=$here/starter ./palmar info starter --json | grep -o '"role"' | wc -l)" = 2 ]
 PALMAR_STARTER=$here/starter ./palmar predict "$1" --out "$here/by-starter" 2>"$here/by-starter.txt"
 grep -q 'no model is named: .*hand-object.safetensors and .*detector.safetensors look at it' "$here/by-starter.txt"
