@@ -140,12 +140,14 @@ static lt_status write_scene(const predict_frame *f, predict_mesh_files *out)
 
         st = which ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
         out[i].hand = name;
-        part[n++] = (lt_glb_part){ which, &f->hand[i], { skin[0], skin[1], skin[2], skin[3] } };
+        part[n++] = (lt_glb_part){ .name = which, .mesh = &f->hand[i],
+                                   .color = { skin[0], skin[1], skin[2], skin[3] } };
         if (st || !f->result[i].object_found)
             continue;
         out[i].object = name;
         st = pose_object(f, i, &object[i]);
-        part[n++] = (lt_glb_part){ f->view[i].object->name, &object[i], { thing[0], thing[1], thing[2], thing[3] } };
+        part[n++] = (lt_glb_part){ .name = f->view[i].object->name, .mesh = &object[i],
+                                   .color = { thing[0], thing[1], thing[2], thing[3] } };
     }
     return st ? st : lt_glb_write(path, part, (int)n);
 }

@@ -249,7 +249,8 @@ START_TEST(glb)
 {
     static const float turned[3] = { 1, -1, -1 }, same[1] = { 1 };
     lt_mesh m = sample(false), bare = m;
-    const lt_glb_part parts[] = { { "hand", &m, { 1, 0.8f, 0.7f, 1 } }, { "\"object\"", &bare, { 1, 1, 1, 0.5f } } };
+    const lt_glb_part parts[] = { { .name = "hand", .mesh = &m, .color = { 1, 0.8f, 0.7f, 1 } },
+                                  { .name = "\"object\"", .mesh = &bare, .color = { 1, 1, 1, 0.5f } } };
     lt_arena *arena = lt_arena_new();
     const cJSON *attributes;
     const uint8_t *bin;
@@ -287,8 +288,68 @@ START_TEST(glb)
 }
 END_TEST
 
+/* A quarter turn about x, which is the same in glTF's axes, then gone: one animation of three channels, in steps, whose
+ * arrays are no vertices. */
+START_TEST(glb_moves)
+{
+    static const float half = 0.70710678f;
+    static const lt_glb_key key[] = {
+        { .seconds = 0, .rotation = { 1 }, .translation = { 1, 2, 3 }, .shown = true },
+        { .seconds = 0.5f, .rotation = { half, half }, .shown = false },
+    };
+    static const float seconds[] = { 0, 0.5f }, translation[] = { 1, -2, -3, 0, 0, 0 }, plus[] = { 1 };
+    static const float rotation[] = { 0, 0, 0, 1, half, 0, 0, half }, scale[] = { 1, 1, 1, 0, 0, 0 };
+    static const float *const want[] = { translation, rotation, scale };
+    static const char *const path[] = { "translation", "rotation", "scale" };
+    static const int words[] = { 6, 8, 6 };
+    lt_mesh m = sample(false);
+    const lt_glb_part part = { .name = "hand", .mesh = &m, .color = { 1, 1, 1, 1 }, .key = key, .n_keys = 2 };
+    lt_arena *arena = lt_arena_new();
+    const uint8_t *bin;
+    const cJSON *animation;
+    uint8_t *bytes;
+    size_t n;
+    cJSON *root;
+    int count;
+
+    check_ok(lt_glb_write(in_folder("moves.glb"), &part, 1));
+    check_ok(lt_read_file(arena, in_folder("moves.glb"), 1 << 20, &bytes, &n));
+    root = cJSON_ParseWithLength((char *)bytes + 20, u32(bytes + 12));
+    ck_assert_ptr_nonnull(root);
+    bin = bytes + 28 + u32(bytes + 12);
+    ck_assert_int_eq(number(item(root, "buffers", 0), "byteLength"), (int)(bytes + n - bin));
+    ck_assert_int_eq(cJSON_GetArraySize(cJSON_GetObjectItem(root, "animations")), 1);
+    animation = item(root, "animations", 0);
+    for (int i = 0; i < 3; i++) {
+        const cJSON *sampler = item(animation, "samplers", i), *channel = item(animation, "channels", i);
+        const cJSON *target = cJSON_GetObjectItem(channel, "target");
+        const cJSON *times = item(root, "accessors", number(sampler, "input"));
+
+        ck_assert_int_eq(number(channel, "sampler"), i);
+        ck_assert_int_eq(number(target, "node"), 0);
+        ck_assert_str_eq(cJSON_GetObjectItem(target, "path")->valuestring, path[i]);
+        ck_assert_str_eq(cJSON_GetObjectItem(sampler, "interpolation")->valuestring, "STEP");
+        ck_assert_double_eq(cJSON_GetArrayItem(cJSON_GetObjectItem(times, "max"), 0)->valuedouble, 0.5);
+        ck_assert_ptr_null(cJSON_GetObjectItem(item(root, "bufferViews", number(times, "bufferView")), "target"));
+        check_floats(accessor(root, bin, number(sampler, "input"), &count), seconds, 2, plus, 1);
+        ck_assert_int_eq(count, 2);
+        for (int k = 0; k < words[i]; k++) {
+            const uint32_t bits = u32(accessor(root, bin, number(sampler, "output"), &count) + 4 * k);
+            float x;
+
+            memcpy(&x, &bits, 4);
+            ck_assert_float_eq(x, want[i][k]);          /* -0 is 0 here */
+        }
+        ck_assert_int_eq(count, 2);
+    }
+    cJSON_Delete(root);
+    lt_arena_free(arena);
+}
+END_TEST
+
 START_TEST(glb_refuses)
 {
+    const lt_glb_key back[] = { { .seconds = 1, .rotation = { 1 } }, { .seconds = 1, .rotation = { 1 } } };
     lt_mesh m = sample(false), none = m;
     lt_glb_part part = { .name = "hand", .mesh = &m };
 
@@ -297,6 +358,10 @@ START_TEST(glb_refuses)
     part.mesh = &none;
     check_error(lt_glb_write(in_folder("n.glb"), &part, 1), LT_EINVAL, "4 vertices and 0 triangles");
     part.mesh = &m;
+    part.key = back, part.n_keys = 2;
+    check_error(lt_glb_write(in_folder("n.glb"), &part, 1), LT_EINVAL,
+                "key 1 of \"hand\" is at 1 s, the one before at 1 s");
+    part.key = NULL, part.n_keys = 0;
     m.n_vertices = 3;
     check_error(lt_glb_write(in_folder("n.glb"), &part, 1), LT_EINVAL, "has vertex 3 of 3");
     m.vertex[2][1] = NAN;
@@ -444,6 +509,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, splat_file);
     tcase_add_test(tc, splats_in_gltf);
     tcase_add_test(tc, glb);
+    tcase_add_test(tc, glb_moves);
     tcase_add_test(tc, glb_refuses);
     tcase_add_test(tc, masks);
 }

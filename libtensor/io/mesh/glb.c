@@ -34,7 +34,8 @@ int glb_add_array(glb_builder *b, uint64_t count, int components, int type, int 
     cJSON_AddNumberToObject(view, "buffer", 0);
     cJSON_AddNumberToObject(view, "byteOffset", (double)b->bytes);
     cJSON_AddNumberToObject(view, "byteLength", (double)bytes);
-    cJSON_AddNumberToObject(view, "target", target);
+    if (target)
+        cJSON_AddNumberToObject(view, "target", target);
     cJSON_AddNumberToObject(accessor, "bufferView", cJSON_GetArraySize(b->views) - 1);
     cJSON_AddNumberToObject(accessor, "componentType", type);
     cJSON_AddNumberToObject(accessor, "count", (double)count);
@@ -100,6 +101,8 @@ static void add_part(glb_builder *b, const lt_glb_part *p, int i)
     cJSON_AddNumberToObject(primitive, "indices", glb_add_array(b, 3 * (uint64_t)m->n_faces, 1, GLB_UINT, GLB_INDICES));
     cJSON_AddNumberToObject(primitive, "material", i);
     add_material(b, p);
+    if (p->n_keys)
+        glb_add_motion(b, p, i);
 }
 
 lt_status glb_begin(glb_builder *b)
@@ -184,6 +187,10 @@ static lt_status check_part(const char *path, const lt_glb_part *p)
             if (m->face[i][k] < 0 || m->face[i][k] >= m->n_vertices)
                 return lt_error(LT_EINVAL, "%s: triangle %d of \"%s\" has vertex %d of %d", path, i, p->name,
                                 m->face[i][k], m->n_vertices);
+    for (int i = 1; i < p->n_keys; i++)
+        if (!(p->key[i].seconds > p->key[i - 1].seconds))
+            return lt_error(LT_EINVAL, "%s: key %d of \"%s\" is at %g s, the one before at %g s", path, i, p->name,
+                            (double)p->key[i].seconds, (double)p->key[i - 1].seconds);
     return LT_OK;
 }
 
@@ -216,8 +223,10 @@ static lt_status write_file(const char *path, const char *text, uint64_t binary,
 
     if (st)
         return st;
-    for (int i = 0; i < n; i++)
+    for (int i = 0; i < n; i++) {
         put_mesh(f.stream, part[i].mesh);
+        glb_put_motion(f.stream, &part[i]);
+    }
     return lt_atomic_commit(&f);
 }
 
