@@ -31,8 +31,9 @@ static const struct argp_option options[] = {
       "onnx or safetensors, of Gaussians ply, glb or splat; default FILE's ending. Of meshes ply (the default), obj or "
       "glb", 0 },
     { "mesh", MESH, "DIR", 0, "of a run of hogs: the surfaces of hand and object in frames, as files in DIR", 0 },
-    { "frames", FRAMES, "N,N", 0,
-      "of meshes and Gaussians: which, from 0, of those that the run is validated on; default 0", 0 },
+    { "frames", FRAMES, "N,N-N", 0,
+      "of meshes and Gaussians: which, from 0, of those that the run is validated on; default 0. Several in one glb are "
+      "their surfaces, ten a second", 0 },
     { "rule", RULE, "RULE", 0, "of meshes: mean (HOGS, the default) or min (GOF) of the opacity in 16 views", 0 },
     { "iso", ISO, "LEVEL", 0, "of meshes: the opacity at the surface, between 0 and 1; default 0.6", 0 },
     { "set-name", SET_NAME, "NAME", 0,
@@ -148,12 +149,14 @@ static const struct argp argp = {
     "that eval and predict use, and of a run is still a checkpoint to them. --int8 makes a checkpoint whose inference "
     "reads 8-bit integers in all layers that bear it, for eval and predict; its PA-MPJPE and time are printed beside "
     "the exact model's. Of a run of hogs, --mesh writes surfaces, closed and coloured, and -o Gaussians: a frame as it "
-    "is posed, or a set in its canonical place; ply has all numbers, glb KHR_gaussian_splatting, splat the least.\n\n"
+    "is posed, or a set in its canonical place; ply has all numbers, glb KHR_gaussian_splatting, splat the least; a "
+    "glb of several frames is their surfaces, which move.\n\n"
     "  palmar export runs/tiny -o tiny.onnx\n"
     "  palmar export runs/tiny/checkpoints/best.safetensors -o weights.safetensors\n"
     "  palmar export runs/tiny --int8 --calibration data/tiny -o tiny-int8.safetensors\n"
     "  palmar export runs/hogs --mesh meshes --frames 0,10 --json\n"
     "  palmar export runs/hogs -o hand.ply --set-name hand-01\n"
+    "  palmar export runs/hogs -o moves.glb --frames 0-40\n"
     "  palmar export --model resnet50 --init resnet50.safetensors -o resnet50.onnx", NULL, cli_help_kinds, NULL,
 };
 

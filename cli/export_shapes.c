@@ -10,22 +10,33 @@
 
 static const double ISO = 0.6;
 
-void cli_shapes_frames(struct argp_state *state, cli_shapes *s, const char *text)
+static int64_t frame_number(struct argp_state *state, const char *text, size_t n)
 {
     char one[32];
 
+    snprintf(one, sizeof(one), "%.*s", (int)(n < sizeof(one) ? n : sizeof(one) - 1), text);
+    return (int64_t)cli_whole(state, "frames", one, 0, 1e9);
+}
+
+/* Numbers and ranges, "0,10-14" */
+void cli_shapes_frames(struct argp_state *state, cli_shapes *s, const char *text)
+{
     s->of_frames = true;
     for (s->n_frames = 0; *text; text += *text == ',') {
-        const size_t n = strcspn(text, ",");
+        const size_t n = strcspn(text, ","), dash = strcspn(text, ",-");
+        const int64_t first = frame_number(state, text, dash);
+        const int64_t last = dash < n ? frame_number(state, text + dash + 1, n - dash - 1) : first;
 
-        if (s->n_frames == CLI_FRAMES)
+        if (last < first)
+            argp_error(state, "--frames %.*s: ends before it begins", (int)n, text);
+        if (last - first >= CLI_FRAMES - s->n_frames)
             argp_error(state, "--frames: at most %d", CLI_FRAMES);
-        snprintf(one, sizeof(one), "%.*s", (int)(n < sizeof(one) ? n : sizeof(one) - 1), text);
-        s->frame[s->n_frames++] = (int64_t)cli_whole(state, "frames", one, 0, 1e9);
+        for (int64_t i = first; i <= last; i++)
+            s->frame[s->n_frames++] = i;
         text += n;
     }
     if (!s->n_frames)
-        argp_error(state, "--frames: want numbers from 0, as 0,10");
+        argp_error(state, "--frames: want numbers from 0, as 0,10 or 0-40");
 }
 
 void cli_shapes_rule(struct argp_state *state, cli_shapes *s, const char *text)
@@ -44,6 +55,12 @@ bool cli_shapes_format(const char *format)
     return strcmp(format, "ply") == 0 || strcmp(format, "glb") == 0 || strcmp(format, "splat") == 0;
 }
 
+/* Several frames in one file: their surfaces, one after the other */
+static bool is_animated(const cli_shapes *s, const char *format)
+{
+    return !s->folder && s->n_frames > 1 && strcmp(format, "glb") == 0;
+}
+
 void cli_shapes_check(struct argp_state *state, const cli_shapes *s, const char *checkpoint, const char *out,
                       const char *format)
 {
@@ -55,16 +72,16 @@ void cli_shapes_check(struct argp_state *state, const cli_shapes *s, const char 
         argp_error(state, "format \"%s\" of meshes; want ply, obj or glb", format);
     if ((s->folder || gaussians) && !checkpoint)
         argp_error(state, "surfaces and Gaussians are those of a checkpoint or a run's folder");
-    if (!s->folder && s->of_meshes)
-        argp_error(state, "--rule and --iso go with --mesh");
+    if (!s->folder && !is_animated(s, format) && s->of_meshes)
+        argp_error(state, "--rule and --iso go with --mesh, and with -o of a glb of several frames");
     if (!s->folder && !gaussians && s->of_frames)
         argp_error(state, "--frames goes with --mesh, and with -o of ply, glb or splat");
     if (!gaussians && s->set)
         argp_error(state, "--set-name goes with -o of ply, glb or splat");
     if (s->set && s->of_frames)
         argp_error(state, "--set-name is a set in its canonical place, --frames one as it is posed");
-    if (gaussians && s->n_frames > 1)
-        argp_error(state, "-o %s is one frame's: want one number in --frames", out);
+    if (gaussians && s->n_frames > 1 && !is_animated(s, format))
+        argp_error(state, "-o %s is one frame's: want one number in --frames, or a glb, which moves", out);
 }
 
 typedef struct { bool json; } printer;
@@ -92,17 +109,21 @@ static void print_mesh(void *ctx, const task_exported *m)
     cli_print_json(o, "a mesh");
 }
 
-static lt_status print_file(const char *out, const char *format, bool json)
+static lt_status print_file(const char *out, const char *format, int animated, bool json)
 {
     cJSON *o;
 
-    if (!json) {
+    if (!json && animated)
+        printf("%s: surfaces of %d frames, one after the other, %s\n", out, animated, format);
+    else if (!json)
         printf("%s: Gaussians, %s\n", out, format);
+    if (!json)
         return LT_OK;
-    }
     o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "file", out);
     cJSON_AddStringToObject(o, "format", format);
+    if (animated)
+        cJSON_AddNumberToObject(o, "frames", animated);
     return cli_print_json(o, "the file");
 }
 
@@ -114,7 +135,7 @@ lt_status cli_export_shapes(const cli_shapes *s, const char *checkpoint, const c
     task_export e = {
         .hand = hand, .frame = s->n_frames ? s->frame : &first, .n_frames = s->n_frames ? s->n_frames : 1,
         .folder = s->folder, .file = out, .format = format, .rule = s->rule, .iso = s->iso > 0 ? s->iso : ISO,
-        .set = s->set, .made = print_mesh, .ctx = &p,
+        .set = s->set, .animated = is_animated(s, format), .made = print_mesh, .ctx = &p,
     };
     cli_checkpoint c;
     lt_status st = cli_checkpoint_find(checkpoint, &c);
@@ -126,7 +147,7 @@ lt_status cli_export_shapes(const cli_shapes *s, const char *checkpoint, const c
     if (!st)
         st = c.config.task->export(&e);
     if (!st && out)
-        st = print_file(out, format, json);
+        st = print_file(out, format, e.animated ? e.n_frames : 0, json);
     cli_checkpoint_close(&c);
     return st;
 }

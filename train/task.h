@@ -11,6 +11,7 @@
 #include "data/loader.h"
 #include "estimate/compiled.h"
 #include "estimate/metric.h"
+#include "estimate/posed.h"
 #include "libtensor/geometry/opacity/opacity.h"
 #include "libtensor/io/array/array.h"
 #include "libtensor/optim/optim.h"
@@ -59,6 +60,20 @@ typedef struct {
     bool (*stop)(void);
 } task_prediction;
 
+/* What asks a trained model for frames as it draws them (estimate/posed.h). Borrowed. */
+typedef struct {
+    lt_arena *arena;
+    train_config *config;               /* the run's */
+    const char *checkpoint, *hand;      /* hand: in place of the run's hand model; or NULL */
+    const char *data;                   /* in place of the run's; or NULL */
+    const int64_t *frame;               /* (n_frames) numbers from 0 among those that training validates on; NULL: at most
+                                         * n_frames of them, spread over all */
+    int64_t n_frames;
+    lt_status (*visit)(void *ctx, const posed_frame *f);
+    void *ctx;
+    bool (*stop)(void);                 /* may be NULL */
+} task_posing;
+
 /* A surface that was written */
 typedef struct {
     const char *file, *part;            /* part: "hand", "object" */
@@ -80,6 +95,7 @@ typedef struct {
     lt_opacity_rule rule;               /* of surfaces, as lt_opacity_mesh has them */
     double iso;
     const char *set;                    /* Gaussians of that one in its canonical place; NULL: of a frame, posed */
+    bool animated;                      /* the file has the surfaces of all frames, one after the other */
     void (*made)(void *ctx, const task_exported *one);
     void *ctx;
 } task_export;
@@ -169,6 +185,10 @@ struct task {
 
     /* `palmar export --mesh`, or -o of a format of Gaussians. NULL: the task has no surfaces. */
     lt_status (*export)(const task_export *e);
+
+    /* Show frames as the model draws them, in the order asked for. Errors: a number beyond the last frame, a frame that
+     * is asked for and shows nothing; those of visit. NULL: the task draws none. */
+    lt_status (*pose)(const task_posing *p);
 };
 
 #endif

@@ -9,6 +9,7 @@
 #include "tasks/hogs/backbone.h"
 #include "tasks/hogs/results/evaluate.h"
 #include "tasks/hogs/results/export.h"
+#include "tasks/hogs/results/pose.h"
 #include "tasks/hogs/results/render.h"
 #include "tasks/hogs/source.h"
 
@@ -423,5 +424,5 @@ const task hogs_task = {
     .phase = run_phase, .groups = run_groups, .rows = run_rows, .observed = run_observed, .observe = run_observe,
     .adapt = run_adapt, .counts = run_counts, .save = run_save, .load = run_load, .evaluate = hogs_evaluate,
     .scores = hogs_score_keys,
-    .predict = hogs_render, .export = hogs_export,
+    .predict = hogs_render, .export = hogs_export, .pose = hogs_show,
 };

@@ -26,10 +26,10 @@ typedef struct {
 static lt_status write_splats(const char *path, const compiled *c, lt_arena *arena)
 {
     lt_splat *splat;
-    size_t n;
-    const lt_status st = hogs_posed_splats(arena, c, &splat, &n);
+    size_t n[2];
+    const lt_status st = hogs_posed_splats(arena, c, &splat, n);
 
-    return st ? st : lt_ply_write_splats(path, "opencv camera, metres", splat, n);
+    return st ? st : lt_ply_write_splats(path, "opencv camera, metres", splat, n[0] + n[1]);
 }
 
 /* ---- pictures -------------------------------------------------------------------------------------------- */

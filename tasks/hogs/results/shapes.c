@@ -51,7 +51,7 @@ static void factor(const lt_real *axes, lt_splat *out)
         out->scale[k] = (float)log(fmax(S[k], 1e-9));
 }
 
-lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, size_t *n)
+lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, size_t n[2])
 {
     const drawn d = drawn_of(c);
     lt_splat *all = lt_arena_array(arena, (size_t)d.rows, sizeof(*all));
@@ -59,6 +59,7 @@ lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, 
 
     if (!all)
         return lt_error(LT_ENOMEM, "no memory for %lld Gaussians", (long long)d.rows);
+    n[0] = n[1] = 0;
     for (int64_t i = 0; i < d.rows; i++) {
         const double a = fmin((double)d.alpha[i], 1 - 1e-6);
         lt_splat *s = &all[seen];
@@ -72,9 +73,9 @@ lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, 
         }
         factor(d.axes + 9 * i, s);
         seen++;
+        n[i >= d.rows / 2]++;
     }
     *out = all;
-    *n = seen;
     return LT_OK;
 }
 
@@ -148,4 +149,13 @@ lt_status hogs_posed_mesh(lt_arena *arena, const compiled *c, bool object, lt_op
     lt_release(color);
     lt_release(g);
     return st;
+}
+
+void hogs_linear_colours(lt_mesh *m)
+{
+    for (int i = 0; i < 3 * m->n_vertices; i++) {
+        float *x = &m->color[i / 3][i % 3];
+
+        *x = *x <= 0.04045f ? *x / 12.92f : powf((*x + 0.055f) / 1.055f, 2.4f);
+    }
 }

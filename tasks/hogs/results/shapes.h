@@ -11,9 +11,9 @@
 #include "libtensor/io/mesh/ply.h"
 #include "models/hogs/hogs.h"
 
-/* hogs_posed_splats - what a graph that draws has drawn, hand first, in arena memory: in the camera's frame, with one
- * colour each. What is hardly seen is left out. LT_ENOMEM */
-lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, size_t *n);
+/* hogs_posed_splats - what a graph that draws has drawn, in arena memory, n[0] of the hand and behind them n[1] of the
+ * object: in the camera's frame, with one colour each. What is hardly seen is left out. LT_ENOMEM */
+lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, size_t n[2]);
 
 /* hogs_canonical_splats - of a set, with their harmonics. LT_ENOMEM */
 lt_status hogs_canonical_splats(lt_arena *arena, const hogs *m, int set, lt_splat **out, size_t *n);
@@ -25,5 +25,8 @@ const char *hogs_set_name(lt_arena *arena, const hogs *m, int set);
  * shown, by whole 255ths. Errors: those of lt_opacity_mesh. */
 lt_status hogs_posed_mesh(lt_arena *arena, const compiled *c, bool object, lt_opacity_rule rule, double iso,
                           lt_mesh *out);
+
+/* hogs_linear_colours - a surface's, from how displays have them to how glTF wants them */
+void hogs_linear_colours(lt_mesh *m);
 
 #endif

@@ -176,6 +176,27 @@ static lt_status export_to(const char *file, const char *format, const char *set
     return st;
 }
 
+/* Surfaces of three frames in one file; how they move is tested where GLB is. At a level that a young model reaches. */
+static void animated(void)
+{
+    static const int64_t frame[] = { 0, 1, 2 };
+    train_config c;
+    uint8_t *bytes;
+    size_t n;
+    cJSON *root;
+
+    check_ok(train_config_load(arena, tasks, at("drawn/config.json"), NULL, 0, &c));
+    check_ok(hogs_task.export(&(task_export){ .arena = arena, .config = &c, .checkpoint = last_of("drawn"),
+                                              .frame = frame, .n_frames = 3, .file = at("moves.glb"), .format = "glb",
+                                              .rule = LT_OPACITY_MEAN, .iso = 0.05, .animated = true }));
+    train_config_fini(&c);
+    check_ok(lt_read_file(arena, at("moves.glb"), LT_FILE_MAX, &bytes, &n));
+    ck_assert(n > 20 && memcmp(bytes, "glTF", 4) == 0);
+    root = cJSON_ParseWithLength((const char *)bytes + 20, n - 20);
+    ck_assert_int_eq(cJSON_GetArraySize(cJSON_GetObjectItem(root, "animations")), 1);
+    cJSON_Delete(root);
+}
+
 /* Gaussians of a frame and of a set in each format; frames and sets that there are not */
 static void exported(void)
 {
@@ -216,6 +237,7 @@ START_TEST(scored_and_drawn)
     ck_assert_int_eq(written, 8);
     train_config_fini(&c);
     exported();
+    animated();
 }
 END_TEST
 
