@@ -122,9 +122,29 @@ void html_markdown(FILE *f, const char *text)
     }
 }
 
+/* ---- scripts ---------------------------------------------------------------------------------------------------- */
+
+/* What ends strings, or a script's element, is escaped. */
+void html_script_string(FILE *f, const char *text)
+{
+    const char *end = text + strlen(text);
+
+    fputc('"', f);
+    while (text < end) {
+        const uint32_t code = lt_utf8_next(&text, end);
+        char bytes[LT_UTF8_MAX];
+
+        if (code < 0x20 || code == '"' || code == '\\' || code == '<' || code == '>' || code == '&')
+            fprintf(f, "\\u%04x", code);
+        else
+            fwrite(bytes, 1, lt_utf8_put(bytes, code), f);
+    }
+    fputc('"', f);
+}
+
 /* ---- pictures --------------------------------------------------------------------------------------------------- */
 
-static void put_base64(FILE *f, const uint8_t *bytes, size_t n)
+void html_base64(FILE *f, const uint8_t *bytes, size_t n)
 {
     static const char digit[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 
@@ -143,6 +163,6 @@ void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what)
     fputs("<img alt=\"", f);
     html_text(f, what);
     fputs("\" src=\"data:image/png;base64,", f);
-    put_base64(f, png, n);
+    html_base64(f, png, n);
     fputs("\">\n", f);
 }

@@ -5,6 +5,7 @@
 #ifndef EVAL_REPORT_INTERNAL_H
 #define EVAL_REPORT_INTERNAL_H
 
+#include "eval/report/report.h"
 #include "libtensor/base/arena.h"
 
 #include <stdio.h>
@@ -27,6 +28,13 @@ lt_status html_errors(FILE *f, lt_arena *arena, const html_error_table *t, char 
 
 /* html_picture - a PNG inside the page */
 void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what);
+
+/* html_base64 - bytes as text; html_script_string - text as a string of JSON inside a script's element */
+void html_base64(FILE *f, const uint8_t *bytes, size_t n);
+void html_script_string(FILE *f, const char *text);
+
+/* view_put - the view's part of the page; its script has the nonce that the page's head allows */
+void view_put(FILE *f, const report_view *v, const char *nonce);
 
 /* A curve: y over x, in the order of x */
 typedef struct {

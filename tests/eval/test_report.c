@@ -57,7 +57,7 @@ static const char *page(void)
     size_t n;
 
     arena = lt_arena_new();
-    check_ok(report_write(in_folder(run), in_folder("report.html")));
+    check_ok(report_write(in_folder(run), in_folder("report.html"), NULL));
     check_ok(lt_read_file(arena, in_folder("report.html"), LT_FILE_MAX, &bytes, &n));
     return (const char *)bytes;
 }
@@ -159,10 +159,10 @@ END_TEST
 START_TEST(no_run)
 {
     run = "damaged";
-    check_error(report_write(in_folder("none"), in_folder("no.html")), LT_EIO, "none/config.json");
+    check_error(report_write(in_folder("none"), in_folder("no.html"), NULL), LT_EIO, "none/config.json");
     make_run(false);
     put("log.jsonl", "{\"step\":1}\nnonsense\n{\"step\":2}\n");
-    check_error(report_write(in_folder(run), in_folder("no.html")), LT_EFORMAT, "log.jsonl");
+    check_error(report_write(in_folder(run), in_folder("no.html"), NULL), LT_EFORMAT, "log.jsonl");
     ck_assert(!exists(in_folder("no.html")));
 }
 END_TEST
@@ -176,11 +176,11 @@ START_TEST(odd_files)
     make_run(true);
     for (size_t i = 0; i < LT_COUNT(tables); i++) {
         put("eval/table.md", tables[i]);
-        check_ok(report_write(in_folder(run), in_folder("odd.html")));
+        check_ok(report_write(in_folder(run), in_folder("odd.html"), NULL));
     }
     for (size_t i = 0; i < LT_COUNT(lists); i++) {
         put("eval/per-sample.csv", lists[i]);
-        check_ok(report_write(in_folder(run), in_folder("odd.html")));
+        check_ok(report_write(in_folder(run), in_folder("odd.html"), NULL));
     }
 }
 END_TEST
@@ -229,14 +229,14 @@ START_TEST(odd_detections)
     make_run(true);
     for (size_t i = 0; i < LT_COUNT(odd_curves); i++) {
         put("eval/curves.json", odd_curves[i]);
-        check_ok(report_write(in_folder(run), in_folder("odd.html")));
+        check_ok(report_write(in_folder(run), in_folder("odd.html"), NULL));
     }
     for (size_t i = 0; i < LT_COUNT(odd_tables); i++) {
         put("eval/confusion.csv", odd_tables[i]);
-        check_ok(report_write(in_folder(run), in_folder("odd.html")));
+        check_ok(report_write(in_folder(run), in_folder("odd.html"), NULL));
     }
     put("eval/curves.json", "[");
-    check_error(report_write(in_folder(run), in_folder("odd.html")), LT_EFORMAT, "eval/curves.json");
+    check_error(report_write(in_folder(run), in_folder("odd.html"), NULL), LT_EFORMAT, "eval/curves.json");
 }
 END_TEST
 
