@@ -10,6 +10,8 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/common.h"
+#include "libtensor/geometry/camera.h"
+#include "libtensor/geometry/mesh/mesh.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -57,6 +59,11 @@ void draw_box(draw_canvas *c, const float (*corner)[2], float width, draw_color 
  * vertices are left out */
 void draw_wire(draw_canvas *c, const float (*vertex)[2], int n_vertices, const int32_t (*face)[3],
                int n_faces, draw_color color, float opacity);
+
+/* draw_mesh - its triangles in the colours of their corners (grey without), lit from the camera, where they are nearer
+ * than what was drawn before: nearness (height, width) is 1 / z, 0 before the first mesh. Vertices are in the camera's
+ * frame; faces with one behind it are left out. */
+void draw_mesh(draw_canvas *c, float *nearness, const lt_camera *camera, const lt_mesh *m);
 
 /* draw_mask - tint the pixels where mask (height, width) is not 0; draw_outline - a line of this width
  * just inside the mask's border */

@@ -158,11 +158,21 @@ void html_base64(FILE *f, const uint8_t *bytes, size_t n)
     }
 }
 
-void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what)
+static void put_image(FILE *f, const char *kind, const uint8_t *bytes, size_t n, const char *what)
 {
     fputs("<img alt=\"", f);
     html_text(f, what);
-    fputs("\" src=\"data:image/png;base64,", f);
-    html_base64(f, png, n);
+    fprintf(f, "\" src=\"data:image/%s;base64,", kind);
+    html_base64(f, bytes, n);
     fputs("\">\n", f);
+}
+
+void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what)
+{
+    put_image(f, "png", png, n, what);
+}
+
+void html_jpeg(FILE *f, const uint8_t *jpeg, size_t n, const char *what)
+{
+    put_image(f, "jpeg", jpeg, n, what);
 }

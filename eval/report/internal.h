@@ -26,8 +26,9 @@ typedef struct {
 /* html_errors - its worst lines, worst first; text: what is in the file, which is cut into lines. LT_ENOMEM */
 lt_status html_errors(FILE *f, lt_arena *arena, const html_error_table *t, char *text);
 
-/* html_picture - a PNG inside the page */
+/* html_picture, html_jpeg - a PNG, a JPEG inside the page */
 void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what);
+void html_jpeg(FILE *f, const uint8_t *jpeg, size_t n, const char *what);
 
 /* html_base64 - bytes as text; html_script_string - text as a string of JSON inside a script's element */
 void html_base64(FILE *f, const uint8_t *bytes, size_t n);

@@ -278,9 +278,8 @@ static void put_frame(FILE *f, const packed_frame *p)
 static void put_still(FILE *f, const packed_frame *p)
 {
     fputs("<figure>", f);
-    fputs("<img alt=\"the truth, and the rendering\" src=\"data:image/jpeg;base64,", f);
-    html_base64(f, p->still, p->still_bytes);
-    fprintf(f, "\"><figcaption>Frame %lld, ", (long long)p->number);
+    html_jpeg(f, p->still, p->still_bytes, "the truth, and the rendering");
+    fprintf(f, "<figcaption>Frame %lld, ", (long long)p->number);
     html_text(f, p->name);
     fprintf(f, ": the truth, and as palmar draws it, PSNR %.2f dB.</figcaption></figure>\n", p->psnr_db);
 }
