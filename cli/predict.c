@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "cli/predict_film.h"
 #include "estimate/detector.h"
 #include "estimate/embedder.h"
 #include "estimate/starter.h"
@@ -18,7 +19,7 @@
 enum { MAX_INPUTS = 4096 };
 enum {
     HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, NUMBERS, MESH, BOXES,
-    DETECTOR, JSON, TRACK, REID,
+    DETECTOR, JSON, TRACK, REID, FILM, TURN,
 };
 
 typedef struct {
@@ -32,6 +33,7 @@ typedef struct {
     bool has_hand_box, has_object_box, has_mesh, left;
     bool pipe;                          /* "-": frames come through standard input */
     double fps, depth_scale;
+    cli_film film;                      /* of a model of Gaussians */
     bool numbers, quiet, json, has_track;
     track_method track;
 } predict_args;
@@ -63,6 +65,9 @@ static const struct argp_option options[] = {
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
+    { "film", FILM, "FILE", 0, "of a run of hogs: a film (.mp4) of the frames of FOLDER, or without one of those that "
+      "it is validated on, the truth beside the rendering, 10 a second or --fps; needs OpenCV", 0 },
+    { "turn", TURN, NULL, 0, "with --film: once around the first frame, 30 views a second", 0 },
     { "json", JSON, NULL, 0, "a line of JSON for each image on standard output; no files, unless --out names a folder",
       0 },
     { "track", TRACK, "METHOD", 0, "how what a detector finds gets the numbers that it keeps through a film: byte, by "
@@ -156,6 +161,18 @@ static void check_track(predict_args *a, struct argp_state *state)
         argp_error(state, "--reid: --track iou does not go by looks");
 }
 
+/* A film is of a model of Gaussians alone, which is named. */
+static void check_film(predict_args *a, struct argp_state *state)
+{
+    if (a->film.turn && !a->film.path)
+        argp_error(state, "--turn: goes with --film");
+    if (a->film.path && !a->checkpoint)
+        argp_error(state, "--film: want a run of hogs, or its checkpoint");
+    if (a->film.path && (a->n_inputs > 1 || a->out))
+        argp_error(state, "--film: want one folder of frames at most, and no --out");
+    a->film.fps = a->fps;
+}
+
 /* An option whose text is wrong is a usage error that says what the parser said. */
 static void must(struct argp_state *state, lt_status st)
 {
@@ -195,13 +212,16 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         a->has_object_box = true;
         break;
     case DETECTOR: a->detector = arg; break;
+    case FILM: a->film.path = arg; break;
+    case TURN: a->film.turn = true; break;
     case JSON: a->json = true; break;
     case TRACK: parse_track(a, state, arg); break;
     case REID: a->reid = arg; break;
     case ARGP_KEY_ARG: add_path(a, state, arg); break;
     case ARGP_KEY_END:
         take_model(a);
-        if (!a->n_inputs)
+        check_film(a, state);
+        if (!a->n_inputs && !a->film.path)
             argp_error(state, "want images or films, and before them a checkpoint or a run's folder, if not those that "
                        "come with palmar");
         if (a->detector && (a->has_hand_box || a->has_object_box))
@@ -213,7 +233,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
             argp_error(state, "--distortion: goes with --K, which it was calibrated with");
         if (a->pipe)
             check_pipe(a, state);
-        else if (!a->out && !a->json)
+        else if (!a->out && !a->json && !a->film.path)
             a->out = "predictions";
         break;
     default: return ARGP_ERR_UNKNOWN;
@@ -234,6 +254,7 @@ static const struct argp argp = {
     "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object mug\n"
     "  palmar predict runs/tiny film.mp4 --boxes boxes.csv\n"
     "  palmar predict runs/hogs data/hogs            renderings of frames that a HOGS model has not seen\n"
+    "  palmar predict runs/hogs --film turn.mp4 --turn\n"
     "  ffmpeg -i film.mp4 -f image2pipe -c:v ppm - | palmar predict runs/tiny - --fps 30",
     NULL, NULL, NULL,
 };
@@ -299,6 +320,12 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
         a->has_mesh || a->detector || a->json || a->has_track || a->reid)
         return lt_error(LT_EUSAGE, "%s: a model of %s takes folders, and of the options --hand, --out, --quiet and "
                         "--threads", c->path, c->config.task->name);
+    if (a->film.path) {
+        st = cli_film_write(&a->film, c, a->hand, a->n_inputs ? a->inputs[0] : NULL, &written);
+        if (!st && !a->quiet)
+            printf("%s: %lld frames\n", a->film.path, (long long)written);
+        return st;
+    }
     st = c->config.task->predict(&p, &written);
     if (!a->quiet)
         printf("%lld %s written to %s\n", (long long)written, written == 1 ? "frame" : "frames", a->out);
@@ -368,7 +395,7 @@ static lt_status run_model(predict_args *a, const calibration *camera, cli_check
 {
     if (!a->checkpoint)
         return run_hands(a, camera, NULL);
-    if (c->config.task->predict)
+    if (c->config.task->predict || a->film.path)
         return run_task(a, c);
     if (c->config.task != &detect_task || a->detector)
         return run_hands(a, camera, c);

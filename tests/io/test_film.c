@@ -180,6 +180,46 @@ START_TEST(bent)
 }
 END_TEST
 
+/* What is written is read back, as near as its codec comes; frames of another size, and folders that are not there. */
+START_TEST(written)
+{
+#ifdef HAVE_OPENCV
+    lt_arena *arena = lt_arena_new();
+    lt_film_writer *w;
+    lt_image grey, other;
+    lt_film *f;
+    bool more = true;
+    int n = 0;
+
+    setenv("PALMAR_MODULES", MODULES, 1);
+    check_ok(lt_image_init(arena, 64, 48, 3, 8, &grey));
+    check_ok(lt_image_init(arena, 64, 50, 3, 8, &other));
+    check_ok(lt_film_create(in_folder("w.mp4"), 64, 48, 12, &w));
+    for (int i = 0; i < 5; i++) {
+        memset(grey.data, 40 * (i + 1), 3 * 64 * 48);
+        check_ok(lt_film_put(w, &grey));
+    }
+    check_error(lt_film_put(w, &other), LT_EINVAL, "a frame of 64 x 50 pixels, want 64 x 48");
+    lt_film_finish(w);
+    check_ok(lt_film_open(in_folder("w.mp4"), &f));
+    ck_assert_double_eq_tol(lt_film_fps(f), 12, 1e-6);
+    for (;; n++) {
+        lt_image frame;
+
+        check_ok(lt_film_next(f, arena, &frame, &more));
+        if (!more)
+            break;
+        ck_assert_int_eq(frame.width, 64);
+        ck_assert_int_le(abs(frame.data[0] - 40 * (n + 1)), 8);
+    }
+    ck_assert_int_eq(n, 5);
+    lt_film_close(f);
+    check_error(lt_film_create(in_folder("none/w.mp4"), 64, 48, 12, &w), LT_EIO, "none/w.mp4: no film can be written");
+    lt_arena_free(arena);
+#endif
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
@@ -188,6 +228,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, orientations);
     tcase_add_test(tc, upright);
     tcase_add_test(tc, bent);
+    tcase_add_test(tc, written);
 }
 
 int main(void)

@@ -41,6 +41,22 @@ LT_API int lt_film_orientation(const lt_film *film);
  */
 LT_API lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more);
 
+/* A film to write, also through OpenCV */
+typedef struct lt_film_writer lt_film_writer;
+
+/**
+ * lt_film_create - a film of frames of one size, by the ending of its name: mp4
+ *
+ * H.264, or MPEG-4 where FFmpeg has no encoder for that. The last column and row of odd sizes are left out.
+ * Errors: LT_EIO: it cannot be written there; LT_EFORMAT: no OpenCV; LT_ENOMEM.
+ */
+LT_API lt_status lt_film_create(const char *path, int width, int height, double fps, lt_film_writer **out);
+
+/* lt_film_put - one more frame, RGB of 8 bits. Errors: LT_EINVAL: of another size; LT_EIO.
+ * lt_film_finish - the end of it; of NULL nothing */
+LT_API lt_status lt_film_put(lt_film_writer *film, const lt_image *frame);
+LT_API void lt_film_finish(lt_film_writer *film);
+
 #ifdef __cplusplus
 }
 #endif

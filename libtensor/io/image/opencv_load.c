@@ -166,3 +166,56 @@ lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more
         return st;
     return r.status ? r.status : error[0] ? lt_error(LT_EFORMAT, "%s: %s", film->path, error) : LT_OK;
 }
+
+/* ---- films to write ---------------------------------------------------------------------------------------- */
+
+struct lt_film_writer {
+    void *film;
+    char *path;
+    int width, height;
+};
+
+lt_status lt_film_create(const char *path, int width, int height, double fps, lt_film_writer **out)
+{
+    lt_film_writer *f;
+    char error[256];
+
+    pthread_once(&once, find_module);
+    if (!opencv)
+        return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV%s", path, LT_MODULE_HINT);
+    f = lt_alloc(sizeof(*f));
+    if (f)
+        *f = (lt_film_writer){ .path = strdup(path), .width = width, .height = height };
+    if (!f || !f->path) {
+        lt_release(f);
+        return lt_error(LT_ENOMEM, "%s: no memory", path);
+    }
+    f->film = opencv->film_create(path, width, height, fps, error);
+    if (f->film) {
+        *out = f;
+        return LT_OK;
+    }
+    lt_film_finish(f);
+    return lt_error(LT_EIO, "%s: %s", path, error);
+}
+
+lt_status lt_film_put(lt_film_writer *f, const lt_image *frame)
+{
+    char error[256];
+
+    if (frame->width != f->width || frame->height != f->height || frame->channels != 3 || frame->bits != 8)
+        return lt_error(LT_EINVAL, "%s: a frame of %d x %d pixels, want %d x %d, RGB of 8 bits", f->path, frame->width,
+                        frame->height, f->width, f->height);
+    return opencv->film_put(f->film, f->width, f->height, frame->data, error) == 0
+        ? LT_OK : lt_error(LT_EIO, "%s: %s", f->path, error);
+}
+
+void lt_film_finish(lt_film_writer *f)
+{
+    if (!f)
+        return;
+    if (f->film)
+        opencv->film_finish(f->film);
+    free(f->path);
+    lt_release(f);
+}

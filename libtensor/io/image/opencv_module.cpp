@@ -140,6 +140,50 @@ static void film_close(void *film)
     });
 }
 
+/* ---- films to write ---------------------------------------------------------------------------------------- */
+
+static const char CANNOT_WRITE[] = "not a film that can be written";
+
+/* H.264, which browsers play; MPEG-4 where FFmpeg has no encoder for it */
+static void *film_create(const char *path, int width, int height, double fps, char error[256])
+{
+    std::unique_ptr<cv::VideoWriter> film;
+    const int failed = guarded(error, CANNOT_WRITE, [&] {
+        setenv("OPENCV_FFMPEG_DEBUG", "1", 0);
+        setenv("OPENCV_FFMPEG_LOGLEVEL", "-8", 0);
+        film.reset(new cv::VideoWriter);
+        for (const char *codec : { "avc1", "mp4v" })
+            if (film->open(path, cv::CAP_FFMPEG, cv::VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3]), fps,
+                           cv::Size(width, height)))
+                return 0;
+        return refuse(error, "no film can be written there; want a name that ends in .mp4, in a folder that is there");
+    });
+
+    return failed ? nullptr : film.release();
+}
+
+static int film_put(void *film, int width, int height, const uint8_t *rgb, char error[256])
+{
+    return guarded(error, CANNOT_WRITE, [=] {
+        const cv::Mat frame(height, width, CV_8UC3, const_cast<uint8_t *>(rgb));
+        cv::Mat bgr;
+
+        cv::cvtColor(frame, bgr, cv::COLOR_RGB2BGR);
+        static_cast<cv::VideoWriter *>(film)->write(bgr);
+        return 0;
+    });
+}
+
+static void film_finish(void *film)
+{
+    char error[256];
+
+    guarded(error, CANNOT_WRITE, [=] {
+        delete static_cast<cv::VideoWriter *>(film);
+        return 0;
+    });
+}
+
 extern "C" __attribute__((visibility("default"))) const lt_opencv images_opencv = {
-    decode, film_open, film_next, film_close,
+    decode, film_open, film_next, film_close, film_create, film_put, film_finish,
 };

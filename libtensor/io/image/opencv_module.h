@@ -25,6 +25,9 @@ typedef uint8_t *(*lt_opencv_room)(void *ctx, int width, int height, int channel
  * film_open   a film, its frames per second and their number, 0 where it does not say; NULL, and why in error
  * film_next   its next frame, RGB, as it is stored. Returns 0; or not 0, and error stays empty at the end too
  * film_close
+ * film_create a film to write, by the ending of its name; NULL, and why in error
+ * film_put    one more frame, RGB. Returns 0; or not 0, and why in error
+ * film_finish
  *
  * No exception leaves them.
  */
@@ -33,6 +36,9 @@ typedef struct {
     void *(*film_open)(const char *path, double *fps, double *frames, char error[256]);
     int (*film_next)(void *film, lt_opencv_room room, void *ctx, char error[256]);
     void (*film_close)(void *film);
+    void *(*film_create)(const char *path, int width, int height, double fps, char error[256]);
+    int (*film_put)(void *film, int width, int height, const uint8_t *rgb, char error[256]);
+    void (*film_finish)(void *film);
 } lt_opencv;
 
 #ifdef __cplusplus
