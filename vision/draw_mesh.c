@@ -29,13 +29,19 @@ static void draw_pixel(draw_canvas *c, float *nearness, const corner p[3], doubl
     }
 }
 
+/* x as a whole number, or the nearest end where it is outside */
+static int within(double x, int lo, int hi)
+{
+    return (int)fmax(lo, fmin(hi, x));
+}
+
 static void draw_triangle(draw_canvas *c, float *nearness, const corner p[3])
 {
     const double area = side(&p[0], &p[1], p[2].u, p[2].v);
-    const int x0 = (int)fmax(0, ceil(fmin(p[0].u, fmin(p[1].u, p[2].u))));
-    const int x1 = (int)fmin(c->width - 1, floor(fmax(p[0].u, fmax(p[1].u, p[2].u))));
-    const int y0 = (int)fmax(0, ceil(fmin(p[0].v, fmin(p[1].v, p[2].v))));
-    const int y1 = (int)fmin(c->height - 1, floor(fmax(p[0].v, fmax(p[1].v, p[2].v))));
+    const int x0 = within(ceil(fmin(p[0].u, fmin(p[1].u, p[2].u))), 0, c->width);
+    const int x1 = within(floor(fmax(p[0].u, fmax(p[1].u, p[2].u))), -1, c->width - 1);
+    const int y0 = within(ceil(fmin(p[0].v, fmin(p[1].v, p[2].v))), 0, c->height);
+    const int y1 = within(floor(fmax(p[0].v, fmax(p[1].v, p[2].v))), -1, c->height - 1);
 
     for (int y = y0; y <= y1 && area != 0; y++)
         for (int x = x0; x <= x1; x++)
@@ -70,7 +76,7 @@ void draw_mesh(draw_canvas *c, float *nearness, const lt_camera *camera, const l
         for (int j = 0; j < 3; j++) {
             const float *x = m->vertex[face[j]];
 
-            seen = seen && x[2] > 0;
+            seen = seen && x[2] > 0 && isfinite(x[0]) && isfinite(x[1]) && isfinite(x[2]);
             p[j] = (corner){ camera->fx * (double)x[0] / (double)x[2] + camera->cx,
                              camera->fy * (double)x[1] / (double)x[2] + camera->cy, 1 / (double)x[2], { 0 } };
             for (int k = 0; k < 3; k++)

@@ -120,7 +120,7 @@ static lt_status write_glb(lt_arena *arena, const char *path)
     const lt_mesh m = mesh();
 
     (void)arena;
-    return lt_glb_write(path, &(lt_glb_part){ "n", &m, { 1, 1, 1, 1 } }, 1);
+    return lt_glb_write(path, &(lt_glb_part){ .name = "n", .mesh = &m, .color = { 1, 1, 1, 1 } }, 1);
 }
 
 static lt_status write_json(lt_arena *arena, const char *path)
