@@ -11,7 +11,7 @@ mkdir -p tests/cli/view.dir
 cd tests/cli/view.dir
 
 "$palmar" synth --preset hogs --frames 32 --seed 5 --out data >synth.log 2>&1
-"$palmar" train --quiet --config hogs-cpu --data data --out run --set model.gaussians=200 --set data.iterations=60 \
+"$palmar" train --quiet --config hogs-cpu --data data --out run --set model.gaussians=200 --set data.iterations=20 \
     --set data.pose_epochs=0 >train.log
 "$palmar" report run --view 2
 "$palmar" predict run data --quiet --out frames
