@@ -82,9 +82,12 @@ lt_status cli_film_write(const cli_film *film, cli_checkpoint *c, const char *ha
         : lt_error(LT_EINVAL, "%s: a model of %s, which draws no frames; --film wants one of hogs", c->path,
                    c->config.task->name);
 
-    lt_film_finish(j.to);
     if (!st && !j.frames)
         st = lt_error(LT_EINVAL, "%s: no frame shows a hand or an object", film->path);
+    if (st)
+        lt_film_abort(j.to);
+    else
+        st = lt_film_finish(j.to);
     *frames = j.frames;
     return st;
 }

@@ -51,21 +51,22 @@ void lt_atomic_unlink_all(void)
     }
 }
 
-/* "NAME.PID-N.tmp", as open_temp calls them; the process, or 0 */
+/* "NAME.PID-N.tmp" or "NAME.PID-N.tmp.ENDING", as open_temp calls them; the process, or 0 */
 static long owner_of(const char *name)
 {
-    const size_t n = strlen(name);
-    const char *dash, *dot;
+    const char *mark = NULL, *dash, *dot;
     char *end;
     long pid;
 
-    if (n < 8 || strcmp(name + n - 4, ".tmp") != 0)
+    for (const char *p = name; (p = strstr(p, ".tmp")); p++)
+        mark = p[4] == '\0' || p[4] == '.' ? p : mark;
+    if (!mark || mark - name < 4)
         return 0;
-    for (dash = name + n - 5; dash > name && *dash >= '0' && *dash <= '9'; dash--)
+    for (dash = mark - 1; dash > name && *dash >= '0' && *dash <= '9'; dash--)
         ;
     for (dot = dash - 1; *dash == '-' && dot > name && *dot >= '0' && *dot <= '9'; dot--)
         ;
-    if (*dash != '-' || *dot != '.' || dot + 1 == dash || dash + 1 == name + n - 4)
+    if (*dash != '-' || *dot != '.' || dot + 1 == dash || dash + 1 == mark)
         return 0;
     pid = strtol(dot + 1, &end, 10);
     return end == dash ? pid : 0;
@@ -93,15 +94,15 @@ static lt_status system_error(const char *path, const char *doing, int error)
 }
 
 /* Not mkstemp: its files are private, ours have the permissions that open(2) gives under the umask. */
-static int open_temp(const char *path, char **temp)
+static int open_temp(const char *path, const char *ending, char **temp)
 {
     static atomic_uint counter;
-    const size_t size = strlen(path) + 48;
+    const size_t size = strlen(path) + strlen(ending) + 48;
     int fd = -1;
 
     *temp = malloc(size);
     for (int i = 0; *temp && fd < 0 && i < NAME_TRIES; i++) {
-        snprintf(*temp, size, "%s.%ld-%u.tmp", path, (long)getpid(), atomic_fetch_add(&counter, 1));
+        snprintf(*temp, size, "%s.%ld-%u.tmp%s", path, (long)getpid(), atomic_fetch_add(&counter, 1), ending);
         fd = open(*temp, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
         if (fd < 0 && errno != EEXIST)
             break;
@@ -117,7 +118,7 @@ static bool keep_mode(int fd, mode_t mode)
     return fchmod(fd, mode & 07777) == 0 || errno == EPERM || errno == ENOSYS || errno == EOPNOTSUPP;
 }
 
-lt_status lt_atomic_open(lt_atomic_file *f, const char *path)
+static lt_status open_ending(lt_atomic_file *f, const char *path, const char *ending)
 {
     struct stat old;
     const bool exists = stat(path, &old) == 0;
@@ -126,7 +127,7 @@ lt_status lt_atomic_open(lt_atomic_file *f, const char *path)
     memset(f, 0, sizeof(*f));
     if (exists && !S_ISREG(old.st_mode))
         return lt_error(LT_EIO, "%s: cannot write: it exists and is not a regular file", path);
-    fd = open_temp(path, &f->temp);
+    fd = open_temp(path, ending, &f->temp);
     if (fd >= 0) {
         f->stream = fdopen(fd, "wb");
         f->path = strdup(path);
@@ -140,6 +141,18 @@ lt_status lt_atomic_open(lt_atomic_file *f, const char *path)
     }
     lt_atomic_abort(f);
     return system_error(path, "write", error);
+}
+
+lt_status lt_atomic_open(lt_atomic_file *f, const char *path)
+{
+    return open_ending(f, path, "");
+}
+
+lt_status lt_atomic_open_named(lt_atomic_file *f, const char *path)
+{
+    const char *slash = strrchr(path, '/'), *ending = strrchr(slash ? slash : path, '.');
+
+    return open_ending(f, path, ending ? ending : "");
 }
 
 static void release(lt_atomic_file *f)

@@ -33,6 +33,10 @@ typedef struct {
  */
 LT_API lt_status lt_atomic_open(lt_atomic_file *f, const char *path);
 
+/* lt_atomic_open_named - the same for a library that writes a file by its name and judges by its ending: f->temp, which
+ * ends as path does, "path.PROCESS-NUMBER.tmp.mp4". Nothing is written to the stream. */
+LT_API lt_status lt_atomic_open_named(lt_atomic_file *f, const char *path);
+
 /**
  * lt_atomic_commit - flush, sync to the disk, rename to path, sync the folder if it may be read
  *

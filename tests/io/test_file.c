@@ -346,22 +346,26 @@ END_TEST
 /* Of a process that is no more; not of one that lives, nor what only looks like it. */
 START_TEST(leftovers_are_swept)
 {
-    static const char *const stay[] = { "a.tmp", "a.12.tmp", "a-1.tmp", "a.-1.tmp", "a.x-1.tmp", "a.1-.tmp", "a.1-2.txt" };
+    static const char *const stay[] = { "a.tmp", "a.12.tmp", "a-1.tmp", "a.-1.tmp", "a.x-1.tmp", "a.1-.tmp",
+        "a.1-2.txt", "a.1-2.tmpx" };
     const pid_t gone = fork();
-    char dead[64], ours[64];
+    char dead[64], film[64], ours[64];
 
     if (gone == 0)
         _exit(0);
     waitpid(gone, NULL, 0);
     snprintf(dead, sizeof(dead), "config.json.%ld-0.tmp", (long)gone);
     snprintf(ours, sizeof(ours), "config.json.%ld-17.tmp", (long)getpid());
+    snprintf(film, sizeof(film), "turn.tmp.%ld-1.tmp.mp4", (long)gone);
     put_file(in_folder(dead), "half", 4);
+    put_file(in_folder(film), "half", 4);
     put_file(in_folder(ours), "half", 4);
     for (size_t i = 0; i < LT_COUNT(stay); i++)
         put_file(in_folder(stay[i]), "x", 1);
     lt_atomic_sweep(scratch_folder);
     ck_assert_int_eq(files_in_folder(), 1 + (int)LT_COUNT(stay));
     ck_assert_int_ne(access(in_folder(dead), F_OK), 0);
+    ck_assert_int_ne(access(in_folder(film), F_OK), 0);
     ck_assert_int_eq(unlink(in_folder(ours)), 0);
     for (size_t i = 0; i < LT_COUNT(stay); i++)
         unlink(in_folder(stay[i]));

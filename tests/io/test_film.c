@@ -9,6 +9,8 @@
 #include "tests/io/hostile.h"
 #include "tests/io/picture_vectors.h"
 
+#include <glob.h>
+
 START_TEST(frames)
 {
 #ifdef HAVE_OPENCV
@@ -180,6 +182,23 @@ START_TEST(bent)
 }
 END_TEST
 
+#ifdef HAVE_OPENCV
+/* Of a film that is given up nothing stays, and what was there does. */
+static void check_given_up(lt_image frame)
+{
+    lt_film_writer *w;
+    struct stat old;
+    glob_t other;
+
+    put_file(in_folder("old.mp4"), "old", 3);
+    check_ok(lt_film_create(in_folder("old.mp4"), 64, 48, 12, &w));
+    check_ok(lt_film_put(w, &frame));
+    lt_film_abort(w);
+    ck_assert(stat(in_folder("old.mp4"), &old) == 0 && old.st_size == 3);
+    ck_assert_int_eq(glob(in_folder("old.mp4.*"), 0, NULL, &other), GLOB_NOMATCH);
+}
+#endif
+
 /* What is written is read back, as near as its codec comes; frames of another size, and folders that are not there. */
 START_TEST(written)
 {
@@ -200,7 +219,8 @@ START_TEST(written)
         check_ok(lt_film_put(w, &grey));
     }
     check_error(lt_film_put(w, &other), LT_EINVAL, "a frame of 64 x 50 pixels, want 64 x 48");
-    lt_film_finish(w);
+    check_error(lt_film_open(in_folder("w.mp4"), &f), LT_EIO, "w.mp4");
+    check_ok(lt_film_finish(w));
     check_ok(lt_film_open(in_folder("w.mp4"), &f));
     ck_assert_double_eq_tol(lt_film_fps(f), 12, 1e-6);
     for (;; n++) {
@@ -214,7 +234,9 @@ START_TEST(written)
     }
     ck_assert_int_eq(n, 5);
     lt_film_close(f);
-    check_error(lt_film_create(in_folder("none/w.mp4"), 64, 48, 12, &w), LT_EIO, "none/w.mp4: no film can be written");
+    check_error(lt_film_create(in_folder("none/w.mp4"), 64, 48, 12, &w), LT_EIO, "none/w.mp4: cannot write: No such");
+    check_error(lt_film_create(in_folder("w.txt"), 64, 48, 12, &w), LT_EIO, "w.txt: no film can be written there");
+    check_given_up(grey);
     lt_arena_free(arena);
 #endif
 }

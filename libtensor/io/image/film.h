@@ -47,15 +47,20 @@ typedef struct lt_film_writer lt_film_writer;
 /**
  * lt_film_create - a film of frames of one size, by the ending of its name: mp4
  *
- * H.264, or MPEG-4 where FFmpeg has no encoder for that. The last column and row of odd sizes are left out.
+ *   out      ends in lt_film_finish or lt_film_abort, exactly one of them
+ *
+ * H.264, or MPEG-4 where FFmpeg has no encoder for that. The last column and row of odd sizes are left out. Until it is
+ * finished it has another name (lt_atomic_open_named), and what is at path stays.
  * Errors: LT_EIO: it cannot be written there; LT_EFORMAT: no OpenCV; LT_ENOMEM.
  */
 LT_API lt_status lt_film_create(const char *path, int width, int height, double fps, lt_film_writer **out);
 
 /* lt_film_put - one more frame, RGB of 8 bits. Errors: LT_EINVAL: of another size; LT_EIO.
- * lt_film_finish - the end of it; of NULL nothing */
+ * lt_film_finish - the end of it: it is at its path. Errors: those of lt_atomic_commit, which change nothing.
+ * lt_film_abort - nothing of it stays; of NULL nothing */
 LT_API lt_status lt_film_put(lt_film_writer *film, const lt_image *frame);
-LT_API void lt_film_finish(lt_film_writer *film);
+LT_API lt_status lt_film_finish(lt_film_writer *film);
+LT_API void lt_film_abort(lt_film_writer *film);
 
 #ifdef __cplusplus
 }

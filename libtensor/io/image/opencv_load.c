@@ -2,6 +2,7 @@
 /* Finds and loads the module, keeps it, and asks it. */
 #include "libtensor/io/image/opencv.h"
 
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/codec.h"
 #include "libtensor/io/image/exif.h"
@@ -171,7 +172,7 @@ lt_status lt_film_next(lt_film *film, lt_arena *arena, lt_image *out, bool *more
 
 struct lt_film_writer {
     void *film;
-    char *path;
+    lt_atomic_file file;            /* which OpenCV writes by its name */
     int width, height;
 };
 
@@ -179,24 +180,23 @@ lt_status lt_film_create(const char *path, int width, int height, double fps, lt
 {
     lt_film_writer *f;
     char error[256];
+    lt_status st;
 
     pthread_once(&once, find_module);
     if (!opencv)
         return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV%s", path, LT_MODULE_HINT);
     f = lt_alloc(sizeof(*f));
-    if (f)
-        *f = (lt_film_writer){ .path = strdup(path), .width = width, .height = height };
-    if (!f || !f->path) {
-        lt_release(f);
+    if (!f)
         return lt_error(LT_ENOMEM, "%s: no memory", path);
-    }
-    f->film = opencv->film_create(path, width, height, fps, error);
-    if (f->film) {
+    *f = (lt_film_writer){ .width = width, .height = height };
+    st = lt_atomic_open_named(&f->file, path);
+    if (!st && !(f->film = opencv->film_create(f->file.temp, width, height, fps, error)))
+        st = lt_error(LT_EIO, "%s: %s", path, error);
+    if (st)
+        lt_film_abort(f);
+    else
         *out = f;
-        return LT_OK;
-    }
-    lt_film_finish(f);
-    return lt_error(LT_EIO, "%s: %s", path, error);
+    return st;
 }
 
 lt_status lt_film_put(lt_film_writer *f, const lt_image *frame)
@@ -204,18 +204,28 @@ lt_status lt_film_put(lt_film_writer *f, const lt_image *frame)
     char error[256];
 
     if (frame->width != f->width || frame->height != f->height || frame->channels != 3 || frame->bits != 8)
-        return lt_error(LT_EINVAL, "%s: a frame of %d x %d pixels, want %d x %d, RGB of 8 bits", f->path, frame->width,
-                        frame->height, f->width, f->height);
+        return lt_error(LT_EINVAL, "%s: a frame of %d x %d pixels, want %d x %d, RGB of 8 bits", f->file.path,
+                        frame->width, frame->height, f->width, f->height);
     return opencv->film_put(f->film, f->width, f->height, frame->data, error) == 0
-        ? LT_OK : lt_error(LT_EIO, "%s: %s", f->path, error);
+        ? LT_OK : lt_error(LT_EIO, "%s: %s", f->file.path, error);
 }
 
-void lt_film_finish(lt_film_writer *f)
+lt_status lt_film_finish(lt_film_writer *f)
+{
+    lt_status st;
+
+    opencv->film_finish(f->film);
+    st = lt_atomic_commit(&f->file);
+    lt_release(f);
+    return st;
+}
+
+void lt_film_abort(lt_film_writer *f)
 {
     if (!f)
         return;
     if (f->film)
         opencv->film_finish(f->film);
-    free(f->path);
+    lt_atomic_abort(&f->file);
     lt_release(f);
 }
