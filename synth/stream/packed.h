@@ -15,7 +15,7 @@ extern "C" {
 typedef struct packed_sample packed_sample;
 
 /* packed_new - of s, whose masks and depth may be missing, and whose depth is in whole millimetres; NULL: no memory.
- * kept_bytes - of memory that it takes; packed_free */
+ * packed_bytes - of memory that it takes; packed_free */
 packed_sample *packed_new(const dataset_sample *s);
 size_t packed_bytes(const packed_sample *k);
 void packed_free(packed_sample *k);

@@ -44,7 +44,7 @@ typedef struct {
     synth_props both;               /* for either hand, where hands are seen from near by */
     dataset_object object[SYNTH_OBJECTS];
     char (*name)[NAME];             /* (count) */
-    packed_sample **kept;             /* (count) each its lane's to touch; NULL: not kept */
+    packed_sample **kept;           /* (count) each its lane's to touch; NULL: not kept */
     atomic_size_t kept_bytes;
     lane lane[LANES];
     int n_lanes;                    /* made so far */

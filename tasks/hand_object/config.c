@@ -19,7 +19,8 @@ const lt_config_key hand_object_keys[] = {
     { DATA(near), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1,
       .doc = "stream: share of pictures of hands from near by, most of them bare" },
     { DATA(keep_mb), .type = LT_CONFIG_INT, .fallback = "1000", .lo = 0, .hi = 1000000,
-      .doc = "stream: MB of memory in which pictures stay for the next epochs, some 40 a MB; others are drawn anew" },
+      .doc = "stream: MB of memory in which pictures stay for the next epochs, 30 to 40 a MB, 12 with depth; "
+      "others are drawn anew" },
     { DATA(objects), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
       .doc = "folder of the object models; empty: models/ in the dataset, or beside it" },
     { DATA(hand), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
