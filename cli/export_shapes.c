@@ -8,8 +8,6 @@
 #include <inttypes.h>
 #include <string.h>
 
-static const double ISO = 0.6;
-
 static int64_t frame_number(struct argp_state *state, const char *text, size_t n)
 {
     char one[32];
@@ -134,7 +132,7 @@ lt_status cli_export_shapes(const cli_shapes *s, const char *checkpoint, const c
     printer p = { json };
     task_export e = {
         .hand = hand, .frame = s->n_frames ? s->frame : &first, .n_frames = s->n_frames ? s->n_frames : 1,
-        .folder = s->folder, .file = out, .format = format, .rule = s->rule, .iso = s->iso > 0 ? s->iso : ISO,
+        .folder = s->folder, .file = out, .format = format, .rule = s->rule, .iso = s->iso > 0 ? s->iso : POSED_ISO,
         .set = s->set, .animated = is_animated(s, format), .made = print_mesh, .ctx = &p,
     };
     cli_checkpoint c;

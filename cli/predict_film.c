@@ -1,13 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/predict_film.h"
 
-#include "estimate/turntable.h"
+#include "estimate/posed/turntable.h"
 #include "libtensor/io/image/film.h"
 #include "tasks/tasks.h"
 
 #include <inttypes.h>
-#include <stdio.h>
-#include <string.h>
 
 enum { TURN_VIEWS = 120 };
 
@@ -44,16 +42,12 @@ static lt_status put_turned(void *ctx, const uint8_t *rgb)
 /* The truth at the left of what was drawn */
 static lt_status put_beside(filming *j, const posed_frame *f)
 {
-    const size_t row = 3 * (size_t)f->width;
-    uint8_t *both = lt_alloc(2 * row * (size_t)f->height);
+    uint8_t *both = lt_alloc(6 * (size_t)f->width * (size_t)f->height);
     lt_status st;
 
     if (!both)
         return lt_error(LT_ENOMEM, "no memory for a frame of the film");
-    for (int y = 0; y < f->height; y++) {
-        memcpy(both + 2 * row * (size_t)y, f->truth + row * (size_t)y, row);
-        memcpy(both + 2 * row * (size_t)y + row, f->drawn + row * (size_t)y, row);
-    }
+    posed_beside(f, both);
     st = put(j, 2 * f->width, f->height, both);
     lt_release(both);
     return st;

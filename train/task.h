@@ -11,7 +11,7 @@
 #include "data/loader.h"
 #include "estimate/compiled.h"
 #include "estimate/metric.h"
-#include "estimate/posed.h"
+#include "estimate/posed/posed.h"
 #include "libtensor/geometry/opacity/opacity.h"
 #include "libtensor/io/array/array.h"
 #include "libtensor/optim/optim.h"
@@ -60,7 +60,7 @@ typedef struct {
     bool (*stop)(void);
 } task_prediction;
 
-/* What asks a trained model for frames as it draws them (estimate/posed.h). Borrowed. */
+/* What asks a trained model for frames as it draws them (estimate/posed/posed.h). Borrowed. */
 typedef struct {
     lt_arena *arena;
     train_config *config;               /* the run's */

@@ -5,7 +5,7 @@
 #ifndef EVAL_REPORT_REPORT_H
 #define EVAL_REPORT_REPORT_H
 
-#include "estimate/posed.h"
+#include "estimate/posed/posed.h"
 #include "libtensor/base/status.h"
 
 /* Frames of a model of Gaussians, for a view that turns: held as the page will hold them */

@@ -14,8 +14,6 @@
 
 enum { JPEG_QUALITY = 92 };
 
-static const double ISO = 0.6;
-
 typedef struct { uint8_t *bytes; size_t n; } picture;
 
 /* A frame of a run */
@@ -147,11 +145,9 @@ static lt_status take_surfaces(report_sheet *s, const posed_frame *f, picture *o
     for (int part = 0; part < POSED_PARTS && !st; part++) {
         lt_mesh m;
 
-        st = f->surface(f, part, LT_OPACITY_MEAN, ISO, arena, &m);
+        st = posed_surface(f, part, LT_OPACITY_MEAN, POSED_ISO, arena, &m);
         if (!st)
             draw_mesh(&c, depth, &f->camera, &m);
-        else if (st == LT_EINVAL)
-            st = LT_OK;                                 /* nothing is opaque enough */
     }
     if (!st)
         st = take(s, c.rgb[0], f, out);

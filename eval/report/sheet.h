@@ -5,7 +5,7 @@
 #ifndef EVAL_REPORT_SHEET_H
 #define EVAL_REPORT_SHEET_H
 
-#include "estimate/posed.h"
+#include "estimate/posed/posed.h"
 
 typedef struct report_sheet report_sheet;
 

@@ -3,13 +3,12 @@
  * a number x of an array of some range stands for low + step * x. */
 #include "eval/report/internal.h"
 #include "libtensor/io/image/write.h"
+#include "libtensor/io/mesh/splat.h"
 
 #include <math.h>
 #include <string.h>
 
 enum { SPLAT_WORDS = 12, VERTEX_WORDS = 5, JPEG_QUALITY = 90 };
-
-static const double ISO = 0.6;
 
 static const char *const script[] = {
 #include "eval/report/view_js.inc"
@@ -109,19 +108,17 @@ static range range_of(const float *x, size_t n, size_t stride)
 /* Place, logarithms of scales, rotation w x y z from -1 to 1, red green, blue opacity */
 static void pack_splat(uint8_t **at, const packed_frame *p, const lt_splat *s)
 {
-    static const double C0 = 0.28209479177387814;
-    double length = 0, colour[3];
+    double length = 0, rgb[3];
 
     for (int k = 0; k < 4; k++)
         length += (double)s->rotation[k] * (double)s->rotation[k];
-    for (int k = 0; k < 3; k++)
-        colour[k] = 0.5 + C0 * (double)s->dc[k];
+    lt_splat_rgb(s, rgb);
     put_in_range(at, &p->place, s->x);
     put_in_range(at, &p->size, s->scale);
     for (int k = 0; k < 4; k++)
         put_word(at, 32767.5 * (1 + (double)s->rotation[k] / sqrt(length)));
-    put_shares(at, colour[0], colour[1]);
-    put_shares(at, colour[2], 1 / (1 + exp(-(double)s->opacity)));
+    put_shares(at, rgb[0], rgb[1]);
+    put_shares(at, rgb[2], 1 / (1 + exp(-(double)s->opacity)));
 }
 
 static lt_status pack_splats(lt_arena *arena, const posed_frame *f, packed_frame *p)
@@ -175,11 +172,9 @@ static lt_status pack_surfaces(lt_arena *arena, const posed_frame *f, packed_fra
     for (int part = 0; part < POSED_PARTS && !st; part++) {
         lt_mesh m;
 
-        st = f->surface(f, part, LT_OPACITY_MEAN, ISO, scratch, &m);
-        if (!st)
+        st = posed_surface(f, part, LT_OPACITY_MEAN, POSED_ISO, scratch, &m);
+        if (!st && m.n_faces)
             st = pack_mesh(arena, &m, &p->mesh[part]);
-        else if (st == LT_EINVAL)
-            st = LT_OK;                                 /* nothing is opaque enough */
     }
     lt_arena_free(scratch);
     return st;
@@ -187,15 +182,13 @@ static lt_status pack_surfaces(lt_arena *arena, const posed_frame *f, packed_fra
 
 static lt_status pack_still(lt_arena *arena, const posed_frame *f, packed_frame *p)
 {
-    const size_t row = 3 * (size_t)f->width;
     lt_image both;
     lt_status st = lt_image_init(arena, 2 * f->width, f->height, 3, 8, &both);
 
-    for (int y = 0; y < f->height && !st; y++) {
-        memcpy(both.data + 2 * row * (size_t)y, f->truth + row * (size_t)y, row);
-        memcpy(both.data + 2 * row * (size_t)y + row, f->drawn + row * (size_t)y, row);
-    }
-    return st ? st : lt_jpeg_encode(arena, &both, JPEG_QUALITY, &p->still, &p->still_bytes);
+    if (st)
+        return st;
+    posed_beside(f, both.data);
+    return lt_jpeg_encode(arena, &both, JPEG_QUALITY, &p->still, &p->still_bytes);
 }
 
 lt_status report_view_add(report_view *v, const posed_frame *f, bool surface)

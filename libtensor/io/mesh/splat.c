@@ -8,8 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static const double C0 = 0.28209479177387814;
-
 static lt_status check_splats(const char *path, const lt_splat *splat, size_t n)
 {
     if (n < 1)
@@ -28,10 +26,20 @@ static double opacity_of(const lt_splat *s)
     return 1 / (1 + exp(-(double)s->opacity));
 }
 
-/* As a display shows it, 0 to 1 */
-static double colour_of(const lt_splat *s, int channel)
+void lt_splat_rgb(const lt_splat *s, double rgb[3])
 {
-    return fmin(1, fmax(0, 0.5 + C0 * (double)s->dc[channel]));
+    static const double C0 = 0.28209479177387814;
+
+    for (int k = 0; k < 3; k++)
+        rgb[k] = 0.5 + C0 * (double)s->dc[k];
+}
+
+/* As a display shows it, 0 to 1 */
+static void shown_colour(const lt_splat *s, double rgb[3])
+{
+    lt_splat_rgb(s, rgb);
+    for (int k = 0; k < 3; k++)
+        rgb[k] = fmin(1, fmax(0, rgb[k]));
 }
 
 static double linear(double x)
@@ -70,14 +78,15 @@ static void put_byte(FILE *f, double x)
 
 static void put_splat(FILE *f, const lt_splat *s)
 {
-    double q[4];
+    double q[4], rgb[3];
 
     for (int k = 0; k < 3; k++)
         glb_put_float(f, s->x[k]);
     for (int k = 0; k < 3; k++)
         glb_put_float(f, (float)exp((double)s->scale[k]));
+    shown_colour(s, rgb);
     for (int k = 0; k < 3; k++)
-        put_byte(f, 255 * colour_of(s, k));
+        put_byte(f, 255 * rgb[k]);
     put_byte(f, 255 * opacity_of(s));
     unit_rotation(s, q);
     for (int k = 0; k < 4; k++)
@@ -188,8 +197,11 @@ static char *describe(glb_builder *b, const char *name, const lt_splat *splat, s
 
 static void put_colour(FILE *f, const lt_splat *s)
 {
+    double rgb[3];
+
+    shown_colour(s, rgb);
     for (int k = 0; k < 3; k++)
-        glb_put_float(f, (float)linear(colour_of(s, k)));
+        glb_put_float(f, (float)linear(rgb[k]));
     glb_put_float(f, (float)opacity_of(s));
 }
 

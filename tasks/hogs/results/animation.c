@@ -33,9 +33,9 @@ static lt_status add_actor(hogs_animation *a, const posed_frame *f, int part, co
     a->actor = all;
     actor = &all[a->n];
     *actor = (struct hogs_actor){ .name = name };
-    st = f->surface(f, part, a->rule, a->iso, a->arena, &actor->mesh);
-    if (st)
-        return st == LT_EINVAL ? LT_OK : st;            /* nothing is opaque enough */
+    st = posed_surface(f, part, a->rule, a->iso, a->arena, &actor->mesh);
+    if (st || !actor->mesh.n_faces)
+        return st;
     hogs_linear_colours(&actor->mesh);
     a->n++;
     *out = actor;

@@ -5,7 +5,7 @@
 #ifndef TASKS_HOGS_RESULTS_ANIMATION_H
 #define TASKS_HOGS_RESULTS_ANIMATION_H
 
-#include "estimate/posed.h"
+#include "estimate/posed/posed.h"
 #include "libtensor/base/arena.h"
 
 enum { HOGS_ANIMATION_FPS = 10 };

@@ -98,7 +98,7 @@ static eval_protocol protocol_of_surfaces(const hogs_evaluation *e)
         .alignment = "hand: none, from its wrist; object: similarity",
         .given = lt_arena_printf(e->arena, "masks, initial poses (%s); meshes of %d frames of each object, rule mean, "
                                  "iso %g (minimum rule: iso %g); %d surfaces missing; 30,000 samples",
-                                 initial_poses_how(e->run.train_poses), e->o->meshes, HOGS_ISO, HOGS_ISO_MIN,
+                                 initial_poses_how(e->run.train_poses), e->o->meshes, POSED_ISO, HOGS_ISO_MIN,
                                  e->no_surface),
     };
 }

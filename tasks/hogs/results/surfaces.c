@@ -2,6 +2,7 @@
 #include "tasks/hogs/results/surfaces.h"
 
 #include "data/hand_pose.h"
+#include "estimate/posed/posed.h"
 #include "eval/metrics/shape.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/pose.h"
@@ -63,8 +64,8 @@ static lt_status true_object(const job *j, lt_mesh *out)
 /* NULL vertices and LT_OK: there is no surface, which is counted. */
 static lt_status surface_of(const job *j, bool object, lt_opacity_rule rule, lt_mesh *out)
 {
-    const lt_status st = hogs_posed_mesh(j->arena, j->c, object, rule, rule == LT_OPACITY_MIN ? HOGS_ISO_MIN : HOGS_ISO,
-                                         out);
+    const double iso = rule == LT_OPACITY_MIN ? HOGS_ISO_MIN : POSED_ISO;
+    const lt_status st = hogs_posed_mesh(j->arena, j->c, object, rule, iso, out);
 
     if (st != LT_EINVAL)
         return st;

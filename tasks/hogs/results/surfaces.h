@@ -7,8 +7,7 @@
 
 #include "tasks/hogs/score.h"
 
-/* HOGS's rule and level; and GOF's, for the object alone */
-#define HOGS_ISO 0.6
+/* GOF's level, with its minimum rule, for the object alone */
 #define HOGS_ISO_MIN 0.5
 
 typedef struct {

@@ -2,10 +2,10 @@
 /*
  * Gaussians on a turntable: once around what a frame shows.
  */
-#ifndef ESTIMATE_TURNTABLE_H
-#define ESTIMATE_TURNTABLE_H
+#ifndef ESTIMATE_POSED_TURNTABLE_H
+#define ESTIMATE_POSED_TURNTABLE_H
 
-#include "estimate/posed.h"
+#include "estimate/posed/posed.h"
 
 /* turntable_draw - `views` pictures (height, width, 3), each a step further about the vertical axis through the middle
  * of the frame's Gaussians, as the frame's camera sees them; the first is the frame's own. Errors: those of visit,

@@ -2,14 +2,17 @@
 /*
  * A frame as a trained model of Gaussians draws it: what pages, films and files of it are made of.
  */
-#ifndef ESTIMATE_POSED_H
-#define ESTIMATE_POSED_H
+#ifndef ESTIMATE_POSED_POSED_H
+#define ESTIMATE_POSED_POSED_H
 
 #include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/opacity/opacity.h"
 #include "libtensor/io/mesh/ply.h"
 
 enum { POSED_HAND, POSED_OBJECT, POSED_PARTS };
+
+/* The opacity at which a surface is drawn where nobody asks for another: that of HOGS, 4.3, with the mean rule */
+#define POSED_ISO 0.6
 
 /* Borrowed while it is shown. Places are in the camera's frame (x right, y down, z forward), metres. */
 typedef struct posed_frame posed_frame;
@@ -32,5 +35,12 @@ struct posed_frame {
                          lt_mesh *out);
     const void *ctx;                    /* surface's own */
 };
+
+/* posed_surface - f->surface, but a part of which nothing is opaque enough has a mesh without faces. LT_ENOMEM */
+lt_status posed_surface(const posed_frame *f, int part, lt_opacity_rule rule, double iso, lt_arena *arena,
+                        lt_mesh *out);
+
+/* posed_beside - the truth at the left of what was drawn: out (height, 2 width, 3) */
+void posed_beside(const posed_frame *f, uint8_t *out);
 
 #endif

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/turntable.h"
+#include "estimate/posed/turntable.h"
 
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/graph/plan.h"
+#include "libtensor/io/mesh/splat.h"
 #include "libtensor/ops/ops.h"
 
 #include <math.h>
 
-static const double NEAR = 0.2, C0 = 0.28209479177387814;
+static const double NEAR = 0.2;
 
 typedef struct {
     lt_graph *g;
@@ -52,9 +53,12 @@ static void feed(table *t, const posed_frame *f)
     camera[0] = (lt_real)f->camera.fx, camera[1] = (lt_real)f->camera.fy;
     camera[2] = (lt_real)f->camera.cx, camera[3] = (lt_real)f->camera.cy;
     for (int64_t i = 0; i < t->n; i++) {
+        double rgb[3];
+
         opacity[i] = (lt_real)(1 / (1 + exp(-(double)f->splat[i].opacity)));
+        lt_splat_rgb(&f->splat[i], rgb);
         for (int k = 0; k < 3; k++) {
-            colour[3 * i + k] = (lt_real)(0.5 + C0 * (double)f->splat[i].dc[k]);
+            colour[3 * i + k] = (lt_real)rgb[k];
             t->middle[k] += (double)f->splat[i].x[k] / (double)t->n;
         }
     }
