@@ -4,10 +4,10 @@
 #include "data/mirror.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
+#include "synth/stream/truth.h"
 #include "synth/world/seen.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 enum { TRIES = 64, LEAST = 400 /* pixels of the hand */, DEPTH = 0x4e444550 };
 
@@ -98,8 +98,9 @@ static void frame_in_camera(const shot *s, double A[9], double b[3])
         mirror_pose(A, b);
 }
 
-static void take_hand(const shot *s, const lt_hand_model *model, const double A[9], const double b[3],
-                      dataset_sample *out)
+/* The hand, and what it holds */
+static void take_truth(const shot *s, const lt_hand_model *model, const double A[9], const double b[3],
+                       dataset_sample *out)
 {
     const synth_grip *g = s->hand->grip;
     double R[LT_HAND_JOINTS][9], wrist[3] = { g->left ? -g->wrist[0] : g->wrist[0], g->wrist[1], g->wrist[2] };
@@ -110,29 +111,10 @@ static void take_hand(const shot *s, const lt_hand_model *model, const double A[
     lt_mat3_mul(A, R[0], R[0]);
     lt_rigid_apply(A, b, wrist, wrist);
     synth_subject_pose(s->hand->who, model, R[0], wrist, g->pose + 3, &posed);
-    for (int i = 0; i < LT_HAND_JOINTS; i++)
-        for (int k = 0; k < 9; k++)
-            out->rotation[i][k] = (float)R[i][k];
-    for (int k = 0; k < LT_HAND_BETAS; k++)
-        out->beta[k] = (float)s->hand->who->beta[k];
-    for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
-        for (int k = 0; k < 3; k++)
-            out->joints[i][k] = (float)posed.keypoints[lt_mano_to_simple[i]][k];
-    memcpy(out->root, out->joints[0], sizeof(out->root));
-    out->flags |= SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT | (g->left ? SAMPLE_MIRRORED : 0);
-}
-
-/* What it holds has the hand's frame for its own. */
-static void take_object(const shot *s, const double A[9], const double b[3], dataset_sample *out)
-{
-    if (!s->hand->grip->prop)
-        return;
-    out->object = s->hand->grip->prop->id - 1;
-    for (int k = 0; k < 9; k++)
-        out->R[k] = (float)A[k];
-    for (int k = 0; k < 3; k++)
-        out->t[k] = (float)b[k];
-    out->flags |= SAMPLE_OBJECT;
+    truth_hand(R, s->hand->who->beta, posed.keypoints, out);
+    out->flags |= g->left ? SAMPLE_MIRRORED : 0;
+    if (g->prop)
+        truth_object(g->prop->id - 1, A, b, out);       /* it has the hand's frame for its own */
 }
 
 /* ---- the images ---- */
@@ -199,8 +181,7 @@ static lt_status describe(const shot *s, const dataset *d, const detect_place *p
     if (s->hand->grip->left)
         mirror_camera(&out->camera, out->width);
     frame_in_camera(s, A, b);
-    take_hand(s, place->hand, A, b, out);
-    take_object(s, A, b, out);
+    take_truth(s, place->hand, A, b, out);
     st = dataset_project(d, out);
     if (!st)
         st = take_colour(s, place, arena, out);

@@ -10,8 +10,9 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/rotation.h"
-#include "synth/stream/packed.h"
 #include "synth/stream/near.h"
+#include "synth/stream/packed.h"
+#include "synth/stream/truth.h"
 #include "synth/take/annotate.h"
 #include "synth/world/props.h"
 
@@ -103,37 +104,10 @@ static lt_status enter(const stream *s, lane *l, int64_t take)
 
 /* ---- samples ---- */
 
-static void take_hand(const synth_picture *p, dataset_sample *out)
-{
-    for (int i = 0; i < LT_HAND_JOINTS; i++) {
-        double R[9];
-
-        lt_rot_from_axis_angle(p->pose + 3 * i, R);
-        for (int k = 0; k < 9; k++)
-            out->rotation[i][k] = (float)R[k];
-    }
-    for (int k = 0; k < LT_HAND_BETAS; k++)
-        out->beta[k] = (float)p->beta[k];
-    for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
-        for (int k = 0; k < 3; k++)
-            out->joints[i][k] = (float)p->joints[lt_mano_to_simple[i]][k];
-    memcpy(out->root, out->joints[0], sizeof(out->root));
-    out->flags |= SAMPLE_HAND_POSE | SAMPLE_JOINTS | SAMPLE_ROOT;
-}
-
-static void take_object(const stream *s, const lane *l, const synth_picture *p, dataset_sample *out)
-{
-    out->object = (int)(l->stage.prop - s->prop);
-    for (int k = 0; k < 9; k++)
-        out->R[k] = (float)p->R[k];
-    for (int k = 0; k < 3; k++)
-        out->t[k] = (float)p->t[k];
-    out->flags |= SAMPLE_OBJECT;
-}
-
 static synth_posed_hand annotate(const stream *s, const lane *l, int k, dataset_sample *out)
 {
     const synth_moment *m = &l->stage.sequence.moment[l->stage.kept[k]];
+    double rotation[LT_HAND_JOINTS][9];
     synth_posed_hand hand;
     synth_picture p;
 
@@ -142,8 +116,10 @@ static synth_posed_hand annotate(const stream *s, const lane *l, int k, dataset_
     out->width = p.width;
     out->height = p.height;
     out->camera = p.camera;
-    take_hand(&p, out);
-    take_object(s, l, &p, out);
+    for (int i = 0; i < LT_HAND_JOINTS; i++)
+        lt_rot_from_axis_angle(p.pose + 3 * i, rotation[i]);
+    truth_hand(rotation, p.beta, p.joints, out);
+    truth_object((int)(l->stage.prop - s->prop), p.R, p.t, out);
     return hand;
 }
 
