@@ -3,7 +3,7 @@
  * What colour the skin is: six tones, a lighter palm, redder pads, darker knuckles, pale nails.
  */
 #include "assets/hand/hand.h"
-#include "assets/hand/vec3.h"
+#include "assets/surface/vec3.h"
 
 #include <string.h>
 

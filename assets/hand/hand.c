@@ -6,20 +6,24 @@
 
 #include <string.h>
 
-static lt_status build_surface(lt_arena *scratch, const hand_skeleton *s, hand_surface *m)
+static lt_status build_surface(lt_arena *scratch, const hand_skeleton *s, surface_mesh *m)
 {
-    lt_status st = hand_mesh_dense(scratch, s, m);
+    const surface_skin skin = hand_shape_skin(s);
+    const surface_grid grid = { .origin = { -98, -40, -73 }, .cell = 2, .n = { 104, 44, 92 }, .cut = { 0, s->cut_x },
+                                .loop = { 0, 1 } };
+    const int rim[SURFACE_LOOPS] = { WRIST_LOOP };
+    lt_status st = surface_nets(scratch, &skin, &grid, m);
 
     if (!st)
-        st = hand_decimate(scratch, s, m, LT_HAND_VERTICES);
+        st = surface_decimate(scratch, &skin, LT_HAND_VERTICES, rim, m);
     if (!st)
-        st = hand_relax(scratch, s, m);
+        st = surface_relax(scratch, &skin, 40, 0, m);
     if (!st)
         hand_number(s, m);
     return st;
 }
 
-static void measure(const hand_skeleton *s, const hand_surface *m, hand_rig *rig)
+static void measure(const hand_skeleton *s, const surface_mesh *m, hand_rig *rig)
 {
     double total = 0;
 
@@ -61,7 +65,7 @@ static void store_weights(const double w[LT_HAND_JOINTS], float out[LT_HAND_JOIN
     out[most] = rest;
 }
 
-static void store(const hand_surface *m, const hand_rig *rig, const hand_motion *motion,
+static void store(const surface_mesh *m, const hand_rig *rig, const hand_motion *motion,
                   lt_hand_model *out)
 {
     for (int v = 0; v < LT_HAND_VERTICES; v++) {
@@ -83,7 +87,7 @@ static lt_status build(lt_arena *scratch, const hand_skeleton *s, lt_hand_model 
 {
     hand_rig *rig = lt_arena_alloc(scratch, sizeof(*rig));
     hand_motion *motion = lt_arena_array(scratch, LT_HAND_BETAS, sizeof(*motion));
-    hand_surface m;
+    surface_mesh m;
     lt_status st;
 
     if (!rig || !motion)

@@ -4,9 +4,7 @@
  *
  *   hand_skeleton  joints, radii and bone frames of a profile
  *   hand_shape     the skin as a signed distance: palm, eminences, webs, digits
- *   hand_mesh      its zero set as a dense mesh, open at the wrist (surface nets)
- *   hand_decimate  edge collapses down to 778 vertices and a wrist loop of 16
- *   hand_relax     edge flips and sliding on the skin until triangles are good
+ *   surface/       its zero set as a mesh of 778 vertices, open at the wrist in a loop of 16
  *   hand_number    the vertex ids that datasets name
  *   hand_weights, hand_betas, hand_regressor, hand_correctives, hand_pose_space  the arrays of the model
  *
@@ -16,7 +14,7 @@
 #define ASSETS_HAND_INTERNAL_H
 
 #include "assets/hand/hand.h"
-#include "assets/hand/vec3.h"
+#include "assets/surface/surface.h"
 
 enum { DIGIT_INDEX, DIGIT_MIDDLE, DIGIT_LITTLE, DIGIT_RING, DIGIT_THUMB, DIGITS };    /* as the joints */
 enum { WRIST_LOOP = 16 };
@@ -34,27 +32,15 @@ typedef struct {
     double cut_x;                   /* the plane in which the wrist is open */
 } hand_skeleton;
 
-typedef struct {
-    int n_vertices, n_faces;
-    vec3 *vertex;
-    int32_t (*face)[3];             /* counter-clockwise from outside */
-    bool *border;                   /* on the wrist loop */
-} hand_surface;
-
 void hand_skeleton_init(hand_skeleton *s, synth_hand_profile profile);
+
+/* hand_shape_skin - the skin of s, which must outlive it; its one opening, 1, is the wrist's */
+surface_skin hand_shape_skin(const hand_skeleton *s);
 
 /* hand_shape_distance - signed distance to the skin, negative inside; exact near the surface */
 double hand_shape_distance(const hand_skeleton *s, vec3 p);
-/* hand_shape_snap - the point of the skin near p; in the wrist's plane when border is set */
-vec3 hand_shape_snap(const hand_skeleton *s, vec3 p, bool border);
-vec3 hand_shape_normal(const hand_skeleton *s, vec3 p);
-/* hand_shape_spacing - how long the edges of the mesh should be at p: short at finger tips */
-double hand_shape_spacing(const hand_skeleton *s, vec3 p);
 
-lt_status hand_mesh_dense(lt_arena *arena, const hand_skeleton *s, hand_surface *out);
-lt_status hand_decimate(lt_arena *arena, const hand_skeleton *s, hand_surface *m, int n_vertices);
-lt_status hand_relax(lt_arena *arena, const hand_skeleton *s, hand_surface *m);
-void hand_number(const hand_skeleton *s, hand_surface *m);
+void hand_number(const hand_skeleton *s, surface_mesh *m);
 
 void hand_weights_at(const hand_skeleton *s, vec3 p, double weight[LT_HAND_JOINTS]);
 

@@ -28,7 +28,7 @@ static const int tip_id[DIGITS][5] = {          /* -1: fewer conventions name th
 };
 
 typedef struct {
-    const hand_surface *m;
+    const surface_mesh *m;
     int32_t to[LT_HAND_VERTICES];   /* new id of each vertex, -1 while it has none */
     bool taken[LT_HAND_VERTICES];
 } numbering;
@@ -44,20 +44,20 @@ static int32_t nearest_free(const numbering *n, vec3 p)
     int32_t best = -1;
 
     for (int32_t v = 0; v < n->m->n_vertices; v++)
-        if (n->to[v] < 0 && !n->m->border[v]
+        if (n->to[v] < 0 && !n->m->loop[v]
             && (best < 0 || dist(n->m->vertex[v], p) < dist(n->m->vertex[best], p)))
             best = v;
     return best;
 }
 
-static int32_t next_on_border(const hand_surface *m, int32_t v)
+static int32_t next_on_border(const surface_mesh *m, int32_t v)
 {
     for (int f = 0; f < m->n_faces; f++)        /* the cap runs against the faces: v comes second */
         for (int k = 0; k < 3; k++) {
             const int32_t a = m->face[f][k], b = m->face[f][(k + 1) % 3];
             int others = 0;
 
-            if (b != v || !m->border[a] || !m->border[b])
+            if (b != v || !m->loop[a] || !m->loop[b])
                 continue;
             for (int g = 0; g < m->n_faces; g++)
                 for (int j = 0; j < 3; j++)
@@ -73,7 +73,7 @@ static void number_wrist(numbering *n)
     int32_t v = -1;
 
     for (int32_t u = 0; u < n->m->n_vertices; u++)      /* start at the thumb's side */
-        if (n->m->border[u] && (v < 0 || n->m->vertex[u].z > n->m->vertex[v].z))
+        if (n->m->loop[u] && (v < 0 || n->m->vertex[u].z > n->m->vertex[v].z))
             v = u;
     for (int i = 0; i < WRIST_LOOP; i++, v = next_on_border(n->m, v))
         give(n, v, synth_hand_wrist_loop[i]);
@@ -148,17 +148,17 @@ static int by_corners(const void *a, const void *b)
 }
 
 /* Move vertices to their ids; each face starts at its lowest corner, faces in the order of corners. */
-static void apply(const numbering *n, hand_surface *m)
+static void apply(const numbering *n, surface_mesh *m)
 {
     vec3 vertex[LT_HAND_VERTICES];
-    bool border[LT_HAND_VERTICES];
+    uint8_t loop[LT_HAND_VERTICES];
 
     for (int v = 0; v < m->n_vertices; v++) {
         vertex[n->to[v]] = m->vertex[v];
-        border[n->to[v]] = m->border[v];
+        loop[n->to[v]] = m->loop[v];
     }
     memcpy(m->vertex, vertex, sizeof(vertex));
-    memcpy(m->border, border, sizeof(border));
+    memcpy(m->loop, loop, sizeof(loop));
     for (int f = 0; f < m->n_faces; f++) {
         const int32_t *old = m->face[f];
         const int32_t c[3] = { n->to[old[0]], n->to[old[1]], n->to[old[2]] };
@@ -170,7 +170,7 @@ static void apply(const numbering *n, hand_surface *m)
     qsort(m->face, (size_t)m->n_faces, sizeof(*m->face), by_corners);
 }
 
-void hand_number(const hand_skeleton *s, hand_surface *m)
+void hand_number(const hand_skeleton *s, surface_mesh *m)
 {
     numbering n = { .m = m };
 

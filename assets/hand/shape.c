@@ -187,14 +187,15 @@ static vec3 gradient(const hand_skeleton *s, vec3 p)
     return g;
 }
 
-vec3 hand_shape_normal(const hand_skeleton *s, vec3 p)
-{
-    return unit(gradient(s, p));
-}
+static double skin_distance(const void *ctx, vec3 p) { return hand_shape_distance(ctx, p); }
+static vec3 skin_normal(const void *ctx, vec3 p) { return unit(gradient(ctx, p)); }
 
-vec3 hand_shape_snap(const hand_skeleton *s, vec3 p, bool border)
+/* The rim of the wrist lies in its plane. */
+static vec3 skin_snap(const void *ctx, vec3 p, int rim)
 {
-    if (border)
+    const hand_skeleton *s = ctx;
+
+    if (rim)
         p.x = s->cut_x;
     for (int i = 0; i < 4; i++) { /* Newton; the field is a distance but for the fillets */
         const double d = hand_shape_distance(s, p);
@@ -203,18 +204,25 @@ vec3 hand_shape_snap(const hand_skeleton *s, vec3 p, bool border)
         if (fabs(d) < 1e-3)
             break;
         g = gradient(s, p);
-        if (border)
+        if (rim)
             g.x = 0;
         p = madd(p, g, -d / fmax(dot(g, g), 0.1));
     }
     return p;
 }
 
-double hand_shape_spacing(const hand_skeleton *s, vec3 p)
+/* Short at finger tips. */
+static double skin_spacing(const void *ctx, vec3 p)
 {
+    const hand_skeleton *s = ctx;
     double tip = 1e9;
 
     for (int i = 0; i < DIGITS; i++)
         tip = fmin(tip, dist(p, s->joint[i][3]));
     return fmin(fmin(4.3 + 0.05 * tip, 8.2), 7.3 + 0.03 * (s->cut_x - p.x));
+}
+
+surface_skin hand_shape_skin(const hand_skeleton *s)
+{
+    return (surface_skin){ "synthetic hand", s, skin_distance, skin_normal, skin_snap, skin_spacing };
 }

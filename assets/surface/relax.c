@@ -5,12 +5,12 @@
  *
  * Source: Botsch and Kobbelt 2004, "A remeshing approach to multiresolution modeling".
  */
-#include "assets/hand/internal.h"
+#include "assets/surface/surface.h"
+
+#include "libtensor/base/parallel.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-enum { ROUNDS = 40 };
 
 /* An edge with the corners opposite to it: faces (a, b, c) and (b, a, d). */
 typedef struct { int32_t a, b, f, g; } edge;
@@ -36,8 +36,8 @@ static int by_ends(const void *x, const void *y)
     return (e->f > g->f) - (e->f < g->f);
 }
 
-/* All edges with their two faces (g = -1 on the wrist loop), sorted by their ends a < b. */
-static int list_edges(const hand_surface *m, edge *out)
+/* All edges with their two faces (g = -1 on a rim), sorted by their ends a < b. */
+static int list_edges(const surface_mesh *m, edge *out)
 {
     int n = 0, unique = 0;
 
@@ -88,7 +88,7 @@ static bool runs(const int32_t f[3], int32_t a, int32_t b)
     return (f[0] == a && f[1] == b) || (f[1] == a && f[2] == b) || (f[2] == a && f[0] == b);
 }
 
-static bool better_flipped(const hand_surface *m, int32_t a, int32_t b, int32_t c, int32_t d)
+static bool better_flipped(const surface_mesh *m, int32_t a, int32_t b, int32_t c, int32_t d)
 {
     const vec3 *v = m->vertex;
     const double now =
@@ -102,7 +102,7 @@ static bool better_flipped(const hand_surface *m, int32_t a, int32_t b, int32_t 
 }
 
 /* One pass over the edges; a face is touched once, so that the list stays true. */
-static int flip_edges(hand_surface *m, edge *edges, bool *touched)
+static int flip_edges(surface_mesh *m, edge *edges, bool *touched)
 {
     const int n = list_edges(m, edges);
     int flips = 0;
@@ -129,7 +129,7 @@ static int flip_edges(hand_surface *m, edge *edges, bool *touched)
 }
 
 /* Where each vertex would like to be: the middle of its faces, those too large for their place first. */
-static void middles(const hand_skeleton *s, const hand_surface *m, vec3 *sum, double *weight)
+static void middles(const surface_skin *skin, const surface_mesh *m, vec3 *sum, double *weight)
 {
     memset(sum, 0, (size_t)m->n_vertices * sizeof(*sum));
     memset(weight, 0, (size_t)m->n_vertices * sizeof(*weight));
@@ -137,7 +137,7 @@ static void middles(const hand_skeleton *s, const hand_surface *m, vec3 *sum, do
         const vec3 a = m->vertex[m->face[f][0]], b = m->vertex[m->face[f][1]],
                    c = m->vertex[m->face[f][2]];
         const vec3 mid = scale(add(add(a, b), c), 1.0 / 3);
-        const double h = hand_shape_spacing(s, mid),
+        const double h = skin->spacing(skin->ctx, mid),
                      w = norm(cross(sub(b, a), sub(c, a))) / (h * h);
 
         for (int k = 0; k < 3; k++) {
@@ -147,12 +147,12 @@ static void middles(const hand_skeleton *s, const hand_surface *m, vec3 *sum, do
     }
 }
 
-/* The wrist loop: each vertex towards the middle of its two neighbours on it. */
-static void border_middles(const hand_surface *m, const edge *edges, int n, vec3 *sum,
+/* A rim: each vertex towards the middle of its two neighbours on it. */
+static void border_middles(const surface_mesh *m, const edge *edges, int n, vec3 *sum,
                            double *weight)
 {
     for (int v = 0; v < m->n_vertices; v++)
-        if (m->border[v]) {
+        if (m->loop[v]) {
             sum[v] = vec(0, 0, 0);
             weight[v] = 0;
         }
@@ -165,32 +165,48 @@ static void border_middles(const hand_surface *m, const edge *edges, int n, vec3
         }
 }
 
-static void slide(const hand_skeleton *s, hand_surface *m, const vec3 *sum, const double *weight)
-{
-    for (int v = 0; v < m->n_vertices; v++) {
-        const vec3 p = m->vertex[v], n = hand_shape_normal(s, p);
-        const vec3 move = sub(scale(sum[v], 1 / weight[v]), p);
+typedef struct {
+    const surface_skin *skin;
+    surface_mesh *m;
+    const vec3 *sum;
+    const double *weight;
+    unsigned held;
+} slide_job;
 
-        m->vertex[v] =
-            hand_shape_snap(s, madd(p, m->border[v] ? move : reject(move, n), 0.6), m->border[v]);
+enum { PIECE = 64 };                /* vertices of a task */
+
+static void slide(void *ctx, int64_t i)
+{
+    const slide_job *job = ctx;
+    const surface_skin *skin = job->skin;
+    surface_mesh *m = job->m;
+
+    for (int v = (int)i * PIECE; v < (i + 1) * PIECE && v < m->n_vertices; v++) {
+        const int loop = m->loop[v];
+        const vec3 p = m->vertex[v], n = skin->normal(skin->ctx, p);
+        const vec3 move = sub(scale(job->sum[v], 1 / job->weight[v]), p);
+
+        if (!loop || !(job->held >> loop & 1))
+            m->vertex[v] = skin->snap(skin->ctx, madd(p, loop ? move : reject(move, n), 0.6), loop);
     }
 }
 
-lt_status hand_relax(lt_arena *arena, const hand_skeleton *s, hand_surface *m)
+lt_status surface_relax(lt_arena *arena, const surface_skin *skin, int rounds, unsigned held, surface_mesh *m)
 {
     edge *edges = lt_arena_array(arena, 3 * (size_t)m->n_faces, sizeof(edge));
     bool *touched = lt_arena_array(arena, (size_t)m->n_faces, sizeof(bool));
     vec3 *sum = lt_arena_array(arena, (size_t)m->n_vertices, sizeof(vec3));
     double *weight = lt_arena_array(arena, (size_t)m->n_vertices, sizeof(double));
+    slide_job job = { skin, m, sum, weight, held };
 
     if (!edges || !touched || !sum || !weight)
-        return lt_error(LT_ENOMEM, "synthetic hand: no memory to relax the mesh");
-    for (int round = 0; round < ROUNDS; round++) {
+        return lt_error(LT_ENOMEM, "%s: no memory to relax the mesh", skin->name);
+    for (int round = 0; round < rounds; round++) {
         while (flip_edges(m, edges, touched))
             ;
-        middles(s, m, sum, weight);
+        middles(skin, m, sum, weight);
         border_middles(m, edges, list_edges(m, edges), sum, weight);
-        slide(s, m, sum, weight);
+        lt_parallel_for(lt_ceil_div(m->n_vertices, PIECE), slide, &job);
     }
     while (flip_edges(m, edges, touched))
         ;

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Points and directions in double precision, for building the hand. Private to this folder.
+ * Points and directions in double precision, for building skins.
  */
-#ifndef ASSETS_HAND_VEC3_H
-#define ASSETS_HAND_VEC3_H
+#ifndef ASSETS_SURFACE_VEC3_H
+#define ASSETS_SURFACE_VEC3_H
 
 #include <math.h>
 

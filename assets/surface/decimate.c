@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Edge collapses, cheapest first, down to a given number of vertices and a wrist loop of 16.
+ * Edge collapses, cheapest first, down to a given number of vertices, and of edges around each opening.
  *
  * An edge is cheap when it is short for its place and its collapse leaves the planes around it little.
  * Source: Garland and Heckbert 1997, "Surface simplification using quadric error metrics".
  */
-#include "assets/hand/internal.h"
+#include "assets/surface/surface.h"
 
 #include <assert.h>
 
@@ -16,15 +16,15 @@ typedef struct { double a[10]; } quadric;       /* upper triangle of the 4 x 4 f
 typedef struct { double cost; int32_t a, b, stamp_a, stamp_b; } candidate;
 
 typedef struct {
-    const hand_skeleton *s;
-    hand_surface *m;
+    const surface_skin *skin;
+    surface_mesh *m;
     quadric *q;
     int32_t (*ring)[MAX_RING];      /* faces around each vertex */
     int32_t *ring_n, *stamp;        /* stamp: bumped when a vertex changes, -1 when it is gone */
     double *spacing;
     candidate *heap;
     size_t heap_n, heap_cap;
-    int vertices, border;           /* how many are left */
+    int inside, rim[SURFACE_LOOPS + 1];     /* how many are left: on no rim, on each */
 } decimation;
 
 static void add_plane(quadric *q, vec3 n, double d, double w)
@@ -78,10 +78,10 @@ static int neighbours(const decimation *d, int32_t v, int32_t out[2 * MAX_RING])
 
 static vec3 merged_place(const decimation *d, int32_t a, int32_t b)
 {
-    const hand_surface *m = d->m;
+    const surface_mesh *m = d->m;
 
-    if (m->border[a] != m->border[b])
-        return m->vertex[m->border[a] ? a : b];
+    if (m->loop[a] != m->loop[b])
+        return m->vertex[m->loop[a] ? a : b];
     return mix(m->vertex[a], m->vertex[b], 0.5);
 }
 
@@ -152,7 +152,7 @@ static bool keeps_topology(const decimation *d, int32_t a, int32_t b)
     for (int i = 0; i < ka; i++)
         for (int j = 0; j < kb; j++)
             common += na[i] == nb[j];
-    if (d->m->border[a] && d->m->border[b] && faces != 1)
+    if (d->m->loop[a] && d->m->loop[b] && (faces != 1 || d->m->loop[a] != d->m->loop[b]))
         return false;
     return common == faces && d->ring_n[a] + d->ring_n[b] - 2 * faces < MAX_RING;
 }
@@ -187,10 +187,10 @@ static void drop_face(decimation *d, int32_t v, int32_t face)
     d->ring[v][r] = d->ring[v][--d->ring_n[v]];
 }
 
-/* Merge b into a. Faces on the edge are marked by a first corner of -1. */
+/* Merge b into a. Faces on the edge keep b, which is gone. */
 static void collapse(decimation *d, int32_t a, int32_t b)
 {
-    hand_surface *m = d->m;
+    surface_mesh *m = d->m;
     int32_t near[2 * MAX_RING];
     int n;
 
@@ -205,17 +205,19 @@ static void collapse(decimation *d, int32_t a, int32_t b)
             for (int k = 0; k < 3; k++)
                 if (f[k] != b)
                     drop_face(d, f[k], face);
-            f[0] = -1;
+            f[0] = b;
             continue;
         }
         for (int k = 0; k < 3; k++)
             f[k] = f[k] == b ? a : f[k];
         d->ring[a][d->ring_n[a]++] = face;
     }
-    d->border -= m->border[a] && m->border[b];
-    m->border[a] |= m->border[b];
-    m->vertex[a] = hand_shape_snap(d->s, m->vertex[a], m->border[a]);
-    d->vertices--;
+    if (m->loop[a] && m->loop[b])
+        d->rim[m->loop[a]]--;
+    else
+        d->inside--;
+    m->loop[a] |= m->loop[b];
+    m->vertex[a] = d->skin->snap(d->skin->ctx, m->vertex[a], m->loop[a]);
     d->stamp[b] = -1;
     d->stamp[a]++;
     n = neighbours(d, a, near);
@@ -223,19 +225,19 @@ static void collapse(decimation *d, int32_t a, int32_t b)
         push(d, a, near[i]);
 }
 
-static bool allowed(const decimation *d, int32_t a, int32_t b, int target)
+static bool allowed(const decimation *d, int32_t a, int32_t b, int inside, const int rim[SURFACE_LOOPS])
 {
-    const bool along_border = d->m->border[a] && d->m->border[b];
+    const uint8_t *loop = d->m->loop;
     const vec3 p = merged_place(d, a, b);
 
-    if (along_border ? d->border <= WRIST_LOOP : d->vertices - d->border <= target - WRIST_LOOP)
+    if (loop[a] && loop[b] ? d->rim[loop[a]] <= rim[loop[a] - 1] : d->inside <= inside)
         return false;
     return keeps_topology(d, a, b) && keeps_sides(d, a, b, p) && keeps_sides(d, b, a, p);
 }
 
 static lt_status prepare(lt_arena *arena, decimation *d)
 {
-    const hand_surface *m = d->m;
+    const surface_mesh *m = d->m;
     const size_t n = (size_t)m->n_vertices;
 
     d->heap_cap = 32 * n; /* an edge per face corner at first, some six per collapse after */
@@ -246,27 +248,26 @@ static lt_status prepare(lt_arena *arena, decimation *d)
     d->spacing = lt_arena_array(arena, n, sizeof(double));
     d->heap = lt_arena_array(arena, d->heap_cap, sizeof(candidate));
     if (!d->q || !d->ring || !d->ring_n || !d->stamp || !d->spacing || !d->heap)
-        return lt_error(LT_ENOMEM, "synthetic hand: no memory to simplify the mesh");
+        return lt_error(LT_ENOMEM, "%s: no memory to simplify the mesh", d->skin->name);
     for (int f = 0; f < m->n_faces; f++)
         for (int k = 0; k < 3; k++) {
             const int32_t v = m->face[f][k];
 
             if (d->ring_n[v] == MAX_RING)
-                return lt_error(LT_ENUMERIC, "synthetic hand: over %d faces around a vertex",
-                                MAX_RING);
+                return lt_error(LT_ENUMERIC, "%s: over %d faces around a vertex", d->skin->name, MAX_RING);
             d->ring[v][d->ring_n[v]++] = f;
         }
     for (int v = 0; v < m->n_vertices; v++) {
-        d->spacing[v] = hand_shape_spacing(d->s, m->vertex[v]);
-        d->border += m->border[v];
+        d->spacing[v] = d->skin->spacing(d->skin->ctx, m->vertex[v]);
+        d->rim[m->loop[v]]++;
     }
-    d->vertices = m->n_vertices;
+    d->inside = d->rim[0];
     return LT_OK;
 }
 
 static void push_all(decimation *d)
 {
-    const hand_surface *m = d->m;
+    const surface_mesh *m = d->m;
 
     for (int f = 0; f < m->n_faces; f++)
         add_face_quadric(d, m->face[f]);
@@ -275,51 +276,30 @@ static void push_all(decimation *d)
             push(d, m->face[f][k], m->face[f][(k + 1) % 3]);
 }
 
-/* Close the gaps that collapsed vertices and faces left. */
-static void compact(const decimation *d)
+lt_status surface_decimate(lt_arena *arena, const surface_skin *skin, int n_vertices, const int rim[SURFACE_LOOPS],
+                           surface_mesh *m)
 {
-    hand_surface *m = d->m;
-    int32_t *to = d->stamp;         /* read once, then the new number */
-    int n = 0, nf = 0;
-
-    for (int v = 0; v < m->n_vertices; v++) {
-        if (to[v] < 0)
-            continue;
-        m->vertex[n] = m->vertex[v];
-        m->border[n] = m->border[v];
-        to[v] = n++;
-    }
-    for (int f = 0; f < m->n_faces; f++) {
-        if (m->face[f][0] < 0)
-            continue;
-        for (int k = 0; k < 3; k++)
-            m->face[nf][k] = to[m->face[f][k]];
-        nf++;
-    }
-    m->n_vertices = n;
-    m->n_faces = nf;
-}
-
-lt_status hand_decimate(lt_arena *arena, const hand_skeleton *s, hand_surface *m, int n_vertices)
-{
-    decimation d = { .s = s, .m = m };
+    decimation d = { .skin = skin, .m = m };
     const lt_status st = prepare(arena, &d);
+    int inside = n_vertices, over;
 
     if (st)
         return st;
+    for (int i = 0; i < SURFACE_LOOPS; i++)
+        inside -= rim[i];
     push_all(&d);
-    while (d.heap_n && (d.vertices > n_vertices || d.border > WRIST_LOOP)) {
+    do {
         const candidate c = pop(&d);
 
-        if (d.stamp[c.a] == c.stamp_a && d.stamp[c.b] == c.stamp_b
-            && allowed(&d, c.a, c.b, n_vertices))
+        if (d.stamp[c.a] == c.stamp_a && d.stamp[c.b] == c.stamp_b && allowed(&d, c.a, c.b, inside, rim))
             collapse(&d, c.a, c.b);
-    }
-    if (d.vertices != n_vertices || d.border != WRIST_LOOP)
-        return lt_error(
-            LT_ENUMERIC,
-            "synthetic hand: simplified to %d vertices and a loop of %d, want %d and %d",
-            d.vertices, d.border, n_vertices, WRIST_LOOP);
-    compact(&d);
+        over = d.inside > inside;
+        for (int i = 0; i < SURFACE_LOOPS; i++)
+            over |= d.rim[1 + i] > rim[i];
+    } while (d.heap_n && over);
+    surface_compact(m, d.stamp);
+    if (d.inside != inside || over)
+        return lt_error(LT_ENUMERIC, "%s: simplified to %d vertices, with %d, %d, %d on the rims, want %d and %d, %d, %d",
+                        skin->name, m->n_vertices, d.rim[1], d.rim[2], d.rim[3], n_vertices, rim[0], rim[1], rim[2]);
     return LT_OK;
 }
