@@ -8,6 +8,7 @@
  *   surface_decimate   edge collapses down to a number of vertices, and of edges around each opening
  *   surface_relax      edge flips and sliding on the skin until triangles are good
  *   surface_regress    joints as weighted means of the skin around them
+ *   surface_bend       how the skin gives way at a joint that bends
  *
  * Lengths are millimetres. Functions that make things return LT_ENOMEM, and LT_ENUMERIC where the skin does not allow
  * what is asked for.
@@ -64,6 +65,18 @@ lt_status surface_decimate(lt_arena *arena, const surface_skin *skin, int n_vert
 
 /* surface_relax - held: bit i is set where the rim of opening i stays as it is */
 lt_status surface_relax(lt_arena *arena, const surface_skin *skin, int rounds, unsigned held, surface_mesh *m);
+
+/* A joint that bends. */
+typedef struct {
+    int joint;
+    vec3 axis;                      /* unit */
+    vec3 puff;                      /* added where it is bent by 90 degrees */
+    double gain;                    /* how much of what skinning loses is put back */
+} surface_hinge;
+
+/* surface_bend - dirs (3, features) of the vertex that is at `from_joint` from the joint and turns with it by `share`,
+ * in metres per entry of R - I */
+void surface_bend(const surface_hinge *h, vec3 from_joint, double share, float *dirs, int features);
 
 enum { SURFACE_RING = 44 };
 
