@@ -81,8 +81,12 @@ lt_status body_file_take(lt_arena *arena, const keyed *k, body_model **out)
         st = take_tree(k, m);
     if (!st)
         st = keyed_sums(k, "weights", m->weights, V, J);
-    if (!st)
+    if (!st) {
+        const char *kind = keyed_text(k, "asset_kind");
+
+        m->synthetic = kind && strcmp(kind, "synthetic") == 0;
         *out = m;
+    }
     return st;
 }
 
@@ -96,4 +100,35 @@ lt_status body_file_read(lt_arena *arena, const char *path, body_model **out)
         st = body_file_take(arena, &k, out);
     lt_arena_free(scratch);
     return st;
+}
+
+static lt_named_array named(const char *name, lt_elem type, int rank, const int64_t *shape, const void *data)
+{
+    return (lt_named_array){ name, lt_array_make(type, rank, shape, data) };
+}
+
+lt_status body_file_write(const char *path, const body_model *m)
+{
+    const char *kind = m->synthetic ? "synthetic" : "smplx";
+    int32_t tree[2][J];
+
+    for (int j = 0; j < J; j++) {
+        tree[0][j] = m->parent[j];
+        tree[1][j] = j;
+    }
+    const lt_named_array list[] = {
+        named("v_template", LT_ELEM_F4, 2, (int64_t[]){ V, 3 }, m->v_template),
+        named("shapedirs", LT_ELEM_F4, 3, (int64_t[]){ V, 3, m->shapes + m->expressions }, m->shapedirs),
+        named("posedirs", LT_ELEM_F4, 3, (int64_t[]){ V, 3, BODY_FEATURES }, m->posedirs),
+        named("J_regressor", LT_ELEM_F4, 2, (int64_t[]){ J, V }, m->J_regressor),
+        named("weights", LT_ELEM_F4, 2, (int64_t[]){ V, J }, m->weights),
+        named("f", LT_ELEM_I4, 2, (int64_t[]){ F, 3 }, m->faces),
+        named("kintree_table", LT_ELEM_I4, 2, (int64_t[]){ 2, J }, tree),
+        named("hands_componentsl", LT_ELEM_F4, 2, (int64_t[]){ P, P }, m->hand_components[0]),
+        named("hands_componentsr", LT_ELEM_F4, 2, (int64_t[]){ P, P }, m->hand_components[1]),
+        named("hands_meanl", LT_ELEM_F4, 1, (int64_t[]){ P }, m->hand_mean[0]),
+        named("hands_meanr", LT_ELEM_F4, 1, (int64_t[]){ P }, m->hand_mean[1]),
+        named("asset_kind", LT_ELEM_TEXT, 0, NULL, &kind),
+    };
+    return lt_npz_write(path, list, LT_COUNT(list), true);
 }

@@ -25,7 +25,8 @@ typedef struct {
     float *J_regressor;             /* (BODY_JOINTS, BODY_VERTICES) */
     float *weights;                 /* (BODY_VERTICES, BODY_JOINTS) */
     int32_t (*faces)[3];            /* BODY_FACES */
-    int parent[BODY_JOINTS];     /* -1 for the pelvis; always before its children */
+    int parent[BODY_JOINTS];        /* -1 for the pelvis; always before its children */
+    bool synthetic;                 /* not SMPL-X: the stand-in that synth_body_new makes */
     float (*hand_components[2])[BODY_HAND_PCA], *hand_mean[2];       /* left, right */
 } body_model;
 
@@ -34,7 +35,7 @@ typedef struct {
  *
  *   out      owned by the arena; touched only on success
  *
- * Pickled members of the .npz (joint2num, part2num) are passed over.
+ * synthetic is set by asset_kind = "synthetic". Pickled members of the .npz (joint2num, part2num) are passed over.
  * Errors: LT_EFORMAT names the file, the key, and the shape found against the one wanted; also an index out
  * of range, a number that is not finite, weights whose rows do not sum to 1, a joint before its parent.
  */
@@ -43,6 +44,9 @@ lt_status body_file_read(lt_arena *arena, const char *path, body_model **out);
 /* body_file_take - the same from arrays that are open already */
 struct keyed;
 lt_status body_file_take(lt_arena *arena, const struct keyed *k, body_model **out);
+
+/* body_file_write - the .npz form of it, atomically and packed; reads back to the same bits */
+lt_status body_file_write(const char *path, const body_model *model);
 
 #ifdef __cplusplus
 }

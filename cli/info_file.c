@@ -131,7 +131,7 @@ static void add_hand_check(const look *l, const keyed *k)
     }
     snprintf(reason, sizeof(reason), "%s", lt_last_error());
     if (body_file_take(l->arena, k, &body) == LT_OK) {
-        cJSON_AddStringToObject(l->root, "body model", "complete");
+        cJSON_AddStringToObject(l->root, "body model", body->synthetic ? "complete, synthetic" : "complete");
         cJSON_AddNumberToObject(l->root, "shape directions", body->shapes);
         cJSON_AddNumberToObject(l->root, "expressions", body->expressions);
         return;

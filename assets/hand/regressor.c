@@ -21,7 +21,7 @@ void hand_regressor(const hand_skeleton *s, const hand_rig *rig,
         for (int k = 0; k < LT_HAND_BETAS; k++)
             moves[k] = motion[k].joint[j];
         surface_ring_near(rig->vertex, NULL, LT_HAND_VERTICES, joint, &r);
-        surface_regress(rig->vertex, skin, joint, moves, LT_HAND_BETAS, &r);
+        surface_regress(rig->vertex, skin, joint, moves, LT_HAND_BETAS, 1, &r);
         for (int i = 0; i < r.n; i++)
             out[j][r.id[i]] = (float)r.w[i];
     }

@@ -281,7 +281,7 @@ lt_status surface_decimate(lt_arena *arena, const surface_skin *skin, int n_vert
 {
     decimation d = { .skin = skin, .m = m };
     const lt_status st = prepare(arena, &d);
-    int inside = n_vertices, over;
+    int inside = n_vertices, over, missed;
 
     if (st)
         return st;
@@ -298,7 +298,10 @@ lt_status surface_decimate(lt_arena *arena, const surface_skin *skin, int n_vert
             over |= d.rim[1 + i] > rim[i];
     } while (d.heap_n && over);
     surface_compact(m, d.stamp);
-    if (d.inside != inside || over)
+    missed = d.inside != inside;
+    for (int i = 0; i < SURFACE_LOOPS; i++)
+        missed |= d.rim[1 + i] != rim[i];
+    if (missed)
         return lt_error(LT_ENUMERIC, "%s: simplified to %d vertices, with %d, %d, %d on the rims, want %d and %d, %d, %d",
                         skin->name, m->n_vertices, d.rim[1], d.rim[2], d.rim[3], n_vertices, rim[0], rim[1], rim[2]);
     return LT_OK;

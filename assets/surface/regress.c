@@ -13,8 +13,6 @@
 
 enum { RING = SURFACE_RING, CONSTRAINTS = 4, SYSTEM = RING + CONSTRAINTS };
 
-static const double FOLLOW = 1;     /* per square millimetre */
-
 static double cost_of(const vec3 *vertex, const double *cost, vec3 p, int v)
 {
     return cost ? cost[v] : dist(vertex[v], p);
@@ -86,7 +84,7 @@ static double component(vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ?
 
 /* One solution without regard to signs, over the vertices still in the ring. */
 static void solve_ring(const vec3 *vertex, const vec3 *const *motion, vec3 joint, const vec3 *joint_motion,
-                       int directions, surface_ring *r)
+                       int directions, double follow, surface_ring *r)
 {
     double a[SYSTEM][SYSTEM] = { { 0 } }, b[SYSTEM] = { 0 };
     const int n = r->n;
@@ -102,9 +100,9 @@ static void solve_ring(const vec3 *vertex, const vec3 *const *motion, vec3 joint
         for (int i = 0; i < n; i++) {
             const double di = component(m[r->id[i]], e % 3);
 
-            b[i] += FOLLOW * di * want;
+            b[i] += follow * di * want;
             for (int k = 0; k < n; k++)
-                a[i][k] += FOLLOW * di * component(m[r->id[k]], e % 3);
+                a[i][k] += follow * di * component(m[r->id[k]], e % 3);
         }
     }
     for (int c = 0; c < CONSTRAINTS; c++) {
@@ -133,9 +131,9 @@ static bool drop_negative(surface_ring *r)
 }
 
 void surface_regress(const vec3 *vertex, const vec3 *const *motion, vec3 joint, const vec3 *joint_motion,
-                     int directions, surface_ring *r)
+                     int directions, double follow, surface_ring *r)
 {
     do
-        solve_ring(vertex, motion, joint, joint_motion, directions, r);
+        solve_ring(vertex, motion, joint, joint_motion, directions, follow, r);
     while (drop_negative(r));
 }

@@ -98,8 +98,9 @@ void surface_ring_near(const vec3 *vertex, const double *cost, int n_vertices, v
  *   motion         (n) of all vertices, in each of the directions in which shapes differ
  *   joint_motion   (n) of the joint
  *   directions     n, at most 10
+ *   follow         how much the latter counts, per square millimetre
  */
 void surface_regress(const vec3 *vertex, const vec3 *const *motion, vec3 joint, const vec3 *joint_motion,
-                     int directions, surface_ring *r);
+                     int directions, double follow, surface_ring *r);
 
 #endif
