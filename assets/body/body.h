@@ -53,9 +53,11 @@ lt_rig synth_body_rig(const body_model *m);
 typedef struct { double lo[3], hi[3]; } synth_body_limit;
 extern const synth_body_limit synth_body_limits[BODY_FINGERS];
 
-/* synth_body_rotation - R of such angles; synth_body_angles - back, |x| < 90 degrees */
+/* synth_body_rotation - R of such angles; synth_body_angles - back, |x| < 90 degrees; synth_body_within - whether R is
+ * a turn that the joint allows, to 1e-5 */
 void synth_body_rotation(const double angle[3], double R[9]);
 void synth_body_angles(const double R[9], double angle[3]);
+bool synth_body_within(int joint, const double R[9]);
 
 /* Where the 65 nodes are: below BODY_JOINTS a joint, else vertex node - BODY_JOINTS. The order is data/action's: 25 of
  * the body, 20 of each hand, left first. Source: IDEA-Research/OSX common/utils/human_models.py. */

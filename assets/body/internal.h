@@ -8,8 +8,8 @@
  *   skin       both halves, hands and eyes in one, with the vertex ids that others expect
  *   weights, shapes, expressions, correctives, regressor   the arrays of the model
  *
- * The right half is designed, at x < 0; the left one is its mirror image. Lengths are millimetres here, heights are from
- * the floor.
+ * The right half is designed, at x < 0; the left one is its mirror image. Lengths are millimetres here, heights are
+ * from the floor.
  */
 #ifndef ASSETS_BODY_INTERNAL_H
 #define ASSETS_BODY_INTERNAL_H
@@ -46,7 +46,7 @@ void body_skeleton_init(body_skeleton *s);
 surface_skin body_shape_skin(const body_skeleton *s);
 bool body_shape_in_eye(const void *skeleton, vec3 p);       /* in the opening of the right eye */
 
-/* body_half - HALF_VERTICES; vertices of RIM_WRIST are where the hand has them. wrist[i]: vertex i of the hand's loop */
+/* body_half - HALF_VERTICES; those of RIM_WRIST are where the hand has them. wrist[i]: vertex i of the hand's loop */
 lt_status body_half(lt_arena *arena, const body_skeleton *s, const lt_hand_model *hand, surface_mesh *m,
                     int wrist[WRIST_EDGES]);
 

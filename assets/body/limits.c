@@ -52,3 +52,23 @@ void synth_body_angles(const double R[9], double angle[3])
     angle[1] = atan2(R[2], R[8]);
     angle[2] = atan2(R[3], R[4]);
 }
+
+static bool is_within(const synth_body_limit *l, const double angle[3])
+{
+    for (int k = 0; k < 3; k++)
+        if (!(angle[k] >= l->lo[k] - 1e-5 && angle[k] <= l->hi[k] + 1e-5))
+            return false;
+    return true;
+}
+
+/* R has two triples of angles: turning by 180 degrees about all axes but with x on its other side is the same. */
+bool synth_body_within(int joint, const double R[9])
+{
+    double a[3], other[3];
+
+    synth_body_angles(R, a);
+    other[0] = copysign(M_PI, a[0]) - a[0];
+    for (int k = 1; k < 3; k++)
+        other[k] = a[k] - copysign(M_PI, a[k]);
+    return is_within(&synth_body_limits[joint], a) || is_within(&synth_body_limits[joint], other);
+}

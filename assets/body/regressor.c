@@ -58,8 +58,11 @@ static void slice_costs(const body_skin *skin, const slice *c, vec3 joint, bool 
 /* An eye's joint, from around its middle. */
 static void eye_costs(const body_skin *skin, vec3 joint, bool left, double *cost)
 {
-    for (int v = 0; v < V; v++)
-        cost[v] = 1 + fabs(skin->vertex[v].z - joint.z) + (skin->source[v] == FROM_EYE && skin->left[v] == left ? 0 : 1e6);
+    for (int v = 0; v < V; v++) {
+        const bool own = skin->source[v] == FROM_EYE && skin->left[v] == left;
+
+        cost[v] = 1 + fabs(skin->vertex[v].z - joint.z) + (own ? 0 : 1e6);
+    }
 }
 
 static void hand_rows(const body_skin *skin, const lt_hand_model *hand, float *out)

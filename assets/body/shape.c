@@ -106,7 +106,8 @@ static double foot(const body_skeleton *s, vec3 p)
 
 static double arm(const body_skeleton *s, vec3 p)
 {
-    const vec3 shoulder = s->joint[BODY_SHOULDER + 1], elbow = s->joint[BODY_ELBOW + 1], wrist = s->joint[BODY_WRIST + 1];
+    const vec3 shoulder = s->joint[BODY_SHOULDER + 1], elbow = s->joint[BODY_ELBOW + 1];
+    const vec3 wrist = s->joint[BODY_WRIST + 1];
     double d = round_cone(p, add(shoulder, vec(0, -2, 0)), add(shoulder, vec(-80, -6, 0)), 57, 49);
 
     d = smooth_min(d, round_cone(p, add(shoulder, vec(-80, -6, 0)), elbow, 48, 40), 40);

@@ -10,9 +10,10 @@ enum { TRUNK, CHEST, HIPS, LEGS, FEET, SHOULDERS, ARMS, NECK, HEAD, HANDS, PARTS
 
 static int part_of(int joint)
 {
-    static const int8_t part[BODY_FINGERS] = { TRUNK, HIPS, HIPS, TRUNK, LEGS, LEGS, CHEST, LEGS, LEGS, CHEST, FEET, FEET,
-                                               NECK, CHEST, CHEST, NECK, SHOULDERS, SHOULDERS, ARMS, ARMS, ARMS,
-                                               ARMS, HEAD, HEAD, HEAD };
+    static const int8_t part[BODY_FINGERS] = {
+        TRUNK, HIPS, HIPS, TRUNK, LEGS, LEGS, CHEST, LEGS, LEGS, CHEST, FEET, FEET, NECK, CHEST, CHEST, NECK, SHOULDERS,
+        SHOULDERS, ARMS, ARMS, ARMS, ARMS, HEAD, HEAD, HEAD,
+    };
 
     return joint < BODY_FINGERS ? part[joint] : HANDS;
 }
@@ -25,7 +26,8 @@ static const change changes[BODY_SHAPES] = {
     { { 0.053, 0.053, 0.04, 0.053, 0.05, 0.04, 0.053, 0.045, 0.03 },
       { 0.035, 0.035, 0.035, 0.035, 0.05, 0.035, 0.03, 0.03, 0.03 }, 0 },
     { { [HIPS] = 0.02, [SHOULDERS] = 0.02 },
-      { [TRUNK] = 0.08, [CHEST] = 0.06, [HIPS] = 0.07, [LEGS] = 0.05, [SHOULDERS] = 0.06, [ARMS] = 0.05, [NECK] = 0.03 },
+      { [TRUNK] = 0.08, [CHEST] = 0.06, [HIPS] = 0.07, [LEGS] = 0.05, [SHOULDERS] = 0.06, [ARMS] = 0.05,
+        [NECK] = 0.03 },
       0 },
     { { [TRUNK] = 0.035, [CHEST] = 0.035, [LEGS] = -0.025 }, { 0 }, 0 },
     { { [SHOULDERS] = 0.08 }, { [CHEST] = 0.02, [SHOULDERS] = 0.02 }, 0 },
@@ -40,14 +42,15 @@ static const change changes[BODY_SHAPES] = {
 /* Flesh of the head swells about the head's joint, which is where its bone begins. */
 static bool is_point(int j)
 {
-    return j == BODY_HEAD || j == BODY_FOOT || j == BODY_FOOT + 1 || j == BODY_JAW || j == BODY_EYE || j == BODY_EYE + 1;
+    return j == BODY_HEAD || j == BODY_FOOT || j == BODY_FOOT + 1 || (j >= BODY_JAW && j < BODY_FINGERS);
 }
 
 /* The joint at the end of the bone that begins in j. */
 static int bone_end(int j)
 {
-    static const int8_t end[BODY_JAW] = { BODY_SPINE1, 4, 5, 6, 7, 8, 9, 10, 11, 12, 0, 0, 15, 16, 17, 0, 18, 19, 20, 21,
-                                          0, 0 };
+    static const int8_t end[BODY_JAW] = {
+        BODY_SPINE1, 4, 5, 6, 7, 8, 9, 10, 11, 12, 0, 0, 15, 16, 17, 0, 18, 19, 20, 21, 0, 0,
+    };
 
     return end[j];
 }

@@ -302,7 +302,8 @@ lt_status surface_decimate(lt_arena *arena, const surface_skin *skin, int n_vert
     for (int i = 0; i < SURFACE_LOOPS; i++)
         missed |= d.rim[1 + i] != rim[i];
     if (missed)
-        return lt_error(LT_ENUMERIC, "%s: simplified to %d vertices, with %d, %d, %d on the rims, want %d and %d, %d, %d",
+        return lt_error(LT_ENUMERIC,
+                        "%s: simplified to %d vertices, with %d, %d, %d on the rims, want %d and %d, %d, %d",
                         skin->name, m->n_vertices, d.rim[1], d.rim[2], d.rim[3], n_vertices, rim[0], rim[1], rim[2]);
     return LT_OK;
 }

@@ -341,6 +341,12 @@ START_TEST(angles)
     for (int j = 0; j < BODY_FINGERS; j++)
         for (int k = 0; k < 3; k++)
             ck_assert(synth_body_limits[j].lo[k] <= 0 && synth_body_limits[j].hi[k] >= 0);
+    for (int i = 0; i < 2; i++) {               /* a knee bends by 120 degrees, and not by 160 */
+        double R[9];
+
+        synth_body_rotation((double[]){ i ? 2.8 : 2.1, 0.1, 0 }, R);
+        ck_assert(synth_body_within(BODY_KNEE, R) == !i);
+    }
 }
 END_TEST
 
