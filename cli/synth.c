@@ -17,12 +17,13 @@ static const struct argp_option options[] = {
       "hogs: two hands, four objects, light and initial poses written down, 320 x 240; "
       "detect: single pictures for detectors, as COCO has them; "
       "track: films for trackers, as MOTChallenge has them; "
-      "actions: clips of skeletons that do ten things, for networks that tell them apart", 0 },
+      "actions: clips of skeletons that do ten things, for networks that tell them apart; "
+      "body: pictures of persons at tables, for networks for whole bodies", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
     { "seed", SEED, "N", 0, "the same seed gives the same files; default 0", 0 },
-    { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's; detect: pictures",
+    { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's; detect, body: pictures",
       0 },
     { "clips", CLIPS, "N", 0, "actions: in all, 100 for each repetition; default 2000", 0 },
     { "difficulty", DIFFICULTY, "X", 0, "actions: 0 to 1: how much joints are off, how often the object is missed, how "
@@ -51,8 +52,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     switch (key) {
     case 'p':
         if (synth_parse_preset(arg, &o->preset))
-            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default, hogs, detect, track "
-                       "or actions", arg);
+            argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default, hogs, detect, track, "
+                       "actions or body", arg);
         break;
     case LAYOUT:
         if (synth_parse_layout(arg, &o->layout))
@@ -83,7 +84,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (o->preset == SYNTH_HOGS && o->layout != SYNTH_HO3D)
             argp_error(state, "--preset hogs is for --layout ho3d");
         if (o->preset >= SYNTH_DETECT && (o->layout != SYNTH_HO3D || o->png || o->alias_ycb))
-            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track or actions");
+            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track, actions or body");
         if (o->preset != SYNTH_DETECT && o->near > 0)
             argp_error(state, "--near is for --preset detect");
         if (o->preset != SYNTH_ACTIONS && (o->clips || o->difficulty >= 0))
@@ -99,8 +100,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
 static const struct argp argp = {
     options, parse, NULL,
-    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3, of DexYCB, of COCO or of MOTChallenge; or "
-    "clips of skeletons.\v"
+    "Make a synthetic dataset of hands with objects, in the layout of HO3D v3, of DexYCB, of COCO or of MOTChallenge; "
+    "pictures of whole bodies; or clips of skeletons.\v"
     "The folder reads like the real dataset; manifest.json holds seed and checksums, stats.json how much is "
     "hidden from view.\n\n  palmar synth --preset tiny --out data/tiny", NULL, NULL, NULL,
 };

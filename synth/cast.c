@@ -34,6 +34,7 @@ static const preset presets[] = {
     [SYNTH_DETECT] = { .name = "detect" },          /* no takes: synth/detect, synth/track, synth/actions */
     [SYNTH_TRACK] = { .name = "track" },
     [SYNTH_ACTIONS] = { .name = "actions" },
+    [SYNTH_BODY] = { .name = "body" },
 };
 
 static const struct { int id; const char *letters; } initials[] = {
@@ -48,7 +49,8 @@ lt_status synth_parse_preset(const char *name, synth_preset *out)
             *out = (synth_preset)i;
             return LT_OK;
         }
-    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain, default, hogs, detect or track", name);
+    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain, default, hogs, detect, track, actions "
+                    "or body", name);
 }
 
 const char *synth_preset_name(synth_preset which)

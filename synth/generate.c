@@ -7,6 +7,7 @@
 #include "assets/ycb/objects.h"
 #include "libtensor/io/file.h"
 #include "synth/actions/actions.h"
+#include "synth/body/set.h"
 #include "synth/detect/detect.h"
 #include "synth/film.h"
 #include "synth/track/track.h"
@@ -200,6 +201,7 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
 {
     static lt_status (*const without_takes[])(const synth_options *, synth_figure *, int *) = {
         [SYNTH_DETECT] = synth_detect, [SYNTH_TRACK] = synth_track, [SYNTH_ACTIONS] = synth_actions,
+        [SYNTH_BODY] = synth_body_set,
     };
     lt_status st;
 
