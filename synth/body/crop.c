@@ -97,7 +97,7 @@ static void draw_camera(body_picture *p)
 static void crop(body_picture *p)
 {
     const double *b = p->box;
-    const double w = fmax(b[2] - b[0], 0.75 * (b[3] - b[1])) * GROWN, scale = SYNTH_BODY_WIDTH / w;
+    const double w = fmax(b[2] - b[0], 0.75 * (b[3] - b[1])) * GROWN, scale = BODY_PICTURE_WIDTH / w;
     const double x0 = (b[0] + b[2]) / 2 - w / 2, y0 = (b[1] + b[3]) / 2 - w / 0.75 / 2;
 
     p->camera = p->wide;
@@ -105,8 +105,8 @@ static void crop(body_picture *p)
     p->camera.fy *= scale;
     p->camera.cx = scale * (p->wide.cx - x0);
     p->camera.cy = scale * (p->wide.cy - y0);
-    p->camera.width = SYNTH_BODY_WIDTH;
-    p->camera.height = SYNTH_BODY_HEIGHT;
+    p->camera.width = BODY_PICTURE_WIDTH;
+    p->camera.height = BODY_PICTURE_HEIGHT;
     p->corner[0] = x0;
     p->corner[1] = y0;
     p->scale = scale;
@@ -247,7 +247,7 @@ static void develop(const body_picture *p, int64_t i, synth_frame *f)
 }
 
 lt_status synth_crop_take(lt_arena *arena, const synth_crop_place *place, int64_t i, synth_frame *small,
-                          synth_frame *frame, synth_crop_truth *out)
+                          synth_frame *frame, body_row *out)
 {
     body_picture *p = lt_arena_alloc(arena, sizeof(*p));
     synth_scene scene;

@@ -30,6 +30,6 @@ bool picture_project(const synth_camera *c, const double p[3], double uv[2]);
 bool picture_outside(const body_picture *p, double u, double v);
 
 /* picture_truth - what is written of it; f is what was drawn, with its labels */
-void picture_truth(const body_picture *p, const synth_frame *f, synth_crop_truth *out);
+void picture_truth(const body_picture *p, const synth_frame *f, body_row *out);
 
 #endif

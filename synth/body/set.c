@@ -3,7 +3,6 @@
 #include "synth/body/set.h"
 
 #include "libtensor/base/parallel.h"
-#include "libtensor/io/array/npz.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
 #include "synth/body/crop.h"
@@ -43,7 +42,7 @@ typedef struct {
     synth_frame **small, **frame;               /* one a thread */
     int64_t first;                              /* number of the first place of those that are in work */
     shot *shot;                                 /* (PLACES * PICTURES) */
-    synth_crop_truth *truth;                    /* (n) evaluation first */
+    body_row *truth;                    /* (n) evaluation first */
     synth_manifest manifest;
 } run;
 
@@ -96,7 +95,7 @@ static lt_status get_memory(run *r)
     r->truth = lt_arena_array(r->arena, (size_t)r->n, sizeof(*r->truth));
     bool ok = r->shot && r->place && r->frame && r->small && r->truth;
     for (int i = 0; ok && i < r->threads; i++) {
-        r->frame[i] = synth_frame_new(SYNTH_BODY_WIDTH, SYNTH_BODY_HEIGHT);
+        r->frame[i] = synth_frame_new(BODY_PICTURE_WIDTH, BODY_PICTURE_HEIGHT);
         r->small[i] = synth_frame_new(SYNTH_BODY_LOOK_WIDTH, SYNTH_BODY_LOOK_HEIGHT);
         ok = r->frame[i] && r->small[i];
     }
@@ -206,56 +205,15 @@ static lt_status take_all(run *r)
     return st;
 }
 
-/* ---- arrays -------------------------------------------------------------------------------------------- */
+/* ---- files --------------------------------------------------------------------------------------------- */
 
-#define FIELD(name, type, ...) { #name, offsetof(synth_crop_truth, name), type, { __VA_ARGS__ } }
-
-/* Of a picture: sizes end with 0. */
-static const struct {
-    const char *name;
-    size_t offset;
-    lt_elem type;
-    int64_t size[3];
-} fields[] = {
-    FIELD(pose, LT_ELEM_F4, BODY_JOINTS, 3), FIELD(shape, LT_ELEM_F4, BODY_SHAPES),
-    FIELD(expression, LT_ELEM_F4, BODY_EXPRESSIONS), FIELD(trans, LT_ELEM_F4, 3), FIELD(K, LT_ELEM_F4, 3, 3),
-    FIELD(nodes_3d, LT_ELEM_F4, BODY_NODES, 3), FIELD(nodes_2d, LT_ELEM_F4, BODY_NODES, 2),
-    FIELD(seen, LT_ELEM_U1, BODY_NODES), FIELD(boxes, LT_ELEM_F4, SYNTH_BODY_BOXES, 4),
-    FIELD(subject, LT_ELEM_I4, 0), FIELD(holds, LT_ELEM_U1, 2), FIELD(cut, LT_ELEM_U1, 0), FIELD(sits, LT_ELEM_U1, 0),
-};
-
-/* One field of n pictures as an array. */
-static lt_status gather(lt_arena *arena, size_t field, const synth_crop_truth *truth, int64_t n, lt_named_array *out)
-{
-    int64_t shape[3] = { n, 0, 0 };
-    int rank = 1;
-    size_t bytes = lt_elem_size(fields[field].type);
-    uint8_t *data;
-
-    for (; rank < 3 && fields[field].size[rank - 1]; rank++) {
-        shape[rank] = fields[field].size[rank - 1];
-        bytes *= (size_t)shape[rank];
-    }
-    data = lt_arena_array(arena, (size_t)lt_max_i64(1, n), bytes);
-    if (!data)
-        return lt_error(LT_ENOMEM, "synth: no memory for \"%s\"", fields[field].name);
-    for (int64_t i = 0; i < n; i++)
-        memcpy(data + (size_t)i * bytes, (const char *)&truth[i] + fields[field].offset, bytes);
-    *out = (lt_named_array){ fields[field].name, lt_array_make(fields[field].type, rank, shape, data) };
-    return LT_OK;
-}
-
-static lt_status write_arrays(run *r, const char *within, int64_t first, int64_t n)
+static lt_status write_rows(run *r, const char *within, int64_t first, int64_t n)
 {
     char *path = lt_path_join(r->arena, r->opt->out, within);
-    lt_named_array list[LT_COUNT(fields)];
     synth_file file;
-    lt_status st = path ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", within);
+    lt_status st = path ? body_rows_write(r->arena, path, r->truth + first, n)
+                        : lt_error(LT_ENOMEM, "%s: no memory", within);
 
-    for (size_t i = 0; !st && i < LT_COUNT(fields); i++)
-        st = gather(r->arena, i, r->truth + first, n, &list[i]);
-    if (!st)
-        st = lt_npz_write(path, list, LT_COUNT(fields), true);
     if (!st)
         st = synth_describe_file(r->opt->out, within, &file);
     return st ? st : synth_manifest_add(&r->manifest, &file, 1);
@@ -280,7 +238,7 @@ static void measure(const run *r, synth_figure out[FIGURES])
     const double n = (double)r->n;
 
     for (int64_t i = 0; i < r->n; i++) {
-        const synth_crop_truth *t = &r->truth[i];
+        const body_row *t = &r->truth[i];
 
         cut += t->cut;
         sits += t->sits;
@@ -315,10 +273,10 @@ static void measure(const run *r, synth_figure out[FIGURES])
 static lt_status finish(run *r, synth_figure figure[FIGURES])
 {
     synth_file stats;
-    lt_status st = write_arrays(r, "evaluation.npz", 0, r->n_evaluation);
+    lt_status st = write_rows(r, "evaluation.npz", 0, r->n_evaluation);
 
     if (!st)
-        st = write_arrays(r, "train.npz", r->n_evaluation, r->n - r->n_evaluation);
+        st = write_rows(r, "train.npz", r->n_evaluation, r->n - r->n_evaluation);
     if (!st)
         st = write_body(r);
     measure(r, figure);
@@ -354,7 +312,7 @@ lt_status synth_body_set(const synth_options *options, synth_figure figures[SYNT
     lt_status st = r.arena ? prepare(&r) : lt_error(LT_ENOMEM, "synth: no memory");
 
     r.manifest = (synth_manifest){ .arena = r.arena, .layout = "body crops", .axes = "x right, y down, z forward",
-                                   .width = SYNTH_BODY_WIDTH, .height = SYNTH_BODY_HEIGHT };
+                                   .width = BODY_PICTURE_WIDTH, .height = BODY_PICTURE_HEIGHT };
     if (!st)
         st = take_all(&r);
     if (!st)

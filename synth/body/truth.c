@@ -9,7 +9,7 @@
 #include <string.h>
 
 /* In the camera's axes: x_cam = R (x_world) + t, of a body that turns about its pelvis. */
-static void write_pose(const body_picture *p, synth_crop_truth *out)
+static void write_pose(const body_picture *p, body_row *out)
 {
     double root[3], moved[3], trans[3], R[9], aa[3];
 
@@ -33,7 +33,7 @@ static void write_pose(const body_picture *p, synth_crop_truth *out)
     }
 }
 
-static void write_nodes(const body_picture *p, const synth_frame *f, synth_crop_truth *out)
+static void write_nodes(const body_picture *p, const synth_frame *f, body_row *out)
 {
     double node[BODY_NODES][3];
 
@@ -45,7 +45,8 @@ static void write_nodes(const body_picture *p, const synth_frame *f, synth_crop_
 
         lt_rigid_apply(p->camera.R_cam_world, p->camera.t_cam_world, node[i], x);
         in = in && u >= 0 && u < f->width && v >= 0 && v < f->height && !picture_outside(p, uv[0], uv[1]);
-        out->seen[i] = (uint8_t)(in + 2 * (in && f->label[v * f->width + u] == 1));
+        out->seen[i] = (uint8_t)((in ? BODY_IN_PICTURE : 0) |
+                                 (in && f->label[v * f->width + u] == 1 ? BODY_UNHIDDEN : 0));
         for (int k = 0; k < 3; k++)
             out->nodes_3d[i][k] = (float)x[k];
         for (int k = 0; k < 2; k++)
@@ -66,11 +67,11 @@ static void add_to_box(const body_picture *p, int vertex, float box[4])
 }
 
 /* Of hands all; the face is what is before the ears, from the chin to the brows and a little up. */
-static void write_boxes(const body_picture *p, synth_crop_truth *out)
+static void write_boxes(const body_picture *p, body_row *out)
 {
     const body_model *m = p->place->body->model;
 
-    for (int i = 0; i < SYNTH_BODY_BOXES; i++) {
+    for (int i = 0; i < BODY_BOXES; i++) {
         const float none[4] = { INFINITY, INFINITY, -INFINITY, -INFINITY };
 
         memcpy(out->boxes[i], none, sizeof(none));
@@ -84,14 +85,17 @@ static void write_boxes(const body_picture *p, synth_crop_truth *out)
         if (at[2] > 0.02f && at[1] > 0.52f && at[1] < 0.70f && fabsf(at[0]) < 0.1f)
             add_to_box(p, v, out->boxes[2]);
     }
+    for (int i = 0; i < BODY_BOXES; i++)
+        if (out->boxes[i][0] > out->boxes[i][2])        /* all of it is behind the camera */
+            memset(out->boxes[i], 0, sizeof(out->boxes[i]));
 }
 
-void picture_truth(const body_picture *p, const synth_frame *f, synth_crop_truth *out)
+void picture_truth(const body_picture *p, const synth_frame *f, body_row *out)
 {
     const synth_camera *c = &p->camera;
     const float K[3][3] = { { (float)c->fx, 0, (float)c->cx }, { 0, (float)c->fy, (float)c->cy }, { 0, 0, 1 } };
 
-    *out = (synth_crop_truth){ .subject = (int32_t)(p->place->number * SYNTH_BODY_PEOPLE + p->who), .cut = p->cut,
+    *out = (body_row){ .subject = (int32_t)(p->place->number * SYNTH_BODY_PEOPLE + p->who), .cut = p->cut,
                                .sits = p->stance.sits };
     memcpy(out->K, K, sizeof(K));
     for (int side = 0; side < 2; side++)

@@ -14,7 +14,8 @@ GEOMETRY = $(addprefix $(ROOT)/libtensor/geometry/,lens.c mesh/kd_tree.c pose.c 
 EVAL = $(addprefix $(ROOT)/eval/,metrics/metrics.c metrics/object_pose.c) \
 	$(addprefix $(ROOT)/eval/scorers/,bop_file.c hpe_file.c models_info.c results_file.c) \
 	$(addprefix $(ROOT)/assets/,body_file.c hand_file.c keyed_arrays.c ycb/symmetry.c ycb/ycb.c) \
-	$(ROOT)/data/action/action.c $(addprefix $(ROOT)/data/detection/,coco.c coco_folder.c detection.c labels.c polygon.c yolo.c) \
+	$(ROOT)/data/action/action.c $(ROOT)/data/body/rows.c \
+	$(addprefix $(ROOT)/data/detection/,coco.c coco_folder.c detection.c labels.c polygon.c yolo.c) \
 	$(addprefix $(ROOT)/data/ho3d/,points.c points_text.c) $(ROOT)/tasks/detect/results.c \
 	$(addprefix $(ROOT)/data/mot/,rows.c sequence.c) \
 	$(addprefix $(ROOT)/data/poses/,hoisdf.c palmar_frames.c palmar_poses.c pose_file.c) \

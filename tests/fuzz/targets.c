@@ -5,6 +5,7 @@
 
 #include "assets/hand_file.h"
 #include "data/action/action.h"
+#include "data/body/rows.h"
 #include "data/detection/internal.h"
 #include "data/ho3d/points.h"
 #include "data/mot/mot.h"
@@ -555,6 +556,20 @@ static void run_action_labels(lt_arena *arena, const uint8_t *bytes, size_t n)
     }
 }
 
+static void run_body_rows(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    body_row *row;
+    int64_t rows;
+
+    if (body_rows_parse(arena, "train.npz", bytes, n, &row, &rows))
+        return;
+    for (int64_t i = 0; i < rows; i++) {
+        sink = (double)row[i].pose[54][2] + row[i].sits;
+        if (!(row[i].nodes_3d[0][2] > 0 && row[i].K[0][0] > 0))
+            abort();
+    }
+}
+
 static void run_boxes(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     const memory_file f = memory_file_of(bytes, n);
@@ -613,6 +628,7 @@ const fuzz_target fuzz_targets[] = {
     { "looks", run_looks, NULL, 4096 },
     { "seqinfo", run_seqinfo, NULL, 1024 },
     { "action_labels", run_action_labels, NULL, 4096 },
+    { "body_rows", run_body_rows, fuzz_zip, 8192 },
     { "boxes", run_boxes, NULL, 4096 },
     { "calibration", run_calibration, NULL, 4096 },
     { 0 },

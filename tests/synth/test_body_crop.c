@@ -10,7 +10,7 @@
 
 #include <math.h>
 
-enum { PICTURES = 6, BYTES = SYNTH_BODY_WIDTH * SYNTH_BODY_HEIGHT * 3 };
+enum { PICTURES = 6, BYTES = BODY_PICTURE_WIDTH * BODY_PICTURE_HEIGHT * 3 };
 
 static lt_arena *arena;
 static lt_hand_model *hand;
@@ -21,7 +21,7 @@ static double vertex[BODY_VERTICES][3], joint[BODY_JOINTS][3], R[BODY_JOINTS][9]
 /* What is taken in one place */
 typedef struct {
     synth_crop_place place;
-    synth_crop_truth truth[PICTURES];
+    body_row truth[PICTURES];
     uint8_t rgb[PICTURES][BYTES];
 } album;
 
@@ -32,7 +32,7 @@ static void take(void *ctx, int64_t i)
     album *a = ctx;
     lt_arena *own = lt_arena_new();
     synth_frame *small = synth_frame_new(SYNTH_BODY_LOOK_WIDTH, SYNTH_BODY_LOOK_HEIGHT);
-    synth_frame *frame = synth_frame_new(SYNTH_BODY_WIDTH, SYNTH_BODY_HEIGHT);
+    synth_frame *frame = synth_frame_new(BODY_PICTURE_WIDTH, BODY_PICTURE_HEIGHT);
 
     check_ok(synth_crop_take(own, &a->place, i, small, frame, &a->truth[i]));
     memcpy(a->rgb[i], frame->rgb, BYTES);
@@ -80,7 +80,7 @@ START_TEST(threads_do_not_matter)
 }
 END_TEST
 
-static void pose(const synth_crop_truth *t)
+static void pose(const body_row *t)
 {
     const lt_rig rig = synth_body_rig(body.model);
     double all[BODY_DIRECTIONS], trans[3];
@@ -96,7 +96,7 @@ static void pose(const synth_crop_truth *t)
     lt_rig_pose(&rig, R[0], all, trans, vertex[0], joint[0]);
 }
 
-static void check_node(const synth_crop_truth *t, int k, const double node[3])
+static void check_node(const body_row *t, int k, const double node[3])
 {
     const float *x = t->nodes_3d[k], *uv = t->nodes_2d[k];
 
@@ -146,7 +146,7 @@ START_TEST(clothes)
 {
     synth_appearance a;
     synth_instance worn[SYNTH_WORN];
-    const synth_crop_truth rest = { .subject = 0 };
+    const body_row rest = { .subject = 0 };
     int n;
 
     check_ok(synth_appearance_draw(arena, hand, 1, 1, &a));
