@@ -156,15 +156,24 @@ static lt_status solve_pairs(const estimator *e, const hand_object_batch *b, int
     return lt_pnp_ransac(&image, p->n, p->X, p->uv, &refined, pose, NULL);
 }
 
+static void no_object(estimate *out)
+{
+    out->object = (lt_pose){ { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 1 } };
+    out->object_inliers = 0;
+    out->object_error_px = out->object_confidence = 0;
+    for (int v = 0; v < POINTS; v++)
+        out->control2d[v][0] = out->control2d[v][1] = NAN;
+}
+
 static void solve_object(const estimator *e, const hand_object_batch *b, int s, const float (*control)[3],
                          estimate *out)
 {
     lt_pnp_pose pose;
     pairs p = { .n = 0 };
 
-    out->object = (lt_pose){ { 1, 0, 0, 0, 1, 0, 0, 0, 1 }, { 0, 0, 1 } };
-    out->object_inliers = 0;
-    out->object_error_px = 0;
+    no_object(out);
+    if (e->m->hand_alone)
+        return;
     for (int v = 0; v < POINTS; v++)
         collect_point(e, b, s, v, control ? control[v] : NULL, &p, out->control2d[v]);
     out->object_confidence = p.best;

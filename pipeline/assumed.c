@@ -37,9 +37,12 @@ static void note_object_box(const predict_options *o, const predict_view *v, pre
     note_box(o, v, NOTE_OBJECT_BOX, v->object_from, "object", "the hand's box grown 1.3 times", notes);
 }
 
-static void note_object(const predict_view *v, predict_notes *notes)
+static void note_object(const predict_options *o, const predict_view *v, predict_notes *notes)
 {
-    if (!v->object && v->object_seen)
+    if (predict_hand_alone(o))
+        predict_note_add(notes, v, NOTE_NO_OBJECT, "the model was trained on hands alone (model.w_p2d is 0): no object "
+                         "pose");
+    else if (!v->object && v->object_seen)
         predict_note_add(notes, v, NOTE_OBJECT_UNKNOWN, "it goes with %s, which there is no model of: no object pose; "
                          "--models has others", v->object_seen->name);
     else if (!v->object && !v->hand_seen)
@@ -84,7 +87,7 @@ void predict_note_assumed(predict_frame *f)
             note_hand_box(o, &f->view[i], &f->notes);
             note_object_box(o, &f->view[i], &f->notes);
         }
-        note_object(&f->view[i], &f->notes);
+        note_object(o, &f->view[i], &f->notes);
     }
     note_side(o, f->view, f->n, &f->notes);
     note_camera(&f->scene, &f->notes);

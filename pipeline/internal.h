@@ -157,6 +157,12 @@ bool predict_trusted(const predict_view *v, const predict_result *r);
 double predict_object_apart(const predict_view *v, const predict_result *r);
 bool predict_object_trusted(const predict_view *v, const predict_result *r);
 
+/* predict_hand_alone - whether the model was never taught where objects are, so that none is asked for */
+static inline bool predict_hand_alone(const predict_options *o)
+{
+    return o->m && o->m->hand_alone;
+}
+
 /* ---- smooth.c: a hand in a film, frame after frame ------------------------------------------------------- */
 
 typedef struct {

@@ -88,8 +88,8 @@ static lt_status look_at(predict_frame *f, const predict_detection *hand, predic
     v->object_box = object ? object->box : predict_default_object_box(hand->box);
     v->object_from = object ? PREDICT_DETECTED : PREDICT_DEFAULT;
     v->left = hand->side == PREDICT_ANY_SIDE ? f->o->left : hand->side == PREDICT_LEFT;
-    v->object = f->object;
-    return object && !f->object && f->o->m ? model_of(models, object, &v->object) : LT_OK;
+    v->object = predict_hand_alone(f->o) ? NULL : f->object;
+    return object && !f->object && f->o->m && !f->o->m->hand_alone ? model_of(models, object, &v->object) : LT_OK;
 }
 
 lt_status predict_views_detected(predict_frame *f, predict_models *models)

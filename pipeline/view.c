@@ -73,7 +73,7 @@ static void choose_hand(const predict_options *o, const predict_boxes_row *row, 
                              : predict_default_object_box(v->hand_box);
     v->object_from = object ? PREDICT_LISTED : o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
     v->left = row && row->side != PREDICT_ANY_SIDE ? row->side == PREDICT_LEFT : o->left;
-    v->object = row && row->model ? row->model : given;
+    v->object = predict_hand_alone(o) ? NULL : row && row->model ? row->model : given;
 }
 
 lt_status predict_check_inside(const predict_view *v, const char *what, crop_box b)

@@ -92,6 +92,7 @@ static void build(model *self, const lt_hand_layer *hand)
     resnet_opts trunk = { .width = c->width, .slope = 0.01 };
 
     self->variant = variants[c->variant], self->image_size = c->image_size, self->cells = c->roi;
+    self->hand_alone = c->w.p2d <= 0;
     memcpy(trunk.blocks, c->blocks, sizeof(trunk.blocks));
     resnet_new(&m->trunk, set, "trunk", &trunk);
     if (c->base_feat == HOCAT_C5UP)

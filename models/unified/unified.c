@@ -87,6 +87,7 @@ static void build(model *self, const lt_hand_layer *hand)
 
     self->variant = variants[c->variant], self->image_size = c->image_size, self->cells = m->cells = cells;
     self->depth = c->variant != UNIFIED_NO_DEPTH;
+    self->hand_alone = c->w.p2d <= 0;
     build_streams(m, set);
     encoder.in = m->rgb.channels;
     deformable_encoder_new(&m->hand_encoder, set, "hand_encoder", &encoder);

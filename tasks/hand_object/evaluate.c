@@ -137,8 +137,8 @@ static lt_status read_truth(evaluation *e, const hand_object_batch *b)
         e->truth.object[s] = lt_pose_of(b->R + 9 * s, b->t + 3 * s);
         mirror_model(e->truth.object[s].R, b->flags[s] & SAMPLE_MIRRORED);
         e->flags[s] = b->flags[s];
-        e->which[s] = b->object[s];
-        e->control[s] = b->object[s] < 0 ? NULL : dataset_control(&e->o.data->objects[b->object[s]], b->flags[s]);
+        e->which[s] = e->o.m->hand_alone ? -1 : b->object[s];
+        e->control[s] = e->which[s] < 0 ? NULL : dataset_control(&e->o.data->objects[e->which[s]], b->flags[s]);
         e->camera[s] = camera_of(e, b, s);
     }
     return LT_OK;

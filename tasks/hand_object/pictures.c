@@ -42,7 +42,7 @@ static lt_status read_one(pictures *p, const hand_object_options *options, int i
     if (st)
         return st;
     p->item[i] = (sheet_item){ .sample = s, .estimate = &p->seen[i] };
-    if (s->object >= 0) {
+    if (s->object >= 0 && !p->o->m->hand_alone) {
         p->item[i].object = &d->objects[s->object];
         p->control[i] = dataset_control(&d->objects[s->object], s->flags);
     }

@@ -20,6 +20,7 @@ static const float affine[6] = { 0.5f, 0, -32, 0, 0.5f, 8 };
 
 static float conf[LT_BOX_POINTS][PLACES], x[LT_BOX_POINTS][PLACES], y[LT_BOX_POINTS][PLACES];
 static float control[LT_BOX_POINTS][3];
+static bool hand_alone;
 
 static void add(model_record *r, const char *name, lt_shape shape, const float *values)
 {
@@ -78,7 +79,7 @@ static void cast_votes(double noise_px)
 static void look(protocol_pose how, estimate *out)
 {
     const model_class cls = { .name = how == POSE_REFINED ? "unified" : "hocat", .record = record };
-    const model m = { .cls = &cls, .image_size = SIDE, .cells = CELLS };
+    const model m = { .cls = &cls, .image_size = SIDE, .cells = CELLS, .hand_alone = hand_alone };
     const float whole[4] = { 0, 0, SIDE, SIDE }, (*points)[3] = control;
     hand_object_batch *b = hand_object_batch_new(1, SIDE, CELLS);
     estimator *e;
@@ -125,6 +126,18 @@ START_TEST(every_cell_counts)
 }
 END_TEST
 
+/* Whoever was never taught objects is not asked for one, whatever its votes. */
+START_TEST(hands_alone)
+{
+    cast_votes(0);
+    hand_alone = true;
+    look(_i ? POSE_REFINED : POSE_OPENCV, out);
+    hand_alone = false;
+    ck_assert_int_eq(out->object_inliers, 0);
+    ck_assert_float_eq(out->object_confidence, 0);
+}
+END_TEST
+
 /* A cell that is not a number is not the best one, wherever it stands. */
 START_TEST(not_a_number)
 {
@@ -156,6 +169,7 @@ static void add_tests(TCase *c)
 {
     tcase_add_checked_fixture(c, setup, teardown);
     tcase_add_loop_test(c, every_cell_counts, 0, 2);
+    tcase_add_loop_test(c, hands_alone, 0, 2);
     tcase_add_test(c, not_a_number);
     tcase_add_test(c, pixels);
 }
