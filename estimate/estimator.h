@@ -36,8 +36,8 @@ typedef struct {
 /**
  * estimator_run - estimate for the samples of a batch
  *
- *   control  (21, 3) of each sample's object, borrowed; NULL for a sample without, which gets no pose, as all of a model
- *            of hands alone
+ *   control  (21, 3) of each sample's object, borrowed; NULL for a sample without. That gets no pose, and of a model of
+ *            hands alone no sample does
  *   out      (b->count)
  *
  * The wrist is taken from b->wrist, as the papers' protocols do.

@@ -35,7 +35,7 @@ typedef struct {
     HAND_OBJECT_KEY(config, vertices, "10000", "the vertices' loss"), \
     HAND_OBJECT_KEY(config, pose, "10", "the rotations' loss"), \
     HAND_OBJECT_KEY(config, shape, "0.1", "the shape's loss"), \
-    HAND_OBJECT_KEY(config, p2d, "500", "the control points' loss; 0: a model of hands alone, which is asked for no object"), \
+    HAND_OBJECT_KEY(config, p2d, "500", "the control points' loss; 0: a model of hands alone, asked for no object"), \
     HAND_OBJECT_KEY(config, conf, "100", "the confidences' loss")
 
 /* hand_object_record - the outputs of model_record's list and, with losses, their targets' inputs and the sum;
