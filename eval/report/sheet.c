@@ -82,14 +82,19 @@ static const char *label_of(const char *variant)
 
 lt_status report_sheet_run(report_sheet *s, const char *run)
 {
-    column *all = lt_arena_grow(s->arena, s->run, (size_t)s->n_runs, &s->room, sizeof(*all)), *c;
     const char *path = lt_path_join(s->arena, run, "config.json");
     const cJSON *model, *jitter, *variant;
+    column *all, *c;
     cJSON *config;
-    lt_status st = all && path ? lt_json_read(path, &config) : lt_error(LT_ENOMEM, "no memory for the sheet");
+    lt_status st = path ? lt_json_read(path, &config) : lt_error(LT_ENOMEM, "no memory for the sheet");
 
     if (st)
         return st;
+    all = lt_arena_grow(s->arena, s->run, (size_t)s->n_runs, &s->room, sizeof(*all));
+    if (!all) {
+        cJSON_Delete(config);
+        return lt_error(LT_ENOMEM, "no memory for the sheet");
+    }
     s->run = all;
     c = &all[s->n_runs++];
     model = cJSON_GetObjectItemCaseSensitive(config, "model");
