@@ -7,7 +7,7 @@
 #include "data/kind.h"
 #include "eval/scorers/bop_score.h"
 #include "eval/scorers/dexycb_files.h"
-#include "eval/scorers/ho3d_files.h"
+#include "eval/scorers/ho3d/files.h"
 #include "eval/scorers/result_kind.h"
 #include "libtensor/base/printable.h"
 #include "libtensor/io/file.h"

@@ -6,6 +6,7 @@
 #include "estimate/trained.h"
 #include "libtensor/base/parallel.h"
 #include "pipeline/internal.h"
+#include "pipeline/objects/objects.h"
 #include "pipeline/stage.h"
 
 #include <math.h>

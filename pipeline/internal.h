@@ -61,15 +61,6 @@ lt_status predict_match_boxes(lt_arena *arena, const predict_options *o, predict
 /* predict_frame_boxes - a film's lines for frame k, *n of them */
 const predict_boxes_row *predict_frame_boxes(const predict_input *film, int k, size_t *n);
 
-/* ---- objects.c: the models of what may be in a hand ------------------------------------------------------ */
-
-/* predict_load_objects - those that the lines of b name, which point to them then, and *given of --object, or NULL */
-lt_status predict_load_objects(lt_arena *arena, const predict_options *o, predict_boxes *b,
-                               const predict_object **given);
-
-/* predict_load_object - one, as o->models has it */
-lt_status predict_load_object(lt_arena *arena, const predict_options *o, const char *asked, predict_object *out);
-
 /* ---- pair.c: hands that a detector sees, each with an object -------------------------------------------- */
 
 /* Models by a detector's classes, loaded when they are first seen. o, arena and of are set. */

@@ -2,6 +2,8 @@
 /* Which of the objects that a detector sees goes with which hand, and the models of these. */
 #include "pipeline/internal.h"
 
+#include "pipeline/objects/objects.h"
+
 #include <math.h>
 
 static const double NEAR = 0.25;        /* of a hand's longer side: the gap to what it may be about to touch */

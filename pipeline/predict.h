@@ -46,7 +46,7 @@ typedef struct {
     double camera_skew;             /* pixels; said, and left out */
     const lt_lens *lens;            /* which the camera's pictures are taken out of before all else; NULL: none */
     const char *object;             /* "003_cracker_box", a folder of models; NULL: the hand alone */
-    const char *models;             /* a folder with a folder for each object (pipeline/object_mesh.h); NULL: the
+    const char *models;             /* a folder with a folder for each object (pipeline/objects/mesh.h); NULL: the
                                      * embedded stand-ins */
     predict_format format;          /* of the meshes */
     bool numbers;                   /* of files NAME.json alone: no overlay, no meshes; those of an earlier call stay */

@@ -4,6 +4,7 @@
 
 #include "libtensor/io/image/film.h"
 #include "pipeline/internal.h"
+#include "pipeline/objects/objects.h"
 #include "pipeline/pipe.h"
 
 struct frame_source {

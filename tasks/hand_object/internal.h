@@ -7,7 +7,7 @@
 
 #include "estimate/protocol.h"
 #include "eval/scorers/dexycb_score.h"
-#include "eval/scorers/ho3d_score.h"
+#include "eval/scorers/ho3d/score.h"
 #include "eval/scorers/object_score.h"
 #include "eval/tables/rows.h"
 #include "tasks/hand_object/breakdown.h"

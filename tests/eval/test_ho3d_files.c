@@ -3,8 +3,8 @@
  * files are broken. */
 #include "data/ho3d/points.h"
 #include "eval/metrics/metrics.h"
-#include "eval/scorers/ho3d_files.h"
-#include "eval/scorers/ho3d_submission.h"
+#include "eval/scorers/ho3d/files.h"
+#include "eval/scorers/ho3d/submission.h"
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"

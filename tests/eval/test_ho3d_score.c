@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The HO3D score against a NumPy and SciPy writing of the official script. */
-#include "eval/scorers/ho3d_score.h"
+#include "eval/scorers/ho3d/score.h"
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* pred.json and pred.zip: read back by cJSON and libzip, refused when wrong, never half there. */
-#include "eval/scorers/ho3d_submission.h"
+#include "eval/scorers/ho3d/submission.h"
 
 #include "libtensor/geometry/hand/model.h"
 #include "tests/suite.h"

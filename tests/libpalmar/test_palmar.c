@@ -5,6 +5,7 @@
 #include "estimate/checkpoint/checkpoint.h"
 #include "libtensor/io/atomic_file.h"
 #include "pipeline/internal.h"
+#include "pipeline/objects/objects.h"
 #include "pipeline/stage.h"
 #include "tests/estimate/tiny_model.h"
 #include "tests/suite.h"

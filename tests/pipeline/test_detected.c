@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures without boxes: what a detector sees becomes hands, each with its object, and a record of all of it. */
 #include "pipeline/internal.h"
+#include "pipeline/objects/objects.h"
 #include "pipeline/stages/stages.h"
 
 #include "libtensor/io/file.h"

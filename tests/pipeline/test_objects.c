@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Models of a user's own: which file is read, what its numbers and axes are, what it is called. */
 #include "pipeline/internal.h"
-#include "pipeline/object_mesh.h"
+#include "pipeline/objects/mesh.h"
+#include "pipeline/objects/objects.h"
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/mesh/obj.h"

@@ -4,7 +4,7 @@
 #include "data/dexycb/dexycb.h"
 #include "data/hand_object.h"
 #include "data/ho3d/ho3d.h"
-#include "eval/scorers/ho3d_score.h"
+#include "eval/scorers/ho3d/score.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/mat3.h"

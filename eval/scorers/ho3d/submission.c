@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* pred.json and pred.zip, written as the samples come. */
-#include "eval/scorers/ho3d_submission.h"
+#include "eval/scorers/ho3d/submission.h"
 
 #include "eval/scorers/zip_entry.h"
 #include "libtensor/geometry/hand/model.h"

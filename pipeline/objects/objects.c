@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The models of objects that were named: scanned ones from a folder, or the embedded stand-ins. */
-#include "pipeline/internal.h"
+#include "pipeline/objects/objects.h"
 
 #include "assets/ycb/objects.h"
 #include "data/dataset.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/nearest.h"
-#include "pipeline/object_mesh.h"
+#include "pipeline/objects/mesh.h"
 
 #include <dirent.h>
 #include <errno.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Joints come first in a prediction file: they are kept. Vertices are scored as they come, block by block. */
-#include "eval/scorers/ho3d_files.h"
+#include "eval/scorers/ho3d/files.h"
 
 #include "data/ho3d/points.h"
 #include "data/slip.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The mesh and the control points of a model, of whatever names its files have. */
-#include "pipeline/object_mesh.h"
+#include "pipeline/objects/mesh.h"
 
 #include "assets/ycb/objects.h"
 #include "libtensor/io/file.h"

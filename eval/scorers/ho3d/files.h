@@ -5,7 +5,7 @@
 #ifndef EVAL_SCORERS_HO3D_FILES_H
 #define EVAL_SCORERS_HO3D_FILES_H
 
-#include "eval/scorers/ho3d_score.h"
+#include "eval/scorers/ho3d/score.h"
 #include "eval/scorers/notes.h"
 
 #ifdef __cplusplus

@@ -3,7 +3,7 @@
  * The file that the HO3D challenge takes: pred.json, [ [joints...], [vertices...] ], one entry
  * per line of evaluation.txt, or pred.zip with that inside.
  *
- * Source: shreyashampali/ho3d README and pred.py; eval/scorers/ho3d_score.h says what joints and
+ * Source: shreyashampali/ho3d README and pred.py; eval/scorers/ho3d/score.h says what joints and
  * vertices are.
  */
 #ifndef EVAL_SCORERS_HO3D_SUBMISSION_H

@@ -2,8 +2,8 @@
 /*
  * A user's model of an object: a folder with a mesh, and perhaps points of its surface.
  */
-#ifndef PIPELINE_OBJECT_MESH_H
-#define PIPELINE_OBJECT_MESH_H
+#ifndef PIPELINE_OBJECTS_MESH_H
+#define PIPELINE_OBJECTS_MESH_H
 
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/box21.h"

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Units and axes of a model, by what would make it the object that it should be. */
-#include "pipeline/object_mesh.h"
+#include "pipeline/objects/mesh.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The official HO3D hand score: samples in parallel, sums in the order of the list. */
-#include "eval/scorers/ho3d_score.h"
+#include "eval/scorers/ho3d/score.h"
 
 #include "eval/metrics/curve.h"
 #include "eval/metrics/metrics.h"
