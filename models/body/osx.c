@@ -2,6 +2,7 @@
 #include "models/body/osx.h"
 
 #include "libtensor/nn/init.h"
+#include "models/body/osx_losses.h"
 #include "models/body/osx_parts.h"
 
 static const double HAND_TIMES = 2;             /* a hand's box is made so much larger */
@@ -82,17 +83,34 @@ static lt_tensor *of_token(const lt_linear_layer *l, lt_tensor *tokens, int i)
                                                                                     lt_dim(tokens, 2))));
 }
 
-/* An output, and with losses how far it is from the truth */
-static void give(model_record *r, bool losses, const char *name, lt_tensor *t)
+static void give(model_record *r, const char *name, lt_tensor *t)
 {
-    lt_tensor *loss;
-
     model_port_add(&r->outputs, name, lt_output(t, name));
-    if (!losses)
-        return;
-    loss = lt_l1_loss(t, model_input(r, name, t->shape), NULL);
-    model_port_add(&r->losses, name, loss);
-    r->loss = r->loss ? lt_add(r->loss, loss) : loss;
+}
+
+/* Of an output to the input of its name; known: that of what there is, or NULL */
+static void add_loss(model_record *r, const char *name, lt_tensor *a, const char *known)
+{
+    lt_tensor *seen = known ? model_input(r, known, LT_SHAPE(r->batch, lt_dim(a, 1))) : NULL;
+
+    osx_loss_add(r, name, a, model_input(r, name, a->shape), seen);
+}
+
+static void add_losses(model_record *r, lt_tensor *const box[2], const osx_hands_out *hands)
+{
+    lt_tensor *place[2];
+
+    model_input(r, "weight", LT_SHAPE(r->batch));
+    for (int i = 0; i < 2; i++)
+        place[i] = osx_hand_in_picture(hands->place[i], box[i]);
+    add_loss(r, "rotation", model_port_find(&r->outputs, "rotation"), NULL);
+    add_loss(r, "shape", model_port_find(&r->outputs, "shape"), NULL);
+    add_loss(r, "expression", model_port_find(&r->outputs, "expression"), NULL);
+    add_loss(r, "body_place", model_port_find(&r->outputs, "body_place"), "body_known");
+    add_loss(r, "hand_place", lt_concat(place, 2, 1), "hand_known");
+    add_loss(r, "box_centre", model_port_find(&r->outputs, "box_centre"), "box_known");
+    add_loss(r, "box_size", model_port_find(&r->outputs, "box_size"), NULL);
+    lt_output(r->loss, "loss");
 }
 
 /* Figure 2 of the paper, from left to right */
@@ -108,21 +126,20 @@ static void record(const model *self, bool losses, model_record *r)
     const osx_hands_out hands = osx_hands_forward(&m->hands, f.map, box);
     lt_tensor *jaw = osx_rotations(of_token(&m->jaw, f.tokens, OSX_JAW_TOKEN));
 
+    give(r, "rotation", lt_concat((lt_tensor *[]){ body.rotation, hands.rotation[0], hands.rotation[1], jaw }, 4, 1));
+    give(r, "shape", body.shape);
+    give(r, "expression", of_token(&m->expression, f.tokens, OSX_EXPRESSION_TOKEN));
+    give(r, "camera", body.camera);
+    give(r, "body_place", joints.place);
+    give(r, "hand_place", lt_concat((lt_tensor *[]){ hands.place[0], hands.place[1] }, 2, 1));
+    give(r, "box_centre", boxes.centre);
+    give(r, "box_size", boxes.size);
     r->loss = NULL;
-    give(r, losses, "rotation",
-         lt_concat((lt_tensor *[]){ body.rotation, hands.rotation[0], hands.rotation[1], jaw }, 4, 1));
-    give(r, losses, "shape", body.shape);
-    give(r, losses, "expression", of_token(&m->expression, f.tokens, OSX_EXPRESSION_TOKEN));
-    give(r, losses, "camera", body.camera);
-    give(r, losses, "body_place", joints.place);
-    give(r, losses, "hand_place", lt_concat((lt_tensor *[]){ hands.place[0], hands.place[1] }, 2, 1));
-    give(r, losses, "box_centre", boxes.centre);
-    give(r, losses, "box_size", boxes.size);
     if (losses)
-        lt_output(r->loss, "loss");
+        add_losses(r, box, &hands);
 }
 
 const model_class osx_class = {
-    .name = "osx", .size = sizeof(osx), .paper = "Lin et al. 2023, CVPR, pages 21159-21168", .variants = variants,
-    .keys = keys, .blocks = blocks, .build = build, .init = init, .record = record,
+    .name = "osx", .size = sizeof(osx), .paper = "Lin et al. 2023, CVPR, pages 21159-21168", .task = "body",
+    .variants = variants, .keys = keys, .blocks = blocks, .build = build, .init = init, .record = record,
 };

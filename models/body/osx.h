@@ -8,8 +8,10 @@
  *                                  the right one, the jaw
  *   "shape", "expression" (B, 10)   "camera" (B, 3)
  *   "body_place" (B, 25, 3)   "hand_place" (B, 40, 3)   "box_centre", "box_size" (B, 3, 2)
- * Losses: L1 to an input of each output's name, all with weight 1, as the paper has them; of rotations as matrices,
- * which have no jumps, in place of axis-angles.
+ * Losses: L1 to an input of each output's name but the camera's, all with weight 1, as the paper has them; of rotations
+ * as matrices, which have no jumps, in place of axis-angles. "hand_place" is compared in columns and rows of the picture.
+ * Inputs "body_known" (B, 25), "hand_known" (B, 40), "box_known" (B, 3; of centres): 1 where the picture has it, or 0;
+ * "weight" (B). osx_losses.h has the losses of the body that all of it makes.
  *
  * Source: Lin et al. 2023, "One-stage 3D whole-body mesh recovery with component aware transformer";
  * IDEA-Research/OSX main/OSX_WoDecoder.py. Parameters have its names.

@@ -78,7 +78,7 @@ osx_hands_out osx_hands_forward(const osx_hands *m, lt_tensor *map, lt_tensor *c
     for (int i = 0; i < 2; i++)
         hand[i] = lt_roi_align(x, box[i], OSX_HAND_CELLS, OSX_HAND_CELLS, scale);
     both = lt_concat((lt_tensor *[]){ flip(hand[0]), hand[1] }, 2, 1);
-    both = lt_reshape(both, LT_SHAPE(2 * B, lt_dim(x, 1), OSX_HAND_CELLS, OSX_HAND_CELLS));     /* left, right, left .. */
+    both = lt_reshape(both, LT_SHAPE(2 * B, lt_dim(x, 1), OSX_HAND_CELLS, OSX_HAND_CELLS));     /* left, right, .. */
     both = lt_conv_layer_forward(&m->widen, both);
     place = osx_position_forward(&m->position, both).place;
     both = lt_relu(lt_batch_norm_layer_forward(&m->bn, lt_conv_layer_forward(&m->conv, both)));
@@ -87,4 +87,15 @@ osx_hands_out osx_hands_forward(const osx_hands *m, lt_tensor *map, lt_tensor *c
         .place = { mirror_place(of_hand(place, 0)), of_hand(place, 1) },
         .rotation = { mirror_rotation(of_hand(rotation, 0)), of_hand(rotation, 1) },
     };
+}
+
+lt_tensor *osx_hand_in_picture(lt_tensor *place, lt_tensor *box)
+{
+    const double cell = OSX_WIDTH / (double)OSX_COLUMNS;
+    const int64_t B = lt_dim(place, 0);
+    lt_tensor *corner = lt_reshape(lt_slice(box, 1, 1, 2), LT_SHAPE(B, 1, 2));
+    lt_tensor *side = lt_reshape(lt_sub(lt_slice(box, 1, 3, 1), lt_slice(box, 1, 1, 1)), LT_SHAPE(B, 1, 1));
+    lt_tensor *in_box = lt_mul(lt_slice(place, 2, 0, 2), lt_scale(side, 1 / (cell * OSX_HAND_CELLS)));
+
+    return lt_concat((lt_tensor *[]){ lt_add(lt_scale(corner, 1 / cell), in_box), lt_slice(place, 2, 2, 1) }, 2, 2);
 }

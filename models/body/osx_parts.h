@@ -3,7 +3,8 @@
  * The parts of OSX behind its encoder, in the form without decoders: where the joints are, how the body's are turned,
  * where hands and face are, how the hands' joints are turned.
  *
- * Places are in cells, column, row and depth: a cell's centre is a whole number.
+ * Places are in cells, column, row and depth, which count as pixels do: column 1 of the encoder's map is at pixel 16. A
+ * body's depth is from its pelvis, a hand's from its wrist, metres: cell 8 (1 + z / OSX_BODY_DEPTH).
  *
  * Source: Lin et al. 2023, sections 3.3 and 3.4; IDEA-Research/OSX common/nets/module_wo_decoder.py.
  */
@@ -19,6 +20,8 @@ enum {
     OSX_BOXES = 3,                  /* left hand, right hand, face */
     OSX_SHAPES = 10, OSX_EXPRESSIONS = 10,
 };
+
+static const double OSX_BODY_DEPTH = 1, OSX_HAND_DEPTH = 0.15;      /* metres that half of the depth's cells take in */
 
 /* What is as wide as the encoder (width), as the maps of boxes (box), as what is regressed from (fc) */
 typedef struct { int width, box, fc; } osx_sizes;
@@ -118,5 +121,9 @@ typedef struct {
 
 /* osx_hands_forward - box (B, 5) of the left hand and the right one, pixels */
 osx_hands_out osx_hands_forward(const osx_hands *m, lt_tensor *map, lt_tensor *const box[2]);
+
+/* osx_hand_in_picture - a hand's places in its box (B, 5), as the encoder's map counts columns and rows; the depth stays
+ * as it is */
+lt_tensor *osx_hand_in_picture(lt_tensor *place, lt_tensor *box);
 
 #endif

@@ -183,5 +183,20 @@ class Osx(nn.Module):
         return (rotation, shape, self.face_regressor.expr_out(tokens[:, 2]), camera, place,
                 torch.cat([left, hand_place[B:]], 1), centre, size)
 
-    def loss(self, image, *target):
-        return sum(F.l1_loss(a, b) for a, b in zip(self(image), target))
+    def loss(self, image, rotation, shape, expression, body_place, hand_place, box_centre, box_size, body_known, hand_known,
+             box_known, weight):
+        """Hands are compared in columns and rows of the picture; the camera has no truth of its own"""
+        out = self(image)
+        hand = []
+        for i in range(2):
+            box = pixels(out[6][:, i], out[7][:, i], 2)
+            uv = box[:, None, 1:3] / 16 + out[5][:, 20 * i:20 * i + 20, :2] * (box[:, 3] - box[:, 1])[:, None, None] / 256
+            hand.append(torch.cat([uv, out[5][:, 20 * i:20 * i + 20, 2:]], 2))
+        pairs = [(out[0], rotation, None), (out[1], shape, None), (out[2], expression, None),
+                 (out[4], body_place, body_known), (torch.cat(hand, 1), hand_place, hand_known),
+                 (out[6], box_centre, box_known), (out[7], box_size, None)]
+
+        def term(a, b, known):
+            d = (a - b).abs() if known is None else (a * known[..., None] - b * known[..., None]).abs()
+            return (d.flatten(1).mean(1) * weight).sum() / weight.sum()
+        return sum(term(*p) for p in pairs)

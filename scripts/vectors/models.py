@@ -161,8 +161,9 @@ def action():
 def osx():
     save("osx", Osx("tiny"), ["rotation", "shape", "expression", "camera", "body_place", "hand_place", "box_centre",
                               "box_size"], [unit("image", 2, 3, 256, 192)],
-         {"rotation": (2, 53, 3, 3), "shape": (2, 10), "expression": (2, 10), "camera": (2, 3), "body_place": (2, 25, 3),
-          "hand_place": (2, 40, 3), "box_centre": (2, 3, 2), "box_size": (2, 3, 2)})
+         {"rotation": (2, 53, 3, 3), "shape": (2, 10), "expression": (2, 10), "body_place": (2, 25, 3),
+          "hand_place": (2, 40, 3), "box_centre": (2, 3, 2), "box_size": (2, 3, 2), "body_known": (2, 25),
+          "hand_known": (2, 40), "box_known": (2, 3), "weight": (2,)})
 
 
 def lpips():
