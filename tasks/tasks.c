@@ -2,6 +2,7 @@
 #include "tasks/tasks.h"
 
 #include "tasks/action/task.h"
+#include "tasks/body/task.h"
 #include "tasks/detect/task.h"
 #include "tasks/hand_object/task.h"
 #include "tasks/hogs/task.h"
@@ -9,5 +10,6 @@
 #include "tasks/reid/task.h"
 
 const task *const tasks[] = {
-    &hand_object_task, &hogs_task, &detect_task, &point_pairs_task, &reid_task, &action_task, NULL,
+    &hand_object_task, &hogs_task, &detect_task, &point_pairs_task, &reid_task, &action_task, &body_task,
+    NULL,
 };

@@ -34,6 +34,15 @@ static lt_status count_subjects(lt_arena *arena, body_set *set)
     return LT_OK;
 }
 
+static lt_status name_pictures(lt_arena *arena, body_set *set)
+{
+    set->name = lt_arena_array(arena, (size_t)set->n, sizeof(*set->name));
+    for (int64_t i = 0; set->name && i < set->n; i++)
+        if (!(set->name[i] = lt_arena_printf(arena, "%s/%06lld.jpg", set->split, (long long)i + 1)))
+            return no_memory(set->root);
+    return set->name ? LT_OK : no_memory(set->root);
+}
+
 static bool is_synthetic(lt_arena *arena, const char *root)
 {
     const char *path = lt_path_join(arena, root, "manifest.json");
@@ -66,6 +75,8 @@ lt_status body_set_open(lt_arena *arena, const char *root, const char *split, bo
     set.synthetic = is_synthetic(arena, root);
     st = count_subjects(arena, &set);
     if (!st)
+        st = name_pictures(arena, &set);
+    if (!st)
         *out = set;
     return st;
 }
@@ -88,7 +99,7 @@ const char *body_set_body(lt_arena *arena, const char *root)
 
 lt_status body_set_picture(const body_set *set, int64_t i, lt_arena *arena, lt_image *out)
 {
-    const char *path = lt_arena_printf(arena, "%s/%s/%06lld.jpg", set->root, set->split, (long long)i + 1);
+    const char *path = lt_path_join(arena, set->root, set->name[i]);
     lt_image img;
     lt_status st = path ? lt_image_read(arena, path, &img) : no_memory(set->root);
 

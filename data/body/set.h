@@ -21,6 +21,7 @@ enum { BODY_PICTURE_WIDTH = 192, BODY_PICTURE_HEIGHT = 256 };
 typedef struct {
     const char *root, *split;
     const body_row *row;            /* (n) */
+    const char **name;              /* (n) "train/000001.jpg" */
     int64_t n;
     int subjects;                   /* how many different ones */
     bool synthetic;                 /* its manifest says so */

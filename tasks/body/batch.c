@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "tasks/body/batch.h"
+
+#include "tasks/body/target.h"
+#include "vision/augment.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { W = BODY_PICTURE_WIDTH, H = BODY_PICTURE_HEIGHT, IMAGE = BODY_PICTURE_FLOATS };
+
+static void batch_free(void *batch)
+{
+    body_batch *b = batch;
+
+    if (!b)
+        return;
+    free(b->index);
+    free(b->image);
+    free(b->target);
+    free(b->weight);
+    free(b);
+}
+
+static void *batch_new(const void *ctx, int capacity)
+{
+    const size_t n = (size_t)capacity;
+    body_batch *b = calloc(1, sizeof(*b));
+
+    (void)ctx;
+    if (!b)
+        return NULL;
+    b->index = calloc(n, sizeof(*b->index));
+    b->image = calloc(n * IMAGE, sizeof(*b->image));
+    b->target = calloc(n, sizeof(*b->target));
+    b->weight = calloc(n, sizeof(*b->weight));
+    if (b->index && b->image && b->target && b->weight)
+        return b;
+    batch_free(b);
+    return NULL;
+}
+
+static void batch_start(void *b, int count)
+{
+    ((body_batch *)b)->count = count;
+}
+
+static void batch_skip(void *batch, int slot, int64_t index)
+{
+    body_batch *b = batch;
+
+    b->index[slot] = index;
+    b->weight[slot] = 0;
+}
+
+/* ---- one picture ---- */
+
+/* Bilinear, black where there is no picture: pixel u of ours is (u - shift) / scale of it */
+static void paint(const lt_image *from, const body_window *w, float *image)
+{
+    for (int v = 0; v < H; v++)
+        for (int u = 0; u < W; u++) {
+            const double x = (u - w->shift[0]) / w->scale, y = (v - w->shift[1]) / w->scale;
+            const int x0 = (int)floor(x), y0 = (int)floor(y);
+            const float fx = (float)(x - x0), fy = (float)(y - y0);
+            float sum[3] = { 0, 0, 0 };
+
+            for (int k = 0; k < 4; k++) {
+                const int xk = x0 + k % 2, yk = y0 + k / 2;
+                const float share = (k % 2 ? fx : 1 - fx) * (k / 2 ? fy : 1 - fy);
+
+                if (xk >= 0 && xk < W && yk >= 0 && yk < H && share > 0)
+                    for (int c = 0; c < 3; c++)
+                        sum[c] += share * (float)from->data[3 * (yk * W + xk) + c];
+            }
+            for (int c = 0; c < 3; c++)
+                image[(c * H + v) * W + u] = sum[c] / 255;
+        }
+}
+
+/* Larger or smaller about the middle, and moved */
+static body_window draw_window(const body_feed *f, lt_rng *rng)
+{
+    const double scale = 1 + lt_rng_range(rng, -f->scale, f->scale);
+    const double across = W * lt_rng_range(rng, -f->shift, f->shift), down = W * lt_rng_range(rng, -f->shift, f->shift);
+
+    return (body_window){ .scale = scale, .shift = { across + (1 - scale) * (W - 1) / 2,
+                                                     down + (1 - scale) * (H - 1) / 2 } };
+}
+
+static lt_status batch_fill(const void *ctx, uint64_t epoch, int64_t i, lt_arena *scratch, void *batch, int slot)
+{
+    const body_feed *f = ctx;
+    const int64_t index = body_feed_index(f, i);
+    const augment_limits limits = { .brightness = f->colour, .contrast = f->colour, .saturation = f->colour };
+    lt_rng rng = lt_rng_make(f->seed, lt_rng_mix(epoch, (uint64_t)index));
+    const body_window window = draw_window(f, &rng);
+    body_batch *b = batch;
+    float *image = b->image + (size_t)slot * IMAGE, *room = lt_arena_array(scratch, H * W, sizeof(*room));
+    lt_image picture;
+    lt_status st = room ? body_set_picture(f->set, index, scratch, &picture)
+                        : lt_error(LT_ENOMEM, "no memory for a picture");
+
+    if (st)
+        return st;
+    paint(&picture, &window, image);
+    if (f->colour > 0)
+        augment_colour(image, H, W, &limits, &rng, room);
+    body_target_make(&f->set->row[index], &window, &b->target[slot]);
+    b->index[slot] = index;
+    b->weight[slot] = 1;
+    return LT_OK;
+}
+
+int64_t body_feed_index(const body_feed *f, int64_t i)
+{
+    return i * f->set->n / f->count;
+}
+
+static const char *picture_name(const void *ctx, int64_t i)
+{
+    const body_feed *f = ctx;
+
+    return f->set->name[body_feed_index(f, i)];
+}
+
+loader_source body_source(const body_feed *feed)
+{
+    return (loader_source){ .ctx = feed, .count = feed->count, .name = picture_name, .batch_new = batch_new,
+                            .batch_free = batch_free, .start = batch_start, .fill = batch_fill, .skip = batch_skip };
+}
+
+/* ---- into the graph ---- */
+
+#define TARGET(field) { #field, offsetof(body_target, field), sizeof(((body_target *)NULL)->field) / sizeof(float) }
+
+static const struct {
+    const char *name;
+    size_t offset, n;
+} targets[] = {
+    TARGET(rotation), TARGET(shape), TARGET(expression), TARGET(body_place), TARGET(hand_place), TARGET(box_centre),
+    TARGET(box_size), TARGET(nodes), TARGET(bearing), TARGET(body_known), TARGET(hand_known), TARGET(box_known),
+    TARGET(node_known),
+};
+
+static void copy(const lt_plan *p, const model_record *r, const char *name, int slot, const float *from, size_t n)
+{
+    const lt_tensor *t = model_port_find(&r->inputs, name);
+    lt_real *to = t ? (lt_real *)lt_plan_data(p, t) + (size_t)slot * n : NULL;
+
+    for (size_t k = 0; to && k < n; k++)
+        to[k] = (lt_real)from[k];
+}
+
+/* The first place from `first` on that could be read, in turn; -1: none */
+static int whole_place(const body_batch *b, int first)
+{
+    for (int i = 0; i < b->count; i++)
+        if (b->weight[(first + i) % b->count] > 0)
+            return (first + i) % b->count;
+    return -1;
+}
+
+double body_batch_feed(const lt_plan *p, const model_record *r, const body_batch *b, int first)
+{
+    double sum = 0;
+
+    for (int i = 0; i < r->batch; i++) {
+        const bool there = first + i < b->count && b->weight[first + i] > 0;
+        const int from = b->count ? whole_place(b, (first + i) % b->count) : -1;
+        const float weight = there;
+
+        if (from < 0)
+            return 0;
+        copy(p, r, "image", i, b->image + (size_t)from * IMAGE, IMAGE);
+        for (size_t k = 0; k < LT_COUNT(targets); k++)
+            copy(p, r, targets[k].name, i, (const float *)((const char *)&b->target[from] + targets[k].offset),
+                 targets[k].n);
+        copy(p, r, "weight", i, &weight, 1);
+        sum += there;
+    }
+    return sum;
+}

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "tasks/body/config.h"
+
+#define DATA(field) #field, .offset = offsetof(body_data_config, field)
+
+const lt_config_key body_data_keys[] = {
+    TRAIN_DIR_KEY(body_data_config),
+    TRAIN_LOADER_KEYS(body_data_config),
+    { DATA(body), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
+      .doc = "body model: SMPLX_NEUTRAL.npz or .pkl, or embedded; the one that the dataset was made with" },
+    { DATA(scale), .type = LT_CONFIG_NUMBER, .fallback = "0.15", .lo = 0, .hi = 0.5,
+      .doc = "pictures to train on are made larger or smaller by up to this share" },
+    { DATA(shift), .type = LT_CONFIG_NUMBER, .fallback = "0.05", .lo = 0, .hi = 0.5,
+      .doc = "and moved by up to this share of their width" },
+    { DATA(colour), .type = LT_CONFIG_NUMBER, .fallback = "0.2", .lo = 0, .hi = 1,
+      .doc = "and changed in brightness, contrast and saturation by up to this share" },
+    { .name = NULL },
+};

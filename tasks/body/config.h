@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Group "data" of a config of the task. */
+#ifndef TASKS_BODY_CONFIG_H
+#define TASKS_BODY_CONFIG_H
+
+#include "train/task.h"
+
+typedef struct {
+    train_data_config common;
+    const char *body;               /* as run_body_open takes it */
+    double scale, shift, colour;
+} body_data_config;
+
+extern const lt_config_key body_data_keys[];
+
+static inline const body_data_config *body_data_of(const train_config *c)
+{
+    return (const body_data_config *)c->data;
+}
+
+#endif

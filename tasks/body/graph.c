@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+#include "tasks/body/graph.h"
+
+#include "models/body/osx_losses.h"
+#include "models/model.h"
+
+static void record_with(const body_graph *g, bool losses, model_record *r)
+{
+    g->model->cls->record(g->model, losses, r);
+    osx_skin(g->layer, losses, r);
+}
+
+static lt_status record(const void *ctx, model_record *r)
+{
+    record_with(ctx, false, r);
+    return LT_OK;
+}
+
+static lt_status record_losses(const void *ctx, model_record *r)
+{
+    record_with(ctx, true, r);
+    return LT_OK;
+}
+
+static double feed(const void *ctx, const lt_plan *p, const model_record *r, const void *batch, int first, int part,
+                   int n)
+{
+    (void)ctx, (void)part, (void)n;
+    return body_batch_feed(p, r, batch, first);
+}
+
+recipe body_graph_recipe(const body_graph *g, bool losses)
+{
+    return (recipe){ .ctx = g, .record = losses ? record_losses : record, .feed = feed };
+}
+
+void body_graph_nodes(const compiled *c, int i, double out[BODY_NODES][3])
+{
+    const lt_real *x = compiled_output(c, "nodes") + (size_t)i * BODY_NODES * 3;
+
+    for (int k = 0; k < BODY_NODES * 3; k++)
+        out[k / 3][k % 3] = x[k];
+}
+
+void body_graph_project(const compiled *c, int i, float out[BODY_NODES][2])
+{
+    const lt_real *camera = compiled_output(c, "camera") + (size_t)i * 3;
+    double nodes[BODY_NODES][3];
+
+    body_graph_nodes(c, i, nodes);
+    for (int k = 0; k < BODY_NODES; k++) {
+        const double z = nodes[k][2] + camera[2];
+
+        out[k][0] = (float)(OSX_FOCAL * (nodes[k][0] + camera[0]) / z + BODY_PICTURE_WIDTH / 2.0);
+        out[k][1] = (float)(OSX_FOCAL * (nodes[k][1] + camera[1]) / z + BODY_PICTURE_HEIGHT / 2.0);
+    }
+}

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: Apache-2.0 */
+/* Learning whole bodies from a few pictures, made as `palmar synth --preset body` makes them: the set itself, what the
+ * model is compared with, bits that do not depend on threads or stops, scores by hand. */
+#include "assets/run_body.h"
+#include "libtensor/base/parallel.h"
+#include "libtensor/geometry/rotation.h"
+#include "libtensor/io/atomic_file.h"
+#include "libtensor/io/file.h"
+#include "synth/generate.h"
+#include "tasks/body/scores.h"
+#include "tasks/body/target.h"
+#include "tasks/body/task.h"
+#include "tasks/body/truth.h"
+#include "tests/suite.h"
+#include "train/trainer.h"
+
+#include <math.h>
+#include <signal.h>
+
+enum { PICTURES = 10, EVALUATION = 2 };
+
+static const task *const tasks[] = { &body_task, NULL };
+static lt_arena *arena;
+
+static const char *at(const char *path)
+{
+    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
+}
+
+/* One set for all tests */
+static void setup(void)
+{
+    static const char config[] = "{ \"model\": { \"name\": \"osx\" }, \"optim\": { \"kind\": \"adam\", \"lr\": 1e-4, "
+        "\"schedule\": \"constant\", \"batch\": 2, \"shards\": 2, \"steps\": 2 }, \"train\": { "
+        "\"checkpoint_minutes\": 0, \"validate_every\": 0, \"validate_samples\": 2 } }";
+
+    make_scratch_folder();
+    arena = lt_arena_new();
+    check_ok(synth_generate(&(synth_options){ .preset = SYNTH_BODY, .out = at("data"), .seed = 4, .frames = PICTURES },
+                            NULL, NULL));
+    check_ok(lt_write_file(at("body.json"), config, sizeof(config) - 1));
+}
+
+static void teardown(void)
+{
+    lt_arena_free(arena);
+    remove_scratch_folder();
+}
+
+static void open_set(const char *split, body_set *set)
+{
+    check_ok(body_set_open(arena, at("data"), split, set));
+}
+
+/* ---- the set ---- */
+
+START_TEST(the_set)
+{
+    body_set train, evaluation;
+    lt_image picture;
+    run_body body;
+
+    ck_assert(body_set_probe(at("data")));
+    open_set("train", &train);
+    open_set("evaluation", &evaluation);
+    ck_assert(train.n == PICTURES - EVALUATION && evaluation.n == EVALUATION && train.synthetic);
+    for (int i = 0; i < EVALUATION; i++)                /* nobody is in both */
+        for (int k = 0; k < train.n; k++)
+            ck_assert_int_ne(evaluation.row[i].subject, train.row[k].subject);
+    check_ok(body_set_picture(&train, train.n - 1, arena, &picture));
+    check_ok(run_body_open(arena, body_set_body(arena, at("data")), &body));
+    check_ok(body_truth_check(&body, &train));
+    body.model->v_template[5361][1] += 0.02f;           /* a finger tip */
+    check_error(body_truth_check(&body, &train), LT_EINVAL, "its poses were made with another body");
+}
+END_TEST
+
+/* A rotation of the model's order in the body's, and where the virtual camera sees a node */
+START_TEST(targets)
+{
+    const body_window window = { .scale = 2, .shift = { -30, -50 } };
+    body_target t;
+    body_set set;
+    const body_row *row;
+    double jaw[9];
+
+    open_set("train", &set);
+    row = &set.row[0];
+    body_target_make(row, &window, &t);
+    lt_rot_from_axis_angle((double[]){ row->pose[BODY_JAW][0], row->pose[BODY_JAW][1], row->pose[BODY_JAW][2] }, jaw);
+    for (int k = 0; k < 9; k++)
+        ck_assert_double_eq_tol(t.rotation[52][k], jaw[k], 1e-6);
+    ck_assert_double_eq_tol(t.body_place[7][0], (2 * row->nodes_2d[7][0] - 30) / 16, 1e-4);
+    ck_assert_double_eq_tol(t.body_place[7][2], 8 * (1 + row->nodes_3d[7][2] - row->nodes_3d[0][2]), 1e-4);
+    ck_assert_double_eq_tol(t.hand_place[20][2], 8 * (1 + (row->nodes_3d[45][2] - row->nodes_3d[13][2]) / 0.15), 1e-4);
+    ck_assert_double_eq_tol(t.box_size[2][1], 2 * (row->boxes[2][3] - row->boxes[2][1]) / 16, 1e-4);
+    ck_assert_double_eq_tol(t.bearing[0][1], (2 * row->nodes_2d[0][1] - 50 - 128) / 16,
+                            3e-3 * fabs((double)t.bearing[0][1]) + 1e-4);
+}
+END_TEST
+
+START_TEST(errors)
+{
+    double nodes[BODY_NODES][3], moved[BODY_NODES][3];
+    body_errors e;
+    body_set set;
+
+    open_set("train", &set);
+    for (int i = 0; i < BODY_NODES; i++)
+        for (int k = 0; k < 3; k++) {
+            nodes[i][k] = set.row[0].nodes_3d[i][k];
+            moved[i][k] = nodes[i][k] + 0.5;
+        }
+    for (int i = 25; i < 45; i++)
+        moved[i][1] += 0.02;                            /* the left hand, from its wrist */
+    moved[24][0] += 0.05;                               /* the nose */
+    body_errors_of((const double (*)[3])moved, (const double (*)[3])nodes, NULL, NULL, &e);
+    ck_assert_double_eq_tol(e.mm[BODY_MPJPE], 50.0 / 25, 1e-9);
+    ck_assert_double_eq_tol(e.mm[BODY_HAND_MPJPE], 10, 1e-9);
+    ck_assert(e.mm[BODY_PA_MPJPE] > 0 && e.mm[BODY_PA_MPJPE] < 6 && isnan(e.mm[BODY_PVE]));
+}
+END_TEST
+
+/* ---- learning ---- */
+
+static lt_status train(const char *out, const char *more, const char *resume,
+                       void (*before_step)(void *, int64_t, lt_params *), train_result *result)
+{
+    const char *set[] = { lt_arena_printf(arena, "data.dir=%s/data", scratch_folder),
+                          lt_arena_printf(arena, "data.body=%s/data/body.npz", scratch_folder), more };
+    train_options o = { .tasks = tasks, .config = resume ? NULL : at("body.json"), .out = at(out), .quiet = true,
+                        .resume = resume, .before_step = before_step, .set = set, .n_set = resume ? 0 : more ? 3 : 2 };
+
+    return train_run(&o, result);
+}
+
+static const char *last_of(const char *run)
+{
+    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
+}
+
+static void same_end(const char *a, const char *b)
+{
+    uint8_t *x, *y;
+    size_t n, k;
+
+    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
+    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &k));
+    ck_assert_uint_eq(n, k);
+    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
+}
+
+static void stop_at_second(void *ctx, int64_t step, lt_params *set)
+{
+    (void)ctx, (void)set;
+    if (step == 1)
+        raise(SIGTERM);
+}
+
+START_TEST(threads_and_stops_do_not_matter)
+{
+    train_result r;
+
+    lt_set_threads(1);
+    check_ok(train("whole", "train.validate_steps=2", NULL, NULL, &r));
+    ck_assert(r.best > 10 && r.best < 2000);            /* mm, of a network that knows nothing */
+    lt_set_threads(4);
+    ck_assert_int_eq(train("stopped", "train.validate_steps=2", NULL, stop_at_second, NULL), LT_ESTOPPED);
+    check_ok(train("stopped", NULL, "", NULL, NULL));
+    same_end("whole", "stopped");
+}
+END_TEST
+
+START_TEST(refused)
+{
+    lt_arena *own = lt_arena_new();
+    run_body body;
+
+    check_error(run_body_open(own, at("none.npz"), &body), LT_EIO,
+                "none.npz: no such file; SMPLX_NEUTRAL.npz is offered");
+    check_error(run_body_open(own, at("data/train.npz"), &body), LT_EFORMAT, "data/train.npz: ");
+    check_error(train("side", "data.body=none", NULL, NULL, NULL), LT_EIO, "none: no such file");
+    lt_arena_free(own);
+}
+END_TEST
+
+static void add_tests(TCase *tc)
+{
+    tcase_set_timeout(tc, 300);
+    tcase_add_unchecked_fixture(tc, setup, teardown);
+    tcase_add_test(tc, the_set);
+    tcase_add_test(tc, targets);
+    tcase_add_test(tc, errors);
+    tcase_add_test(tc, threads_and_stops_do_not_matter);
+    tcase_add_test(tc, refused);
+}
+
+int main(void)
+{
+    return run_suite("body", add_tests);
+}
