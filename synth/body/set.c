@@ -22,7 +22,6 @@ enum {
 
 /* What becomes of a picture; filled by whichever thread takes it. */
 typedef struct {
-    lt_arena *arena;
     synth_file file;
     lt_status status;
     char line[512];
@@ -39,7 +38,8 @@ typedef struct {
     synth_crop_place *place;                    /* (PLACES) */
     lt_status status[PLACES];                   /* of preparing a place */
     char line[PLACES][512];
-    synth_frame **small, **frame;               /* one a thread */
+    synth_frame **small, **frame;               /* one a thread, ... */
+    lt_arena **scratch;                         /* ... for the picture that it takes */
     int64_t first;                              /* number of the first place of those that are in work */
     shot *shot;                                 /* (PLACES * PICTURES) */
     body_row *truth;                    /* (n) evaluation first */
@@ -92,17 +92,17 @@ static lt_status get_memory(run *r)
     r->place = lt_arena_array(r->arena, PLACES, sizeof(*r->place));
     r->frame = lt_arena_array(r->arena, (size_t)r->threads, sizeof(*r->frame));
     r->small = lt_arena_array(r->arena, (size_t)r->threads, sizeof(*r->small));
+    r->scratch = lt_arena_array(r->arena, (size_t)r->threads, sizeof(*r->scratch));
     r->truth = lt_arena_array(r->arena, (size_t)r->n, sizeof(*r->truth));
-    bool ok = r->shot && r->place && r->frame && r->small && r->truth;
+    bool ok = r->shot && r->place && r->frame && r->small && r->scratch && r->truth;
     for (int i = 0; ok && i < r->threads; i++) {
         r->frame[i] = synth_frame_new(BODY_PICTURE_WIDTH, BODY_PICTURE_HEIGHT);
         r->small[i] = synth_frame_new(SYNTH_BODY_LOOK_WIDTH, SYNTH_BODY_LOOK_HEIGHT);
-        ok = r->frame[i] && r->small[i];
+        r->scratch[i] = lt_arena_new();
+        ok = r->frame[i] && r->small[i] && r->scratch[i];
     }
     for (int i = 0; ok && i < PLACES; i++)
         ok = (r->place_arena[i] = lt_arena_new()) != NULL;
-    for (int i = 0; ok && i < PLACES * PICTURES; i++)
-        ok = (r->shot[i].arena = lt_arena_new()) != NULL;
     return ok ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for pictures");
 }
 
@@ -135,7 +135,7 @@ static lt_status prepare(run *r)
 
 /* ---- taking pictures ----------------------------------------------------------------------------------- */
 
-static lt_status write_image(const run *r, int64_t number, shot *s, const synth_frame *f)
+static lt_status write_image(const run *r, int64_t number, lt_arena *scratch, const synth_frame *f, synth_file *file)
 {
     const lt_image img = { f->width, f->height, 3, 8, &f->rgb[0][0] };
     const bool evaluation = number < r->n_evaluation;
@@ -146,9 +146,9 @@ static lt_status write_image(const run *r, int64_t number, shot *s, const synth_
 
     snprintf(within, sizeof(within), "%s/%06lld.jpg", evaluation ? "evaluation" : "train",
              (long long)(evaluation ? number : number - r->n_evaluation) + 1);
-    path = lt_path_join(s->arena, r->opt->out, within);
+    path = lt_path_join(scratch, r->opt->out, within);
     st = path ? lt_jpeg_write(path, &img, quality) : lt_error(LT_ENOMEM, "%s: no memory", within);
-    return st ? st : synth_describe_file(r->opt->out, within, &s->file);
+    return st ? st : synth_describe_file(r->opt->out, within, file);
 }
 
 static void take_task(void *ctx, int64_t i)
@@ -161,11 +161,11 @@ static void take_task(void *ctx, int64_t i)
     s->status = LT_OK;
     if (number < 0)
         return;
-    lt_arena_reset(s->arena);
-    s->status = synth_crop_take(s->arena, &r->place[i / PICTURES], number, r->small[thread], r->frame[thread],
+    lt_arena_reset(r->scratch[thread]);
+    s->status = synth_crop_take(r->scratch[thread], &r->place[i / PICTURES], number, r->small[thread], r->frame[thread],
                                 &r->truth[number]);
     if (!s->status)
-        s->status = write_image(r, number, s, r->frame[thread]);
+        s->status = write_image(r, number, r->scratch[thread], r->frame[thread], &s->file);
     if (s->status)
         snprintf(s->line, sizeof(s->line), "%s", lt_last_error());
 }
@@ -294,9 +294,8 @@ static void clean_up(run *r)
     for (int i = 0; i < r->threads; i++) {
         synth_frame_free(r->frame ? r->frame[i] : NULL);
         synth_frame_free(r->small ? r->small[i] : NULL);
+        lt_arena_free(r->scratch ? r->scratch[i] : NULL);
     }
-    for (int i = 0; r->shot && i < PLACES * PICTURES; i++)
-        lt_arena_free(r->shot[i].arena);
     synth_props_fini(&r->props);
     for (int i = 0; i < PLACES; i++)
         lt_arena_free(r->place_arena[i]);
