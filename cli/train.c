@@ -10,20 +10,22 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { DATA = 256, HAND, SET, RESUME, INIT, DRY_RUN, KEYS, JSON };
+enum { DATA = 256, HAND, BODY, SET, RESUME, INIT, DRY_RUN, KEYS, JSON };
 
 typedef struct {
     train_options o;
     cli_overrides over;
-    char data[4096], hand[4096];
+    char data[4096], hand[4096], body[4096];
     bool keys, json;
 } train_args;
 
 static const struct argp_option options[] = {
     { "config", 'c', "FILE|NAME", 0, "a JSON file, a run's folder, or a config that comes with palmar: hocat, "
-      "unified, hogs or points, a dash, and full, tiny, cpu or another variant; detect-n", 0 },
+      "unified, hogs, points, action or body, a dash, and full, tiny, cpu, s or another variant; detect-n", 0 },
     { "data", DATA, "DIR", 0, "the dataset: short for --set data.dir=DIR", 0 },
     { "hand", HAND, "FILE", 0, "hand model: short for --set data.hand=FILE", 0 },
+    { "body", BODY, "FILE", 0, "body model, of body-tiny and body-s: SMPLX_NEUTRAL.npz or .pkl; short for "
+      "--set data.body=FILE", 0 },
     { "set", SET, "KEY=VALUE", 0, "override a key, as optim.lr=3e-4; may be repeated", 0 },
     { "out", 'o', "DIR", 0, "the run's folder", 0 },
     { "resume", RESUME, "FILE|RUN", OPTION_ARG_OPTIONAL,
@@ -82,6 +84,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case JSON: a->json = true; break;
     case DATA: override_path(a, state, "data.dir", arg, a->data, sizeof(a->data)); break;
     case HAND: override_path(a, state, "data.hand", arg, a->hand, sizeof(a->hand)); break;
+    case BODY: override_path(a, state, "data.body", arg, a->body, sizeof(a->body)); break;
     case ARGP_KEY_ARG:
         argp_error(state, a->o.resume ? "\"%s\": the run that goes on is named by --out, one of its checkpoints by "
                    "--resume=FILE" : "\"%s\": options only; the data go behind --data", arg);
