@@ -18,7 +18,8 @@ static const struct argp_option options[] = {
       "detect: single pictures for detectors, as COCO has them; "
       "track: films for trackers, as MOTChallenge has them; "
       "actions: clips of skeletons that do ten things, for networks that tell them apart; "
-      "body: pictures of persons at tables, for networks for whole bodies", 0 },
+      "body: pictures of persons at tables, for networks for whole bodies; "
+      "turntable: 60 photos of one still object, with cameras, as nerfstudio has them", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
@@ -53,7 +54,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 'p':
         if (synth_parse_preset(arg, &o->preset))
             argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default, hogs, detect, track, "
-                       "actions or body", arg);
+                       "actions, body or turntable", arg);
         break;
     case LAYOUT:
         if (synth_parse_layout(arg, &o->layout))
@@ -84,7 +85,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (o->preset == SYNTH_HOGS && o->layout != SYNTH_HO3D)
             argp_error(state, "--preset hogs is for --layout ho3d");
         if (o->preset >= SYNTH_DETECT && (o->layout != SYNTH_HO3D || o->png || o->alias_ycb))
-            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track, actions or body");
+            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track, actions, body or turntable");
         if (o->preset != SYNTH_DETECT && o->near > 0)
             argp_error(state, "--near is for --preset detect");
         if (o->preset != SYNTH_ACTIONS && (o->clips || o->difficulty >= 0))

@@ -35,6 +35,7 @@ static const preset presets[] = {
     [SYNTH_TRACK] = { .name = "track" },
     [SYNTH_ACTIONS] = { .name = "actions" },
     [SYNTH_BODY] = { .name = "body" },
+    [SYNTH_TURNTABLE] = { .name = "turntable" },
 };
 
 static const struct { int id; const char *letters; } initials[] = {
@@ -49,8 +50,8 @@ lt_status synth_parse_preset(const char *name, synth_preset *out)
             *out = (synth_preset)i;
             return LT_OK;
         }
-    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain, default, hogs, detect, track, actions "
-                    "or body", name);
+    return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain, default, hogs, detect, track, actions, "
+                    "body or turntable", name);
 }
 
 const char *synth_preset_name(synth_preset which)

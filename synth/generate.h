@@ -26,6 +26,7 @@ typedef enum {
     SYNTH_TRACK,                    /* 20 films of 300 frames, 512 x 288, for trackers: track/ */
     SYNTH_ACTIONS,                  /* 2,000 clips of skeletons: actions/ */
     SYNTH_BODY,                     /* 10,000 pictures of persons, 192 x 256: body/ */
+    SYNTH_TURNTABLE,                /* 60 photos of one still object, 400 x 400, with their cameras: turntable/ */
 } synth_preset;
 
 typedef enum { SYNTH_HO3D, SYNTH_DEXYCB } synth_layout;
@@ -64,7 +65,7 @@ lt_status synth_parse_layout(const char *name, synth_layout *out);
  * models/, stats.json (occlusion and contact figures) and manifest.json (options and the CRC-32 of every file;
  * written last, so a folder without it is unfinished). SYNTH_HOGS: hogs.h's files, in HO3D's layout alone.
  * SYNTH_DETECT: as COCO has it, detect/detect.h. SYNTH_TRACK: as MOTChallenge has it, track/track.h. SYNTH_ACTIONS:
- * actions/actions.h. SYNTH_BODY: body/set.h.
+ * actions/actions.h. SYNTH_BODY: body/set.h. SYNTH_TURNTABLE: as nerfstudio has it, turntable/turntable.h.
  *
  *   figures      (*n) the figures of stats.json with what is aimed at; both NULL: not wanted
  *
