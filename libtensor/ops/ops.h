@@ -404,6 +404,16 @@ LT_API lt_tensor *lt_cross_entropy(lt_tensor *logits, lt_tensor *target, lt_tens
  * Source: Girshick 2015, "Fast R-CNN", equation 3. */
 LT_API lt_tensor *lt_smooth_l1_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weight);
 
+/**
+ * lt_ssim_loss - 1 - the mean structural similarity of two pictures (C, H, W), values about 0 .. 1: one number
+ *
+ * Windows of 11 x 11 pixels, a Gaussian of deviation 1.5, around every pixel, with zeros around the picture; K1 0.01, K2
+ * 0.03, biased variances. The gradient reaches a; b is a constant. A picture without pixels gives 0. Errors: shapes that
+ * differ, or are not of three dimensions. Source: Wang et al. 2004, "Image quality assessment: from error visibility to
+ * structural similarity", section III-B; as a loss in Kerbl et al. 2023, equation 7.
+ */
+LT_API lt_tensor *lt_ssim_loss(lt_tensor *a, lt_tensor *b);
+
 /* lt_max - the largest along the last dimension; the first of equals gets the gradient. Errors: it is empty. */
 LT_API lt_tensor *lt_max(lt_tensor *x);
 
@@ -507,6 +517,7 @@ LT_API lt_tensor *lt_splat_raster(const lt_splat_in *in, const lt_splat_opts *op
 #define lt_l1_loss(...) LT_HERE(lt_l1_loss(__VA_ARGS__))
 #define lt_cross_entropy(...) LT_HERE(lt_cross_entropy(__VA_ARGS__))
 #define lt_sum(...) LT_HERE(lt_sum(__VA_ARGS__))
+#define lt_ssim_loss(...) LT_HERE(lt_ssim_loss(__VA_ARGS__))
 #define lt_smooth_l1_loss(...) LT_HERE(lt_smooth_l1_loss(__VA_ARGS__))
 #define lt_max(...) LT_HERE(lt_max(__VA_ARGS__))
 #define lt_sample_rows(...) LT_HERE(lt_sample_rows(__VA_ARGS__))

@@ -1094,6 +1094,22 @@ def detect_mask_loss(s):
            some_cells(), const=(4, 5))
 
 
+def ssim_loss(s):
+    g = np.exp(-(np.arange(11) - 5) ** 2 / 4.5)
+    window = torch.tensor(np.outer(g, g) / g.sum() ** 2)[None, None]
+
+    def blur(x):
+        return F.conv2d(x[:, None], window.to(x.dtype), padding=5)[:, 0]
+
+    def loss(a, b):
+        m, n = blur(a), blur(b)
+        top = (2 * m * n + 1e-4) * (2 * (blur(a * b) - m * n) + 9e-4)
+        return 1 - (top / ((m * m + n * n + 1e-4) * (blur(a * a) - m * m + blur(b * b) - n * n + 9e-4))).mean()
+
+    s.case("picture", loss, positive(3, 17, 14), positive(3, 17, 14), const=(1,))
+    s.case("small", loss, positive(1, 4, 7), positive(1, 4, 7), const=(1,))
+
+
 SUITES = {
     "add": binary(torch.add), "sub": binary(torch.sub), "mul": binary(torch.mul), "scale": scale,
     "leaky_relu": leaky_relu, "sigmoid": unary(torch.sigmoid, True), "tanh": unary(torch.tanh, True),
@@ -1115,6 +1131,7 @@ SUITES = {
     "detect_assign": detect_assign, "detect_class_loss": detect_class_loss, "detect_box_loss": detect_box_loss,
     "detect_mask_loss": detect_mask_loss,
     "smooth_l1_loss": loss(lambda d: torch.where(d.abs() < 1, d ** 2 / 2, d.abs() - .5)), "max": max_,
+    "ssim_loss": ssim_loss,
     "farthest_point_sampling": farthest_point_sampling, "ball_query": ball_query, "nearest": nearest,
     "unit_sphere": unit_sphere,
     "gather": gather, "group": group, "hash_grid": hash_grid, "one_blob": one_blob, "sample_rows": sample_rows,
