@@ -14,7 +14,7 @@
 #include "models/backbones/vit.h"
 #include "models/hogs/avatar.h"
 #include "models/hogs/contact.h"
-#include "models/hogs/gaussians.h"
+#include "models/splats/gaussians.h"
 #include "models/hogs/occupancy.h"
 #include "models/hogs/sizes.h"
 #include "models/model.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "models/hogs/gaussians.h"
+#include "models/splats/gaussians.h"
 
 #include "libtensor/geometry/mesh/kd_tree.h"
 
@@ -107,6 +107,39 @@ lt_status gaussians_place(const gaussians *g, int set, const float (*place)[3], 
     lt_kd_tree_free(&tree);
     lt_release(at);
     return st;
+}
+
+/* ---- for files ------------------------------------------------------------------------------------------ */
+
+static void take(const lt_param *p, int64_t row, int64_t n, float *out)
+{
+    for (int64_t k = 0; k < n; k++)
+        out[k] = (float)p->data[row * n + k];
+}
+
+lt_status gaussians_splats(const gaussians *g, int set, lt_arena *arena, lt_splat **out, size_t *n)
+{
+    const int64_t first = gaussians_first(g, set), count = gaussians_count(g, set);
+    lt_splat *all = lt_arena_array(arena, (size_t)count, sizeof(*all));
+
+    if (!all)
+        return lt_error(LT_ENOMEM, "no memory for %lld Gaussians", (long long)count);
+    for (int64_t i = 0; i < count; i++) {
+        float rest[GAUSSIANS_SH - 1][3];
+        lt_splat *s = &all[i];
+
+        take(g->centre, first + i, 3, s->x);
+        take(g->log_scale, first + i, 3, s->scale);
+        take(g->quaternion, first + i, 4, s->rotation);
+        take(g->opacity, first + i, 1, &s->opacity);
+        take(g->dc, first + i, 3, s->dc);
+        take(g->rest, first + i, 3 * (GAUSSIANS_SH - 1), rest[0]);
+        for (int k = 0; k < 3 * (GAUSSIANS_SH - 1); k++)
+            s->rest[k % 3][k / 3] = rest[k / 3][k % 3];
+    }
+    *out = all;
+    *n = (size_t)count;
+    return LT_OK;
 }
 
 /* ---- in graphs ------------------------------------------------------------------------------------------- */

@@ -1,14 +1,17 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * The Gaussians of all sets, a set being a subject's hand or an object in its canonical place: one parameter for each
- * kind of number, in which every set has as many rows, and uses the first of them. Which set a graph reads is data.
+ * The Gaussians of all sets, a set being what is drawn or posed as one: a scene, a subject's hand, an object. One
+ * parameter for each kind of number, in which every set has as many rows, and uses the first of them. Which set a graph
+ * reads is data.
  *
  * Source: Kerbl et al. 2023, "3D Gaussian splatting for real-time radiance field rendering".
  */
-#ifndef MODELS_HOGS_GAUSSIANS_H
-#define MODELS_HOGS_GAUSSIANS_H
+#ifndef MODELS_SPLATS_GAUSSIANS_H
+#define MODELS_SPLATS_GAUSSIANS_H
 
+#include "libtensor/base/arena.h"
 #include "libtensor/graph/rows.h"
+#include "libtensor/io/mesh/ply.h"
 #include "libtensor/ops/ops.h"
 
 enum { GAUSSIANS_SH = 16, GAUSSIANS_KINDS = 7 };
@@ -41,6 +44,9 @@ lt_status gaussians_place(const gaussians *g, int set, const float (*place)[3], 
 
 /* gaussians_scale - exp of a row's largest log scale: a deviation along its longest axis, metres */
 double gaussians_scale(const gaussians *g, int64_t row);
+
+/* gaussians_splats - of a set, in arena memory, as files have them. LT_ENOMEM */
+lt_status gaussians_splats(const gaussians *g, int set, lt_arena *arena, lt_splat **out, size_t *n);
 
 /* A set as graphs read it, N the capacity. A row that is not in use holds zeros and has no opacity. */
 typedef struct {

@@ -6,10 +6,10 @@
 #define TASKS_HOGS_RUN_H
 
 #include "assets/hands.h"
-#include "tasks/hogs/density.h"
 #include "tasks/hogs/frames.h"
 #include "tasks/hogs/lists.h"
 #include "tasks/hogs/score.h"
+#include "tasks/splats/density.h"
 #include "train/task.h"
 
 /* Steps from 0 on: skin, then stage 1's iterations, then poses. Intervals are in iterations of stage 1. */
@@ -28,6 +28,7 @@ typedef struct {
 hogs_schedule hogs_schedule_of(const hogs *m, int64_t iterations, int64_t pose_epochs, int64_t frames);
 hogs_stage hogs_stage_of(const hogs_schedule *s, int64_t step);
 
+#define HOGS_EXTENT 1.0395          /* metres: the scene's */
 enum { HOGS_GROUPS = 16, HOGS_POSE_BATCH = 8 };     /* frames in a step of stage 2 */
 
 /* hogs_optim_groups - how each part learns: *n of them; hogs_stage_groups - which of them do so in a stage.

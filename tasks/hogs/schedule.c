@@ -66,7 +66,7 @@ static const double SMALL_RATE = 1e-3, SMALL_POSE_RATE = 1e-4;
 /* Colours begin white: at the paper's rate those of an object of four, seen in every fourth step, are not there after
  * thousands of steps. */
 static const double COLOUR_RATE = 1e-3, SMALL_COLOUR_RATE = 1e-2;
-static const double EXTENT = 1.0395, EPS = 1e-15, CLIP = 0.1, LAST = 0.01;      /* of a network's rate, at the end */
+static const double EPS = 1e-15, CLIP = 0.1, LAST = 0.01;      /* of a network's rate, at the end */
 
 /* Constant, or in a line of the logarithm to `end` of it */
 static lt_optim_group group_of(const char *name, const char *const *prefix, double lr, double end, int64_t steps,
@@ -102,7 +102,7 @@ const lt_optim_group *hogs_optim_groups(const hogs *m, const hogs_schedule *s, l
     const bool small = m->config.small;
     const double colour = small ? SMALL_COLOUR_RATE : COLOUR_RATE;
 
-    out[CENTRE] = group_of("centre", centre, 1.6e-4 * EXTENT, 0.01, s->place_steps, false);
+    out[CENTRE] = group_of("centre", centre, 1.6e-4 * HOGS_EXTENT, 0.01, s->place_steps, false);
     out[DC] = group_of("dc", dc, colour, 1, 0, false);
     out[REST] = group_of("rest", rest, colour / 20, 1, 0, false);
     out[OPACITY] = group_of("opacity", opacity, 0.05, 1, 0, false);

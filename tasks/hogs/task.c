@@ -80,6 +80,13 @@ static lt_status check_codes(const hogs *m, int64_t frames)
                     "the configuration to have as many as the data", m->config.frames, frames);
 }
 
+static lt_status new_density(density *d, const hogs *m)
+{
+    return density_new(d, &m->gaussians, &(density_limits){
+        .extent = HOGS_EXTENT, .least_opacity = 0.05, .most_pixels = 20, .cap = 4 * (int64_t)m->config.gaussians,
+        .reset_at_start = m->config.white });
+}
+
 static lt_status run_build(task_run *r, const train_config *c, lt_params *set, model *out)
 {
     const hogs_data_config *d = hogs_data_of(c);
@@ -95,7 +102,7 @@ static lt_status run_build(task_run *r, const train_config *c, lt_params *set, m
     if (!st)
         st = hogs_give_sets(out, &r->sets);
     if (!st)
-        st = density_new(&r->density, m);
+        st = new_density(&r->density, m);
     if (st)
         return st;
     r->schedule = hogs_schedule_of(m, d->iterations, d->pose_epochs, r->train_source.count);
@@ -119,7 +126,7 @@ static void run_describe(const task_run *r, train_progress *p)
                   r->check_source.count);
     progress_note(p, "poses        %s", initial_poses_how(r->train_poses));
     progress_note(p, "sets         %d hands, %d objects, %d Gaussians each, %" PRId64 " at most", r->sets.hands,
-                  r->sets.objects, m->config.gaussians, r->density.cap);
+                  r->sets.objects, m->config.gaussians, r->density.limits.cap);
     progress_note(p, "stages       %" PRId64 " steps of skinning, %" PRId64 " iterations%s, %" PRId64 " steps of poses",
                   s->skin, s->iterations, m->is->gpm ? "" : " without G-PM", s->poses);
     if (lpips_is_random(&m->lpips))
@@ -358,7 +365,7 @@ static lt_status run_adapt(task_run *r, int64_t step, lt_optim *o)
 
 static int run_counts(const task_run *r, train_count out[TRAIN_COUNTS])
 {
-    out[0] = (train_count){ "gaussians", density_total(hogs_of(r->m)) };
+    out[0] = (train_count){ "gaussians", density_total(&hogs_of(r->m)->gaussians) };
     out[1] = (train_count){ "densified", r->density.densified };
     out[2] = (train_count){ "pruned", r->density.pruned };
     return 3;

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "tasks/hogs/density.h"
+#include "tasks/splats/density.h"
 
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/mat3.h"
@@ -9,23 +9,21 @@
 #include <string.h>
 
 static const double SLOPE = 2e-4;               /* of a place on the screen, in units of half an image */
-static const double EXTENT = 1.0395;            /* metres: the scene's */
 static const double SMALL = 0.01, LARGE = 0.1;  /* of the extent: doubled rather than cut; taken out */
-static const double LARGE_PIXELS = 20, SPLIT = 1.6, LEAST_OPACITY = 0.05, RESET_OPACITY = 0.01;
+static const double SPLIT = 1.6, RESET_OPACITY = 0.01;
 enum { PIECES = 2, ARRAYS = 3 };
 
 static const char *const names[ARRAYS] = { "task.slope", "task.seen", "task.radius" };
 
-lt_status density_new(density *d, const hogs *m)
+lt_status density_new(density *d, const gaussians *g, const density_limits *limits)
 {
     lt_status st;
 
-    *d = (density){ .m = m, .slope.width = 1, .seen.width = 1, .radius.width = 1,
-                    .cap = 4 * (int64_t)m->config.gaussians };
-    st = lt_param_attach(m->gaussians.centre, &d->slope);
+    *d = (density){ .g = g, .slope.width = 1, .seen.width = 1, .radius.width = 1, .limits = *limits };
+    st = lt_param_attach(g->centre, &d->slope);
     if (!st)
-        st = lt_param_attach(m->gaussians.centre, &d->seen);
-    return st ? st : lt_param_attach(m->gaussians.centre, &d->radius);
+        st = lt_param_attach(g->centre, &d->seen);
+    return st ? st : lt_param_attach(g->centre, &d->radius);
 }
 
 void density_free(density *d)
@@ -33,7 +31,7 @@ void density_free(density *d)
     lt_release(d->slope.data);
     lt_release(d->seen.data);
     lt_release(d->radius.data);
-    *d = (density){ .m = NULL };
+    *d = (density){ .g = NULL };
 }
 
 void density_add(density *d, int64_t first, int64_t n, const lt_real *slope, const lt_real *radius)
@@ -50,12 +48,12 @@ void density_add(density *d, int64_t first, int64_t n, const lt_real *slope, con
     }
 }
 
-int64_t density_total(const hogs *m)
+int64_t density_total(const gaussians *g)
 {
     int64_t sum = 0;
 
-    for (int i = 0; i < m->gaussians.sets; i++)
-        sum += gaussians_count(&m->gaussians, i);
+    for (int i = 0; i < g->sets; i++)
+        sum += gaussians_count(g, i);
     return sum;
 }
 
@@ -75,10 +73,11 @@ static bool is_pulled(const density *d, int64_t row)
 
 static bool is_useless(const density *d, int64_t row, bool sizes)
 {
-    const gaussians *g = &d->m->gaussians;
+    const gaussians *g = d->g;
 
-    return opacity_of(g, row) < LEAST_OPACITY
-        || (sizes && (gaussians_scale(g, row) > LARGE * EXTENT || (double)d->radius.data[row] > LARGE_PIXELS));
+    return opacity_of(g, row) < d->limits.least_opacity
+        || (sizes && (gaussians_scale(g, row) > LARGE * d->limits.extent
+                      || (double)d->radius.data[row] > d->limits.most_pixels));
 }
 
 /* sizes: large ones go, too */
@@ -88,7 +87,7 @@ static fate fate_of(const density *d, int64_t row, bool sizes)
         return PRUNE;
     if (!is_pulled(d, row))
         return KEEP;
-    return gaussians_scale(&d->m->gaussians, row) <= SMALL * EXTENT ? CLONE : CUT;
+    return gaussians_scale(d->g, row) <= SMALL * d->limits.extent ? CLONE : CUT;
 }
 
 /* ---- rows before and after ------------------------------------------------------------------------------- */
@@ -113,9 +112,9 @@ static void add(layout *l, int set, int64_t from, bool fresh, bool cut)
  * those that would go, the one that shows most stays. */
 static void lay_out_set(const density *d, int set, bool sizes, layout *l)
 {
-    const gaussians *g = &d->m->gaussians;
+    const gaussians *g = d->g;
     const int64_t first = gaussians_first(g, set), n = gaussians_count(g, set);
-    int64_t room = d->cap, best = first;
+    int64_t room = d->limits.cap, best = first;
 
     for (int64_t row = first; row < first + n; row++) {
         best = opacity_of(g, row) > opacity_of(g, best) ? row : best;
@@ -149,16 +148,16 @@ static int64_t most_rows(const density *d)
 {
     int64_t most = 0;
 
-    for (int i = 0; i < d->m->gaussians.sets; i++)
-        most = lt_max_i64(most, lt_min_i64(2 * gaussians_count(&d->m->gaussians, i), d->cap));
-    return lt_rows_capacity(lt_max_i64(most, gaussians_capacity(&d->m->gaussians)));
+    for (int i = 0; i < d->g->sets; i++)
+        most = lt_max_i64(most, lt_min_i64(2 * gaussians_count(d->g, i), d->limits.cap));
+    return lt_rows_capacity(lt_max_i64(most, gaussians_capacity(d->g)));
 }
 
 /* Sets go on with as many rows as the largest needs, and with no fewer than before: plans stay as they are. */
 static void tighten(const density *d, layout *l)
 {
-    const int sets = d->m->gaussians.sets;
-    int64_t need = gaussians_capacity(&d->m->gaussians), wide = l->capacity;
+    const int sets = d->g->sets;
+    int64_t need = gaussians_capacity(d->g), wide = l->capacity;
 
     for (int i = 0; i < sets; i++)
         need = lt_max_i64(need, lt_rows_capacity(l->count[i]));
@@ -192,7 +191,7 @@ static void place_piece(const gaussians *g, int64_t row, lt_rng *rng)
 
 static lt_status apply(density *d, const layout *l, uint64_t seed)
 {
-    const gaussians *g = &d->m->gaussians;
+    const gaussians *g = d->g;
     lt_param *kind[GAUSSIANS_KINDS];
     const int kinds = gaussians_kinds(g, kind);
     lt_rng rng = lt_rng_make(seed, 0x64656e73);
@@ -211,7 +210,7 @@ static lt_status apply(density *d, const layout *l, uint64_t seed)
 
 static void forget(density *d)
 {
-    const size_t bytes = (size_t)d->m->gaussians.centre->shape.dim[0] * sizeof(lt_real);
+    const size_t bytes = (size_t)d->g->centre->shape.dim[0] * sizeof(lt_real);
 
     memset(d->slope.data, 0, bytes);
     memset(d->seen.data, 0, bytes);
@@ -220,7 +219,7 @@ static void forget(density *d)
 
 static lt_status densify(density *d, bool sizes, uint64_t seed)
 {
-    const int sets = d->m->gaussians.sets;
+    const int sets = d->g->sets;
     layout l = { .capacity = most_rows(d) };
     const size_t rows = (size_t)(l.capacity * sets);
     lt_status st = LT_OK;
@@ -251,7 +250,7 @@ static lt_status densify(density *d, bool sizes, uint64_t seed)
 
 static void reset(const density *d, lt_optim *o)
 {
-    const gaussians *g = &d->m->gaussians;
+    const gaussians *g = d->g;
     const lt_real most = (lt_real)log(RESET_OPACITY / (1 - RESET_OPACITY));
 
     for (int i = 0; i < g->sets; i++)
@@ -274,7 +273,7 @@ lt_status density_control(density *d, const density_schedule *s, int64_t iterati
     if (*moved)
         st = densify(d, iteration > s->reset, lt_rng_mix(seed, (uint64_t)iteration));
     if (!st && iteration > 0 && iteration <= s->end
-        && (iteration % s->reset == 0 || (d->m->config.white && iteration == s->start)))
+        && (iteration % s->reset == 0 || (d->limits.reset_at_start && iteration == s->start)))
         reset(d, o);
     return st;
 }
@@ -288,7 +287,7 @@ static lt_real *data_of(const density *d, int i)
 
 int density_save(const density *d, lt_named_array *out, int room)
 {
-    const int64_t rows = d->m->gaussians.centre->shape.dim[0];
+    const int64_t rows = d->g->centre->shape.dim[0];
 
     if (room < ARRAYS)
         return 0;
@@ -299,7 +298,7 @@ int density_save(const density *d, lt_named_array *out, int room)
 
 lt_status density_load(density *d, const char *path, const lt_named_array *entry, size_t n)
 {
-    const size_t rows = (size_t)d->m->gaussians.centre->shape.dim[0];
+    const size_t rows = (size_t)d->g->centre->shape.dim[0];
 
     for (int a = 0; a < ARRAYS; a++) {
         const float *from = NULL;

@@ -5,28 +5,37 @@
  *
  * Source: Kerbl et al. 2023, section 5.2; statistics, thresholds and intervals as the paper's code has them.
  */
-#ifndef TASKS_HOGS_DENSITY_H
-#define TASKS_HOGS_DENSITY_H
+#ifndef TASKS_SPLATS_DENSITY_H
+#define TASKS_SPLATS_DENSITY_H
 
 #include "libtensor/io/array/array.h"
 #include "libtensor/optim/optim.h"
-#include "models/hogs/hogs.h"
+#include "models/splats/gaussians.h"
 
-/* In iterations of stage 1 */
+/* In iterations in which Gaussians are drawn */
 typedef struct {
     int64_t start, end, every, reset;
 } density_schedule;
+
+/* What may stay and how much of it */
+typedef struct {
+    double extent;                  /* the scene's: sizes count in it */
+    double least_opacity;           /* what is less opaque is taken out */
+    double most_pixels;             /* what is larger on the screen is taken out, behind the first reset */
+    int64_t cap;                    /* Gaussians of a set at most */
+    bool reset_at_start;            /* opacities are reset, too, when density control begins: on white */
+} density_limits;
 
 /* Of each row since the last control: the sum of slopes, in how many frames it was seen, its largest radius */
 typedef struct {
     lt_row_array slope, seen, radius;
     int64_t densified, pruned;      /* by the last control, or 0: for the log */
-    int64_t cap;                    /* Gaussians of a set at most */
-    const hogs *m;
+    density_limits limits;
+    const gaussians *g;
 } density;
 
-/* density_new - attach the statistics to the model's Gaussians; density_free, once those are gone */
-lt_status density_new(density *d, const hogs *m);
+/* density_new - attach the statistics to Gaussians, which stay where they are; density_free, once those are gone */
+lt_status density_new(density *d, const gaussians *g, const density_limits *limits);
 void density_free(density *d);
 
 /* density_add - of rows first .. first + n - 1, n numbers each: slopes and radii of a frame, radius 0: not seen */
@@ -44,9 +53,9 @@ lt_status density_control(density *d, const density_schedule *s, int64_t iterati
                           bool *moved);
 
 /* density_total - Gaussians of all sets */
-int64_t density_total(const hogs *m);
+int64_t density_total(const gaussians *g);
 
-/* density_save, density_load - the statistics in a checkpoint: as hogs_lists_save and _load */
+/* density_save, density_load - the statistics in a checkpoint: as checkpoint_own has them */
 int density_save(const density *d, lt_named_array *out, int room);
 lt_status density_load(density *d, const char *path, const lt_named_array *entry, size_t n);
 

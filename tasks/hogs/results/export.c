@@ -105,7 +105,7 @@ static lt_status write_set(const task_export *e, const hogs *m)
 
         if (!name || strcmp(name, e->set) != 0)
             continue;
-        st = hogs_canonical_splats(e->arena, m, i, &splat, &n);
+        st = gaussians_splats(&m->gaussians, i, e->arena, &splat, &n);
         return st ? st : write_splats(e, name, "canonical, metres", splat, n, 3);
     }
     return unknown_set(e->arena, e, m);

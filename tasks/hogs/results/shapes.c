@@ -81,38 +81,6 @@ lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, 
 
 /* ---- sets ------------------------------------------------------------------------------------------------------ */
 
-static void take(const lt_param *p, int64_t row, int64_t n, float *out)
-{
-    for (int64_t k = 0; k < n; k++)
-        out[k] = (float)p->data[row * n + k];
-}
-
-lt_status hogs_canonical_splats(lt_arena *arena, const hogs *m, int set, lt_splat **out, size_t *n)
-{
-    const gaussians *g = &m->gaussians;
-    const int64_t first = gaussians_first(g, set), count = gaussians_count(g, set);
-    lt_splat *all = lt_arena_array(arena, (size_t)count, sizeof(*all));
-
-    if (!all)
-        return lt_error(LT_ENOMEM, "no memory for %lld Gaussians", (long long)count);
-    for (int64_t i = 0; i < count; i++) {
-        float rest[GAUSSIANS_SH - 1][3];
-        lt_splat *s = &all[i];
-
-        take(g->centre, first + i, 3, s->x);
-        take(g->log_scale, first + i, 3, s->scale);
-        take(g->quaternion, first + i, 4, s->rotation);
-        take(g->opacity, first + i, 1, &s->opacity);
-        take(g->dc, first + i, 3, s->dc);
-        take(g->rest, first + i, 3 * (GAUSSIANS_SH - 1), rest[0]);
-        for (int k = 0; k < 3 * (GAUSSIANS_SH - 1); k++)
-            s->rest[k % 3][k / 3] = rest[k / 3][k % 3];
-    }
-    *out = all;
-    *n = (size_t)count;
-    return LT_OK;
-}
-
 const char *hogs_set_name(lt_arena *arena, const hogs *m, int set)
 {
     const bool object = set >= m->config.hands;

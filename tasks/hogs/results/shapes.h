@@ -15,9 +15,6 @@
  * object: in the camera's frame, with one colour each. What is hardly seen is left out. LT_ENOMEM */
 lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, size_t n[2]);
 
-/* hogs_canonical_splats - of a set, with their harmonics. LT_ENOMEM */
-lt_status hogs_canonical_splats(lt_arena *arena, const hogs *m, int set, lt_splat **out, size_t *n);
-
 /* hogs_set_name - "hand-01", "object-05" in arena memory: by subject, by YCB number; NULL without memory */
 const char *hogs_set_name(lt_arena *arena, const hogs *m, int set);
 
