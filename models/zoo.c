@@ -12,13 +12,15 @@
 #include "models/parts/parts.h"
 #include "models/points/points.h"
 #include "models/reid/reid.h"
+#include "models/splats/splats.h"
 #include "models/unified/unified.h"
 
 #include <string.h>
 
 const model_class *const model_classes[] = {
     &hocat_class, &unified_class, &hogs_class, &csp_seg_class, &reid_class, &action_class, &osx_class, &resnet50_class,
-    &efficientnet_b0_class, &vit_class, &lpips_class, &pointnet2_class, &gpm_class, &points_class, NULL,
+    &efficientnet_b0_class, &vit_class, &lpips_class, &pointnet2_class, &gpm_class, &points_class, &splats_class,
+    NULL,
 };
 
 lt_status model_find(const char *name, const model_class **out)

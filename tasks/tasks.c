@@ -8,8 +8,9 @@
 #include "tasks/hogs/task.h"
 #include "tasks/point_pairs/task.h"
 #include "tasks/reid/task.h"
+#include "tasks/splats/task.h"
 
 const task *const tasks[] = {
     &hand_object_task, &hogs_task, &detect_task, &point_pairs_task, &reid_task, &action_task, &body_task,
-    NULL,
+    &splats_task, NULL,
 };
