@@ -21,7 +21,8 @@ typedef struct {
 
 static const struct argp_option options[] = {
     { "config", 'c', "FILE|NAME", 0, "a JSON file, a run's folder, or a config that comes with palmar: hocat, "
-      "unified, hogs, points, action or body, a dash, and full, tiny, cpu, s or another variant; detect-n", 0 },
+      "unified, hogs, points, action or body, a dash, and full, tiny, cpu, s or another variant; detect-n, "
+      "reid, splats-static", 0 },
     { "data", DATA, "DIR", 0, "the dataset: short for --set data.dir=DIR", 0 },
     { "hand", HAND, "FILE", 0, "hand model: short for --set data.hand=FILE", 0 },
     { "body", BODY, "FILE", 0, "body model, of body-tiny and body-s: SMPLX_NEUTRAL.npz or .pkl; short for "

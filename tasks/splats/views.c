@@ -86,8 +86,12 @@ static lt_status divide(task_run *r)
 lt_status splats_open_views(task_run *r, const train_config *c, bool white)
 {
     const splats_data_config *d = splats_data_of(c);
-    lt_status st = transforms_open(r->arena, d->common.dir, d->holdout, &r->set);
+    lt_status st;
 
+    if (!*d->common.dir)
+        return lt_error(LT_EUSAGE, "%s: data.dir: no folder of pictures given; name it with --data or --set "
+                        "data.dir=FOLDER", c->path);
+    st = transforms_open(r->arena, d->common.dir, d->holdout, &r->set);
     if (st)
         return st;
     r->picture = lt_arena_array(r->arena, (size_t)r->set.n, sizeof(*r->picture));
