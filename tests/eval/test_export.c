@@ -70,10 +70,11 @@ static void destroy(built *b)
     lt_arena_free(b->arena);
 }
 
-/* Networks on points choose and collect these by index, and LPIPS is one op: neither has an ONNX form here. */
+/* Networks on points choose and collect these by index, LPIPS is one op, and Gaussians are drawn, not multiplied: none has
+ * an ONNX form here. */
 static bool without_onnx(const model_class *cls)
 {
-    static const char *const names[] = { "pointnet2", "gpm", "lpips", "points", "hogs" };
+    static const char *const names[] = { "pointnet2", "gpm", "lpips", "points", "hogs", "splats" };
 
     for (size_t i = 0; i < LT_COUNT(names); i++)
         if (strcmp(cls->name, names[i]) == 0)
