@@ -65,8 +65,8 @@ static const struct argp_option options[] = {
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
     { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
-    { "film", FILM, "FILE", 0, "of a run of hogs: a film (.mp4) of the frames of FOLDER, or without one of those that "
-      "it is validated on, the truth beside the rendering, 10 a second or --fps; needs OpenCV", 0 },
+    { "film", FILM, "FILE", 0, "of a run of hogs or splats: a film (.mp4) of the frames of FOLDER, or without one of "
+      "those that it is validated on, the truth beside the rendering, 10 a second or --fps; needs OpenCV", 0 },
     { "turn", TURN, NULL, 0, "with --film: once around the first frame, 30 views a second", 0 },
     { "json", JSON, NULL, 0, "a line of JSON for each image on standard output; no files, unless --out names a folder",
       0 },
@@ -167,7 +167,7 @@ static void check_film(predict_args *a, struct argp_state *state)
     if (a->film.turn && !a->film.path)
         argp_error(state, "--turn: goes with --film");
     if (a->film.path && !a->checkpoint)
-        argp_error(state, "--film: want a run of hogs, or its checkpoint");
+        argp_error(state, "--film: want a run of hogs or splats, or its checkpoint");
     if (a->film.path && (a->n_inputs > 1 || a->out))
         argp_error(state, "--film: want one folder of frames at most, and no --out");
     a->film.fps = a->fps;

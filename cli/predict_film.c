@@ -73,11 +73,11 @@ lt_status cli_film_write(const cli_film *film, cli_checkpoint *c, const char *ha
     const task_posing p = { .arena = c->arena, .config = &c->config, .checkpoint = c->path, .hand = hand, .data = data,
                             .n_frames = film->turn ? 1 : INT64_MAX, .visit = take_frame, .ctx = &j, .stop = stop };
     lt_status st = c->config.task->pose ? c->config.task->pose(&p)
-        : lt_error(LT_EINVAL, "%s: a model of %s, which draws no frames; --film wants one of hogs", c->path,
+        : lt_error(LT_EINVAL, "%s: a model of %s, which draws no frames; --film wants one of hogs or splats", c->path,
                    c->config.task->name);
 
     if (!st && !j.frames)
-        st = lt_error(LT_EINVAL, "%s: no frame shows a hand or an object", film->path);
+        st = lt_error(LT_EINVAL, "%s: no frame shows anything", film->path);
     if (st)
         lt_film_abort(j.to);
     else

@@ -73,7 +73,8 @@ static const struct argp argp = {
     options, parse, "RUN\nRUN... --frames=N,N -o FILE",
     "Write one HTML page of a run, to look at or to mail.\v"
     "The paper's tables with our rows, where palmar eval has been; curves; errors of the samples; pictures; machine "
-    "and configuration; of a run of hogs also frames to turn, as Gaussians and, the first of them, as surfaces, where "
+    "and configuration; of a run of hogs or splats also frames to turn, as Gaussians and, the first of hogs, as "
+    "surfaces, where "
     "the run's data are still there. The page needs no network and no other file.\n\n"
     "  palmar report runs/tiny\n"
     "  palmar report runs/hogs --view 24\n"
@@ -155,7 +156,8 @@ static lt_status add_run(const report_args *a, const char *run, report_sheet *sh
     lt_status st = cli_checkpoint_find(run, &c);
 
     if (!st && !c.config.task->pose)
-        st = lt_error(LT_EINVAL, "%s: a run of %s, which draws no frames; want runs of hogs", run, c.config.task->name);
+        st = lt_error(LT_EINVAL, "%s: a run of %s, which draws no frames; want runs of hogs or splats", run,
+                      c.config.task->name);
     if (!st)
         st = report_sheet_run(sheet, run);
     if (!st)

@@ -19,9 +19,10 @@ typedef struct posed_frame posed_frame;
 struct posed_frame {
     int64_t number;                     /* among the frames that can be asked for, from 0 */
     const char *name;                   /* as the dataset calls it: "SYN0MB30/0013" */
-    const char *part[POSED_PARTS];      /* what the sets are called: "hand-01", "object-05" */
+    const char *part[POSED_PARTS];      /* what the sets are called: "hand-01", "object-05"; scenes are objects */
     int width, height;
     lt_camera camera;                   /* a pixel is sampled at just its column and row */
+    double near;                        /* nothing nearer to it is drawn */
     bool white;                         /* the background; else black */
     bool jittered;                      /* the image's colours */
     const lt_splat *splat;              /* those of the hand, then those of the object, of one colour each */

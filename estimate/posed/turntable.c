@@ -8,8 +8,6 @@
 
 #include <math.h>
 
-static const double NEAR = 0.2;
-
 typedef struct {
     lt_graph *g;
     lt_plan *plan;
@@ -38,8 +36,8 @@ static lt_status record(table *t, const posed_frame *f)
         .colour = t->colour = input(t, "colour", LT_SHAPE(t->n, 3)),
         .camera = t->camera = input(t, "camera", LT_SHAPE(4)),
     };
-    t->image = lt_output(lt_splat_raster(&in, &(lt_splat_opts){ .width = f->width, .height = f->height, .near_z = NEAR,
-                                                                .white = f->white }), "image");
+    t->image = lt_output(lt_splat_raster(&in, &(lt_splat_opts){ .width = f->width, .height = f->height,
+                                                                .near_z = f->near, .white = f->white }), "image");
     t->plan = lt_compile(t->g, &(lt_compile_opts){ 0 });
     return t->plan ? LT_OK : lt_graph_status(t->g) ? lt_graph_status(t->g) : LT_ENOMEM;
 }

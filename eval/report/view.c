@@ -28,6 +28,7 @@ typedef struct {
     const char *name, *part[POSED_PARTS];
     int width, height;
     lt_camera camera;
+    double near;
     bool white;
     double psnr_db;
     size_t n[POSED_PARTS];
@@ -203,7 +204,8 @@ lt_status report_view_add(report_view *v, const posed_frame *f, bool surface)
     *p = (packed_frame){ .number = f->number, .name = lt_arena_printf(v->arena, "%s", f->name),
                          .part = { lt_arena_printf(v->arena, "%s", f->part[0]),
                                    lt_arena_printf(v->arena, "%s", f->part[1]) },
-                         .width = f->width, .height = f->height, .camera = f->camera, .white = f->white,
+                         .width = f->width, .height = f->height, .camera = f->camera, .near = f->near,
+                         .white = f->white,
                          .psnr_db = f->psnr_db, .n = { f->n[0], f->n[1] } };
     if (!p->name || !p->part[0] || !p->part[1])
         return lt_error(LT_ENOMEM, "no memory for frames of the page");
@@ -253,9 +255,9 @@ static void put_frame(FILE *f, const packed_frame *p)
         fputs(part ? "," : ",\"parts\":[", f);
         html_script_string(f, p->part[part]);
     }
-    fprintf(f, "],\"width\":%d,\"height\":%d,\"camera\":[%.9g,%.9g,%.9g,%.9g],\"white\":%s,\"n\":[%zu,%zu],", p->width,
-            p->height, p->camera.fx, p->camera.fy, p->camera.cx, p->camera.cy, p->white ? "true" : "false", p->n[0],
-            p->n[1]);
+    fprintf(f, "],\"width\":%d,\"height\":%d,\"camera\":[%.9g,%.9g,%.9g,%.9g],\"near\":%.9g,", p->width, p->height,
+            p->camera.fx, p->camera.fy, p->camera.cx, p->camera.cy, p->near);
+    fprintf(f, "\"white\":%s,\"n\":[%zu,%zu],", p->white ? "true" : "false", p->n[0], p->n[1]);
     put_range(f, "place", &p->place);
     put_range(f, "size", &p->size);
     put_array(f, "splats", p->splats, p->splat_bytes);

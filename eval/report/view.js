@@ -13,7 +13,6 @@ const gl = canvas.getContext("webgl2", { alpha: false, antialias: false });
 if (!gl || !frames.length)
     return;                                             // the still pictures stay
 
-const NEAREST = 0.2;                                    // metres: as the rasteriser, nothing nearer is drawn
 const parts = [".hand", ".object"].map(find);
 
 // ---- what the page holds ------------------------------------------------------------------------------------------
@@ -199,7 +198,7 @@ function sort(frame, l) {
         depth[i] = l.pivot[2];
         for (let k = 0; k < 3; k++)
             depth[i] += l.turn[6 + k] * (all[FLOATS * i + k] - l.pivot[k]);
-        if (depth[i] > NEAREST)
+        if (depth[i] > frame.near)
             order.push(i);
     }
     order.sort((a, b) => depth[b] - depth[a] || b - a);
@@ -256,6 +255,11 @@ function drawSurfaces(frame, l) {
 // ---- the page -----------------------------------------------------------------------------------------------------
 
 const hasSurface = (frame) => frame.mesh.some((mesh) => mesh);
+const surfaces = frames.filter(hasSurface).map((frame) => frame.name);
+
+// What no frame has needs no switch.
+parts.forEach((part, i) => part.parentNode.hidden = !frames.some((frame) => frame.n[i]));
+find(".surface").parentNode.hidden = !surfaces.length;
 
 function draw() {
     const frame = frames[slider.value], surface = find(".surface").checked && hasSurface(frame);
@@ -268,8 +272,9 @@ function draw() {
     (surface ? drawSurfaces : drawSplats)(frame, l);
     view.querySelectorAll("figure").forEach((figure, i) => figure.hidden = i !== Number(slider.value));
     find(".surface").disabled = !hasSurface(frame);
-    find(".note").textContent = `${frame.parts[0]}: ${frame.n[0]} Gaussians, ${frame.parts[1]}: ${frame.n[1]}.` +
-        (hasSurface(frame) ? "" : ` Surfaces are those of ${frames.filter(hasSurface).map((f) => f.name).join(", ")}.`);
+    const seen = frame.parts.map((name, part) => [name, frame.n[part]]).filter(([, n]) => n);
+    find(".note").textContent = seen.map(([name, n]) => `${name}: ${n} Gaussians`).join(", ") + "." +
+        (hasSurface(frame) || !surfaces.length ? "" : ` Surfaces are those of ${surfaces.join(", ")}.`);
 }
 
 let waiting = false;

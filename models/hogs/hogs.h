@@ -14,10 +14,12 @@
 #include "models/backbones/vit.h"
 #include "models/hogs/avatar.h"
 #include "models/hogs/contact.h"
-#include "models/splats/gaussians.h"
 #include "models/hogs/occupancy.h"
 #include "models/hogs/sizes.h"
 #include "models/model.h"
+#include "models/splats/gaussians.h"
+
+#define HOGS_NEAR 0.2                           /* metres: nothing nearer to the camera is drawn */
 
 enum {
     HOGS_TARGETS = 12,              /* red, green, blue of both, of the hand, of the object; the three masks */

@@ -4,8 +4,6 @@
 
 #include "libtensor/ops/splat/gaussians.h"
 
-static const double NEAR = 0.2;                 /* metres: nothing nearer is drawn */
-
 /* ---- inputs ---------------------------------------------------------------------------------------------- */
 
 lt_tensor *hogs_integers(model_record *r, const char *name, lt_shape shape)
@@ -52,7 +50,8 @@ static hogs_drawn draw(const hogs *m, model_record *r, hogs_stage stage, const h
         .first = lt_constant(r->g, LT_I32, (lt_shape){ 0 }, &first),
     };
     lt_tensor *images = lt_splat_raster(&in, &(lt_splat_opts){
-        .width = m->config.width, .height = m->config.height, .near_z = NEAR, .white = m->config.white, .sets = true });
+        .width = m->config.width, .height = m->config.height, .near_z = HOGS_NEAR, .white = m->config.white,
+        .sets = true });
 
     if (stage == HOGS_RENDER) {
         put_out(r, "centre", in.centre);

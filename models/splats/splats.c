@@ -10,7 +10,6 @@
 enum { SOME_GAUSSIANS = 5000, SOME_SIDE = 400, LEAST_SIDE = 16 };
 
 static const double C0 = 0.28209479177387814;
-static const double NEAR = 0.05;                    /* of the extent: nothing nearer to a camera is drawn */
 static const double L1_SHARE = 0.8, SSIM_SHARE = 0.2;       /* of the loss                          [equation 7] */
 
 static const char *const variants[] = { "static", NULL };
@@ -112,6 +111,11 @@ static lt_tensor *integer(model_record *r, const char *name)
     return t;
 }
 
+static void put_out(model_record *r, const char *name, lt_tensor *t)
+{
+    model_port_add(&r->outputs, name, lt_output(t, name));
+}
+
 /* From rows to the picture: into the camera, coloured by the direction that it looks from, and drawn. */
 static lt_tensor *draw(const splats *m, model_record *r, bool training)
 {
@@ -128,13 +132,12 @@ static lt_tensor *draw(const splats *m, model_record *r, bool training)
         .offset = training ? lt_want_grad(model_input(r, "offset", LT_SHAPE(N, 2))) : NULL,
     };
 
+    if (!training) {
+        put_out(r, "centre", in.centre);
+        put_out(r, "colour", in.colour);
+    }
     return lt_splat_raster(&in, &(lt_splat_opts){ .width = m->config.width, .height = m->config.height,
-                                                  .near_z = NEAR * m->config.extent, .white = m->config.white });
-}
-
-static void put_out(model_record *r, const char *name, lt_tensor *t)
-{
-    model_port_add(&r->outputs, name, lt_output(t, name));
+                                                  .near_z = splats_near(m), .white = m->config.white });
 }
 
 static void put_loss(model_record *r, const char *name, lt_tensor *t)

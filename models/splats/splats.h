@@ -8,7 +8,8 @@
  * with losses:
  *   "offset" (N, 2) zeros, whose gradient density control looks at
  *   "weight" (1, H, W) 1 where a pixel counts, else 0        "target" (3, H, W) zeros where it does not
- * Outputs: "picture" (3, H, W), "radius" (N) pixels.
+ * Outputs: "picture" (3, H, W), "radius" (N) pixels; without losses also "centre" (N, 3) in the camera's frame, and
+ * "colour" (N, 3) as it sees them.
  *
  * Source: Kerbl et al. 2023, "3D Gaussian splatting for real-time radiance field rendering".
  */
@@ -40,6 +41,9 @@ typedef struct {
 extern const model_class splats_class;
 
 static inline const splats *splats_of(const model *m) { return m->self; }
+
+/* splats_near - nothing nearer to a camera than a twentieth of the scene's extent is drawn */
+static inline double splats_near(const splats *m) { return 0.05 * m->config.extent; }
 
 /* splats_give_scene - what init places Gaussians at; outlives it */
 void splats_give_scene(model *m, const splats_scene *scene);

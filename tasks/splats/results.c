@@ -1,15 +1,12 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a trained scene is asked for: scores, pictures of its views, its Gaussians as a file. */
-#include "estimate/checkpoint/checkpoint.h"
+/* How good a trained scene is: scores of its views, and pictures of the worst. */
 #include "eval/metrics/image.h"
 #include "eval/tables/scores_file.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/write.h"
-#include "libtensor/io/mesh/glb.h"
-#include "libtensor/io/mesh/splat.h"
 #include "libtensor/io/text/csv.h"
-#include "tasks/splats/run.h"
+#include "tasks/splats/trained.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -47,79 +44,11 @@ lt_status splats_score_view(const task_run *r, const compiled *c, int view, doub
     return st;
 }
 
-/* What was drawn of a view, as bytes into an image whose rows are `row` bytes long */
-static void draw_into(uint8_t *out, int64_t row, const task_run *r, const compiled *c, int view)
-{
-    const splats *m = splats_of(r->m);
-    const transforms_picture *v = &r->picture[view];
-    const int64_t W = m->config.width, plane = W * m->config.height;
-    const lt_real *drawn = compiled_output(c, "picture");
-
-    for (int64_t y = 0; y < v->height; y++)
-        for (int64_t i = 0; i < 3 * (int64_t)v->width; i++)
-            out[y * row + i] = (uint8_t)lround(255 * fmin(1, fmax(0, (double)drawn[i % 3 * plane + y * W + i / 3])));
-}
-
-/* ---- a run ----------------------------------------------------------------------------------------------- */
-
-typedef struct {
-    task_run run;
-    model m;
-    lt_params *params;
-    const splats_source *views;     /* held out, or all that there are where none is */
-    compiled drawing;
-} opened;
-
-static void close_run(opened *o)
-{
-    compiled_free(&o->drawing);
-    lt_params_free(o->params);
-}
-
-static lt_status load(lt_arena *arena, train_config *config, const char *checkpoint, opened *o)
-{
-    lt_status st;
-
-    *o = (opened){ .run = { .arena = arena, .config = config, .m = &o->m }, .params = lt_params_new() };
-    st = o->params ? train_config_model(config, NULL, o->params, &o->m)
-                   : lt_error(LT_ENOMEM, "no memory for the model");
-    return st ? st : checkpoint_load_model(checkpoint, &o->m);
-}
-
-/* With the views of the configuration's folder. split: "train" for those that were learnt from */
-static lt_status open_run(lt_arena *arena, train_config *config, const char *checkpoint, const char *split, opened *o)
-{
-    lt_status st = load(arena, config, checkpoint, o);
-    task_run *r = &o->run;
-    recipe by;
-
-    if (!st)
-        st = splats_open_views(r, config, splats_of(&o->m)->config.white);
-    if (st)
-        return st;
-    for (int i = 0; i < r->set.n; i++)
-        if (r->picture[i].width > splats_of(&o->m)->config.width
-            || r->picture[i].height > splats_of(&o->m)->config.height)
-            return lt_error(LT_EINVAL, "%s: is %d x %d, but the run draws up to %d x %d", r->set.view[i].image,
-                            r->picture[i].width, r->picture[i].height, splats_of(&o->m)->config.width,
-                            splats_of(&o->m)->config.height);
-    o->views = (split && strcmp(split, "train") == 0) || r->held_out.count == 0 ? &r->train : &r->held_out;
-    by = splats_recipe(o->views, false);
-    return compiled_new(&by, 1, false, &o->drawing);
-}
-
-/* Draw a view of the folder with all harmonics. */
-static void draw_view(const opened *o, int view)
-{
-    splats_feed(&o->run, o->drawing.plan, &o->drawing.record, view, 3);
-    lt_run(o->drawing.plan);
-}
-
 /* ---- scores ---------------------------------------------------------------------------------------------- */
 
 typedef struct {
     const task_evaluation *e;
-    opened o;
+    splats_trained o;
     int64_t n;
     int *view;                      /* (n) those that are scored */
     double (*score)[SPLATS_SCORES]; /* (n) */
@@ -140,7 +69,7 @@ static lt_status score_views(evaluating *v)
         return lt_error(LT_ENOMEM, "no memory for the scores");
     for (int64_t i = 0; i < v->n && !st; i++) {
         v->view[i] = v->o.views->view[i * all / v->n];
-        draw_view(&v->o, v->view[i]);
+        splats_trained_draw(&v->o, v->view[i]);
         st = splats_score_view(&v->o.run, &v->o.drawing, v->view[i], v->score[i]);
         for (int k = 0; k < SPLATS_SCORES && !st; k++)
             if (isfinite(v->score[i][k])) {
@@ -238,8 +167,8 @@ static lt_status write_pictures(const evaluating *v, const char *path)
 
         for (int64_t y = 0; y < p->height; y++)
             memcpy(at + y * row, p->rgb + 3 * y * p->width, 3 * (size_t)p->width);
-        draw_view(&v->o, view);
-        draw_into(at + row / 2, row, &v->o.run, &v->o.drawing, view);
+        splats_trained_draw(&v->o, view);
+        splats_trained_picture(&v->o, view, row, at + row / 2);
     }
     return st ? st : lt_png_write(path, &im);
 }
@@ -261,7 +190,7 @@ static lt_status write_files(const evaluating *v)
 lt_status splats_evaluate(const task_evaluation *e, cJSON **scores)
 {
     evaluating v = { .e = e };
-    lt_status st = open_run(e->arena, e->config, e->checkpoint, e->split, &v.o);
+    lt_status st = splats_trained_open(e->arena, e->config, e->checkpoint, e->split, &v.o);
 
     if (!st)
         st = score_views(&v);
@@ -273,75 +202,6 @@ lt_status splats_evaluate(const task_evaluation *e, cJSON **scores)
         *scores = scores_of(&v);
         st = *scores ? LT_OK : lt_error(LT_ENOMEM, "no memory for the scores");
     }
-    close_run(&v.o);
-    return st;
-}
-
-/* ---- pictures -------------------------------------------------------------------------------------------- */
-
-/* OUT/images/0001.png, by the name that the folder has for the view */
-static lt_status write_view(const opened *o, const char *folder, int view)
-{
-    const transforms_picture *p = &o->run.picture[view];
-    const char *name = o->run.set.view[view].name, *dot = strrchr(name, '.'), *slash = strrchr(name, '/');
-    const int length = (int)(dot && (!slash || dot > slash) ? (size_t)(dot - name) : strlen(name));
-    lt_arena *arena = lt_arena_new();
-    const char *path = arena ? lt_arena_printf(arena, "%s/%.*s.png", folder, length, name) : NULL;
-    const char *in = path ? lt_arena_printf(arena, "%.*s", (int)(strrchr(path, '/') - path), path) : NULL;
-    lt_image im;
-    lt_status st = in ? lt_make_dirs(in) : lt_error(LT_ENOMEM, "%s: no memory", folder);
-
-    if (!st)
-        st = lt_image_init(arena, p->width, p->height, 3, 8, &im);
-    if (!st) {
-        draw_view(o, view);
-        draw_into((uint8_t *)im.data, 3 * (int64_t)p->width, &o->run, &o->drawing, view);
-        st = lt_png_write_fast(path, &im);
-    }
-    lt_arena_free(arena);
-    return st;
-}
-
-lt_status splats_predict(const task_prediction *p, int64_t *written)
-{
-    lt_status st = lt_make_dirs(p->out);
-
-    *written = 0;
-    for (int i = 0; i < p->n_inputs && !st; i++) {
-        opened o;
-
-        p->config->data->dir = p->inputs[i];
-        st = open_run(p->arena, p->config, p->checkpoint, NULL, &o);
-        for (int64_t k = 0; !st && k < o.views->count; k++) {
-            st = p->stop && p->stop() ? LT_ESTOPPED : write_view(&o, p->out, o.views->view[k]);
-            *written += !st;
-        }
-        close_run(&o);
-    }
-    return st;
-}
-
-/* ---- Gaussians ------------------------------------------------------------------------------------------- */
-
-lt_status splats_export(const task_export *e)
-{
-    opened o;
-    lt_splat *splat;
-    size_t n;
-    lt_status st = !e->file || e->animated || e->set
-        ? lt_error(LT_EUSAGE, "%s: a still scene is written whole: -o FILE, as ply, glb or splat", e->checkpoint)
-        : load(e->arena, e->config, e->checkpoint, &o);
-
-    if (st == LT_EUSAGE)
-        return st;
-    if (!st)
-        st = gaussians_splats(&splats_of(&o.m)->gaussians, 0, e->arena, &splat, &n);
-    if (!st && strcmp(e->format, "splat") == 0)
-        st = lt_splat_write(e->file, splat, n);
-    else if (!st && strcmp(e->format, "glb") == 0)
-        st = lt_glb_write_splats(e->file, "scene", splat, n, 3);
-    else if (!st)
-        st = lt_ply_write_splats(e->file, "the world of the cameras", splat, n);
-    close_run(&o);
+    splats_trained_close(&v.o);
     return st;
 }

@@ -95,7 +95,7 @@ static inline bool splats_counts(const task_run *r, int view, int64_t pixel)
 /* splats_recipe - draws views of s, or trains on them */
 recipe splats_recipe(const splats_source *s, bool training);
 
-/* ---- results.c ------------------------------------------------------------------------------------------- */
+/* ---- results.c, show.c ------------------------------------------------------------------------------------------- */
 
 enum { SPLATS_PSNR, SPLATS_SSIM, SPLATS_SCORES };
 
@@ -108,6 +108,9 @@ lt_status splats_score_view(const task_run *r, const compiled *c, int view, doub
 lt_status splats_evaluate(const task_evaluation *e, struct cJSON **scores);
 lt_status splats_predict(const task_prediction *p, int64_t *written);
 lt_status splats_export(const task_export *e);
+
+/* splats_show - task.pose: held-out views, or all where none is, as their cameras see the scene, a part of its own */
+lt_status splats_show(const task_posing *p);
 
 extern const char *const splats_score_keys[];
 

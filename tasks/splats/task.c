@@ -339,5 +339,6 @@ const task splats_task = {
     .recipe = run_recipe, .weight = batch_weight, .sample_name = run_sample_name, .score = run_score,
     .measure = run_measure, .phase = run_phase, .groups = run_groups, .rows = run_rows, .observed = run_observed,
     .observe = run_observe, .adapt = run_adapt, .counts = run_counts, .save = run_save, .load = run_load,
-    .evaluate = splats_evaluate, .scores = splats_score_keys, .predict = splats_predict, .export = splats_export,
+    .evaluate = splats_evaluate, .scores = splats_score_keys, .predict = splats_predict, .pose = splats_show,
+    .export = splats_export,
 };

@@ -8,7 +8,7 @@
 
 enum { SIDE = 64, VIEWS = 4, MIDDLE = 32, OFF = 16 };
 
-/* Red at the left and blue at the right, a metre away, 16 pixels off the middle: a hand of one Gaussian, and an object */
+/* Red at the left and blue at the right, a metre away, 16 pixels off the middle: a hand of one Gaussian, an object */
 static void make_frame(lt_splat splat[2], posed_frame *f)
 {
     for (int i = 0; i < 2; i++) {
@@ -18,7 +18,7 @@ static void make_frame(lt_splat splat[2], posed_frame *f)
                                .scale = { logf(0.03f), logf(0.03f), logf(0.03f) }, .rotation = { 1 } };
     }
     *f = (posed_frame){ .name = "seen/0001", .part = { "hand-01", "object-05" }, .width = SIDE, .height = SIDE,
-                        .camera = { 100, 100, MIDDLE, MIDDLE }, .splat = splat, .n = { 1, 1 } };
+                        .camera = { 100, 100, MIDDLE, MIDDLE }, .near = 0.2, .splat = splat, .n = { 1, 1 } };
 }
 
 typedef struct {

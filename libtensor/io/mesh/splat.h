@@ -11,8 +11,10 @@
 extern "C" {
 #endif
 
-/* lt_splat_rgb - its colour by degree 0 of the harmonics, 0.5 + C0 dc, which may leave 0..1 */
+/* lt_splat_rgb - its colour by degree 0 of the harmonics, 0.5 + C0 dc, which may leave 0..1
+ * lt_splat_paint - give it that colour */
 LT_API void lt_splat_rgb(const lt_splat *s, double rgb[3]);
+LT_API void lt_splat_paint(lt_splat *s, const double rgb[3]);
 
 /**
  * lt_splat_write - n Gaussians as .splat, 32 bytes each, the largest and most opaque first, atomically

@@ -74,8 +74,8 @@ static lt_status show(const job *j, const compiled *c, const hogs_frame *f, lt_a
     posed_frame out = {
         .number = j->number[f->number], .name = dataset_name(j->run->train, f->index),
         .part = { hogs_set_name(arena, m, f->subject), hogs_set_name(arena, m, m->config.hands + f->object) },
-        .width = m->config.width, .height = m->config.height, .camera = f->camera, .white = m->config.white,
-        .jittered = j->run->check_source.jitter,
+        .width = m->config.width, .height = m->config.height, .camera = f->camera, .near = HOGS_NEAR,
+        .white = m->config.white, .jittered = j->run->check_source.jitter,
         .truth = bytes_of(arena, f->target, pixels), .drawn = bytes_of(arena, drawn, pixels),
         .surface = surface, .ctx = c,
     };

@@ -4,11 +4,12 @@
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/geometry/svd3.h"
+#include "libtensor/io/mesh/splat.h"
 
 #include <math.h>
 #include <string.h>
 
-static const double C0 = 0.28209479177387814, LEAST_ALPHA = 1.0 / 255;
+static const double LEAST_ALPHA = 1.0 / 255;
 
 /* ---- what was drawn -------------------------------------------------------------------------------------------- */
 
@@ -63,14 +64,16 @@ lt_status hogs_posed_splats(lt_arena *arena, const compiled *c, lt_splat **out, 
     for (int64_t i = 0; i < d.rows; i++) {
         const double a = fmin((double)d.alpha[i], 1 - 1e-6);
         lt_splat *s = &all[seen];
+        double rgb[3];
 
         if (!is_seen(&d, i))
             continue;
         *s = (lt_splat){ .opacity = (float)log(a / (1 - a)) };
         for (int k = 0; k < 3; k++) {
             s->x[k] = (float)d.centre[3 * i + k];
-            s->dc[k] = (float)(((double)d.colour[3 * i + k] - 0.5) / C0);
+            rgb[k] = (double)d.colour[3 * i + k];
         }
+        lt_splat_paint(s, rgb);
         factor(d.axes + 9 * i, s);
         seen++;
         n[i >= d.rows / 2]++;

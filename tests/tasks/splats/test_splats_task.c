@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Still scenes on the trainer, from the generator's turntable: the same bits on any number of threads and after any
  * stop, also where Gaussians are added; scores, pictures and files of a run; and what is wrong is said. */
+#include "estimate/posed/turntable.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
@@ -155,6 +156,44 @@ static void count_exported(const char *file, double want)
     ck_assert_uint_eq(n, (size_t)want);
 }
 
+/* What the camera sees of posed Gaussians is what the run draws, to a grey level. */
+static lt_status compare(void *ctx, const uint8_t *rgb)
+{
+    const posed_frame *f = ctx;
+
+    for (int64_t i = 0; i < 3 * (int64_t)f->width * f->height; i++)
+        ck_assert_int_le(abs(rgb[i] - f->drawn[i]), 1);
+    return LT_OK;
+}
+
+static int shown;
+
+static lt_status look_at(void *ctx, const posed_frame *f)
+{
+    lt_mesh m;
+
+    (void)ctx;
+    ck_assert_int_eq(f->number, shown++);
+    ck_assert_uint_eq(f->n[POSED_HAND], 0);
+    ck_assert(f->psnr_db > 15 && f->near > 0);
+    check_ok(posed_surface(f, POSED_OBJECT, LT_OPACITY_MEAN, POSED_ISO, arena, &m));
+    ck_assert_int_eq(m.n_faces, 0);
+    return turntable_draw(f, 1, compare, (void *)f);
+}
+
+static void check_posed(train_config *c)
+{
+    const int64_t beyond = HELD_OUT;
+    task_posing p = { .arena = arena, .config = c, .checkpoint = last_of("drawn"), .n_frames = INT64_MAX,
+                      .visit = look_at };
+
+    check_ok(splats_task.pose(&p));
+    ck_assert_int_eq(shown, HELD_OUT);
+    p.frame = &beyond;
+    p.n_frames = 1;
+    check_error(splats_task.pose(&p), LT_EINVAL, "views that are held out, counted from 0");
+}
+
 /* Views that were not learnt from look like themselves, and as many Gaussians as there are come out in each format. */
 START_TEST(scored_drawn_exported)
 {
@@ -177,6 +216,7 @@ START_TEST(scored_drawn_exported)
                                                      .out = at("views") }, &written));
     ck_assert_int_eq(written, HELD_OUT);
     ck_assert(access(at("views/images/0008.png"), R_OK) == 0);
+    check_posed(&c);
     train_config_fini(&c);
 }
 END_TEST
