@@ -70,8 +70,8 @@ static void destroy(built *b)
     lt_arena_free(b->arena);
 }
 
-/* Networks on points choose and collect these by index, LPIPS is one op, and Gaussians are drawn, not multiplied: none has
- * an ONNX form here. */
+/* Networks on points choose and collect these by index, LPIPS is one op, and Gaussians are drawn, not multiplied: none
+ * has an ONNX form here. */
 static bool without_onnx(const model_class *cls)
 {
     static const char *const names[] = { "pointnet2", "gpm", "lpips", "points", "hogs", "splats" };
@@ -80,6 +80,12 @@ static bool without_onnx(const model_class *cls)
         if (strcmp(cls->name, names[i]) == 0)
             return true;
     return false;
+}
+
+/* Larger by numbers alone than the first, and as large as they are published: OSX's s, b and l of up to 327 million */
+static bool is_more_of_the_same(const model_class *cls, int variant)
+{
+    return strcmp(cls->name, "osx") == 0 && variant > 0;
 }
 
 /* Call fn with every variant of every model but those, at each of its small sizes. */
@@ -97,6 +103,8 @@ static void for_every_model(void (*fn)(const model *m))
             for (int v = 0; model_classes[c]->variants[v]; v++) {
                 built b;
 
+                if (is_more_of_the_same(model_classes[c], v))
+                    continue;
                 build(&b, model_classes[c], config, model_classes[c]->variants[v]);
                 fn(&b.m);
                 destroy(&b);
