@@ -14,16 +14,10 @@ static const double CELL = OSX_WIDTH / (double)OSX_COLUMNS;
 static const double NEAREST = 0.1;              /* metres: what is nearer, or behind the camera, has no place; ... */
 static const double FARTHEST = 2 * OSX_HEIGHT;  /* ... pixels from the middle: nor has what the picture is far from */
 
-/* The joint whose rotation is the model's i-th */
-static int joint_of(int i)
-{
-    return i < OSX_BODY_ROTATIONS ? i : i < BODY_ROTATIONS - 1 ? i - OSX_BODY_ROTATIONS + BODY_FINGERS : BODY_JAW;
-}
-
 static void turn(const body_row *row, body_target *out)
 {
     for (int i = 0; i < BODY_ROTATIONS; i++) {
-        const float *aa = row->pose[joint_of(i)];
+        const float *aa = row->pose[body_graph_joint(i)];
         double R[9];
 
         lt_rot_from_axis_angle((double[]){ aa[0], aa[1], aa[2] }, R);
@@ -54,7 +48,7 @@ static void place(const body_row *row, int i, const double uv[2], body_target *o
     to[2] = (float)(OSX_DEPTHS / 2 * (1 + depth / half));
 }
 
-static void place_nodes(const body_row *row, const body_window *w, body_target *out)
+static void place_nodes(const body_row *row, const person_window *w, body_target *out)
 {
     for (int i = 0; i < BODY_NODES; i++) {
         double uv[2], ray[3] = { 0, 0, OSX_FOCAL }, bearing[2];
@@ -73,7 +67,7 @@ static void place_nodes(const body_row *row, const body_window *w, body_target *
     }
 }
 
-static void place_boxes(const body_row *row, const body_window *w, body_target *out)
+static void place_boxes(const body_row *row, const person_window *w, body_target *out)
 {
     for (int i = 0; i < BODY_BOXES; i++) {
         const float *b = row->boxes[i];
@@ -88,7 +82,7 @@ static void place_boxes(const body_row *row, const body_window *w, body_target *
     }
 }
 
-void body_target_make(const body_row *row, const body_window *w, body_target *out)
+void body_target_make(const body_row *row, const person_window *w, body_target *out)
 {
     turn(row, out);
     place_nodes(row, w, out);

@@ -3,8 +3,8 @@
 #include "tasks/body/task.h"
 
 #include "libtensor/io/file.h"
+#include "tasks/body/batch.h"
 #include "tasks/body/evaluate.h"
-#include "tasks/body/graph.h"
 #include "tasks/body/truth.h"
 
 #include <cjson/cJSON.h>
@@ -141,7 +141,7 @@ static const char *run_sample_name(const task_run *r, const void *batch, int i)
 static recipe run_recipe(const task_run *r, const task_phase *phase)
 {
     (void)phase;
-    return body_graph_recipe(&r->graph, true);
+    return body_batch_recipe(&r->graph, true);
 }
 
 /* ---- scores ---- */

@@ -78,7 +78,7 @@ END_TEST
 /* A rotation of the model's order in the body's, and where the virtual camera sees a node */
 START_TEST(targets)
 {
-    const body_window window = { .scale = 2, .shift = { -30, -50 } };
+    const person_window window = { .scale = 2, .shift = { -30, -50 } };
     body_target t;
     body_set set;
     const body_row *row;
