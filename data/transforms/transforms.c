@@ -12,21 +12,6 @@
 
 /* ---- cameras --------------------------------------------------------------------------------------------- */
 
-static bool is_rotation(const double R[9])
-{
-    const double det = R[0] * (R[4] * R[8] - R[5] * R[7]) - R[1] * (R[3] * R[8] - R[5] * R[6])
-                     + R[2] * (R[3] * R[7] - R[4] * R[6]);
-
-    for (int i = 0; i < 3; i++)
-        for (int k = 0; k < 3; k++) {
-            const double dot = R[i] * R[k] + R[3 + i] * R[3 + k] + R[6 + i] * R[6 + k];
-
-            if (!(fabs(dot - (i == k)) < 1e-3))
-                return false;
-        }
-    return det > 0;
-}
-
 /* Camera to world, x right, y up, z backward: three rows of four, and a fourth that says nothing */
 static lt_status read_matrix(const char *where, const cJSON *frame, transforms_view *v)
 {
@@ -47,7 +32,7 @@ static lt_status read_matrix(const char *where, const cJSON *frame, transforms_v
             else
                 t[i] = x->valuedouble;
         }
-    if (!is_rotation(R))
+    if (!lt_mat3_is_rotation(R, 1e-3))
         return lt_error(LT_EFORMAT, "%s: transform_matrix: its 3 x 3 is no rotation to 1e-3; cameras are wanted as "
                         "nerfstudio writes them: camera to world, without scale", where);
     for (int i = 0; i < 3; i++)

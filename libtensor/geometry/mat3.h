@@ -106,6 +106,19 @@ static inline double lt_mat3_det(const double A[9])
          + A[2] * (A[3] * A[7] - A[4] * A[6]);
 }
 
+/* whether R is a rotation: its columns of length 1 and upright on each other to `off`, and no mirror */
+static inline bool lt_mat3_is_rotation(const double R[9], double off)
+{
+    for (int i = 0; i < 3; i++)
+        for (int k = 0; k < 3; k++) {
+            const double dot = R[i] * R[k] + R[3 + i] * R[3 + k] + R[6 + i] * R[6 + k];
+
+            if (!(fabs(dot - (i == k)) < off))
+                return false;
+        }
+    return lt_mat3_det(R) > 0;
+}
+
 /* out = R x + t: from the object's frame to the camera's; out may be x */
 static inline void lt_rigid_apply(const double R[9], const double t[3], const double x[3], double out[3])
 {

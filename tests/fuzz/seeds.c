@@ -109,6 +109,12 @@ static const struct {
     TEXT("looks", "twins", "person,split,shape,clothes,left_hand,right_hand\n1,train,1,1,1,2\r\n31,train,31,7,61,62\n"),
     TEXT("seqinfo", "sequence", "[Sequence]\nname=a\nimDir=../b/img1\nframeRate=29.97\nseqLength = 300\r\nimWidth=512\n"
          "imHeight=288\nimExt=.png\n"),
+    TEXT("recording", "frames", "{\"camera\":0,\"t\":0.25,\"colour\":\"a/1.jpg\",\"depth\":\"a/1.z16\"}\n"
+         "{\"camera\":1,\"t\":-4e-3,\"colour\":\"b/1.jpg\"}\n"),
+    TEXT("recording", "sets", "{\"frames\":[null,null]}\n{\"frames\":[0,1]}\n"),
+    TEXT("recording", "rig", "{\"schema\": \"palmar.recording/1\", \"fps\": 30, \"robot\": [0, 1, 0, 0.5], \"cameras\": "
+         "[{\"name\": \"a\", \"role\": \"front\", \"width\": 640, \"height\": 480, \"K\": [606, 607, 316, 232], "
+         "\"depth_scale\": 0.001, \"R_world_cam\": [1, 0, 0, 0, 1, 0, 0, 0, 1], \"t_world_cam\": [0, 1, 2]}]}"),
     TEXT("boxes", "two", "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side\n"
          "a.png,1,2,30,4e1,,,,,left\n\"b, c\",10,20,30,40,-11,12,13,14, \r\n"),
     TEXT("boxes", "order", "\xef\xbb\xbfscore,hand_y1,hand_x1,hand_y0,hand_x0,image\n.9,4,3,2,1,f.mp4#12\n\n"

@@ -9,6 +9,7 @@
 #include "data/detection/internal.h"
 #include "data/ho3d/points.h"
 #include "data/mot/mot.h"
+#include "data/recording/recording.h"
 #include "data/poses/pose_file.h"
 #include "estimate/class_names.h"
 #include "eval/scorers/bop_file.h"
@@ -570,6 +571,30 @@ static void run_body_rows(lt_arena *arena, const uint8_t *bytes, size_t n)
     }
 }
 
+/* All of a recording's files are tried with the cameras of a sound one. */
+static void run_recording(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    recording r = { .rig = { .n = 2, .camera = { { .depth_scale = 1 } } } };
+    char *text = lt_arena_alloc(arena, n + 1);
+    uint16_t depth[16];
+    recording_rig rig;
+
+    recording_rig_parse(arena, "recording.json", (const char *)bytes, n, &rig);
+    recording_depth_unpack(arena, "a.z16", bytes, n, 4, 4, depth);
+    if (!text)
+        return;
+    memcpy(text, bytes, n);
+    if (recording_parse_frames(arena, "frames.jsonl", text, n, &r))
+        r.n_frames = 0;
+    memcpy(text, bytes, n);
+    if (recording_parse_sets(arena, "sets.jsonl", text, n, &r))
+        return;
+    for (int64_t i = 0; i < r.n_sets; i++)
+        for (int c = 0; c < 2; c++)
+            if (r.set[i].frame[c] >= r.n_frames)
+                abort();
+}
+
 static void run_boxes(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     const memory_file f = memory_file_of(bytes, n);
@@ -629,6 +654,7 @@ const fuzz_target fuzz_targets[] = {
     { "seqinfo", run_seqinfo, NULL, 1024 },
     { "action_labels", run_action_labels, NULL, 4096 },
     { "body_rows", run_body_rows, fuzz_zip, 8192 },
+    { "recording", run_recording, NULL, 4096 },
     { "boxes", run_boxes, NULL, 4096 },
     { "calibration", run_calibration, NULL, 4096 },
     { 0 },
