@@ -2,16 +2,12 @@
 /* What is known of a set, drawn over its pictures. */
 #include "pipeline/watch/internal.h"
 
+#include "vision/body_drawing.h"
+
+#include <math.h>
 #include <string.h>
 
-static const draw_color PAPER = { 20, 20, 20 }, INK = { 240, 240, 240 }, BONE = { 120, 200, 255 };
-
-/* Bones of data/action's 65 joints: trunk, limbs, feet, head; fingers are chains of 4 from the wrists on. */
-static const uint8_t bones[][2] = {
-    { 0, 1 }, { 0, 2 }, { 1, 3 }, { 2, 4 }, { 3, 5 }, { 4, 6 }, { 5, 14 }, { 5, 16 }, { 6, 17 }, { 6, 19 }, { 0, 7 },
-        { 7, 8 },
-    { 7, 9 }, { 8, 10 }, { 9, 11 }, { 10, 12 }, { 11, 13 }, { 7, 24 }, { 24, 22 }, { 24, 23 }, { 22, 20 }, { 23, 21 },
-};
+static const draw_color PAPER = { 20, 20, 20 }, INK = { 240, 240, 240 };
 
 static bool in_picture(const recording_camera *c, const double p[3], float uv[2])
 {
@@ -27,17 +23,12 @@ static bool in_picture(const recording_camera *c, const double p[3], float uv[2]
 
 static void draw_body(draw_canvas *canvas, const recording_camera *c, const watch_person *p)
 {
-    float a[2], b[2];
+    float node[ACTION_BODY][2];
 
-    for (size_t i = 0; i < LT_COUNT(bones); i++)
-        if (in_picture(c, p->joint[bones[i][0]], a) && in_picture(c, p->joint[bones[i][1]], b))
-            draw_line(canvas, a, b, 2, BONE, 0.9f);
-    for (int i = 25; i < ACTION_BODY; i++) {
-        const int from = (i - 25) % 4 ? i - 1 : i < 45 ? 12 : 13;
-
-        if (in_picture(c, p->joint[from], a) && in_picture(c, p->joint[i], b))
-            draw_line(canvas, a, b, 1, BONE, 0.7f);
-    }
+    for (int i = 0; i < ACTION_BODY; i++)
+        if (!in_picture(c, p->joint[i], node[i]))
+            node[i][0] = node[i][1] = NAN;
+    body_draw(canvas, (const float (*)[2])node, 1);
 }
 
 static void draw_hand(draw_canvas *canvas, const recording_camera *c, const watch_thing *hand)
