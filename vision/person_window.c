@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "vision/person_window.h"
 
-#include <math.h>
-
 enum { MOST_PLACES = 8 };                       /* a side, in a pixel */
 
 static const double GROWN = 1.25;
@@ -37,16 +35,20 @@ static void add_place(const lt_image *from, double x, double y, float sum[3])
 void person_window_cut(const person_window *w, const lt_image *rgb, int width, int height, float *out)
 {
     const int n = (int)fmax(1, fmin(MOST_PLACES, floor(1 / w->scale)));
+    const double c = cos(w->turn) / w->scale, s = sin(w->turn) / w->scale;
     const size_t plane = (size_t)width * (size_t)height;
 
     for (int v = 0; v < height; v++)
         for (int u = 0; u < width; u++) {
             float sum[3] = { 0, 0, 0 };
 
-            for (int k = 0; k < n * n; k++)
-                add_place(rgb, (u + (k % n + 0.5) / n - 0.5 - w->shift[0]) / w->scale,
-                          (v + (k / n + 0.5) / n - 0.5 - w->shift[1]) / w->scale, sum);
-            for (int c = 0; c < 3; c++)
-                out[(size_t)c * plane + (size_t)v * (size_t)width + (size_t)u] = sum[c] / (float)(n * n) / 255;
+            for (int k = 0; k < n * n; k++) {
+                const double x = u + (k % n + 0.5) / n - 0.5 - w->shift[0],
+                    y = v + (k / n + 0.5) / n - 0.5 - w->shift[1];
+
+                add_place(rgb, c * x + s * y, c * y - s * x, sum);
+            }
+            for (int k = 0; k < 3; k++)
+                out[(size_t)k * plane + (size_t)v * (size_t)width + (size_t)u] = sum[k] / (float)(n * n) / 255;
         }
 }

@@ -9,12 +9,23 @@
 
 #include "libtensor/io/image/image.h"
 
+#include <math.h>
+
 #ifdef __cplusplus
 extern "C" {
 #endif
 
-/* Where the picture's pixel u goes: scale u + shift */
-typedef struct { double scale, shift[2]; } person_window;
+/* Where the picture's pixel u goes: scale R u + shift, R a turn by `turn` radians, from x to y */
+typedef struct { double scale, shift[2], turn; } person_window;
+
+/* person_window_place - of a pixel */
+static inline void person_window_place(const person_window *w, const double u[2], double out[2])
+{
+    const double c = cos(w->turn), s = sin(w->turn);
+
+    out[0] = w->scale * (c * u[0] - s * u[1]) + w->shift[0];
+    out[1] = w->scale * (s * u[0] + c * u[1]) + w->shift[1];
+}
 
 /**
  * person_window_around - a box x0 y0 x1 y1, not empty: one side grown until it has the shape of width x height,

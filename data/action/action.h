@@ -45,7 +45,8 @@ typedef struct {
     int64_t n;
     int length;                     /* T */
     int subjects;                   /* 1 + the largest number */
-    const float *body;              /* (n, 3, T, 65) */
+    const float *body;              /* (n, 3, T, 65); zeros with no_body */
+    bool no_body;                   /* skeletons are not known */
     const float *hand_object;       /* (n, 3, T, 30), or NULL */
     const uint8_t *valid;           /* (n, T), or NULL */
     bool synthetic;                 /* its manifest says so */

@@ -5,6 +5,7 @@
 #include "libtensor/base/clock.h"
 #include "libtensor/base/order.h"
 #include "libtensor/base/resident.h"
+#include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/film.h"
 #include "libtensor/io/text/json.h"
@@ -14,6 +15,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 #include <zlib.h>
 
 enum { KEPT_AGES = 4096 };              /* of the last sets, for percentiles */
@@ -162,6 +164,22 @@ static lt_status report(session *s, const watch_set *set)
 
 /* ---- recordings and films ---- */
 
+/* What is known of a drawn world goes along with what was seen of it. */
+static lt_status copy_truth(const session *s)
+{
+    const recording *from = s->o->replayed;
+    const char *path = from ? lt_path_join(s->world.arena, from->root, "truth.ndjson") : NULL;
+    const char *to = lt_path_join(s->world.arena, s->o->record, "truth.ndjson");
+    uint8_t *bytes;
+    size_t n;
+    lt_status st;
+
+    if (!path || access(path, R_OK) != 0)
+        return LT_OK;
+    st = to ? lt_read_file(s->world.arena, path, LT_FILE_MAX, &bytes, &n) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    return st ? st : lt_write_file(to, bytes, n);
+}
+
 static lt_status open_recording(session *s)
 {
     char path[4096];
@@ -172,7 +190,8 @@ static lt_status open_recording(session *s)
     st = recording_create(s->o->record, &s->o->rig, &s->recorder);
     if (st || snprintf(path, sizeof(path), "%s/session.ndjson", s->o->record) >= (int)sizeof(path))
         return st ? st : lt_error(LT_EINVAL, "%s: too long a name", s->o->record);
-    return lt_append_own(path, &s->session);
+    st = copy_truth(s);
+    return st ? st : lt_append_own(path, &s->session);
 }
 
 static lt_status record_set(session *s, const watch_set *set)

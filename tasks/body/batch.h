@@ -25,7 +25,7 @@ typedef struct {
 typedef struct {
     const body_set *set;
     int64_t count;
-    double scale, shift, colour;    /* body_data_config's; 0 elsewhere than in training */
+    double scale, shift, rotation_deg, flip, colour;        /* body_data_config's; 0 elsewhere than in training */
     uint64_t seed;
 } body_feed;
 

@@ -34,6 +34,7 @@ static lt_status open_data(task_run *r, const train_config *c)
     if (st)
         return st;
     r->train = (body_feed){ .set = &r->set, .count = r->set.n, .scale = d->scale, .shift = d->shift,
+                             .rotation_deg = d->rotation_deg, .flip = d->flip,
                             .colour = d->colour, .seed = (uint64_t)c->loop.seed };
     if (!validates)
         return LT_OK;

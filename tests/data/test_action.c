@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Clips of actions: what a folder has, windows of it and who is on which side, and what cannot be. */
+#include "data/action/takes.h"
 #include "data/action/windows.h"
 #include "libtensor/io/array/npy.h"
 #include "libtensor/io/atomic_file.h"
@@ -198,6 +199,24 @@ START_TEST(bad_arrays)
 }
 END_TEST
 
+/* Where DexYCB's takes are cut: contact at 40, the object gone from its place at 50. */
+START_TEST(cuts)
+{
+    static const action_cut want[ACTION_CUTS] = { { 2, 0, 40, false }, { 9, 25, 80, false }, { 8, 65, 99, false },
+                                                  { 7, 25, 80, true } };
+    action_cut c[ACTION_CUTS];
+
+    ck_assert_int_eq(action_cut_take(&(action_take){ 40, 50, 100 }, c), ACTION_CUTS);
+    for (int i = 0; i < ACTION_CUTS; i++)
+        ck_assert(c[i].cls == want[i].cls && c[i].first == want[i].first && c[i].last == want[i].last &&
+                  c[i].backwards == want[i].backwards);
+    ck_assert_int_eq(action_cut_take(&(action_take){ 3, 50, 55 }, c), ACTION_CUTS);
+    ck_assert(c[1].first == 0 && c[1].last == 54 && c[2].first == 54 && c[2].last == 54);
+    ck_assert_int_eq(action_cut_take(&(action_take){ 3, -1, 55 }, c), 0);
+    ck_assert_int_eq(action_cut_take(&(action_take){ -1, 5, 55 }, c), 0);
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_add_checked_fixture(tc, setup, teardown);
@@ -207,6 +226,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, a_window);
     tcase_add_loop_test(tc, bad_labels, 0, (int)LT_COUNT(bad));
     tcase_add_test(tc, bad_arrays);
+    tcase_add_test(tc, cuts);
 }
 
 int main(void)

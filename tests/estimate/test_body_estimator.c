@@ -63,16 +63,16 @@ START_TEST(window_cut)
     const size_t plane = (size_t)W * H;
     double sum = 0;
 
-    person_window_cut(&(person_window){ 1, { -7, 3 } }, &picture, W, H, out);
+    person_window_cut(&(person_window){ .scale = 1, .shift = { -7, 3 } }, &picture, W, H, out);
     ck_assert_float_eq(out[plane + 20 * W + 5], rgb[3 * (17 * WIDTH + 12) + 1] / 255.0f);
     ck_assert_float_eq(out[2 * W + 5], 0);                              /* above the picture */
-    person_window_cut(&(person_window){ 1, { -0.5, 0 } }, &picture, W, H, out);
+    person_window_cut(&(person_window){ .scale = 1, .shift = { -0.5, 0 } }, &picture, W, H, out);
     ck_assert_float_eq_tol(out[0], (rgb[0] + rgb[3]) / 2.0f / 255, 1e-6f);
-    person_window_cut(&(person_window){ 0.25, { -0.375, -0.375 } }, &picture, W, H, out);
+    person_window_cut(&(person_window){ .scale = 0.25, .shift = { -0.375, -0.375 } }, &picture, W, H, out);
     for (int i = 0; i < 16; i++)
         sum += rgb[3 * (i / 4 * WIDTH + i % 4)] / 16.0 / 255;
     ck_assert_double_eq_tol(out[0], sum, 1e-6);
-    person_window_cut(&(person_window){ 1, { 1e300, 1e300 } }, &picture, W, H, out);
+    person_window_cut(&(person_window){ .scale = 1, .shift = { 1e300, 1e300 } }, &picture, W, H, out);
     ck_assert_float_eq(out[0], 0);
 }
 END_TEST
