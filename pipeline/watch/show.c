@@ -23,12 +23,12 @@ static bool in_picture(const recording_camera *c, const double p[3], float uv[2]
 
 static void draw_person(draw_canvas *canvas, const recording_camera *c, const watch_person *p)
 {
-    float uv[BODY_NODES][2];
+    float node[ACTION_BODY][2];
 
-    for (int i = 0; i < BODY_NODES; i++)
-        if (!in_picture(c, p->joint[i], uv[i]))
-            uv[i][0] = uv[i][1] = NAN;
-    body_draw(canvas, (const float (*)[2])uv, 1);
+    for (int i = 0; i < ACTION_BODY; i++)
+        if (!in_picture(c, p->joint[i], node[i]))
+            node[i][0] = node[i][1] = NAN;
+    body_draw(canvas, (const float (*)[2])node, 1);
 }
 
 static void draw_hand(draw_canvas *canvas, const recording_camera *c, const watch_thing *hand)
