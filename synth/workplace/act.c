@@ -392,7 +392,8 @@ void workplace_person_at(const workplace_script *s, int person, int k, workplace
     act_goal(s, p, k, false, &goal);
     smooth_turns(s, p, k, exact, &goal);
     act_follow(s, p, &goal, 1 - exact, &out->body);
-    memcpy(out->fingers, goal.fingers, sizeof(out->fingers));
+    for (int side = 0; side < SIDES; side++)
+        out->miss[side] = lt_vec3_distance(goal.wrist[side], out->body.joint[BODY_WRIST + side]);
     find_state(p, k, out);
     for (out->since = k; out->since > 0; out->since--) {
         find_state(p, out->since - 1, &before);

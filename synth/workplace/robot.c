@@ -13,7 +13,7 @@ enum {
     LETS_GO = 4, GOES = 30,         /* frames from a giving; on the way from or to where it rests */
 };
 
-static const double SHOULDER = 0.42, LINK = 0.52;           /* metres: height over the table, length of each of two links */
+static const double SHOULDER = 0.32, LINK = 0.5;            /* metres: height over the table, length of each of two links */
 static const double ARCH = 0.08;                            /* metres that what it carries is lifted on the way */
 
 static void carry(const synth_settled *from, const synth_settled *to, double share, synth_settled *at)
@@ -69,7 +69,7 @@ static errand errand_of(const workplace_hold *h, bool gives)
 /* Where its fingers close, and how far they are open, 0 to 1 */
 static double find_gripper(const workplace_script *s, int k, double at[3], double *radius)
 {
-    const double rest[3] = { s->base[0], s->base[1] + 0.26, 0.34 };
+    const double rest[3] = { s->base[0], s->base[1] + 0.2, 0.3 };
     errand before = { .last = -100000 }, after = { .first = 100000 };
     double to[3], away, open;
 
@@ -173,9 +173,9 @@ lt_status robot_place(lt_arena *arena, const workplace_script *s, int k, synth_w
         wrist[c] = shoulder[c] + far * d[c];
         elbow[c] = shoulder[c] + far / 2 * d[c] + along * ((c == 2) - d[2] * d[c]) / sqrt(fmax(1e-6, 1 - d[2] * d[2]));
     }
-    put_link(&b, foot, shoulder, 0.13, dark);
-    put_link(&b, shoulder, elbow, 0.085, white);
-    put_link(&b, elbow, wrist, 0.065, white);
+    put_link(&b, foot, shoulder, 0.1, dark);
+    put_link(&b, shoulder, elbow, 0.06, white);
+    put_link(&b, elbow, wrist, 0.045, white);
     put_box(&b, wrist, ahead, palm_size, dark);
     for (int side = -1; side <= 1; side += 2) {
         double from[3] = { wrist[0] - side * apart * ahead[1], wrist[1] + side * apart * ahead[0], wrist[2] };

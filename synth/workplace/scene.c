@@ -194,7 +194,7 @@ static void look(const double eye[3], const double target[3], double roll, recor
 static void aim(const workplace_script *s, int i, lt_rng *r, recording_camera *c)
 {
     const double wide = s->table[2], side = s->base[0] > 0 ? -1 : 1;
-    double eye[4][3] = { { 0.3 * side, -1.75 - 0.15 * (s->n_people - 1), 0.72 }, { -0.75 - 0.3 * wide, -0.25, 0.95 }, { 0.75 + 0.3 * wide, -0.3, 1.0 },
+    double eye[4][3] = { { 0.3 * side, -1.75 - 0.15 * (s->n_people - 1), 0.72 }, { -0.6 - 0.3 * wide, -0.2, 1.05 }, { 0.6 + 0.3 * wide, -0.25, 1.1 },
                          { side * (2.1 + 0.4 * wide), 0.15, 0.75 } };
     double target[4][3] = { { 0, 0.6, 0.14 }, { 0.1, 0.1, 0 }, { -0.1, 0.1, 0 }, { 0, 0.5, 0.12 } };
     const double focal[4] = { 500, 520, 520, 540 };
@@ -212,7 +212,7 @@ static void aim(const workplace_script *s, int i, lt_rng *r, recording_camera *c
     look(eye[i], target[i], roll, c);
 }
 
-void workplace_rig(const workplace_script *s, int n, recording_rig *out)
+void workplace_rig(const workplace_script *s, int n, int shrink, recording_rig *out)
 {
     static const struct { const char *name; recording_role role; } all[RECORDING_CAMERAS] = {
         { "front", RECORDING_FRONT }, { "table-left", RECORDING_TABLE }, { "table-right", RECORDING_TABLE },
@@ -225,16 +225,21 @@ void workplace_rig(const workplace_script *s, int n, recording_rig *out)
         lt_rng r = lt_rng_make(s->seed, lt_rng_mix(CAMERAS, (uint64_t)i));
         recording_camera *c = &out->camera[i];
 
-        *c = (recording_camera){ .name = all[i].name, .role = all[i].role, .width = WORKPLACE_WIDTH,
-                                 .height = WORKPLACE_HEIGHT, .placed = true, .depth_scale = WORKPLACE_DEPTH_STEP };
+        *c = (recording_camera){ .name = all[i].name, .role = all[i].role, .width = WORKPLACE_WIDTH / shrink,
+                                 .height = WORKPLACE_HEIGHT / shrink, .placed = true,
+                                 .depth_scale = WORKPLACE_DEPTH_STEP };
         aim(s, i, &r, c);
+        c->K.fx /= shrink;
+        c->K.fy /= shrink;
+        c->K.cx = (c->K.cx + 0.5) / shrink - 0.5;
+        c->K.cy = (c->K.cy + 0.5) / shrink - 0.5;
     }
 }
 
-synth_camera workplace_camera(const recording_camera *c, int shrink)
+synth_camera workplace_camera(const recording_camera *c)
 {
-    synth_camera out = { .fx = c->K.fx / shrink, .fy = c->K.fy / shrink, .cx = (c->K.cx + 0.5) / shrink - 0.5,
-                         .cy = (c->K.cy + 0.5) / shrink - 0.5, .width = c->width / shrink, .height = c->height / shrink };
+    synth_camera out = { .fx = c->K.fx, .fy = c->K.fy, .cx = c->K.cx, .cy = c->K.cy, .width = c->width,
+                         .height = c->height };
 
     lt_mat3_transpose(c->R, out.R_cam_world);
     lt_mat3_mulvec(out.R_cam_world, c->t, out.t_cam_world);

@@ -14,7 +14,6 @@ extern "C" {
 enum { WORKPLACE_WIDTH = 640, WORKPLACE_HEIGHT = 480 };
 
 #define WORKPLACE_DEPTH_STEP 0.001
-#define WORKPLACE_DEPTH_FAR 5.0
 
 /* Things of the world: persons, then of each person the left and the right hand, then objects. */
 typedef struct {
@@ -38,11 +37,12 @@ lt_status workplace_scene_at(lt_arena *arena, const workplace_script *s, const s
 lt_status workplace_scene_draw(const workplace_scene *scene, const synth_room *room, const synth_camera *camera,
                                synth_frame *frame);
 
-/* workplace_rig - n cameras: the one that faces the persons, two that look down on the table, one at the side */
-void workplace_rig(const workplace_script *s, int n, recording_rig *out);
+/* workplace_rig - n cameras: the one that faces the persons, two that look down on the table, one at the side; pictures
+ * are shrunk so many times */
+void workplace_rig(const workplace_script *s, int n, int shrink, recording_rig *out);
 
-/* workplace_camera - of a rig, for the renderer, its pictures shrunk so many times */
-synth_camera workplace_camera(const recording_camera *c, int shrink);
+/* workplace_camera - of a rig, for the renderer */
+synth_camera workplace_camera(const recording_camera *c);
 
 #ifdef __cplusplus
 }

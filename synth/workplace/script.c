@@ -369,7 +369,7 @@ static void draw_place(writing *w)
     s->table[3] = EDGE;
     memcpy(s->robot, (double[]){ 0, -1, 0, ROBOT }, sizeof(s->robot));
     s->base[0] = -0.5 * APART * (s->n_people - 1) + aside;
-    s->base[1] = s->table[1] - 0.1;
+    s->base[1] = s->table[1] - 0.12;
 }
 
 void workplace_cast(uint64_t seed, int number[WORKPLACE_CAST])

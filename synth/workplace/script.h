@@ -95,7 +95,7 @@ lt_status workplace_script_new(lt_arena *arena, workplace_script *s);
 /* Somebody at a frame. */
 typedef struct {
     synth_body_pose body;
-    double fingers[2][3 * LT_HAND_JOINTS];      /* axis-angle as a grip's */
+    double miss[2];                 /* metres that wrists are off where the programs or grasps have them */
     const workplace_act *act;       /* NULL: on the way from one to the next */
     const workplace_hold *hold;     /* NULL: his hands are empty */
     workplace_state state;
