@@ -10,54 +10,32 @@
 #include <math.h>
 #include <string.h>
 
-enum { CAMERAS = 0x574b4341, ROOM = 0x574b524f, CLUTTER = 8, STRIDE = 8 };
+enum { CAMERAS = 0x574b4341, ROOM = 0x574b524f, CLUTTER = 10 };
+enum { ACROSS = 5, ALONG = 4 };                 /* balls about where somebody reaches */
 
 /* ---- the room --------------------------------------------------------------------------------------------- */
 
-/* Around an arm: hand, wrist, forearm. */
-static int arm_balls(const synth_body_pose *b, int side, synth_ball *out)
+/* What stands about leaves free where persons reach, what the robot sweeps, and the objects. */
+static void clear_way(const workplace_script *s, synth_room *room)
 {
-    const double *wrist = b->joint[BODY_WRIST + side], *elbow = b->joint[BODY_ELBOW + side];
-    const double *finger = b->joint[BODY_FINGERS + side * BODY_HAND_JOINTS + 4];
-
-    for (int i = 0; i < 3; i++) {
-        out[i].radius = i ? 0.09 : 0.14;
-        for (int k = 0; k < 3; k++)
-            out[i].centre[k] = i == 0 ? finger[k] : wrist[k] + 0.5 * (i - 1) * (elbow[k] - wrist[k]);
-    }
-    return 3;
-}
-
-/* What stands about gives way to everything that moves, at any moment. */
-static lt_status clear_way(lt_arena *arena, const workplace_script *s, synth_room *room)
-{
-    const int moments = s->frames / STRIDE + 1, most = moments * (6 * s->n_people + s->n_objects) + s->n_objects + 1;
-    synth_ball *ball = lt_arena_array(arena, (size_t)most, sizeof(*ball));
+    synth_ball ball[WORKPLACE_PEOPLE * ACROSS * ALONG + 2 * WORKPLACE_OBJECTS + ACROSS];
     int n = 0;
 
-    if (!ball)
-        return lt_error(LT_ENOMEM, "synth: no memory for a room");
-    for (int k = 0; k < moments; k++) {
-        workplace_moment who[WORKPLACE_PEOPLE];
+    for (int i = 0; i < s->n_people; i++)
+        for (int x = 0; x < ACROSS; x++)
+            for (int y = 0; y < ALONG; y++)
+                ball[n++] = (synth_ball){ { s->person[i].stand[0] + 0.2 * (x - 2), s->table[3] - 0.16 * y, 0.1 }, 0.16 };
+    for (int k = 0; k < ACROSS; k++) {
+        const double share = k / (ACROSS - 1.0);
 
-        for (int i = 0; i < s->n_people; i++) {
-            workplace_person_at(s, i, STRIDE * k, &who[i]);
-            for (int side = 0; side < 2; side++)
-                n += arm_balls(&who[i].body, side, ball + n);
-        }
-        for (int i = 0; i < s->n_objects; i++) {
-            synth_settled at;
-            int owner;
-
-            workplace_object_at(s, who, i, STRIDE * k, &at, &owner);
-            ball[n++] = synth_settled_ball(&s->object[i].prop->right.mesh, &at);
-        }
+        ball[n++] = (synth_ball){ { s->base[0] + share * (s->person[0].stand[0] - s->base[0]), s->base[1] * (1 - share),
+                                    0.15 }, 0.22 };
     }
-    for (int i = 0; i < s->n_objects; i++)
+    for (int i = 0; i < s->n_objects; i++) {
+        ball[n++] = synth_settled_ball(&s->object[i].prop->right.mesh, &s->object[i].at);
         ball[n++] = synth_settled_ball(&s->object[i].prop->right.mesh, &s->object[i].kept);
-    ball[n++] = (synth_ball){ { s->base[0], s->base[1] + 0.2, 0.2 }, 0.25 };
+    }
     synth_clear_way(room, ball, n);
-    return LT_OK;
 }
 
 lt_status workplace_room(lt_arena *arena, const workplace_script *s, synth_room **out)
@@ -70,7 +48,10 @@ lt_status workplace_room(lt_arena *arena, const workplace_script *s, synth_room 
     for (int i = 0; painted && i < room->n_instances; i++)
         painted = !room->instance[i].material.texture || synth_texture_paint(room->instance[i].material.texture);
     *out = room;
-    return painted ? clear_way(arena, s, room) : lt_error(LT_ENOMEM, "synth: no memory for a room");
+    if (!painted)
+        return lt_error(LT_ENOMEM, "synth: no memory for a room");
+    clear_way(s, room);
+    return LT_OK;
 }
 
 /* ---- a frame ---------------------------------------------------------------------------------------------- */

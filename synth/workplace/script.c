@@ -8,7 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-enum { SCRIPT = 0x574b5343, STYLE = 0x574b5354, LOOK = 0x574b4c4b, CAST = 0x574b4354, PLACES_TRIED = 40 };
+enum { SCRIPT = 0x574b5343, STYLE = 0x574b5354, LOOK = 0x574b4c4b, CAST = 0x574b4354, ACTS = 0x574b4143,
+       PLACES_TRIED = 40 };
 
 static const double EDGE = 0.35;                /* y of the table's edge where persons are */
 static const double BEFORE = 0.33;              /* metres that they stand before it */
@@ -344,6 +345,8 @@ static void settle_holds(workplace_script *s, workplace_person *p)
 static lt_status write_acts(writing *w, acting *a)
 {
     const int most = w->s->frames / 40 + 16;    /* more than can begin, and a round more */
+
+    w->r = lt_rng_make(w->s->seed, lt_rng_mix(ACTS, (uint64_t)(a->p - w->s->person)));
 
     a->p->act = lt_arena_array(w->arena, (size_t)most, sizeof(*a->p->act));
     a->p->hold = lt_arena_array(w->arena, (size_t)most, sizeof(*a->p->hold));

@@ -24,7 +24,6 @@ static const double FARTHEST = 5;               /* metres that depth is measured
 
 /* What becomes of a moment; filled by whichever thread films it. */
 typedef struct {
-    lt_arena *arena;
     bool there[RECORDING_CAMERAS];              /* the camera kept the frame */
     double stamp[RECORDING_CAMERAS];
     synth_file file[RECORDING_CAMERAS][FILES];
@@ -45,7 +44,8 @@ typedef struct {
     synth_sensor sensor[RECORDING_CAMERAS];
     workplace_clock clock;
     recording_writer *out;
-    synth_frame **frame;                        /* one a thread */
+    synth_frame **frame;                        /* one a thread, ... */
+    lt_arena **scratch;                         /* ... for the moment that it films */
     shot *shot;                                 /* (BATCH) */
     int first;                                  /* the moment that shot 0 is of */
     synth_growing lines;                        /* truth.ndjson */
@@ -72,12 +72,14 @@ static lt_status get_memory(run *r)
     bool ok;
 
     r->frame = lt_arena_array(r->arena, (size_t)r->threads, sizeof(*r->frame));
+    r->scratch = lt_arena_array(r->arena, (size_t)r->threads, sizeof(*r->scratch));
     r->shot = lt_arena_array(r->arena, BATCH, sizeof(*r->shot));
-    ok = r->frame && r->shot;
-    for (int i = 0; ok && i < r->threads; i++)
-        ok = (r->frame[i] = synth_frame_new(c->width, c->height)) != NULL;
-    for (int i = 0; ok && i < BATCH; i++)
-        ok = (r->shot[i].arena = lt_arena_new()) != NULL;
+    ok = r->frame && r->scratch && r->shot;
+    for (int i = 0; ok && i < r->threads; i++) {
+        r->frame[i] = synth_frame_new(c->width, c->height);
+        r->scratch[i] = lt_arena_new();
+        ok = r->frame[i] && r->scratch[i];
+    }
     return ok ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for frames");
 }
 
@@ -162,6 +164,7 @@ static lt_status describe(const run *r, int c, int k, synth_file out[FILES])
 static lt_status shoot(const run *r, const workplace_scene *scene, int c, shot *s, const synth_seen **seen)
 {
     synth_frame *f = r->frame[lt_thread_index()];
+    lt_arena *scratch = r->scratch[lt_thread_index()];
     const lt_image colour = { f->width, f->height, 3, 8, &f->rgb[0][0] };
     recording_pictures pictures = { .colour = &colour };
     synth_sensor sensor = r->sensor[c];
@@ -169,8 +172,8 @@ static lt_status shoot(const run *r, const workplace_scene *scene, int c, shot *
     uint16_t *depth = NULL;
     lt_status st = workplace_scene_draw(scene, r->room, &r->camera[c], f);
 
-    st = st ? st : synth_world_look(s->arena, &scene->world, &r->camera[c], f, NULL, &all);
-    st = st ? st : measure_depth(r, c, scene->k, s->arena, f, &depth);
+    st = st ? st : synth_world_look(scratch, &scene->world, &r->camera[c], f, NULL, &all);
+    st = st ? st : measure_depth(r, c, scene->k, scratch, f, &depth);
     if (st)
         return st;
     sensor.stream = lt_rng_mix(sensor.stream, (uint64_t)scene->k);
@@ -178,15 +181,19 @@ static lt_status shoot(const run *r, const workplace_scene *scene, int c, shot *
     pictures.depth = depth;
     *seen = all;
     st = recording_store(r->out, c, scene->k + 1, &pictures);
-    st = st ? st : write_mask(r, c, scene->k, s->arena, f);
+    st = st ? st : write_mask(r, c, scene->k, scratch, f);
     return st ? st : describe(r, c, scene->k, s->file[c]);
 }
 
 static lt_status film(const run *r, int k, shot *s)
 {
     workplace_views views = { { NULL } };
+    lt_arena *scratch = r->scratch[lt_thread_index()];
     workplace_scene *scene;
-    lt_status st = workplace_scene_at(s->arena, &r->script, r->room, k, &scene);
+    lt_status st;
+
+    lt_arena_reset(scratch);
+    st = workplace_scene_at(scratch, &r->script, r->room, k, &scene);
 
     for (int c = 0; c < r->cameras && !st; c++) {
         s->there[c] = workplace_stamp(&r->clock, c, k, &s->stamp[c]);
@@ -204,7 +211,6 @@ static void film_task(void *ctx, int64_t i)
     run *r = ctx;
     shot *s = &r->shot[i];
 
-    lt_arena_reset(s->arena);
     s->status = film(r, r->first + (int)i, s);
     if (s->status)
         snprintf(s->line, sizeof(s->line), "%s", lt_last_error());
@@ -338,12 +344,12 @@ static void clean_up(run *r)
 {
     recording_close(r->out);
     synth_growing_fini(&r->lines);
-    for (int i = 0; r->frame && i < r->threads; i++)
-        synth_frame_free(r->frame[i]);
-    for (int i = 0; r->shot && i < BATCH; i++) {
-        synth_growing_fini(&r->shot[i].truth);
-        lt_arena_free(r->shot[i].arena);
+    for (int i = 0; i < r->threads; i++) {
+        synth_frame_free(r->frame ? r->frame[i] : NULL);
+        lt_arena_free(r->scratch ? r->scratch[i] : NULL);
     }
+    for (int i = 0; r->shot && i < BATCH; i++)
+        synth_growing_fini(&r->shot[i].truth);
     lt_arena_free(r->arena);
 }
 
