@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER, CLIPS, DIFFICULTY, NEAR };
+enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER, CLIPS, DIFFICULTY, NEAR, CAMERAS, SECONDS };
 
 static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0,
@@ -19,16 +19,20 @@ static const struct argp_option options[] = {
       "track: films for trackers, as MOTChallenge has them; "
       "actions: clips of skeletons that do ten things, for networks that tell them apart; "
       "body: pictures of persons at tables, for networks for whole bodies; "
-      "turntable: 60 photos of one still object, with cameras, as nerfstudio has them", 0 },
+      "turntable: 60 photos of one still object, with cameras, as nerfstudio has them; "
+      "world: persons who act at a table, as four cameras with depth record them, with all that is true", 0 },
     { "layout", LAYOUT, "NAME", 0, "ho3d (default), or dexycb: several cameras on a ring, both hands, things on the "
       "table", 0 },
     { "out", 'o', "DIR", 0, "where to write; a folder that is not there yet, or empty", 0 },
     { "seed", SEED, "N", 0, "the same seed gives the same files; default 0", 0 },
-    { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's; detect, body: pictures",
-      0 },
+    { "frames", FRAMES, "N", 0, "in all, dealt evenly to the sequences; default the preset's; detect, body: pictures; "
+      "world: moments, in place of --seconds", 0 },
+    { "cameras", CAMERAS, "N", 0, "world: 1 to 4 (default): front, two above the table, side", 0 },
+    { "seconds", SECONDS, "S", 0, "world: how long it is; default 20", 0 },
     { "clips", CLIPS, "N", 0, "actions: in all, 100 for each repetition; default 2000", 0 },
     { "difficulty", DIFFICULTY, "X", 0, "actions: 0 to 1: how much joints are off, how often the object is missed, how "
-      "late reaching and receiving part; default: where a baseline of speeds is right in 70 % of the windows", 0 },
+      "late reaching and receiving part; default: where a baseline of speeds is right in 70 % of the windows; world: "
+      "how late these two part", 0 },
     { "near", NEAR, "SHARE", 0, "detect: 0 to 1: share of pictures that show a hand or two from near by, larger than "
       "the usual ones; default 0", 0 },
     { "png", PNG, NULL, 0, "ho3d: lossless images, and masks, as v2 has them; default JPEG as in v3", 0 },
@@ -54,7 +58,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case 'p':
         if (synth_parse_preset(arg, &o->preset))
             argp_error(state, "--preset: found \"%s\", want tiny, small, demo, pretrain, default, hogs, detect, track, "
-                       "actions, body or turntable", arg);
+                       "actions, body, turntable or world", arg);
         break;
     case LAYOUT:
         if (synth_parse_layout(arg, &o->layout))
@@ -66,6 +70,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case FRAMES: o->frames = cli_number(state, "frames", arg, 1, 100000000); break;
     case CLIPS: o->clips = cli_number(state, "clips", arg, 1, 100000000); break;
     case DIFFICULTY: o->difficulty = cli_real(state, "difficulty", arg, 0, 1); break;
+    case CAMERAS: o->cameras = cli_number(state, "cameras", arg, 1, 4); break;
+    case SECONDS: o->seconds = cli_real(state, "seconds", arg, 0.1, 3600); break;
     case NEAR: o->near = cli_real(state, "near", arg, 0, 1); break;
     case PNG: o->png = true; break;
     case ALIAS: o->alias_ycb = true; break;
@@ -85,11 +91,18 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (o->preset == SYNTH_HOGS && o->layout != SYNTH_HO3D)
             argp_error(state, "--preset hogs is for --layout ho3d");
         if (o->preset >= SYNTH_DETECT && (o->layout != SYNTH_HO3D || o->png || o->alias_ycb))
-            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track, actions, body or turntable");
+            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track, actions, body, turntable "
+                       "or world");
         if (o->preset != SYNTH_DETECT && o->near > 0)
             argp_error(state, "--near is for --preset detect");
-        if (o->preset != SYNTH_ACTIONS && (o->clips || o->difficulty >= 0))
-            argp_error(state, "--clips and --difficulty are for --preset actions");
+        if (o->preset != SYNTH_ACTIONS && o->clips)
+            argp_error(state, "--clips is for --preset actions");
+        if (o->preset != SYNTH_ACTIONS && o->preset != SYNTH_WORLD && o->difficulty >= 0)
+            argp_error(state, "--difficulty is for --preset actions and world");
+        if (o->preset != SYNTH_WORLD && (o->cameras || o->seconds > 0))
+            argp_error(state, "--cameras and --seconds are for --preset world");
+        if (o->frames && o->seconds > 0)
+            argp_error(state, "--frames and --seconds both say how long the world is: give one of them");
         if (o->preset == SYNTH_ACTIONS && o->frames)
             argp_error(state, "--preset actions has --clips, which have 60 to 90 frames each, in place of --frames");
         o->difficulty = o->difficulty < 0 ? SYNTH_DIFFICULTY : o->difficulty;
@@ -102,7 +115,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 static const struct argp argp = {
     options, parse, NULL,
     "Make a synthetic dataset of hands with objects, in the layout of HO3D v3, of DexYCB, of COCO or of MOTChallenge; "
-    "pictures of whole bodies; or clips of skeletons.\v"
+    "pictures of whole bodies; clips of skeletons; or recordings of persons who act.\v"
     "The folder reads like the real dataset; manifest.json holds seed and checksums, stats.json how much is "
     "hidden from view.\n\n  palmar synth --preset tiny --out data/tiny", NULL, NULL, NULL,
 };

@@ -17,7 +17,7 @@ typedef struct {
     const char *calibration, *detector, *estimator, *body, *reid, *action, *record, *film;
     watch_profile profile;
     double seconds;
-    bool fast, json, quiet;
+    bool fast, json, quiet, no_window;
 } watch_args;
 
 static const struct argp_option options[] = {
@@ -35,7 +35,7 @@ static const struct argp_option options[] = {
     { "record", RECORD, "DIR", 0, "keep the frames that were looked at and what was said of them: to replay, and for "
       "palmar report", 0 },
     { "film", FILM, "FILE", 0, "a film (.mp4) of the pictures with what is known drawn in; needs OpenCV", 0 },
-    { "no-window", NO_WINDOW, NULL, 0, "open no window; there is none in this version", 0 },
+    { "no-window", NO_WINDOW, NULL, 0, "open no window, also where there is a display; one is closed by q", 0 },
     { "seconds", SECONDS, "S", 0, "end after so many seconds of the cameras' time", 0 },
     { "pace", PACE, "real|fast", 0, "of films and recordings: as their times say, and the newest frame wins "
       "(default); or as fast as can be, and every frame counts", 0 },
@@ -67,7 +67,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case PROFILE: a->profile = choose(state, "profile", arg, "cpu", "full") ? WATCH_FULL : WATCH_CPU; break;
     case RECORD: a->record = arg; break;
     case FILM: a->film = arg; break;
-    case NO_WINDOW: break;
+    case NO_WINDOW: a->no_window = true; break;
     case SECONDS: a->seconds = cli_real(state, "seconds", arg, 1e-3, 1e7); break;
     case PACE: a->fast = choose(state, "pace", arg, "real", "fast"); break;
     case JSON: a->json = true; break;
@@ -226,7 +226,7 @@ static lt_status run(lt_arena *arena, const watch_args *a, const models *m)
 {
     watch_options o = {
         .models = m->open, .profile = a->profile, .fast = a->fast, .seconds = a->seconds, .record = a->record,
-        .film = a->film, .lines = a->json ? stdout : NULL, .messages = stderr, .stop = stop,
+        .film = a->film, .window = !a->no_window, .lines = a->json ? stdout : NULL, .messages = stderr, .stop = stop,
         .progress = a->quiet || a->json ? NULL : progress,
     };
     watch_summary sum;

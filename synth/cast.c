@@ -36,6 +36,7 @@ static const preset presets[] = {
     [SYNTH_ACTIONS] = { .name = "actions" },
     [SYNTH_BODY] = { .name = "body" },
     [SYNTH_TURNTABLE] = { .name = "turntable" },
+    [SYNTH_WORLD] = { .name = "world" },
 };
 
 static const struct { int id; const char *letters; } initials[] = {
@@ -51,7 +52,7 @@ lt_status synth_parse_preset(const char *name, synth_preset *out)
             return LT_OK;
         }
     return lt_error(LT_EINVAL, "no preset \"%s\": tiny, small, demo, pretrain, default, hogs, detect, track, actions, "
-                    "body or turntable", name);
+                    "body, turntable or world", name);
 }
 
 const char *synth_preset_name(synth_preset which)

@@ -12,6 +12,7 @@
 #include "synth/film.h"
 #include "synth/track/track.h"
 #include "synth/turntable/turntable.h"
+#include "synth/workplace/workplace.h"
 #include "synth/write/model.h"
 
 #include <dirent.h>
@@ -29,7 +30,7 @@ static const synth_layout_ops *const layouts[] = {
 /* One that was stopped has a folder that is made first, and no manifest, which is written last. */
 static bool is_unfinished(const char *path)
 {
-    static const char *const first[] = { "models", "annotations", "train", "body.npy", "images" };
+    static const char *const first[] = { "models", "annotations", "train", "body.npy", "images", "masks" };
     char folder[4096], manifest[4096];
     bool begun = false;
 
@@ -203,7 +204,7 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
     static lt_status (*const without_takes[])(const synth_options *, synth_figure *, int *) = {
         [SYNTH_DETECT] = synth_detect, [SYNTH_TRACK] = synth_track, [SYNTH_ACTIONS] = synth_actions,
         [SYNTH_BODY] = synth_body_set,
-        [SYNTH_TURNTABLE] = synth_turntable,
+        [SYNTH_TURNTABLE] = synth_turntable, [SYNTH_WORLD] = synth_workplace,
     };
     lt_status st;
 

@@ -27,6 +27,7 @@ typedef enum {
     SYNTH_ACTIONS,                  /* 2,000 clips of skeletons: actions/ */
     SYNTH_BODY,                     /* 10,000 pictures of persons, 192 x 256: body/ */
     SYNTH_TURNTABLE,                /* 60 photos of one still object, 400 x 400, with their cameras: turntable/ */
+    SYNTH_WORLD,                    /* persons at a table, four cameras with depth, as a recording: workplace/ */
 } synth_preset;
 
 typedef enum { SYNTH_HO3D, SYNTH_DEXYCB } synth_layout;
@@ -36,9 +37,11 @@ typedef struct {
     synth_layout layout;
     const char *out;                /* a folder that does not exist yet or is empty */
     uint64_t seed;
-    int frames;                     /* in all, dealt evenly to the sequences; 0: the preset's */
+    int frames;                     /* in all, dealt evenly to the sequences; 0: the preset's; SYNTH_WORLD: moments */
     int clips;                      /* SYNTH_ACTIONS: in all; 0: 2,000 */
-    double difficulty;              /* SYNTH_ACTIONS: in [0, 1] */
+    double difficulty;              /* SYNTH_ACTIONS, SYNTH_WORLD: in [0, 1] */
+    int cameras;                    /* SYNTH_WORLD: 1 to 4; 0: 4 */
+    double seconds;                 /* SYNTH_WORLD: how long it is; 0: 20 */
     double near;                    /* SYNTH_DETECT: in [0, 1]: share of pictures of a hand from near by */
     bool png;                       /* HO3D: lossless images, as v2 has them; off: JPEG, as v3 */
     bool still_light;               /* SYNTH_HOGS: the same light in all frames; off: global and local light vary */
@@ -66,6 +69,7 @@ lt_status synth_parse_layout(const char *name, synth_layout *out);
  * written last, so a folder without it is unfinished). SYNTH_HOGS: hogs.h's files, in HO3D's layout alone.
  * SYNTH_DETECT: as COCO has it, detect/detect.h. SYNTH_TRACK: as MOTChallenge has it, track/track.h. SYNTH_ACTIONS:
  * actions/actions.h. SYNTH_BODY: body/set.h. SYNTH_TURNTABLE: as nerfstudio has it, turntable/turntable.h.
+ * SYNTH_WORLD: a recording, workplace/workplace.h.
  *
  *   figures      (*n) the figures of stats.json with what is aimed at; both NULL: not wanted
  *

@@ -2,6 +2,7 @@
 /* S9: what a person does, from the last 30 frames of the body and of a hand with an object. */
 #include "pipeline/watch/internal.h"
 
+#include "data/action/axes.h"
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
 #include "models/action/action.h"
@@ -80,26 +81,18 @@ void watch_actions_close(watch_world *w)
 
 /* ---- frames ---- */
 
-/* Axes of data/action: x right, y down, z forward of somebody who looks at the robot; without one known, at the camera.
- * */
+/* He looks at the robot; without one known, at the camera. */
 static void axes_of(const watch_world *w, const watch_person *p, double R[9])
 {
     const recording_rig *rig = &w->o->rig;
     const recording_camera *c = &rig->camera[p->camera];
-    double z[3] = { -c->R[2], -c->R[5], 0 }, *x = R, *y = R + 3;
+    const double at_camera[3] = { -c->R[2], -c->R[5], 0 };
 
     lt_mat3_identity(R);
-    if (!c->placed) {                   /* the camera's own axes: he looks against its z */
-        R[0] = R[8] = -1;
-        return;
-    }
-    if (rig->has_robot)
-        memcpy(z, rig->robot, 2 * sizeof(*z));
-    if (!(lt_vec3_unit(z) > 0))
-        return;
-    memcpy(y, (const double[3]){ 0, 0, -1 }, 3 * sizeof(*y));
-    memcpy(R + 6, z, sizeof(z));
-    lt_vec3_cross(y, z, x);
+    if (c->placed)
+        action_axes(rig->has_robot ? rig->robot : at_camera, R);
+    else
+        R[0] = R[8] = -1;               /* the camera's own axes: he looks against its z */
 }
 
 static void turned(const double R[9], const double p[3], float out[3])

@@ -33,8 +33,7 @@ void watch_to_camera(const recording_camera *c, const double p[3], double out[3]
 
 /* ---- where a thing is ---- */
 
-/* Of a mask, or without one of the middle of the box */
-static bool is_its(const predict_detection *d, int x, int y)
+bool watch_shows(const predict_detection *d, int x, int y)
 {
     const detection_pixels *w = &d->window;
     const float left = d->box.x1 - d->box.x0, top = d->box.y1 - d->box.y0;
@@ -61,7 +60,7 @@ static bool middle_of(const watch_world *w, const watch_eye *e, const recording_
         return false;
     for (int y = y0; y < y1; y++)
         for (int x = x0; x < x1; x++)
-            if (is_its(d, x, y) && e->metres[(int64_t)y * c->width + x] > 0) {
+            if (watch_shows(d, x, y) && e->metres[(int64_t)y * c->width + x] > 0) {
                 z[n] = (double)e->metres[(int64_t)y * c->width + x];
                 u[n] = x;
                 v[n++] = y;

@@ -182,6 +182,9 @@ watch_thing *watch_thing_of(watch_world *w, int64_t id);
 void watch_to_world(const recording_camera *c, const double p[3], double out[3]);
 void watch_to_camera(const recording_camera *c, const double p[3], double out[3]);
 
+/* watch_shows - whether a pixel is of what is seen: of its mask, or without one of the middle of its box */
+bool watch_shows(const predict_detection *d, int x, int y);
+
 /* Each stage takes the set one step further. LT_ENOMEM. */
 lt_status watch_eyes_open(watch_world *w);                                /* S1, S2 */
 lt_status watch_eyes_run(watch_world *w, const watch_set *set);

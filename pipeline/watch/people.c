@@ -13,6 +13,7 @@ enum { LEAST_HEIGHT = 64, AROUND = 2 };                     /* pixels of a perso
 
 static const double NEAR_WRIST = 1.0;                       /* of a hand's box's longer side, plus: */
 static const double UNDER_CLOTHES = 0.1;                    /* metres from what is seen of the pelvis to its joint */
+static const double PART = 0.7;                             /* of a box within another */
 static const double GONE = 1;                               /* seconds without being seen */
 
 /* ---- who is there ---- */
@@ -50,8 +51,8 @@ static void drop_gone(watch_world *w, double t)
 
 /* ---- where he stands ---- */
 
-/* The median of what is known of the depth around a pixel; NaN where nothing is */
-static double depth_around(const watch_eye *e, const recording_camera *c, const float uv[2])
+/* The median of the person's depth around a pixel; NaN where none is known, as where something stands before it */
+static double depth_around(const watch_eye *e, const recording_camera *c, const watch_sight *s, const float uv[2])
 {
     const int u = (int)lrintf(uv[0]), v = (int)lrintf(uv[1]);
     double z[(2 * AROUND + 1) * (2 * AROUND + 1)];
@@ -59,28 +60,35 @@ static double depth_around(const watch_eye *e, const recording_camera *c, const 
 
     for (int y = v - AROUND; e->metres && y <= v + AROUND; y++)
         for (int x = u - AROUND; x <= u + AROUND; x++)
-            if (x >= 0 && x < c->width && y >= 0 && y < c->height && e->metres[(int64_t)y * c->width + x] > 0)
+            if (x >= 0 && x < c->width && y >= 0 && y < c->height && watch_shows(&s->seen, x, y) &&
+                e->metres[(int64_t)y * c->width + x] > 0)
                 z[n++] = (double)e->metres[(int64_t)y * c->width + x];
     return lt_median(n, z);
 }
 
-/* The pelvis: as deep as it is measured where that is the person's, else as the network has it */
-static void place_pelvis(const watch_eye *e, const recording_camera *c, const body_estimate *b, double out[3])
+/* The pelvis: as deep as it is measured where it is seen, else as all of the person is, else as the network has it */
+static void place_pelvis(const watch_eye *e, const recording_camera *c, const watch_sight *s, const body_estimate *b,
+                         double out[3])
 {
-    const float *uv = b->nodes2d[PELVIS];
-    const double pixel[2] = { uv[0], uv[1] }, z = depth_around(e, c, uv);
+    const double pixel[2] = { (double)b->nodes2d[PELVIS][0], (double)b->nodes2d[PELVIS][1] };
+    double z = depth_around(e, c, s, b->nodes2d[PELVIS]), middle[3];
 
     for (int d = 0; d < 3; d++)
         out[d] = b->pelvis[d];
+    if (!(z > 0) && s->placed) {
+        watch_to_camera(c, s->centre, middle);
+        z = middle[2];
+    }
     if (z > 0)
         lt_camera_backproject(&c->K, pixel, z + UNDER_CLOTHES, out);
 }
 
-static void take_body(const watch_eye *e, const recording_camera *c, const body_estimate *b, watch_person *p)
+static void take_body(const watch_eye *e, const recording_camera *c, const watch_sight *s, const body_estimate *b,
+                      watch_person *p)
 {
     double pelvis[3];
 
-    place_pelvis(e, c, b, pelvis);
+    place_pelvis(e, c, s, b, pelvis);
     for (int i = 0; i < ACTION_BODY; i++) {
         double at[3];
 
@@ -104,7 +112,7 @@ static lt_status look_at(watch_world *w, const watch_set *set, int camera, const
     st = body_estimator_run(w->o->models.body, set->picture[camera].rgb.data, c->width, c->height, box, &c->K, &body);
     if (st)
         return st;
-    take_body(&w->eye[camera], c, &body, p);
+    take_body(&w->eye[camera], c, s, &body, p);
     memcpy(p->box, box, sizeof(p->box));
     p->camera = camera;
     p->seen = true;
@@ -117,13 +125,34 @@ static bool is_large(const watch_sight *s)
     return s->seen.kind == DETECTED_PERSON && s->id && s->seen.box.y1 - s->seen.box.y0 >= LEAST_HEIGHT;
 }
 
-/* How many of those that a camera sees are worth a look */
+/* The share of the smaller of two boxes that lies in the other */
+static double share_inside(crop_box a, crop_box b)
+{
+    const double wide = (double)(fminf(a.x1, b.x1) - fmaxf(a.x0, b.x0)),
+        high = (double)(fminf(a.y1, b.y1) - fmaxf(a.y0, b.y0));
+    const double least = fmin((double)((a.x1 - a.x0) * (a.y1 - a.y0)), (double)((b.x1 - b.x0) * (b.y1 - b.y0)));
+
+    return wide > 0 && high > 0 && least > 0 ? wide * high / least : 0;
+}
+
+/* Worth a look: not what lies in the box of somebody who is known for longer, which is a part of him as a rule */
+static bool is_somebody(const watch_eye *e, int i)
+{
+    if (!is_large(&e->sight[i]))
+        return false;
+    for (int k = 0; k < e->n; k++)
+        if (is_large(&e->sight[k]) && e->sight[k].id < e->sight[i].id &&
+            share_inside(e->sight[k].seen.box, e->sight[i].seen.box) > PART)
+            return false;
+    return true;
+}
+
 static int count_people(const watch_world *w, const watch_set *set, int camera)
 {
     int n = 0;
 
     for (int i = 0; set->there[camera] && i < w->eye[camera].n; i++)
-        n += is_large(&w->eye[camera].sight[i]);
+        n += is_somebody(&w->eye[camera], i);
     return n;
 }
 
@@ -180,7 +209,7 @@ lt_status watch_people_run(watch_world *w, const watch_set *set)
 
     drop_gone(w, set->t);
     for (int i = 0; camera >= 0 && i < w->eye[camera].n && !st; i++)
-        if (is_large(&w->eye[camera].sight[i]))
+        if (is_somebody(&w->eye[camera], i))
             st = look_at(w, set, camera, &w->eye[camera].sight[i]);
     for (int c = 0; c < w->o->rig.n && !st; c++)
         for (int i = 0; w->eye[c].fresh && i < w->eye[c].n; i++)

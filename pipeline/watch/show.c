@@ -21,7 +21,7 @@ static bool in_picture(const recording_camera *c, const double p[3], float uv[2]
     return before;
 }
 
-static void draw_body(draw_canvas *canvas, const recording_camera *c, const watch_person *p)
+static void draw_person(draw_canvas *canvas, const recording_camera *c, const watch_person *p)
 {
     float node[ACTION_BODY][2];
 
@@ -83,7 +83,7 @@ static lt_status draw_camera(const watch_world *w, const watch_set *set, int c, 
     predict_draw_detections(out, &f, 1.5f);
     for (int i = 0; i < w->n_people; i++)
         if (w->person[i].seen && (camera->placed || w->person[i].camera == c))
-            draw_body(out, camera, &w->person[i]);
+            draw_person(out, camera, &w->person[i]);
     for (int i = 0; i < w->n_things; i++)
         if (w->thing[i].state != LT_FILTER_OFF && (camera->placed || w->thing[i].camera == c))
             draw_hand(out, camera, &w->thing[i]);

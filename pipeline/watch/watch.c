@@ -9,6 +9,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/film.h"
 #include "libtensor/io/text/json.h"
+#include "pipeline/window/window.h"
 
 #include <cjson/cJSON.h>
 #include <errno.h>
@@ -27,6 +28,8 @@ typedef struct {
     recording_writer *recorder;
     FILE *session;                      /* the records, beside what is recorded */
     lt_film_writer *film;
+    window *window;
+    bool closed;                        /* the window, by whoever looked */
     int64_t stored[WATCH_CAMERAS];      /* frames of each camera that were recorded */
     int64_t film_frames;
     double age[KEPT_AGES];
@@ -214,21 +217,34 @@ static lt_status record_set(session *s, const watch_set *set)
 }
 
 /* A film has as many frames a second as the cameras; one that was long looked at stands as long. */
-static lt_status film_set(session *s, const watch_set *set)
+static lt_status film_set(session *s, const watch_set *set, const lt_image *sheet)
 {
     const double fps = s->o->rig.fps;
-    lt_image sheet;
-    lt_status st = watch_draw(&s->world, set, &sheet);
+    lt_status st = s->film ? LT_OK : lt_film_create(s->o->film, sheet->width, sheet->height, fps, &s->film);
 
-    if (!st && !s->film)
-        st = lt_film_create(s->o->film, sheet.width, sheet.height, fps, &s->film);
     if (!st && s->film_frames == 0)
         s->film_frames = lrint(set->t * fps);
     do {
-        st = st ? st : lt_film_put(s->film, &sheet);
+        st = st ? st : lt_film_put(s->film, sheet);
         s->film_frames++;
     } while (!st && (double)s->film_frames <= set->t * fps);
     return st;
+}
+
+static lt_status show(session *s, const watch_set *set)
+{
+    const bool first = s->sum.sets == 0;
+    lt_image sheet;
+    lt_status st;
+
+    if (!s->o->film && !s->window && !(first && s->o->window))
+        return LT_OK;
+    st = watch_draw(&s->world, set, &sheet);
+    if (!st && first && s->o->window)
+        s->window = window_open("palmar watch", sheet.width, sheet.height);
+    if (!st && s->window)
+        s->closed = !window_show(s->window, &sheet);
+    return st || !s->o->film ? st : film_set(s, set, &sheet);
 }
 
 static lt_status keep(session *s, const watch_set *set)
@@ -236,7 +252,7 @@ static lt_status keep(session *s, const watch_set *set)
     lt_status st = s->recorder ? record_set(s, set) : LT_OK;
 
     st = st ? st : report(s, set);
-    return st || !s->o->film ? st : film_set(s, set);
+    return st ? st : show(s, set);
 }
 
 /* ---- the loop ---- */
@@ -261,7 +277,7 @@ static lt_status walk(session *s)
     bool more = true;
 
     s->began = lt_clock();
-    while (!st) {
+    while (!st && !s->closed) {
         st = feed_next(s->feed, &set, &more);
         if (st || !more || (o->seconds > 0 && set.t >= o->seconds))
             break;
@@ -328,6 +344,7 @@ static lt_status close_session(session *s, lt_status st)
     st = st ? st : closed;
     closed = s->film ? lt_film_finish(s->film) : LT_OK;
     st = st ? st : closed;
+    window_close(s->window);
     feed_close(s->feed);
     close_stages(&s->world);
     return st;

@@ -42,6 +42,7 @@ typedef struct {
     double seconds;                 /* of the cameras' time, then it ends; 0: not */
     const char *record;             /* a folder; NULL: nothing is recorded */
     const char *film;               /* an .mp4; NULL: none */
+    bool window;                    /* show what is seen where there is a display; it ends when that is closed */
     FILE *lines;                    /* a record each; NULL: nowhere */
     FILE *messages;                 /* what is to be said; NULL: nobody is told */
     bool (*stop)(void);             /* asked between sets; NULL: never */

@@ -4,6 +4,7 @@
 
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/geometry/rotation.h"
+#include "synth/body/limb.h"
 #include "synth/world/person.h"
 
 #include <math.h>
@@ -119,29 +120,14 @@ static void put_down(pose *p)
 
 /* ---- arms ---------------------------------------------------------------------------------------------- */
 
-/* Upper arm and forearm from the shoulder over the elbow to the wrist; the hinge is across both. */
+/* Upper arm and forearm from the shoulder over the elbow to the wrist. */
 static void aim(pose *p, int side, const double elbow[3], const double wrist[3])
 {
-    const double *shoulder = p->joint[BODY_SHOULDER + side], out = side ? -1 : 1;
-    double x[3], y[3], z[3], fore[3], collar[9], back[9], bend;
+    double collar[9];
 
-    lt_vec3_sub(elbow, shoulder, x);
-    lt_vec3_sub(wrist, elbow, fore);
-    lt_vec3_unit(x);
-    lt_vec3_unit(fore);
-    bend = acos(fmax(-1, fmin(1, lt_vec3_dot(x, fore))));
-    lt_vec3_cross(x, fore, y);
-    lt_vec3_unit(y);
-    for (int k = 0; k < 3; k++) {
-        y[k] *= -out;
-        x[k] *= out;
-    }
-    lt_vec3_cross(x, y, z);
-    const double world[9] = { x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2] };
     world_of(p, BODY_COLLAR + side, collar);
-    lt_mat3_transpose(collar, back);
-    lt_mat3_mul(back, world, p->s->R[BODY_SHOULDER + side]);
-    synth_body_rotation((double[]){ 0, -out * bend, 0 }, p->s->R[BODY_ELBOW + side]);
+    synth_limb_aim(side, collar, p->joint[BODY_SHOULDER + side], elbow, wrist, p->s->R[BODY_SHOULDER + side],
+                   p->s->R[BODY_ELBOW + side]);
 }
 
 /* The forearm turns, and the wrist bends. */
@@ -159,28 +145,18 @@ static void turn_hand(pose *p, int side)
 
 static void set_fingers(pose *p, int side, const synth_grip *g)
 {
-    for (int k = 0; k < BODY_HAND_JOINTS; k++) {            /* a left hand is a mirror image */
-        const double *a = g->pose + 3 * (k + 1);
-        const double own[3] = { a[0], side ? a[1] : -a[1], side ? a[2] : -a[2] };
-
-        lt_rot_from_axis_angle(own, p->s->R[BODY_FINGERS + side * BODY_HAND_JOINTS + k]);
-    }
+    synth_limb_fingers(side, g->pose, p->s->R);
     p->s->grip[side] = g;
 }
 
 /* What the hand holds goes where the hand is. */
 static void set_object(pose *p, int side)
 {
-    const synth_grip *g = p->s->grip[side];
-    const double root[3] = { g->pose[0], side ? g->pose[1] : -g->pose[1], side ? g->pose[2] : -g->pose[2] };
-    double R[9], back[9], world[9], way[3];
+    double world[9];
 
-    lt_rot_from_axis_angle(root, R);
-    lt_mat3_transpose(R, back);
     world_of(p, BODY_WRIST + side, world);
-    lt_mat3_mul(world, back, p->s->object_R[side]);
-    lt_mat3_mulvec(p->s->object_R[side], g->wrist, way);
-    lt_vec3_sub(p->joint[BODY_WRIST + side], way, p->s->object_t[side]);
+    synth_limb_object(side, p->s->grip[side], world, p->joint[BODY_WRIST + side], p->s->object_R[side],
+                      p->s->object_t[side]);
 }
 
 static bool over_table(const pose *p, const double x[3])

@@ -155,12 +155,14 @@ void synth_sensor_image(const synth_sensor *sensor, synth_frame *frame);
 /**
  * synth_sensor_depth - frame->depth as a stereo depth camera would measure it
  *
+ *   far      metres up to which it measures: SYNTH_SENSOR_FAR, that of datasets of hands
  *   out      (height, width)         metres; 0 where there is no measurement
  *
  * Noise of deviation 0.08 z^2 / (f * 55 mm), no answer within 2 pixels of most depth edges, on 1-3 %
- * of the pixels in small holes, and beyond 1.5 m; rounded to step metres (1e-3 DexYCB, 1.25e-4 HO3D).
+ * of the pixels in small holes, and beyond `far`; rounded to step metres (1e-3 DexYCB, 1.25e-4 HO3D).
  */
-void synth_sensor_depth(const synth_frame *frame, double focal, double step, uint64_t seed,
+#define SYNTH_SENSOR_FAR 1.5
+void synth_sensor_depth(const synth_frame *frame, double focal, double step, double far, uint64_t seed,
                         uint64_t stream, float *out);
 
 #ifdef __cplusplus

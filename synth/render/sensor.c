@@ -312,12 +312,13 @@ void synth_sensor_image(const synth_sensor *sensor, synth_frame *frame)
 typedef struct {
     const synth_frame *frame;
     double focal, step;
+    float far;
     uint64_t seed, stream;
     float hole_share;
     float *out;
 } depth_job;
 
-static const float MAX_DEPTH = 1.5f, BASELINE = 0.055f;     /* metres */
+static const float BASELINE = 0.055f;           /* metres */
 
 /* Whether the surface breaks off within two pixels. */
 static bool near_edge(const synth_frame *f, int x, int y, float z)
@@ -373,18 +374,18 @@ static void depth_row(void *ctx, int64_t row)
         if (x % 3 == 0)
             four_words(job, (uint32_t)x / 3, (uint32_t)y / 3, 0x401e, block);
         job->out[i] = 0;
-        if (z <= 0 || z > MAX_DEPTH || uniform(block[0]) < job->hole_share ||
+        if (z <= 0 || z > job->far || uniform(block[0]) < job->hole_share ||
             (uniform(w[0]) < 0.8f && near_edge(f, x, y, z)))
             continue;
         job->out[i] = (float)(rint((z + normal(w[1]) * spread) / job->step) * job->step);
     }
 }
 
-void synth_sensor_depth(const synth_frame *frame, double focal, double step, uint64_t seed,
+void synth_sensor_depth(const synth_frame *frame, double focal, double step, double far, uint64_t seed,
                         uint64_t stream, float *out)
 {
     lt_rng r = lt_rng_make(seed, lt_rng_mix(stream, 0x401e));
-    depth_job job = { frame, focal, step, seed, stream, (float)lt_rng_range(&r, 0.01, 0.03), out };
+    depth_job job = { frame, focal, step, (float)far, seed, stream, (float)lt_rng_range(&r, 0.01, 0.03), out };
 
     lt_parallel_for(frame->height, depth_row, &job);
 }

@@ -17,6 +17,7 @@ typedef struct {
     lt_arena *arena;
     lt_rng r;
     synth_room *room;
+    const synth_room_measures *measures;        /* NULL: drawn */
     bool failed;
 } builder;
 
@@ -121,18 +122,22 @@ static void furnish(builder *b, int wall, double distance)
         matt((wooden ? pattern_wood : pattern_plaster)(b->arena, &b->r), 0.04, 20), R, t);
 }
 
+/* Metres of a wall, and of the floor's sides */
+static double wide(const builder *b) { return b->measures ? 9 : 8; }
+
 static void build_walls(builder *b)
 {
+    const double near = b->measures ? b->measures->walls[0] : 1.35, far = b->measures ? b->measures->walls[1] : 2.4;
     synth_texture *paper = wall_texture(b);
 
     for (int wall = 0; wall < 4; wall++) {
-        const double distance = lt_rng_range(&b->r, 1.35, 2.4), repeat = lt_rng_range(&b->r, 3, 7);
+        const double distance = lt_rng_range(&b->r, near, far), repeat = lt_rng_range(&b->r, 3, 7);
         const int decorations = 1 + (int)lt_rng_below(&b->r, 3);
         double R[9], t[3];
 
         wall_rotation(wall, R);
         wall_point(wall, distance, 0, 0.7, 0, t);
-        put(b, primitive_sheet(b->arena, 8, 3.2, repeat, 0.4 * repeat), matt(paper, 0.02, 8), R, t);
+        put(b, primitive_sheet(b->arena, wide(b), 3.2, wide(b) / 8 * repeat, 0.4 * repeat), matt(paper, 0.02, 8), R, t);
         for (int i = 0; i < decorations; i++)
             decorate(b, wall, distance);
         if (distance > 1.8 || lt_rng_below(&b->r, 2))
@@ -145,7 +150,7 @@ static void build_floor(builder *b)
     const double t[3] = { 0, 0, -0.75 };
     const bool wooden = lt_rng_below(&b->r, 2);
 
-    put(b, primitive_sheet(b->arena, 8, 8, 6, 6),
+    put(b, primitive_sheet(b->arena, wide(b), wide(b), 0.75 * wide(b), 0.75 * wide(b)),
         matt((wooden ? pattern_wood : pattern_tiles)(b->arena, &b->r), 0.03, 20), NULL, t);
 }
 
@@ -175,6 +180,8 @@ static void build_table(builder *b)
     b->room->table[1] = -lt_rng_range(&b->r, 0.35, 0.6);
     b->room->table[2] = lt_rng_range(&b->r, 0.5, 1);
     b->room->table[3] = lt_rng_range(&b->r, 0.35, 0.8);
+    if (b->measures)
+        memcpy(b->room->table, b->measures->table, sizeof(b->room->table));
     for (int k = 0; k < 2; k++) {
         size[k] = b->room->table[2 + k] - b->room->table[k];
         t[k] = (b->room->table[2 + k] + b->room->table[k]) / 2;
@@ -214,9 +221,9 @@ static bool find_place(builder *b, double radius, double clear, const double (*t
     return false;
 }
 
-static void build_things(builder *b, double clear)
+static void build_things(builder *b, double clear, int most)
 {
-    const int wanted = 3 + (int)lt_rng_below(&b->r, MAX_THINGS - 2);
+    const int drawn = 3 + (int)lt_rng_below(&b->r, MAX_THINGS - 2), wanted = drawn < most ? drawn : most;
     double taken[MAX_THINGS][3];
     int n = 0;
 
@@ -299,24 +306,56 @@ static void build_lamps(builder *b)
     lamp_color(floor, ambient * lt_rng_range(&b->r, 0.4, 0.75), b->room->ground);
 }
 
-synth_room *synth_room_new(lt_arena *arena, uint64_t seed, uint64_t stream, double clear)
+/* A lamp goes up along its ray, out of the way of heads, and shines as brightly on the table. */
+static void raise_lamps(builder *b)
 {
-    synth_room *room = lt_arena_alloc(arena, sizeof(*room));
-    builder b = { .arena = arena, .r = lt_rng_make(seed, lt_rng_mix(stream, 0x8003)), .room = room };
+    const double *at = b->room->focus;
+
+    for (int i = 0; i < b->room->n_lights; i++) {
+        double *p = b->room->light[i].position;
+        const double by = fmax(1, (b->measures->lamps - at[2]) / (p[2] - at[2]));
+
+        for (int k = 0; k < 3; k++)
+            p[k] = at[k] + by * (p[k] - at[k]);
+    }
+}
+
+static synth_room *build(builder *b, double clear, int things)
+{
+    synth_room *room = b->room;
 
     if (!room)
         return NULL;
     room->up[2] = 1;
     room->focus[2] = 0.12;
     room->focus_radius = 0.62;
-    build_floor(&b);
-    build_table(&b);
-    build_walls(&b);
+    build_floor(b);
+    build_table(b);
+    build_walls(b);
     for (int i = 0; i < room->n_instances; i++)
         room->instance[i].no_shadow = true;
-    build_things(&b, clear);
-    build_lamps(&b);
-    return b.failed ? NULL : room;
+    build_things(b, clear, things);
+    build_lamps(b);
+    if (b->measures)
+        raise_lamps(b);
+    return b->failed ? NULL : room;
+}
+
+synth_room *synth_room_new(lt_arena *arena, uint64_t seed, uint64_t stream, double clear)
+{
+    builder b = { .arena = arena, .r = lt_rng_make(seed, lt_rng_mix(stream, 0x8003)),
+                  .room = lt_arena_alloc(arena, sizeof(*b.room)) };
+
+    return build(&b, clear, MAX_THINGS);
+}
+
+synth_room *synth_room_new_of(lt_arena *arena, uint64_t seed, uint64_t stream, const synth_room_measures *measures,
+                              int things)
+{
+    builder b = { .arena = arena, .r = lt_rng_make(seed, lt_rng_mix(stream, 0x8003)),
+                  .room = lt_arena_alloc(arena, sizeof(*b.room)), .measures = measures };
+
+    return build(&b, measures->clear, things);
 }
 
 /* ---- painting it ----------------------------------------------------------------------------- */

@@ -41,6 +41,19 @@ typedef struct {
  */
 synth_room *synth_room_new(lt_arena *arena, uint64_t seed, uint64_t stream, double clear);
 
+/* A room by its measures. */
+typedef struct {
+    double table[4];                /* x0 y0 x1 y1 of its top */
+    double walls[2];                /* least and greatest distance of a wall from the origin; at most 4.5 */
+    double clear;                   /* radius around the origin in which nothing stands */
+    double lamps;                   /* least height of a lamp over the table */
+} synth_room_measures;
+
+/* synth_room_new_of - a room as synth_room_new's, of these measures; as many things as its random draws find a free
+ * place for, at most `things` */
+synth_room *synth_room_new_of(lt_arena *arena, uint64_t seed, uint64_t stream, const synth_room_measures *measures,
+                              int things);
+
 /* synth_room_paint - the textures of what n cameras may see, without which the room is not to be drawn; false
  * without memory */
 bool synth_room_paint(synth_room *room, const synth_camera *camera, int n);

@@ -139,8 +139,8 @@ static lt_status take_depth(const shot *s, const detect_place *place, lt_arena *
 
     if (!depth)
         return lt_error(LT_ENOMEM, "%s: no memory", out->name);
-    synth_sensor_depth(s->frame, s->picture.camera.fx, 0.001, place->seed, lt_rng_mix(DEPTH, (uint64_t)s->number),
-                       depth);
+    synth_sensor_depth(s->frame, s->picture.camera.fx, 0.001, SYNTH_SENSOR_FAR, place->seed,
+                       lt_rng_mix(DEPTH, (uint64_t)s->number), depth);
     if (out->flags & SAMPLE_MIRRORED)
         mirror_plane(depth, out->width, out->height, sizeof(*depth));
     out->depth = depth;

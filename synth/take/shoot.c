@@ -178,7 +178,7 @@ lt_status synth_stage_film(const synth_stage *s, int camera, int k, const synth_
     synth_sensor_image(&sensor, out);
     if (s->lit && s->light.jitter)
         synth_light_jitter(light.jitter, out->rgb, (int64_t)out->width * out->height);
-    synth_sensor_depth(out, s->camera[view].fx, s->depth_unit, s->seed,
+    synth_sensor_depth(out, s->camera[view].fx, s->depth_unit, SYNTH_SENSOR_FAR, s->seed,
                        lt_rng_mix(lt_rng_mix(s->stream, DEPTH_NOISE), frame), depth);
     return LT_OK;
 }

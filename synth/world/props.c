@@ -7,6 +7,7 @@
 
 typedef struct {
     synth_props *props;
+    const int *number;
     lt_status status[YCB_COUNT];
     char line[YCB_COUNT][256];
 } job;
@@ -14,9 +15,10 @@ typedef struct {
 static void make(void *ctx, int64_t i)
 {
     job *j = ctx;
-    synth_prop_pair *p = &j->props->pair[i];
-    lt_arena *arena = j->props->arena[i];
-    lt_status st = synth_prop_new_bare(arena, (int)i + 1, &p->right);
+    const int number = j->number[i];
+    synth_prop_pair *p = &j->props->pair[number - 1];
+    lt_arena *arena = j->props->arena[number - 1];
+    lt_status st = synth_prop_new_bare(arena, number, &p->right);
 
     if (!st)
         st = synth_prop_mirror(arena, &p->right, &p->left);
@@ -25,19 +27,28 @@ static void make(void *ctx, int64_t i)
         snprintf(j->line[i], sizeof(j->line[i]), "%s", lt_last_error());
 }
 
-lt_status synth_props_init(synth_props *p)
+lt_status synth_props_init_some(synth_props *p, const int *number, int n)
 {
-    job j = { .props = p };
+    job j = { .props = p, .number = number };
 
     *p = (synth_props){ .arena = { NULL } };
-    for (int i = 0; i < YCB_COUNT; i++)
-        if (!(p->arena[i] = lt_arena_new()))
+    for (int i = 0; i < n; i++)
+        if (!(p->arena[number[i] - 1] = lt_arena_new()))
             return lt_error(LT_ENOMEM, "synth: no memory for objects");
-    lt_parallel_for(YCB_COUNT, make, &j);
-    for (int i = 0; i < YCB_COUNT; i++)
+    lt_parallel_for(n, make, &j);
+    for (int i = 0; i < n; i++)
         if (j.status[i])
             return lt_error(j.status[i], "%s", j.line[i]);
     return LT_OK;
+}
+
+lt_status synth_props_init(synth_props *p)
+{
+    int all[YCB_COUNT];
+
+    for (int i = 0; i < YCB_COUNT; i++)
+        all[i] = i + 1;
+    return synth_props_init_some(p, all, YCB_COUNT);
 }
 
 void synth_props_fini(synth_props *p)

@@ -18,6 +18,9 @@ typedef struct {
 
 /* synth_props_init - make them, on all threads; synth_props_fini frees them in any case. LT_ENOMEM. */
 lt_status synth_props_init(synth_props *p);
+
+/* synth_props_init_some - the n objects with these YCB numbers alone; the others are empty */
+lt_status synth_props_init_some(synth_props *p, const int *number, int n);
 void synth_props_fini(synth_props *p);
 
 #ifdef __cplusplus

@@ -75,9 +75,9 @@ static void add_options(cJSON *j, const synth_manifest *m, const synth_options *
     }
     if (o->preset == SYNTH_DETECT && o->near > 0)
         cJSON_AddNumberToObject(j, "near", o->near);
-    if (o->preset == SYNTH_ACTIONS)
+    if (o->preset == SYNTH_ACTIONS || o->preset == SYNTH_WORLD)
         cJSON_AddNumberToObject(j, "difficulty", o->difficulty);
-    else if (o->preset >= SYNTH_HOGS) {
+    if (o->preset != SYNTH_ACTIONS && o->preset >= SYNTH_HOGS) {
         const double size[2] = { m->width, m->height };
         cJSON_AddItemToObject(j, "size", cJSON_CreateDoubleArray(size, 2));
     }

@@ -3,6 +3,7 @@
 
 #include "assets/hands.h"
 #include "data/action/takes.h"
+#include "data/recording/clips.h"
 
 lt_status action_clips_open(lt_arena *arena, const train_config *c, action_set *out)
 {
@@ -10,6 +11,10 @@ lt_status action_clips_open(lt_arena *arena, const train_config *c, action_set *
     hands both;
     lt_status st;
 
+    if (recording_clips_probe(root))
+        return recording_clips_open(arena, root, action_data_of(c)->seen, out);
+    if (*action_data_of(c)->seen)
+        return lt_error(LT_EUSAGE, "data.seen: goes with a world of palmar synth --preset world, and %s is none", root);
     if (!action_is_takes(root))
         return action_open(arena, root, out);
     if (action_data_of(c)->streams != STREAMS_HAND_OBJECT)

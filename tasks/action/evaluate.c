@@ -179,7 +179,8 @@ lt_status action_evaluate_run(const task_evaluation *e, cJSON **scores)
         st = open_windows(&v);
     if (!st)
         st = score_all(&v);
-    if (!st)
+    v.scores.baseline = NAN;
+    if (!st && !v.set.whole)
         st = score_baseline(&v);
     lt_params_free(set);
     if (!st)

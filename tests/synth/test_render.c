@@ -286,7 +286,7 @@ static void full_picture(int threads, uint8_t *rgb, float *depth, float *noisy)
     sensor.motion[0] = 5;
     render(in, 3);
     synth_sensor_image(&sensor, frame);
-    synth_sensor_depth(frame, 150, 1e-3, 3, 4, noisy);
+    synth_sensor_depth(frame, 150, 1e-3, SYNTH_SENSOR_FAR, 3, 4, noisy);
     memcpy(rgb, frame->rgb, sizeof(*frame->rgb) * N);
     memcpy(depth, frame->depth, sizeof(float) * N);
 }
@@ -312,7 +312,7 @@ START_TEST(depth_camera)
     int n = 0;
 
     render(&in, 1);
-    synth_sensor_depth(frame, 150, 1e-3, 1, 2, out);
+    synth_sensor_depth(frame, 150, 1e-3, SYNTH_SENSOR_FAR, 1, 2, out);
     for (int i = 0; i < N; i++) {
         ck_assert_double_eq_tol(out[i] * 1000, round(out[i] * 1000), 1e-3);
         if (out[i] > 0) {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "eval/report/session/internal.h"
+#include "data/recording/line.h"
 
 #include "libtensor/io/text/json.h"
 
