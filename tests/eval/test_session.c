@@ -60,17 +60,16 @@ static void put_line(FILE *f, int k)
     fprintf(f, "{\"schema\":\"palmar.set/1\",\"set\":%d,\"t\":[%g,", k, 0.1 * k);
     fprintf(f, k % 2 ? "null" : "%g", 5 + 0.1 * k);
     fprintf(f, "],\"pair_ms\":1.5,\"dropped\":[0,2],\"tracks\":[{\"id\":1,\"class\":\"person\",\"camera\":0,"
-            "\"track\":1,\"box\":[5,5,40,40],\"score\":0.9,\"centre\":null},{\"id\":%d,\"class\":\"025_mug\",\"camera\":1,"
-            "\"track\":1,\"box\":[20,20,30,30]}],\"hands\":[{\"id\":7,\"side\":\"left\",\"person\":1,\"state\":\"%s\",\"camera\":0,"
-            "\"joints\":[", k < SETS / 2 ? 2 : 3, k < 15 ? "on" : "coast");
+            "\"track\":1,\"box\":[5,5,40,40],\"score\":0.9,\"centre\":null},{\"id\":%d,\"class\":\"025_mug\","
+            "\"camera\":1,\"track\":1,\"box\":[20,20,30,30]}],\"hands\":[{\"id\":7,\"side\":\"left\",\"person\":1,"
+            "\"state\":\"%s\",\"camera\":0,\"joints\":[", k < SETS / 2 ? 2 : 3, k < 15 ? "on" : "coast");
     put_points(f, 21, 0, 0, 1);
     fprintf(f, "]}],\"objects\":[{\"id\":2,\"class\":\"025_mug\",\"R\":[1,0,0,0,1,0,0,0,1],\"t\":[0,0,1],\"state\":"
-            "\"on\"}],"
-            "\"people\":[{\"id\":1,\"camera\":0,\"box\":[1,2,3,4],\"joints\":[");
+            "\"on\"}],\"people\":[{\"id\":1,\"camera\":0,\"box\":[1,2,3,4],\"joints\":[");
     put_points(f, 65, 0.1, 0, 1.5);
     fprintf(f, "]}],\"contact\":[%s],\"action\":[{\"person\":1,\"class\":\"%s\",\"p\":0.8,\"onset\":0}],"
-            "\"interaction\":[{\"person\":1,\"state\":\"%s\",\"object\":null,\"side\":\"left\",\"since\":0,\"p\":0.5}],\"age_ms\":%d,"
-            "\"stages_ms\":{\"S1\":10,\"S4\":%d}}\n",
+            "\"interaction\":[{\"person\":1,\"state\":\"%s\",\"object\":null,\"side\":\"left\",\"since\":0,\"p\":0.5}],"
+            "\"age_ms\":%d,\"stages_ms\":{\"S1\":10,\"S4\":%d}}\n",
             k > 5 ? "{\"hand\":7,\"object\":2,\"camera\":1,\"since\":0.6}" : "",
             k < SETS / 2 ? "walking" : "waving", k < 8 ? "none" : "hold", 50 + k, k);
 }

@@ -231,8 +231,8 @@ lt_status pictures_put(FILE *f, const history *h, const char *nonce)
 
     if (n)
         fprintf(f, "<h2>What the cameras saw</h2>\n<p>%" PRId64 " of %" PRId64 " sets, spread over the session: boxes "
-                "with their numbers, bodies, hands, and the axes of objects that are followed.</p>\n<div id=sets><input "
-                "type=range min=0 max=%" PRId64 " value=0 aria-label=\"set\" hidden>\n", n, h->n, n - 1);
+                "with their numbers, bodies, hands, and the axes of objects that are followed.</p>\n<div id=sets>"
+                "<input type=range min=0 max=%" PRId64 " value=0 aria-label=\"set\" hidden>\n", n, h->n, n - 1);
     for (int64_t i = 0; i < n && !st; i++) {
         lt_arena_reset(arena);
         st = put_set(f, h, arena, n > 1 ? i * (h->n - 1) / (n - 1) : 0);
