@@ -8,7 +8,8 @@
 
 #include <string.h>
 
-enum { FEW_PIXELS = 20 };               /* with depth, to place a thing */
+enum { FEW_PIXELS = 20, MOST_LOOKS = 8 };       /* with depth, to place a thing; at boxes of a frame,
+    on a small machine */
 
 void watch_to_world(const recording_camera *c, const double p[3], double out[3])
 {
@@ -88,7 +89,8 @@ static lt_status open_eye(watch_world *w, int c)
     if (!e->arena || !e->scratch)
         return lt_error(LT_ENOMEM, "no memory for a camera");
     e->options = (predict_options){ .detector = m->detector, .embedder = m->embedder,
-                                    .track = m->embedder ? TRACK_DEEPSORT : TRACK_BYTE };
+                                    .track = m->embedder ? TRACK_DEEPSORT : TRACK_BYTE,
+                                    .most_looks = w->o->profile == WATCH_CPU ? MOST_LOOKS : 0 };
     e->film = (predict_followed){ .arena = e->arena, .which = c + 1, .dt = 1 / w->o->rig.fps };
     st = m->detector ? pipeline_open(&e->options, FRAME_SCENE, detect, &e->detect) : LT_OK;
     return st || !m->detector ? st : pipeline_open(&e->options, FRAME_DETECTIONS, track, &e->track);
