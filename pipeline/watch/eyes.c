@@ -8,8 +8,8 @@
 
 #include <string.h>
 
-enum { FEW_PIXELS = 20, MOST_LOOKS = 8 };       /* with depth, to place a thing; at boxes of a frame,
-    on a small machine */
+enum { FEW_PIXELS = 20 };               /* with depth, to place a thing */
+enum { MOST_LOOKS = 8 };                /* at boxes of a frame, on a small machine */
 
 void watch_to_world(const recording_camera *c, const double p[3], double out[3])
 {

@@ -13,7 +13,7 @@ enum { LEAST_HEIGHT = 64, AROUND = 2 };                     /* pixels of a perso
 
 static const double NEAR_WRIST = 1.0;                       /* of a hand's box's longer side, plus: */
 static const double UNDER_CLOTHES = 0.1;                    /* metres from what is seen of the pelvis to its joint */
-static const double PART = 0.7;                             /* of a box within another */
+static const double INSIDE = 0.7, ONE_PLACE = 0.4;          /* share of a box within another; metres along the floor */
 static const double GONE = 1;                               /* seconds without being seen */
 
 /* ---- who is there ---- */
@@ -135,14 +135,26 @@ static double share_inside(crop_box a, crop_box b)
     return wide > 0 && high > 0 && least > 0 ? wide * high / least : 0;
 }
 
-/* Worth a look: not what lies in the box of somebody who is known for longer, which is a part of him as a rule */
-static bool is_somebody(const watch_eye *e, int i)
+/* What lies in somebody's box, or partly does and stands where he stands, is a part of him: legs under a table */
+static bool is_part(const recording_camera *c, const watch_sight *of, const watch_sight *s)
 {
+    const double share = share_inside(of->seen.box, s->seen.box);
+    const double apart = c->placed && of->placed && s->placed
+        ? hypot(of->centre[0] - s->centre[0], of->centre[1] - s->centre[1]) : INFINITY;
+
+    return share > INSIDE || (share > 0 && apart < ONE_PLACE);
+}
+
+/* Worth a look: nobody is a part of somebody who is known for longer. */
+static bool is_somebody(const watch_world *w, int camera, int i)
+{
+    const watch_eye *e = &w->eye[camera];
+
     if (!is_large(&e->sight[i]))
         return false;
     for (int k = 0; k < e->n; k++)
         if (is_large(&e->sight[k]) && e->sight[k].id < e->sight[i].id &&
-            share_inside(e->sight[k].seen.box, e->sight[i].seen.box) > PART)
+            is_part(&w->o->rig.camera[camera], &e->sight[k], &e->sight[i]))
             return false;
     return true;
 }
@@ -152,7 +164,7 @@ static int count_people(const watch_world *w, const watch_set *set, int camera)
     int n = 0;
 
     for (int i = 0; set->there[camera] && i < w->eye[camera].n; i++)
-        n += is_somebody(&w->eye[camera], i);
+        n += is_somebody(w, camera, i);
     return n;
 }
 
@@ -209,7 +221,7 @@ lt_status watch_people_run(watch_world *w, const watch_set *set)
 
     drop_gone(w, set->t);
     for (int i = 0; camera >= 0 && i < w->eye[camera].n && !st; i++)
-        if (is_somebody(&w->eye[camera], i))
+        if (is_somebody(w, camera, i))
             st = look_at(w, set, camera, &w->eye[camera].sight[i]);
     for (int c = 0; c < w->o->rig.n && !st; c++)
         for (int i = 0; w->eye[c].fresh && i < w->eye[c].n; i++)
