@@ -12,7 +12,7 @@ value()
     tail -n 1 "$2" | sed -n "s/.*\"$1\": \"\{0,1\}\([^,\"}]*\).*/\1/p"
 }
 
-./palmar synth --preset world --cameras 2 --frames 40 --seed 5 --out "$here/world" 2>/dev/null
+./palmar synth --preset world --cameras 2 --frames 22 --seed 5 --out "$here/world" 2>/dev/null
 [ -s "$here/world/truth.ndjson" ]
 ./palmar synth --preset body --frames 12 --out "$here/persons" 2>/dev/null
 ./palmar train --config body-tiny --data "$here/persons" --out "$here/body" --quiet --set optim.steps=1 \
@@ -28,7 +28,7 @@ grep -q '"class": "person"' "$here/blind.ndjson"
 
 ./palmar watch "$here/world" --pace fast --no-window --json -q --body "$here/body" --action "$here/action" \
     --record "$here/session" >"$here/seen.ndjson"
-[ "$(grep -c '"schema": "palmar.set/1"' "$here/seen.ndjson")" -ge 38 ]
+[ "$(grep -c '"schema": "palmar.set/1"' "$here/seen.ndjson")" -ge 20 ]
 [ "$(value captured "$here/seen.ndjson")" = $(($(value taken "$here/seen.ndjson") + $(value dropped "$here/seen.ndjson"))) ]
 grep -q '"people": \[{"id"' "$here/seen.ndjson"
 cmp "$here/seen.ndjson" "$here/session/session.ndjson"
