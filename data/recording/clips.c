@@ -4,6 +4,7 @@
 #include "data/action/axes.h"
 #include "data/recording/line.h"
 #include "libtensor/io/file.h"
+#include "libtensor/io/text/records.h"
 
 #include <math.h>
 #include <string.h>
@@ -42,17 +43,17 @@ static double time_of(const session_line *l)
     return NAN;
 }
 
-/* A last line that is cut off is left out. */
 static lt_status read_lines(lt_arena *arena, const char *path, bool truth, moments *out)
 {
     lt_file f;
     lt_status st = lt_file_load(&f, path, LT_FILE_MAX);
-    const char *at = (const char *)f.bytes, *end = st ? at : at + f.n, *newline;
+    lt_records in = lt_records_of((const char *)f.bytes, st ? 0 : f.n);
+    size_t n;
 
-    for (int64_t number = 1; !st && (newline = memchr(at, '\n', (size_t)(end - at))); number++, at = newline + 1) {
+    for (const char *line; !st && (line = lt_next_record(&in, &n)); ) {
         session_line l;
 
-        st = session_line_parse(arena, path, number, at, (size_t)(newline - at), truth, &l);
+        st = session_line_parse(arena, path, in.number, line, n, truth, &l);
         if (st || l.is_sum || isnan(time_of(&l)))
             continue;
         out->at = lt_arena_grow(arena, out->at, out->n, &out->room, sizeof(*out->at));

@@ -4,6 +4,7 @@
 
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
+#include "libtensor/io/text/records.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -12,51 +13,33 @@
 
 /* ---- lines ---- */
 
-/* Of a text that is changed: line by line, without what is behind the last newline, which was cut off. */
+/* A file's lines, and what it is called */
 typedef struct {
     const char *name;
-    char *at, *end;
-    int64_t number;                 /* of the line returned last, from 1 */
-} whole_lines;
-
-static char *next_line(whole_lines *l)
-{
-    char *line = l->at, *newline = memchr(line, '\n', (size_t)(l->end - line));
-
-    if (!newline)
-        return NULL;
-    *newline = '\0';
-    l->at = newline + 1;
-    l->number++;
-    return line;
-}
-
-static int64_t count_lines(const char *text, size_t n)
-{
-    int64_t count = 0;
-
-    for (size_t i = 0; i < n; i++)
-        count += text[i] == '\n';
-    return count;
-}
+    lt_records in;
+} lines;
 
 static lt_status too_many(const char *name, int64_t n)
 {
     return lt_error(LT_EFORMAT, "%s: %lld lines, expected at most %d", name, (long long)n, RECORDING_MOST_FRAMES);
 }
 
-/* What is wrong with a line; of a line that is no JSON the place is told already */
-static lt_status bad(const whole_lines *l, const char *what)
+/* What is wrong with the line at hand */
+static lt_status bad(const lines *l, const char *what)
 {
-    return lt_error(LT_EFORMAT, "%s:%lld: %s", l->name, (long long)l->number, what);
+    return lt_error(LT_EFORMAT, "%s:%lld: %s", l->name, (long long)l->in.number, what);
 }
 
-static lt_status parse_line(const whole_lines *l, const char *line, cJSON **out)
+/* The next line's value; *out NULL behind the last */
+static lt_status next_value(lines *l, cJSON **out)
 {
     char where[512];
+    size_t n;
+    const char *line = lt_next_record(&l->in, &n);
 
-    snprintf(where, sizeof(where), "%s:%lld", l->name, (long long)l->number);
-    return lt_json_parse(where, line, strlen(line), out);
+    *out = NULL;
+    snprintf(where, sizeof(where), "%s:%lld", l->name, (long long)l->in.number);
+    return line ? lt_json_parse(where, line, n, out) : LT_OK;
 }
 
 /* ---- frames ---- */
@@ -68,7 +51,7 @@ static const char *file_name(lt_arena *arena, const cJSON *from, const char *key
     return cJSON_IsString(x) && lt_path_is_inside(x->valuestring) ? lt_arena_strdup(arena, x->valuestring) : NULL;
 }
 
-static lt_status take_frame(lt_arena *arena, const whole_lines *l, const cJSON *from, const recording_rig *rig,
+static lt_status take_frame(lt_arena *arena, const lines *l, const cJSON *from, const recording_rig *rig,
                             double last[RECORDING_CAMERAS], recording_frame *out)
 {
     const cJSON *camera = cJSON_GetObjectItemCaseSensitive(from, "camera");
@@ -92,10 +75,10 @@ static lt_status take_frame(lt_arena *arena, const whole_lines *l, const cJSON *
     return rig->camera[out->camera].depth_scale > 0 ? LT_OK : bad(l, "\"depth\" of a camera without depth_scale");
 }
 
-lt_status recording_parse_frames(lt_arena *arena, const char *name, char *text, size_t n, recording *r)
+lt_status recording_parse_frames(lt_arena *arena, const char *name, const char *text, size_t n, recording *r)
 {
-    whole_lines l = { name, text, text + n, 0 };
-    const int64_t most = count_lines(text, n);
+    lines l = { name, lt_records_of(text, n) };
+    const int64_t most = lt_count_records(text, n);
     double last[RECORDING_CAMERAS];
     recording_frame *frame = NULL;
     lt_status st = most > RECORDING_MOST_FRAMES ? too_many(name, most) : LT_OK;
@@ -105,11 +88,8 @@ lt_status recording_parse_frames(lt_arena *arena, const char *name, char *text, 
     for (int c = 0; c < RECORDING_CAMERAS; c++)
         last[c] = -INFINITY;
     r->n_frames = 0;
-    for (char *line; !st && (line = next_line(&l)); r->n_frames++) {
-        cJSON *from = NULL;
-
-        st = parse_line(&l, line, &from);
-        st = st ? st : take_frame(arena, &l, from, &r->rig, last, &frame[r->n_frames]);
+    for (cJSON *from; !st && !(st = next_value(&l, &from)) && from; r->n_frames++) {
+        st = take_frame(arena, &l, from, &r->rig, last, &frame[r->n_frames]);
         cJSON_Delete(from);
     }
     r->frame = frame;
@@ -118,7 +98,7 @@ lt_status recording_parse_frames(lt_arena *arena, const char *name, char *text, 
 
 /* ---- sets ---- */
 
-static lt_status take_set(const whole_lines *l, const cJSON *from, const recording *r, recording_set *out)
+static lt_status take_set(const lines *l, const cJSON *from, const recording *r, recording_set *out)
 {
     const cJSON *list = cJSON_GetObjectItemCaseSensitive(from, "frames");
     int there = 0;
@@ -140,21 +120,18 @@ static lt_status take_set(const whole_lines *l, const cJSON *from, const recordi
     return there ? LT_OK : bad(l, "\"frames\": none");
 }
 
-lt_status recording_parse_sets(lt_arena *arena, const char *name, char *text, size_t n, recording *r)
+lt_status recording_parse_sets(lt_arena *arena, const char *name, const char *text, size_t n, recording *r)
 {
-    whole_lines l = { name, text, text + n, 0 };
-    const int64_t most = count_lines(text, n);
+    lines l = { name, lt_records_of(text, n) };
+    const int64_t most = lt_count_records(text, n);
     recording_set *set = NULL;
     lt_status st = most > RECORDING_MOST_FRAMES ? too_many(name, most) : LT_OK;
 
     if (!st && !(set = lt_arena_array(arena, (size_t)most, sizeof(*set))))
         st = lt_error(LT_ENOMEM, "%s: no memory for %lld sets", name, (long long)most);
     r->n_sets = 0;
-    for (char *line; !st && (line = next_line(&l)); r->n_sets++) {
-        cJSON *from = NULL;
-
-        st = parse_line(&l, line, &from);
-        st = st ? st : take_set(&l, from, r, &set[r->n_sets]);
+    for (cJSON *from; !st && !(st = next_value(&l, &from)) && from; r->n_sets++) {
+        st = take_set(&l, from, r, &set[r->n_sets]);
         cJSON_Delete(from);
     }
     r->set = set;
@@ -164,12 +141,12 @@ lt_status recording_parse_sets(lt_arena *arena, const char *name, char *text, si
 /* ---- the folder ---- */
 
 static lt_status parse_file(lt_arena *arena, const char *path, recording *r,
-                            lt_status (*parse)(lt_arena *, const char *, char *, size_t, recording *))
+                            lt_status (*parse)(lt_arena *, const char *, const char *, size_t, recording *))
 {
     lt_file f;
     lt_status st = lt_file_load(&f, path, LT_FILE_MAX);
 
-    st = st ? st : parse(arena, path, (char *)f.bytes, f.n, r);
+    st = st ? st : parse(arena, path, (const char *)f.bytes, f.n, r);
     lt_file_free(&f);
     return st;
 }

@@ -87,10 +87,10 @@ lt_status recording_open(lt_arena *arena, const char *root, recording *out);
 /* recording_probe - whether path is such a folder */
 bool recording_probe(const char *path);
 
-/* recording_parse_frames, recording_parse_sets - of n bytes and a NUL, which are changed; r->rig, and for sets the
+/* recording_parse_frames, recording_parse_sets - of n bytes; r->rig, and for sets the
  * frames, are there */
-lt_status recording_parse_frames(lt_arena *arena, const char *name, char *text, size_t n, recording *r);
-lt_status recording_parse_sets(lt_arena *arena, const char *name, char *text, size_t n, recording *r);
+lt_status recording_parse_frames(lt_arena *arena, const char *name, const char *text, size_t n, recording *r);
+lt_status recording_parse_sets(lt_arena *arena, const char *name, const char *text, size_t n, recording *r);
 
 /* recording_colour, recording_depth - of frame k, in the arena: RGB of 8 bits; one channel of 16 bits. Errors: those of
  * reading; LT_EFORMAT: another size than the camera's */

@@ -164,9 +164,9 @@ START_TEST(wrong_rig)
 END_TEST
 
 static lt_status parse(const char *text, recording *r,
-                       lt_status (*how)(lt_arena *, const char *, char *, size_t, recording *))
+                       lt_status (*how)(lt_arena *, const char *, const char *, size_t, recording *))
 {
-    return how(arena, "x.jsonl", lt_arena_strdup(arena, text), strlen(text), r);
+    return how(arena, "x.jsonl", text, strlen(text), r);
 }
 
 static const struct { const char *text, *line; } wrong_frames[] = {

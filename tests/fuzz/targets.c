@@ -576,18 +576,14 @@ static void run_body_rows(lt_arena *arena, const uint8_t *bytes, size_t n)
 static void run_recording(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     recording r = { .rig = { .n = 2, .camera = { { .depth_scale = 1 } } } };
-    char *text = lt_arena_alloc(arena, n + 1);
+    const char *text = (const char *)bytes;
     uint16_t depth[16];
     recording_rig rig;
 
-    recording_rig_parse(arena, "recording.json", (const char *)bytes, n, &rig);
+    recording_rig_parse(arena, "recording.json", text, n, &rig);
     recording_depth_unpack(arena, "a.z16", bytes, n, 4, 4, depth);
-    if (!text)
-        return;
-    memcpy(text, bytes, n);
     if (recording_parse_frames(arena, "frames.jsonl", text, n, &r))
         r.n_frames = 0;
-    memcpy(text, bytes, n);
     if (recording_parse_sets(arena, "sets.jsonl", text, n, &r))
         return;
     for (int64_t i = 0; i < r.n_sets; i++)

@@ -2,6 +2,7 @@
 #include "eval/report/session/internal.h"
 
 #include "libtensor/io/file.h"
+#include "libtensor/io/text/records.h"
 
 #include <math.h>
 #include <string.h>
@@ -206,15 +207,6 @@ static lt_status take_set(history *h, const session_line *l, const char *text, s
 
 /* ---- files ---- */
 
-static size_t count_lines(const char *text, size_t n)
-{
-    size_t lines = 0;
-
-    for (const char *end; (end = memchr(text, '\n', n)); n -= (size_t)(end + 1 - text), text = end + 1)
-        lines++;
-    return lines;
-}
-
 static lt_status read_file(history *h, const char *name, const char **path, const char **text, size_t *n)
 {
     uint8_t *bytes;
@@ -229,25 +221,23 @@ static lt_status read_file(history *h, const char *name, const char **path, cons
     return st;
 }
 
-/* visit is called for each whole line; the last one may be torn: whoever wrote it was killed in it. */
+/* visit is called for each whole line. */
 static lt_status each_line(history *h, const char *path, const char *text, size_t n, bool truth,
                            lt_status (*visit)(history *h, const session_line *l, const char *line, size_t length,
                                               int64_t number))
 {
     lt_arena *scratch = lt_arena_new();
-    int64_t number = 1;
+    lt_records in = lt_records_of(text, n);
+    size_t length;
     lt_status st = scratch ? LT_OK : no_memory();
 
-    for (const char *end; !st && (end = memchr(text, '\n', n)); number++) {
-        const size_t length = (size_t)(end - text);
+    for (const char *line; !st && (line = lt_next_record(&in, &length)); ) {
         session_line l;
 
         lt_arena_reset(scratch);
-        st = session_line_parse(scratch, path, number, text, length, truth, &l);
+        st = session_line_parse(scratch, path, in.number, line, length, truth, &l);
         if (!st)
-            st = visit(h, &l, text, length, number);
-        n -= length + 1;
-        text = end + 1;
+            st = visit(h, &l, line, length, in.number);
     }
     lt_arena_free(scratch);
     return st;
@@ -283,7 +273,7 @@ static lt_status read_session(history *h)
         return lt_error(LT_EIO, "%s: was not watched yet, or without --record: there is no session.ndjson", h->r.root);
     if (st)
         return st;
-    lines = count_lines(h->text, h->bytes);
+    lines = (size_t)lt_count_records(h->text, h->bytes);
     h->line = lt_arena_array(h->arena, lines, sizeof(*h->line));
     h->length = lt_arena_array(h->arena, lines, sizeof(*h->length));
     h->number = lt_arena_array(h->arena, lines, sizeof(*h->number));
