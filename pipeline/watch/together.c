@@ -8,7 +8,8 @@
 #include <math.h>
 #include <string.h>
 
-static const double GATE = 0.15, GATE_PERSON = 0.5;         /* metres between two middles of one thing */
+/* Metres between two middles of one thing; of a person along the floor, as one camera sees a half of him */
+static const double GATE = 0.15, GATE_PERSON = 0.5;
 static const double FORGET = 3;                             /* seconds without being seen */
 static const double FAR = 1e6;
 
@@ -64,13 +65,14 @@ static bool is_taken(const watch_eye *e, int camera, const watch_thing *thing)
 
 static double cost(const watch_eye *e, int camera, const watch_sight *s, const watch_thing *thing)
 {
-    const double gate = s->seen.kind == DETECTED_PERSON ? GATE_PERSON : GATE;
+    const bool person = s->seen.kind == DETECTED_PERSON;
     double d;
 
     if (!s->placed || !thing->placed || thing->cls != s->seen.cls || is_taken(e, camera, thing))
         return FAR;
-    d = lt_vec3_distance(s->centre, thing->centre.x);
-    return d <= gate ? d : FAR;
+    d = person ? hypot(s->centre[0] - thing->centre.x[0], s->centre[1] - thing->centre.x[1])
+               : lt_vec3_distance(s->centre, thing->centre.x);
+    return d <= (person ? GATE_PERSON : GATE) ? d : FAR;
 }
 
 static void join(watch_sight *s, watch_thing *thing, int camera)
