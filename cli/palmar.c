@@ -22,8 +22,8 @@ static const command commands[] = {
     { "synth", cmd_synth, "make a synthetic dataset" },
     { "train", cmd_train, "train a model from a config" },
     { "eval", cmd_eval, "score a model; print the paper's tables with our rows" },
-
     { "predict", cmd_predict, "images, folders, films -> overlays, JSON, meshes" },
+    { "watch", cmd_watch, "cameras or recordings, live -> who does what with what" },
     { "bench", cmd_bench, "latency, throughput, memory, per-layer profile" },
     { "export", cmd_export, "ONNX or safetensors for other programs, read back and compared" },
     { "report", cmd_report, "one HTML page of a run" },

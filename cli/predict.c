@@ -2,6 +2,7 @@
 #include "cli/cli.h"
 
 #include "cli/predict_film.h"
+#include "estimate/body_estimator.h"
 #include "estimate/detector.h"
 #include "estimate/embedder.h"
 #include "estimate/starter.h"
@@ -9,6 +10,7 @@
 #include "libtensor/io/kind.h"
 #include "pipeline/calibration/calibration.h"
 #include "pipeline/predict.h"
+#include "tasks/body/task.h"
 #include "tasks/detect/task.h"
 #include "tasks/hand_object/config.h"
 #include "train/task.h"
@@ -19,18 +21,18 @@
 enum { MAX_INPUTS = 4096 };
 enum {
     HAND_BOX = 256, OBJECT_BOX, OBJECT, MODELS, CAMERA, LENS, HAND, SIDE, FPS, DEPTH, DEPTH_SCALE, NUMBERS, MESH, BOXES,
-    DETECTOR, JSON, TRACK, REID, FILM, TURN,
+    DETECTOR, JSON, TRACK, REID, FILM, TURN, BODY, PERSON_BOX,
 };
 
 typedef struct {
-    const char *checkpoint, *detector, *reid;           /* NULL: none */
+    const char *checkpoint, *detector, *body, *reid;    /* NULL: none */
     bool starter;                       /* no model is named: take those that come with palmar */
     const char *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
     const char *path[MAX_INPUTS + 1], *const *inputs;       /* as they stand; n_inputs of them, without the model */
     int n_paths, n_inputs;
-    crop_box hand_box, object_box;
+    crop_box hand_box, object_box, person_box;
     predict_format format;
-    bool has_hand_box, has_object_box, has_mesh, left;
+    bool has_hand_box, has_object_box, has_person_box, has_mesh, left;
     bool pipe;                          /* "-": frames come through standard input */
     double fps, depth_scale;
     cli_film film;                      /* of a model of Gaussians */
@@ -42,6 +44,10 @@ static const struct argp_option options[] = {
     { "detector", DETECTOR, "RUN|FILE", 0, "finds hands, objects and people: a run of csp_seg, its weights, or those "
       "of YOLOv8n-seg (.pt). Hands are what it calls hand, left_hand or right_hand; a list of boxes goes before it. "
       "Without RUN what it finds is all there is", 0 },
+    { "body", BODY, "RUN|FILE", 0, "whole bodies of the people that the detector finds: a run of osx, or its "
+      "checkpoint. RUN itself may be one", 0 },
+    { "person-box", PERSON_BOX, "X0,Y0,X1,Y1", 0, "where the person is, pixels, without a detector; default the whole "
+      "image", 0 },
     { "hand-box", HAND_BOX, "X0,Y0,X1,Y1", 0, "where the hand is, pixels; default the middle of the image", 0 },
     { "object-box", OBJECT_BOX, "X0,Y0,X1,Y1", 0, "where the object is, pixels; default around the hand box", 0 },
     { "boxes", BOXES, "FILE", 0, "boxes image by image, as a detector left them: CSV with the columns image, hand_x0, "
@@ -105,15 +111,16 @@ static bool is_picture(const char *path)
     return (kind >= LT_KIND_PNG && kind <= LT_KIND_AVI) || strcmp(path, "-") == 0;
 }
 
-/* The first of the paths is a model; it need not be with a detector, or where there is nothing but pictures. */
+/* The first of the paths is a model; it need not be with a detector or a body estimator, or where there is nothing but
+ * pictures. */
 static void take_model(predict_args *a)
 {
     const char *first = a->path[0];
     const bool is_model = first && (is_run(first) || lt_kind_of_file(first) == LT_KIND_SAFETENSORS);
     int models;
 
-    a->starter = first && !is_model && !a->detector && (is_picture(first) || a->n_paths == 1);
-    models = first && (is_model || (!a->detector && !a->starter));
+    a->starter = first && !is_model && !a->detector && !a->body && (is_picture(first) || a->n_paths == 1);
+    models = first && (is_model || (!a->detector && !a->body && !a->starter));
     a->checkpoint = models ? first : NULL;
     a->inputs = a->path + models;
     a->n_inputs = a->n_paths - models;
@@ -211,7 +218,12 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         must(state, predict_parse_box("--object-box", arg, &a->object_box));
         a->has_object_box = true;
         break;
+    case PERSON_BOX:
+        must(state, predict_parse_box("--person-box", arg, &a->person_box));
+        a->has_person_box = true;
+        break;
     case DETECTOR: a->detector = arg; break;
+    case BODY: a->body = arg; break;
     case FILM: a->film.path = arg; break;
     case TURN: a->film.turn = true; break;
     case JSON: a->json = true; break;
@@ -224,8 +236,9 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (!a->n_inputs && !a->film.path)
             argp_error(state, "want images or films, and before them a checkpoint or a run's folder, if not those that "
                        "come with palmar");
-        if (a->detector && (a->has_hand_box || a->has_object_box))
-            argp_error(state, "--%s-box: --detector finds where they are", a->has_hand_box ? "hand" : "object");
+        if (a->detector && (a->has_hand_box || a->has_object_box || a->has_person_box))
+            argp_error(state, "--%s-box: --detector finds where they are", a->has_hand_box ? "hand"
+                       : a->has_object_box ? "object" : "person");
         check_track(a, state);
         if (a->depth_scale > 0 && !a->depth)
             argp_error(state, "--depth-scale: goes with --depth");
@@ -244,7 +257,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 static const struct argp argp = {
     options, parse, "CHECKPOINT|RUN IMAGE|FILM|FOLDER...\nCHECKPOINT|RUN -\n"
     "[CHECKPOINT|RUN] IMAGE|FILM|FOLDER... [--detector=RUN|FILE]",
-    "Estimate hand and object in images and films: an overlay, JSON and meshes for each.\v"
+    "Estimate hands, objects and bodies in images and films: an overlay, JSON and meshes for each.\v"
     "The networks look where a detector or the boxes say. What is not given is assumed, and said. In place of "
     "images - reads PPM, PNG or JPEG pictures one behind the other from standard input, and prints a line of JSON for "
     "each.\n\n"
@@ -253,6 +266,7 @@ static const struct argp argp = {
     "  palmar predict photo.jpg --detector yolov8n-seg.pt --json\n"
     "  palmar predict runs/tiny photo.jpg --hand-box 210,120,420,330 --object mug\n"
     "  palmar predict runs/tiny film.mp4 --boxes boxes.csv\n"
+    "  palmar predict photo.jpg --body runs/body --detector runs/detect\n"
     "  palmar predict runs/hogs data/hogs            renderings of frames that a HOGS model has not seen\n"
     "  palmar predict runs/hogs --film turn.mp4 --turn\n"
     "  ffmpeg -i film.mp4 -f image2pipe -c:v ppm - | palmar predict runs/tiny - --fps 30",
@@ -272,16 +286,23 @@ static lt_status read_camera(const predict_args *a, calibration *out)
     return st || !a->lens ? st : calibration_parse_lens("--distortion", a->lens, &out->lens);
 }
 
-/* c: the model's, d: the detector, e: of looks; each may be NULL */
-static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, detector *d,
-                     embedder *e)
+/* What looks at the pictures beside a model of hands; each may be NULL */
+typedef struct {
+    detector *detector;
+    body_estimator *body;
+    embedder *embedder;
+} lookers;
+
+/* c: the model's, or NULL */
+static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, const lookers *by)
 {
     predict_options o = {
-        .detector = d, .track = a->track, .embedder = e,
+        .detector = by->detector, .body = by->body, .track = a->track, .embedder = by->embedder,
         .inputs = a->inputs, .n_inputs = a->n_inputs, .pipe = a->pipe, .out = a->out,
         .lines = a->pipe || a->json ? stdout : NULL,
         .hand_box = a->has_hand_box ? &a->hand_box : NULL,
         .object_box = a->has_object_box ? &a->object_box : NULL,
+        .person_box = a->has_person_box ? &a->person_box : NULL,
         .camera = a->camera ? &camera->camera : NULL, .camera_width = camera->width, .camera_height = camera->height,
         .camera_skew = camera->skew, .lens = &camera->lens, .boxes = a->boxes, .depth = a->depth,
         .depth_scale = a->depth_scale,
@@ -317,7 +338,7 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
     lt_status st;
 
     if (a->pipe || a->has_hand_box || a->has_object_box || a->boxes || a->depth || a->object || a->camera ||
-        a->has_mesh || a->detector || a->json || a->has_track || a->reid)
+        a->has_mesh || a->detector || a->json || a->has_track || a->reid || a->body || a->has_person_box)
         return lt_error(LT_EUSAGE, "%s: a model of %s takes folders, and of the options --hand, --out, --quiet and "
                         "--threads", c->path, c->config.task->name);
     if (a->film.path) {
@@ -338,8 +359,11 @@ static lt_status check_asked(const predict_args *a, const cli_checkpoint *c)
     if ((a->has_track || a->reid) && !a->detector)
         return lt_error(LT_EUSAGE, "--%s: goes with --detector, which finds what is tracked",
                         a->reid ? "reid" : "track");
-    if (a->boxes && !c)
-        return lt_error(LT_EUSAGE, "--boxes: goes with a model that looks at them");
+    if (a->has_person_box && !a->body)
+        return lt_error(LT_EUSAGE, "--person-box: goes with --body, which looks at it");
+    if ((a->boxes || a->has_hand_box || a->has_object_box) && !c)
+        return lt_error(LT_EUSAGE, "--%s: goes with a model that looks at them", a->boxes ? "boxes"
+                        : a->has_hand_box ? "hand-box" : "object-box");
     return LT_OK;
 }
 
@@ -347,7 +371,8 @@ static lt_status check_asked(const predict_args *a, const cli_checkpoint *c)
 static lt_status run_hands(const predict_args *a, const calibration *camera, cli_checkpoint *c)
 {
     detector d = { .n = 0 };
-    embedder *e = NULL;
+    body_estimator b = { .c = { .plan = NULL } };
+    lookers by = { NULL };
     lt_status st = check_asked(a, c);
 
     if (st == LT_OK && c)
@@ -356,11 +381,16 @@ static lt_status run_hands(const predict_args *a, const calibration *camera, cli
         st = cli_checkpoint_want_hands(c);
     if (st == LT_OK && a->detector)
         st = detector_open(a->detector, &d);
+    if (st == LT_OK && a->body)
+        st = body_estimator_open(a->body, &b);
     if (st == LT_OK && a->reid)
-        st = embedder_open(a->reid, &e);
+        st = embedder_open(a->reid, &by.embedder);
+    by.detector = a->detector ? &d : NULL;
+    by.body = a->body ? &b : NULL;
     if (st == LT_OK)
-        st = run(a, camera, c, a->detector ? &d : NULL, e);
-    embedder_free(e);
+        st = run(a, camera, c, &by);
+    embedder_free(by.embedder);
+    body_estimator_close(&b);
     detector_close(&d);
     return st;
 }
@@ -390,16 +420,19 @@ static lt_status take_starter(lt_arena *arena, predict_args *a)
     return st;
 }
 
-/* c: found where the arguments name a model; a detector alone may stand in its place. */
+/* c: found where the arguments name a model; a detector or a body estimator alone may stand in its place. */
 static lt_status run_model(predict_args *a, const calibration *camera, cli_checkpoint *c)
 {
     if (!a->checkpoint)
         return run_hands(a, camera, NULL);
     if (c->config.task->predict || a->film.path)
         return run_task(a, c);
-    if (c->config.task != &detect_task || a->detector)
+    if (c->config.task == &detect_task && !a->detector)
+        a->detector = a->checkpoint;
+    else if (c->config.task == &body_task && !a->body)
+        a->body = a->checkpoint;
+    else
         return run_hands(a, camera, c);
-    a->detector = a->checkpoint;
     return run_hands(a, camera, NULL);
 }
 

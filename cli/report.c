@@ -2,7 +2,9 @@
 #include "cli/cli.h"
 
 #include "cli/export_shapes.h"
+#include "data/recording/recording.h"
 #include "eval/report/report.h"
+#include "eval/report/session/session.h"
 #include "eval/report/sheet.h"
 #include "libtensor/io/file.h"
 #include "tasks/tasks.h"
@@ -70,14 +72,16 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 }
 
 static const struct argp argp = {
-    options, parse, "RUN\nRUN... --frames=N,N -o FILE",
-    "Write one HTML page of a run, to look at or to mail.\v"
+    options, parse, "RUN\nRUN... --frames=N,N -o FILE\nSESSION",
+    "Write one HTML page of a run, or of a session of palmar watch, to look at or to mail.\v"
     "The paper's tables with our rows, where palmar eval has been; curves; errors of the samples; pictures; machine "
     "and configuration; of a run of hogs or splats also frames to turn, as Gaussians and, the first of hogs, as "
     "surfaces, where "
-    "the run's data are still there. The page needs no network and no other file.\n\n"
+    "the run's data are still there. Of a SESSION, a folder that palmar watch --record wrote: who did what and when, "
+    "tracks, ages, times, drops, and sets of frames with what was found. The page needs no network and no other file.\n\n"
     "  palmar report runs/tiny\n"
     "  palmar report runs/hogs --view 24\n"
+    "  palmar report session\n"
     "  palmar report runs/no-vpm runs/full --frames 0,10 -o sheet.html", NULL, NULL, NULL,
 };
 
@@ -126,6 +130,14 @@ static lt_status open_view(const report_args *a, report_view **out)
     return st == LT_ENOMEM ? st : LT_OK;
 }
 
+/* Of a recording that was watched */
+static lt_status make_session(const report_args *a)
+{
+    if (a->has_view)
+        return lt_error(LT_EUSAGE, "--view: %s is a recording, and no run of hogs", a->run[0]);
+    return session_report_write(a->run[0], a->out);
+}
+
 static lt_status make_page(lt_arena *arena, report_args *a)
 {
     report_view *view = NULL;
@@ -135,6 +147,8 @@ static lt_status make_page(lt_arena *arena, report_args *a)
         a->out = lt_path_join(arena, a->run[0], "report.html");
     if (!a->out)
         return lt_error(LT_ENOMEM, "%s: no memory", a->run[0]);
+    if (recording_probe(a->run[0]))
+        return make_session(a);
     if (a->view)
         st = open_view(a, &view);
     if (st == LT_OK)

@@ -10,6 +10,7 @@
 typedef struct {
     const dataset *d;
     const lt_hand_model *hand;
+    int64_t first;
     double metres;
     lt_mesh_index **mesh;           /* of each object */
     bool *close;                    /* of each sample */
@@ -47,7 +48,7 @@ static void look(void *ctx, int64_t i)
     lt_arena *arena = lt_arena_new();
     dataset_sample s;
 
-    j->status[i] = arena ? dataset_annotation(j->d, i, arena, &s) : LT_ENOMEM;
+    j->status[i] = arena ? dataset_annotation(j->d, j->first + i, arena, &s) : LT_ENOMEM;
     if (j->status[i] == LT_OK)
         j->close[i] = touches(j, &s);
     lt_arena_free(arena);
@@ -69,15 +70,15 @@ static lt_status first_error(const contact_job *j, int64_t n, lt_arena *arena)
 
     for (int64_t i = 0; i < n; i++)
         if (j->status[i])
-            return dataset_annotation(j->d, i, arena, &s) ? j->status[i] : lt_error(LT_ENOMEM, "no memory");
+            return dataset_annotation(j->d, j->first + i, arena, &s) ? j->status[i] : lt_error(LT_ENOMEM, "no memory");
     return LT_OK;
 }
 
-lt_status contact_select(const dataset *d, const lt_hand_model *hand, int64_t n, double metres, lt_arena *arena,
-                         const int64_t **index, int64_t *n_out)
+lt_status contact_select(const dataset *d, const lt_hand_model *hand, int64_t first, int64_t n, double metres,
+                         lt_arena *arena, const int64_t **index, int64_t *n_out)
 {
     const size_t samples = (size_t)n;
-    contact_job j = { d, hand, metres, lt_arena_array(arena, (size_t)d->n_objects, sizeof(*j.mesh)),
+    contact_job j = { d, hand, first, metres, lt_arena_array(arena, (size_t)d->n_objects, sizeof(*j.mesh)),
                       lt_arena_array(arena, samples, sizeof(*j.close)),
                       lt_arena_array(arena, samples, sizeof(*j.status)) };
     int64_t *kept = lt_arena_array(arena, samples, sizeof(*kept)), count = 0;
@@ -92,7 +93,7 @@ lt_status contact_select(const dataset *d, const lt_hand_model *hand, int64_t n,
     st = first_error(&j, n, arena);
     for (int64_t i = 0; i < n && st == LT_OK; i++)
         if (j.close[i])
-            kept[count++] = i;
+            kept[count++] = first + i;
     *index = kept;
     *n_out = count;
     return st;

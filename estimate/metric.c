@@ -18,7 +18,8 @@ static const metric dictionary[] = {
     /* hands */
     { "pa_mpjpe_mm", "PA-MPJPE", "mm", false, "joints' mean error after the best similarity, reflections allowed",
       "HO3D's scorer" },
-    { "mpjpe_mm", "MPJPE", "mm", false, "joints' mean error, wrist on wrist", "DexYCB's toolkit" },
+    { "mpjpe_mm", "MPJPE", "mm", false, "joints' mean error, root on root: a hand's wrist, a body's pelvis",
+      "DexYCB's toolkit" },
     { "pa_mpvpe_mm", "PA-MPVPE", "mm", false, "vertices' mean error after the best similarity, reflections allowed",
       HO3D },
     { "f5_percent", "F@5", "%", true, "F-score of vertices at 5 mm, after the best similarity", HO3D },

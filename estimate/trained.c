@@ -70,7 +70,8 @@ static lt_status open_config(trained *t, const char *task, const char *hand, con
 
     t->bilinear = data_flag(config, "bilinear");
     t->names = lt_arena_strdup(t->arena, data_text(config, "names"));
-    if (!t->names)
+    t->body = lt_arena_strdup(t->arena, data_text(config, "body"));
+    if (!t->names || !t->body)
         return lt_error(LT_ENOMEM, "%s: no memory for the model", t->path);
     if (!st && strcmp(task, "hand-object") == 0)
         st = open_hand(t, hand ? hand : data_text(config, "hand"), head->tips);

@@ -19,6 +19,7 @@ typedef struct {
     model m;
     bool bilinear;                  /* its crops are sampled between pixels: data.bilinear */
     const char *names;              /* of a detector's classes, with commas between: data.names; "": it does not say */
+    const char *body;               /* of a body model: data.body, as run_body_open takes it; "" of others */
 } trained;
 
 /**

@@ -74,24 +74,29 @@ static void note_camera(const predict_view *v, predict_notes *notes)
                          "side), so distances are rough", v->camera.fx);
 }
 
+static void note_hands(predict_frame *f)
+{
+    for (int i = 0; i < f->n; i++) {
+        if (!f->view[i].hand_seen) {
+            note_hand_box(f->o, &f->view[i], &f->notes);
+            note_object_box(f->o, &f->view[i], &f->notes);
+        }
+        note_object(f->o, &f->view[i], &f->notes);
+    }
+    note_side(f->o, f->view, f->n, &f->notes);
+}
+
 /* What no model looks at need not be said, nor that a hand that was found holds nothing. */
 void predict_note_assumed(predict_frame *f)
 {
     const predict_options *o = f->o;
 
     note_turn(&f->scene, &f->notes);
-    if (!o->m)
-        return;
-    for (int i = 0; i < f->n; i++) {
-        if (!f->view[i].hand_seen) {
-            note_hand_box(o, &f->view[i], &f->notes);
-            note_object_box(o, &f->view[i], &f->notes);
-        }
-        note_object(o, &f->view[i], &f->notes);
-    }
-    note_side(o, f->view, f->n, &f->notes);
-    note_camera(&f->scene, &f->notes);
-    if (o->m->depth && !o->depth)
+    if (o->m)
+        note_hands(f);
+    if (o->m || o->body)
+        note_camera(&f->scene, &f->notes);
+    if (o->m && o->m->depth && !o->depth)
         predict_note_add(&f->notes, NULL, NOTE_NO_DEPTH, "no --depth: %s %s was trained with it, and sees worse "
                          "without", o->m->cls->name, o->m->variant);
 }

@@ -7,6 +7,7 @@
 #define PIPELINE_FRAME_H
 
 #include "assets/ycb/symmetry.h"
+#include "estimate/body_estimator.h"
 #include "estimate/detector.h"
 #include "estimate/estimator.h"
 #include "libtensor/io/image/pixels.h"
@@ -33,6 +34,7 @@ typedef enum {
     NOTE_UNDISTORTED, NOTE_NO_OBJECT, NOTE_NO_DEPTH, NOTE_DEPTH_TURNED, NOTE_NOT_SMOOTHED,
     NOTE_OBJECT_UNIT, NOTE_OBJECT_AXES, NOTE_HAND_GUESSED, NOTE_LOW_TRUST, NOTE_DEPTH_DOUBTFUL, NOTE_NO_POSE,
     NOTE_POSE_FAR, NOTE_OBJECT_APART, NOTE_NOTHING, NOTE_NO_HAND, NOTE_LOW_SCORE, NOTE_SIDE, NOTE_OBJECT_UNKNOWN,
+    NOTE_PERSON_BOX, NOTE_NO_PERSON,
     PREDICT_NOTES
 } predict_note_code;
 
@@ -111,6 +113,14 @@ typedef struct {
     bool object_far;                /* a pose was found, too near or too far to be believed */
 } predict_result;
 
+/* A person, and the body that was found */
+typedef struct {
+    crop_box box;
+    predict_source from;
+    const predict_detection *seen;  /* whose box it is; NULL: not by a detector */
+    body_estimate body;
+} predict_person;
+
 /* Of a hand, names in the folder of results, the same twice where one file has both; NULL: there is none. */
 typedef struct { const char *hand, *object; } predict_mesh_files;
 
@@ -129,6 +139,7 @@ typedef enum {
     FRAME_POSES = 32,               /* result, in the camera's axes */
     FRAME_VERDICT = 64,             /* notes on what was found */
     FRAME_DRAWING = 128,            /* hand, overlay */
+    FRAME_BODIES = 256,             /* person */
 } frame_part;
 
 /* The source of the frame sets the first five; stages the others, each as it says that it gives them. */
@@ -152,6 +163,8 @@ typedef struct {
     predict_view *seen;             /* (n) as the network looks at it: a left hand in the mirror */
     const hand_object_batch *crops; /* (n), of seen; until the next frame */
     predict_result *result;         /* (n) */
+    int n_people;
+    predict_person *person;         /* (n_people) */
     lt_mesh *hand;                  /* (n) posed, triangles looking outwards */
     predict_mesh_files *files;      /* (n) where they are written; else NULL */
     lt_image overlay;

@@ -234,7 +234,7 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
     struct stat s;
 
     if (!o->m)
-        return lt_error(LT_EUSAGE, "%s: a detector takes no depth, and there is no model beside it", o->depth);
+        return lt_error(LT_EUSAGE, "%s: there is no model of hands, and nothing else takes depth", o->depth);
     if (!o->m->depth)
         return lt_error(LT_EUSAGE, "%s: %s %s was trained without depth and takes none", o->depth, o->m->cls->name,
                         o->m->variant);

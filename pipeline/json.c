@@ -63,6 +63,8 @@ static void put_conventions(cJSON *root, bool *ok)
         { "joints", "wrist, then thumb, index, middle, ring, little, each from base to tip" },
         { "theta", "axis-angle of 16 joints in MANO's order (wrist, index, middle, little, ring, thumb), "
                    "the wrist's in camera axes, no mean pose added" },
+        { "people", "joints: 65, 25 of the body and 20 of each hand, left first; pose_rad: axis-angle of SMPL-X's 55 "
+                    "joints, the pelvis's in camera axes; pelvis_m, which joints3d_m begins at, is rough" },
         { "object", "x_camera = R x_model + t, R by rows" },
         { "mask", "runs down the columns, as COCO writes them; size: height, width" },
         { "K", "fx, fy, cx, cy; distortion, which was taken out: k1, k2, p1, p2, k3, k4, k5, k6 of OpenCV" },
@@ -106,6 +108,20 @@ static void put_detector(cJSON *root, const detector *d, bool *ok)
     put_text(to, "variant", d->t.m.variant, ok);
     put_text(to, "checkpoint", d->t.path, ok);
     put_number(to, "classes", d->n, ok);
+}
+
+static void put_body_model(cJSON *root, const body_estimator *e, bool *ok)
+{
+    cJSON *to = e ? object_in(root, "body_estimator", ok) : NULL;
+
+    if (!to) {
+        put(root, "body_estimator", cJSON_CreateNull(), ok);
+        return;
+    }
+    put_text(to, "name", e->t.m.cls->name, ok);
+    put_text(to, "variant", e->t.m.variant, ok);
+    put_text(to, "checkpoint", e->t.path, ok);
+    put_text(to, "body_model", e->body.model->synthetic ? "synthetic stand-in, not SMPL-X" : "SMPL-X", ok);
 }
 
 static void put_box(cJSON *to, const char *key, crop_box b, predict_source from, bool *ok)
@@ -256,6 +272,28 @@ static void put_apart(cJSON *list, const predict_frame *f, const predict_detecti
     put_detection(b, f, d, ok);
 }
 
+/* A person, with the body that was found */
+static void put_person(cJSON *list, const predict_frame *f, const predict_person *p, bool *ok)
+{
+    const body_estimate *e = &p->body;
+    float joints[BODY_NODES][3];
+    cJSON *b = item_in(list, ok);
+
+    if (!b)
+        return;
+    for (int i = 0; i < BODY_NODES; i++)
+        for (int k = 0; k < 3; k++)
+            joints[i][k] = (float)(e->nodes[i][k] + e->pelvis[k]);
+    put_box(b, "box", p->box, p->from, ok);
+    put_detection(b, f, p->seen, ok);
+    put(b, "pelvis_m", cJSON_CreateDoubleArray(e->pelvis, 3), ok);
+    put_rows(b, "joints3d_m", joints[0], BODY_NODES, 3, ok);
+    put_rows(b, "joints2d_px", e->nodes2d[0], BODY_NODES, 2, ok);
+    put(b, "pose_rad", cJSON_CreateDoubleArray(e->pose[0], 3 * BODY_JOINTS), ok);
+    put(b, "shape", cJSON_CreateDoubleArray(e->shape, BODY_SHAPES), ok);
+    put(b, "expression", cJSON_CreateDoubleArray(e->expression, BODY_EXPRESSIONS), ok);
+}
+
 static bool is_held(const predict_frame *f, const predict_detection *d)
 {
     for (int i = 0; i < f->n; i++)
@@ -279,11 +317,13 @@ static void put_found(cJSON *root, const predict_frame *f, bool *ok)
     for (int i = 0; i < f->n_detections && *ok; i++) {
         const predict_detection *d = &f->detection[i];
 
-        if (d->kind == DETECTED_PERSON)
+        if (d->kind == DETECTED_PERSON && !(f->has & FRAME_BODIES))
             put_apart(people, f, d, ok);
         else if (d->kind == DETECTED_OBJECT && !is_held(f, d))
             put_apart(objects, f, d, ok);
     }
+    for (int i = 0; i < f->n_people && *ok; i++)
+        put_person(people, f, &f->person[i], ok);
 }
 
 static void put_notes(cJSON *root, const predict_notes *notes, bool *ok)
@@ -339,6 +379,7 @@ static cJSON *record(const predict_frame *f)
     put_view(root, &f->scene, &ok);
     put_model(root, f->o, &ok);
     put_detector(root, f->o->detector, &ok);
+    put_body_model(root, f->o->body, &ok);
     put_found(root, f, &ok);
     put_notes(root, &f->notes, &ok);
     put_conventions(root, &ok);

@@ -39,6 +39,8 @@ static const struct {
     [NOTE_LOW_SCORE] = { "low-score", IMAGES, NULL },
     [NOTE_SIDE] = { "side-assumed", CHANGES, NULL },
     [NOTE_OBJECT_UNKNOWN] = { "object-unknown", CHANGES, NULL },
+    [NOTE_PERSON_BOX] = { "person-box-assumed", CHANGES, "its person box is known" },
+    [NOTE_NO_PERSON] = { "no-person", IMAGES, "a person was found" },
 };
 
 const char *predict_note_name(predict_note_code code)

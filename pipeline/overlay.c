@@ -2,13 +2,14 @@
 /* The photograph with everything that was found, and how far to believe it. */
 #include "pipeline/internal.h"
 
+#include "vision/body_drawing.h"
 #include "vision/pose_drawing.h"
 
 #include <math.h>
 #include <string.h>
 
 static const draw_color PAPER = { 20, 20, 20 }, INK = { 245, 245, 245 }, WARN = { 255, 120, 100 };
-static const draw_color HAND_BOX = { 255, 255, 255 }, OBJECT_BOX = { 255, 220, 120 };
+static const draw_color HAND_BOX = { 255, 255, 255 }, OBJECT_BOX = { 255, 220, 120 }, PERSON_BOX = { 120, 175, 255 };
 
 static void draw_input_box(draw_canvas *c, crop_box b, float width, draw_color color)
 {
@@ -36,6 +37,14 @@ static int note_hand(draw_canvas *c, int y, int scale, const predict_view *v, co
     snprintf(line, sizeof(line), "%s hand  z %.2f m%s  2D-3D agreement %.1f px%s", v->left ? "left" : "right",
              (double)r->e.joints[0][2], r->placed ? "" : " (a guess)", r->agreement_px, trusted ? "" : "  LOW TRUST");
     return draw_note(c, y, scale, trusted ? INK : WARN, line);
+}
+
+static int note_body(draw_canvas *c, int y, int scale, const predict_person *p)
+{
+    char line[160];
+
+    snprintf(line, sizeof(line), "body  z %.1f m, roughly", p->body.pelvis[2]);
+    return draw_note(c, y, scale, INK, line);
 }
 
 static int count_seen(const predict_result *r)
@@ -75,12 +84,14 @@ static void say_boxes(const predict_frame *f, char *line, size_t room)
         snprintf(line, room, "detected: %d hand%s, %d object%s, %d person%s", n[DETECTED_HAND],
                  n[DETECTED_HAND] == 1 ? "" : "s", n[DETECTED_OBJECT], n[DETECTED_OBJECT] == 1 ? "" : "s",
                  n[DETECTED_PERSON], n[DETECTED_PERSON] == 1 ? "" : "s");
-    else
+    else if (f->n)
         snprintf(line, room, "boxes: hand %s, object %s", predict_source_name(f->view->hand_from),
                  predict_source_name(f->view->object_from));
+    else
+        snprintf(line, room, "box of the person: %s", predict_source_name(f->person->from));
 }
 
-/* Of many hands those that leave half of the picture free */
+/* Of many hands and bodies those that leave half of the picture free */
 static void draw_notes(draw_canvas *c, const predict_frame *f)
 {
     const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 500, c->height / 300));
@@ -93,9 +104,11 @@ static void draw_notes(draw_canvas *c, const predict_frame *f)
         y = note_hand(c, y, scale, &v[i], &f->result[i]);
         y = note_object(c, y, scale, &v[i], &f->result[i]);
     }
+    for (int i = 0; i < f->n_people && y < c->height / 2; i++)
+        y = note_body(c, y, scale, &f->person[i]);
     say_boxes(f, line, sizeof(line));
     n = strlen(line);
-    if (f->o->m)
+    if (f->o->m || f->o->body)
         snprintf(line + n, sizeof(line) - n, "  camera: %s", predict_source_name(f->scene.camera_from));
     draw_note(c, y, scale, INK, line);
 }
@@ -117,6 +130,13 @@ static lt_status draw_hand(lt_arena *arena, draw_canvas *c, const predict_view *
     return pose_draw(arena, c, &v->camera, &all, width);
 }
 
+static void draw_body(draw_canvas *c, const predict_person *p, float width)
+{
+    if (!p->seen)
+        draw_input_box(c, p->box, width, PERSON_BOX);
+    body_draw(c, p->body.nodes2d, width);
+}
+
 lt_status predict_draw_overlay(const predict_frame *f, lt_image *out)
 {
     const predict_view *v = &f->scene;
@@ -128,6 +148,8 @@ lt_status predict_draw_overlay(const predict_frame *f, lt_image *out)
         return lt_error(LT_ENOMEM, "%s: no memory to draw on %d x %d pixels", v->path, v->width, v->height);
     memcpy(c.rgb, v->rgb, 3 * (size_t)v->width * (size_t)v->height);
     predict_draw_detections(&c, f, width);
+    for (int i = 0; i < f->n_people; i++)
+        draw_body(&c, &f->person[i], width);
     for (int i = 0; i < f->n && !st && (f->has & FRAME_POSES); i++)
         st = draw_hand(f->arena, &c, &f->view[i], &f->result[i], &f->hand[i], width);
     if (st)

@@ -19,6 +19,7 @@ static lt_status open_stages(const predict_options *o, pipeline **out)
 {
     static const char *const detect[] = { "detect", "track", NULL }, *const look[] = { "look", NULL };
     static const char *const hands[] = { "crop", "estimate", "solve", "smooth", NULL };
+    static const char *const bodies[] = { "body", NULL };
     static const char *const judge[] = { "judge", NULL }, *const draw[] = { "draw", NULL };
     static const char *const write[] = { "write", NULL }, *const print[] = { "print", NULL };
     const char *row[MOST_STAGES + 1] = { "read" };
@@ -28,6 +29,8 @@ static lt_status open_stages(const predict_options *o, pipeline **out)
     add_names(row, look);
     if (o->m)
         add_names(row, hands);
+    if (o->body)
+        add_names(row, bodies);
     add_names(row, judge);
     if (o->out && !o->numbers)
         add_names(row, draw);

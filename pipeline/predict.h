@@ -6,6 +6,7 @@
 #define PIPELINE_PREDICT_H
 
 #include "assets/ycb/ycb.h"
+#include "estimate/body_estimator.h"
 #include "estimate/detector.h"
 #include "estimate/embedder.h"
 #include "libtensor/geometry/hand/model.h"
@@ -19,10 +20,12 @@
 typedef enum { PREDICT_OBJ, PREDICT_PLY, PREDICT_GLB } predict_format;
 
 typedef struct {
-    const model *m;                 /* NULL: what the detector sees is all that is wanted */
+    const model *m;                 /* NULL: no hands, but what the detector sees and the bodies of people */
     detector *detector;             /* finds hands and objects where no line of `boxes` says where they are, or NULL */
+    body_estimator *body;           /* whole bodies of the people that the detector finds, or NULL */
     track_method track;             /* how a film's detections get their numbers */
     embedder *embedder;             /* how they look, which TRACK_DEEPSORT goes by; NULL: by overlap alone */
+    int most_looks;                 /* the surest so many of a frame are looked at; 0: all */
     bool bilinear;                  /* crops are sampled between pixels: data.bilinear */
     const lt_hand_model *hand;      /* the one that the model was made with: its triangles are written */
     const char *checkpoint;         /* its path, for the JSON */
@@ -36,6 +39,7 @@ typedef struct {
 
     const crop_box *hand_box;       /* pixels of the upright image, for every image; NULL: default */
     const crop_box *object_box;
+    const crop_box *person_box;     /* of the one person, where there is no detector; NULL: the whole image */
     const char *boxes;              /* CSV of boxes for single hands (pipeline/boxes.h), which go before the two;
                                      * NULL: none */
     const char *depth;              /* of the image, or a folder with NAME.png for each NAME.jpg, NAME-000001.png for a
@@ -85,6 +89,9 @@ typedef struct {
  * With a detector hands and objects are where it sees them, any number of them: each hand goes with the object that it
  * touches or that is near (pipeline/README.md), whose model is the one of its class's name. Nothing found is said, and
  * no error. Detections alone, without a model, are numbers and an overlay. In a film they have track ids.
+ *
+ * With a body estimator each person that the detector finds, or the one in person_box, has a body: its joints in the JSON
+ * and its skeleton in the overlay.
  *
  * Depth lies pixel on pixel beside the image, as that is stored or as it is upright, in steps of depth_scale or as HO3D
  * packs it; a model that does not take it refuses it, and to one that does, no depth is depth known nowhere.

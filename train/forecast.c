@@ -16,19 +16,6 @@
 
 /* ---- memory ---------------------------------------------------------------------------------------------- */
 
-/* 0 where the system does not tell */
-size_t forecast_resident(void)
-{
-    FILE *f = fopen("/proc/self/statm", "r");
-    unsigned long pages = 0;
-
-    if (f && fscanf(f, "%*u %lu", &pages) != 1)
-        pages = 0;
-    if (f)
-        fclose(f);
-    return pages * (size_t)sysconf(_SC_PAGESIZE);
-}
-
 /* What the kernel can give without swapping, bytes; 0: it does not say. */
 static double free_memory(void)
 {

@@ -5,6 +5,7 @@
 #include "train/trainer_internal.h"
 
 #include "estimate/checkpoint/folder.h"
+#include "libtensor/base/resident.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
 
@@ -271,7 +272,7 @@ lt_status trainer_init(trainer *t, const train_options *o)
         st = forecast_task(t);
     if (st == LT_OK)
         st = t->config.task->open(t->arena, &t->config, &t->run);
-    t->resident = forecast_resident();          /* the program, and what it knows of the data */
+    t->resident = lt_resident();                /* the program, and what it knows of the data */
     if (st == LT_OK)
         st = build_model(t);
     if (st)

@@ -58,12 +58,11 @@ lt_status trainer_init(trainer *t, const train_options *o);
 lt_status trainer_enter(trainer *t);            /* the phase of the next step: another batch, another graph */
 void trainer_fini(trainer *t);
 
-/* forecast.c: forecast_task refuses, before the task is opened, what takes more memory than there is; forecast_resident -
- * what the process holds now. trainer_bytes - program, data's list, plans, batches, parameters, optimiser, and what the
- * task says of itself. forecast_seconds - that the steps to come take, their data and validations not counted: the plans
- * of all phases are run, so the run cannot go on. */
+/* forecast.c: forecast_task refuses, before the task is opened, what takes more memory than there is.
+ * trainer_bytes - program, data's list, plans, batches, parameters, optimiser, and what the task says of itself.
+ * forecast_seconds - that the steps to come take, their data and validations not counted: the plans of all phases are
+ * run, so the run cannot go on. */
 lt_status forecast_task(const trainer *t);
-size_t forecast_resident(void);
 size_t trainer_plan_bytes(const trainer *t);
 size_t trainer_bytes(const trainer *t);
 lt_status forecast_seconds(trainer *t, double *out);

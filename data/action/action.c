@@ -177,22 +177,21 @@ static void copy_frame(float *x, int length, int points, int from, int to)
         memcpy(x + (c * length + to) * points, x + (c * length + from) * points, (size_t)points * sizeof(*x));
 }
 
-static lt_status hold_body(const char *root, const action_clip *c, float *x, int length)
+bool action_hold_body(const action_clip *c, float *x, int length)
 {
     int last = 0;
 
     while (last < c->frames && !finite_at(x, length, ACTION_BODY, last))
         last++;
     if (last == c->frames)
-        return lt_error(LT_EFORMAT, "%s/body.npy: clip %s: nobody is seen in any of its %d frames", root, c->name,
-                        c->frames);
+        return false;
     for (int k = 0; k < c->frames; k++) {
         if (k > last && finite_at(x, length, ACTION_BODY, k))
             last = k;
         else if (k != last)
             copy_frame(x, length, ACTION_BODY, last, k);
     }
-    return LT_OK;
+    return true;
 }
 
 static lt_status read_body(lt_arena *arena, action_set *set)
@@ -207,7 +206,9 @@ static lt_status read_body(lt_arena *arena, action_set *set)
     set->body = a.data;
     st = read_labels(arena, set);
     for (int64_t i = 0; !st && i < set->n; i++)
-        st = hold_body(set->root, &set->clip[i], (float *)a.data + i * 3 * set->length * ACTION_BODY, set->length);
+        if (!action_hold_body(&set->clip[i], (float *)a.data + i * 3 * set->length * ACTION_BODY, set->length))
+            st = lt_error(LT_EFORMAT, "%s/body.npy: clip %s: nobody is seen in any of its %d frames", set->root,
+                          set->clip[i].name, set->clip[i].frames);
     return st;
 }
 

@@ -45,7 +45,9 @@ typedef struct {
     int64_t n;
     int length;                     /* T */
     int subjects;                   /* 1 + the largest number */
-    const float *body;              /* (n, 3, T, 65) */
+    const float *body;              /* (n, 3, T, 65); zeros with no_body */
+    bool no_body;                   /* skeletons are not known */
+    bool whole;                     /* all of it is for scoring, whoever acts */
     const float *hand_object;       /* (n, 3, T, 30), or NULL */
     const uint8_t *valid;           /* (n, T), or NULL */
     bool synthetic;                 /* its manifest says so */
@@ -62,6 +64,10 @@ typedef struct {
  * without frames, or in which nobody is ever seen. LT_EIO, LT_EFORMAT, LT_ENOMEM.
  */
 lt_status action_open(lt_arena *arena, const char *root, action_set *out);
+
+/* action_hold_body - in a clip's (3, length, 65) a frame that is not finite becomes the last one that was, or at the
+ * beginning the first; false: there is none */
+bool action_hold_body(const action_clip *c, float *body, int length);
 
 /* action_probe - whether root is such a folder */
 bool action_probe(const char *root);

@@ -13,6 +13,8 @@ static bool on_side(const action_set *set, const action_window_options *how, int
 {
     lt_rng r;
 
+    if (set->whole)
+        return how->evaluation;
     if (how->split == ACTION_BY_SUBJECT) {
         const int held_out = how->held_out < 0 ? set->subjects - 1 : how->held_out;
 
@@ -41,6 +43,8 @@ lt_status action_windows(lt_arena *arena, const action_set *set, const action_wi
         for (int k = 0; k < how->per_clip; k++)
             if (on_side(set, how, (int)i, k))
                 w[count++] = (action_window){ (int)i, start_of(&set->clip[i], how->frames, how->per_clip, k) };
+    if (!count && set->whole)
+        return lt_error(LT_EINVAL, "%s: what persons did before cameras is scored, and not trained on", set->root);
     if (!count && how->split == ACTION_BY_SUBJECT)
         return lt_error(LT_EINVAL, "%s: no clip to %s: subject %d is held out, and %d are there", set->root,
                         how->evaluation ? "score" : "train on", how->held_out < 0 ? set->subjects - 1 : how->held_out,

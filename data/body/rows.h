@@ -32,6 +32,10 @@ typedef struct {
     uint8_t sits;
 } body_row;
 
+/* body_row_mirror - as a mirror shows a picture of so many pixels across: sides are changed, bodies are taken for
+ * symmetric, expressions stay */
+void body_row_mirror(body_row *row, int width);
+
 /* body_rows_write - n of them, atomically and packed. LT_ENOMEM, those of lt_npz_write. */
 lt_status body_rows_write(lt_arena *arena, const char *path, const body_row *row, int64_t n);
 

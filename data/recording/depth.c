@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Depth, packed: each row's differences from left to right, the low bytes of all pixels and then the high ones, deflated. */
+/* Depth, packed: each row's differences from left to right, the low bytes of all pixels and then the high ones,
+ * deflated. */
 #include "data/recording/recording.h"
 
 #include <zlib.h>
@@ -9,7 +10,8 @@ static lt_status no_memory(void)
     return lt_error(LT_ENOMEM, "no memory for a depth image");
 }
 
-lt_status recording_depth_pack(lt_arena *arena, const uint16_t *depth, int width, int height, uint8_t **bytes, size_t *n)
+lt_status recording_depth_pack(lt_arena *arena, const uint16_t *depth, int width, int height, uint8_t **bytes,
+                               size_t *n)
 {
     const size_t pixels = (size_t)width * (size_t)height;
     uLongf packed = compressBound(2 * pixels);
@@ -30,7 +32,8 @@ lt_status recording_depth_pack(lt_arena *arena, const uint16_t *depth, int width
     return LT_OK;
 }
 
-lt_status recording_depth_unpack(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, int width, int height,
+lt_status recording_depth_unpack(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, int width,
+                                 int height,
                                  uint16_t *depth)
 {
     const size_t pixels = (size_t)width * (size_t)height;

@@ -209,7 +209,8 @@ lt_status recording_colour(const recording *r, int64_t k, lt_arena *arena, lt_im
     lt_status st = path ? lt_image_read(arena, path, &found) : lt_error(LT_ENOMEM, "%s: no memory", r->root);
 
     if (!st && (found.width != c->width || found.height != c->height))
-        st = lt_error(LT_EFORMAT, "%s: %d x %d, expected %d x %d as recording.json says", path, found.width, found.height,
+        st = lt_error(LT_EFORMAT, "%s: %d x %d, expected %d x %d as recording.json says", path, found.width,
+                      found.height,
                       c->width, c->height);
     return st ? st : lt_image_to_rgb8(arena, &found, out);
 }

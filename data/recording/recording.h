@@ -47,8 +47,9 @@ typedef struct {
 /* recording_role_name - "table", "front", "side" */
 const char *recording_role_name(recording_role role);
 
-/* recording_rig_read - recording.json, or a file of cameras in its form. Errors: LT_EFORMAT with file, camera and key: what
- * is missing, no rotation, two cameras of one name; LT_EIO, LT_ENOMEM. recording_rig_parse - the same of n bytes */
+/* recording_rig_read - recording.json, or a file of cameras in its form. Errors: LT_EFORMAT with file, camera and key:
+ * what is missing, no rotation, two cameras of one name; LT_EIO, LT_ENOMEM. recording_rig_parse - the same of n bytes
+ * */
 lt_status recording_rig_read(lt_arena *arena, const char *path, recording_rig *out);
 lt_status recording_rig_parse(lt_arena *arena, const char *name, const char *text, size_t n, recording_rig *out);
 
@@ -86,8 +87,8 @@ lt_status recording_open(lt_arena *arena, const char *root, recording *out);
 /* recording_probe - whether path is such a folder */
 bool recording_probe(const char *path);
 
-/* recording_parse_frames, recording_parse_sets - of n bytes and a NUL, which are changed; r->rig, and for sets the frames,
- * are there */
+/* recording_parse_frames, recording_parse_sets - of n bytes and a NUL, which are changed; r->rig, and for sets the
+ * frames, are there */
 lt_status recording_parse_frames(lt_arena *arena, const char *name, char *text, size_t n, recording *r);
 lt_status recording_parse_sets(lt_arena *arena, const char *name, char *text, size_t n, recording *r);
 
@@ -96,10 +97,12 @@ lt_status recording_parse_sets(lt_arena *arena, const char *name, char *text, si
 lt_status recording_colour(const recording *r, int64_t k, lt_arena *arena, lt_image *out);
 lt_status recording_depth(const recording *r, int64_t k, lt_arena *arena, lt_image *out);
 
-/* recording_depth_pack, recording_depth_unpack - width x height steps as bytes that the arena owns, and back. LT_EFORMAT:
- * cut off, damaged, of another size; LT_ENOMEM */
-lt_status recording_depth_pack(lt_arena *arena, const uint16_t *depth, int width, int height, uint8_t **bytes, size_t *n);
-lt_status recording_depth_unpack(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, int width, int height,
+/* recording_depth_pack, recording_depth_unpack - width x height steps as bytes that the arena owns, and back.
+ * LT_EFORMAT: cut off, damaged, of another size; LT_ENOMEM */
+lt_status recording_depth_pack(lt_arena *arena, const uint16_t *depth, int width, int height, uint8_t **bytes,
+                               size_t *n);
+lt_status recording_depth_unpack(lt_arena *arena, const char *name, const uint8_t *bytes, size_t n, int width,
+                                 int height,
                                  uint16_t *depth);
 
 /* ---- writing ---- */

@@ -94,7 +94,8 @@ static lt_status take_camera(lt_arena *arena, const char *where, const cJSON *fr
     st = st ? st : take_number(where, from, "depth_scale", 0, 1, &out->depth_scale);
     st = st ? st : take_place(where, from, out);
     if (!st && !(K[0] > 0 && K[1] > 0))
-        st = lt_error(LT_EFORMAT, "%s: \"K\": the focal lengths are %g and %g pixels, expected above 0", where, K[0], K[1]);
+        st = lt_error(LT_EFORMAT, "%s: \"K\": the focal lengths are %g and %g pixels, expected above 0", where, K[0],
+                      K[1]);
     if (!st) {
         out->width = (int)width;
         out->height = (int)height;

@@ -4,6 +4,7 @@
 #include "libtensor/io/text/utf8.h"
 
 #include <string.h>
+#include <unistd.h>
 
 static void put_character(FILE *f, uint32_t code)
 {
@@ -175,4 +176,58 @@ void html_picture(FILE *f, const uint8_t *png, size_t n, const char *what)
 void html_jpeg(FILE *f, const uint8_t *jpeg, size_t n, const char *what)
 {
     put_image(f, "jpeg", jpeg, n, what);
+}
+
+/* ---- the page's beginning --------------------------------------------------------------------------------------- */
+
+lt_status html_draw_nonce(html_nonce out)
+{
+    uint8_t bytes[16];
+
+    if (getentropy(bytes, sizeof(bytes)))
+        return lt_error(LT_EIO, "the system has no random number for the page's script");
+    for (size_t i = 0; i < sizeof(bytes); i++)
+        snprintf(out + 2 * i, 3, "%02x", bytes[i]);
+    return LT_OK;
+}
+
+static const char policy[] =
+    "<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n"
+    "<meta http-equiv=Content-Security-Policy content=\"default-src 'none'; style-src 'unsafe-inline'; "
+    "img-src data:";
+
+static const char head[] =
+    "\">\n<meta name=viewport content=\"width=device-width\">\n<style>\n"
+    "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem;color:#222}\n"
+    "h1,h2{font-weight:600}h2{border-bottom:1px solid #ccc;margin-top:2.5rem}\n"
+    ".wide{overflow-x:auto}table{border-collapse:collapse}th,td{padding:.2rem .6rem;border-bottom:1px solid #e4e4e4;"
+    "text-align:left}.n{text-align:right;font-variant-numeric:tabular-nums}\n"
+    ".label{background:#b45309;color:#fff;border-radius:3px;padding:.1rem .5rem;font-size:14px}\n"
+    "svg{margin:.3rem}svg text{font-size:10px;fill:#555}svg .t{font-size:12px;fill:#222}\n"
+    ".a{fill:none;stroke:#999}.c{fill:none;stroke:#1d4ed8;stroke-width:1.5}rect{fill:#1d4ed8}\n"
+    "circle{fill:#1d4ed8;opacity:0}circle:hover{opacity:1}img{max-width:100%}pre{overflow-x:auto;background:#f6f6f6;"
+    "padding:.8rem}\n#view canvas{display:block;width:min(100%,40rem);touch-action:none;cursor:grab}"
+    "#view input[type=range]{width:16rem;vertical-align:middle}#view label{margin-right:1rem}"
+    "#view [hidden]{display:none}#view figure{margin:.5rem 0}\n"
+    ".row{display:flex;align-items:center;font-size:12px;line-height:1.3}.row span{flex:0 0 11rem;text-align:right;"
+    "overflow:hidden;white-space:nowrap;text-overflow:ellipsis}.row svg{margin:0 0 0 .5rem;background:#f6f6f6;"
+    "flex:none}\n#sets input{width:100%}#sets figure{margin:.5rem 0}\n</style>\n<title>";
+
+static const char *last_part(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+
+    return slash && slash[1] ? slash + 1 : path;
+}
+
+void html_begin(FILE *f, const char *folder, const char *nonce)
+{
+    fputs(policy, f);
+    if (*nonce)
+        fprintf(f, "; script-src 'nonce-%s'", nonce);
+    fputs(head, f);
+    html_text(f, last_part(folder));
+    fputs("</title></head><body>\n<h1>", f);
+    html_text(f, last_part(folder));
+    fputs("</h1>\n", f);
 }

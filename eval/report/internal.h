@@ -10,6 +10,14 @@
 
 #include <stdio.h>
 
+/* html_draw_nonce - a number that nobody knew before, so that a page runs its own script and none out of a file.
+ * LT_EIO */
+typedef char html_nonce[33];
+lt_status html_draw_nonce(html_nonce out);
+
+/* html_begin - a page up to its heading, which is the folder's name; nonce: of its script, "": it has none */
+void html_begin(FILE *f, const char *folder, const char *nonce);
+
 /* html_text - text as text: markup and control bytes are replaced, bytes that are no UTF-8 too */
 void html_text(FILE *f, const char *text);
 

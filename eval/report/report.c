@@ -20,7 +20,7 @@ typedef struct {
     lt_arena *arena;
     const char *run;
     const report_view *view;
-    char nonce[33];                 /* of this page's script; "": there is none */
+    html_nonce nonce;               /* of this page's script; "": there is none */
     cJSON *config, *env;
     report_series curve[MAX_CURVES];
     int n_curves;
@@ -156,25 +156,6 @@ static lt_status read_json(const report *r, const char *name, cJSON **out)
 
 /* ---- the page ---------------------------------------------------------------------------------------------------- */
 
-static const char policy[] =
-    "<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n"
-    "<meta http-equiv=Content-Security-Policy content=\"default-src 'none'; style-src 'unsafe-inline'; "
-    "img-src data:";
-
-static const char head[] =
-    "\">\n<meta name=viewport content=\"width=device-width\">\n<style>\n"
-    "body{font:15px/1.45 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1rem;color:#222}\n"
-    "h1,h2{font-weight:600}h2{border-bottom:1px solid #ccc;margin-top:2.5rem}\n"
-    ".wide{overflow-x:auto}table{border-collapse:collapse}th,td{padding:.2rem .6rem;border-bottom:1px solid #e4e4e4;"
-    "text-align:left}.n{text-align:right;font-variant-numeric:tabular-nums}\n"
-    ".label{background:#b45309;color:#fff;border-radius:3px;padding:.1rem .5rem;font-size:14px}\n"
-    "svg{margin:.3rem}svg text{font-size:10px;fill:#555}svg .t{font-size:12px;fill:#222}\n"
-    ".a{fill:none;stroke:#999}.c{fill:none;stroke:#1d4ed8;stroke-width:1.5}rect{fill:#1d4ed8}\n"
-    "circle{fill:#1d4ed8;opacity:0}circle:hover{opacity:1}img{max-width:100%}pre{overflow-x:auto;background:#f6f6f6;"
-    "padding:.8rem}\n#view canvas{display:block;width:min(100%,40rem);touch-action:none;cursor:grab}"
-    "#view input[type=range]{width:16rem;vertical-align:middle}#view label{margin-right:1rem}"
-    "#view [hidden]{display:none}#view figure{margin:.5rem 0}\n</style>\n";
-
 static const char *text_of(const cJSON *object, const char *key)
 {
     const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
@@ -187,26 +168,12 @@ static bool is_set(const cJSON *object, const char *key)
     return cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(object, key));
 }
 
-static const char *last_part(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-
-    return slash && slash[1] ? slash + 1 : path;
-}
-
 static void put_heading(FILE *f, const report *r)
 {
     const cJSON *model = cJSON_GetObjectItemCaseSensitive(r->config, "model");
 
-    fputs(policy, f);
-    if (*r->nonce)
-        fprintf(f, "; script-src 'nonce-%s'", r->nonce);
-    fputs(head, f);
-    fputs("<title>", f);
-    html_text(f, last_part(r->run));
-    fputs("</title></head><body>\n<h1>", f);
-    html_text(f, last_part(r->run));
-    fputs("</h1>\n<p>", f);
+    html_begin(f, r->run, r->nonce);
+    fputs("<p>", f);
     html_text(f, text_of(model, "name"));
     fputs(" ", f);
     html_text(f, text_of(model, "variant"));
@@ -385,18 +352,6 @@ static lt_status read_run(report *r)
     return st ? st : read_log(r);
 }
 
-/* A page runs the script that bears a number which nobody knew before, so none out of a file. */
-static lt_status draw_nonce(char out[33])
-{
-    uint8_t bytes[16];
-
-    if (getentropy(bytes, sizeof(bytes)))
-        return lt_error(LT_EIO, "the system has no random number for the page's script");
-    for (size_t i = 0; i < sizeof(bytes); i++)
-        snprintf(out + 2 * i, 3, "%02x", bytes[i]);
-    return LT_OK;
-}
-
 lt_status report_write(const char *run, const char *path, const report_view *view)
 {
     report *r = lt_alloc(sizeof(*r));
@@ -409,7 +364,7 @@ lt_status report_write(const char *run, const char *path, const report_view *vie
     }
     r->run = run;
     r->view = view;
-    st = view ? draw_nonce(r->nonce) : LT_OK;
+    st = view ? html_draw_nonce(r->nonce) : LT_OK;
     if (st == LT_OK)
         st = read_run(r);
     if (st == LT_OK)

@@ -48,6 +48,8 @@ static void note_detected(predict_frame *f)
         predict_note_add(&f->notes, NULL, NOTE_NOTHING, "the detector found nothing");
     else if (!f->n && f->o->m)
         predict_note_add(&f->notes, NULL, NOTE_NO_HAND, "no hand was found");
+    if (f->n_detections && !f->n_people && f->o->body)
+        predict_note_add(&f->notes, NULL, NOTE_NO_PERSON, "no person was found");
     if (doubtful)
         predict_note_add(&f->notes, NULL, NOTE_LOW_SCORE, "low confidence: %d of %d hands have a score below %g",
                          doubtful, f->n, DOUBTFUL);

@@ -29,7 +29,8 @@ static lt_status open_models(const predict_options *o, void **state)
 
 static lt_status run(void *state, predict_frame *f)
 {
-    const lt_status st = f->detected ? predict_views_detected(f, state) : predict_views_listed(f);
+    const lt_status st = f->detected ? predict_views_detected(f, state)
+                         : f->o->m ? predict_views_listed(f) : predict_views_new(f, 0);
 
     if (!st)
         predict_note_assumed(f);

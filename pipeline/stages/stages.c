@@ -10,6 +10,7 @@ const stage *const stages[] = {
     &estimate_stage,                    /* through the network */
     &solve_stage,                       /* hand and object where the camera saw them */
     &smooth_stage,                      /* a film's frames through filters */
+    &body_stage,                        /* whole bodies of people */
     &judge_stage,                       /* how far to believe it */
     &draw_stage,                        /* the overlay */
     &write_stage,                       /* NAME.json and what else there is */

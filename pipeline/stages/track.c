@@ -51,15 +51,18 @@ static lt_status look_at(const tracks *t, const predict_frame *f, track_detectio
 {
     const lt_image rgb = { f->scene.width, f->scene.height, 3, 8, (uint8_t *)f->scene.rgb };
     float *embedding = lt_arena_array(f->arena, (size_t)f->n_detections * REID_EMBEDDING, sizeof(*embedding));
+    int looks = f->o->most_looks ? f->o->most_looks : f->n_detections;
 
     if (!embedding)
         return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
-    for (int i = 0; i < f->n_detections; i++, embedding += REID_EMBEDDING) {
+    for (int i = 0; i < f->n_detections && looks > 0; i++, embedding += REID_EMBEDDING) {
         const bool person = f->detection[i].kind == DETECTED_PERSON;
 
         if ((double)found[i].score >= t->options.min_conf &&
-            embedder_run(t->embedder, &rgb, found[i].box, person, embedding))
+            embedder_run(t->embedder, &rgb, found[i].box, person, embedding)) {
             found[i].embedding = embedding;
+            looks--;
+        }
     }
     return LT_OK;
 }

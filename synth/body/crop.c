@@ -16,7 +16,6 @@ enum { SHRINK = 4 };            /* of the wider picture, where the person is loo
 #define DEGREE 0.017453292519943295
 
 static const double FLOOR = -0.75;              /* under the table's top */
-static const double GROWN = 1.25;               /* the box a network gets, of the detector's */
 
 bool picture_project(const synth_camera *c, const double p[3], double uv[2])
 {
@@ -93,29 +92,25 @@ static void draw_camera(body_picture *p)
     synth_view_look(eye, target, roll, &p->wide);
 }
 
-/* 3:4 around the box, larger by a quarter, as pixels of the picture that is written. */
+/* The part of the wider picture that the network gets, as pixels of the picture that is written. */
 static void crop(body_picture *p)
 {
-    const double *b = p->box;
-    const double w = fmax(b[2] - b[0], 0.75 * (b[3] - b[1])) * GROWN, scale = BODY_PICTURE_WIDTH / w;
-    const double x0 = (b[0] + b[2]) / 2 - w / 2, y0 = (b[1] + b[3]) / 2 - w / 0.75 / 2;
+    const person_window w = person_window_around(p->box, BODY_PICTURE_WIDTH, BODY_PICTURE_HEIGHT);
 
     p->camera = p->wide;
-    p->camera.fx *= scale;
-    p->camera.fy *= scale;
-    p->camera.cx = scale * (p->wide.cx - x0);
-    p->camera.cy = scale * (p->wide.cy - y0);
+    p->camera.fx *= w.scale;
+    p->camera.fy *= w.scale;
+    p->camera.cx = w.scale * p->wide.cx + w.shift[0];
+    p->camera.cy = w.scale * p->wide.cy + w.shift[1];
     p->camera.width = BODY_PICTURE_WIDTH;
     p->camera.height = BODY_PICTURE_HEIGHT;
-    p->corner[0] = x0;
-    p->corner[1] = y0;
-    p->scale = scale;
+    p->window = w;
 }
 
 /* A pixel of the crop that the wider picture has not. */
 bool picture_outside(const body_picture *p, double u, double v)
 {
-    const double x = u / p->scale + p->corner[0], y = v / p->scale + p->corner[1];
+    const double x = (u - p->window.shift[0]) / p->window.scale, y = (v - p->window.shift[1]) / p->window.scale;
 
     return x < -0.5 || x > PICTURE_WIDE - 0.5 || y < -0.5 || y > PICTURE_HIGH - 0.5;
 }

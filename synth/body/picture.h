@@ -4,6 +4,7 @@
 #define SYNTH_BODY_PICTURE_H
 
 #include "synth/body/crop.h"
+#include "vision/person_window.h"
 
 enum { PICTURE_WIDE = 640, PICTURE_HIGH = 480 };        /* of the wider picture */
 
@@ -17,7 +18,7 @@ typedef struct {
     double (*vertex)[3], joint[BODY_JOINTS][3];
     synth_camera wide, camera;                  /* of the wider picture, and of the one that is written */
     double box[4];                              /* x0 y0 x1 y1 of the person in the wider one */
-    double corner[2], scale;                    /* pixel_written = scale (pixel_wide - corner) */
+    person_window window;                       /* of the wider one, that is written */
     bool cut;
     synth_world world;
     synth_room room;

@@ -22,6 +22,9 @@ const lt_config_key action_data_keys[] = {
       .doc = "stream 2 is off in a window with fewer frames in which hand and object are known" },
     { DATA(hide), .type = LT_CONFIG_NUMBER, .fallback = "0.2", .lo = 0, .hi = 1,
       .doc = "chance that stream 2 is off in training, of classes with an object, so that zeros alone tell nothing" },
+    { DATA(seen), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
+      .doc = "of a drawn world: a file of lines of palmar watch --json, whose skeletons are scored in place of the "
+             "true ones" },
     { .name = NULL },
 };
 

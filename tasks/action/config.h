@@ -14,6 +14,7 @@ typedef struct {
     int streams;                    /* action_streams */
     int min_valid;
     double hide;
+    const char *seen;               /* lines of palmar watch; "": none */
 } action_data_config;
 
 extern const lt_config_key action_data_keys[];

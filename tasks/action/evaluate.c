@@ -6,6 +6,7 @@
 #include "eval/tables/scores_file.h"
 #include "models/action/action.h"
 #include "tasks/action/batch.h"
+#include "tasks/action/clips.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -152,7 +153,7 @@ static lt_status open_windows(evaluating *v)
     const train_config *c = v->e->config;
     const bool evaluation = strcmp(v->e->split, "train") != 0;
     const action_window_options how = action_windows_of(c, action_frames(&v->m), evaluation);
-    lt_status st = action_open(v->e->arena, c->data->dir, &v->set);
+    lt_status st = action_clips_open(v->e->arena, c, &v->set);
 
     if (!st)
         st = action_windows(v->e->arena, &v->set, &how, &v->window, &v->n);
@@ -178,7 +179,8 @@ lt_status action_evaluate_run(const task_evaluation *e, cJSON **scores)
         st = open_windows(&v);
     if (!st)
         st = score_all(&v);
-    if (!st)
+    v.scores.baseline = NAN;
+    if (!st && !v.set.whole)
         st = score_baseline(&v);
     lt_params_free(set);
     if (!st)

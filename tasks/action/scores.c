@@ -90,9 +90,11 @@ void action_scores_print(const action_scores *s, FILE *f)
     count(&s->both, &right, &all);
     fprintf(f, "%swindows of actions, split by %s: %lld of %lld right\n", s->synthetic ? "SYNTHETIC, " : "", s->split,
             (long long)right, (long long)all);
-    fprintf(f, "accuracy %.4f, body only %.4f, stream 2 only %.4f, baseline of speeds %.4f; errors that take 3 for 7: "
-            "%.4f\n\n%-16s %6s ", action_accuracy(&s->both), action_accuracy(&s->body_only),
-            action_accuracy(&s->hand_object_only), s->baseline, action_share_3_as_7(&s->both), "class", "recall");
+    fprintf(f, "accuracy %.4f, body only %.4f, stream 2 only %.4f", action_accuracy(&s->both),
+            action_accuracy(&s->body_only), action_accuracy(&s->hand_object_only));
+    if (!isnan(s->baseline))
+        fprintf(f, ", baseline of speeds %.4f", s->baseline);
+    fprintf(f, "; errors that take 3 for 7: %.4f\n\n%-16s %6s ", action_share_3_as_7(&s->both), "class", "recall");
     for (int k = 0; k < ACTION_CLASSES; k++)
         fprintf(f, "%6d", k + 1);
     for (int i = 0; i < ACTION_CLASSES; i++) {

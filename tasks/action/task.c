@@ -5,6 +5,7 @@
 #include "libtensor/io/file.h"
 #include "models/action/action.h"
 #include "tasks/action/batch.h"
+#include "tasks/action/clips.h"
 #include "tasks/action/evaluate.h"
 
 #include <cjson/cJSON.h>
@@ -33,7 +34,7 @@ static lt_status run_open(lt_arena *arena, train_config *c, task_run **out)
     if (!*c->data->dir)
         return lt_error(LT_EUSAGE, "%s: data.dir: no dataset given; name its folder with --data or --set "
                         "data.dir=FOLDER", c->path);
-    st = action_open(arena, c->data->dir, &r->set);
+    st = action_clips_open(arena, c, &r->set);
     if (st)
         return st;
     c->data->dir = lt_path_whole(arena, c->data->dir);

@@ -56,37 +56,49 @@ static void batch_skip(void *batch, int slot, int64_t index)
 
 /* ---- one picture ---- */
 
-/* Bilinear, black where there is no picture: pixel u of ours is (u - shift) / scale of it */
-static void paint(const lt_image *from, const body_window *w, float *image)
+/* Three pictures of five are turned. Source: Lin et al. 2023; IDEA-Research/OSX common/utils/preprocessing.py. */
+static double draw_turn(const body_feed *f, lt_rng *rng)
 {
-    for (int v = 0; v < H; v++)
-        for (int u = 0; u < W; u++) {
-            const double x = (u - w->shift[0]) / w->scale, y = (v - w->shift[1]) / w->scale;
-            const int x0 = (int)floor(x), y0 = (int)floor(y);
-            const float fx = (float)(x - x0), fy = (float)(y - y0);
-            float sum[3] = { 0, 0, 0 };
+    const double n = lt_rng_normal(rng);
+    const bool turned = lt_rng_uniform(rng) < 0.6;
 
-            for (int k = 0; k < 4; k++) {
-                const int xk = x0 + k % 2, yk = y0 + k / 2;
-                const float share = (k % 2 ? fx : 1 - fx) * (k / 2 ? fy : 1 - fy);
-
-                if (xk >= 0 && xk < W && yk >= 0 && yk < H && share > 0)
-                    for (int c = 0; c < 3; c++)
-                        sum[c] += share * (float)from->data[3 * (yk * W + xk) + c];
-            }
-            for (int c = 0; c < 3; c++)
-                image[(c * H + v) * W + u] = sum[c] / 255;
-        }
+    return turned ? M_PI / 180 * f->rotation_deg * fmax(-2, fmin(2, n)) : 0;
 }
 
-/* Larger or smaller about the middle, and moved */
-static body_window draw_window(const body_feed *f, lt_rng *rng)
+/* Larger or smaller and turned about the middle, and moved */
+static person_window draw_window(const body_feed *f, lt_rng *rng)
 {
-    const double scale = 1 + lt_rng_range(rng, -f->scale, f->scale);
-    const double across = W * lt_rng_range(rng, -f->shift, f->shift), down = W * lt_rng_range(rng, -f->shift, f->shift);
+    const double middle[2] = { (W - 1) / 2.0, (H - 1) / 2.0 };
+    person_window w = { .scale = 1 + lt_rng_range(rng, -f->scale, f->scale) };
+    double there[2];
 
-    return (body_window){ .scale = scale, .shift = { across + (1 - scale) * (W - 1) / 2,
-                                                     down + (1 - scale) * (H - 1) / 2 } };
+    for (int k = 0; k < 2; k++)
+        w.shift[k] = middle[k] + W * lt_rng_range(rng, -f->shift, f->shift);
+    w.turn = draw_turn(f, rng);
+    person_window_place(&w, middle, there);
+    for (int k = 0; k < 2; k++)
+        w.shift[k] -= there[k] - w.shift[k];
+    return w;
+}
+
+/* Picture and truth, now and then as a mirror shows them */
+static void draw_mirror(const body_feed *f, lt_rng *rng, lt_image *picture, body_row *row)
+{
+    if (lt_rng_uniform(rng) >= f->flip)
+        return;
+    body_row_mirror(row, picture->width);
+    for (int y = 0; y < picture->height; y++)
+        for (int x = 0; x < picture->width / 2; x++) {
+            uint8_t *a = picture->data + 3 * (y * picture->width + x);
+            uint8_t *b = picture->data + 3 * (y * picture->width + picture->width - 1 - x);
+
+            for (int c = 0; c < 3; c++) {
+                const uint8_t kept = a[c];
+
+                a[c] = b[c];
+                b[c] = kept;
+            }
+        }
 }
 
 static lt_status batch_fill(const void *ctx, uint64_t epoch, int64_t i, lt_arena *scratch, void *batch, int slot)
@@ -95,7 +107,8 @@ static lt_status batch_fill(const void *ctx, uint64_t epoch, int64_t i, lt_arena
     const int64_t index = body_feed_index(f, i);
     const augment_limits limits = { .brightness = f->colour, .contrast = f->colour, .saturation = f->colour };
     lt_rng rng = lt_rng_make(f->seed, lt_rng_mix(epoch, (uint64_t)index));
-    const body_window window = draw_window(f, &rng);
+    const person_window window = draw_window(f, &rng);
+    body_row row = f->set->row[index];
     body_batch *b = batch;
     float *image = b->image + (size_t)slot * IMAGE, *room = lt_arena_array(scratch, H * W, sizeof(*room));
     lt_image picture;
@@ -104,10 +117,11 @@ static lt_status batch_fill(const void *ctx, uint64_t epoch, int64_t i, lt_arena
 
     if (st)
         return st;
-    paint(&picture, &window, image);
+    draw_mirror(f, &rng, &picture, &row);
+    person_window_cut(&window, &picture, W, H, image);
     if (f->colour > 0)
         augment_colour(image, H, W, &limits, &rng, room);
-    body_target_make(&f->set->row[index], &window, &b->target[slot]);
+    body_target_make(&row, &window, &b->target[slot]);
     b->index[slot] = index;
     b->weight[slot] = 1;
     return LT_OK;
@@ -162,7 +176,8 @@ static int whole_place(const body_batch *b, int first)
     return -1;
 }
 
-double body_batch_feed(const lt_plan *p, const model_record *r, const body_batch *b, int first)
+/* A place without a picture has a neighbour's, and counts for nothing. */
+static double feed_batch(const lt_plan *p, const model_record *r, const body_batch *b, int first)
 {
     double sum = 0;
 
@@ -181,4 +196,19 @@ double body_batch_feed(const lt_plan *p, const model_record *r, const body_batch
         sum += there;
     }
     return sum;
+}
+
+static double feed(const void *ctx, const lt_plan *p, const model_record *r, const void *batch, int first, int part,
+                   int n)
+{
+    (void)ctx, (void)part, (void)n;
+    return feed_batch(p, r, batch, first);
+}
+
+recipe body_batch_recipe(const body_graph *g, bool losses)
+{
+    recipe by = body_graph_recipe(g, losses);
+
+    by.feed = feed;
+    return by;
 }

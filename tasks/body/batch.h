@@ -6,9 +6,10 @@
 #define TASKS_BODY_BATCH_H
 
 #include "data/body/set.h"
+#include "estimate/body_graph.h"
 #include "tasks/body/config.h"
 
-enum { BODY_ROTATIONS = 53, BODY_OF_BODY = 25, BODY_OF_HANDS = 40 };    /* of the 65 nodes */
+enum { BODY_OF_BODY = 25, BODY_OF_HANDS = 40 };    /* of the 65 nodes */
 enum { BODY_PICTURE_FLOATS = 3 * BODY_PICTURE_HEIGHT * BODY_PICTURE_WIDTH };
 
 /* What the model's losses compare with, under the names of its inputs */
@@ -24,7 +25,7 @@ typedef struct {
 typedef struct {
     const body_set *set;
     int64_t count;
-    double scale, shift, colour;    /* body_data_config's; 0 elsewhere than in training */
+    double scale, shift, rotation_deg, flip, colour;        /* body_data_config's; 0 elsewhere than in training */
     uint64_t seed;
 } body_feed;
 
@@ -42,7 +43,7 @@ typedef struct {
 /* body_source - feed outlives it; sample i of an epoch is a function of both and of the seed */
 loader_source body_source(const body_feed *feed);
 
-/* body_batch_feed - as recipe.feed: a place without a picture has a neighbour's, and counts for nothing */
-double body_batch_feed(const lt_plan *p, const model_record *r, const body_batch *b, int first);
+/* body_batch_recipe - the graph fed with such batches; with its losses, or without; g outlives it */
+recipe body_batch_recipe(const body_graph *g, bool losses);
 
 #endif

@@ -8,7 +8,7 @@
 typedef struct {
     train_data_config common;
     const char *body;               /* as run_body_open takes it */
-    double scale, shift, colour;
+    double scale, shift, rotation_deg, flip, colour;
 } body_data_config;
 
 extern const lt_config_key body_data_keys[];

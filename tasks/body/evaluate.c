@@ -4,7 +4,7 @@
 #include "estimate/checkpoint/checkpoint.h"
 #include "eval/tables/scores_file.h"
 #include "libtensor/io/file.h"
-#include "tasks/body/graph.h"
+#include "tasks/body/batch.h"
 #include "tasks/body/mean_pose.h"
 #include "tasks/body/sheet.h"
 #include "tasks/body/truth.h"
@@ -99,7 +99,7 @@ static lt_status score_all(evaluating *v)
 {
     const train_data_config *d = v->e->config->data;
     const loader_source source = body_source(&v->feed);
-    const recipe by = body_graph_recipe(&v->graph, false);
+    const recipe by = body_batch_recipe(&v->graph, false);
     compiled c;
     lt_status st = compiled_new(&by, BATCH, false, &c);
 

@@ -6,10 +6,9 @@
 #define TASKS_BODY_TARGET_H
 
 #include "tasks/body/batch.h"
+#include "vision/person_window.h"
 
-/* Where a picture goes: pixel scale u + shift */
-typedef struct { double scale, shift[2]; } body_window;
-
-void body_target_make(const body_row *row, const body_window *w, body_target *out);
+/* body_target_make - of the row's picture as w changes it */
+void body_target_make(const body_row *row, const person_window *w, body_target *out);
 
 #endif

@@ -3,8 +3,8 @@
 #include "tasks/body/task.h"
 
 #include "libtensor/io/file.h"
+#include "tasks/body/batch.h"
 #include "tasks/body/evaluate.h"
-#include "tasks/body/graph.h"
 #include "tasks/body/truth.h"
 
 #include <cjson/cJSON.h>
@@ -34,6 +34,7 @@ static lt_status open_data(task_run *r, const train_config *c)
     if (st)
         return st;
     r->train = (body_feed){ .set = &r->set, .count = r->set.n, .scale = d->scale, .shift = d->shift,
+                             .rotation_deg = d->rotation_deg, .flip = d->flip,
                             .colour = d->colour, .seed = (uint64_t)c->loop.seed };
     if (!validates)
         return LT_OK;
@@ -141,7 +142,7 @@ static const char *run_sample_name(const task_run *r, const void *batch, int i)
 static recipe run_recipe(const task_run *r, const task_phase *phase)
 {
     (void)phase;
-    return body_graph_recipe(&r->graph, true);
+    return body_batch_recipe(&r->graph, true);
 }
 
 /* ---- scores ---- */

@@ -93,7 +93,7 @@ static lt_status keep_contact(lt_arena *arena, const train_config *c, run_source
 
     if (d->contact_mm <= 0)
         return LT_OK;
-    st = contact_select(s->train, s->hand, s->train_count, d->contact_mm / 1e3, arena, &s->train_feed.index,
+    st = contact_select(s->train, s->hand, 0, s->train_count, d->contact_mm / 1e3, arena, &s->train_feed.index,
                         &s->train_feed.count);
     s->train_count = s->train_feed.count;
     if (st == LT_OK && s->train_count == 0)

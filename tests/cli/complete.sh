@@ -24,7 +24,7 @@ offers '--version' --v
 offers 'report' help r
 offers '' help --v
 offers '--hand= --hand-box= --help' predict --h
-offers '--boxes=' predict runs/tiny --b
+offers '--boxes=' predict runs/tiny --box
 offers '--resume' train --re
 offers '--require=' eval --r
 offers '--tables=' eval --ta

@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Clips of actions: what a folder has, windows of it and who is on which side, and what cannot be. */
+#include "data/action/takes.h"
 #include "data/action/windows.h"
+#include "data/recording/clips.h"
+#include "data/recording/recording.h"
 #include "libtensor/io/array/npy.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
@@ -198,6 +201,75 @@ START_TEST(bad_arrays)
 }
 END_TEST
 
+/* Where DexYCB's takes are cut: contact at 40, the object gone from its place at 50. */
+START_TEST(cuts)
+{
+    static const action_cut want[ACTION_CUTS] = { { 2, 0, 40, false }, { 9, 25, 80, false }, { 8, 65, 99, false },
+                                                  { 7, 25, 80, true } };
+    action_cut c[ACTION_CUTS];
+
+    ck_assert_int_eq(action_cut_take(&(action_take){ 40, 50, 100 }, c), ACTION_CUTS);
+    for (int i = 0; i < ACTION_CUTS; i++)
+        ck_assert(c[i].cls == want[i].cls && c[i].first == want[i].first && c[i].last == want[i].last &&
+                  c[i].backwards == want[i].backwards);
+    ck_assert_int_eq(action_cut_take(&(action_take){ 3, 50, 55 }, c), ACTION_CUTS);
+    ck_assert(c[1].first == 0 && c[1].last == 54 && c[2].first == 54 && c[2].last == 54);
+    ck_assert_int_eq(action_cut_take(&(action_take){ 3, -1, 55 }, c), 0);
+    ck_assert_int_eq(action_cut_take(&(action_take){ -1, 5, 55 }, c), 0);
+}
+END_TEST
+
+/* ---- what persons did before cameras ---- */
+
+/* One person for 40 frames, 20 of each of two things; he is at (1, k / 100, 0.9), joint i is i mm beside that */
+static void put_lines(const char *path, bool truth, double off, int frames)
+{
+    FILE *f = fopen(path, "w");
+
+    for (int k = 0; k < frames; k++) {
+        fprintf(f, truth ? "{\"schema\":\"palmar.set/1\",\"t\":%g,\"people\":[{\"id\":4,\"joints\":["
+                         : "{\"schema\":\"palmar.set/1\",\"t\":[%g],\"people\":[{\"id\":9,\"joints\":[", k / 30.0);
+        for (int i = 0; i < ACTION_BODY; i++)
+            fprintf(f, "%s[%g,%g,0.9]", i ? "," : "", 1 + i / 1000.0 + off, k / 100.0);
+        fprintf(f, "]}],\"action\":[{\"person\":%d,\"class\":\"%s\",\"p\":1,\"onset\":0}]}\n", truth ? 4 : 9,
+                action_classes[k < 20 ? 2 : 7]);
+    }
+    fclose(f);
+}
+
+START_TEST(before_cameras)
+{
+    const recording_rig rig = { .n = 1, .fps = 30, .has_robot = true, .robot = { 0, 1, 0, 1 },
+                                .camera = { { .name = "a", .width = 16, .height = 16, .K = { 9, 9, 8, 8 } } } };
+    const action_window_options train = { .frames = 30, .per_clip = 2, .held_out = -1 };
+    const action_window *window;
+    action_set s, seen;
+    int64_t n;
+
+    check_ok(recording_rig_write(at("recording.json"), &rig));
+    ck_assert(!recording_clips_probe(scratch_folder));
+    put_lines(at("truth.ndjson"), true, 0, 40);
+    ck_assert(recording_clips_probe(scratch_folder));
+    check_ok(recording_clips_open(arena, scratch_folder, NULL, &s));
+    ck_assert_int_eq(s.n, 2);
+    ck_assert(s.clip[0].cls == 2 && s.clip[1].cls == 7 && s.clip[0].frames == 20);
+    ck_assert_double_eq_tol(s.body[3], 1.003, 1e-6);            /* x: to the right of who looks along the world's y */
+    ck_assert_double_eq_tol(s.body[20 * 65 + 65], -0.9, 1e-6);  /* y: down */
+    ck_assert_double_eq_tol(s.body[2 * 20 * 65 + 65], 0.01, 1e-6);
+
+    put_lines(at("seen.ndjson"), false, 0.2, 25);               /* then nobody was seen any more */
+    check_ok(recording_clips_open(arena, scratch_folder, at("seen.ndjson"), &seen));
+    ck_assert_int_eq(seen.n, 1);
+    ck_assert_double_eq_tol(seen.body[3], 1.203, 1e-6);
+    put_lines(at("seen.ndjson"), false, 1.2, 40);               /* somebody else */
+    check_error(recording_clips_open(arena, scratch_folder, at("seen.ndjson"), &seen), LT_EINVAL,
+                "of 1 persons none is seen while doing one thing for 15 frames");
+    check_error(action_windows(arena, &s, &train, &window, &n), LT_EINVAL, "is scored, and not trained on");
+    put_file(at("seen.ndjson"), "{\n", 2);
+    check_error(recording_clips_open(arena, scratch_folder, at("seen.ndjson"), &seen), LT_EFORMAT, "seen.ndjson:1");
+}
+END_TEST
+
 static void add_tests(TCase *tc)
 {
     tcase_add_checked_fixture(tc, setup, teardown);
@@ -207,6 +279,8 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, a_window);
     tcase_add_loop_test(tc, bad_labels, 0, (int)LT_COUNT(bad));
     tcase_add_test(tc, bad_arrays);
+    tcase_add_test(tc, cuts);
+    tcase_add_test(tc, before_cameras);
 }
 
 int main(void)

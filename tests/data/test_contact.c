@@ -65,16 +65,16 @@ START_TEST(close_hands_are_kept)
 
     ck_assert_int_eq(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand), LT_OK);
     measure_hand();
-    check_ok(contact_select(&d, hand, SAMPLES, 5e-3, arena, &index, &n));
+    check_ok(contact_select(&d, hand, 0, SAMPLES, 5e-3, arena, &index, &n));
     ck_assert_int_eq(n, 2);
     ck_assert_int_eq(index[0], 0);
     ck_assert_int_eq(index[1], 1);
-    ck_assert_int_eq(contact_select(&d, hand, SAMPLES, 0.1, arena, &index, &n), LT_OK);
+    ck_assert_int_eq(contact_select(&d, hand, 0, SAMPLES, 0.1, arena, &index, &n), LT_OK);
     ck_assert_int_eq(n, 4);
-    ck_assert_int_eq(contact_select(&d, hand, 0, 0.1, arena, &index, &n), LT_OK);
+    ck_assert_int_eq(contact_select(&d, hand, 0, 0, 0.1, arena, &index, &n), LT_OK);
     ck_assert_int_eq(n, 0);
     fails = true;
-    ck_assert_int_eq(contact_select(&d, hand, SAMPLES, 5e-3, arena, &index, &n), LT_EFORMAT);
+    ck_assert_int_eq(contact_select(&d, hand, 0, SAMPLES, 5e-3, arena, &index, &n), LT_EFORMAT);
     ck_assert_str_eq(lt_last_error(), "sample 4 is broken");
     lt_arena_free(arena);
 }

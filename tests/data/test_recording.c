@@ -21,7 +21,8 @@ static void teardown(void)
 static const recording_rig two = {
     .n = 2, .fps = 30, .has_robot = true, .robot = { 0, 1, 0, 0.5 }, .synthetic = true,
     .camera = {
-        { .name = "front", .role = RECORDING_FRONT, .width = 20, .height = 16, .K = { 30, 31, 9.5, 7.5 }, .placed = true,
+        { .name = "front", .role = RECORDING_FRONT, .width = 20, .height = 16, .K = { 30, 31, 9.5, 7.5 },
+         .placed = true,
           .R = { 0, 0, 1, -1, 0, 0, 0, -1, 0 }, .t = { 1, 2, 3 }, .depth_scale = 0.001 },
         { .name = "plain \"side\"", .role = RECORDING_SIDE, .width = 16, .height = 16, .K = { 30, 30, 7.5, 7.5 } },
     },
@@ -156,12 +157,14 @@ START_TEST(wrong_rig)
 {
     recording_rig rig;
 
-    check_error(recording_rig_parse(arena, "r.json", wrong_rigs[_i].text, strlen(wrong_rigs[_i].text), &rig), LT_EFORMAT,
+    check_error(recording_rig_parse(arena, "r.json", wrong_rigs[_i].text, strlen(wrong_rigs[_i].text), &rig),
+                LT_EFORMAT,
                 wrong_rigs[_i].line);
 }
 END_TEST
 
-static lt_status parse(const char *text, recording *r, lt_status (*how)(lt_arena *, const char *, char *, size_t, recording *))
+static lt_status parse(const char *text, recording *r,
+                       lt_status (*how)(lt_arena *, const char *, char *, size_t, recording *))
 {
     return how(arena, "x.jsonl", lt_arena_strdup(arena, text), strlen(text), r);
 }
@@ -170,7 +173,8 @@ static const struct { const char *text, *line; } wrong_frames[] = {
     { "{\"camera\":0}\n", "x.jsonl:1: \"t\": expected seconds" },
     { "{\"camera\":2,\"t\":0}\n", "x.jsonl:1: \"camera\" is none" },
     { "{\"camera\":0,\"t\":1,\"colour\":\"/etc/passwd\"}\n", "\"colour\": expected a file within" },
-    { "{\"camera\":0,\"t\":1,\"colour\":\"a\"}\n{\"camera\":0,\"t\":1,\"colour\":\"a\"}\n", "x.jsonl:2: \"t\": expected seconds" },
+    { "{\"camera\":0,\"t\":1,\"colour\":\"a\"}\n{\"camera\":0,\"t\":1,\"colour\":\"a\"}\n",
+     "x.jsonl:2: \"t\": expected seconds" },
     { "{\"camera\":1,\"t\":1,\"colour\":\"a\",\"depth\":\"b\"}\n", "\"depth\" of a camera without depth_scale" },
     { "[\n", "x.jsonl:1:1" },
 };

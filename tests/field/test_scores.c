@@ -2,6 +2,7 @@
 /* `palmar eval --pred` on result files as people hand them in: the truth of the generator's DexYCB and HO3D, written as
  * the toolkits and their users write it, with every slip that they make; called as it should not be. */
 #include "assets/hand/hand.h"
+#include "data/action/takes.h"
 #include "data/dexycb/dexycb.h"
 #include "data/mirror.h"
 #include "libtensor/geometry/pose.h"
@@ -406,6 +407,36 @@ START_TEST(subject_1_alone)
 }
 END_TEST
 
+/* ---- takes as clips of actions ---- */
+
+static const float *points_at(const action_set *s, int64_t clip, int frame)
+{
+    return s->hand_object + (clip * 3 * s->length + frame) * ACTION_HAND_OBJECT;
+}
+
+/* Four clips of each take in which something is grasped; placing is picking up backwards. */
+START_TEST(takes_become_clips)
+{
+    action_set s;
+
+    ck_assert(action_is_takes(DEX) && !action_is_takes(HO));
+    check_ok(action_open_takes(arena, DEX, hand, &s));
+    ck_assert(s.no_body && s.synthetic && s.n >= 4 && s.n % 4 == 0);
+    for (int64_t i = 0; i < s.n; i += 4) {
+        const action_clip *c = &s.clip[i];
+
+        ck_assert(c[0].cls == 2 && c[1].cls == 9 && c[2].cls == 8 && c[3].cls == 7);
+        ck_assert_int_eq(c[1].frames, c[3].frames);
+        for (int k = 0; k < c[1].frames; k++) {
+            const int back = c[3].frames - 1 - k;
+
+            ck_assert_int_eq(s.valid[(i + 1) * s.length + k], s.valid[(i + 3) * s.length + back]);
+            ck_assert_mem_eq(points_at(&s, i + 1, k), points_at(&s, i + 3, back), ACTION_HAND_OBJECT * sizeof(float));
+        }
+    }
+}
+END_TEST
+
 static void setup(void)
 {
     make_scratch_folder();
@@ -444,6 +475,7 @@ static void add_tests(TCase *c)
     tcase_add_test(c, called_otherwise);
     tcase_add_test(c, ho3d_by_any_name);
     tcase_add_test(c, subject_1_alone);
+    tcase_add_test(c, takes_become_clips);
 }
 
 int main(void)

@@ -115,6 +115,15 @@ static const struct {
     TEXT("recording", "rig", "{\"schema\": \"palmar.recording/1\", \"fps\": 30, \"robot\": [0, 1, 0, 0.5], \"cameras\": "
          "[{\"name\": \"a\", \"role\": \"front\", \"width\": 640, \"height\": 480, \"K\": [606, 607, 316, 232], "
          "\"depth_scale\": 0.001, \"R_world_cam\": [1, 0, 0, 0, 1, 0, 0, 0, 1], \"t_world_cam\": [0, 1, 2]}]}"),
+    TEXT("session", "set", "{\"schema\": \"palmar.set/1\", \"set\": 3, \"t\": [0.4, null], \"pair_ms\": 5.1, "
+         "\"age_ms\": 61.2, \"dropped\": [0, 1], \"stages_ms\": {\"S1\": 20, \"S9\": 0.5}, \"tracks\": [{\"id\": 3, "
+         "\"class\": \"hand\", \"camera\": 0, \"track\": 5, \"box\": [1, 2, 3, 4], \"score\": 0.9, \"centre\": null}], "
+         "\"objects\": [{\"id\": 4, \"class\": \"025_mug\", \"R\": [1,0,0,0,1,0,0,0,1], \"t\": [0,0,1], \"state\": "
+         "\"coast\"}], \"contact\": [{\"hand\": 3, \"object\": 4, \"camera\": 0, \"since\": 0.33}], \"action\": "
+         "{\"person\": 1, \"class\": \"waving\", \"p\": 0.8}, \"interaction\": [{\"person\": 1, \"state\": \"hold\", "
+         "\"object\": 4, \"side\": \"right\"}]}"),
+    TEXT("session", "sum", "{\"summary\": 1, \"captured\": 9, \"taken\": 8, \"dropped\": 1, \"fps\": 2.5, \"age_ms\": "
+         "{\"p50\": 60, \"p95\": 90}, \"rss_mb\": {\"first\": 100, \"last\": 101}, \"crc32\": \"0badcafe\"}"),
     TEXT("boxes", "two", "image,hand_x0,hand_y0,hand_x1,hand_y1,object_x0,object_y0,object_x1,object_y1,side\n"
          "a.png,1,2,30,4e1,,,,,left\n\"b, c\",10,20,30,40,-11,12,13,14, \r\n"),
     TEXT("boxes", "order", "\xef\xbb\xbfscore,hand_y1,hand_x1,hand_y0,hand_x0,image\n.9,4,3,2,1,f.mp4#12\n\n"

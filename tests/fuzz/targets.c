@@ -9,8 +9,9 @@
 #include "data/detection/internal.h"
 #include "data/ho3d/points.h"
 #include "data/mot/mot.h"
-#include "data/recording/recording.h"
 #include "data/poses/pose_file.h"
+#include "data/recording/line.h"
+#include "data/recording/recording.h"
 #include "estimate/class_names.h"
 #include "eval/scorers/bop_file.h"
 #include "eval/scorers/hpe_file.h"
@@ -595,6 +596,20 @@ static void run_recording(lt_arena *arena, const uint8_t *bytes, size_t n)
                 abort();
 }
 
+static void run_session(lt_arena *arena, const uint8_t *bytes, size_t n)
+{
+    session_line l;
+
+    session_line_parse(arena, "truth.ndjson", 1, (const char *)bytes, n, true, &l);
+    if (session_line_parse(arena, "session.ndjson", 1, (const char *)bytes, n, false, &l))
+        return;
+    for (int i = 0; i < l.n_tracks; i++)
+        if (l.track[i].camera < 0 || l.track[i].camera >= RECORDING_CAMERAS || !l.track[i].cls)
+            abort();
+    for (int i = 0; i < l.n_actions; i++)
+        sink = (double)strlen(l.action[i].what);
+}
+
 static void run_boxes(lt_arena *arena, const uint8_t *bytes, size_t n)
 {
     const memory_file f = memory_file_of(bytes, n);
@@ -655,6 +670,7 @@ const fuzz_target fuzz_targets[] = {
     { "action_labels", run_action_labels, NULL, 4096 },
     { "body_rows", run_body_rows, fuzz_zip, 8192 },
     { "recording", run_recording, NULL, 4096 },
+    { "session", run_session, NULL, 8192 },
     { "boxes", run_boxes, NULL, 4096 },
     { "calibration", run_calibration, NULL, 4096 },
     { 0 },

@@ -23,6 +23,10 @@ typedef struct lt_film lt_film;
 LT_API lt_status lt_film_open(const char *path, lt_film **out);
 LT_API void lt_film_close(lt_film *film);
 
+/* lt_film_open_camera - camera number `number` of this machine (/dev/video0 ...), as a film that ends when it is
+ * unplugged; each frame is waited for. Errors: LT_EIO: no camera answers; LT_EFORMAT: no OpenCV; LT_ENOMEM. */
+LT_API lt_status lt_film_open_camera(int number, lt_film **out);
+
 /* lt_film_fps - frames per second as the film says; 0 where it does not */
 LT_API double lt_film_fps(const lt_film *film);
 

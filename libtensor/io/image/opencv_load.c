@@ -89,27 +89,59 @@ static lt_status open_film(lt_film *f)
     return f->film ? LT_OK : lt_error(LT_EFORMAT, "%s: %s", f->path, error);
 }
 
-lt_status lt_film_open(const char *path, lt_film **out)
+/* A film without its reader */
+static lt_status new_film(const char *path, lt_film **out)
 {
     lt_film *f;
-    lt_status st = check_file(path);
 
-    if (st)
-        return st;
     pthread_once(&once, find_module);
     if (!opencv)
         return lt_error(LT_EFORMAT, "%s: films need a build with OpenCV%s; or make images of it first", path,
                         LT_MODULE_HINT);
     f = lt_alloc(sizeof(*f));
-    if (!f)
-        return lt_error(LT_ENOMEM, "%s: no memory", path);
-    *f = (lt_film){ .path = strdup(path) };
-    st = f->path ? open_film(f) : lt_error(LT_ENOMEM, "%s: no memory", path);
+    if (f)
+        *f = (lt_film){ .path = strdup(path), .orientation = 1 };
+    if (f && f->path) {
+        *out = f;
+        return LT_OK;
+    }
+    lt_release(f);
+    return lt_error(LT_ENOMEM, "%s: no memory", path);
+}
+
+lt_status lt_film_open(const char *path, lt_film **out)
+{
+    lt_film *f;
+    lt_status st = check_file(path);
+
+    st = st ? st : new_film(path, &f);
+    if (st)
+        return st;
+    st = open_film(f);
     if (st)
         lt_film_close(f);
     else
         *out = f;
     return st;
+}
+
+lt_status lt_film_open_camera(int number, lt_film **out)
+{
+    char path[32], error[256];
+    lt_film *f;
+    lt_status st;
+
+    snprintf(path, sizeof(path), "/dev/video%d", number);
+    st = new_film(path, &f);
+    if (st)
+        return st;
+    f->film = opencv->camera_open(number, error);
+    if (!f->film) {
+        lt_film_close(f);
+        return lt_error(LT_EIO, "%s: %s", path, error);
+    }
+    *out = f;
+    return LT_OK;
 }
 
 void lt_film_close(lt_film *film)

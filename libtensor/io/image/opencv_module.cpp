@@ -117,6 +117,19 @@ static void *film_open(const char *path, double *fps, double *frames, char error
     return failed ? nullptr : film.release();
 }
 
+static const char NO_CAMERA[] = "no camera answers there";
+
+static void *camera_open(int number, char error[256])
+{
+    std::unique_ptr<cv::VideoCapture> camera;
+    const int failed = guarded(error, NO_CAMERA, [&] {
+        camera.reset(new cv::VideoCapture(number, cv::CAP_V4L2));
+        return camera->isOpened() ? 0 : refuse(error, NO_CAMERA);
+    });
+
+    return failed ? nullptr : camera.release();
+}
+
 static int film_next(void *film, lt_opencv_room room, void *ctx, char error[256])
 {
     return guarded(error, NO_FILM, [=] {
@@ -185,5 +198,5 @@ static void film_finish(void *film)
 }
 
 extern "C" __attribute__((visibility("default"))) const lt_opencv images_opencv = {
-    decode, film_open, film_next, film_close, film_create, film_put, film_finish,
+    decode, film_open, camera_open, film_next, film_close, film_create, film_put, film_finish,
 };

@@ -23,6 +23,7 @@ typedef uint8_t *(*lt_opencv_room)(void *ctx, int width, int height, int channel
  * decode      n bytes as an image into the room that it asks for, RGB or RGBA. Returns 0; or not 0 and why in
  *             error, which stays empty when no room was given
  * film_open   a film, its frames per second and their number, 0 where it does not say; NULL, and why in error
+ * camera_open a camera by its number, as a film that does not end; NULL, and why in error
  * film_next   its next frame, RGB, as it is stored. Returns 0; or not 0, and error stays empty at the end too
  * film_close
  * film_create a film to write, by the ending of its name; NULL, and why in error
@@ -34,6 +35,7 @@ typedef uint8_t *(*lt_opencv_room)(void *ctx, int width, int height, int channel
 typedef struct {
     int (*decode)(const uint8_t *bytes, size_t n, lt_opencv_room room, void *ctx, char error[256]);
     void *(*film_open)(const char *path, double *fps, double *frames, char error[256]);
+    void *(*camera_open)(int number, char error[256]);
     int (*film_next)(void *film, lt_opencv_room room, void *ctx, char error[256]);
     void (*film_close)(void *film);
     void *(*film_create)(const char *path, int width, int height, double fps, char error[256]);

@@ -78,7 +78,7 @@ END_TEST
 /* A rotation of the model's order in the body's, and where the virtual camera sees a node */
 START_TEST(targets)
 {
-    const body_window window = { .scale = 2, .shift = { -30, -50 } };
+    const person_window window = { .scale = 2, .shift = { -30, -50 } };
     body_target t;
     body_set set;
     const body_row *row;
@@ -96,6 +96,58 @@ START_TEST(targets)
     ck_assert_double_eq_tol(t.box_size[2][1], 2 * (row->boxes[2][3] - row->boxes[2][1]) / 16, 1e-4);
     ck_assert_double_eq_tol(t.bearing[0][1], (2 * row->nodes_2d[0][1] - 50 - 128) / 16,
                             3e-3 * fabs((double)t.bearing[0][1]) + 1e-4);
+}
+END_TEST
+
+/* In a mirror the body is another that its model can be: posed so, its nodes are where the mirror shows them. */
+START_TEST(mirrored)
+{
+    double (*vertices)[3] = lt_arena_array(arena, BODY_VERTICES, sizeof(*vertices)), nodes[BODY_NODES][3];
+    body_row row, back;
+    run_body body;
+    body_set set;
+
+    open_set("train", &set);
+    check_ok(run_body_open(arena, body_set_body(arena, at("data")), &body));
+    for (int i = 0; i < 3; i++) {
+        row = set.row[i];
+        body_row_mirror(&row, 192);
+        ck_assert_float_eq_tol(row.nodes_2d[12][0], 191 - set.row[i].nodes_2d[13][0], 1e-4f);
+        ck_assert_int_eq(row.holds[0], set.row[i].holds[1]);
+        memset(row.expression, 0, sizeof(row.expression));
+        body_truth(body.model, &row, vertices, nodes);
+        for (int k = 0; k < 20; k++)            /* but the face, whose expression is another one's here */
+            for (int a = 0; a < 3; a++)
+                ck_assert_double_eq_tol(nodes[k][a], (double)row.nodes_3d[k][a], 1e-3);
+        for (int k = 25; k < BODY_NODES; k++)
+            for (int a = 0; a < 3; a++)
+                ck_assert_double_eq_tol(nodes[k][a], (double)row.nodes_3d[k][a], 1e-3);
+        back = set.row[i];
+        body_row_mirror(&back, 192);
+        body_row_mirror(&back, 192);
+        for (int k = 0; k < BODY_NODES; k++)
+            ck_assert_float_eq_tol(back.nodes_2d[k][0], set.row[i].nodes_2d[k][0], 1e-4f);
+        ck_assert_mem_eq(back.pose[1], set.row[i].pose[1], sizeof(back.pose[1]));
+    }
+}
+END_TEST
+
+/* By a quarter of a circle: what lay to the right lies below, and the whole body with it. */
+START_TEST(turned)
+{
+    const person_window window = { .scale = 1, .turn = M_PI / 2, .shift = { 200, 0 } };
+    const body_row *row;
+    body_target t;
+    body_set set;
+
+    open_set("train", &set);
+    row = &set.row[0];
+    body_target_make(row, &window, &t);
+    ck_assert_double_eq_tol(t.nodes[5][0], row->nodes_3d[0][1] - row->nodes_3d[5][1], 1e-6);
+    ck_assert_double_eq_tol(t.nodes[5][1], row->nodes_3d[5][0] - row->nodes_3d[0][0], 1e-6);
+    ck_assert_double_eq_tol(t.body_place[7][0], (200 - row->nodes_2d[7][1]) / 16, 1e-4);
+    ck_assert_double_eq_tol(t.body_place[7][1], row->nodes_2d[7][0] / 16, 1e-4);
+    ck_assert_double_eq_tol(t.box_size[2][0], (row->boxes[2][3] - row->boxes[2][1]) / 16, 1e-4);
 }
 END_TEST
 
@@ -190,6 +242,8 @@ static void add_tests(TCase *tc)
     tcase_add_unchecked_fixture(tc, setup, teardown);
     tcase_add_test(tc, the_set);
     tcase_add_test(tc, targets);
+    tcase_add_test(tc, mirrored);
+    tcase_add_test(tc, turned);
     tcase_add_test(tc, errors);
     tcase_add_test(tc, threads_and_stops_do_not_matter);
     tcase_add_test(tc, refused);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "tasks/body/graph.h"
+#include "estimate/body_graph.h"
 
 #include "models/body/osx_losses.h"
-#include "models/model.h"
+#include "models/body/osx_parts.h"
 
 static void record_with(const body_graph *g, bool losses, model_record *r)
 {
@@ -22,16 +22,14 @@ static lt_status record_losses(const void *ctx, model_record *r)
     return LT_OK;
 }
 
-static double feed(const void *ctx, const lt_plan *p, const model_record *r, const void *batch, int first, int part,
-                   int n)
-{
-    (void)ctx, (void)part, (void)n;
-    return body_batch_feed(p, r, batch, first);
-}
-
 recipe body_graph_recipe(const body_graph *g, bool losses)
 {
-    return (recipe){ .ctx = g, .record = losses ? record_losses : record, .feed = feed };
+    return (recipe){ .ctx = g, .record = losses ? record_losses : record };
+}
+
+int body_graph_joint(int i)
+{
+    return i < OSX_BODY_ROTATIONS ? i : i < BODY_ROTATIONS - 1 ? i - OSX_BODY_ROTATIONS + BODY_FINGERS : BODY_JAW;
 }
 
 void body_graph_nodes(const compiled *c, int i, double out[BODY_NODES][3])
@@ -51,7 +49,7 @@ void body_graph_project(const compiled *c, int i, float out[BODY_NODES][2])
     for (int k = 0; k < BODY_NODES; k++) {
         const double z = nodes[k][2] + camera[2];
 
-        out[k][0] = (float)(OSX_FOCAL * (nodes[k][0] + camera[0]) / z + BODY_PICTURE_WIDTH / 2.0);
-        out[k][1] = (float)(OSX_FOCAL * (nodes[k][1] + camera[1]) / z + BODY_PICTURE_HEIGHT / 2.0);
+        out[k][0] = (float)(OSX_FOCAL * (nodes[k][0] + camera[0]) / z + OSX_WIDTH / 2.0);
+        out[k][1] = (float)(OSX_FOCAL * (nodes[k][1] + camera[1]) / z + OSX_HEIGHT / 2.0);
     }
 }
