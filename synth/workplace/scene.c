@@ -25,7 +25,8 @@ static void clear_way(const workplace_script *s, synth_room *room)
     for (int i = 0; i < s->n_people; i++)
         for (int x = 0; x < ACROSS; x++)
             for (int y = 0; y < ALONG; y++)
-                ball[n++] = (synth_ball){ { s->person[i].stand[0] + 0.2 * (x - 2), s->table[3] - 0.16 * y, 0.1 }, 0.16 };
+                ball[n++] = (synth_ball){ { s->person[i].stand[0] + 0.2 * (x - 2), s->table[3] - 0.16 * y, 0.1 },
+                                          0.16 };
     for (int k = 0; k < ACROSS; k++) {
         const double share = k / (ACROSS - 1.0);
 
@@ -89,7 +90,7 @@ static lt_status hand_mesh(lt_arena *arena, const synth_body *body, const synth_
 static lt_status part_hands(lt_arena *arena, const synth_body *body, synth_instance *skin, synth_instance hand[2])
 {
     lt_mesh *rest = (lt_mesh *)skin->mesh;
-    int32_t *own = lt_arena_array(arena, BODY_VERTICES, sizeof(*own));      /* 1 + number in the hand; the right one's < 0 */
+    int32_t *own = lt_arena_array(arena, BODY_VERTICES, sizeof(*own));      /* 1 + number in its hand; right: < 0 */
     lt_status st = own ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for hands");
     int n = 0;
 
@@ -197,7 +198,8 @@ static void look(const double eye[3], const double target[3], double roll, recor
 static void aim(const workplace_script *s, int i, lt_rng *r, recording_camera *c)
 {
     const double wide = s->table[2], side = s->base[0] > 0 ? -1 : 1;
-    double eye[4][3] = { { 0.3 * side, -1.75 - 0.15 * (s->n_people - 1), 0.72 }, { -0.6 - 0.3 * wide, -0.2, 1.05 }, { 0.6 + 0.3 * wide, -0.25, 1.1 },
+    double eye[4][3] = { { 0.3 * side, -1.75 - 0.15 * (s->n_people - 1), 0.72 },
+                         { -0.6 - 0.3 * wide, -0.2, 1.05 }, { 0.6 + 0.3 * wide, -0.25, 1.1 },
                          { side * (2.0 + 0.4 * wide), -0.25, 0.9 } };
     double target[4][3] = { { 0, 0.6, 0.14 }, { 0.1, 0.1, 0 }, { -0.1, 0.1, 0 }, { 0, 0.5, 0.12 } };
     const double focal[4] = { 500, 520, 520, 540 };

@@ -41,7 +41,7 @@ double truth_contact(const workplace_scene *c, int person, int side, int object)
 static void put_numbers(FILE *f, const double *x, int n)
 {
     for (int i = 0; i < n; i++)
-        fprintf(f, "%s%.5f", i ? "," : "[", x[i] == 0 ? 0.0 : x[i]);
+        fprintf(f, "%s%.6f", i ? "," : "[", x[i] == 0 ? 0.0 : x[i]);
     fputc(']', f);
 }
 
@@ -214,7 +214,8 @@ static void put_action(FILE *f, const workplace_scene *c)
 
         fprintf(f, "%s{\"person\":%d,\"state\":\"%s\",", i ? "," : "", 1 + i, state_names[m->state]);
         if (m->object >= 0)
-            fprintf(f, "\"object\":%d,\"side\":\"%s\"", 21 + m->object, c->script->person[i].style.arm ? "right" : "left");
+            fprintf(f, "\"object\":%d,\"side\":\"%s\"", 21 + m->object,
+                    c->script->person[i].style.arm == RIGHT ? "right" : "left");
         else
             fputs("\"object\":null,\"side\":null", f);
         fprintf(f, ",\"since\":%.5f}", workplace_time(m->since));
