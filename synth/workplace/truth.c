@@ -6,9 +6,7 @@
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <math.h>
-#include <stdlib.h>
 
 enum { LEFT_HAND_NODES = 25, HAND_NODES = 20, WRIST_NODE = 12, LEAST = 12 };
 
