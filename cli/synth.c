@@ -91,8 +91,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (o->preset == SYNTH_HOGS && o->layout != SYNTH_HO3D)
             argp_error(state, "--preset hogs is for --layout ho3d");
         if (o->preset >= SYNTH_DETECT && (o->layout != SYNTH_HO3D || o->png || o->alias_ycb))
-            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track, actions, body, turntable "
-                       "or world");
+            argp_error(state, "--layout, --png and --alias-ycb are not for --preset detect, track, actions, body, "
+                       "turntable or world");
         if (o->preset != SYNTH_DETECT && o->near > 0)
             argp_error(state, "--near is for --preset detect");
         if (o->preset != SYNTH_ACTIONS && o->clips)

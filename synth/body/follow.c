@@ -12,7 +12,7 @@ enum { TRIES = 4 };                             /* bones at rest are not quite s
 static const double STRETCH = 0.992;            /* of a limb that is as good as straight */
 static const double FOREARM = 0.65;             /* share of a hand's twist that the forearm does, the wrist the rest */
 static const double TWIST_MIDDLE = 0.35, TWIST[2] = { -1.75, 2.25 };      /* radians: of a forearm with its wrist */
-static const double SOFT = 0.006;               /* metres about which the pelvis goes from one leg's reach to the other's */
+static const double SOFT = 0.006;               /* metres: how softly one leg's reach gives way to the other's */
 
 typedef struct {
     const synth_follower *who;
@@ -181,8 +181,8 @@ static void aim_arm(following *f, int side, const double target[3])
     }
 }
 
-/* The hand's frame against the forearm's without a twist is Rx(twist) Ry Rz. Half a turn off the middle of what a forearm
- * can do, the twist goes from one side to the other. */
+/* The hand's frame against the forearm's without a twist is Rx(twist) Ry Rz. Half a turn off the middle of what a
+ * forearm can do, the twist goes from one side to the other. */
 static void find_turn(const following *f, int side, double out[3])
 {
     const int elbow = BODY_ELBOW + side;

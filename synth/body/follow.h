@@ -33,14 +33,14 @@ typedef struct {
     bool turned;                                /* hands turn by `turn`, and not to `hand` */
     double turn[2][3];                          /* a pose's, or a mean of several */
     double elbow[2][3];                         /* the side to which elbows bend */
-    double fingers[2][3 * LT_HAND_JOINTS];      /* axis-angle as a grip's: of a right hand; the first three are not used */
+    double fingers[2][3 * LT_HAND_JOINTS];      /* axis-angle, of a right hand, as a grip's; not the first three */
 } synth_body_goal;
 
 typedef struct {
     double R[BODY_JOINTS][9], trans[3];         /* of lt_rig_pose */
     double joint[BODY_JOINTS][3];
     double world[BODY_JOINTS][9];               /* frames of joints */
-    double turn[2][3];                          /* of hands against forearms that are not twisted: the twist, then about y, z */
+    double turn[2][3];                          /* of hands against untwisted forearms: twist, about y, about z */
 } synth_body_pose;
 
 /* synth_follow - as near to the goal as its limbs are long and its joints bend */

@@ -15,8 +15,8 @@ extern "C" {
 void synth_limb_aim(int side, const double collar[9], const double shoulder[3], const double elbow[3],
                     const double wrist[3], double R_shoulder[9], double R_elbow[9]);
 
-/* synth_limb_fingers - a grip's pose becomes joints of the hand among all of the body's, R: (BODY_JOINTS); a left hand is its
- * mirror image */
+/* synth_limb_fingers - a grip's pose becomes joints of the hand among all of the body's, R: (BODY_JOINTS); a left hand
+ * is its mirror image */
 void synth_limb_fingers(int side, const double pose[3 * LT_HAND_JOINTS], double (*R)[9]);
 
 /* synth_limb_object - where what the grip holds is, of where the wrist is: x_world = R x_object + t */

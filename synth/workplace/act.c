@@ -17,19 +17,24 @@ enum {
     CLOSE = 8, OPEN = 9,            /* frames in which fingers close, and open */
     TURNING = 8,                    /* frames before and after, over which a hand turns over */
     SETTLE = 5,                     /* frames in which what is put down comes to rest */
+    ANKLE = 5,                      /* of data/action's joints, the left one */
 };
-
-enum { ANKLE = 5 };                             /* of data/action's joints, the left one */
 
 static const double STEP = 0.05;                /* metres that a foot is lifted where it goes fast */
 static const double CLEAR = 0.03;               /* metres from the table up to joints of fingers */
-static const double BRINK = 0.14;               /* metres before the table's edge from where on hands keep clear of it */
+static const double BRINK = 0.14;               /* metres before the table's edge, from where on hands keep clear */
 
 double act_ease(double k, double from, double to)
 {
     const double s = fmin(1, fmax(0, (k - from) / fmax(1e-6, to - from)));
 
     return s * s * s * (10 + s * (6 * s - 15));
+}
+
+/* Up from a to b, down from c to d */
+static double between(double k, double a, double b, double c, double d)
+{
+    return act_ease(k, a, b) * (1 - act_ease(k, c, d));
 }
 
 void act_turn(const double A[9], const double B[9], double share, double out[9])
@@ -69,8 +74,8 @@ static void pose_of(const workplace_person *p, const workplace_act *a, int k, bo
 
     action_pose(&p->style, &a->draw, k - a->first, out);
     if (a->lean > 0)
-        out->lean += a->lean * act_ease(k, frame_of(a, a->draw.begin), there - 1) *
-                     (1 - act_ease(k, there + 2, picks ? frame_of(a, 0.9) : a->last));
+        out->lean += a->lean * between(k, frame_of(a, a->draw.begin), there - 1, there + 2,
+                                       picks ? frame_of(a, 0.9) : a->last);
 }
 
 /* The act of frame k */
@@ -128,7 +133,7 @@ static void place_in_world(const workplace_person *p, const double x[3], double 
     out[2] += WORKPLACE_FLOOR;
 }
 
-/* The frame of the wrist's joint: fingers along x, away from the arm's side at rest, the palm down, the thumb forward */
+/* The frame of the wrist's joint: of a hand at rest, x is along the arm, y out of its back, z to the thumb */
 static void wrist_frame(const workplace_person *p, int side, const hand_frame *h, double out[9])
 {
     for (int k = 0; k < 3; k++) {
@@ -225,10 +230,10 @@ static void program_goal(const workplace_script *s, const workplace_person *p, i
 static void fit_hand(const workplace_person *p, const workplace_hold *h, int k, synth_body_goal *g)
 {
     const int side = p->style.arm;
-    const double turn = act_ease(k, h->from - APPROACH, h->from - 1) * (1 - act_ease(k, h->to + 1, h->to + APPROACH));
-    const double close = act_ease(k, h->from - CLOSE, h->from) * (1 - act_ease(k, h->to - 1, h->to + OPEN));
-    const double pick = act_ease(k, h->from - APPROACH, h->from - 1) * (1 - act_ease(k, h->from + 2, h->from + APPROACH));
-    const double place = act_ease(k, h->to - APPROACH, h->to - 2) * (1 - act_ease(k, h->to + 2, h->to + APPROACH));
+    const double turn = between(k, h->from - APPROACH, h->from - 1, h->to + 1, h->to + APPROACH);
+    const double close = between(k, h->from - CLOSE, h->from, h->to - 1, h->to + OPEN);
+    const double pick = between(k, h->from - APPROACH, h->from - 1, h->from + 2, h->from + APPROACH);
+    const double place = between(k, h->to - APPROACH, h->to - 2, h->to + 2, h->to + APPROACH);
 
     if (turn > 0)
         act_turn(g->hand[side], h->hand, turn, g->hand[side]);
@@ -292,17 +297,17 @@ void act_follow(const workplace_script *s, const workplace_person *p, const synt
 
 void act_target(const workplace_person *p, workplace_act *a, int k, const double wrist[3])
 {
-    const double c = cos(p->facing), s = sin(p->facing);
+    const double c = cos(p->facing), s = sin(p->facing), S = p->body.stature;
     const double from[2] = { wrist[0] - p->stand[0], wrist[1] - p->stand[1] };
+    double right, ahead, *target = a->draw.target;
     body_pose pose;
-    double right, ahead;
 
     action_pose(&p->style, &a->draw, k - a->first, &pose);
     right = s * from[0] - c * from[1] - pose.place[0];
     ahead = c * from[0] + s * from[1] - pose.place[1];
-    a->draw.target[0] = (cos(pose.yaw) * right - sin(pose.yaw) * ahead) * (a->draw.arm == LEFT ? -1 : 1) / p->body.stature;
-    a->draw.target[1] = (wrist[2] - WORKPLACE_FLOOR) / p->body.stature;
-    a->draw.target[2] = (sin(pose.yaw) * right + cos(pose.yaw) * ahead) / p->body.stature;
+    target[0] = (cos(pose.yaw) * right - sin(pose.yaw) * ahead) * (a->draw.arm == LEFT ? -1 : 1) / S;
+    target[1] = (wrist[2] - WORKPLACE_FLOOR) / S;
+    target[2] = (sin(pose.yaw) * right + cos(pose.yaw) * ahead) / S;
 }
 
 /* ---- what it comes to ------------------------------------------------------------------------------------ */
@@ -316,16 +321,15 @@ static double at_grasp(const workplace_person *p, int k)
         const workplace_hold *h = &p->hold[i];
 
         if (h->picked)
-            most = fmax(most, act_ease(k, h->from - APPROACH, h->from - 4) *
-                                  (1 - act_ease(k, h->from + 4, h->from + APPROACH)));
+            most = fmax(most, between(k, h->from - APPROACH, h->from - 4, h->from + 4, h->from + APPROACH));
         if (h->placed)
-            most = fmax(most, act_ease(k, h->to - APPROACH, h->to - 4) * (1 - act_ease(k, h->to + 4, h->to + APPROACH)));
+            most = fmax(most, between(k, h->to - APPROACH, h->to - 4, h->to + 4, h->to + APPROACH));
     }
     return most;
 }
 
-/* Where a program turns a hand over at once, it takes some frames: a mean of turns before and after, with a bell's weights,
- * but where it grasps. */
+/* Where a program turns a hand over at once, it takes some frames: a mean of turns before and after, with a bell's
+ * weights, but where it grasps. */
 static void smooth_turns(const workplace_script *s, const workplace_person *p, int k, double exact, synth_body_goal *g)
 {
     double own[SIDES][3], sum = 0;

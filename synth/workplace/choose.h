@@ -6,8 +6,8 @@
 
 #include "synth/workplace/script.h"
 
-/* choose_grasp - sets the person's grip, where the object stands before, and how he picks it up: the frame of the wrist,
- * its place, how much farther he leans. *found: whether there is such a grasp. LT_ENOMEM. */
+/* choose_grasp - sets the person's grip, where the object stands before, and how he picks it up: the frame of the
+ * wrist, its place, how much farther he leans. *found: whether there is such a grasp. LT_ENOMEM. */
 lt_status choose_grasp(const workplace_script *s, workplace_person *p, workplace_object *o, lt_rng *r,
                        workplace_hold *how, double *lean, bool *found);
 

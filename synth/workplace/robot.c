@@ -13,7 +13,7 @@ enum {
     LETS_GO = 4, GOES = 30,         /* frames from a giving; on the way from or to where it rests */
 };
 
-static const double SHOULDER = 0.32, LINK = 0.5;            /* metres: height over the table, length of each of two links */
+static const double SHOULDER = 0.32, LINK = 0.5;            /* metres: height over the table, length of either link */
 static const double ARCH = 0.08;                            /* metres that what it carries is lifted on the way */
 
 static void carry(const synth_settled *from, const synth_settled *to, double share, synth_settled *at)
@@ -71,7 +71,7 @@ static double find_gripper(const workplace_script *s, int k, double at[3], doubl
 {
     const double rest[3] = { s->base[0], s->base[1] + 0.2, 0.3 };
     errand before = { .last = -100000 }, after = { .first = 100000 };
-    double to[3], away, open;
+    double to[3], away;
 
     for (int i = 0; i < s->n_people; i++)
         for (int j = 0; j < s->person[i].n_holds; j++)
@@ -103,9 +103,9 @@ static double find_gripper(const workplace_script *s, int k, double at[3], doubl
             at[c] += near * (to[c] - at[c]);
         *radius += near * (s->object[after.hold->object].radius - *radius);
     }
-    open = before.hold && k <= before.last ? 1 - act_ease(k, before.first, before.first + 3)
-                                               + act_ease(k, before.last - 3, before.last) : 1;
-    return open;
+    if (!before.hold || k > before.last)
+        return 1;
+    return 1 - act_ease(k, before.first, before.first + 3) + act_ease(k, before.last - 3, before.last);
 }
 
 /* ---- its shape -------------------------------------------------------------------------------------------- */
@@ -155,7 +155,8 @@ static void put_link(building *b, const double from[3], const double to[3], doub
 lt_status robot_place(lt_arena *arena, const workplace_script *s, int k, synth_world *w)
 {
     static const float white[3] = { 0.75f, 0.75f, 0.73f }, dark[3] = { 0.05f, 0.05f, 0.06f };
-    const double shoulder[3] = { s->base[0], s->base[1], SHOULDER }, foot[3] = { s->base[0], s->base[1], WORKPLACE_FLOOR };
+    const double shoulder[3] = { s->base[0], s->base[1], SHOULDER };
+    const double foot[3] = { s->base[0], s->base[1], WORKPLACE_FLOOR };
     building b = { .arena = arena, .world = w };
     double at[3], ahead[3], wrist[3], elbow[3], d[3], far, along, radius;
     const double open = find_gripper(s, k, at, &radius), palm_size[3] = { 0.1, 0.05, 0.04 };

@@ -6,8 +6,8 @@
 #include "synth/workplace/script.h"
 #include "synth/world/world.h"
 
-/* robot_takes, robot_gives - where an object is after a hold that ends with the robot, and before one that begins with it;
- * *at is where it was */
+/* robot_takes, robot_gives - where an object is after a hold that ends with the robot, and before one that begins with
+ * it; *at is where it was */
 void robot_takes(const workplace_script *s, const workplace_hold *h, int k, synth_settled *at);
 void robot_gives(const workplace_script *s, const workplace_hold *h, int k, synth_settled *at);
 

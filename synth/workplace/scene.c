@@ -8,6 +8,7 @@
 #include "synth/workplace/robot.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { CAMERAS = 0x574b4341, ROOM = 0x574b524f, CLUTTER = 10 };
@@ -24,7 +25,8 @@ static void clear_way(const workplace_script *s, synth_room *room)
     for (int i = 0; i < s->n_people; i++)
         for (int x = 0; x < ACROSS; x++)
             for (int y = 0; y < ALONG; y++)
-                ball[n++] = (synth_ball){ { s->person[i].stand[0] + 0.2 * (x - 2), s->table[3] - 0.16 * y, 0.1 }, 0.16 };
+                ball[n++] = (synth_ball){ { s->person[i].stand[0] + 0.2 * (x - 2), s->table[3] - 0.16 * y, 0.1 },
+                                          0.16 };
     for (int k = 0; k < ACROSS; k++) {
         const double share = k / (ACROSS - 1.0);
 
@@ -56,39 +58,60 @@ lt_status workplace_room(lt_arena *arena, const workplace_script *s, synth_room 
 
 /* ---- a frame ---------------------------------------------------------------------------------------------- */
 
-/* The skin's faces of hands become instances of their own, which share its vertices. */
+/* A hand's own vertices, of the skin's */
+static lt_status hand_mesh(lt_arena *arena, const synth_body *body, const synth_instance *skin, int side,
+                           synth_instance *out)
+{
+    const int32_t *row = body->hand[side];
+    lt_mesh *m = lt_arena_alloc(arena, sizeof(*m));
+    float (*rest)[3] = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*rest));
+
+    if (m)
+        *m = (lt_mesh){ .n_vertices = LT_HAND_VERTICES,
+                        .vertex = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*m->vertex)),
+                        .normal = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*m->normal)),
+                        .color = lt_arena_array(arena, LT_HAND_VERTICES, sizeof(*m->color)),
+                        .face = lt_arena_array(arena, 2 * LT_HAND_FACES, sizeof(*m->face)) };
+    if (!m || !rest || !m->vertex || !m->normal || !m->color || !m->face)
+        return lt_error(LT_ENOMEM, "synth: no memory for hands");
+    for (int i = 0; i < LT_HAND_VERTICES; i++) {
+        memcpy(m->vertex[i], skin->mesh->vertex[row[i]], sizeof(*m->vertex));
+        memcpy(m->normal[i], skin->mesh->normal[row[i]], sizeof(*m->normal));
+        memcpy(m->color[i], skin->mesh->color[row[i]], sizeof(*m->color));
+        memcpy(rest[i], skin->rest[row[i]], sizeof(*rest));
+    }
+    *out = *skin;
+    out->mesh = m;
+    out->rest = (const float (*)[3])rest;
+    return LT_OK;
+}
+
+/* The skin's faces of hands become meshes of their own. */
 static lt_status part_hands(lt_arena *arena, const synth_body *body, synth_instance *skin, synth_instance hand[2])
 {
-    uint8_t *of = lt_arena_alloc(arena, BODY_VERTICES);
     lt_mesh *rest = (lt_mesh *)skin->mesh;
+    int32_t *own = lt_arena_array(arena, BODY_VERTICES, sizeof(*own));      /* 1 + number in its hand; right: < 0 */
+    lt_status st = own ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for hands");
     int n = 0;
 
-    memset(of ? of : &(uint8_t){ 0 }, 0, of ? BODY_VERTICES : 0);
-    for (int side = 0; side < 2; side++) {
-        lt_mesh *m = lt_arena_alloc(arena, sizeof(*m));
-
-        if (!of || !m)
-            return lt_error(LT_ENOMEM, "synth: no memory for hands");
-        *m = *rest;
-        m->n_faces = 0;
-        m->face = lt_arena_array(arena, 2 * LT_HAND_FACES, sizeof(*m->face));
-        if (!m->face)
-            return lt_error(LT_ENOMEM, "synth: no memory for hands");
+    for (int side = 0; side < 2 && !st; side++) {
+        st = hand_mesh(arena, body, skin, side, &hand[side]);
         for (int i = 0; i < LT_HAND_VERTICES; i++)
-            of[body->hand[side][i]] = (uint8_t)(1 + side);
-        hand[side] = *skin;
-        hand[side].mesh = m;
+            own[body->hand[side][i]] = side ? -(1 + i) : 1 + i;
     }
-    for (int f = 0; f < rest->n_faces; f++) {
+    for (int f = 0; f < rest->n_faces && !st; f++) {
         const int32_t *v = rest->face[f];
-        const int side = of[v[0]] && of[v[0]] == of[v[1]] && of[v[0]] == of[v[2]] ? of[v[0]] : 0;
-        lt_mesh *to = side ? (lt_mesh *)hand[side - 1].mesh : rest;
-        const int at = side ? to->n_faces++ : n++;
+        const int a = own[v[0]], b = own[v[1]], c = own[v[2]];
 
-        memmove(to->face[at], v, sizeof(to->face[at]));
+        if ((a > 0 && b > 0 && c > 0) || (a < 0 && b < 0 && c < 0)) {
+            lt_mesh *to = (lt_mesh *)hand[a < 0].mesh;
+
+            memcpy(to->face[to->n_faces++], (int32_t[]){ abs(a) - 1, abs(b) - 1, abs(c) - 1 }, sizeof(*to->face));
+        } else
+            memmove(rest->face[n++], v, sizeof(*rest->face));
     }
-    rest->n_faces = n;
-    return LT_OK;
+    rest->n_faces = st ? 0 : n;
+    return st;
 }
 
 static lt_status dress(lt_arena *arena, workplace_scene *c, int i)
@@ -175,8 +198,9 @@ static void look(const double eye[3], const double target[3], double roll, recor
 static void aim(const workplace_script *s, int i, lt_rng *r, recording_camera *c)
 {
     const double wide = s->table[2], side = s->base[0] > 0 ? -1 : 1;
-    double eye[4][3] = { { 0.3 * side, -1.75 - 0.15 * (s->n_people - 1), 0.72 }, { -0.6 - 0.3 * wide, -0.2, 1.05 }, { 0.6 + 0.3 * wide, -0.25, 1.1 },
-                         { side * (2.1 + 0.4 * wide), 0.15, 0.75 } };
+    double eye[4][3] = { { 0.3 * side, -1.75 - 0.15 * (s->n_people - 1), 0.72 },
+                         { -0.6 - 0.3 * wide, -0.2, 1.05 }, { 0.6 + 0.3 * wide, -0.25, 1.1 },
+                         { side * (2.0 + 0.4 * wide), -0.25, 0.9 } };
     double target[4][3] = { { 0, 0.6, 0.14 }, { 0.1, 0.1, 0 }, { -0.1, 0.1, 0 }, { 0, 0.5, 0.12 } };
     const double focal[4] = { 500, 520, 520, 540 };
     double roll;

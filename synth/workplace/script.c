@@ -129,7 +129,7 @@ static lt_status draw_person(writing *w, int i)
                                  &p->look);
 }
 
-/* The first of the cast that he can grasp, if there is one, becomes the script's object `i`, and is taken from the cast. */
+/* The first of the cast that he can grasp, if there is one, becomes object i, and is taken from the cast. */
 static lt_status give_object(writing *w, workplace_person *p, int i, workplace_hold *how, double *lean, bool *found)
 {
     workplace_object *o = &w->s->object[i];

@@ -6,9 +6,7 @@
 #include "libtensor/io/text/json.h"
 
 #include <cjson/cJSON.h>
-#include <inttypes.h>
 #include <math.h>
-#include <stdlib.h>
 
 enum { LEFT_HAND_NODES = 25, HAND_NODES = 20, WRIST_NODE = 12, LEAST = 12 };
 
@@ -41,7 +39,7 @@ double truth_contact(const workplace_scene *c, int person, int side, int object)
 static void put_numbers(FILE *f, const double *x, int n)
 {
     for (int i = 0; i < n; i++)
-        fprintf(f, "%s%.5f", i ? "," : "[", x[i] == 0 ? 0.0 : x[i]);
+        fprintf(f, "%s%.6f", i ? "," : "[", x[i] == 0 ? 0.0 : x[i]);
     fputc(']', f);
 }
 
@@ -214,7 +212,8 @@ static void put_action(FILE *f, const workplace_scene *c)
 
         fprintf(f, "%s{\"person\":%d,\"state\":\"%s\",", i ? "," : "", 1 + i, state_names[m->state]);
         if (m->object >= 0)
-            fprintf(f, "\"object\":%d,\"side\":\"%s\"", 21 + m->object, c->script->person[i].style.arm ? "right" : "left");
+            fprintf(f, "\"object\":%d,\"side\":\"%s\"", 21 + m->object,
+                    c->script->person[i].style.arm == RIGHT ? "right" : "left");
         else
             fputs("\"object\":null,\"side\":null", f);
         fprintf(f, ",\"since\":%.5f}", workplace_time(m->since));

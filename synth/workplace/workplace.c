@@ -324,6 +324,7 @@ static lt_status add_file(run *r, const char *within)
 
 static lt_status finish(run *r, synth_figure figure[FIGURES])
 {
+    static const char *const files[] = { "recording.json", "frames.jsonl", "world.json", "stats.json" };
     const char *world = lt_path_join(r->arena, r->opt->out, "world.json");
     lt_status st = recording_close(r->out);
 
@@ -334,7 +335,6 @@ static lt_status finish(run *r, synth_figure figure[FIGURES])
                    : lt_error(LT_ENOMEM, "%s: no memory", r->opt->out);
     list_figures(r, figure);
     st = st ? st : synth_figures_write(r->opt->out, "moments", r->frames, figure, FIGURES);
-    static const char *const files[] = { "recording.json", "frames.jsonl", "world.json", "stats.json" };
     for (size_t i = 0; i < LT_COUNT(files) && !st; i++)
         st = add_file(r, files[i]);
     return st ? st : synth_manifest_write(&r->manifest, r->opt, r->script.hand);
@@ -399,8 +399,8 @@ lt_status synth_workplace(const synth_options *o, synth_figure figures[SYNTH_FIG
     lt_status st;
 
     if (o->cameras > RECORDING_CAMERAS || frames_of(o) > MOST_SECONDS * WORKPLACE_FPS)
-        return lt_error(LT_EINVAL, "%d cameras, %d moments: preset world has 1 to %d cameras and an hour at most, %d moments",
-                        o->cameras, frames_of(o), RECORDING_CAMERAS, MOST_SECONDS * WORKPLACE_FPS);
+        return lt_error(LT_EINVAL, "%d cameras, %d moments: preset world has 1 to %d cameras and an hour at most, "
+                        "%d moments", o->cameras, frames_of(o), RECORDING_CAMERAS, MOST_SECONDS * WORKPLACE_FPS);
     arena = lt_arena_new();
     st = arena ? synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand) : lt_error(LT_ENOMEM, "synth: no memory");
     st = st ? st : synth_body_new(arena, hand, &body);

@@ -9,8 +9,8 @@
  *   world.json                  who and what there is, light, clocks
  *   stats.json, manifest.json
  *
- * One seed is one world; a frame is a function of the seed, its number and the camera, so what is written does not depend
- * on how many are.
+ * One seed is one world; a frame is a function of the seed, its number and the camera, so what is written does not
+ * depend on how many are.
  */
 #ifndef SYNTH_WORKPLACE_WORKPLACE_H
 #define SYNTH_WORKPLACE_WORKPLACE_H

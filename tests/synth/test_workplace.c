@@ -292,8 +292,11 @@ static void check_joints(const recording_rig *rig, const cJSON *line, const cJSO
     const cJSON *person = cJSON_GetArrayItem(cJSON_GetObjectItem(line, "people"), id - 1), *joint;
     const cJSON *box = cJSON_GetObjectItem(track, "amodal");
     const recording_camera *cam = &rig->camera[c];
+    double corner[4];
     int n = 0;
 
+    for (int k = 0; k < 4; k++)
+        corner[k] = cJSON_GetArrayItem(box, k)->valuedouble;
     ck_assert_int_eq(cJSON_GetObjectItem(person, "id")->valueint, id);
     cJSON_ArrayForEach(joint, cJSON_GetObjectItem(person, "joints")) {
         double x[3], back[9], p[3], u, v;
@@ -307,9 +310,8 @@ static void check_joints(const recording_rig *rig, const cJSON *line, const cJSO
         n++;
         if (u < 2 || v < 2 || u > cam->width - 3 || v > cam->height - 3)
             continue;
-        ck_assert_msg(u > cJSON_GetArrayItem(box, 0)->valuedouble - 3 && u < cJSON_GetArrayItem(box, 2)->valuedouble + 3 &&
-                          v > cJSON_GetArrayItem(box, 1)->valuedouble - 3 &&
-                          v < cJSON_GetArrayItem(box, 3)->valuedouble + 3, "camera %d: %g %g", c, u, v);
+        ck_assert_msg(u > corner[0] - 3 && u < corner[2] + 3 && v > corner[1] - 3 && v < corner[3] + 3,
+                      "camera %d: %g %g", c, u, v);
     }
     ck_assert_int_eq(n, BODY_NODES);
 }
