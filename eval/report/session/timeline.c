@@ -4,6 +4,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { WIDTH = 900, HEIGHT = 16, LETTER = 6, MOST_PERSONS = 12, MOST_CLASSES = 40, MOST_OF_CLASS = 12 };
@@ -110,30 +111,49 @@ static void put_person(FILE *f, const history *h, int64_t id)
                 put_person_row(f, h, &h->lane[i]);
 }
 
-/* In the order in which they came, nobody last */
-static void put_persons(FILE *f, const history *h)
+static int by_number(const void *a, const void *b)
 {
-    int64_t met[MOST_PERSONS];
-    int n = 0;
-    bool nobody = false;
+    const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
 
+    return (x > y) - (x < y);
+}
+
+/* The first MOST_PERSONS that did something, in the order of their numbers; how many. *nobody: so did somebody else */
+static int list_persons(const history *h, int64_t met[MOST_PERSONS], bool *nobody)
+{
+    int n = 0;
+
+    *nobody = false;
     for (int i = 0; i < h->n_lanes; i++) {
         const int64_t id = person_of(&h->lane[i]);
         bool known = id <= 0;
 
-        nobody = nobody || id == 0;
+        *nobody = *nobody || id == 0;
         for (int k = 0; k < n; k++)
             known = known || met[k] == id;
         if (!known && n < MOST_PERSONS)
             met[n++] = id;
     }
-    fprintf(f, "<h2>Who did what</h2>\n%s", !n && !nobody ? "<p>Nobody was seen to do anything.</p>\n" : "");
+    qsort(met, (size_t)n, sizeof(*met), by_number);
+    return n;
+}
+
+static void put_persons(FILE *f, const history *h)
+{
+    int64_t met[MOST_PERSONS];
+    bool nobody;
+    const int n = list_persons(h, met, &nobody);
+
+    fputs("<h2>Who did what</h2>\n", f);
+    if (!n && !nobody) {
+        fputs("<p>Nobody was seen to do anything.</p>\n", f);
+        return;
+    }
     for (int i = 0; i < n; i++)
         put_person(f, h, met[i]);
     if (nobody)
         put_person(f, h, 0);
-    if (n || nobody)
-        put_axis(f, h);
+    put_axis(f, h);
     if (n == MOST_PERSONS)
         fprintf(f, "<p>Of persons the first %d are shown.</p>\n", MOST_PERSONS);
 }
