@@ -68,9 +68,16 @@ static bool holds(const interaction_seen *e)
            ((e->object_speed >= AT_REST && e->slip < SLOW) || e->lift > LIFTED);
 }
 
+/* Whoever surely waves, walks, crosses hands, points or waits reaches for nothing that his hands come near. */
+static bool means_nothing(const interaction_seen *e)
+{
+    return e->action >= 0 && e->p >= SURE && e->action < RECEIVING && e->action != REACHING;
+}
+
 static bool approaches(const interaction *s, const interaction_seen *e)
 {
-    return !e->contact && (does(e, REACHING) || does(e, PICKING) || (e->reach < NEAR && closing(s, e) > CLOSING));
+    return !e->contact && (does(e, REACHING) || does(e, PICKING) ||
+                           (e->reach < NEAR && closing(s, e) > CLOSING && !means_nothing(e)));
 }
 
 static interaction_state rule(const interaction *s, const interaction_seen *e)

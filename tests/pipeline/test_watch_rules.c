@@ -272,6 +272,23 @@ START_TEST(picked_up_and_put_down)
 }
 END_TEST
 
+/* Who crosses his hands comes near to what lies on the table, and wants nothing of it. */
+START_TEST(not_reached_for)
+{
+    interaction s = { .n_past = 0 };
+    interaction_seen e = nothing;
+
+    e.action = 3;
+    e.p = 0.9;
+    for (e.reach = 0.5; e.reach > 0.2; e.reach -= 0.01)
+        ck_assert_int_eq(after(&s, &e, 1), INTERACTION_NONE);
+    e.p = 0.4;
+    for (; e.reach > 0.1; e.reach -= 0.01)
+        after(&s, &e, 1);
+    ck_assert_int_eq(s.state, INTERACTION_APPROACH);
+}
+END_TEST
+
 START_TEST(given_and_taken)
 {
     interaction s = { .n_past = 0 };
@@ -316,6 +333,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, two_cameras_one_mug);
     tcase_add_test(tc, worlds_of_their_own);
     tcase_add_test(tc, picked_up_and_put_down);
+    tcase_add_test(tc, not_reached_for);
     tcase_add_test(tc, given_and_taken);
 }
 
