@@ -169,7 +169,6 @@ typedef struct {
     compiled act;                   /* the network for actions; plan NULL: none */
     double dt;                      /* seconds since the last set */
     double stage_ms[WATCH_STAGES];
-    bool told_no_depth;
 } watch_world;
 
 /* watch_spent - time since *begin goes to stage number 1 to 9; *begin is now */

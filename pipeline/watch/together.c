@@ -29,7 +29,7 @@ static watch_thing *thing_of_track(watch_world *w, int camera, int64_t track, in
     return NULL;
 }
 
-/* Things that nobody has seen for long make place for others; so does, of too many, the one seen longest ago. */
+/* Things that nobody has seen for long make place for others. */
 static void forget(watch_world *w, double t)
 {
     int kept = 0;
