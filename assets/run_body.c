@@ -92,3 +92,12 @@ lt_status run_body_layer(lt_arena *arena, const body_model *m, lt_skin_layer **o
 
     return lt_skin_layer_new(arena, &rig, body_node, BODY_NODES, out);
 }
+
+lt_status run_body_nodes_layer(lt_arena *arena, const body_model *m, lt_skin_layer **out)
+{
+    int points[BODY_NODES];
+    lt_rig rig;
+    const lt_status st = synth_body_nodes_rig(arena, m, &rig, points);
+
+    return st ? st : lt_skin_layer_new(arena, &rig, points, BODY_NODES, out);
+}

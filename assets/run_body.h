@@ -33,4 +33,7 @@ const char *run_body_note(void);
 /* run_body_layer - what networks pose it by; its points are the 65 nodes. Errors: those of lt_skin_layer_new. */
 lt_status run_body_layer(lt_arena *arena, const body_model *m, lt_skin_layer **out);
 
+/* run_body_nodes_layer - the same for who wants the nodes alone: it has hardly any vertices but those */
+lt_status run_body_nodes_layer(lt_arena *arena, const body_model *m, lt_skin_layer **out);
+
 #endif

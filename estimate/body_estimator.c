@@ -21,7 +21,7 @@ lt_status body_estimator_open(const char *path, body_estimator *out)
     if (!st)
         st = run_body_open(e->t.arena, e->t.body, &e->body);
     if (!st)
-        st = run_body_layer(e->t.arena, e->body.model, &layer);
+        st = run_body_nodes_layer(e->t.arena, e->body.model, &layer);
     if (st)
         return st;
     e->graph = (body_graph){ .model = &e->t.m, .layer = layer };

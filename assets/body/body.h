@@ -48,6 +48,15 @@ lt_status synth_body_new(lt_arena *arena, const lt_hand_model *hand, synth_body 
 /* synth_body_rig - the body as a rig; a file's too */
 lt_rig synth_body_rig(const body_model *m);
 
+/**
+ * synth_body_nodes_rig - a rig of the nodes alone, in the arena: it poses them as synth_body_rig poses the body's
+ *
+ *   points   where the nodes are in it: below BODY_JOINTS a joint, else vertex point - BODY_JOINTS
+ *
+ * m has BODY_SHAPES and BODY_EXPRESSIONS directions, and outlives it. Errors: LT_ENOMEM.
+ */
+lt_status synth_body_nodes_rig(lt_arena *arena, const body_model *m, lt_rig *out, int points[BODY_NODES]);
+
 /* Least and greatest turn of a joint about x, y and z of the body at rest, radians; fingers: synth_hand_limits. The
  * angles of a joint are those of R = Ry Rx Rz: y, the arm's or the neck's turn in the plane, comes last. */
 typedef struct { double lo[3], hi[3]; } synth_body_limit;

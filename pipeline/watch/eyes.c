@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-enum { FEW_PIXELS = 20 };               /* with depth, to place a thing */
+enum { FEW_PIXELS = 20, ENOUGH_PIXELS = 2000 };         /* with depth, to place a thing */
 enum { MOST_LOOKS = 8 };                /* at boxes of a frame, on a small machine */
 
 void watch_to_world(const recording_camera *c, const double p[3], double out[3])
@@ -46,22 +46,33 @@ bool watch_shows(const predict_detection *d, int x, int y)
            (float)y < d->box.y1 - top / 4;
 }
 
+/* Every so manieth row and column of a window, so that some 2,000 places stand for all */
+static int stride_of(int64_t pixels)
+{
+    int stride = 1;
+
+    while (pixels / ((int64_t)stride * stride) > ENOUGH_PIXELS)
+        stride++;
+    return stride;
+}
+
 /* The median depth of a thing's pixels, and the median of where they are seen; false: too few have depth */
 static bool middle_of(const watch_world *w, const watch_eye *e, const recording_camera *c, const predict_detection *d,
                       double out[3])
 {
     const int x0 = (int)lt_max_i64(0, (int64_t)d->box.x0), y0 = (int)lt_max_i64(0, (int64_t)d->box.y0);
-    const int x1 = (int)lt_min_i64(c->width, (int64_t)d->box.x1 + 2),
-        y1 = (int)lt_min_i64(c->height, (int64_t)d->box.y1 + 2);
-    const size_t most = x1 > x0 && y1 > y0 ? (size_t)(x1 - x0) * (size_t)(y1 - y0) : 0;
-    double *z = lt_arena_array(w->arena, 3 * most, sizeof(*z)), *u = z + most, *v = u + most, uv[2], p[3];
+    const int x1 = (int)lt_min_i64(c->width, (int64_t)d->box.x1 + 2);
+    const int y1 = (int)lt_min_i64(c->height, (int64_t)d->box.y1 + 2);
+    const int64_t most = x1 > x0 && y1 > y0 ? (int64_t)(x1 - x0) * (y1 - y0) : 0;
+    const int stride = stride_of(most);
+    double *z = lt_arena_array(w->arena, 3 * (size_t)most, sizeof(*z)), *u = z + most, *v = u + most, uv[2], p[3];
     int64_t n = 0;
 
     if (!e->metres || !z)
         return false;
-    for (int y = y0; y < y1; y++)
-        for (int x = x0; x < x1; x++)
-            if (watch_shows(d, x, y) && e->metres[(int64_t)y * c->width + x] > 0) {
+    for (int y = y0; y < y1; y += stride)
+        for (int x = x0; x < x1; x += stride)
+            if (e->metres[(int64_t)y * c->width + x] > 0 && watch_shows(d, x, y)) {
                 z[n] = (double)e->metres[(int64_t)y * c->width + x];
                 u[n] = x;
                 v[n++] = y;

@@ -368,6 +368,33 @@ START_TEST(expressions)
 }
 END_TEST
 
+/* The rig of the nodes alone poses them as the whole body does. */
+START_TEST(nodes_alone)
+{
+    double whole[BODY_NODES][3], alone[BODY_NODES][3], place[512][3], at[J][3];
+    int points[BODY_NODES];
+    lt_rig nodes;
+
+    stand();
+    bend(BODY_SHOULDER, 0.3, -0.5, 0.7);
+    bend(BODY_KNEE + 1, 0.9, 0, 0);
+    bend(BODY_HEAD, 0.2, 0.4, -0.1);
+    bend(BODY_FINGERS + 3, 0.2, 0.1, 0.8);
+    for (int s = 0; s < BODY_DIRECTIONS; s++)
+        shape[s] = s % 3 - 0.7;
+    pose();
+    body_nodes(vertex[0], joint[0], whole);
+    check_ok(synth_body_nodes_rig(arena, body.model, &nodes, points));
+    ck_assert_int_lt(nodes.V, 100);
+    lt_rig_pose(&nodes, rotation[0], shape, NULL, place[0], at[0]);
+    for (int i = 0; i < BODY_NODES; i++)
+        memcpy(alone[i], points[i] < J ? at[points[i]] : place[points[i] - J], sizeof(alone[i]));
+    for (int i = 0; i < BODY_NODES; i++)
+        for (int k = 0; k < 3; k++)
+            ck_assert_double_eq_tol(alone[i][k], whole[i][k], 1e-6);
+}
+END_TEST
+
 START_TEST(same_bits)
 {
     lt_arena *other = lt_arena_new();
@@ -427,6 +454,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, limbs_keep_their_girth);
     tcase_add_test(t, angles);
     tcase_add_test(t, expressions);
+    tcase_add_test(t, nodes_alone);
     tcase_add_test(t, same_bits);
     tcase_add_test(t, no_memory);
 }
