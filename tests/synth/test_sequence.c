@@ -265,7 +265,7 @@ START_TEST(presets)
     ck_assert_int_eq(p, SYNTH_SMALL);
     ck_assert_int_eq(synth_parse_preset("huge", &p), LT_EINVAL);
     ck_assert_str_eq(lt_last_error(), "no preset \"huge\": tiny, small, demo, pretrain, default, hogs, "
-                     "detect, track, actions, body or turntable");
+                     "detect, track, actions, body, turntable or world");
 }
 END_TEST
 
