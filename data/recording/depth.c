@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Depth, packed: each row's differences from left to right, the low bytes of all pixels and then the high ones,
- * deflated. */
+/* Depth, packed: each row's differences from left to right, all low bytes and then all high ones, deflated. */
 #include "data/recording/recording.h"
 
 #include <zlib.h>

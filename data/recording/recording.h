@@ -48,8 +48,8 @@ typedef struct {
 const char *recording_role_name(recording_role role);
 
 /* recording_rig_read - recording.json, or a file of cameras in its form. Errors: LT_EFORMAT with file, camera and key:
- * what is missing, no rotation, two cameras of one name; LT_EIO, LT_ENOMEM. recording_rig_parse - the same of n bytes
- * */
+ * what is missing, no rotation, two cameras of one name; LT_EIO, LT_ENOMEM.
+ * recording_rig_parse - the same of n bytes */
 lt_status recording_rig_read(lt_arena *arena, const char *path, recording_rig *out);
 lt_status recording_rig_parse(lt_arena *arena, const char *name, const char *text, size_t n, recording_rig *out);
 
@@ -87,8 +87,7 @@ lt_status recording_open(lt_arena *arena, const char *root, recording *out);
 /* recording_probe - whether path is such a folder */
 bool recording_probe(const char *path);
 
-/* recording_parse_frames, recording_parse_sets - of n bytes; r->rig, and for sets the
- * frames, are there */
+/* recording_parse_frames, recording_parse_sets - of n bytes; r->rig is there, and for sets the frames are */
 lt_status recording_parse_frames(lt_arena *arena, const char *name, const char *text, size_t n, recording *r);
 lt_status recording_parse_sets(lt_arena *arena, const char *name, const char *text, size_t n, recording *r);
 

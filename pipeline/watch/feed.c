@@ -246,8 +246,7 @@ static bool find_reference_live(feed *f)
     return false;
 }
 
-/* Its frame of the same time, which may be on its way yet. Older ones are dropped, a newer one waits for its own set.
- * */
+/* Its frame of the same time, which may be on its way yet. Older ones are dropped, a newer one waits for its set. */
 static void take_partner(feed *f, int c, double reference_t, watch_set *out)
 {
     const double until = lt_clock() + f->pair.period / 2;

@@ -70,8 +70,7 @@ typedef struct capture capture;
 lt_status capture_open(const watch_options *o, capture **out);
 void capture_close(capture *c);
 
-/* capture_wait - until camera has a frame that was not taken, at most so many seconds; false: it has none. *t: its
- * stamp */
+/* capture_wait - until a camera has a new frame, at most so many seconds; false: it has none. *t: its stamp */
 bool capture_wait(capture *c, int camera, double seconds, double *t);
 
 /* capture_ended - whether a camera gives no more */
@@ -214,8 +213,8 @@ watch_action watch_action_of(const watch_actions *a);
 
 struct cJSON;
 
-/* watch_line_of - the record but for ages and times of stages, which are the machine's and not the world's. NULL: no
- * memory */
+/* watch_line_of - the record but for ages and times of stages, which are the machine's, not the world's. NULL: no
+ * memory is left */
 struct cJSON *watch_line_of(const watch_world *w, const watch_set *set);
 
 /* watch_draw - a set's pictures beside each other with what is known drawn in, in the world's arena. LT_ENOMEM */
