@@ -2,8 +2,8 @@
 #include "cli/cli.h"
 
 #include "cli/predict_film.h"
-#include "estimate/body_estimator.h"
-#include "estimate/detector.h"
+#include "estimate/body/estimator.h"
+#include "estimate/detection/detector.h"
 #include "estimate/embedder.h"
 #include "estimate/starter.h"
 #include "libtensor/io/file.h"

@@ -7,8 +7,8 @@
 #define PIPELINE_FRAME_H
 
 #include "assets/ycb/symmetry.h"
-#include "estimate/body_estimator.h"
-#include "estimate/detector.h"
+#include "estimate/body/estimator.h"
+#include "estimate/detection/detector.h"
 #include "estimate/estimator.h"
 #include "libtensor/io/image/pixels.h"
 #include "pipeline/boxes.h"

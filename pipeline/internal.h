@@ -8,7 +8,7 @@
 #include "libtensor/geometry/kalman/kalman.h"
 #include "libtensor/io/image/exif.h"
 #include "pipeline/frame.h"
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 /* ---- notes.c: what is told of an image ------------------------------------------------------------------ */
 

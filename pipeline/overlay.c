@@ -2,8 +2,8 @@
 /* The photograph with everything that was found, and how far to believe it. */
 #include "pipeline/internal.h"
 
-#include "vision/body_drawing.h"
-#include "vision/pose_drawing.h"
+#include "vision/drawing/body.h"
+#include "vision/drawing/pose.h"
 
 #include <math.h>
 #include <string.h>

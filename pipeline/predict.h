@@ -6,8 +6,8 @@
 #define PIPELINE_PREDICT_H
 
 #include "assets/ycb/ycb.h"
-#include "estimate/body_estimator.h"
-#include "estimate/detector.h"
+#include "estimate/body/estimator.h"
+#include "estimate/detection/detector.h"
 #include "estimate/embedder.h"
 #include "libtensor/geometry/hand/model.h"
 #include "libtensor/geometry/lens.h"

@@ -5,7 +5,7 @@
  *
  * Metadata keys: "format" (palmar-checkpoint), "version", "model", "variant", "config" (JSON), "step", "epoch",
  * "next", "seed", "skipped", "optim_steps", "validated", "best", "best_step", "isa", "tips" (vertices of the hand),
- * "crc32" (of everything else); in one that is made for inference, "int8" (estimate/int8_table.h).
+ * "crc32" (of everything else); in one that is made for inference, "int8" (estimate/int8/table.h).
  */
 #ifndef ESTIMATE_CHECKPOINT_H
 #define ESTIMATE_CHECKPOINT_H

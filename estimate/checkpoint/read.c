@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/checkpoint/internal.h"
 
-#include "estimate/int8_table.h"
+#include "estimate/int8/table.h"
 #include "estimate/param_arrays.h"
 #include "libtensor/graph/rows.h"
 #include "libtensor/io/kind.h"

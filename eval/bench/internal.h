@@ -7,7 +7,7 @@
 
 #include "eval/bench/bench.h"
 
-#include "estimate/calibrate.h"
+#include "estimate/int8/calibrate.h"
 #include "libtensor/base/arena.h"
 #include "libtensor/graph/plan.h"
 #include "libtensor/optim/optim.h"

@@ -5,7 +5,7 @@
 #include "libtensor/base/order.h"
 #include "libtensor/base/rng.h"
 #include "models/detect/csp_seg.h"
-#include "vision/detection.h"
+#include "vision/detection/detection.h"
 
 #include <stdlib.h>
 

@@ -7,7 +7,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/write.h"
 #include "libtensor/io/text/json.h"
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 #include <cjson/cJSON.h>
 #include <string.h>

@@ -29,7 +29,7 @@ extern const char *const csp_seg_output[DETECT_OUTPUTS];
  * Inputs: "image" (B, 3, S, S) in [0, 1]; for losses "objects" (B, 64, 6) and "masks" (B, 64, words), as
  * detect_assign and detect_mask_loss have them.
  * Outputs, for each level "box8", "box16", "box32" (B, 64, H, W), "class8" .. (B, classes, H, W), "mask8" ..
- * (B, 32, H, W); "prototypes" (B, 32, S / 4, S / 4): vision/detection.h makes boxes and masks of them.
+ * (B, 32, H, W); "prototypes" (B, 32, S / 4, S / 4): vision/detection/detection.h makes boxes and masks of them.
  * Losses: "box", "class", "sides", "mask".
  */
 void csp_seg_record(const model *m, bool losses, double scale, model_record *r);

@@ -2,7 +2,7 @@
 /* What is known of a set, drawn over its pictures. */
 #include "pipeline/watch/internal.h"
 
-#include "vision/body_drawing.h"
+#include "vision/drawing/body.h"
 
 #include <math.h>
 #include <string.h>

@@ -9,8 +9,8 @@
 #ifndef PIPELINE_WATCH_WATCH_H
 #define PIPELINE_WATCH_WATCH_H
 
-#include "estimate/body_estimator.h"
-#include "estimate/detector.h"
+#include "estimate/body/estimator.h"
+#include "estimate/detection/detector.h"
 #include "estimate/embedder.h"
 #include "estimate/trained.h"
 #include "pipeline/watch/camera.h"

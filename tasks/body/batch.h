@@ -6,7 +6,7 @@
 #define TASKS_BODY_BATCH_H
 
 #include "data/body/set.h"
-#include "estimate/body_graph.h"
+#include "estimate/body/graph.h"
 #include "tasks/body/config.h"
 
 enum { BODY_OF_BODY = 25, BODY_OF_HANDS = 40 };    /* of the 65 nodes */

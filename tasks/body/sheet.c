@@ -2,7 +2,7 @@
 #include "tasks/body/sheet.h"
 
 #include "libtensor/io/image/write.h"
-#include "vision/body_drawing.h"
+#include "vision/drawing/body.h"
 
 enum { W = BODY_PICTURE_WIDTH, H = BODY_PICTURE_HEIGHT, COLUMNS = 6 };
 

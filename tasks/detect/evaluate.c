@@ -2,7 +2,7 @@
 #include "tasks/detect/evaluate.h"
 
 #include "estimate/checkpoint/checkpoint.h"
-#include "estimate/found.h"
+#include "estimate/detection/found.h"
 #include "eval/tables/scores_file.h"
 #include "libtensor/io/file.h"
 #include "tasks/detect/batch.h"

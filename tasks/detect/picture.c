@@ -2,7 +2,7 @@
 #include "tasks/detect/picture.h"
 
 #include "vision/augment.h"
-#include "vision/letterbox.h"
+#include "vision/detection/letterbox.h"
 
 #include <math.h>
 #include <string.h>

@@ -8,7 +8,7 @@
 #include "data/detection/detection.h"
 #include "eval/metrics/ap.h"
 #include "train/records.h"
-#include "vision/detection.h"
+#include "vision/detection/detection.h"
 
 enum { DETECT_METRICS = 8 };
 

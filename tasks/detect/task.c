@@ -2,9 +2,9 @@
 /* The task of models that find objects in pictures: what the trainer asks of it. */
 #include "tasks/detect/task.h"
 
-#include "estimate/class_names.h"
+#include "estimate/detection/class_names.h"
+#include "estimate/detection/found.h"
 #include "estimate/feed.h"
-#include "estimate/found.h"
 #include "libtensor/io/file.h"
 #include "tasks/detect/batch.h"
 #include "tasks/detect/evaluate.h"

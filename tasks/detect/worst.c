@@ -4,7 +4,7 @@
 #include "tasks/detect/kept.h"
 
 #include "libtensor/io/image/write.h"
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -5,7 +5,7 @@
 #ifndef TASKS_HAND_OBJECT_INT8_H
 #define TASKS_HAND_OBJECT_INT8_H
 
-#include "estimate/calibrate.h"
+#include "estimate/int8/calibrate.h"
 #include "tasks/hand_object/evaluate.h"
 
 typedef struct {

@@ -4,7 +4,7 @@
 #include "data/mirror.h"
 #include "libtensor/io/image/image.h"
 #include "vision/crop.h"
-#include "vision/pose_drawing.h"
+#include "vision/drawing/pose.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,7 @@
 #ifndef TESTS_ESTIMATE_DRAWN_DETECTOR_H
 #define TESTS_ESTIMATE_DRAWN_DETECTOR_H
 
-#include "estimate/detector.h"
+#include "estimate/detection/detector.h"
 #include "libtensor/io/array/safetensors.h"
 #include "tests/models/model_of.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The window about a person, and a network for whole bodies at work in it: where it puts what it sees. */
-#include "estimate/body_estimator.h"
+#include "estimate/body/estimator.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/geometry/rotation.h"

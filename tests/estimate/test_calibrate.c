@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Ranges of layers and what integers cost them, of a small network of which both are known. */
-#include "estimate/calibrate.h"
+#include "estimate/int8/calibrate.h"
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/rng.h"

@@ -5,7 +5,7 @@
 #include <config.h>
 #include "assets/hand/hand.h"
 #include "estimate/checkpoint/checkpoint.h"
-#include "estimate/int8_table.h"
+#include "estimate/int8/table.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/graph/rows.h"
 #include "libtensor/io/file.h"

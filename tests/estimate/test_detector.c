@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Detectors opened from weights, what their classes are called, and files that are none. */
-#include "estimate/detector.h"
+#include "estimate/detection/detector.h"
 
-#include "estimate/class_names.h"
+#include "estimate/detection/class_names.h"
 #include "libtensor/io/file.h"
 #include "tests/estimate/class_names_vectors.h"
 #include "tests/estimate/drawn_detector.h"

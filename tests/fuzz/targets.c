@@ -12,7 +12,7 @@
 #include "data/poses/pose_file.h"
 #include "data/recording/line.h"
 #include "data/recording/recording.h"
-#include "estimate/class_names.h"
+#include "estimate/detection/class_names.h"
 #include "eval/scorers/bop_file.h"
 #include "eval/scorers/hpe_file.h"
 #include "eval/scorers/models_info.h"

@@ -3,7 +3,7 @@
  * soak DETECTOR PICTURE MINUTES: watch through two cameras that give pictures faster than they can be looked at, for as
  * long as is said, and hold it to this: ages stay where they were, memory too, and captured = taken + dropped.
  */
-#include "estimate/detector.h"
+#include "estimate/detection/detector.h"
 #include "libtensor/base/clock.h"
 #include "libtensor/base/resident.h"
 #include "libtensor/kernels/kernels.h"

@@ -12,7 +12,7 @@
 #include "tests/estimate/tiny_model.h"
 #include "tests/io/avi.h"
 #include "tests/suite.h"
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -4,7 +4,7 @@
 #include "synth/render/render.h"
 #include "synth/room/room.h"
 #include "tests/suite.h"
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
 /* Letterboxes, boxes and masks out of a detector's maps, beside the plain formulas. */
 #include "libtensor/base/rng.h"
 #include "tests/suite.h"
-#include "vision/detection.h"
+#include "vision/detection/detection.h"
 
 #include <math.h>
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Meshes drawn over pictures: what is nearer, how it is lit, and what is left out. */
 #include "tests/suite.h"
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 #include <math.h>
 #include <string.h>

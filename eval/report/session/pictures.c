@@ -4,7 +4,7 @@
 
 #include "libtensor/geometry/mat3.h"
 #include "libtensor/io/image/write.h"
-#include "vision/body_drawing.h"
+#include "vision/drawing/body.h"
 
 #include <inttypes.h>
 #include <math.h>

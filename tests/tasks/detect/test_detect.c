@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Training a detector on a few drawn pictures: it learns, and the bits do not depend on threads or stops. */
-#include "estimate/detector.h"
+#include "estimate/detection/detector.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/base/rng.h"
 #include "libtensor/io/atomic_file.h"

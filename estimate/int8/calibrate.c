@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/calibrate.h"
+#include "estimate/int8/calibrate.h"
 
 #include "libtensor/base/arena.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Masks of what a detector found, each inside its box. */
-#include "vision/detection.h"
+#include "vision/detection/detection.h"
 
 #include "libtensor/base/parallel.h"
 #include "libtensor/kernels/kernels.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "vision/letterbox.h"
+#include "vision/detection/letterbox.h"
 
 #include "vision/crop.h"
 

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "vision/body_drawing.h"
+#include "vision/drawing/body.h"
 
 enum { OF_BODY = 25, WRIST = 12, FINGERS = 5, OF_FINGER = 4, OF_HAND = FINGERS * OF_FINGER };
 

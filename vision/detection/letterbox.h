@@ -2,8 +2,8 @@
 /*
  * Fitting a picture of any size into a square: as large as it goes, in the middle, grey around it.
  */
-#ifndef VISION_LETTERBOX_H
-#define VISION_LETTERBOX_H
+#ifndef VISION_DETECTION_LETTERBOX_H
+#define VISION_DETECTION_LETTERBOX_H
 
 #include "libtensor/io/image/image.h"
 

@@ -5,11 +5,11 @@
  *
  * Source: the decoding of Li et al. 2020, "Generalized focal loss", and the masks of Bolya et al. 2019, "YOLACT".
  */
-#ifndef VISION_DETECTION_H
-#define VISION_DETECTION_H
+#ifndef VISION_DETECTION_DETECTION_H
+#define VISION_DETECTION_DETECTION_H
 
 #include "libtensor/base/arena.h"
-#include "vision/letterbox.h"
+#include "vision/detection/letterbox.h"
 
 #ifdef __cplusplus
 extern "C" {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "vision/pose_drawing.h"
+#include "vision/drawing/pose.h"
 
 #include "libtensor/geometry/box21.h"
 #include "vision/silhouette.h"

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What a detector's graph found in the pictures of a batch. */
-#ifndef ESTIMATE_FOUND_H
-#define ESTIMATE_FOUND_H
+#ifndef ESTIMATE_DETECTION_FOUND_H
+#define ESTIMATE_DETECTION_FOUND_H
 
 #include "estimate/compiled.h"
-#include "vision/detection.h"
+#include "vision/detection/detection.h"
 
 /**
  * detect_found_in - in slot i of the last run of a csp_seg, of the width x height picture that is there

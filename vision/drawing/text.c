@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A font of 5 x 7 dots. */
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 /* Seven rows a letter, top first: a row's five dots, leftmost highest, are added to '@'. */
 static const char glyph[95][8] = {

@@ -5,8 +5,8 @@
  *
  * Coordinates are pixels, with pixel centres at whole numbers. Colours are sRGB bytes.
  */
-#ifndef VISION_DRAW_H
-#define VISION_DRAW_H
+#ifndef VISION_DRAWING_DRAW_H
+#define VISION_DRAWING_DRAW_H
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/common.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/class_names.h"
+#include "estimate/detection/class_names.h"
 
 #include "assets/ycb/ycb.h"
 

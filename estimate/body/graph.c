@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/body_graph.h"
+#include "estimate/body/graph.h"
 
 #include "models/body/osx_losses.h"
 #include "models/body/osx_parts.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/found.h"
+#include "estimate/detection/found.h"
 
 #include "models/detect/csp_seg.h"
 

@@ -6,7 +6,7 @@
 #define ESTIMATE_BODY_ESTIMATOR_H
 
 #include "assets/run_body.h"
-#include "estimate/body_graph.h"
+#include "estimate/body/graph.h"
 #include "estimate/trained.h"
 #include "libtensor/geometry/camera.h"
 

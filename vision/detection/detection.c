@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "vision/detection.h"
+#include "vision/detection/detection.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Lines, discs, skeletons, masks, pictures in pictures. */
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/body_estimator.h"
+#include "estimate/body/estimator.h"
 
 #include "libtensor/geometry/rotation.h"
 #include "models/body/osx_losses.h"

@@ -2,14 +2,14 @@
 /*
  * A hand and an object in camera coordinates, drawn over what the camera saw.
  */
-#ifndef VISION_POSE_DRAWING_H
-#define VISION_POSE_DRAWING_H
+#ifndef VISION_DRAWING_POSE_H
+#define VISION_DRAWING_POSE_H
 
 #include "libtensor/geometry/camera.h"
 #include "libtensor/geometry/hand/model.h"
 #include "libtensor/geometry/mesh/mesh.h"
 #include "libtensor/geometry/pose.h"
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 /* Whatever is NULL is not drawn. Metres, camera axes. */
 typedef struct {

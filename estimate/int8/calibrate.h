@@ -5,8 +5,8 @@
  * Source of the scale: Krishnamoorthi 2018, "Quantizing deep convolutional networks for efficient inference", section
  * 3 (weights by output channel, activations by tensor); the clipping is the one of least squared error.
  */
-#ifndef ESTIMATE_CALIBRATE_H
-#define ESTIMATE_CALIBRATE_H
+#ifndef ESTIMATE_INT8_CALIBRATE_H
+#define ESTIMATE_INT8_CALIBRATE_H
 
 #include "libtensor/graph/plan.h"
 #include "models/model.h"

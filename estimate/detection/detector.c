@@ -1,14 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/detector.h"
+#include "estimate/detection/detector.h"
 
 #include "estimate/checkpoint/checkpoint.h"
-#include "estimate/class_names.h"
+#include "estimate/detection/class_names.h"
 #include "estimate/weights/weights.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/kind.h"
 #include "libtensor/io/text/json.h"
 #include "models/detect/csp_seg.h"
-#include "vision/letterbox.h"
+#include "vision/detection/letterbox.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* What the classes of a detector are called. */
-#ifndef ESTIMATE_CLASS_NAMES_H
-#define ESTIMATE_CLASS_NAMES_H
+#ifndef ESTIMATE_DETECTION_CLASS_NAMES_H
+#define ESTIMATE_DETECTION_CLASS_NAMES_H
 
 #include "libtensor/io/torch/torch.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Pictures in a grid, with titles. */
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 enum { GAP = 4 };               /* pixels around each picture */
 

@@ -2,10 +2,10 @@
 /*
  * A detector at work: pictures in, and what is in them out.
  */
-#ifndef ESTIMATE_DETECTOR_H
-#define ESTIMATE_DETECTOR_H
+#ifndef ESTIMATE_DETECTION_DETECTOR_H
+#define ESTIMATE_DETECTION_DETECTOR_H
 
-#include "estimate/found.h"
+#include "estimate/detection/found.h"
 #include "estimate/trained.h"
 
 typedef struct {

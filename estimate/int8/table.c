@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "estimate/int8_table.h"
+#include "estimate/int8/table.h"
 
 #include "libtensor/io/text/json.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Triangles by their colours, nearest first, in the light of the camera. */
-#include "vision/draw.h"
+#include "vision/drawing/draw.h"
 
 #include <math.h>
 

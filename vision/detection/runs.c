@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* A finding's mask in runs, without the picture around it. */
-#include "vision/detection.h"
+#include "vision/detection/detection.h"
 
 #include "libtensor/io/image/coco_rle.h"
 
