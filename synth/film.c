@@ -6,6 +6,7 @@
 #include "synth/film.h"
 
 #include "libtensor/base/parallel.h"
+#include "synth/preset.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -25,8 +26,7 @@ typedef struct {
     lt_arena *arena;                /* of the stage; its memory is used again for a later one */
     synth_stage stage;
     void *own;                      /* the layout's */
-    lt_status status;               /* of preparing it */
-    char line[1024];
+    lt_outcome outcome;             /* of preparing it */
 } filming;
 
 typedef struct {
@@ -50,8 +50,7 @@ typedef struct {
     double light[2];                /* synth_stage_light_parts, where it is looked at */
     synth_file file[SYNTH_FRAME_FILES];
     int n_files;
-    lt_status status;
-    char line[1024];
+    lt_outcome outcome;
 } shot;
 
 typedef struct {
@@ -64,10 +63,7 @@ typedef struct {
 
 lt_status synth_report(synth_run *r, const char *step)
 {
-    if (r->session.opt->progress && !r->session.opt->progress(r->session.opt->progress_ctx, step, r->done, r->total))
-        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld frames; it is not complete", r->session.opt->out,
-                        (long long)r->done, (long long)r->total);
-    return LT_OK;
+    return synth_tell(r->session.opt, step, "frames", r->done, r->total);
 }
 
 /* ---- preparing a take ---- */
@@ -129,9 +125,7 @@ static void prepare_task(void *ctx, int64_t i)
 {
     filming *f = &((batch *)ctx)->take[i];
 
-    f->status = prepare(f);
-    if (f->status)
-        snprintf(f->line, sizeof(f->line), "%s", lt_last_error());
+    lt_outcome_keep(&f->outcome, prepare(f));
 }
 
 /* ---- filming a frame ---- */
@@ -172,9 +166,7 @@ static void film_task(void *ctx, int64_t i)
 {
     shot *s = &((shot *)ctx)[i];
 
-    s->status = film(s);
-    if (s->status)
-        snprintf(s->line, sizeof(s->line), "%s", lt_last_error());
+    lt_outcome_keep(&s->outcome, film(s));
 }
 
 static int64_t frames_of(const filming *f)
@@ -185,11 +177,10 @@ static int64_t frames_of(const filming *f)
 /* In the frames' order, whichever thread was first; and tell how far we are. */
 static lt_status record(synth_run *r, const shot *s)
 {
-    lt_status st;
+    lt_status st = lt_outcome_tell(&s->outcome);
 
-    if (s->status)
-        return lt_error(s->status, "%s", s->line);
-    st = synth_manifest_add(&r->session.manifest, s->file, s->n_files);
+    if (!st)
+        st = synth_manifest_add(&r->session.manifest, s->file, s->n_files);
     if (!st)
         st = synth_stats_add(&r->stats, &s->visibility);
     if (!st)
@@ -224,8 +215,9 @@ static lt_status begin(synth_run *r, batch *b)
     for (int i = 0; !st && i < b->n; i++) {
         filming *f = &b->take[i];
 
-        st = f->status ? lt_error(f->status, "%s", f->line)
-                       : r->layout->begin_take(&r->session, f->take, &f->stage, f->arena, &f->own);
+        st = lt_outcome_tell(&f->outcome);
+        if (!st)
+            st = r->layout->begin_take(&r->session, f->take, &f->stage, f->arena, &f->own);
     }
     return st;
 }

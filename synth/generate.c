@@ -10,6 +10,7 @@
 #include "synth/body/set.h"
 #include "synth/detect/detect.h"
 #include "synth/film.h"
+#include "synth/preset.h"
 #include "synth/track/track.h"
 #include "synth/turntable/turntable.h"
 #include "synth/workplace/workplace.h"
@@ -129,20 +130,16 @@ static lt_status mirror_props(synth_run *r)
 /* ---- the run ---- */
 
 /* The layout's last files; then the figures, and the manifest last of all. */
-static lt_status finish(synth_run *r)
+static lt_status finish(synth_run *r, synth_figure figure[SYNTH_FIGURES], int *n)
 {
-    synth_file stats;
-    lt_status st = r->layout->close(&r->session);
+    synth_session *s = &r->session;
+    lt_status st = r->layout->close(s);
 
-    if (!st && r->session.cast.hogs)
-        st = synth_hogs_close(&r->hogs, &r->session, &r->stats);
-    if (!st)
-        st = synth_stats_write(&r->stats, r->session.opt->out);
-    if (!st)
-        st = synth_describe_file(r->session.opt->out, "stats.json", &stats);
-    if (!st)
-        st = synth_manifest_add(&r->session.manifest, &stats, 1);
-    return st ? st : synth_manifest_write(&r->session.manifest, r->session.opt, r->session.hand);
+    if (!st && s->cast.hogs)
+        st = synth_hogs_close(&r->hogs, s, &r->stats);
+    *n = synth_stats_figures(&r->stats, figure);
+    return st ? st : synth_finish(&s->manifest, s->opt, s->hand,
+                                  &(synth_result){ "frames", r->stats.n, figure, *n, false });
 }
 
 static void clean_up(synth_run *r)
@@ -192,9 +189,7 @@ static lt_status generate_takes(const synth_options *options, synth_figure figur
     if (!st)
         st = synth_film_takes(&r);
     if (!st)
-        st = finish(&r);
-    if (!st && figures)
-        *n = synth_stats_figures(&r.stats, figures);
+        st = finish(&r, figures, n);
     clean_up(&r);
     return st;
 }
@@ -206,8 +201,12 @@ lt_status synth_generate(const synth_options *options, synth_figure figures[SYNT
         [SYNTH_BODY] = synth_body_set,
         [SYNTH_TURNTABLE] = synth_turntable, [SYNTH_WORLD] = synth_workplace,
     };
+    synth_figure unwanted[SYNTH_FIGURES];
+    int count;
     lt_status st;
 
+    figures = figures ? figures : unwanted;
+    n = n ? n : &count;
     if (!without_takes[options->preset])
         return generate_takes(options, figures, n);
     st = need_empty_folder(options->out);

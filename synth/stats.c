@@ -116,11 +116,3 @@ lt_status synth_figures_write(const char *root, const char *counted, int64_t cou
     lt_arena_free(arena);
     return st;
 }
-
-lt_status synth_stats_write(const synth_stats *s, const char *root)
-{
-    synth_figure figure[SYNTH_FIGURES];
-    const int n = synth_stats_figures(s, figure);
-
-    return synth_figures_write(root, "frames", s->n, figure, n);
-}

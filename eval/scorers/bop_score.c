@@ -143,8 +143,7 @@ typedef struct {
     totals all, grasped;
     slip_pose pose[DEXYCB_MAX_OBJECTS];         /* the estimates that are poses */
     int n_poses;
-    lt_status status;
-    char line[1024];
+    lt_outcome outcome;
 } frame;
 
 typedef struct {
@@ -201,9 +200,8 @@ static void frame_task(void *ctx, int64_t i)
     frame *f = &j->frame[i];
     lt_arena *arena = lt_arena_new();
 
-    f->status = arena ? measure_frame(j, f, arena) : lt_error(LT_ENOMEM, "no memory to score object poses");
-    if (f->status)
-        snprintf(f->line, sizeof(f->line), "%s", lt_last_error());
+    lt_outcome_keep(&f->outcome, arena ? measure_frame(j, f, arena)
+                                       : lt_error(LT_ENOMEM, "no memory to score object poses"));
     lt_arena_free(arena);
 }
 
@@ -213,8 +211,10 @@ static lt_status measure_block(job *j, int64_t n, totals *all, totals *grasped)
 {
     lt_parallel_for(n, frame_task, j);
     for (int64_t i = 0; i < n; i++) {
-        if (j->frame[i].status)
-            return lt_error(j->frame[i].status, "%s", j->frame[i].line);
+        const lt_status st = lt_outcome_tell(&j->frame[i].outcome);
+
+        if (st)
+            return st;
         add(all, &j->frame[i].all);
         add(grasped, &j->frame[i].grasped);
         for (int k = 0; k < j->frame[i].n_poses && j->n_look < LOOK; k++)

@@ -69,3 +69,14 @@ lt_status lt_last_status(void)
 {
     return last_status;
 }
+
+void lt_outcome_keep(lt_outcome *o, lt_status st)
+{
+    o->status = st;
+    snprintf(o->line, sizeof(o->line), "%s", st ? last_error : "");
+}
+
+lt_status lt_outcome_tell(const lt_outcome *o)
+{
+    return o->status ? lt_error(o->status, "%s", o->line) : LT_OK;
+}

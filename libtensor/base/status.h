@@ -57,6 +57,19 @@ LT_API const char *lt_last_error(void);
 /* lt_last_status - the status that the last line was remembered with, for what returns NULL instead of one */
 LT_API lt_status lt_last_status(void);
 
+/* What a piece of work came to, carried from the thread that did it to the one that tells of it: lt_last_error is of a
+ * thread alone. */
+typedef struct {
+    lt_status status;
+    char line[1024];
+} lt_outcome;
+
+/* lt_outcome_keep - st, and where it is an error the line of this thread */
+LT_API void lt_outcome_keep(lt_outcome *o, lt_status st);
+
+/* lt_outcome_tell - the status, and where it is an error its line as one of this thread; for use in a return */
+LT_API lt_status lt_outcome_tell(const lt_outcome *o);
+
 #ifdef __cplusplus
 }
 #endif

@@ -9,7 +9,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/text/json.h"
 #include "synth/actions/clip.h"
-#include "synth/write/manifest.h"
+#include "synth/preset.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -34,15 +34,7 @@ typedef struct {
     synth_manifest manifest;
 } run;
 
-static lt_status report(const run *r, int64_t done)
-{
-    const synth_options *o = r->opt;
-
-    if (o->progress && !o->progress(o->progress_ctx, "clips", done, r->set.n))
-        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld clips; it is not complete", o->out,
-                        (long long)done, (long long)r->set.n);
-    return LT_OK;
-}
+static lt_status report(const run *r, int64_t done) { return synth_tell(r->opt, "clips", "clips", done, r->set.n); }
 
 /* ---- making ---- */
 
@@ -97,12 +89,9 @@ static lt_status make_clips(run *r)
 static lt_status write_array(run *r, const char *name, const lt_array *a)
 {
     const char *path = lt_path_join(r->arena, r->opt->out, name);
-    synth_file file;
-    lt_status st = path ? lt_npy_write(path, a) : lt_error(LT_ENOMEM, "%s: no memory", name);
+    const lt_status st = path ? lt_npy_write(path, a) : lt_error(LT_ENOMEM, "%s: no memory", name);
 
-    if (!st)
-        st = synth_describe_file(r->opt->out, name, &file);
-    return st ? st : synth_manifest_add(&r->manifest, &file, 1);
+    return st ? st : synth_manifest_file(&r->manifest, r->opt->out, name);
 }
 
 static lt_status write_arrays(run *r)
@@ -154,13 +143,10 @@ static lt_status write_labels(run *r)
 {
     const char *path = lt_path_join(r->arena, r->opt->out, "label.json");
     cJSON *root = labels_of(r);
-    synth_file file;
-    lt_status st = path && root ? lt_json_write(path, root) : lt_error(LT_ENOMEM, "label.json: no memory");
+    const lt_status st = path && root ? lt_json_write(path, root) : lt_error(LT_ENOMEM, "label.json: no memory");
 
     cJSON_Delete(root);
-    if (!st)
-        st = synth_describe_file(r->opt->out, "label.json", &file);
-    return st ? st : synth_manifest_add(&r->manifest, &file, 1);
+    return st ? st : synth_manifest_file(&r->manifest, r->opt->out, "label.json");
 }
 
 /* ---- figures ---- */
@@ -220,26 +206,19 @@ static lt_status measure(const run *r, synth_figure figure[ACTIONS_FIGURES])
 
 static lt_status finish(run *r, synth_figure *figure)
 {
-    synth_file stats;
+    const synth_result result = { "clips", r->set.n, figure, ACTIONS_FIGURES, false };
     lt_status st = write_arrays(r);
 
     if (!st)
         st = write_labels(r);
     if (!st)
         st = measure(r, figure);
-    if (!st)
-        st = synth_figures_write(r->opt->out, "clips", r->set.n, figure, ACTIONS_FIGURES);
-    if (!st)
-        st = synth_describe_file(r->opt->out, "stats.json", &stats);
-    if (!st)
-        st = synth_manifest_add(&r->manifest, &stats, 1);
-    return st ? st : synth_manifest_write(&r->manifest, r->opt, NULL);
+    return st ? st : synth_finish(&r->manifest, r->opt, NULL, &result);
 }
 
 lt_status synth_actions(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
 {
     run r = { .opt = options, .arena = lt_arena_new() };
-    synth_figure figure[ACTIONS_FIGURES];
     lt_status st;
 
     if (!r.arena)
@@ -249,11 +228,8 @@ lt_status synth_actions(const synth_options *options, synth_figure figures[SYNTH
     if (!st)
         st = make_clips(&r);
     if (!st)
-        st = finish(&r, figure);
-    if (!st && figures) {
-        memcpy(figures, figure, sizeof(figure));
-        *n = ACTIONS_FIGURES;
-    }
+        st = finish(&r, figures);
+    *n = ACTIONS_FIGURES;
     lt_arena_free(r.arena);
     return st;
 }

@@ -25,7 +25,7 @@ enum { ACTIONS_SUBJECTS = 10, ACTIONS_REPETITIONS = 20, ACTIONS_FIGURES = 3 };
 /**
  * synth_actions - write the clips into an empty folder
  *
- *   figures      (*n) of stats.json; both NULL: not wanted
+ *   figures      (*n) of stats.json
  *
  * Errors: LT_EINVAL for a number of clips that is not 100 for each repetition, or more than 100,000; LT_EIO, LT_ENOMEM;
  * LT_ESTOPPED when progress said so.

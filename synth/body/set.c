@@ -6,8 +6,8 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
 #include "synth/body/crop.h"
+#include "synth/preset.h"
 #include "synth/world/props.h"
-#include "synth/write/manifest.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -23,8 +23,7 @@ enum {
 /* What becomes of a picture; filled by whichever thread takes it. */
 typedef struct {
     synth_file file;
-    lt_status status;
-    char line[512];
+    lt_outcome outcome;
 } shot;
 
 typedef struct {
@@ -36,8 +35,7 @@ typedef struct {
     synth_body body;
     synth_props props;
     synth_crop_place *place;                    /* (PLACES) */
-    lt_status status[PLACES];                   /* of preparing a place */
-    char line[PLACES][512];
+    lt_outcome outcome[PLACES];                 /* of preparing a place */
     synth_frame **small, **frame;               /* one a thread, ... */
     lt_arena **scratch;                         /* ... for the picture that it takes */
     int64_t first;                              /* number of the first place of those that are in work */
@@ -45,16 +43,6 @@ typedef struct {
     body_row *truth;                    /* (n) evaluation first */
     synth_manifest manifest;
 } run;
-
-static lt_status report(const run *r, const char *step, int64_t done)
-{
-    const synth_options *o = r->opt;
-
-    if (o->progress && !o->progress(o->progress_ctx, step, done, r->n))
-        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld pictures; it is not complete", o->out,
-                        (long long)done, (long long)r->n);
-    return LT_OK;
-}
 
 /* ---- preparing ----------------------------------------------------------------------------------------- */
 
@@ -81,9 +69,7 @@ static void place_task(void *ctx, int64_t i)
     lt_arena_reset(r->place_arena[i]);
     r->place[i] = (synth_crop_place){ .body = &r->body, .hand = r->hand, .prop = r->props.pair, .seed = r->opt->seed,
                                       .number = r->first + i };
-    r->status[i] = synth_crop_place_new(r->place_arena[i], &r->place[i]);
-    if (r->status[i])
-        snprintf(r->line[i], sizeof(r->line[i]), "%s", lt_last_error());
+    lt_outcome_keep(&r->outcome[i], synth_crop_place_new(r->place_arena[i], &r->place[i]));
 }
 
 static lt_status get_memory(run *r)
@@ -106,49 +92,34 @@ static lt_status get_memory(run *r)
     return ok ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for pictures");
 }
 
-static lt_status make_folders(const run *r)
-{
-    static const char *const folder[] = { "train", "evaluation" };
-    lt_status st = LT_OK;
-
-    for (size_t i = 0; !st && i < LT_COUNT(folder); i++) {
-        char *path = lt_path_join(r->arena, r->opt->out, folder[i]);
-        st = path ? lt_make_dirs(path) : lt_error(LT_ENOMEM, "%s: no memory", r->opt->out);
-    }
-    return st;
-}
-
 static lt_status prepare(run *r)
 {
+    static const char *const folder[] = { "train", "evaluation" };
     lt_status st = get_memory(r);
 
     if (!st)
-        st = make_folders(r);
+        st = synth_folders(r->opt->out, folder, LT_COUNT(folder));
     if (!st)
         st = synth_hand_new(r->arena, SYNTH_HAND_MANO_LIKE, &r->hand);
     if (!st)
         st = synth_body_new(r->arena, r->hand, &r->body);
     if (!st)
-        st = report(r, "objects", 0);
+        st = synth_tell(r->opt, "objects", "pictures", 0, r->n);
     return st ? st : synth_props_init(&r->props);
 }
 
 /* ---- taking pictures ----------------------------------------------------------------------------------- */
 
-static lt_status write_image(const run *r, int64_t number, lt_arena *scratch, const synth_frame *f, synth_file *file)
+static lt_status write_image(const run *r, int64_t number, const synth_frame *f, synth_file *file)
 {
-    const lt_image img = { f->width, f->height, 3, 8, &f->rgb[0][0] };
     const bool evaluation = number < r->n_evaluation;
     lt_rng rng = lt_rng_make(r->opt->seed, lt_rng_mix(QUALITY, (uint64_t)number));
     const int quality = 82 + (int)lt_rng_below(&rng, 14);
-    char within[48], *path;
-    lt_status st;
+    char within[48];
 
     snprintf(within, sizeof(within), "%s/%06lld.jpg", evaluation ? "evaluation" : "train",
              (long long)(evaluation ? number : number - r->n_evaluation) + 1);
-    path = lt_path_join(scratch, r->opt->out, within);
-    st = path ? lt_jpeg_write(path, &img, quality) : lt_error(LT_ENOMEM, "%s: no memory", within);
-    return st ? st : synth_describe_file(r->opt->out, within, file);
+    return synth_jpeg(r->opt->out, within, f, quality, file);
 }
 
 static void take_task(void *ctx, int64_t i)
@@ -157,27 +128,24 @@ static void take_task(void *ctx, int64_t i)
     const int64_t number = picture_number(r, r->first + i / PICTURES, i % PICTURES);
     shot *s = &r->shot[i];
     const int thread = lt_thread_index();
+    lt_status st = LT_OK;
 
-    s->status = LT_OK;
-    if (number < 0)
-        return;
-    lt_arena_reset(r->scratch[thread]);
-    s->status = synth_crop_take(r->scratch[thread], &r->place[i / PICTURES], number, r->small[thread], r->frame[thread],
-                                &r->truth[number]);
-    if (!s->status)
-        s->status = write_image(r, number, r->scratch[thread], r->frame[thread], &s->file);
-    if (s->status)
-        snprintf(s->line, sizeof(s->line), "%s", lt_last_error());
+    if (number >= 0) {
+        lt_arena_reset(r->scratch[thread]);
+        st = synth_crop_take(r->scratch[thread], &r->place[i / PICTURES], number, r->small[thread], r->frame[thread],
+                             &r->truth[number]);
+        st = st ? st : write_image(r, number, r->frame[thread], &s->file);
+    }
+    lt_outcome_keep(&s->outcome, st);
 }
 
 static lt_status record(run *r, int64_t i)
 {
     const shot *s = &r->shot[i];
+    const lt_status st = lt_outcome_tell(&s->outcome);
 
-    if (s->status)
-        return lt_error(s->status, "%s", s->line);
-    if (picture_number(r, r->first + i / PICTURES, i % PICTURES) < 0)
-        return LT_OK;
+    if (st || picture_number(r, r->first + i / PICTURES, i % PICTURES) < 0)
+        return st;
     return synth_manifest_add(&r->manifest, &s->file, 1);
 }
 
@@ -191,8 +159,7 @@ static lt_status take_all(run *r)
 
         lt_parallel_for(n, place_task, r);
         for (int64_t i = 0; !st && i < n; i++)
-            if (r->status[i])
-                st = lt_error(r->status[i], "%s", r->line[i]);
+            st = lt_outcome_tell(&r->outcome[i]);
         if (!st)
             lt_parallel_for(n * PICTURES, take_task, r);
         for (int64_t i = 0; !st && i < n * PICTURES; i++) {
@@ -200,7 +167,7 @@ static lt_status take_all(run *r)
             done += picture_number(r, r->first + i / PICTURES, i % PICTURES) >= 0;
         }
         if (!st)
-            st = report(r, "pictures", done);
+            st = synth_tell(r->opt, "pictures", "pictures", done, r->n);
     }
     return st;
 }
@@ -210,24 +177,18 @@ static lt_status take_all(run *r)
 static lt_status write_rows(run *r, const char *within, int64_t first, int64_t n)
 {
     char *path = lt_path_join(r->arena, r->opt->out, within);
-    synth_file file;
-    lt_status st = path ? body_rows_write(r->arena, path, r->truth + first, n)
-                        : lt_error(LT_ENOMEM, "%s: no memory", within);
+    const lt_status st = path ? body_rows_write(r->arena, path, r->truth + first, n)
+                              : lt_error(LT_ENOMEM, "%s: no memory", within);
 
-    if (!st)
-        st = synth_describe_file(r->opt->out, within, &file);
-    return st ? st : synth_manifest_add(&r->manifest, &file, 1);
+    return st ? st : synth_manifest_file(&r->manifest, r->opt->out, within);
 }
 
 static lt_status write_body(run *r)
 {
     char *path = lt_path_join(r->arena, r->opt->out, "body.npz");
-    synth_file file;
-    lt_status st = path ? body_file_write(path, r->body.model) : lt_error(LT_ENOMEM, "body.npz: no memory");
+    const lt_status st = path ? body_file_write(path, r->body.model) : lt_error(LT_ENOMEM, "body.npz: no memory");
 
-    if (!st)
-        st = synth_describe_file(r->opt->out, "body.npz", &file);
-    return st ? st : synth_manifest_add(&r->manifest, &file, 1);
+    return st ? st : synth_manifest_file(&r->manifest, r->opt->out, "body.npz");
 }
 
 /* ---- figures ------------------------------------------------------------------------------------------- */
@@ -272,7 +233,7 @@ static void measure(const run *r, synth_figure out[FIGURES])
 
 static lt_status finish(run *r, synth_figure figure[FIGURES])
 {
-    synth_file stats;
+    const synth_result result = { "images", r->n, figure, FIGURES, false };
     lt_status st = write_rows(r, "evaluation.npz", 0, r->n_evaluation);
 
     if (!st)
@@ -280,13 +241,7 @@ static lt_status finish(run *r, synth_figure figure[FIGURES])
     if (!st)
         st = write_body(r);
     measure(r, figure);
-    if (!st)
-        st = synth_figures_write(r->opt->out, "images", r->n, figure, FIGURES);
-    if (!st)
-        st = synth_describe_file(r->opt->out, "stats.json", &stats);
-    if (!st)
-        st = synth_manifest_add(&r->manifest, &stats, 1);
-    return st ? st : synth_manifest_write(&r->manifest, r->opt, r->hand);
+    return st ? st : synth_finish(&r->manifest, r->opt, r->hand, &result);
 }
 
 static void clean_up(run *r)
@@ -307,7 +262,6 @@ lt_status synth_body_set(const synth_options *options, synth_figure figures[SYNT
     const int64_t pictures = options->frames ? options->frames : BODY_PICTURES;
     run r = { .opt = options, .arena = lt_arena_new(), .threads = lt_threads(), .n = pictures,
               .n_evaluation = lt_min_i64(BODY_EVALUATION, pictures / 5) };
-    synth_figure figure[FIGURES];
     lt_status st = r.arena ? prepare(&r) : lt_error(LT_ENOMEM, "synth: no memory");
 
     r.manifest = (synth_manifest){ .arena = r.arena, .layout = "body crops", .axes = "x right, y down, z forward",
@@ -315,11 +269,8 @@ lt_status synth_body_set(const synth_options *options, synth_figure figures[SYNT
     if (!st)
         st = take_all(&r);
     if (!st)
-        st = finish(&r, figure);
-    if (!st && figures) {
-        memcpy(figures, figure, sizeof(figure));
-        *n = FIGURES;
-    }
+        st = finish(&r, figures);
+    *n = FIGURES;
     clean_up(&r);
     return st;
 }

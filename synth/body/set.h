@@ -25,7 +25,7 @@ enum { BODY_PICTURES = 10000, BODY_EVALUATION = 1000 };
 /**
  * synth_body_set - write the dataset into an empty folder
  *
- *   figures      (*n) of stats.json; both NULL: not wanted
+ *   figures      (*n) of stats.json
  *
  * Errors: LT_EIO, LT_ENOMEM; LT_ESTOPPED when progress said so.
  */

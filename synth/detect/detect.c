@@ -8,6 +8,7 @@
 #include "libtensor/io/image/image.h"
 #include "synth/detect/layout.h"
 #include "synth/detect/tally.h"
+#include "synth/preset.h"
 #include "synth/world/props.h"
 #include "synth/write/coco.h"
 
@@ -30,8 +31,7 @@ typedef struct {
     synth_coco_image image;
     detect_sight sight[SYNTH_THINGS];
     synth_file file;
-    lt_status status;
-    char line[512];
+    lt_outcome outcome;
 } shot;
 
 typedef struct {
@@ -42,8 +42,7 @@ typedef struct {
     lt_hand_model *hand;
     synth_props props;
     detect_place place[PLACES];
-    lt_status status[PLACES];                   /* of preparing a place */
-    char line[PLACES][512];
+    lt_outcome outcome[PLACES];                 /* of preparing a place */
     synth_frame **frame;                        /* one a thread */
     int64_t first;                              /* number of the first picture of those that are taken now */
     shot *shot;                                 /* (PLACES * PICTURES) */
@@ -51,16 +50,6 @@ typedef struct {
     detect_tally tally;
     synth_manifest manifest;
 } run;
-
-static lt_status report(const run *r, const char *step, int64_t done)
-{
-    const synth_options *o = r->opt;
-
-    if (o->progress && !o->progress(o->progress_ctx, step, done, r->n))
-        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld pictures; it is not complete", o->out,
-                        (long long)done, (long long)r->n);
-    return LT_OK;
-}
 
 /* ---- preparing ---- */
 
@@ -71,17 +60,7 @@ static void place_task(void *ctx, int64_t i)
     lt_arena_reset(r->place_arena[i]);
     r->place[i] = (detect_place){ .hand = r->hand, .prop = r->props.pair, .seed = r->opt->seed,
                                    .near = r->opt->near };
-    r->status[i] = detect_place_new(r->place_arena[i], r->first / PICTURES + i, &r->place[i]);
-    if (r->status[i])
-        snprintf(r->line[i], sizeof(r->line[i]), "%s", lt_last_error());
-}
-
-static lt_status first_error(const run *r, int n)
-{
-    for (int i = 0; i < n; i++)
-        if (r->status[i])
-            return lt_error(r->status[i], "%s", r->line[i]);
-    return LT_OK;
+    lt_outcome_keep(&r->outcome[i], detect_place_new(r->place_arena[i], r->first / PICTURES + i, &r->place[i]));
 }
 
 static bool make_arenas(lt_arena **list, int n)
@@ -107,24 +86,13 @@ static lt_status get_memory(run *r)
     return LT_OK;
 }
 
-static lt_status make_folders(const run *r)
-{
-    static const char *const folder[] = { "annotations", "train", "evaluation" };
-    lt_status st = LT_OK;
-
-    for (size_t i = 0; !st && i < LT_COUNT(folder); i++) {
-        char *path = lt_path_join(r->arena, r->opt->out, folder[i]);
-        st = path ? lt_make_dirs(path) : lt_error(LT_ENOMEM, "%s: no memory", r->opt->out);
-    }
-    return st;
-}
-
 static lt_status prepare(run *r)
 {
+    static const char *const folder[] = { "annotations", "train", "evaluation" };
     lt_status st = get_memory(r);
 
     if (!st)
-        st = make_folders(r);
+        st = synth_folders(r->opt->out, folder, LT_COUNT(folder));
     if (!st)
         st = synth_hand_new(r->arena, SYNTH_HAND_MANO_LIKE, &r->hand);
     if (!st)
@@ -132,7 +100,7 @@ static lt_status prepare(run *r)
     if (!st)
         st = synth_coco_open(&r->coco[1], "evaluation");
     if (!st)
-        st = report(r, "objects", 0);
+        st = synth_tell(r->opt, "objects", "pictures", 0, r->n);
     return st ? st : synth_props_init(&r->props);
 }
 
@@ -172,18 +140,14 @@ static lt_status annotate(shot *s, const detect_picture *p, const synth_frame *f
 
 static lt_status write_image(const run *r, int64_t number, shot *s, const synth_frame *f)
 {
-    const lt_image img = { f->width, f->height, 3, 8, &f->rgb[0][0] };
     lt_rng rng = lt_rng_make(r->opt->seed, lt_rng_mix(QUALITY, (uint64_t)number));
     const int quality = 80 + (int)lt_rng_below(&rng, 16);
     const int64_t in_split = s->evaluation ? number : number - r->n_evaluation;
-    char within[48], *path;
-    lt_status st;
+    char within[48];
 
     snprintf(s->image.file, sizeof(s->image.file), "%06lld.jpg", (long long)in_split + 1);
     snprintf(within, sizeof(within), "%s/%s", s->evaluation ? "evaluation" : "train", s->image.file);
-    path = lt_path_join(s->arena, r->opt->out, within);
-    st = path ? lt_jpeg_write(path, &img, quality) : lt_error(LT_ENOMEM, "%s: no memory", within);
-    return st ? st : synth_describe_file(r->opt->out, within, &s->file);
+    return synth_jpeg(r->opt->out, within, f, quality, &s->file);
 }
 
 static lt_status take(const run *r, int64_t i, shot *s)
@@ -218,17 +182,15 @@ static void take_task(void *ctx, int64_t i)
     const run *r = ctx;
     shot *s = &r->shot[i];
 
-    s->status = take(r, i, s);
-    if (s->status)
-        snprintf(s->line, sizeof(s->line), "%s", lt_last_error());
+    lt_outcome_keep(&s->outcome, take(r, i, s));
 }
 
 static lt_status record(run *r, const shot *s)
 {
-    lt_status st;
+    lt_status st = lt_outcome_tell(&s->outcome);
 
-    if (s->status)
-        return lt_error(s->status, "%s", s->line);
+    if (st)
+        return st;
     synth_coco_add(&r->coco[s->evaluation], &s->image);
     st = s->near ? LT_OK : detect_tally_add(&r->tally, s->sight, s->image.n);
     return st ? st : synth_manifest_add(&r->manifest, &s->file, 1);
@@ -242,13 +204,14 @@ static lt_status take_all(run *r)
         const int64_t n = lt_min_i64(PLACES * PICTURES, r->n - r->first), places = lt_ceil_div(n, PICTURES);
 
         lt_parallel_for(places, place_task, r);
-        st = first_error(r, (int)places);
+        for (int64_t i = 0; !st && i < places; i++)
+            st = lt_outcome_tell(&r->outcome[i]);
         if (!st)
             lt_parallel_for(n, take_task, r);
         for (int64_t i = 0; !st && i < n; i++)
             st = record(r, &r->shot[i]);
         if (!st)
-            st = report(r, "pictures", r->first + n);
+            st = synth_tell(r->opt, "pictures", "pictures", r->first + n, r->n);
     }
     return st;
 }
@@ -256,31 +219,15 @@ static lt_status take_all(run *r)
 /* ---- the whole ---- */
 
 /* So many pictures must be what they are meant to be; those of hands from near by are not counted. */
-static lt_status check(const run *r, const synth_figure *figure)
-{
-    for (int i = 0; r->tally.pictures >= DETECT_EVALUATION && i < DETECT_FIGURES; i++)
-        if (!synth_figure_within(&figure[i]))
-            return lt_error(LT_ENUMERIC, "%s/stats.json: %s: found %.3f, wanted %.2f to %.2f", r->opt->out,
-                            figure[i].name, figure[i].value, figure[i].lo, figure[i].hi);
-    return LT_OK;
-}
-
 static lt_status finish(run *r, synth_figure *figure)
 {
-    synth_file stats;
+    const synth_result result = { "images", r->tally.pictures, figure, DETECT_FIGURES,
+                                  .strict = r->tally.pictures >= DETECT_EVALUATION };
     lt_status st = detect_tally_figures(&r->tally, figure);
 
     for (int i = 0; !st && i < 2; i++)
         st = synth_coco_close(&r->coco[i], r->opt->out, &r->manifest);
-    if (!st)
-        st = synth_figures_write(r->opt->out, "images", r->tally.pictures, figure, DETECT_FIGURES);
-    if (!st)
-        st = synth_describe_file(r->opt->out, "stats.json", &stats);
-    if (!st)
-        st = synth_manifest_add(&r->manifest, &stats, 1);
-    if (!st)
-        st = check(r, figure);
-    return st ? st : synth_manifest_write(&r->manifest, r->opt, r->hand);
+    return st ? st : synth_finish(&r->manifest, r->opt, r->hand, &result);
 }
 
 static void clean_up(run *r)
@@ -308,7 +255,6 @@ lt_status synth_detect(const synth_options *options, synth_figure figures[SYNTH_
     const int64_t pictures = options->frames ? options->frames : usual;
     run r = { .opt = options, .arena = lt_arena_new(), .threads = lt_threads(), .n = pictures,
               .n_evaluation = synth_detect_evaluation(options->seed, pictures) };
-    synth_figure figure[DETECT_FIGURES];
     lt_status st = r.arena ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory");
 
     r.tally.arena = r.manifest.arena = r.arena;
@@ -320,11 +266,8 @@ lt_status synth_detect(const synth_options *options, synth_figure figures[SYNTH_
     if (!st)
         st = take_all(&r);
     if (!st)
-        st = finish(&r, figure);
-    if (!st && figures) {
-        memcpy(figures, figure, sizeof(figure));
-        *n = DETECT_FIGURES;
-    }
+        st = finish(&r, figures);
+    *n = DETECT_FIGURES;
     clean_up(&r);
     return st;
 }

@@ -28,7 +28,7 @@ int64_t synth_detect_evaluation(uint64_t seed, int64_t pictures);
 /**
  * synth_detect - write the dataset into an empty folder
  *
- *   figures      (*n) of stats.json; both NULL: not wanted
+ *   figures      (*n) of stats.json
  *
  * Errors: LT_ENUMERIC where a figure of DETECT_EVALUATION pictures or more is outside its range: the folder is then
  * without a manifest; LT_EIO, LT_ENOMEM; LT_ESTOPPED when progress said so.

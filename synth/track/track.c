@@ -6,6 +6,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/image/image.h"
+#include "synth/preset.h"
 #include "synth/track/events.h"
 #include "synth/track/noise.h"
 #include "synth/track/script.h"
@@ -29,8 +30,7 @@ typedef struct {
     int n[CLASSES];
     synth_mot_truth truth[CLASSES][SYNTH_THINGS];
     synth_file file;
-    lt_status status;
-    char line[512];
+    lt_outcome outcome;
 } shot;
 
 typedef struct {
@@ -40,8 +40,7 @@ typedef struct {
     lt_hand_model *hand;
     synth_props props;
     track_script script[SCRIPTS];
-    lt_status status[SCRIPTS];
-    char line[SCRIPTS][512];
+    lt_outcome outcome[SCRIPTS];                /* of writing one */
     synth_frame **frame;                        /* one a thread */
     shot shot[FRAMES];
     const track_script *now;                    /* what is being filmed, from frame first on */
@@ -75,13 +74,7 @@ static int class_of(const track_script *s, int kind)
 
 static lt_status report(const run *r, const char *step)
 {
-    const synth_options *o = r->opt;
-    const int64_t total = (int64_t)TRACK_FILMS * r->frames;
-
-    if (o->progress && !o->progress(o->progress_ctx, step, r->done, total))
-        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %lld frames; it is not complete", o->out,
-                        (long long)r->done, (long long)total);
-    return LT_OK;
+    return synth_tell(r->opt, step, "frames", r->done, (int64_t)TRACK_FILMS * r->frames);
 }
 
 /* ---- preparing ---- */
@@ -92,9 +85,7 @@ static void script_task(void *ctx, int64_t i)
 
     lt_arena_reset(r->script_arena[i]);
     r->script[i] = (track_script){ .hand = r->hand, .prop = r->props.pair, .seed = r->opt->seed, .frames = r->frames };
-    r->status[i] = track_script_new(r->script_arena[i], r->first_film + (int)i, &r->script[i]);
-    if (r->status[i])
-        snprintf(r->line[i], sizeof(r->line[i]), "%s", lt_last_error());
+    lt_outcome_keep(&r->outcome[i], track_script_new(r->script_arena[i], r->first_film + (int)i, &r->script[i]));
 }
 
 static lt_status prepare(run *r)
@@ -161,16 +152,12 @@ static void develop(const run *r, int k, synth_frame *f)
 
 static lt_status write_image(const run *r, int k, shot *s, const synth_frame *f)
 {
-    const lt_image img = { f->width, f->height, 3, 8, &f->rgb[0][0] };
     const track_script *now = r->now;
-    char within[128], *path;
-    lt_status st;
+    char within[128];
 
     snprintf(within, sizeof(within), "%s/%s_%s/img1/%06d.jpg", now->evaluation ? "evaluation" : "train", now->name,
              class_name(now, 0), k + 1);
-    path = lt_path_join(s->arena, r->opt->out, within);
-    st = path ? lt_jpeg_write(path, &img, QUALITY) : lt_error(LT_ENOMEM, "%s: no memory", within);
-    return st ? st : synth_describe_file(r->opt->out, within, &s->file);
+    return synth_jpeg(r->opt->out, within, f, QUALITY, &s->file);
 }
 
 static lt_status film(const run *r, int k, shot *s)
@@ -200,9 +187,7 @@ static void film_task(void *ctx, int64_t i)
     run *r = ctx;
     shot *s = &r->shot[i];
 
-    s->status = film(r, r->first + (int)i, s);
-    if (s->status)
-        snprintf(s->line, sizeof(s->line), "%s", lt_last_error());
+    lt_outcome_keep(&s->outcome, film(r, r->first + (int)i, s));
 }
 
 /* ---- a film ---- */
@@ -210,9 +195,10 @@ static void film_task(void *ctx, int64_t i)
 static lt_status record(run *r, int k, const shot *s)
 {
     const uint64_t film = (uint64_t)(r->now - r->script + r->first_film);
+    const lt_status st = lt_outcome_tell(&s->outcome);
 
-    if (s->status)
-        return lt_error(s->status, "%s", s->line);
+    if (st)
+        return st;
     for (int c = 0; c < classes_of(r->now); c++) {
         lt_rng rng = lt_rng_make(r->opt->seed, lt_rng_mix(lt_rng_mix(DETECTIONS, film), (uint64_t)(CLASSES * k + c)));
         synth_mot_detection found[2 * SYNTH_THINGS];
@@ -285,7 +271,8 @@ static lt_status take_all(run *r)
         lt_parallel_for(n, script_task, r);
         for (int i = 0; !st && i < n; i++) {
             r->now = &r->script[i];
-            st = r->status[i] ? lt_error(r->status[i], "%s", r->line[i]) : take_film(r);
+            st = lt_outcome_tell(&r->outcome[i]);
+            st = st ? st : take_film(r);
         }
     }
     return st;
@@ -311,15 +298,6 @@ static void list_figures(const run *r, synth_figure out[TRACK_FIGURES])
     memcpy(out, all, sizeof(all));
 }
 
-static lt_status check(const run *r, const synth_figure *figure)
-{
-    for (int i = 0; r->frames >= TRACK_FRAMES && i < TRACK_FIGURES; i++)
-        if (!synth_figure_within(&figure[i]))
-            return lt_error(LT_ENUMERIC, "%s/stats.json: %s: found %.3f, wanted %.2f to %.2f", r->opt->out,
-                            figure[i].name, figure[i].value, figure[i].lo, figure[i].hi);
-    return LT_OK;
-}
-
 /* Who is whose twin. */
 static lt_status write_identities(run *r)
 {
@@ -340,19 +318,11 @@ static lt_status write_identities(run *r)
 
 static lt_status finish(run *r, synth_figure *figure)
 {
-    synth_file stats;
-    lt_status st = write_identities(r);
+    const synth_result result = { "frames", r->done, figure, TRACK_FIGURES, .strict = r->frames >= TRACK_FRAMES };
+    const lt_status st = write_identities(r);
 
     list_figures(r, figure);
-    if (!st)
-        st = synth_figures_write(r->opt->out, "frames", r->done, figure, TRACK_FIGURES);
-    if (!st)
-        st = synth_describe_file(r->opt->out, "stats.json", &stats);
-    if (!st)
-        st = synth_manifest_add(&r->manifest, &stats, 1);
-    if (!st)
-        st = check(r, figure);
-    return st ? st : synth_manifest_write(&r->manifest, r->opt, r->hand);
+    return st ? st : synth_finish(&r->manifest, r->opt, r->hand, &result);
 }
 
 static void clean_up(run *r)
@@ -373,7 +343,6 @@ lt_status synth_track(const synth_options *options, synth_figure figures[SYNTH_F
 {
     lt_arena *arena = lt_arena_new();
     run *r = arena ? lt_arena_alloc(arena, sizeof(*r)) : NULL;
-    synth_figure figure[TRACK_FIGURES];
     lt_status st = LT_OK;
 
     if (!r) {
@@ -392,11 +361,8 @@ lt_status synth_track(const synth_options *options, synth_figure figures[SYNTH_F
     if (!st)
         st = take_all(r);
     if (!st)
-        st = finish(r, figure);
-    if (!st && figures) {
-        memcpy(figures, figure, sizeof(figure));
-        *n = TRACK_FIGURES;
-    }
+        st = finish(r, figures);
+    *n = TRACK_FIGURES;
     clean_up(r);
     return st;
 }

@@ -25,7 +25,7 @@ enum { TRACK_FRAMES = 300, TRACK_FIGURES = 9 };
 /**
  * synth_track - write the dataset into an empty folder
  *
- *   figures      (*n) of stats.json; both NULL: not wanted
+ *   figures      (*n) of stats.json
  *
  * Errors: LT_EINVAL for frames that give a film less than one or more than 3,000; LT_ENUMERIC where a figure of films
  * of full length is outside its range: the folder is then without a manifest; LT_EIO, LT_ENOMEM; LT_ESTOPPED when

@@ -6,6 +6,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/mesh/ply.h"
+#include "synth/preset.h"
 #include "synth/render/render.h"
 #include "synth/take/prop.h"
 #include "synth/write/growing.h"
@@ -116,13 +117,10 @@ static lt_status write_png(run *r, const char *within, int channels, const void 
     const lt_image im = { TURNTABLE_SIDE, TURNTABLE_SIDE, channels, 8, (uint8_t *)(uintptr_t)data };
     lt_arena *scratch = lt_arena_new();
     const char *path = scratch ? lt_path_join(scratch, r->opt->out, within) : NULL;
-    synth_file file;
-    lt_status st = path ? lt_png_write_fast(path, &im) : lt_error(LT_ENOMEM, "synth: no memory");
+    const lt_status st = path ? lt_png_write_fast(path, &im) : lt_error(LT_ENOMEM, "synth: no memory");
 
-    if (!st)
-        st = synth_describe_file(r->opt->out, within, &file);
     lt_arena_free(scratch);
-    return st ? st : synth_manifest_add(&r->manifest, &file, 1);
+    return st ? st : synth_manifest_file(&r->manifest, r->opt->out, within);
 }
 
 /* Camera to world, x right, y up, z backward */
@@ -174,7 +172,6 @@ static lt_status write_points(run *r)
 {
     lt_mesh m = r->prop.mesh;
     const char *path = lt_path_join(r->arena, r->opt->out, "points.ply");
-    synth_file file;
     lt_status st;
 
     m.color = lt_arena_array(r->arena, (size_t)m.n_vertices, sizeof(*m.color));
@@ -192,29 +189,13 @@ static lt_status write_points(run *r)
     m.uv = NULL;
     m.normal = NULL;
     st = lt_ply_write_mesh(path, &m);
-    if (!st)
-        st = synth_describe_file(r->opt->out, "points.ply", &file);
-    return st ? st : synth_manifest_add(&r->manifest, &file, 1);
-}
-
-static lt_status make_folders(run *r)
-{
-    static const char *const folders[] = { "images", "masks" };
-    lt_status st = LT_OK;
-
-    for (size_t i = 0; i < LT_COUNT(folders) && !st; i++) {
-        const char *path = lt_path_join(r->arena, r->opt->out, folders[i]);
-
-        st = path ? lt_make_dirs(path) : lt_error(LT_ENOMEM, "synth: no memory");
-    }
-    return st;
+    return st ? st : synth_manifest_file(&r->manifest, r->opt->out, "points.ply");
 }
 
 /* ---- the whole ------------------------------------------------------------------------------------------- */
 
 static lt_status write_views(run *r, int n)
 {
-    const synth_options *o = r->opt;
     lt_status st = synth_growing_open(&r->json, "transforms.json");
 
     if (st)
@@ -222,15 +203,15 @@ static lt_status write_views(run *r, int n)
     fprintf(r->json.stream, "{\"camera_model\": \"OPENCV\", \"ply_file_path\": \"points.ply\", \"frames\": [");
     for (int i = 0; i < n && !st; i++) {
         st = write_view(r, i, n);
-        if (!st && o->progress && !o->progress(o->progress_ctx, "views", i + 1, n))
-            st = lt_error(LT_ESTOPPED, "%s: stopped after %d of %d views; it is not complete", o->out, i + 1, n);
+        st = st ? st : synth_tell(r->opt, "views", "views", i + 1, n);
     }
     fprintf(r->json.stream, "\n]}\n");
-    return st ? st : synth_growing_write(&r->json, o->out, "transforms.json", &r->manifest);
+    return st ? st : synth_growing_write(&r->json, r->opt->out, "transforms.json", &r->manifest);
 }
 
 lt_status synth_turntable(const synth_options *options, synth_figure figures[SYNTH_FIGURES], int *n)
 {
+    static const char *const folders[] = { "images", "masks" };
     const int views = options->frames ? options->frames : TURNTABLE_VIEWS;
     run r = { .opt = options, .arena = lt_arena_new() };
     lt_status st = LT_OK;
@@ -245,15 +226,14 @@ lt_status synth_turntable(const synth_options *options, synth_figure figures[SYN
     if (!st)
         st = make_scene(&r);
     if (!st)
-        st = make_folders(&r);
+        st = synth_folders(options->out, folders, LT_COUNT(folders));
     if (!st)
         st = write_views(&r, views);
     if (!st)
         st = write_points(&r);
     if (!st)
         st = synth_manifest_write(&r.manifest, options, NULL);
-    if (!st && n)
-        *n = 0;
+    *n = 0;
     synth_growing_fini(&r.json);
     synth_frame_free(r.frame);
     lt_arena_free(r.arena);

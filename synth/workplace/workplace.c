@@ -5,10 +5,10 @@
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
+#include "synth/preset.h"
 #include "synth/workplace/truth.h"
 #include "synth/world/props.h"
 #include "synth/write/growing.h"
-#include "synth/write/manifest.h"
 
 #include <math.h>
 #include <string.h>
@@ -29,8 +29,7 @@ typedef struct {
     synth_file file[RECORDING_CAMERAS][FILES];
     synth_growing truth;                        /* what does not depend on other moments */
     workplace_tally tally;
-    lt_status status;
-    char line[512];
+    lt_outcome outcome;
 } shot;
 
 typedef struct {
@@ -56,12 +55,7 @@ typedef struct {
 
 static lt_status report(const run *r, const char *step, int64_t done)
 {
-    const synth_options *o = r->opt;
-
-    if (o->progress && !o->progress(o->progress_ctx, step, done, r->frames))
-        return lt_error(LT_ESTOPPED, "%s: stopped after %lld of %d moments; it is not complete", o->out,
-                        (long long)done, r->frames);
-    return LT_OK;
+    return synth_tell(r->opt, step, "moments", done, r->frames);
 }
 
 /* ---- preparing ---------------------------------------------------------------------------------------------- */
@@ -211,9 +205,7 @@ static void film_task(void *ctx, int64_t i)
     run *r = ctx;
     shot *s = &r->shot[i];
 
-    s->status = film(r, r->first + (int)i, s);
-    if (s->status)
-        snprintf(s->line, sizeof(s->line), "%s", lt_last_error());
+    lt_outcome_keep(&s->outcome, film(r, r->first + (int)i, s));
 }
 
 /* ---- its lines ------------------------------------------------------------------------------------------------ */
@@ -267,8 +259,9 @@ static void print_head(run *r, int k, const shot *s, const int64_t line[RECORDIN
 static lt_status record(run *r, int k, shot *s)
 {
     int64_t line[RECORDING_CAMERAS];
-    lt_status st = s->status ? lt_error(s->status, "%s", s->line) : add_frames(r, k, s, line);
+    lt_status st = lt_outcome_tell(&s->outcome);
 
+    st = st ? st : add_frames(r, k, s, line);
     if (st)
         return st;
     fflush(s->truth.stream);
@@ -314,17 +307,9 @@ static void list_figures(const run *r, synth_figure out[FIGURES])
     memcpy(out, all, sizeof(all));
 }
 
-static lt_status add_file(run *r, const char *within)
-{
-    synth_file file;
-    lt_status st = synth_describe_file(r->opt->out, within, &file);
-
-    return st ? st : synth_manifest_add(&r->manifest, &file, 1);
-}
-
 static lt_status finish(run *r, synth_figure figure[FIGURES])
 {
-    static const char *const files[] = { "recording.json", "frames.jsonl", "world.json", "stats.json" };
+    static const char *const files[] = { "recording.json", "frames.jsonl", "world.json" };
     const char *world = lt_path_join(r->arena, r->opt->out, "world.json");
     lt_status st = recording_close(r->out);
 
@@ -333,11 +318,11 @@ static lt_status finish(run *r, synth_figure figure[FIGURES])
     if (!st)
         st = world ? truth_world(world, &r->script, r->room, &r->rig, &r->clock, r->sensor)
                    : lt_error(LT_ENOMEM, "%s: no memory", r->opt->out);
-    list_figures(r, figure);
-    st = st ? st : synth_figures_write(r->opt->out, "moments", r->frames, figure, FIGURES);
     for (size_t i = 0; i < LT_COUNT(files) && !st; i++)
-        st = add_file(r, files[i]);
-    return st ? st : synth_manifest_write(&r->manifest, r->opt, r->script.hand);
+        st = synth_manifest_file(&r->manifest, r->opt->out, files[i]);
+    list_figures(r, figure);
+    return st ? st : synth_finish(&r->manifest, r->opt, r->script.hand,
+                                  &(synth_result){ "moments", r->frames, figure, FIGURES, false });
 }
 
 static void clean_up(run *r)
@@ -365,7 +350,6 @@ lt_status workplace_film(const synth_options *o, const workplace_means *means, i
 {
     lt_arena *arena = lt_arena_new();
     run *r = arena ? lt_arena_alloc(arena, sizeof(*r)) : NULL;
-    synth_figure figure[FIGURES];
     lt_status st;
 
     if (!r) {
@@ -380,11 +364,8 @@ lt_status workplace_film(const synth_options *o, const workplace_means *means, i
                                     .width = WORKPLACE_WIDTH / shrink, .height = WORKPLACE_HEIGHT / shrink };
     st = prepare(r);
     st = st ? st : film_all(r);
-    st = st ? st : finish(r, figure);
-    if (!st && figures) {
-        memcpy(figures, figure, sizeof(figure));
-        *n = FIGURES;
-    }
+    st = st ? st : finish(r, figures);
+    *n = FIGURES;
     clean_up(r);
     return st;
 }
@@ -405,8 +386,7 @@ lt_status synth_workplace(const synth_options *o, synth_figure figures[SYNTH_FIG
     st = arena ? synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand) : lt_error(LT_ENOMEM, "synth: no memory");
     st = st ? st : synth_body_new(arena, hand, &body);
     workplace_cast(o->seed, cast);
-    if (!st && o->progress && !o->progress(o->progress_ctx, "objects", 0, frames_of(o)))
-        st = lt_error(LT_ESTOPPED, "%s: stopped before it began; it is not complete", o->out);
+    st = st ? st : synth_tell(o, "objects", "moments", 0, frames_of(o));
     st = st ? st : synth_props_init_some(&props, cast, WORKPLACE_CAST);
     st = st ? st : workplace_film(o, &(workplace_means){ &body, hand, props.pair }, 1, figures, n);
     synth_props_fini(&props);

@@ -27,7 +27,7 @@ extern "C" {
 /**
  * synth_workplace - write the recording into an empty folder
  *
- *   figures      (*n) of stats.json; both NULL: not wanted
+ *   figures      (*n) of stats.json
  *
  * Errors: LT_EINVAL for more than four cameras or more than an hour; LT_EIO, LT_ENOSPC, LT_ENOMEM; LT_ESTOPPED when
  * progress said so.

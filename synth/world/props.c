@@ -8,8 +8,7 @@
 typedef struct {
     synth_props *props;
     const int *number;
-    lt_status status[YCB_COUNT];
-    char line[YCB_COUNT][256];
+    lt_outcome outcome[YCB_COUNT];
 } job;
 
 static void make(void *ctx, int64_t i)
@@ -22,24 +21,22 @@ static void make(void *ctx, int64_t i)
 
     if (!st)
         st = synth_prop_mirror(arena, &p->right, &p->left);
-    j->status[i] = st;
-    if (st)
-        snprintf(j->line[i], sizeof(j->line[i]), "%s", lt_last_error());
+    lt_outcome_keep(&j->outcome[i], st);
 }
 
 lt_status synth_props_init_some(synth_props *p, const int *number, int n)
 {
     job j = { .props = p, .number = number };
+    lt_status st = LT_OK;
 
     *p = (synth_props){ .arena = { NULL } };
     for (int i = 0; i < n; i++)
         if (!(p->arena[number[i] - 1] = lt_arena_new()))
             return lt_error(LT_ENOMEM, "synth: no memory for objects");
     lt_parallel_for(n, make, &j);
-    for (int i = 0; i < n; i++)
-        if (j.status[i])
-            return lt_error(j.status[i], "%s", j.line[i]);
-    return LT_OK;
+    for (int i = 0; i < n && !st; i++)
+        st = lt_outcome_tell(&j.outcome[i]);
+    return st;
 }
 
 lt_status synth_props_init(synth_props *p)

@@ -197,12 +197,10 @@ static lt_status write_poses(lt_arena *arena, const char *root, const synth_dexy
                                  { "pose_m", lt_array_make(LT_ELEM_F4, 3, m, pose_m) } };
     const char *within = lt_arena_printf(arena, "%s/pose.npz", q->folder);
     const char *path = within ? lt_path_join(arena, root, within) : NULL;
-    synth_file file;
-    lt_status st = path ? lt_npz_write(path, a, LT_COUNT(a), true) : lt_error(LT_ENOMEM, "%s: no memory", q->folder);
+    const lt_status st = path ? lt_npz_write(path, a, LT_COUNT(a), true)
+                              : lt_error(LT_ENOMEM, "%s: no memory", q->folder);
 
-    if (!st)
-        st = synth_describe_file(root, within, &file);
-    return st ? st : synth_manifest_add(manifest, &file, 1);
+    return st ? st : synth_manifest_file(manifest, root, within);
 }
 
 lt_status synth_dexycb_write_sequence(const char *root, const synth_dexycb_sequence *q, const float *pose_m,

@@ -107,12 +107,8 @@ static lt_status close(synth_session *s)
     }
     if (!st)
         st = synth_truth_commit(&h->truth);
-    for (size_t i = 0; !st && i < LT_COUNT(file); i++) {
-        synth_file f;
-        st = synth_describe_file(s->opt->out, file[i], &f);
-        if (!st)
-            st = synth_manifest_add(&s->manifest, &f, 1);
-    }
+    for (size_t i = 0; !st && i < LT_COUNT(file); i++)
+        st = synth_manifest_file(&s->manifest, s->opt->out, file[i]);
     return st;
 }
 

@@ -25,17 +25,23 @@ lt_status synth_manifest_add(synth_manifest *m, const synth_file *file, int n)
     return LT_OK;
 }
 
+lt_status synth_manifest_file(synth_manifest *m, const char *root, const char *within)
+{
+    synth_file file;
+    const lt_status st = synth_describe_file(root, within, &file);
+
+    return st ? st : synth_manifest_add(m, &file, 1);
+}
+
 lt_status synth_manifest_text(synth_manifest *m, const char *root, const char *within, const char *text)
 {
     lt_arena *scratch = lt_arena_new();
     const char *full = scratch ? lt_path_join(scratch, root, within) : NULL;
-    synth_file file;
-    lt_status st = full ? lt_write_file(full, text, strlen(text)) : lt_error(LT_ENOMEM, "%s: no memory", within);
+    const lt_status st = full ? lt_write_file(full, text, strlen(text))
+                              : lt_error(LT_ENOMEM, "%s: no memory", within);
 
-    if (!st)
-        st = synth_describe_file(root, within, &file);
     lt_arena_free(scratch);
-    return st ? st : synth_manifest_add(m, &file, 1);
+    return st ? st : synth_manifest_file(m, root, within);
 }
 
 static void add_crc(cJSON *to, const char *name, uint32_t crc)

@@ -25,6 +25,9 @@ typedef struct {
 /* synth_manifest_add - n files more; the memory is the arena's. LT_ENOMEM. */
 lt_status synth_manifest_add(synth_manifest *m, const synth_file *file, int n);
 
+/* synth_manifest_file - root/within, which is there */
+lt_status synth_manifest_file(synth_manifest *m, const char *root, const char *within);
+
 /* synth_manifest_text - write root/within, a file of text in a folder that is there, and add it */
 lt_status synth_manifest_text(synth_manifest *m, const char *root, const char *within, const char *text);
 

@@ -241,9 +241,11 @@ static void film(const char *within, int frames, int cameras, int threads)
 {
     const synth_options o = { .preset = SYNTH_WORLD, .out = in_folder(within), .seed = SEED, .frames = frames,
                               .cameras = cameras, .difficulty = 0.2 };
+    synth_figure figures[SYNTH_FIGURES];
+    int n_figures;
 
     lt_set_threads(threads);
-    check_ok(workplace_film(&o, &means, SHRINK, NULL, NULL));
+    check_ok(workplace_film(&o, &means, SHRINK, figures, &n_figures));
     lt_set_threads(1);
 }
 
