@@ -233,6 +233,31 @@ START_TEST(error_lines)
 }
 END_TEST
 
+static void fail_at_odd(void *ctx, int64_t i)
+{
+    lt_outcome_keep((lt_outcome *)ctx + i, i % 2 ? lt_error(LT_EIO, "piece %d", (int)i) : LT_OK);
+}
+
+/* Of pieces that several threads did, each one's line, told on this thread. */
+START_TEST(errors_come_over_from_other_threads)
+{
+    enum { PIECES = 40 };
+    lt_outcome of[PIECES];
+
+    lt_set_threads(3);
+    lt_parallel_for(PIECES, fail_at_odd, of);
+    lt_set_threads(1);
+    for (int i = 0; i < PIECES; i++) {
+        char want[32];
+
+        lt_error(LT_EINVAL, "before");
+        snprintf(want, sizeof(want), "piece %d", i);
+        ck_assert_int_eq(lt_outcome_tell(&of[i]), i % 2 ? LT_EIO : LT_OK);
+        ck_assert_str_eq(lt_last_error(), i % 2 ? want : "before");
+    }
+}
+END_TEST
+
 static void count(void *ctx, int64_t i)
 {
     ((int *)ctx)[i]++;
@@ -345,6 +370,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, lists_grow_and_keep_what_they_hold);
     tcase_add_test(tc, allocations_fail_on_demand);
     tcase_add_test(tc, error_lines);
+    tcase_add_test(tc, errors_come_over_from_other_threads);
     tcase_add_test(tc, every_task_runs_once);
     tcase_add_test(tc, sizes_know_when_they_overflow);
     tcase_add_test(tc, numbers_ascend_before_nan);

@@ -7,21 +7,15 @@
 #include "libtensor/io/array/npy.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 
 #include <math.h>
 #include <stdlib.h>
 
 enum { CLIPS = 4, LENGTH = 6, T = 3 };
 
-static lt_arena *arena;
 static float body[CLIPS][3][LENGTH][ACTION_BODY], hand_object[CLIPS][3][LENGTH][ACTION_HAND_OBJECT];
 static uint8_t valid[CLIPS][LENGTH];
-
-static const char *at(const char *name)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, name);
-}
 
 static void write_arrays(void)
 {
@@ -42,8 +36,7 @@ static void write_labels(const char *text)
 /* Place, clip, coordinate and frame can be told from a number. */
 static void setup(void)
 {
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     for (int n = 0; n < CLIPS; n++)
         for (int c = 0; c < 3; c++)
             for (int k = 0; k < LENGTH; k++) {
@@ -56,12 +49,6 @@ static void setup(void)
     write_arrays();
     write_labels("{\"names\": [\"a\", \"b\", \"c\", \"d\"], \"labels\": [0, 9, 6, 2], \"subject\": [0, 1, 1, 2], "
                  "\"onset\": [0, 1, -1, 0], \"frames\": [6, 5, 2, 6]}");
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
 }
 
 START_TEST(clips)
@@ -272,7 +259,7 @@ END_TEST
 
 static void add_tests(TCase *tc)
 {
-    tcase_add_checked_fixture(tc, setup, teardown);
+    tcase_add_checked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, clips);
     tcase_add_test(tc, nobody_is_seen);
     tcase_add_test(tc, sides);

@@ -14,7 +14,7 @@
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/mesh/obj.h"
 #include "libtensor/io/text/json.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -25,18 +25,12 @@
 
 enum { W = 640, H = 480 };
 
-static lt_arena *arena;
 static lt_hand_model *right, *left;
 
 static const char *const serial[8] = {
     "836212060125", "839512060362", "840412060917", "841412060263",
     "932122060857", "932122060861", "932122061900", "932122062010",
 };
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static void text_file(const char *path, const char *text)
 {
@@ -80,17 +74,10 @@ static void meta(int subject, int sequence, int cameras, int frames, bool is_lef
 
 static void setup(void)
 {
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &right));
     left = lt_arena_alloc(arena, sizeof(*left));
     synth_hand_mirror(right, left);
-}
-
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
 }
 
 /* ---- the lists of the splits ---- */
@@ -1136,7 +1123,7 @@ END_TEST
 static void add_tests(TCase *c)
 {
     tcase_set_timeout(c, 0);
-    tcase_add_checked_fixture(c, setup, teardown);
+    tcase_add_checked_fixture(c, setup, close_scratch);
     tcase_add_test(c, official_lists);
     tcase_add_test(c, order_of_the_list);
     tcase_add_test(c, right_hand);

@@ -7,7 +7,7 @@
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/mesh/obj.h"
 #include "libtensor/io/pickle/pickle.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -18,13 +18,6 @@
 enum { W = 640, H = 480 };
 
 /* ---- a tree ---- */
-
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static void text_file(const char *path, const char *text)
 {
@@ -135,17 +128,10 @@ static void make_split(const char *split, bool jpg)
 
 static void setup(void)
 {
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     model("006_mustard_bottle");
     make_split("train", true);
     make_split("evaluation", false);
-}
-
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
 }
 
 static dataset *open_split(const char *split)
@@ -885,7 +871,7 @@ END_TEST
 
 static void add_tests(TCase *c)
 {
-    tcase_add_checked_fixture(c, setup, teardown);
+    tcase_add_checked_fixture(c, setup, close_scratch);
     tcase_set_timeout(c, 60);
     tcase_add_test(c, train_sample);
     tcase_add_test(c, object);

@@ -7,7 +7,7 @@
 #include "libtensor/geometry/hand/layer.h"
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -16,7 +16,6 @@ enum { FRAMES = 20 };
 
 /* ---- a dataset without files: names as HO3D has them, or DexYCB ---------------------------------------------- */
 
-static lt_arena *arena;
 static lt_hand_model *hand;
 static bool of_dexycb;
 
@@ -61,24 +60,12 @@ static const dataset frames = { .ops = &ops, .root = "made up", .split = "train"
 
 static void setup(void)
 {
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     of_dexycb = false;
     check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
 }
 
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
-}
-
 /* ---- files ----------------------------------------------------------------------------------------------- */
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 typedef struct { FILE *f; const char *path; } growing;
 
@@ -624,7 +611,7 @@ END_TEST
 
 static void add_tests(TCase *c)
 {
-    tcase_add_unchecked_fixture(c, setup, teardown);            /* one hand for all */
+    tcase_add_unchecked_fixture(c, setup, close_scratch);            /* one hand for all */
     tcase_set_timeout(c, 0);
     tcase_add_loop_test(c, palmar_poses, 0, LT_COUNT(forms));
     tcase_add_test(c, poses_a_hand);

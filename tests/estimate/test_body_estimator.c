@@ -6,36 +6,23 @@
 #include "libtensor/geometry/rotation.h"
 #include "libtensor/io/file.h"
 #include "tests/estimate/body_run.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "vision/person_window.h"
 
 enum { WIDTH = 320, HEIGHT = 200, W = 192, H = 256 };
 
 static const lt_camera camera = { 400, 390, 150, 105 };
 static uint8_t rgb[3 * WIDTH * HEIGHT];
-static lt_arena *arena;
-
-static const char *at(const char *name)
-{
-    return lt_path_join(arena, scratch_folder, name);
-}
 
 /* One run for all tests */
 static void setup(void)
 {
     lt_rng r = lt_rng_make(5, 0);
 
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     write_body_run(at("osx.safetensors"), "embedded", 0);
     for (size_t i = 0; i < sizeof(rgb); i++)
         rgb[i] = (uint8_t)lt_rng_below(&r, 256);
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
 }
 
 /* ---- the window ---- */
@@ -171,7 +158,7 @@ END_TEST
 static void add_tests(TCase *t)
 {
     tcase_set_timeout(t, 120);
-    tcase_add_unchecked_fixture(t, setup, teardown);
+    tcase_add_unchecked_fixture(t, setup, close_scratch);
     tcase_add_test(t, window_around);
     tcase_add_test(t, window_cut);
     tcase_add_test(t, body_in_picture);

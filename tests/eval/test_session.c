@@ -4,7 +4,7 @@
 #include "eval/report/session/internal.h"
 #include "eval/report/session/session.h"
 #include "libtensor/io/file.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 
 #include <stdlib.h>
 #include <unistd.h>
@@ -22,13 +22,6 @@ static const recording_rig rig = {
     },
     .n = 2, .fps = 10, .synthetic = true,
 };
-
-static lt_arena *arena;
-
-static const char *at(const char *name)
-{
-    return lt_path_join(arena, scratch_folder, name);
-}
 
 /* A folder of two cameras with a frame each in ten sets a second; the second one's clock is 5 s ahead. */
 static void record(const char *root)
@@ -276,20 +269,13 @@ END_TEST
 
 static void setup(void)
 {
-    make_scratch_folder();
-    arena = lt_arena_new();
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
+    open_scratch();
 }
 
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 60);
-    tcase_add_checked_fixture(tc, setup, teardown);
+    tcase_add_checked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, what_was_when);
     tcase_add_test(tc, the_page);
     tcase_add_test(tc, cut_short);

@@ -10,7 +10,7 @@
 #include "synth/detect/tally.h"
 #include "synth/world/person.h"
 #include "synth/world/seen.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -21,14 +21,8 @@
 
 enum { PICTURES = 15, TRAIN = 12, SIDE = 320 };
 
-static lt_arena *arena;
 static synth_figure figure[SYNTH_FIGURES];
 static int n_figures;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static synth_options options(const char *folder)
 {
@@ -40,16 +34,9 @@ static void setup(void)
 {
     synth_options o;
 
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     o = options("data");
     check_ok(synth_generate(&o, figure, &n_figures));
-}
-
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
 }
 
 /* ---- files ---- */
@@ -81,16 +68,11 @@ END_TEST
 START_TEST(same_seed_same_bytes)
 {
     synth_options o = options("again");
-    uint8_t *a, *b;
-    size_t n, m;
 
     lt_set_threads(3);
     check_ok(synth_generate(&o, NULL, NULL));
     lt_set_threads(0);
-    check_ok(lt_read_file(arena, at("data/manifest.json"), LT_FILE_MAX, &a, &n));
-    check_ok(lt_read_file(arena, at("again/manifest.json"), LT_FILE_MAX, &b, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_mem_eq(a, b, n);
+    same_files(at("data/manifest.json"), at("again/manifest.json"));
 }
 END_TEST
 
@@ -318,7 +300,7 @@ END_TEST
 
 static void add_tests(TCase *c)
 {
-    tcase_add_unchecked_fixture(c, setup, teardown);
+    tcase_add_unchecked_fixture(c, setup, close_scratch);
     tcase_set_timeout(c, 0);
     tcase_add_test(c, every_file_is_in_the_manifest);
     tcase_add_test(c, same_seed_same_bytes);

@@ -19,7 +19,7 @@
 #include "synth/write/dexycb.h"
 #include "synth/write/ho3d.h"
 #include "synth/write/model.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "vision/picture.h"
 
 #include <cjson/cJSON.h>
@@ -33,13 +33,7 @@
 
 enum { W = SYNTH_WIDTH, H = SYNTH_HEIGHT };
 
-static lt_arena *arena;
 static lt_hand_model *hand;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static synth_options tiny(const char *folder)
 {
@@ -51,17 +45,10 @@ static void setup(void)
 {
     synth_options o;
 
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     o = tiny("data");
     check_ok(synth_generate(&o, NULL, NULL));
     check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
-}
-
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
 }
 
 static dataset *open_split(const char *split)
@@ -144,16 +131,11 @@ END_TEST
 START_TEST(same_seed_same_bytes)
 {
     synth_options o = tiny("again");
-    uint8_t *a, *b;
-    size_t n, m;
 
     lt_set_threads(1);
     check_ok(synth_generate(&o, NULL, NULL));
     lt_set_threads(0);
-    check_ok(lt_read_file(arena, at("data/manifest.json"), LT_FILE_MAX, &a, &n));
-    check_ok(lt_read_file(arena, at("again/manifest.json"), LT_FILE_MAX, &b, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_mem_eq(a, b, n);
+    same_files(at("data/manifest.json"), at("again/manifest.json"));
 }
 END_TEST
 
@@ -661,7 +643,7 @@ END_TEST
 
 static void add_tests(TCase *c)
 {
-    tcase_add_unchecked_fixture(c, setup, teardown);
+    tcase_add_unchecked_fixture(c, setup, close_scratch);
     tcase_set_timeout(c, 600);
     tcase_add_test(c, manifest);
     tcase_add_test(c, annotation_keys);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* The generator's set for HOGS: light that is written down, hands that lie on objects, poses to begin from. */
+#include "assets/hand/hand.h"
 #include "data/ho3d/ho3d.h"
 #include "data/poses/initial_poses.h"
 #include "libtensor/base/parallel.h"
@@ -9,10 +10,9 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
 #include "libtensor/io/text/json.h"
-#include "assets/hand/hand.h"
 #include "synth/generate.h"
 #include "synth/take/light.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -22,14 +22,8 @@
 
 enum { SEQUENCES = 32 };
 
-static lt_arena *arena;
 static synth_figure figure[SYNTH_FIGURES];
 static int n_figures;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static synth_options options(const char *folder)
 {
@@ -41,16 +35,9 @@ static void setup(void)
 {
     synth_options o;
 
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     o = options("data");
     check_ok(synth_generate(&o, figure, &n_figures));
-}
-
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
 }
 
 static double figure_of(const char *name)
@@ -118,16 +105,11 @@ END_TEST
 START_TEST(same_seed_same_bytes)
 {
     synth_options o = options("again");
-    uint8_t *a, *b;
-    size_t n, m;
 
     lt_set_threads(3);
     check_ok(synth_generate(&o, NULL, NULL));
     lt_set_threads(0);
-    check_ok(lt_read_file(arena, at("data/manifest.json"), LT_FILE_MAX, &a, &n));
-    check_ok(lt_read_file(arena, at("again/manifest.json"), LT_FILE_MAX, &b, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_mem_eq(a, b, n);
+    same_files(at("data/manifest.json"), at("again/manifest.json"));
 }
 END_TEST
 
@@ -336,7 +318,7 @@ END_TEST
 
 static void add_tests(TCase *c)
 {
-    tcase_add_unchecked_fixture(c, setup, teardown);
+    tcase_add_unchecked_fixture(c, setup, close_scratch);
     tcase_set_timeout(c, 0);
     tcase_add_test(c, small_pictures_by_the_same_reader);
     tcase_add_test(c, every_pair);

@@ -7,7 +7,7 @@
 #include "synth/track/noise.h"
 #include "synth/track/script.h"
 #include "synth/track/track.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -18,26 +18,12 @@
 
 enum { FOLDERS = TRACK_HALLS + 2 * (TRACK_FILMS - TRACK_HALLS) };
 
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
-
 /* One dataset for all tests: a frame of each film. */
 static void setup(void)
 {
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     check_ok(synth_generate(&(synth_options){ .preset = SYNTH_TRACK, .out = at("data"), .seed = 5,
                                               .frames = TRACK_FILMS }, NULL, NULL));
-}
-
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
 }
 
 static const char *text_of(const char *path)
@@ -210,7 +196,7 @@ END_TEST
 
 static void add_tests(TCase *c)
 {
-    tcase_add_unchecked_fixture(c, setup, teardown);
+    tcase_add_unchecked_fixture(c, setup, close_scratch);
     tcase_set_timeout(c, 0);
     tcase_add_test(c, every_file_is_in_the_manifest);
     tcase_add_test(c, a_class_that_has_no_pictures_says_where_they_are);

@@ -4,7 +4,7 @@
 #include "libtensor/io/array/safetensors.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "tests/tasks/blobs/blobs.h"
 #include "train/trainer.h"
 
@@ -14,49 +14,19 @@
 #include <unistd.h>
 
 static const task *const tasks[] = { &blobs_task, NULL };
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static void setup(void)
 {
     static const char config[] = "{ \"model\": { \"name\": \"blobs\" }, \"train\": { \"validate_steps\": 30, "
         "\"validate_every\": 0, \"checkpoint_minutes\": 0 }, \"data\": { \"threads\": 2 } }";
 
-    make_scratch_folder();
-    arena = lt_arena_new();
-    ck_assert_ptr_nonnull(arena);
+    open_scratch();
     check_ok(lt_write_file(at("blobs.json"), config, sizeof(config) - 1));
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
 }
 
 static train_options options(const char *out)
 {
     return (train_options){ .tasks = tasks, .config = at("blobs.json"), .out = at(out), .quiet = true };
-}
-
-static const char *last_of(const char *run)
-{
-    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
-}
-
-static void same_end(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, m;
-
-    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
 START_TEST(threads_do_not_matter)
@@ -322,7 +292,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
-    tcase_add_checked_fixture(tc, setup, teardown);
+    tcase_add_checked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, threads_do_not_matter);
     tcase_add_test(tc, stops_do_not_matter);
     tcase_add_test(tc, ranks_do_not_matter);

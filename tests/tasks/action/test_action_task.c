@@ -6,19 +6,13 @@
 #include "synth/generate.h"
 #include "tasks/action/scores.h"
 #include "tasks/action/task.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "train/trainer.h"
 
 #include <math.h>
 #include <signal.h>
 
 static const task *const tasks[] = { &action_task, NULL };
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static void setup(void)
 {
@@ -27,16 +21,9 @@ static void setup(void)
         "\"train\": { \"checkpoint_minutes\": 0, \"validate_every\": 0, \"validate_samples\": 20 }, \"data\": { "
         "\"windows\": 2, \"min_valid\": 4 } }";
 
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     check_ok(synth_generate(&(synth_options){ .preset = SYNTH_ACTIONS, .out = at("data"), .clips = 100 }, NULL, NULL));
     check_ok(lt_write_file(at("action.json"), config, sizeof(config) - 1));
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
 }
 
 static lt_status train(const char *out, const char *more, const char *resume,
@@ -49,22 +36,6 @@ static lt_status train(const char *out, const char *more, const char *resume,
                         .n_set = resume ? 0 : more ? (int)LT_COUNT(set) : 1 };
 
     return train_run(&o, result);
-}
-
-static const char *last_of(const char *run)
-{
-    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
-}
-
-static void same_end(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, k;
-
-    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &k));
-    ck_assert_uint_eq(n, k);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
 static void stop_at_second(void *ctx, int64_t step, lt_params *set)
@@ -125,7 +96,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 300);
-    tcase_add_checked_fixture(tc, setup, teardown);
+    tcase_add_checked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, threads_and_stops_do_not_matter);
     tcase_add_test(tc, it_learns);
     tcase_add_test(tc, scores);

@@ -11,7 +11,7 @@
 #include "tasks/body/target.h"
 #include "tasks/body/task.h"
 #include "tasks/body/truth.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "train/trainer.h"
 
 #include <math.h>
@@ -20,12 +20,6 @@
 enum { PICTURES = 10, EVALUATION = 2 };
 
 static const task *const tasks[] = { &body_task, NULL };
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 /* One set for all tests */
 static void setup(void)
@@ -34,17 +28,10 @@ static void setup(void)
         "\"schedule\": \"constant\", \"batch\": 2, \"shards\": 2, \"steps\": 2 }, \"train\": { "
         "\"checkpoint_minutes\": 0, \"validate_every\": 0, \"validate_samples\": 2 } }";
 
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     check_ok(synth_generate(&(synth_options){ .preset = SYNTH_BODY, .out = at("data"), .seed = 4, .frames = PICTURES },
                             NULL, NULL));
     check_ok(lt_write_file(at("body.json"), config, sizeof(config) - 1));
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
 }
 
 static void open_set(const char *split, body_set *set)
@@ -186,22 +173,6 @@ static lt_status train(const char *out, const char *more, const char *resume,
     return train_run(&o, result);
 }
 
-static const char *last_of(const char *run)
-{
-    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
-}
-
-static void same_end(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, k;
-
-    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &k));
-    ck_assert_uint_eq(n, k);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
-}
-
 static void stop_at_second(void *ctx, int64_t step, lt_params *set)
 {
     (void)ctx, (void)set;
@@ -239,7 +210,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 300);
-    tcase_add_unchecked_fixture(tc, setup, teardown);
+    tcase_add_unchecked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, the_set);
     tcase_add_test(tc, targets);
     tcase_add_test(tc, mirrored);

@@ -8,18 +8,12 @@
 #include "libtensor/io/image/image.h"
 #include "tasks/detect/evaluate.h"
 #include "tasks/detect/task.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "train/trainer.h"
 
 #include <signal.h>
 
 static const task *const tasks[] = { &detect_task, NULL };
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 /* ---- a dataset: a bright square and a dark bar on grey, by class ---- */
 
@@ -68,20 +62,13 @@ static void setup(void)
         "\"shards\": 2, \"epochs\": 2, \"ema_decay\": 0.999 }, \"train\": { \"checkpoint_minutes\": 0, "
         "\"validate_every\": 0 }, \"data\": { \"optimizer\": \"given\" } }";
 
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     check_ok(lt_make_dirs(at("data/annotations")));
     check_ok(lt_make_dirs(at("data/train")));
     check_ok(lt_make_dirs(at("data/evaluation")));
     put_split("train");
     put_split("evaluation");
     check_ok(lt_write_file(at("n.json"), config, sizeof(config) - 1));
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
 }
 
 static const char *dir_key(void)
@@ -99,23 +86,6 @@ static lt_status train(const char *out, const char *const *more, int n_more, con
     for (int i = 0; i < n_more; i++)
         set[1 + i] = more[i];
     return train_run(&o, NULL);
-}
-
-static void read_last(const char *run, uint8_t **bytes, size_t *n)
-{
-    check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run)), LT_FILE_MAX, bytes,
-                          n));
-}
-
-static void same_end(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, m;
-
-    read_last(a, &x, &n);
-    read_last(b, &y, &m);
-    ck_assert_uint_eq(n, m);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
 START_TEST(threads_do_not_matter)
@@ -266,7 +236,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 300);
-    tcase_add_checked_fixture(tc, setup, teardown);
+    tcase_add_checked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, threads_do_not_matter);
     tcase_add_test(tc, stops_do_not_matter);
     tcase_add_test(tc, it_learns);

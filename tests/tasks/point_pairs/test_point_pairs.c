@@ -8,30 +8,16 @@
 #include "models/points/points.h"
 #include "tasks/point_pairs/shapes.h"
 #include "tasks/point_pairs/task.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "train/trainer.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <signal.h>
 
-static lt_arena *arena;
-
 static void setup(void)
 {
-    make_scratch_folder();
-    arena = lt_arena_new();
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
-}
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
+    open_scratch();
 }
 
 /* ---- shapes ---- */
@@ -199,22 +185,6 @@ static train_options options(const char *out)
     return (train_options){ .tasks = tasks, .config = at("points.json"), .out = at(out), .quiet = true };
 }
 
-static const char *last_of(const char *run)
-{
-    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
-}
-
-static void same_end(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, m;
-
-    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_mem_eq(x, y, n);
-}
-
 /* 24 shapes in batches of 7, so that the last of an epoch has places without a sample. */
 START_TEST(threads_do_not_matter)
 {
@@ -255,7 +225,7 @@ END_TEST
 
 static void add_tests(TCase *c)
 {
-    tcase_add_checked_fixture(c, setup, teardown);
+    tcase_add_checked_fixture(c, setup, close_scratch);
     tcase_set_timeout(c, 0);
     tcase_add_test(c, shapes_have_views);
     tcase_add_test(c, views_are_drawn);

@@ -8,19 +8,13 @@
 #include "tasks/reid/looks.h"
 #include "tasks/reid/scores.h"
 #include "tasks/reid/task.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "train/trainer.h"
 
 #include <math.h>
 #include <signal.h>
 
 static const task *const tasks[] = { &reid_task, NULL };
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 /* ---- films: two meet, and turn round ---- */
 
@@ -94,17 +88,10 @@ static void setup(void)
         "\"lr\": 1e-3, \"schedule\": \"constant\", \"batch\": 6, \"shards\": 2, \"steps\": 4 }, \"train\": { "
         "\"checkpoint_minutes\": 0, \"validate_every\": 0 }, \"data\": { \"every\": 4, \"visible\": 0.5 } }";
 
-    make_scratch_folder();
-    arena = lt_arena_new();
+    open_scratch();
     for (size_t i = 0; i < LT_COUNT(films); i++)
         put_film(&films[i]);
     check_ok(lt_write_file(at("reid.json"), config, sizeof(config) - 1));
-}
-
-static void teardown(void)
-{
-    lt_arena_free(arena);
-    remove_scratch_folder();
 }
 
 static lt_status train(const char *out, const char *more, const char *resume,
@@ -115,17 +102,6 @@ static lt_status train(const char *out, const char *more, const char *resume,
                         .resume = resume, .before_step = before_step, .set = set, .n_set = resume ? 0 : more ? 3 : 1 };
 
     return train_run(&o, result);
-}
-
-static void same_end(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, m;
-
-    check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", a)), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", b)), LT_FILE_MAX, &y, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
 START_TEST(threads_do_not_matter)
@@ -228,7 +204,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 300);
-    tcase_add_checked_fixture(tc, setup, teardown);
+    tcase_add_checked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, threads_do_not_matter);
     tcase_add_test(tc, stops_do_not_matter);
     tcase_add_test(tc, it_learns);
