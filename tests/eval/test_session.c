@@ -161,6 +161,33 @@ START_TEST(what_was_when)
 }
 END_TEST
 
+/* He walks until 0.9 s and then waves, in truth until 1 s, at 10 sets a second: the set at 1 s is the only one that is
+ * wrong, and near the change. What was said of the state, none and hold, has no truth. */
+START_TEST(beside_the_truth)
+{
+    const char *root = at("a");
+    agreement a;
+    history h;
+
+    record(root);
+    put_session(root, "");
+    put_truth(root);
+    check_ok(history_read(arena, root, &h));
+    check_ok(agreement_of(&h, LANE_TRUE_ACTION, &a));
+    ck_assert_int_eq(a.all, SETS);
+    ck_assert_int_eq(a.right, SETS - 1);
+    ck_assert_int_eq(a.settled_right, a.settled);
+    ck_assert_int_ge(a.settled, SETS - 8);
+    ck_assert_int_eq(a.n_words, 2);
+    ck_assert_str_eq(a.word[0].word, "walking");
+    ck_assert(a.word[0].all == 11 && a.word[0].right == 10 && a.word[1].all == 9 && a.word[1].right == 9);
+    ck_assert_int_eq(a.n_delays, 2);
+    ck_assert_double_eq_tol(a.median_delay, -1 / 60.0, 1e-4);   /* between 0 and a frame early */
+    check_ok(agreement_of(&h, LANE_TRUE_INTERACTION, &a));
+    ck_assert_int_eq(a.all, 0);
+}
+END_TEST
+
 START_TEST(the_page)
 {
     const char *root = at("a"), *text;
@@ -177,6 +204,9 @@ START_TEST(the_page)
     has(text, "<h3>Person 1</h3>");
     has(text, "<span>action, truth</span>");
     has(text, "<title>waving 1.00 to 1.90 s</title>");
+    has(text, "<h2>Beside the truth</h2>");
+    has(text, "<tr><td>action</td><td>walking</td><td class=n>90.9 %</td><td class=n>11</td></tr>");
+    has(text, "Of 2 onsets of an action 2 were told");
     has(text, "<h3>Of nobody that is known</h3>");
     has(text, "025_mug #3");
     has(text, "<td>age</td><td class=n>59.0</td><td class=n>68.0</td><td class=n>69.0</td>");
@@ -267,16 +297,12 @@ START_TEST(no_session)
 }
 END_TEST
 
-static void setup(void)
-{
-    open_scratch();
-}
-
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 60);
-    tcase_add_checked_fixture(tc, setup, close_scratch);
+    tcase_add_checked_fixture(tc, open_scratch, close_scratch);
     tcase_add_test(tc, what_was_when);
+    tcase_add_test(tc, beside_the_truth);
     tcase_add_test(tc, the_page);
     tcase_add_test(tc, cut_short);
     tcase_add_test(tc, nothing_from_a_file_is_markup);

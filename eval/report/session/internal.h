@@ -72,6 +72,27 @@ lt_status history_read(lt_arena *arena, const char *root, history *out);
 /* history_line - set k once more. LT_ENOMEM */
 lt_status history_line(const history *h, lt_arena *arena, int64_t k, session_line *out);
 
+/* ---- agreement.c: beside the truth ----------------------------------------------------------------------------- */
+
+enum { AGREEMENT_WORDS = 16 };
+
+typedef struct {
+    int all, right;                 /* sets of persons whom the truth knows and a session's person stands beside */
+    int settled, settled_right;     /* those more than five frames of 30 a second from a change of the truth */
+    struct { const char *word; int all, right; } word[AGREEMENT_WORDS];        /* of each true word */
+    int n_words;
+    double *delay;                  /* (n_delays) seconds from a true onset to where its word is said */
+    int n_delays, missed;           /* missed: onsets whose word is never said */
+    size_t room;
+    double median_delay;            /* NaN: there is none */
+} agreement;
+
+/* agreement_of - of LANE_TRUE_ACTION or LANE_TRUE_INTERACTION, in the history's arena. LT_ENOMEM */
+lt_status agreement_of(const history *h, lane_kind truth, agreement *out);
+
+/* agreement_put - as tables; nothing where there is no truth. LT_ENOMEM */
+lt_status agreement_put(FILE *f, const history *h);
+
 /* ---- timeline.c, pictures.c: parts of the page ------------------------------------------------------------------ */
 
 /* timeline_put - lanes as bars over time */

@@ -190,7 +190,9 @@ static lt_status put_page(FILE *f, history *h, const char *nonce)
     html_begin(f, h->r.root, nonce);
     put_sum(f, h);
     timeline_put(f, h);
-    st = pictures_put(f, h, nonce);
+    st = agreement_put(f, h);
+    if (!st)
+        st = pictures_put(f, h, nonce);
     if (!st)
         st = put_times(f, h);
     if (!st)
