@@ -25,7 +25,7 @@ typedef struct {
     body_estimator *body;           /* whole bodies of the people that the detector finds, or NULL */
     track_method track;             /* how a film's detections get their numbers */
     embedder *embedder;             /* how they look, which TRACK_DEEPSORT goes by; NULL: by overlap alone */
-    int most_looks;                 /* the surest so many of a frame are looked at; 0: all */
+    int most_looks;                 /* of a frame that are in doubt, the surest; 0: all are looked at */
     bool bilinear;                  /* crops are sampled between pixels: data.bilinear */
     const lt_hand_model *hand;      /* the one that the model was made with: its triangles are written */
     const char *checkpoint;         /* its path, for the JSON */

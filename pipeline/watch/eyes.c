@@ -9,7 +9,7 @@
 #include <string.h>
 
 enum { FEW_PIXELS = 20, ENOUGH_PIXELS = 2000 };         /* with depth, to place a thing */
-enum { MOST_LOOKS = 8 };                /* at boxes of a frame, on a small machine */
+enum { MOST_LOOKS = 4 };                /* at boxes of a frame, on a small machine */
 
 void watch_to_world(const recording_camera *c, const double p[3], double out[3])
 {

@@ -12,6 +12,7 @@
 static const double GATE = 9.4877;              /* chi-squared: 95 % of four degrees of freedom */
 static const double LOW_IOU = 0.5;              /* largest 1 - IoU in ByteTrack's second step */
 static const double NO_PAIR = 1e5;
+static const double SAME_PLACE = 0.5;           /* largest 1 - IoU of a detection that needs no look */
 
 /* What one step looks at */
 typedef struct step {
@@ -87,6 +88,31 @@ static void overlap_costs(const track_frame *f, const step *s, const track *t, d
 
         cost[j] = t->cls == d->cls ? overlap_cost(t, d->box) : NO_PAIR;
     }
+}
+
+/* Whether overlap alone might take one for the other */
+static bool meets(const tracker_options *o, const track *t, const track_detection *d)
+{
+    return t->cls == d->cls && overlap_cost(t, d->box) <= o->max_iou;
+}
+
+const track *track_alone(const tracker_options *o, const track *tracks, int n, const track_detection *found,
+                         int n_found, int j)
+{
+    const track *own = NULL;
+
+    for (int i = 0; i < n; i++)
+        if (meets(o, &tracks[i], &found[j])) {
+            if (own)
+                return NULL;
+            own = &tracks[i];
+        }
+    if (!own || !own->confirmed || own->age > 0 || overlap_cost(own, found[j].box) > SAME_PLACE)
+        return NULL;
+    for (int k = 0; k < n_found; k++)
+        if (k != j && meets(o, own, &found[k]))
+            return NULL;
+    return own;
 }
 
 /* ---- steps ----------------------------------------------------------------------------------------------- */

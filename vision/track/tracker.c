@@ -13,6 +13,8 @@ const tracker_options tracker_defaults = {
     .max_iou = 0.7, .max_age = 30, .n_init = 3, .budget = 100,
 };
 
+enum { FRESH = 10 };                /* hits of a track from look to look, where none is in doubt */
+
 struct tracker {
     tracker_options options;
     track *tracks;                  /* by id */
@@ -268,4 +270,13 @@ lt_status tracker_step(tracker *t, double time, const track_detection *found, in
     *out = t->seen;
     *n_out = st ? 0 : report(t);
     return st;
+}
+
+void tracker_doubts(const tracker *t, const track_detection *found, int n, bool *doubt)
+{
+    for (int j = 0; j < n; j++) {
+        const track *own = track_alone(&t->options, t->tracks, t->n, found, n, j);
+
+        doubt[j] = !own || (own->hits + own->id) % FRESH == 0;
+    }
 }
