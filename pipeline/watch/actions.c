@@ -46,11 +46,6 @@ void watch_actions_free(watch_actions *a)
     lt_release(a);
 }
 
-watch_action watch_action_of(const watch_actions *a)
-{
-    return a->now;
-}
-
 /* ---- the network ---- */
 
 static lt_status record(const void *m, model_record *r)
@@ -261,6 +256,7 @@ lt_status watch_actions_run(watch_world *w, const watch_set *set)
             extend(w, &w->person[i], set->t);
             if (w->act.plan)
                 look(w, w->person[i].actions);
+            w->person[i].action = w->person[i].actions->now;
         }
     return LT_OK;
 }

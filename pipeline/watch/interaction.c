@@ -54,12 +54,13 @@ static bool takes(interaction_state now, const interaction_seen *e)
     return e->robot < BY_ROBOT && e->flexion_deg < OPEN_DEG;
 }
 
-static bool puts_down(interaction_state now, const interaction_seen *e)
+/* What was never up does not come down. */
+static bool puts_down(const interaction *s, const interaction_seen *e)
 {
-    if (now == INTERACTION_PLACE)
+    if (s->state == INTERACTION_PLACE)
         return e->contact;
-    return now == INTERACTION_HOLD && e->contact &&
-           (does(e, PLACING) || (e->lift < DOWN && e->object_speed < SLOW));
+    return s->state == INTERACTION_HOLD && e->contact &&
+           (does(e, PLACING) || (s->lifted && e->lift < DOWN && e->object_speed < SLOW));
 }
 
 static bool holds(const interaction_seen *e)
@@ -83,14 +84,16 @@ static bool approaches(const interaction *s, const interaction_seen *e)
 static interaction_state rule(const interaction *s, const interaction_seen *e)
 {
     return gives(s->state, e) ? INTERACTION_HANDOVER : takes(s->state, e) ? INTERACTION_RECEIVE
-        : puts_down(s->state, e) ? INTERACTION_PLACE : holds(e) ? INTERACTION_HOLD
+        : puts_down(s, e) ? INTERACTION_PLACE : holds(e) ? INTERACTION_HOLD
         : e->contact ? INTERACTION_CONTACT : approaches(s, e) ? INTERACTION_APPROACH : INTERACTION_NONE;
 }
 
 void interaction_step(interaction *s, const interaction_seen *e)
 {
-    const interaction_state wanted = rule(s, e);
+    interaction_state wanted;
 
+    s->lifted = e->contact && (s->lifted || e->lift > DOWN);
+    wanted = rule(s, e);
     s->agreed = wanted == s->next ? s->agreed + 1 : 1;
     s->next = wanted;
     if (wanted != s->state && s->agreed >= SETS_TO_CHANGE) {

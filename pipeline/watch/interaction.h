@@ -44,7 +44,7 @@ typedef struct {
     int agreed;                     /* sets in a row that say next */
     double since;
     int64_t object;
-    bool left;
+    bool left, lifted;              /* lifted: what is touched has been off its support since it is */
     double p;
     struct { double t, reach; } past[INTERACTION_PAST];         /* of the last sets, a ring */
     int64_t n_past;

@@ -142,6 +142,12 @@ typedef struct {
 typedef struct watch_actions watch_actions;
 
 typedef struct {
+    int cls;                        /* -1: not known yet */
+    double p;                       /* its probability; */
+    double onset;                   /* since when */
+} watch_action;
+
+typedef struct {
     int64_t id;
     int camera;
     bool seen;                      /* in this set */
@@ -149,6 +155,7 @@ typedef struct {
     double joint[ACTION_BODY][3];   /* world */
     float box[4];
     watch_actions *actions;
+    watch_action action;
     interaction interaction;
 } watch_person;
 
@@ -199,15 +206,8 @@ void watch_actions_close(watch_world *w);
 
 /* ---- actions.c: what a person does ------------------------------------------------------------------------- */
 
-typedef struct {
-    int cls;                        /* -1: not known yet */
-    double p;                       /* its probability; */
-    double onset;                   /* since when */
-} watch_action;
-
 lt_status watch_actions_new(watch_actions **out);
 void watch_actions_free(watch_actions *a);
-watch_action watch_action_of(const watch_actions *a);
 
 /* ---- line.c: the record of a set; show.c: the picture of it --------------------------------------------------- */
 

@@ -166,7 +166,7 @@ static void add_doing(const watch_world *w, cJSON *to)
 
     for (int i = 0; i < w->n_people; i++) {
         const watch_person *p = &w->person[i];
-        const watch_action a = watch_action_of(p->actions);
+        const watch_action a = p->action;
         cJSON *s = cJSON_CreateObject();
 
         if (a.cls >= 0) {

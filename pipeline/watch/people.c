@@ -28,7 +28,7 @@ static watch_person *person_of(watch_world *w, int64_t id, double t)
     if (w->n_people == WATCH_PEOPLE)
         return NULL;
     p = &w->person[w->n_people];
-    *p = (watch_person){ .id = id, .t = t };
+    *p = (watch_person){ .id = id, .t = t, .action = { .cls = -1 } };
     if (watch_actions_new(&p->actions))
         return NULL;
     w->n_people++;

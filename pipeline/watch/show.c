@@ -53,7 +53,7 @@ static void draw_words(const watch_world *w, const watch_set *set, draw_canvas *
     draw_text(canvas, 4, y, 1, INK, text);
     for (int i = 0; i < w->n_people; i++) {
         const watch_person *p = &w->person[i];
-        const watch_action a = watch_action_of(p->actions);
+        const watch_action a = p->action;
 
         snprintf(text, sizeof(text), "#%lld %s  %.40s %.2f", (long long)p->id, interaction_names[p->interaction.state],
                  a.cls < 0 ? "" : action_classes[a.cls], a.cls < 0 ? 0 : a.p);

@@ -260,6 +260,9 @@ START_TEST(picked_up_and_put_down)
     e.reach = e.object_speed = e.slip = e.lift = 0;
     ck_assert_int_eq(after(&s, &e, 2), INTERACTION_APPROACH);   /* a change needs three in a row */
     ck_assert_int_eq(after(&s, &e, 1), INTERACTION_CONTACT);
+    e.object_speed = 0.05;
+    e.lift = 0.01;
+    ck_assert_int_eq(after(&s, &e, 12), INTERACTION_HOLD);      /* slow and low, but on its way up */
     e.object_speed = 0.2;
     e.lift = 0.1;
     ck_assert_int_eq(after(&s, &e, 6), INTERACTION_HOLD);
