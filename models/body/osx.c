@@ -76,13 +76,6 @@ static void init(const model *self, uint64_t seed)
     osx_rotations_init(&m->jaw, seed);
 }
 
-/* What a layer makes of one of the tokens: (B, n) */
-static lt_tensor *of_token(const lt_linear_layer *l, lt_tensor *tokens, int i)
-{
-    return lt_linear_layer_forward(l, lt_reshape(lt_slice(tokens, 1, i, 1), LT_SHAPE(lt_dim(tokens, 0),
-                                                                                    lt_dim(tokens, 2))));
-}
-
 static void give(model_record *r, const char *name, lt_tensor *t)
 {
     model_port_add(&r->outputs, name, lt_output(t, name));
@@ -124,11 +117,11 @@ static void record(const model *self, bool losses, model_record *r)
     const osx_boxes boxes = osx_box_net_forward(&m->boxes, f.map, joints.heat);
     lt_tensor *const box[2] = { osx_box_pixels(&boxes, 0, HAND_TIMES), osx_box_pixels(&boxes, 1, HAND_TIMES) };
     const osx_hands_out hands = osx_hands_forward(&m->hands, f.map, box);
-    lt_tensor *jaw = osx_rotations(of_token(&m->jaw, f.tokens, OSX_JAW_TOKEN));
+    lt_tensor *jaw = osx_rotations(osx_of_token(&m->jaw, f.tokens, OSX_JAW_TOKEN));
 
     give(r, "rotation", lt_concat((lt_tensor *[]){ body.rotation, hands.rotation[0], hands.rotation[1], jaw }, 4, 1));
     give(r, "shape", body.shape);
-    give(r, "expression", of_token(&m->expression, f.tokens, OSX_EXPRESSION_TOKEN));
+    give(r, "expression", osx_of_token(&m->expression, f.tokens, OSX_EXPRESSION_TOKEN));
     give(r, "camera", body.camera);
     give(r, "body_place", joints.place);
     give(r, "hand_place", lt_concat((lt_tensor *[]){ hands.place[0], hands.place[1] }, 2, 1));

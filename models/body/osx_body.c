@@ -82,9 +82,11 @@ osx_body osx_body_new(lt_params *set, const char *prefix, osx_sizes size)
     };
 }
 
-static lt_tensor *token(lt_tensor *tokens, int i)
+lt_tensor *osx_of_token(const lt_linear_layer *l, lt_tensor *tokens, int i)
 {
-    return lt_reshape(lt_slice(tokens, 1, i, 1), LT_SHAPE(lt_dim(tokens, 0), lt_dim(tokens, 2)));
+    lt_tensor *one = lt_reshape(lt_slice(tokens, 1, i, 1), LT_SHAPE(lt_dim(tokens, 0), lt_dim(tokens, 2)));
+
+    return lt_linear_layer_forward(l, one);
 }
 
 /* The place beside is as it comes, the distance positive: that at which CAMERA_SIZE fills the image, and less */
@@ -108,7 +110,7 @@ osx_body_out osx_body_forward(const osx_body *m, lt_tensor *tokens, lt_tensor *p
                                      lt_linear_layer_forward(&m->pose, joint) }, 2, 1);
     return (osx_body_out){
         .rotation = osx_rotations(six),
-        .shape = lt_linear_layer_forward(&m->shape, token(tokens, OSX_SHAPE_TOKEN)),
-        .camera = camera(lt_linear_layer_forward(&m->camera, token(tokens, OSX_CAMERA_TOKEN))),
+        .shape = osx_of_token(&m->shape, tokens, OSX_SHAPE_TOKEN),
+        .camera = camera(osx_of_token(&m->camera, tokens, OSX_CAMERA_TOKEN)),
     };
 }

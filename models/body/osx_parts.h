@@ -48,6 +48,9 @@ osx_places osx_position_forward(const osx_position *m, lt_tensor *map);
  * constants */
 lt_tensor *osx_sample(lt_tensor *map, lt_tensor *place);
 
+/* osx_of_token - what a layer makes of one of the tokens (B, N, C): (B, n) */
+lt_tensor *osx_of_token(const lt_linear_layer *l, lt_tensor *tokens, int i);
+
 /* ---- the body ---- */
 
 typedef struct {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "models/splats/gaussians.h"
 
+#include "libtensor/geometry/harmonics.h"
 #include "libtensor/geometry/mesh/kd_tree.h"
 
 #include <math.h>
@@ -8,7 +9,7 @@
 
 enum { NEIGHBOURS = 3 };
 
-static const double FIRST_OPACITY = 0.1, C0 = 0.28209479177387814;
+static const double FIRST_OPACITY = 0.1;
 static const double LEAST_SQUARE = 1e-7;            /* of a distance between neighbours, square metres */
 
 void gaussians_new(gaussians *g, lt_params *set, const char *prefix, int sets, int64_t each, int features)
@@ -79,7 +80,7 @@ static void place_row(const gaussians *g, int64_t row, const float at[3], double
     for (int k = 0; k < 3; k++) {
         g->centre->data[3 * row + k] = (lt_real)at[k];
         g->log_scale->data[3 * row + k] = (lt_real)log(scale);
-        g->dc->data[3 * row + k] = (lt_real)(0.5 / C0);
+        g->dc->data[3 * row + k] = (lt_real)(0.5 / LT_SH_C0);
     }
     g->quaternion->data[4 * row] = 1;
     g->opacity->data[row] = (lt_real)log(FIRST_OPACITY / (1 - FIRST_OPACITY));

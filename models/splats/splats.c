@@ -2,6 +2,7 @@
 #include "models/splats/splats.h"
 
 #include "libtensor/base/rng.h"
+#include "libtensor/geometry/harmonics.h"
 #include "libtensor/nn/init.h"
 #include "libtensor/ops/splat/gaussians.h"
 
@@ -9,7 +10,6 @@
 
 enum { SOME_GAUSSIANS = 5000, SOME_SIDE = 400, LEAST_SIDE = 16 };
 
-static const double C0 = 0.28209479177387814;
 static const double L1_SHARE = 0.8, SSIM_SHARE = 0.2;       /* of the loss                          [equation 7] */
 
 static const char *const variants[] = { "static", NULL };
@@ -78,7 +78,7 @@ static void colour(const gaussians *g, int n, const float (*colour)[3])
 {
     for (int i = 0; i < n; i++)
         for (int k = 0; k < 3; k++)
-            g->dc->data[3 * i + k] = (lt_real)(((colour ? (double)colour[i][k] : 0.5) - 0.5) / C0);
+            g->dc->data[3 * i + k] = (lt_real)(((colour ? (double)colour[i][k] : 0.5) - 0.5) / LT_SH_C0);
 }
 
 /* What model_class.init cannot report, Gaussians that are missing, a run finds at its first step. */

@@ -2,13 +2,12 @@
 /* Gaussians as .splat and as binary glTF. */
 #include "libtensor/io/mesh/splat.h"
 
+#include "libtensor/geometry/harmonics.h"
 #include "libtensor/io/mesh/glb_internal.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-static const double C0 = 0.28209479177387814;
 
 static lt_status check_splats(const char *path, const lt_splat *splat, size_t n)
 {
@@ -31,13 +30,13 @@ static double opacity_of(const lt_splat *s)
 void lt_splat_rgb(const lt_splat *s, double rgb[3])
 {
     for (int k = 0; k < 3; k++)
-        rgb[k] = 0.5 + C0 * (double)s->dc[k];
+        rgb[k] = 0.5 + LT_SH_C0 * (double)s->dc[k];
 }
 
 void lt_splat_paint(lt_splat *s, const double rgb[3])
 {
     for (int k = 0; k < 3; k++)
-        s->dc[k] = (float)((rgb[k] - 0.5) / C0);
+        s->dc[k] = (float)((rgb[k] - 0.5) / LT_SH_C0);
 }
 
 /* As a display shows it, 0 to 1 */

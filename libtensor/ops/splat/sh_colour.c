@@ -5,6 +5,7 @@
  *
  * A block of Gaussians at a time, turned: each coefficient, and each basis function, is a row over them.
  */
+#include "libtensor/geometry/harmonics.h"
 #include "libtensor/ops/splat/rows.h"
 
 enum { SH, DIRECTION, DEGREE };
@@ -37,7 +38,6 @@ static int active(const lt_call *c)
 }
 
 /* Factors of the basis functions */
-#define C0 ((lt_real)0.28209479177387814)
 #define C1 ((lt_real)0.4886025119029199)
 static const lt_real C2[5] = {
     (lt_real)1.0925484305920792, (lt_real)-1.0925484305920792, (lt_real)0.31539156525252005,
@@ -75,7 +75,7 @@ static void find_basis(const directions *d, int64_t n, lt_real b[BASIS][BLOCK])
     for (int64_t i = 0; i < n; i++) {
         const lt_real x = d->x[i], y = d->y[i], z = d->z[i], xx = x * x, yy = y * y, zz = z * z;
 
-        b[0][i] = C0;
+        b[0][i] = (lt_real)LT_SH_C0;
         b[1][i] = -C1 * y, b[2][i] = C1 * z, b[3][i] = -C1 * x;
         b[4][i] = C2[0] * x * y, b[5][i] = C2[1] * y * z, b[6][i] = C2[2] * (2 * zz - xx - yy);
         b[7][i] = C2[3] * x * z, b[8][i] = C2[4] * (xx - yy);
