@@ -39,8 +39,8 @@ static inline bool synth_figure_within(const synth_figure *f)
     return f->value >= f->lo && f->value <= f->hi;
 }
 
-/* synth_figures_write - root/stats.json of n figures, that `count` of what `counted` names went into: each with its range
- * and whether it is within. Being outside is no error: the few sequences of a small dataset may well be. */
+/* synth_figures_write - root/stats.json of n figures, that `count` of what `counted` names went into: each with its
+ * range and whether it is within. Being outside is no error: the few sequences of a small dataset may well be. */
 lt_status synth_figures_write(const char *root, const char *counted, int64_t count, const synth_figure *figure, int n);
 
 #ifdef __cplusplus

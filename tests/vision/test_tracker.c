@@ -175,8 +175,8 @@ static const tracked_box *of(int detection)
     return NULL;
 }
 
-/* Two meet and turn round. By overlap alone they are taken for each other; by looks they are not, nor by those alone that
- * are in doubt: few of them, while they are apart. */
+/* Two meet and turn round. By overlap alone they are taken for each other; by looks they are not, nor by those alone
+ * that are in doubt: few of them, while they are apart. */
 START_TEST(crossing)
 {
     const bool looks = _i != 1;

@@ -41,8 +41,8 @@ typedef struct {
 /* track_match - which detection belongs to which track; found_of and track_of are -1 before. LT_ENOMEM. */
 lt_status track_match(track_frame *f);
 
-/* track_alone - the one of n tracks that was seen last where detection j is, with nothing else of its class that overlap
- * might take for either; NULL: there is none */
+/* track_alone - the one of n tracks that was seen last where detection j is, with nothing else of its class that
+ * overlap might take for either; NULL: there is none */
 const track *track_alone(const tracker_options *o, const track *tracks, int n, const track_detection *found,
                          int n_found, int j);
 

@@ -89,8 +89,8 @@ lt_status tracker_step(tracker *t, double time, const track_detection *found, in
  *
  *   found    (n) as tracker_step will be given them, without embeddings
  *   doubt    (n) out. False: the detection has a track that was seen in the last frame where it is, and nothing else of
- *            the class overlaps with either by as much as max_iou asks; it is matched by overlap alone just as well. Each track's is in doubt again at every
- *            tenth hit, so that the tracker knows how it looks of late
+ *            the class overlaps with either by as much as max_iou asks; it is matched by overlap alone just as well.
+ *            Each track's is in doubt again at every tenth hit, so that the tracker knows how it looks of late
  */
 void tracker_doubts(const tracker *t, const track_detection *found, int n, bool *doubt);
 
