@@ -91,7 +91,7 @@ static void say_boxes(const predict_frame *f, char *line, size_t room)
         snprintf(line, room, "box of the person: %s", predict_source_name(f->person->from));
 }
 
-/* Of many hands and bodies those that leave half of the picture free */
+/* Of many hands and bodies those that leave three quarters of the picture free */
 static void draw_notes(draw_canvas *c, const predict_frame *f)
 {
     const int scale = (int)lt_max_i64(1, lt_min_i64(c->width / 500, c->height / 300));
@@ -100,11 +100,11 @@ static void draw_notes(draw_canvas *c, const predict_frame *f)
     size_t n;
     int y = 0;
 
-    for (int i = 0; i < f->n && y < c->height / 2 && (f->has & FRAME_POSES); i++) {
+    for (int i = 0; i < f->n && y < c->height / 4 && (f->has & FRAME_POSES); i++) {
         y = note_hand(c, y, scale, &v[i], &f->result[i]);
         y = note_object(c, y, scale, &v[i], &f->result[i]);
     }
-    for (int i = 0; i < f->n_people && y < c->height / 2; i++)
+    for (int i = 0; i < f->n_people && y < c->height / 4; i++)
         y = note_body(c, y, scale, &f->person[i]);
     say_boxes(f, line, sizeof(line));
     n = strlen(line);
@@ -113,21 +113,26 @@ static void draw_notes(draw_canvas *c, const predict_frame *f)
     draw_note(c, y, scale, INK, line);
 }
 
+/* Of a hand that cannot be trusted the joints as the heat maps have them, which are in its box at least. Without an object
+ * by name the points of its box are drawn where the boxes were given, not where a detector saw none. */
 static lt_status draw_hand(lt_arena *arena, draw_canvas *c, const predict_view *v, const predict_result *r,
                            const lt_mesh *hand, float width)
 {
     const pose_drawing all = {
         .joints = r->e.joints, .vertices = r->e.vertices, .faces = hand->face,
-        .object = r->object_found ? &r->e.object : NULL,
+        .object = r->object_found && predict_object_trusted(v, r) ? &r->e.object : NULL,
         .control = v->object ? v->object->control : NULL, .mesh = v->object ? &v->object->mesh : NULL,
-        .control2d = r->control2d,
+        .control2d = v->object || !v->hand_seen ? r->control2d : NULL,
     };
 
     if (!v->hand_seen) {
         draw_input_box(c, v->object_box, width, OBJECT_BOX);
         draw_input_box(c, v->hand_box, width, HAND_BOX);
     }
-    return pose_draw(arena, c, &v->camera, &all, width);
+    if (predict_trusted(v, r))
+        return pose_draw(arena, c, &v->camera, &all, width);
+    draw_skeleton(c, (const float (*)[2])r->heatmap2d, 4 * width);
+    return LT_OK;
 }
 
 static void draw_body(draw_canvas *c, const predict_person *p, float width)

@@ -318,6 +318,46 @@ START_TEST(numbers_by_looks)
 }
 END_TEST
 
+static bool drawn_left_of(const lt_image *im, int x, int from_y)
+{
+    for (int y = from_y; y < im->height; y++)
+        for (int k = 0; k < 3 * x; k++)
+            if (((const uint8_t *)im->data)[3 * y * im->width + k])
+                return true;
+    return false;
+}
+
+/* A hand in space that does not fit what the picture shows of it is not drawn; its joints in the picture are. */
+START_TEST(only_what_fits_is_drawn)
+{
+    enum { SIDE = 200 };
+    static uint8_t rgb[3 * SIDE * SIDE];
+    static int32_t face[LT_HAND_FACES][3];
+    const crop_box box = { 120, 120, 180, 180 };
+    const predict_options o = { .m = NULL };
+    predict_view v = { .path = "a", .rgb = rgb, .width = SIDE, .height = SIDE, .camera = { 100, 100, 100, 100 },
+                       .hand_box = box, .object_box = box };
+    predict_result *r = lt_arena_alloc(arena, sizeof(*r));
+    const lt_mesh hand = { .face = face };
+    predict_frame f = { .o = &o, .arena = arena, .scene = v, .view = &v, .n = 1, .result = r, .hand = &hand,
+                        .has = FRAME_POSES };
+    lt_image im;
+
+    r->placed = true;
+    for (int i = 0; i < LT_HAND_KEYPOINTS; i++) {
+        memcpy(r->e.joints[i], (float[]){ -0.5f, 0.5f, 1 }, sizeof(r->e.joints[i]));     /* at (50, 150) */
+        r->heatmap2d[i][0] = (float)(130 + 10 * (i % 5));
+        r->heatmap2d[i][1] = (float)(130 + 10 * (i / 5));
+    }
+    r->agreement_px = 5;
+    check_ok(predict_draw_overlay(&f, &im));
+    ck_assert(drawn_left_of(&im, 110, 110));
+    r->agreement_px = 90;
+    check_ok(predict_draw_overlay(&f, &im));
+    ck_assert(!drawn_left_of(&im, 110, 110) && drawn_left_of(&im, 150, 110));
+}
+END_TEST
+
 /* Filters go with the numbers: hands that pass each other keep theirs. */
 START_TEST(filters_go_with_numbers)
 {
@@ -478,6 +518,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, numbers_stay);
     tcase_add_test(t, numbers_by_looks);
     tcase_add_test(t, filters_go_with_numbers);
+    tcase_add_test(t, only_what_fits_is_drawn);
     tcase_add_test(t, nothing_found);
     tcase_add_test(t, no_class_of_hands);
 }
