@@ -10,14 +10,13 @@
 #include "synth/detect/tally.h"
 #include "synth/world/person.h"
 #include "synth/world/seen.h"
-#include "tests/scratch.h"
+#include "tests/synth/made.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <zlib.h>
 
 enum { PICTURES = 15, TRAIN = 12, SIDE = 320 };
 
@@ -43,25 +42,7 @@ static void setup(void)
 
 START_TEST(every_file_is_in_the_manifest)
 {
-    cJSON *j;
-    const cJSON *file;
-    int n = 0;
-
-    check_ok(lt_json_read(at("data/manifest.json"), &j));
-    ck_assert(cJSON_IsTrue(cJSON_GetObjectItem(j, "synthetic")));
-    ck_assert_str_eq(cJSON_GetObjectItem(j, "preset")->valuestring, "detect");
-    ck_assert_str_eq(cJSON_GetObjectItem(j, "seed")->valuestring, "7");
-    cJSON_ArrayForEach(file, cJSON_GetObjectItem(j, "files_crc32")) {
-        uint8_t *bytes;
-        size_t size;
-        char crc[16];
-        check_ok(lt_read_file(arena, at(lt_arena_printf(arena, "data/%s", file->string)), LT_FILE_MAX, &bytes, &size));
-        snprintf(crc, sizeof(crc), "%08lx", crc32_z(0, bytes, size));
-        ck_assert_str_eq(crc, file->valuestring);
-        n++;
-    }
-    ck_assert_int_eq(n, PICTURES + 3);
-    cJSON_Delete(j);
+    ck_assert_int_eq(check_manifest("detect", "7"), PICTURES + 3);
 }
 END_TEST
 

@@ -19,17 +19,15 @@
 #include "synth/write/dexycb.h"
 #include "synth/write/ho3d.h"
 #include "synth/write/model.h"
-#include "tests/scratch.h"
+#include "tests/synth/made.h"
 #include "vision/picture.h"
 
-#include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <zlib.h>
 
 enum { W = SYNTH_WIDTH, H = SYNTH_HEIGHT };
 
@@ -62,32 +60,9 @@ static dataset *open_split(const char *split)
 
 /* ---- the files ---- */
 
-static void crc_holds(const char *path, const char *want)
-{
-    uint8_t *bytes;
-    size_t n;
-    char text[16];
-
-    check_ok(lt_read_file(arena, lt_arena_printf(arena, "%s/%s", at("data"), path), LT_FILE_MAX, &bytes, &n));
-    snprintf(text, sizeof(text), "%08lx", crc32_z(0, bytes, n));
-    ck_assert_str_eq(text, want);
-}
-
 START_TEST(manifest)
 {
-    cJSON *j;
-    const cJSON *file;
-    int n = 0;
-
-    check_ok(lt_json_read(at("data/manifest.json"), &j));
-    ck_assert(cJSON_IsTrue(cJSON_GetObjectItem(j, "synthetic")));
-    ck_assert_str_eq(cJSON_GetObjectItem(j, "seed")->valuestring, "11");
-    cJSON_ArrayForEach(file, cJSON_GetObjectItem(j, "files_crc32")) {
-        crc_holds(file->string, file->valuestring);
-        n++;
-    }
-    ck_assert_int_eq(n, 6 * SYNTH_FRAME_FILES + 3 * 4 + 5);
-    cJSON_Delete(j);
+    ck_assert_int_eq(check_manifest("tiny", "11"), 6 * SYNTH_FRAME_FILES + 3 * 4 + 5);
 }
 END_TEST
 
