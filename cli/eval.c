@@ -27,15 +27,17 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { PICTURES = 12, REQUIREMENTS = 64 };
+enum { PICTURES = 12, REQUIREMENTS = 64, LPIPS_FILES = 2 };
 enum { DATA = 256, SPLIT, MODELS, HAND, LIMIT, JSON, SUBMIT, NO_BENCH, MAX_PA, CLAIMS, SETUP, FILTER, PRED,
-       REQUIRE, TABLES, SET, MESHES };
+       REQUIRE, TABLES, SET, MESHES, LPIPS };
 
 typedef struct {
     const char *checkpoint, *data, *split, *setup, *filter, *models, *hand, *out, *submit, *pred;
     int batch, limit, meshes;      /* meshes: -1 where nothing was said */
     eval_requirement require[REQUIREMENTS];
     int n_require;
+    const char *lpips[LPIPS_FILES];
+    int n_lpips;
     cli_overrides over;
     const char *runs;               /* of --claims or --tables */
     bool json, no_bench, claims, tables;
@@ -60,6 +62,9 @@ static const struct argp_option options[] = {
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "meshes", MESHES, "N", 0,
       "of a run of hogs: frames of each object whose surfaces are made and scored; default 1, 0 none", 0 },
+    { "lpips", LPIPS, "FILE", 0,
+      "of a run of hogs or splats: LPIPS's weights; given twice where AlexNet's and the channels' are two files; "
+      "default those of the run, else a random trunk, and the scores say so", 0 },
     { "set", SET, "KEY=VALUE", 0, "another value for a key of a tracker, as data.max_age=60; may be given again", 0 },
     { "require", REQUIRE, "KEY>=X", 0, "exit with 1 when the model's score is less, or with KEY<=X more; KEY as in "
       "scores.json; may be given again", 0 },
@@ -89,7 +94,7 @@ static void check_together(const eval_args *a, struct argp_state *state)
         argp_error(state, "want a checkpoint or a run's folder, or --pred FILE and --data DIR");
     if (a->checkpoint && a->pred)
         argp_error(state, "a checkpoint or --pred, not both");
-    if (a->pred && (a->limit || a->n_require || a->submit || a->filter || a->over.n))
+    if (a->pred && (a->limit || a->n_require || a->submit || a->filter || a->over.n || a->n_lpips))
         argp_error(state, "--pred takes --data, --split, --setup, --models, --hand, --out, --json: the whole file is "
                    "scored");
     if (a->filter && !strcmp(a->filter, "every") && !a->submit)
@@ -132,6 +137,14 @@ static void add_max_pa_mpjpe(eval_args *a, struct argp_state *state, const char 
     add_requirement(a, state, text);
 }
 
+static void add_lpips(eval_args *a, struct argp_state *state, const char *file)
+{
+    if (a->n_lpips == LPIPS_FILES)
+        argp_error(state, "--lpips: at most %d files", LPIPS_FILES);
+    else
+        a->lpips[a->n_lpips++] = file;
+}
+
 static error_t parse(int key, char *arg, struct argp_state *state)
 {
     eval_args *a = state->input;
@@ -151,6 +164,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case LIMIT: a->limit = cli_number(state, "limit", arg, 1, 1000000000); break;
     case MESHES: a->meshes = cli_number(state, "meshes", arg, 0, 100000); break;
     case MAX_PA: add_max_pa_mpjpe(a, state, arg); break;
+    case LPIPS: add_lpips(a, state, arg); break;
     case SET: cli_override(state, &a->over, arg); break;
     case REQUIRE: add_requirement(a, state, arg); break;
     case NO_BENCH: a->no_bench = true; break;
@@ -373,7 +387,7 @@ static lt_status evaluate_task(const eval_args *a, cli_checkpoint *c)
     const task_evaluation e = {
         .arena = c->arena, .config = &c->config, .checkpoint = c->path, .step = c->step, .hand = a->hand,
         .split = a->split, .folder = folder, .limit = a->limit, .meshes = a->meshes < 0 ? 1 : a->meshes,
-        .tables = a->json ? NULL : stdout, .progress = show_progress,
+        .lpips = a->lpips, .n_lpips = a->n_lpips, .tables = a->json ? NULL : stdout, .progress = show_progress,
     };
     cJSON *scores = NULL;
     lt_status st = point_at_data(a, c);
@@ -457,6 +471,14 @@ static lt_status check_overrides(const eval_args *a, const cli_checkpoint *c)
     return LT_OK;
 }
 
+static bool has_score(const task *t, const char *key)
+{
+    for (const char *const *own = t->scores; own && *own; own++)
+        if (strcmp(*own, key) == 0)
+            return true;
+    return false;
+}
+
 /* By the model's task */
 static lt_status score_run(const eval_args *a, cli_checkpoint *c)
 {
@@ -466,6 +488,9 @@ static lt_status score_run(const eval_args *a, cli_checkpoint *c)
         return st;
     if (a->meshes >= 0 && !c->config.task->export)
         return lt_error(LT_EUSAGE, "%s: a model of %s, which has no surfaces for --meshes", c->path,
+                        c->config.task->name);
+    if (a->n_lpips && !has_score(c->config.task, "lpips_sym"))
+        return lt_error(LT_EUSAGE, "%s: a model of %s, which draws no pictures for --lpips", c->path,
                         c->config.task->name);
     if (c->config.task->evaluate)
         return evaluate_task(a, c);

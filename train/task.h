@@ -42,6 +42,8 @@ typedef struct {
     const char *split, *folder;
     int64_t limit;                      /* samples, spread over the split; 0: all */
     int meshes;                         /* of each object: frames whose surfaces are scored, of tasks that have any */
+    const char *const *lpips;           /* (n_lpips) files of LPIPS's weights, of tasks that score pictures */
+    int n_lpips;
     FILE *tables;                       /* NULL: none are printed */
     bool (*progress)(void *ctx, int64_t done, int64_t total);   /* false: stop, with LT_ESTOPPED */
     void *ctx;

@@ -2,7 +2,7 @@
 /*
  * How like two pictures are: PSNR and SSIM, of all of it, of a rectangle, or where a mask is.
  *
- * Values are in [0, 1]. LPIPS is a network: models/backbones/lpips.h.
+ * Values are in [0, 1]. LPIPS is a network: lpips_score.h.
  */
 #ifndef EVAL_METRICS_IMAGE_H
 #define EVAL_METRICS_IMAGE_H

@@ -10,6 +10,8 @@
 
 #include "models/backbones/alexnet.h"
 
+enum { LPIPS_MOST = 4096 };         /* the largest side of an image in pixels; the smallest is AlexNet's */
+
 typedef struct {
     alexnet trunk;
     lt_param *lin[ALEXNET_TAPS];    /* (1, C, 1, 1): what a channel counts */

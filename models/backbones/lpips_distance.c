@@ -16,7 +16,6 @@
 #include <string.h>
 
 #define EPS ((lt_real)1e-10)
-enum { MOST_SIDE = 4096 };
 
 static const double shift[3] = { -0.030, -0.088, -0.188 }, scale[3] = { 0.458, 0.448, 0.450 };
 
@@ -38,9 +37,9 @@ static lt_status infer(lt_call *c)
         return LT_ESHAPE;
     if (lt_dim(x, 1) != 3)
         return lt_fail(c, "image has %lld channels, want red, green and blue", (long long)lt_dim(x, 1));
-    if (B && (H < ALEXNET_LEAST || W < ALEXNET_LEAST || H > MOST_SIDE || W > MOST_SIDE))
+    if (B && (H < ALEXNET_LEAST || W < ALEXNET_LEAST || H > LPIPS_MOST || W > LPIPS_MOST))
         return lt_fail(c, "image is %lld x %lld pixels, want sides of %d to %d", (long long)W, (long long)H,
-                       ALEXNET_LEAST, MOST_SIDE);
+                       ALEXNET_LEAST, LPIPS_MOST);
     if (c->in[BOXES] && lt_want_shape(c, BOXES, "boxes", LT_SHAPE(lt_dim(x, 0), 4)))
         return LT_ESHAPE;
     c->out->shape = LT_SHAPE(lt_dim(x, 0));

@@ -14,11 +14,12 @@
 
 enum { WORST = 6 };                                 /* views in pictures.png */
 
-const char *const splats_score_keys[] = { "psnr_db", "ssim", NULL };
+const char *const splats_score_keys[] = { "psnr_db", "ssim", "lpips_raw01", "lpips_sym", NULL };
 
 /* ---- a view ---------------------------------------------------------------------------------------------- */
 
-lt_status splats_score_view(const task_run *r, const compiled *c, int view, double out[SPLATS_SCORES])
+lt_status splats_score_view(const task_run *r, const compiled *c, int view, const eval_lpips *judge,
+                            double out[SPLATS_SCORES])
 {
     const splats *m = splats_of(r->m);
     const transforms_picture *v = &r->picture[view];
@@ -27,6 +28,7 @@ lt_status splats_score_view(const task_run *r, const compiled *c, int view, doub
     float *a = lt_alloc(6 * (size_t)plane * sizeof(*a)), *b = a ? a + 3 * plane : NULL;
     const eval_pictures p = { .a = a, .b = b, .channels = 3, .height = v->height, .width = v->width, .plane = plane,
                               .row = v->width };
+    eval_lpips_scores far = { NAN, NAN };
     lt_status st;
 
     if (!a)
@@ -40,7 +42,11 @@ lt_status splats_score_view(const task_run *r, const compiled *c, int view, doub
     }
     out[SPLATS_PSNR] = eval_psnr(&p, v->mask);
     st = eval_ssim(&p, EVAL_SSIM_ZERO_PADDED, &out[SPLATS_SSIM]);
+    if (judge)
+        far = eval_lpips_score(judge, &p);
     lt_release(a);
+    out[SPLATS_LPIPS_RAW01] = far.raw01;
+    out[SPLATS_LPIPS_SYM] = far.sym;
     return st;
 }
 
@@ -49,11 +55,22 @@ lt_status splats_score_view(const task_run *r, const compiled *c, int view, doub
 typedef struct {
     const task_evaluation *e;
     splats_trained o;
+    eval_lpips *judge;              /* NULL: pictures of a size that LPIPS does not take */
     int64_t n;
     int *view;                      /* (n) those that are scored */
     double (*score)[SPLATS_SCORES]; /* (n) */
     double mean[SPLATS_SCORES];     /* of what is finite: a picture that nothing differs in counts for nothing */
 } evaluating;
+
+static lt_status open_lpips(evaluating *v)
+{
+    const splats_config *c = &splats_of(&v->o.m)->config;
+
+    return eval_lpips_takes(c->height, c->width)
+        ? eval_lpips_new(&(eval_lpips_options){ .file = v->e->lpips, .n_files = v->e->n_lpips, .height = c->height,
+                                                .width = c->width }, &v->judge)
+        : LT_OK;
+}
 
 /* Spread over all, where a limit is set */
 static lt_status score_views(evaluating *v)
@@ -70,7 +87,7 @@ static lt_status score_views(evaluating *v)
     for (int64_t i = 0; i < v->n && !st; i++) {
         v->view[i] = v->o.views->view[i * all / v->n];
         splats_trained_draw(&v->o, v->view[i]);
-        st = splats_score_view(&v->o.run, &v->o.drawing, v->view[i], v->score[i]);
+        st = splats_score_view(&v->o.run, &v->o.drawing, v->view[i], v->judge, v->score[i]);
         for (int k = 0; k < SPLATS_SCORES && !st; k++)
             if (isfinite(v->score[i][k])) {
                 v->mean[k] += v->score[i][k];
@@ -97,6 +114,8 @@ static cJSON *scores_of(const evaluating *v)
     cJSON_AddBoolToObject(root, "synthetic", r->set.synthetic);
     cJSON_AddStringToObject(root, "split", v->o.views == &r->train ? "train" : "held out");
     cJSON_AddStringToObject(root, "ssim_form", eval_ssim_name(EVAL_SSIM_ZERO_PADDED));
+    if (v->judge)
+        cJSON_AddStringToObject(root, "lpips", eval_lpips_name(v->judge));
     for (int k = 0; k < SPLATS_SCORES; k++)
         if (isfinite(v->mean[k]))
             cJSON_AddNumberToObject(root, splats_score_keys[k], v->mean[k]);
@@ -108,11 +127,15 @@ static cJSON *scores_of(const evaluating *v)
 static void print(const evaluating *v, FILE *f)
 {
     const task_run *r = &v->o.run;
+    char far[32] = "-";
 
     fprintf(f, "%s%s: %lld views %s\n\n", r->set.path, r->set.synthetic ? " (synthetic)" : "", (long long)v->n,
             v->o.views == &r->train ? "that were learnt from" : "held out");
-    fprintf(f, "| PSNR (dB) | %s | Gaussians |\n|---|---|---|\n| %.2f | %.4f | %lld |\n",
-            eval_ssim_name(EVAL_SSIM_ZERO_PADDED), v->mean[SPLATS_PSNR], v->mean[SPLATS_SSIM],
+    if (isfinite(v->mean[SPLATS_LPIPS_SYM]))
+        snprintf(far, sizeof(far), "%.2f", v->mean[SPLATS_LPIPS_SYM]);
+    fprintf(f, "| PSNR (dB) | %s | %s x1000 | Gaussians |\n|---|---|---|---|\n| %.2f | %.4f | %s | %lld |\n",
+            eval_ssim_name(EVAL_SSIM_ZERO_PADDED), v->judge ? eval_lpips_name(v->judge) : "lpips",
+            v->mean[SPLATS_PSNR], v->mean[SPLATS_SSIM], far,
             (long long)density_total(&splats_of(&v->o.m)->gaussians));
 }
 
@@ -193,6 +216,8 @@ lt_status splats_evaluate(const task_evaluation *e, cJSON **scores)
     lt_status st = splats_trained_open(e->arena, e->config, e->checkpoint, e->split, &v.o);
 
     if (!st)
+        st = open_lpips(&v);
+    if (!st)
         st = score_views(&v);
     if (!st)
         st = write_files(&v);
@@ -202,6 +227,7 @@ lt_status splats_evaluate(const task_evaluation *e, cJSON **scores)
         *scores = scores_of(&v);
         st = *scores ? LT_OK : lt_error(LT_ENOMEM, "no memory for the scores");
     }
+    eval_lpips_free(v.judge);
     splats_trained_close(&v.o);
     return st;
 }

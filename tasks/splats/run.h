@@ -6,6 +6,7 @@
 #define TASKS_SPLATS_RUN_H
 
 #include "data/transforms/transforms.h"
+#include "eval/metrics/lpips_score.h"
 #include "models/splats/splats.h"
 #include "tasks/splats/density.h"
 #include "train/task.h"
@@ -97,10 +98,12 @@ recipe splats_recipe(const splats_source *s, bool training);
 
 /* ---- results.c, show.c ------------------------------------------------------------------------------------------- */
 
-enum { SPLATS_PSNR, SPLATS_SSIM, SPLATS_SCORES };
+enum { SPLATS_PSNR, SPLATS_SSIM, SPLATS_LPIPS_RAW01, SPLATS_LPIPS_SYM, SPLATS_SCORES };
 
-/* splats_score_view - PSNR and SSIM of what a graph has drawn of a view, where its pixels count. LT_ENOMEM */
-lt_status splats_score_view(const task_run *r, const compiled *c, int view, double out[SPLATS_SCORES]);
+/* splats_score_view - of what a graph has drawn of a view, where its pixels count; LPIPS NaN without a judge.
+ * LT_ENOMEM */
+lt_status splats_score_view(const task_run *r, const compiled *c, int view, const eval_lpips *judge,
+                            double out[SPLATS_SCORES]);
 
 /* task.evaluate: in the folder scores.json, table.md, per-sample.csv, and pictures.png with the worst views.
  * task.predict: the held-out views of each folder, or all where none is, as NAME.png. task.export: the Gaussians in the

@@ -109,7 +109,7 @@ static lt_status show(const splats_trained *o, const task_posing *p, int64_t num
         return lt_error(LT_ENOMEM, "no memory to show a view");
     splats_trained_draw(o, view);
     splats_trained_picture(o, view, 3 * (int64_t)picture->width, drawn);
-    st = splats_score_view(&o->run, &o->drawing, view, scores);
+    st = splats_score_view(&o->run, &o->drawing, view, NULL, scores);
     if (!st)
         st = take_splats(o, view, arena, &splat, &f.n[POSED_OBJECT]);
     if (st)

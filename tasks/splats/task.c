@@ -305,16 +305,18 @@ static lt_status run_score(task_run *r, const compiled *c, const void *batch, re
     *no_losses = true;
     if (!(batch_weight(batch) > 0))
         return LT_OK;
-    st = splats_score_view(r, c, r->held_out.view[b->view[0]], scores);
+    st = splats_score_view(r, c, r->held_out.view[b->view[0]], NULL, scores);
     return st ? st : records_add(out, b->view[0], scores, sizeof(scores));
 }
 
+/* The first of a view's scores */
+enum { MEASURED = 2 };
 static const char *const metrics[] = { "psnr_db", "ssim", NULL };
 
 static void run_measure(task_run *r, const records *all, double *out)
 {
-    double sum[SPLATS_SCORES] = { 0 };
-    int64_t n[SPLATS_SCORES] = { 0 };
+    double sum[MEASURED] = { 0 };
+    int64_t n[MEASURED] = { 0 };
 
     (void)r;
     for (int64_t i = 0; i < all->n; i++) {
@@ -322,13 +324,13 @@ static void run_measure(task_run *r, const records *all, double *out)
         size_t bytes;
 
         memcpy(scores, records_at(all, i, &bytes), sizeof(scores));
-        for (int k = 0; k < SPLATS_SCORES; k++)
+        for (int k = 0; k < MEASURED; k++)
             if (isfinite(scores[k])) {
                 sum[k] += scores[k];
                 n[k]++;
             }
     }
-    for (int k = 0; k < SPLATS_SCORES; k++)
+    for (int k = 0; k < MEASURED; k++)
         out[k] = n[k] ? sum[k] / (double)n[k] : NAN;
 }
 

@@ -169,6 +169,7 @@ says 2 'no --limit' ./palmar eval "$here/run" --data "$here/data" --submit "$her
 says 2 'frames without a hand' ./palmar eval "$here/run" --data "$here/data" --filter every
 says 2 'the whole file is scored' ./palmar eval --pred "$here/p.zip" --data "$here/data" --max-pa-mpjpe 1
 says 2 'the whole file is scored' ./palmar eval --pred "$here/p.zip" --data "$here/data" --require 'pa_auc>=0'
+says 2 'draws no pictures for --lpips' ./palmar eval "$here/run" --data "$here/data" --lpips "$here/l.pth"
 says 2 'choose among' ./palmar eval "$here/run" --data "$here/data" --setup s1
 says 1 'a .json, or a .zip' ./palmar eval "$here/run" --data "$here/data" --submit "$here/p.txt"
 says 2 'go with ONNX' ./palmar export "$here/run" -o "$here/w.safetensors" --samples "$here/s.npz"

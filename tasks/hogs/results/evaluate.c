@@ -13,52 +13,41 @@ enum { TRAINING_FRAMES = 2000 };                /* at most, that the mean offset
 
 /* ---- LPIPS of whole frames ------------------------------------------------------------------------------- */
 
-typedef struct {
-    lt_graph *g;
-    lt_plan *plan;
-    lt_tensor *image, *truth, *distance[2];
-} lpips_scorer;
-
-static void lpips_close(lpips_scorer *s)
+/* In the network's weights, unless there is a file of others */
+static lt_status open_lpips(hogs_evaluation *e)
 {
-    lt_plan_free(s->plan);
-    lt_graph_free(s->g);
+    const hogs *m = hogs_of(e->run.m);
+
+    return eval_lpips_new(&(eval_lpips_options){ .network = &m->lpips, .file = e->o->lpips, .n_files = e->o->n_lpips,
+                                                 .height = m->config.height, .width = m->config.width }, &e->judge);
 }
 
-static lt_status lpips_open(const hogs *m, lpips_scorer *out)
+/* Of the frame drawn (3, H, W), cut to [0, 1] */
+static lt_status score_lpips(const hogs_evaluation *e, const lt_real *drawn, const float *truth,
+                             double out[HOGS_SCORES])
 {
-    const int64_t shape[] = { 1, 3, m->config.height, m->config.width };
+    const hogs *m = hogs_of(e->run.m);
+    const int64_t pixels = (int64_t)m->config.width * m->config.height;
+    float *cut = lt_alloc(3 * (size_t)pixels * sizeof(*cut));
+    const eval_pictures p = { .a = cut, .b = truth, .channels = 3, .height = m->config.height,
+                              .width = m->config.width, .plane = pixels, .row = m->config.width };
+    eval_lpips_scores s;
 
-    *out = (lpips_scorer){ .g = lt_graph_new() };
-    if (!out->g)
-        return lt_last_status();
-    out->image = lt_input(out->g, "image", LT_F32, 4, shape);
-    out->truth = lt_input(out->g, "truth", LT_F32, 4, shape);
-    out->distance[0] = lt_output(lpips_distance(&m->lpips, LPIPS_RAW01, out->image, out->truth, NULL), "raw01");
-    out->distance[1] = lt_output(lpips_distance(&m->lpips, LPIPS_SYM, out->image, out->truth, NULL), "sym");
-    out->plan = lt_compile(out->g, &(lt_compile_opts){ 0 });
-    return out->plan ? LT_OK : lt_last_status();
-}
-
-/* times 1000, as the paper prints it */
-static void lpips_score(const lpips_scorer *s, const lt_real *drawn, const float *truth, double out[HOGS_SCORES])
-{
-    lt_real *a = lt_plan_data(s->plan, s->image), *b = lt_plan_data(s->plan, s->truth);
-
-    for (int64_t i = 0; i < lt_numel(s->image); i++) {
-        a[i] = drawn[i] < 0 ? 0 : drawn[i] > 1 ? 1 : drawn[i];
-        b[i] = (lt_real)truth[i];
-    }
-    lt_run(s->plan);
-    out[HOGS_LPIPS_RAW01] = 1e3 * (double)*(const lt_real *)lt_plan_data(s->plan, s->distance[0]);
-    out[HOGS_LPIPS_SYM] = 1e3 * (double)*(const lt_real *)lt_plan_data(s->plan, s->distance[1]);
+    if (!cut)
+        return lt_error(LT_ENOMEM, "no memory to score a frame");
+    for (int64_t i = 0; i < 3 * pixels; i++)
+        cut[i] = fminf(1, fmaxf(0, (float)drawn[i]));
+    s = eval_lpips_score(e->judge, &p);
+    lt_release(cut);
+    out[HOGS_LPIPS_RAW01] = s.raw01;
+    out[HOGS_LPIPS_SYM] = s.sym;
+    return LT_OK;
 }
 
 /* ---- one frame ------------------------------------------------------------------------------------------- */
 
 typedef struct {
     hogs_evaluation *e;
-    const lpips_scorer *judge;
     hogs_row row;                   /* the model's, or swap */
     int64_t total, done;
 } visitor;
@@ -146,9 +135,10 @@ static lt_status score_model(visitor *v, const hogs_frame *f, const compiled *c)
         st = add_mean_row(e, f);
     if (!st && e->meshed[f->number] && f->known)
         st = score_surfaces(e, f, c, scores);
+    if (!st)
+        st = score_lpips(e, drawn, f->target, scores);
     if (st)
         return st;
-    lpips_score(v->judge, drawn, f->target, scores);
     hogs_means_add(&e->means[HOGS_ROW_MODEL], scores);
     if (e->pictures < HOGS_PICTURES && v->done >= e->pictures * v->total / HOGS_PICTURES)
         keep_picture(e, f, drawn, e->pictures++);
@@ -170,7 +160,7 @@ static lt_status visit(void *ctx, const compiled *c, const void *batch)
         hogs_score_clear(scores);
         st = hogs_score_images(hogs_of(v->e->run.m), f, compiled_output(c, "frame"), scores);
         if (!st)
-            lpips_score(v->judge, compiled_output(c, "frame"), f->target, scores);
+            st = score_lpips(v->e, compiled_output(c, "frame"), f->target, scores);
         hogs_means_add(&v->e->means[v->row], scores);
     }
     v->done++;
@@ -284,18 +274,18 @@ static lt_status choose_others(hogs_evaluation *e, const dataset *from, int64_t 
     return st;
 }
 
-static lt_status run_over(hogs_evaluation *e, const compiled *c, const lpips_scorer *judge, hogs_row row)
+static lt_status run_over(hogs_evaluation *e, const compiled *c, hogs_row row)
 {
     hogs_source *s = &e->run.check_source;
     const loader_source frames = hogs_frames_loader(s);
-    visitor v = { .e = e, .judge = judge, .row = row, .total = s->count };
+    visitor v = { .e = e, .row = row, .total = s->count };
 
     e->has[row] = true;
     return compiled_walk(c, &frames, e->run.config->data->threads, 0, visit, skipped, &v, NULL);
 }
 
 /* Of training's frames, as a split may have one sequence alone of a hand with an object */
-static lt_status run_swapped(hogs_evaluation *e, const compiled *c, const lpips_scorer *judge)
+static lt_status run_swapped(hogs_evaluation *e, const compiled *c)
 {
     task_run training = { .arena = e->arena, .config = e->run.config };
     int64_t *others = lt_arena_array(e->arena, (size_t)e->run.check_source.count, sizeof(*others));
@@ -310,7 +300,7 @@ static lt_status run_swapped(hogs_evaluation *e, const compiled *c, const lpips_
     if (!st) {
         e->run.check_source.shown = training.train;
         e->run.check_source.show_as = others;
-        st = run_over(e, c, judge, HOGS_ROW_SWAP);
+        st = run_over(e, c, HOGS_ROW_SWAP);
     }
     hogs_close_data(&training);
     return st;
@@ -374,19 +364,17 @@ static lt_status choose_meshed(hogs_evaluation *e)
 static lt_status score_all(hogs_evaluation *e)
 {
     const recipe by = hogs_recipe(&e->run, HOGS_RENDER);
-    lpips_scorer scorer = { 0 };
     compiled c = { 0 };
-    lt_status st = lpips_open(hogs_of(e->run.m), &scorer);
+    lt_status st = open_lpips(e);
 
     if (!st)
         st = compiled_new(&by, 1, false, &c);
     if (!st)
-        st = run_over(e, &c, &scorer, HOGS_ROW_MODEL);
+        st = run_over(e, &c, HOGS_ROW_MODEL);
     e->has[HOGS_ROW_INITIAL] = true;
     if (!st && hogs_of(e->run.m)->is->colour)
-        st = run_swapped(e, &c, &scorer);
+        st = run_swapped(e, &c);
     compiled_free(&c);
-    lpips_close(&scorer);
     return st;
 }
 
@@ -429,6 +417,7 @@ lt_status hogs_evaluate(const task_evaluation *o, struct cJSON **scores)
     }
     if (!st && o->tables)
         st = hogs_evaluation_print(e, o->tables, EVAL_TEXT);
+    eval_lpips_free(e->judge);
     hogs_lists_free(&e->run.lists);
     hogs_close_data(&e->run);
     lt_params_free(set);

@@ -6,6 +6,7 @@
 #ifndef TASKS_HOGS_RESULTS_EVALUATE_H
 #define TASKS_HOGS_RESULTS_EVALUATE_H
 
+#include "eval/metrics/lpips_score.h"
 #include "eval/tables/tables.h"
 #include "tasks/hogs/run.h"
 
@@ -26,6 +27,7 @@ typedef struct {
     const char **name;              /* (samples) */
     double (*per_sample)[HOGS_SCORES];      /* the model's */
     hogs_touch touch;
+    eval_lpips *judge;
     bool *meshed;                   /* (source's frames) whose surfaces are scored */
     int meshes, no_surface;         /* how many were; surfaces that there were none of */
     float mean_R[9], mean_t[3];     /* the training frames' mean offset */

@@ -113,7 +113,7 @@ static eval_protocol protocol_of(const hogs_evaluation *e, const eval_table *t)
         .dataset = e->run.train->title, .synthetic = e->run.train->synthetic, .split = e->run.train->split,
         .whole = e->samples == e->run.train->count, .samples = e->samples, .alignment = "none",
         .given = lt_arena_printf(e->arena, "masks, initial poses (%s); %s; ssim valid; point backbone: %s",
-                                 initial_poses_how(e->run.train_poses), lpips_name(&m->lpips), points_of(m)),
+                                 initial_poses_how(e->run.train_poses), eval_lpips_name(e->judge), points_of(m)),
     };
 }
 
@@ -167,7 +167,7 @@ cJSON *hogs_evaluation_json(const hogs_evaluation *e)
     cJSON_AddStringToObject(root, "checkpoint", e->o->checkpoint);
     cJSON_AddNumberToObject(root, "step", (double)e->o->step);
     add_data(e, root);
-    cJSON_AddStringToObject(root, "lpips", lpips_name(&m->lpips));
+    cJSON_AddStringToObject(root, "lpips", eval_lpips_name(e->judge));
     cJSON_AddStringToObject(root, "point_backbone", points_of(m));
     add_scores(cJSON_AddObjectToObject(root, "scores"), &e->means[HOGS_ROW_MODEL]);
     all = cJSON_AddObjectToObject(root, "rows");

@@ -118,6 +118,7 @@ static void config_of(const char *run, train_config *c)
 
 static double score(const char *run, const char *key)
 {
+    static const char *const texts[] = { "ssim_form", "ssim zero-padded", "lpips", "lpips (random trunk)" };
     train_config c;
     cJSON *scores;
     double x;
@@ -127,6 +128,8 @@ static double score(const char *run, const char *key)
     check_ok(lt_make_dirs(folder));
     check_ok(splats_task.evaluate(&(task_evaluation){ .arena = arena, .config = &c, .checkpoint = last_of(run),
                                                       .folder = folder }, &scores));
+    for (size_t i = 0; i < LT_COUNT(texts); i += 2)
+        ck_assert_str_eq(cJSON_GetStringValue(cJSON_GetObjectItem(scores, texts[i])), texts[i + 1]);
     ck_assert_msg(cJSON_IsNumber(cJSON_GetObjectItem(scores, key)), "no %s", key);
     x = cJSON_GetObjectItem(scores, key)->valuedouble;
     cJSON_Delete(scores);
@@ -203,6 +206,7 @@ START_TEST(scored_drawn_exported)
 
     check_ok(train_run(&o, NULL));
     ck_assert(score("drawn", "psnr_db") > 18);
+    ck_assert(score("drawn", "lpips_raw01") > 0 && score("drawn", "lpips_sym") > 0);
     ck_assert_double_eq(score("drawn", "views"), HELD_OUT);
     ck_assert(score("drawn", "gaussians") > 1000 && score("drawn", "gaussians") <= 1500);
     ck_assert(access(at("drawn/eval/pictures.png"), R_OK) == 0 && access(at("drawn/eval/table.md"), R_OK) == 0);
