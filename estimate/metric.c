@@ -8,7 +8,8 @@
 #define HFL "HFL-Net, utils/metric.py"
 #define HOISDF "HOISDF"
 #define YCB_VIDEO "PoseCNN; YCB-Video toolbox"
-#define SHAPE "HOGS, Table 2, as gSDF; Table 3, as HOLD"
+#define SHAPE "HOGS, Table 2, as gSDF"
+#define HELD "HOGS, Table 3, as HOLD"
 #define IMAGE "HOGS, Table 4"
 #define TOUCH "HOGS, section 4; Hasson et al. 2019"
 #define COCO "pycocotools, cocoeval.py"
@@ -120,9 +121,11 @@ static const metric dictionary[] = {
     { "cd_o_norot_cm2", "CD_o, no rotation", "cm^2", false, "the same after translation and scale alone", "AlignSDF" },
     { "f_o_5mm", "F_o@5", "", true, "F-score of the object's surface at 5 mm", SHAPE },
     { "f_o_10mm", "F_o@10", "", true, "F-score of the object's surface at 10 mm", SHAPE },
-    { "f_o_10mm_percent", "F_o@10", "%", true, "F-score of the object's surface at 10 mm", SHAPE },
+    { "cd_o_vertices_cm2", "CD_o", "cm^2", false, "squared distances between the objects' vertices, both ways",
+      HELD },
+    { "f_o_10mm_percent", "F_o@10", "%", true, "F-score of the object's vertices at 10 mm", HELD },
     { "cd_pose_cm2", "CD_pose", "cm^2", false, "of the object's surface where the hand's root is the origin",
-      SHAPE },
+      HELD },
     { "psnr_db", "PSNR", "dB", true, "peak signal over noise of the rendered image", IMAGE },
     { "ssim", "SSIM", "", true, "structural similarity of the rendered image", IMAGE },
     { "psnr_fg_db", "PSNR, foreground", "dB", true, "PSNR of the pixels of hand and object alone", PALMAR },

@@ -88,6 +88,31 @@ lt_status eval_shape(eval_shape_alignment how, const lt_mesh *p, const lt_mesh *
     return st;
 }
 
+/* A mesh's vertices as doubles, which are lt_release's; NULL without memory */
+static double (*vertices_of(const lt_mesh *m))[3]
+{
+    double (*x)[3] = lt_alloc((size_t)m->n_vertices * sizeof(*x));
+
+    if (x)
+        eval_widen(3 * (int64_t)m->n_vertices, m->vertex[0], x[0]);
+    return x;
+}
+
+lt_status eval_shape_of_vertices(const lt_mesh *p, const lt_mesh *g, eval_shape_score *out)
+{
+    double (*x)[3] = vertices_of(p), (*y)[3] = vertices_of(g);
+    lt_similarity s;
+    lt_status st = x && y ? align(EVAL_BY_SIMILARITY, p, g, &s) : no_memory(p->n_vertices + g->n_vertices);
+
+    if (!st) {
+        lt_similarity_apply(&s, p->n_vertices, x[0], x[0]);
+        st = eval_shape_of_points(p->n_vertices, (const double (*)[3])x, g->n_vertices, (const double (*)[3])y, out);
+    }
+    lt_release(y);
+    lt_release(x);
+    return st;
+}
+
 static void draw_vertices(const lt_mesh *m, const float wrist[3], double (*out)[3])
 {
     lt_rng rng = lt_rng_make(SEED, VERTICES);

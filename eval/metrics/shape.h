@@ -34,7 +34,9 @@ typedef struct { double cd_cm2, f_1mm, f_5mm, f_10mm; } eval_shape_score;
  */
 lt_status eval_shape(eval_shape_alignment how, const lt_mesh *p, const lt_mesh *g, eval_shape_score *out);
 
-/* eval_shape_of_points - the scores of two point sets as they are. LT_ENOMEM */
+/* eval_shape_of_vertices - the same of all vertices, after a similarity. Errors: those of eval_shape
+ * eval_shape_of_points - the scores of two point sets as they are. LT_ENOMEM */
+lt_status eval_shape_of_vertices(const lt_mesh *p, const lt_mesh *g, eval_shape_score *out);
 lt_status eval_shape_of_points(int np, const double (*p)[3], int ng, const double (*g)[3], eval_shape_score *out);
 
 /* eval_pose_chamfer_cm2 - of 3,000 vertices of each, drawn with replacement, each seen from its wrist. LT_ENOMEM */

@@ -26,7 +26,7 @@ static const char *const hogs_2_variants[] = {
 };
 
 static const eval_column hogs_3_columns[] = {
-    { "cd_o_cm2", "CD_o", 1, NULL }, { "f_o_10mm_percent", "F_o@10", 1, NULL },
+    { "cd_o_vertices_cm2", "CD_o", 1, NULL }, { "f_o_10mm_percent", "F_o@10", 1, NULL },
     { "cd_pose_cm2", "CD_pose", 1, NULL },
 };
 static const eval_row hogs_3_rows[] = {

@@ -10,7 +10,7 @@
 const char *const hogs_score_keys[] = {
     "psnr_db", "ssim", "lpips_raw01", "lpips_sym", "psnr_fg_db", "oce_mm", "mce_mm", "adds_mm", "penetration_mm",
     "intersection_cm3", "contact_share", "cd_h_cm2", "f_h_1mm", "f_h_5mm", "cd_o_cm2", "cd_o_norot_cm2", "f_o_5mm",
-    "f_o_10mm", "f_o_10mm_percent", "cd_pose_cm2", NULL,
+    "f_o_10mm", "cd_o_vertices_cm2", "f_o_10mm_percent", "cd_pose_cm2", NULL,
 };
 
 void hogs_score_clear(double out[HOGS_SCORES])

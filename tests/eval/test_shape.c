@@ -181,6 +181,27 @@ START_TEST(undone)
     }
     check_ok(eval_shape(EVAL_AS_IT_IS, &m, &m, &s));
     ck_assert_double_eq(s.cd_cm2, 0);
+    check_ok(eval_shape_of_vertices(&other, &m, &s));
+    ck_assert_msg(s.cd_cm2 < 1e-4, "CD %g cm^2", s.cd_cm2);
+}
+END_TEST
+
+/* A vertex that one of two meshes has besides is the furthest from the other's, and no sample of a surface is there. */
+START_TEST(vertices_alone)
+{
+    lt_mesh m = make_blocks(), more = make_blocks();
+    float (*vertex)[3] = lt_arena_array(arena, (size_t)m.n_vertices + 1, sizeof(*vertex));
+    eval_shape_score s, of_surface;
+
+    memcpy(vertex, m.vertex, (size_t)m.n_vertices * sizeof(*vertex));
+    memcpy(vertex[m.n_vertices], (float[]){ 0.09f, 0.03f, 0.05f }, sizeof(*vertex));
+    more.vertex = vertex;
+    more.n_vertices++;
+    check_ok(eval_shape_of_vertices(&more, &m, &s));
+    check_ok(eval_shape(EVAL_BY_SIMILARITY, &more, &m, &of_surface));
+    ck_assert(of_surface.cd_cm2 < 1e-4);
+    ck_assert_msg(fabs(s.cd_cm2 - 1 / (double)more.n_vertices) < 1e-3, "CD %g cm^2", s.cd_cm2);  /* 1 cm off */
+    ck_assert_double_lt(s.f_5mm, 1);
 }
 END_TEST
 
@@ -222,6 +243,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, similarity);
     tcase_add_test(t, no_rotation);
     tcase_add_test(t, scale_and_translation_of_four);
+    tcase_add_test(t, vertices_alone);
     tcase_add_loop_test(t, undone, 0, 3);
     tcase_add_test(t, with_pose);
     tcase_add_test(t, bad_shapes);

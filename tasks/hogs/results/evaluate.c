@@ -101,20 +101,42 @@ static void keep_picture(hogs_evaluation *e, const hogs_frame *f, const lt_real 
                       i);
 }
 
+/* What of surfaces counts in a frame whose truth is known. HOLD compares shapes in the first of each sequence. */
+static hogs_surfaces_wanted wanted_of(const hogs_evaluation *e, const hogs_frame *f)
+{
+    const bool known = f->known, held = e->held && e->held[f->number];
+
+    return (hogs_surfaces_wanted){
+        .shapes = known && e->meshed[f->number], .pose = known && (e->held ? held : e->meshed[f->number]),
+        .vertices = known && held && !e->begun[e->sequence[f->number]],
+    };
+}
+
 /* What was measured of surfaces, into the frame's scores and rows of their own */
 static lt_status score_surfaces(hogs_evaluation *e, const hogs_frame *f, const compiled *c, double *scores)
 {
+    const hogs_surfaces_wanted wanted = wanted_of(e, f);
     hogs_surface_scores s;
-    const lt_status st = hogs_score_surfaces(&e->touch, hogs_of(e->run.m), f, c, &s);
+    lt_status st;
 
+    if (!wanted.shapes && !wanted.pose)
+        return LT_OK;
+    st = hogs_score_surfaces(&e->touch, hogs_of(e->run.m), f, c, wanted, &s);
     if (st)
         return st;
     for (int i = HOGS_CD_H; i < HOGS_SCORES; i++)
         scores[i] = s.model[i];
+    e->no_surface += s.failed;
+    if (e->held && wanted.pose) {
+        hogs_means_add(&e->by_sequence[e->sequence[f->number]], s.model);
+        e->begun[e->sequence[f->number]] = true;
+        e->held_frames++;
+    }
+    if (!wanted.shapes)
+        return LT_OK;
     hogs_means_add(&e->means[HOGS_ROW_NO_ROTATION], s.no_rotation);
     hogs_means_add(&e->means[HOGS_ROW_MINIMUM], s.minimum);
     e->has[HOGS_ROW_NO_ROTATION] = e->has[HOGS_ROW_MINIMUM] = true;
-    e->no_surface += s.failed;
     e->meshes++;
     return LT_OK;
 }
@@ -133,7 +155,7 @@ static lt_status score_model(visitor *v, const hogs_frame *f, const compiled *c)
         st = add_pose_row(e, HOGS_ROW_INITIAL, f, f->initial.R, f->initial.t);
     if (!st && e->has[HOGS_ROW_MEAN])
         st = add_mean_row(e, f);
-    if (!st && e->meshed[f->number] && f->known)
+    if (!st)
         st = score_surfaces(e, f, c, scores);
     if (!st)
         st = score_lpips(e, drawn, f->target, scores);
@@ -361,6 +383,78 @@ static lt_status choose_meshed(hogs_evaluation *e)
     return st;
 }
 
+/* The number of each frame's sequence, those in order of their first frames */
+static lt_status number_sequences(hogs_evaluation *e)
+{
+    const hogs_source *s = &e->run.check_source;
+    const char **first = lt_arena_array(e->arena, (size_t)s->count, sizeof(*first));
+
+    e->sequence = lt_arena_array(e->arena, (size_t)s->count, sizeof(*e->sequence));
+    if (!first || !e->sequence)
+        return lt_error(LT_ENOMEM, "no memory for %lld frames", (long long)s->count);
+    for (int64_t i = 0; i < s->count; i++) {
+        const char *name = dataset_name(s->data, s->index[i]);
+        int k = 0;
+
+        while (k < e->sequences && !same_sequence(name, first[k]))
+            k++;
+        if (k == e->sequences)
+            first[e->sequences++] = name;
+        e->sequence[i] = k;
+    }
+    e->by_sequence = lt_arena_array(e->arena, (size_t)e->sequences, sizeof(*e->by_sequence));
+    e->begun = lt_arena_array(e->arena, (size_t)e->sequences, sizeof(*e->begun));
+    if (!e->by_sequence || !e->begun)
+        return lt_error(LT_ENOMEM, "no memory for %d sequences", e->sequences);
+    memset(e->begun, 0, (size_t)e->sequences * sizeof(*e->begun));
+    memset(e->by_sequence, 0, (size_t)e->sequences * sizeof(*e->by_sequence));
+    return LT_OK;
+}
+
+/* HOLD's protocol is HO3D's: of each sequence the first frame, and so many in all, spread over it. */
+static lt_status choose_held(hogs_evaluation *e)
+{
+    const hogs_source *s = &e->run.check_source;
+    const int wanted = e->o->meshes;
+    int64_t *all, *before;
+    lt_status st = LT_OK;
+
+    if (!wanted || strcmp(s->data->kind->title, "HO3D") != 0)
+        return LT_OK;
+    st = number_sequences(e);
+    e->held = lt_arena_array(e->arena, (size_t)s->count, sizeof(*e->held));
+    all = lt_arena_array(e->arena, 2 * (size_t)e->sequences, sizeof(*all));
+    if (st || !e->held || !all)
+        return st ? st : lt_error(LT_ENOMEM, "no memory for %lld frames", (long long)s->count);
+    before = all + e->sequences;
+    memset(all, 0, 2 * (size_t)e->sequences * sizeof(*all));
+    for (int64_t i = 0; i < s->count; i++)
+        all[e->sequence[i]]++;
+    for (int64_t i = 0; i < s->count; i++) {
+        const int64_t n = all[e->sequence[i]], k = before[e->sequence[i]]++;
+
+        e->held[i] = n <= wanted || k == 0 || k * wanted / n != (k - 1) * wanted / n;
+    }
+    return LT_OK;
+}
+
+/* The mean of a sequence's frames counts as much as another's. */
+static void average_sequences(hogs_evaluation *e)
+{
+    static const hogs_score of[] = { HOGS_CD_O_VERTICES, HOGS_F_O_10_PERCENT, HOGS_CD_POSE };
+    hogs_means *all = &e->means[HOGS_ROW_MODEL];
+
+    for (size_t k = 0; k < LT_COUNT(of) && e->held; k++) {
+        all->sum[of[k]] = 0;
+        all->n[of[k]] = 0;
+        for (int i = 0; i < e->sequences; i++)
+            if (e->by_sequence[i].n[of[k]]) {
+                all->sum[of[k]] += hogs_means_of(&e->by_sequence[i], of[k]);
+                all->n[of[k]]++;
+            }
+    }
+}
+
 static lt_status score_all(hogs_evaluation *e)
 {
     const recipe by = hogs_recipe(&e->run, HOGS_RENDER);
@@ -371,6 +465,7 @@ static lt_status score_all(hogs_evaluation *e)
         st = compiled_new(&by, 1, false, &c);
     if (!st)
         st = run_over(e, &c, HOGS_ROW_MODEL);
+    average_sequences(e);
     e->has[HOGS_ROW_INITIAL] = true;
     if (!st && hogs_of(e->run.m)->is->colour)
         st = run_swapped(e, &c);
@@ -388,6 +483,8 @@ static lt_status open_and_score(hogs_evaluation *e, lt_params *set)
         st = choose_frames(e);
     if (!st)
         st = choose_meshed(e);
+    if (!st)
+        st = choose_held(e);
     if (!st)
         st = hogs_touch_open(e->arena, e->run.train, e->run.hands.right, &e->touch);
     if (!st)

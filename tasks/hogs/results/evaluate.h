@@ -30,6 +30,11 @@ typedef struct {
     eval_lpips *judge;
     bool *meshed;                   /* (source's frames) whose surfaces are scored */
     int meshes, no_surface;         /* how many were; surfaces that there were none of */
+    bool *held;                     /* (source's frames) whose object is scored as HOLD does; NULL: not in such data */
+    int *sequence;                  /* (source's frames) of each; sequences: how many there are */
+    bool *begun;                    /* (sequences) whose first frame was scored */
+    int sequences, held_frames;
+    hogs_means *by_sequence;        /* (sequences) of the model, of frames that are held */
     float mean_R[9], mean_t[3];     /* the training frames' mean offset */
     lt_arena *arena;
     uint8_t *picture;               /* (pictures, H, 4 W, 3): image, its parts, drawn, the object drawn */

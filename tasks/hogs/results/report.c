@@ -74,6 +74,7 @@ static void add_data(const hogs_evaluation *e, cJSON *root)
     cJSON_AddNumberToObject(root, "samples", (double)e->samples);
     cJSON_AddNumberToObject(root, "split_samples", (double)d->count);
     cJSON_AddNumberToObject(root, "mesh_samples", e->meshes);
+    cJSON_AddNumberToObject(root, "sequence_samples", e->held_frames);
     cJSON_AddStringToObject(root, "hand", e->run.hands.name);
     cJSON_AddStringToObject(root, "poses", initial_poses_how(e->run.train_poses));
     add_light(e, root);
@@ -87,6 +88,25 @@ static const char *points_of(const hogs *m)
 static bool is_of_surfaces(const eval_table *t)
 {
     return eval_find_key(t, "cd_o_cm2") != EVAL_NO_ROW;
+}
+
+static bool is_of_sequences(const eval_table *t)
+{
+    return eval_find_key(t, "cd_o_vertices_cm2") != EVAL_NO_ROW;
+}
+
+/* HOLD's */
+static eval_protocol protocol_of_sequences(const hogs_evaluation *e)
+{
+    return (eval_protocol){
+        .dataset = e->run.train->title, .synthetic = e->run.train->synthetic, .split = e->run.train->split,
+        .whole = e->held_frames == e->run.train->count, .samples = e->held_frames,
+        .alignment = "CD_o, F_o: similarity; CD_pose: none, from the wrist",
+        .given = lt_arena_printf(e->arena, "masks, initial poses (%s); vertices of meshes, rule mean, iso %g; CD_o and "
+                                 "F_o of the first frame of each of %d sequences, CD_pose of up to %d frames of each; "
+                                 "means of sequences; %d surfaces missing", initial_poses_how(e->run.train_poses),
+                                 POSED_ISO, e->sequences, e->o->meshes, e->no_surface),
+    };
 }
 
 /* Surfaces are made of a few frames, for they take long. */
@@ -109,6 +129,8 @@ static eval_protocol protocol_of(const hogs_evaluation *e, const eval_table *t)
 
     if (is_of_surfaces(t))
         return protocol_of_surfaces(e);
+    if (is_of_sequences(t))
+        return protocol_of_sequences(e);
     return (eval_protocol){
         .dataset = e->run.train->title, .synthetic = e->run.train->synthetic, .split = e->run.train->split,
         .whole = e->samples == e->run.train->count, .samples = e->samples, .alignment = "none",
@@ -153,6 +175,7 @@ static int results_of(const hogs_evaluation *e, const eval_table *t, eval_result
 static bool is_filled(const hogs_evaluation *e, const eval_table *t)
 {
     return eval_table_of(t, "hogs") && (e->meshes > 0 || !is_of_surfaces(t))
+        && (e->held_frames > 0 || !is_of_sequences(t))
         && (!t->ablation || eval_find_variant(t, variant_of(e)) != EVAL_NO_ROW);
 }
 

@@ -115,23 +115,46 @@ static lt_status put_object(eval_shape_alignment how, const lt_mesh *p, const lt
         out[HOGS_CD_O] = s.cd_cm2;
         out[HOGS_F_O_5] = s.f_5mm;
         out[HOGS_F_O_10] = s.f_10mm;
-        out[HOGS_F_O_10_PERCENT] = 100 * s.f_10mm;
     }
     return st;
 }
 
-static lt_status score_object(const job *j, const lt_mesh *g)
+static lt_status put_object_shapes(const job *j, const lt_mesh *p, const lt_mesh *g)
+{
+    lt_status st = put_object(EVAL_BY_SIMILARITY, p, g, j->out->model);
+
+    if (!st)
+        st = put_object(EVAL_WITHOUT_ROTATION, p, g, j->out->no_rotation);
+    j->out->model[HOGS_CD_O_NOROT] = j->out->no_rotation[HOGS_CD_O];
+    return st;
+}
+
+static lt_status put_vertices(const job *j, const lt_mesh *p, const lt_mesh *g)
+{
+    eval_shape_score s;
+    const lt_status st = eval_shape_of_vertices(p, g, &s);
+
+    if (!st) {
+        j->out->model[HOGS_CD_O_VERTICES] = s.cd_cm2;
+        j->out->model[HOGS_F_O_10_PERCENT] = 100 * s.f_10mm;
+    }
+    return st;
+}
+
+static lt_status score_object(const job *j, hogs_surfaces_wanted wanted, const lt_mesh *g)
 {
     lt_mesh p;
     lt_status st = surface_of(j, true, LT_OPACITY_MEAN, &p);
 
     if (st || !p.vertex)
         return st;
-    st = put_object(EVAL_BY_SIMILARITY, &p, g, j->out->model);
-    if (!st)
-        st = put_object(EVAL_WITHOUT_ROTATION, &p, g, j->out->no_rotation);
-    j->out->model[HOGS_CD_O_NOROT] = j->out->no_rotation[HOGS_CD_O];
-    return st ? st : eval_pose_chamfer_cm2(&p, j->f->initial.root, g, j->f->truth.root, &j->out->model[HOGS_CD_POSE]);
+    if (wanted.shapes)
+        st = put_object_shapes(j, &p, g);
+    if (!st && wanted.vertices)
+        st = put_vertices(j, &p, g);
+    if (!st && wanted.pose)
+        st = eval_pose_chamfer_cm2(&p, j->f->initial.root, g, j->f->truth.root, &j->out->model[HOGS_CD_POSE]);
+    return st;
 }
 
 static lt_status score_minimum(const job *j, const lt_mesh *g)
@@ -143,7 +166,7 @@ static lt_status score_minimum(const job *j, const lt_mesh *g)
 }
 
 lt_status hogs_score_surfaces(const hogs_touch *truth, const hogs *m, const hogs_frame *f, const compiled *c,
-                              hogs_surface_scores *out)
+                              hogs_surfaces_wanted wanted, hogs_surface_scores *out)
 {
     const job j = { .arena = lt_arena_new(), .truth = truth, .m = m, .f = f, .c = c, .out = out };
     lt_mesh object;
@@ -154,11 +177,11 @@ lt_status hogs_score_surfaces(const hogs_touch *truth, const hogs *m, const hogs
     if (!j.arena)
         return lt_error(LT_ENOMEM, "no memory for surfaces");
     st = true_object(&j, &object);
-    if (!st)
+    if (!st && wanted.shapes)
         st = score_hand(&j);
     if (!st)
-        st = score_object(&j, &object);
-    if (!st)
+        st = score_object(&j, wanted, &object);
+    if (!st && wanted.shapes)
         st = score_minimum(&j, &object);
     lt_arena_free(j.arena);
     return st;

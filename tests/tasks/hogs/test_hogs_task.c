@@ -222,6 +222,8 @@ START_TEST(scored_and_drawn)
     score("drawn", "eval1", 0, &a);
     score("drawn", "eval2", 1, &b);
     ck_assert_int_gt(cJSON_GetObjectItem(b, "mesh_samples")->valueint, 0);
+    ck_assert_int_gt(cJSON_GetObjectItem(b, "sequence_samples")->valueint, 0);
+    ck_assert_int_eq(cJSON_GetObjectItem(a, "sequence_samples")->valueint, 0);
     for (size_t i = 0; i < LT_COUNT(keys); i++)
         ck_assert_double_eq(value(a, "model", keys[i]), value(b, "model", keys[i]));
     ck_assert(value(a, "model", "psnr_db") > 5);
