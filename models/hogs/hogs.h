@@ -65,6 +65,7 @@ typedef struct {
     skin_field skin;
     gpm gpm;
     lpips lpips;
+    bool takes_seen;                /* hogs_take_seen was called */
     /* what is known of the sets, and never moves */
     lt_param *box[2];               /* (hands, 6), (objects, 6): middle of the canonical box, metres, and 1 / half of
                                      * its extents */
@@ -119,7 +120,7 @@ typedef enum {
  * hogs_record - record r->batch frames for a stage
  *
  * Inputs, by name, N the capacity of a set, of B frames; LT_I32 ones have a number behind their name where B > 1:
- *   "image" (B, 3, S, S) the crop in [0, 1]
+ *   "image" (B, 3, S, S) the crop in [0, 1]; or after hogs_take_seen "feature" (B, C), "patches" (B, map^2, C)
  *   "hand_set", "object_set" (1)   the set's number, from 0 among hands, among objects; LT_I32
  *   "hand_row", "object_row" (1)   its first row; LT_I32
  *   "hand_alive", "object_alive" (B, N, 1)   1 for rows in use, else 0
@@ -142,6 +143,11 @@ typedef enum {
  * drawn, hand first: "centre" (2 N, 3), "axes" (2 N, 3, 3), "alpha" (2 N, 1), "colour" (2 N, 3), "radius" (2 N)
  */
 void hogs_record(const model *m, hogs_stage stage, model_record *r);
+
+/* hogs_see - what the ViT sees in crops (B, 3, S, S) in [0, 1]
+ * hogs_take_seen - graphs that are recorded to learn from now on take that as inputs: for a ViT that does not learn */
+vit_out hogs_see(const hogs *m, lt_tensor *image);
+void hogs_take_seen(model *m);
 
 /* ---- between hogs_record.c and hogs_loss.c --------------------------------------------------------------- */
 

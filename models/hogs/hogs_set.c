@@ -32,11 +32,29 @@ static vpm_condition condition_of(const vpm_condition *c, int b)
 
 /* ---- what a frame tells ----------------------------------------------------------------------------------- */
 
-static hogs_seen see_image(const hogs *m, model_record *r)
+vit_out hogs_see(const hogs *m, lt_tensor *image)
 {
-    const int64_t S = m->sizes.crop;
-    lt_tensor *image = model_input(r, "image", LT_SHAPE(r->batch, 3, S, S));
-    const vit_out seen = vit_forward(&m->vit, m->config.raw_vit ? image : vit_normalise(image));
+    return vit_forward(&m->vit, m->config.raw_vit ? image : vit_normalise(image));
+}
+
+void hogs_take_seen(model *m)
+{
+    ((hogs *)m->self)->takes_seen = true;
+}
+
+static vit_out seen_of(const hogs *m, model_record *r, bool training)
+{
+    const int64_t B = r->batch, S = m->sizes.crop, C = m->sizes.vpm.vit, cells = m->sizes.map * m->sizes.map;
+
+    if (!training || !m->takes_seen)
+        return hogs_see(m, model_input(r, "image", LT_SHAPE(B, 3, S, S)));
+    return (vit_out){ .feature = model_input(r, "feature", LT_SHAPE(B, C)),
+                      .patches = model_input(r, "patches", LT_SHAPE(B, cells, C)) };
+}
+
+static hogs_seen see_image(const hogs *m, model_record *r, bool training)
+{
+    const vit_out seen = seen_of(m, r, training);
 
     return (hogs_seen){ .vpm = {
         vpm_condition_of(&m->hand, seen.feature, seen.patches, m->sizes.map, m->sizes.map),
@@ -50,7 +68,7 @@ hogs_seen hogs_look(const hogs *m, model_record *r, hogs_stage stage)
     lt_tensor *frame;
 
     if (!m->is->avatar)
-        return see_image(m, r);
+        return see_image(m, r, training);
     frame = training ? hogs_integers(r, "frame_code", LT_SHAPE(1)) : NULL;
     return (hogs_seen){
         .pose = model_input(r, "articulation", LT_SHAPE(AVATAR_JOINTS, AVATAR_JOINT)),

@@ -12,7 +12,7 @@ typedef struct {
     const char *objects, *hand, *poses;
     int setup, filter, masks;
     bool jitter;
-    int iterations, pose_epochs;
+    int iterations, pose_epochs, cache_mb;
 } hogs_data_config;
 
 typedef enum { HOGS_MASKS_DATA, HOGS_MASKS_INITIAL } hogs_masks;

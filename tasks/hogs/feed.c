@@ -224,6 +224,15 @@ static void feed_truth(const feed_job *j)
 
 /* ---- images ---------------------------------------------------------------------------------------------- */
 
+/* What the ViT sees, of graphs that it is not in */
+static void feed_seen(const feed_job *j)
+{
+    lt_real *feature = feed_at(j, "feature"), *patches = feed_at(j, "patches");
+
+    if (feature && patches)
+        vit_cache_look(j->run->vit_cache, j->f->number, j->f->image, feature, patches);
+}
+
 static void feed_images(const feed_job *j)
 {
     const int64_t S = j->m->sizes.crop, pixels = (int64_t)j->m->config.width * j->m->config.height;
@@ -260,6 +269,7 @@ static void feed_frame(feed_job *j)
     if (j->by->stage == HOGS_SKIN)
         return;
     feed_images(j);
+    feed_seen(j);
     for (int object = 0; object < 2; object++) {
         feed_set(j, object);
         feed_neighbours(j, object);

@@ -9,6 +9,7 @@
 #include "tasks/hogs/frames.h"
 #include "tasks/hogs/lists.h"
 #include "tasks/hogs/score.h"
+#include "tasks/hogs/vit_cache.h"
 #include "tasks/splats/density.h"
 #include "train/task.h"
 
@@ -58,6 +59,7 @@ struct task_run {
     lt_optim_group group[HOGS_GROUPS];
     hogs_feeder feeder[HOGS_STAGES];
     hogs_lists lists;
+    vit_cache *vit_cache;           /* NULL: the ViT learns, or there is none */
     density density;
     int64_t iteration;              /* of stage 1, that the step at hand is; -1 before */
     int degree;                     /* of spherical harmonics */

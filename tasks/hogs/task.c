@@ -18,6 +18,8 @@
 #include <math.h>
 #include <string.h>
 
+static const size_t MB = 1000000;
+
 /* ---- opening --------------------------------------------------------------------------------------------- */
 
 /* Evaluation frames, spread evenly over the split */
@@ -40,6 +42,15 @@ static lt_status choose_checked(task_run *r, const train_config *c)
         some[i] = index[i * count / s->count];
     s->index = some;
     return some ? LT_OK : lt_error(LT_ENOMEM, "no memory to begin");
+}
+
+/* What the ViT saw of frames, of models of the paper's size alone */
+static size_t run_bytes(const train_config *c, const char **less)
+{
+    const cJSON *size = cJSON_GetObjectItemCaseSensitive(c->model_keys, "size");
+
+    *less = "data.cache_mb";
+    return cJSON_IsString(size) && strcmp(size->valuestring, "full") == 0 ? (size_t)hogs_data_of(c)->cache_mb * MB : 0;
 }
 
 static lt_status run_open(lt_arena *arena, train_config *c, task_run **out)
@@ -66,6 +77,8 @@ static lt_status run_open(lt_arena *arena, train_config *c, task_run **out)
 
 static void run_close(task_run *r)
 {
+    if (r->vit_cache)
+        vit_cache_free(r->vit_cache);
     density_free(&r->density);
     hogs_lists_free(&r->lists);
     lt_release(r->seen);
@@ -85,6 +98,22 @@ static lt_status new_density(density *d, const hogs *m)
     return density_new(d, &m->gaussians, &(density_limits){
         .extent = HOGS_EXTENT, .least_opacity = 0.05, .most_pixels = 20, .cap = 4 * (int64_t)m->config.gaussians,
         .reset_at_start = m->config.white });
+}
+
+/* The paper's ViT is CLIP's, and stays as it is: what it sees of a frame is the same in each epoch. */
+static lt_status freeze_vit(task_run *r, const train_config *c, lt_params *set, model *m)
+{
+    const hogs_data_config *d = hogs_data_of(c);
+
+    for (lt_param *p = lt_params_first(set); p; p = p->next)
+        if (strncmp(p->name, "vit.", 4) == 0)
+            p->frozen = true;
+    r->vit_cache = lt_arena_alloc(r->arena, sizeof(*r->vit_cache));
+    if (!r->vit_cache)
+        return lt_error(LT_ENOMEM, "no memory to begin");
+    hogs_take_seen(m);
+    return vit_cache_new(hogs_of(m), r->train_source.count, d->jitter ? 0 : (size_t)d->cache_mb * MB,
+                         r->vit_cache);
 }
 
 static lt_status run_build(task_run *r, const train_config *c, lt_params *set, model *out)
@@ -108,10 +137,7 @@ static lt_status run_build(task_run *r, const train_config *c, lt_params *set, m
     r->schedule = hogs_schedule_of(m, d->iterations, d->pose_epochs, r->train_source.count);
     for (int i = 0; i < HOGS_STAGES; i++)
         r->feeder[i] = (hogs_feeder){ r, (hogs_stage)i };
-    for (lt_param *p = lt_params_first(set); p; p = p->next)     /* the paper's ViT is CLIP's, and stays as it is */
-        if (!m->config.small && strncmp(p->name, "vit.", 4) == 0)
-            p->frozen = true;
-    return LT_OK;
+    return m->config.small || m->is->avatar ? LT_OK : freeze_vit(r, c, set, out);
 }
 
 /* ---- telling --------------------------------------------------------------------------------------------- */
@@ -129,6 +155,11 @@ static void run_describe(const task_run *r, train_progress *p)
                   r->sets.objects, m->config.gaussians, r->density.limits.cap);
     progress_note(p, "stages       %" PRId64 " steps of skinning, %" PRId64 " iterations%s, %" PRId64 " steps of poses",
                   s->skin, s->iterations, m->is->gpm ? "" : " without G-PM", s->poses);
+    if (r->vit_cache)
+        progress_note(p, "vit          does not learn: what it sees is kept of %" PRId64 " frames, %.0f MB",
+                      lt_min_i64(r->vit_cache->room, r->train_source.count),
+                      1e-6 * (double)vit_cache_bytes(m)
+                          * (double)lt_min_i64(r->vit_cache->room, r->train_source.count));
     if (lpips_is_random(&m->lpips))
         progress_note(p, "lpips        random trunk: --init with AlexNet's weights makes it the metric");
     if (m->is->gpm && !*m->config.point_backbone)
@@ -276,6 +307,8 @@ static lt_status run_rows(task_run *r, const void *batch, int64_t step)
     r->frame = b->count && b->frame[0].there ? &b->frame[0] : NULL;
     if (step == 0 && m->is->gpm && !m->is->random_points && *m->config.point_backbone)
         st = hogs_load_backbone(r->m->params, m->config.point_backbone);
+    if (!st && r->vit_cache)
+        st = vit_cache_begin(r->vit_cache);
     if (!st && lists_are_due(r))
         st = hogs_lists_make(&r->lists, m, r->rig);
     for (int i = 0; i < b->count && !st; i++)
@@ -425,7 +458,7 @@ static void run_measure(task_run *r, const records *all, double *out)
 
 const task hogs_task = {
     .name = "hogs", .data_size = sizeof(hogs_data_config), .data_keys = hogs_data_keys, .metrics = metrics,
-    .open = run_open, .close = run_close, .build = run_build, .describe = run_describe, .facts = run_facts,
+    .bytes = run_bytes, .open = run_open, .close = run_close, .build = run_build, .describe = run_describe, .facts = run_facts,
     .samples = run_samples, .checked = run_checked, .sample_bytes = run_sample_bytes, .recipe = run_recipe,
     .weight = batch_weight, .sample_name = run_sample_name, .score = run_score, .measure = run_measure,
     .phase = run_phase, .groups = run_groups, .rows = run_rows, .observed = run_observed, .observe = run_observe,
