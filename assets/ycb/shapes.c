@@ -236,7 +236,7 @@ static void drill(loft_builder *b)
     handle.origin[1] = 50;
     handle.z[0] = -sin(lean), handle.z[1] = -cos(lean), handle.z[2] = 0;
     handle.x[0] = cos(lean), handle.x[1] = -sin(lean), handle.x[2] = 0;
-    handle.y[1] = 0, handle.y[2] = -1;
+    handle.y[1] = 0, handle.y[2] = 1;
     SOLID(b, &handle,
           { CHART_SECOND, 0, 5, 4, 0, 2.4 }, { CHART_SECOND, 0.3, 22, 18, 0, 2.4 },
           { CHART_SECOND, 25, 21, 17.2, 0, 2.4 }, { CHART_SIDE, 45, 20.5, 17.2, 0, 2.4 },

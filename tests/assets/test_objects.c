@@ -4,6 +4,7 @@
  */
 #include "assets/ycb/objects.h"
 #include "assets/ycb/ycb.h"
+#include "libtensor/geometry/mesh/surface.h"
 #include "tests/suite.h"
 
 #include <math.h>
@@ -144,6 +145,26 @@ START_TEST(outwards)
 }
 END_TEST
 
+/* Behind each face is the inside, of each of the parts that an object is made of. */
+START_TEST(parts_outwards)
+{
+    lt_mesh_index *index;
+
+    make(_i);
+    check_ok(lt_mesh_index_new(arena, &mesh, &index));
+    for (int f = 0; f < mesh.n_faces; f++) {
+        double behind[3], n[3], length;
+
+        face_normal(f, n);
+        length = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (int k = 0; k < 3; k++)
+            behind[k] = ((double)mesh.vertex[mesh.face[f][0]][k] + (double)mesh.vertex[mesh.face[f][1]][k]
+                         + (double)mesh.vertex[mesh.face[f][2]][k]) / 3 - 1e-5 * n[k] / length;
+        ck_assert_msg(lt_mesh_winding(index, behind) > 0.5, "%s: face %d looks inwards", object->name, f);
+    }
+}
+END_TEST
+
 START_TEST(uv)
 {
     make(_i);
@@ -227,6 +248,7 @@ static void add_tests(TCase *t)
     tcase_add_loop_test(t, diameter, 1, SYNTH_OBJECTS + 1);
     tcase_add_loop_test(t, closed, 1, SYNTH_OBJECTS + 1);
     tcase_add_loop_test(t, outwards, 1, SYNTH_OBJECTS + 1);
+    tcase_add_loop_test(t, parts_outwards, 1, SYNTH_OBJECTS + 1);
     tcase_add_loop_test(t, uv, 1, SYNTH_OBJECTS + 1);
     tcase_add_loop_test(t, same_again, 1, SYNTH_OBJECTS + 1);
     tcase_add_loop_test(t, points, 1, SYNTH_OBJECTS + 1);
