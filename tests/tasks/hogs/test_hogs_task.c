@@ -10,7 +10,7 @@
 #include "libtensor/io/text/json.h"
 #include "synth/generate.h"
 #include "tasks/hogs/task.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "train/trainer.h"
 
 #include <cjson/cJSON.h>
@@ -22,29 +22,18 @@ enum { SEQUENCES = 32, SKIN = 150, ITERATIONS = 150 };      /* steps of stage 0,
 enum { CONTROL = SKIN + 100 };                              /* density control is before the step behind it */
 
 static const task *const tasks[] = { &hogs_task, NULL };
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static void setup(void)
 {
     static const char config[] = "{ \"model\": { \"name\": \"hogs\", \"size\": \"cpu\", \"gaussians\": 200 }, "
         "\"data\": { \"iterations\": 150, \"pose_epochs\": 1 }, \"optim\": { \"batch\": 1 }, "
         "\"train\": { \"validate_every\": 0, \"checkpoint_minutes\": 0, \"log_every\": 1 } }";
-    const synth_options o = { .preset = SYNTH_HOGS, .out = (make_scratch_folder(), arena = lt_arena_new(), at("data")),
-                              .seed = 5, .frames = SEQUENCES };
+    synth_options o = { .preset = SYNTH_HOGS, .seed = 5, .frames = SEQUENCES };
 
+    open_scratch();
+    o.out = at("data");
     check_ok(synth_generate(&o, NULL, NULL));
     check_ok(lt_write_file(at("hogs.json"), config, sizeof(config) - 1));
-}
-
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
 }
 
 static bool is_file(const char *path)
@@ -65,22 +54,6 @@ static train_options options(const char *out, const char *more)
 {
     return (train_options){ .tasks = tasks, .config = at("hogs.json"), .set = set_of(more), .n_set = more ? 2 : 1,
                             .out = at(out), .quiet = true };
-}
-
-static const char *last_of(const char *run)
-{
-    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
-}
-
-static void same_end(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, m;
-
-    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
 static int sum_of(const char *run, const char *key)
@@ -289,7 +262,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
-    tcase_add_unchecked_fixture(tc, setup, teardown);
+    tcase_add_unchecked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, same_bits);
     tcase_add_test(tc, scored_and_drawn);
     tcase_add_test(tc, sets_of_another_run);

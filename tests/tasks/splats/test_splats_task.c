@@ -8,7 +8,7 @@
 #include "libtensor/io/mesh/ply.h"
 #include "synth/generate.h"
 #include "tasks/splats/task.h"
-#include "tests/suite.h"
+#include "tests/scratch.h"
 #include "train/trainer.h"
 
 #include <cjson/cJSON.h>
@@ -19,29 +19,18 @@
 enum { VIEWS = 9, HELD_OUT = 2, ITERATIONS = 220, CONTROL = 100 };
 
 static const task *const tasks[] = { &splats_task, NULL };
-static lt_arena *arena;
-
-static const char *at(const char *path)
-{
-    return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
 
 static void setup(void)
 {
     static const char config[] = "{ \"model\": { \"name\": \"splats\", \"gaussians\": 1000, \"cap\": 1500 }, "
         "\"data\": { \"iterations\": 220, \"downscale\": 4 }, \"optim\": { \"batch\": 1 }, "
         "\"train\": { \"validate_every\": 0, \"checkpoint_minutes\": 0, \"log_every\": 1 } }";
-    const synth_options o = { .preset = SYNTH_TURNTABLE, .seed = 5, .frames = VIEWS,
-                              .out = (make_scratch_folder(), arena = lt_arena_new(), at("data")) };
+    synth_options o = { .preset = SYNTH_TURNTABLE, .seed = 5, .frames = VIEWS };
 
+    open_scratch();
+    o.out = at("data");
     check_ok(synth_generate(&o, NULL, NULL));
     check_ok(lt_write_file(at("static.json"), config, sizeof(config) - 1));
-}
-
-static void teardown(void)
-{
-    remove_scratch_folder();
-    lt_arena_free(arena);
 }
 
 static train_options options(const char *out, const char *more)
@@ -52,22 +41,6 @@ static train_options options(const char *out, const char *more)
     set[1] = more;
     return (train_options){ .tasks = tasks, .config = at("static.json"), .set = set, .n_set = more ? 2 : 1,
                             .out = at(out), .quiet = true };
-}
-
-static const char *last_of(const char *run)
-{
-    return at(lt_arena_printf(arena, "%s/checkpoints/last.safetensors", run));
-}
-
-static void same_end(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, m;
-
-    check_ok(lt_read_file(arena, last_of(a), LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, last_of(b), LT_FILE_MAX, &y, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
 static void raise_at(void *ctx, int64_t step, lt_params *params)
@@ -251,7 +224,7 @@ END_TEST
 static void add_tests(TCase *tc)
 {
     tcase_set_timeout(tc, 0);
-    tcase_add_unchecked_fixture(tc, setup, teardown);
+    tcase_add_unchecked_fixture(tc, setup, close_scratch);
     tcase_add_test(tc, same_bits);
     tcase_add_test(tc, scored_drawn_exported);
     tcase_add_test(tc, too_large);
