@@ -338,7 +338,7 @@ START_TEST(only_what_fits_is_drawn)
     predict_view v = { .path = "a", .rgb = rgb, .width = SIDE, .height = SIDE, .camera = { 100, 100, 100, 100 },
                        .hand_box = box, .object_box = box };
     predict_result *r = lt_arena_alloc(arena, sizeof(*r));
-    const lt_mesh hand = { .face = face };
+    lt_mesh hand = { .face = face };
     predict_frame f = { .o = &o, .arena = arena, .scene = v, .view = &v, .n = 1, .result = r, .hand = &hand,
                         .has = FRAME_POSES };
     lt_image im;
