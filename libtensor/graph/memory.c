@@ -183,6 +183,7 @@ static void share(lt_plan *p, int used, int made, int i)
         return;
     owner(p, used)->last = p->buffer[made].last;
     p->buffer[made].same_as = used;
+    p->buffer[used].replaced = true;
 }
 
 /* An in-place op's output may stand where its input was, and a fresh gradient of the input where that of the output. */
@@ -198,6 +199,41 @@ static void share_in_place(lt_plan *p)
             share(p, plan_root(p, n->in[0])->value, plan_root(p, n->outs[0])->value, i);
         else if (s->kind == STEP_BACKWARD && (n->op->flags & LT_OP_INPLACE_GRAD) && s->fresh[0])
             share(p, plan_root(p, n->outs[0])->grad, plan_root(p, n->in[0])->grad, i);
+    }
+}
+
+/* A piece lives in the whole of which it is one, from the element at, as long as nothing is made in place of either. */
+static void share_piece(lt_plan *p, const lt_tensor *piece, const lt_tensor *whole, int64_t at)
+{
+    const int inner = plan_root(p, piece)->value, outer = plan_root(p, whole)->value;
+    const size_t shift = (size_t)at * sizeof(lt_real);
+    plan_buffer *b, *o;
+
+    if (at < 0 || inner < 0 || outer < 0)
+        return;
+    b = &p->buffer[inner];
+    if (b->same_as >= 0 || b->replaced || p->buffer[outer].replaced || shift % LT_ALIGN
+        || lt_nbytes(piece) % LT_ALIGN)
+        return;
+    o = owner(p, outer);
+    if (o == b)
+        return;
+    o->first = (int)lt_min_i64(o->first, b->first);
+    o->last = (int)lt_max_i64(o->last, b->last);
+    b->same_as = outer;
+    b->shift = shift;
+}
+
+/* What is put together, or cut out, need not be moved then. */
+static void share_pieces(lt_plan *p)
+{
+    for (int k = 0; k < p->n_steps; k++) {
+        const lt_node *n = p->step[k].node;
+
+        for (int i = 0; n->op->in_piece && i < n->n_in; i++)
+            share_piece(p, n->in[i], n->outs[0], n->op->in_piece(n, i));
+        if (n->op->out_piece)
+            share_piece(p, n->outs[0], n->in[0], n->op->out_piece(n));
     }
 }
 
@@ -264,7 +300,13 @@ static bool place(lt_plan *p)
 
 static void *at(const lt_plan *p, int buffer)
 {
-    return buffer < 0 ? NULL : p->memory + owner(p, buffer)->offset;
+    size_t shift = 0;
+
+    if (buffer < 0)
+        return NULL;
+    for (int b = buffer; b >= 0; b = p->buffer[b].same_as)
+        shift += p->buffer[b].shift;
+    return p->memory + owner(p, buffer)->offset + shift;
 }
 
 static void *value_of(const lt_plan *p, const lt_tensor *t)
@@ -420,6 +462,8 @@ lt_status plan_memory(lt_plan *p)
     if (!find_lives(p))
         goto no_memory;
     share_in_place(p);
+    if (!p->train)
+        share_pieces(p);
     if (!place(p) || !allocate_constants(p))
         goto no_memory;
     p->memory = lt_alloc(p->memory_bytes);

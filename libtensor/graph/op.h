@@ -147,6 +147,11 @@ typedef struct lt_op {
      * then; 0: it cannot. */
     unsigned (*takes_blocks)(const lt_node *node);
 
+    /* Is in[i] a piece of the result, or the result one of in[0], as both lie in memory? Then the element of the whole
+     * with which it begins, else -1. In a plan without backward forward may find the piece where it belongs. */
+    int64_t (*in_piece)(const lt_node *node, int i);
+    int64_t (*out_piece)(const lt_node *node);
+
     /* The graph is final: inputs that are constant may be replaced by a form computed from them. */
     void (*prepare)(lt_node *node);
 

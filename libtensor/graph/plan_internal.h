@@ -26,7 +26,9 @@ typedef struct {
 typedef struct {
     size_t bytes, offset;
     int first, last;
-    int same_as;                    /* lives in this other buffer (in-place), or -1 */
+    int same_as;                    /* lives in this other buffer, in place of it or as a piece, or -1 */
+    size_t shift;                   /* of a piece: where it begins */
+    bool replaced;                  /* another buffer was made in place of this one */
 } plan_buffer;
 
 /* What the compiler knows of a tensor of the plan's graph. Views speak through their root. */

@@ -430,10 +430,11 @@ typedef struct lt_kernels {
     /* ---- one plane ---------------------------------------------------------------------------- */
     /* maxpool: a k x k window every `step` positions, `pad` (< k) of nothing around the h x w plane;
      * y and where have out_h * out_w elements; where[i] is the place of the first maximum in x
-     * (a NaN wins); NULL when nobody asks. Every window must reach the plane. maxpool_grad: dx[where[i]] += dy[i], in
-     * order. */
+     * (a NaN wins); NULL when nobody asks. Every window must reach the plane. maxpool_block: the same of a block of
+     * LT_BLOCK planes, (h, w, LT_BLOCK), without places. maxpool_grad: dx[where[i]] += dy[i], in order. */
     void (*maxpool)(lt_real *y, int32_t *where, const lt_real *x, int h, int w, int k, int step,
                     int pad, int out_h, int out_w);
+    void (*maxpool_block)(lt_real *y, const lt_real *x, int h, int w, int k, int step, int pad, int out_h, int out_w);
     void (*maxpool_grad)(lt_real *dx, const lt_real *dy, const int32_t *where, size_t n_out);
 
     /* ---- optimisers: w, the running means m and v, in place ------------------------------------- */

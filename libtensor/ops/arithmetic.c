@@ -228,6 +228,12 @@ static bool add_as_tail(const lt_node *n, int i, lt_tail *tail)
     return n->in[0] != n->in[1] && lt_same_shape(&n->in[0]->shape, &n->in[1]->shape);
 }
 
+static unsigned add_takes_blocks(const lt_node *n)
+{
+    return op_fills_blocks(n->in[0]) && lt_same_shape(&n->in[0]->shape, &n->in[1]->shape)
+           ? LT_BLOCKS_IN(0) | LT_BLOCKS_IN(1) | LT_BLOCKS_OUT : 0;
+}
+
 /* One number for each map. */
 static bool mul_as_gate(const lt_node *n)
 {
@@ -244,7 +250,8 @@ static void add_onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op add_op = {
     .name = "add", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = broadcast_infer,
-    .forward = add_forward, .backward = add_backward, .as_tail = add_as_tail, .onnx = add_onnx,
+    .forward = add_forward, .backward = add_backward, .as_tail = add_as_tail, .takes_blocks = add_takes_blocks,
+    .onnx = add_onnx,
 };
 
 static void sub_onnx(lt_onnx *w, const lt_node *n)

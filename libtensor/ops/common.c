@@ -105,6 +105,11 @@ void op_start(const lt_call *c, int i, int64_t at, int64_t n)
         memset(c->din[i] + at, 0, (size_t)n * sizeof(lt_real));
 }
 
+bool op_fills_blocks(const lt_tensor *t)
+{
+    return t->shape.rank == 4 && lt_dim(t, 1) > 0 && lt_dim(t, 1) % LT_BLOCK == 0;
+}
+
 int64_t op_outer(const lt_tensor *t, int axis)
 {
     int64_t n = 1;

@@ -50,6 +50,9 @@ static inline size_t op_larger(size_t a, size_t b)
 /* op_check_window - of a convolution's weight: its last two dimensions are a window that kernels can do */
 lt_status op_check_window(lt_call *c, const lt_tensor *w);
 
+/* op_fills_blocks - maps (B, C, H, W) whose channels fill blocks of LT_BLOCK */
+bool op_fills_blocks(const lt_tensor *t);
+
 /* op_outer, op_inner - the product of the dimensions before and behind axis */
 int64_t op_outer(const lt_tensor *t, int axis);
 int64_t op_inner(const lt_tensor *t, int axis);

@@ -109,6 +109,23 @@ START_TEST(from_an_image)
 }
 END_TEST
 
+/* What moves or adds maps, or takes their maxima, leaves them in blocks. */
+START_TEST(between_convolutions)
+{
+    lt_tensor *a = lt_silu(conv("a", image, 32, 3, 1)), *half = lt_slice(a, 1, 16, 16), *part[4];
+
+    part[0] = a;
+    part[1] = lt_add(lt_silu(conv("b", half, 16, 3, 1)), half);
+    part[2] = lt_max_pool2d(part[1], 5, 1, 2, false);
+    part[3] = lt_upsample_nearest(lt_max_pool2d(lt_silu(conv("c", image, 16, 3, 1)), 1, 3, 0, false), 3);
+    part[3] = lt_conv2d(part[3], weight("d", "weight", LT_SHAPE(16, 16, 2, 1)), NULL, NULL);
+    a = conv("e", lt_concat(part, 4, 1), 32, 1, 1);
+    lt_output(a, "y");
+    expect_steps("to_blocks a b c d e from_blocks ");
+    expect_same(a);
+}
+END_TEST
+
 /* Maps that others read, or that are looked at, are there in both forms; a run of inner maps is not. */
 START_TEST(seen_from_outside)
 {
@@ -190,6 +207,7 @@ static void add_tests(TCase *t)
     tcase_add_checked_fixture(t, begin, stop);
     tcase_add_test(t, a_chain);
     tcase_add_test(t, from_an_image);
+    tcase_add_test(t, between_convolutions);
     tcase_add_test(t, seen_from_outside);
     tcase_add_test(t, too_short);
     tcase_add_test(t, refresh);

@@ -482,6 +482,33 @@ START_TEST(nothing_is_overwritten_that_is_still_read)
 }
 END_TEST
 
+/* Pieces that stand in their whole: read after it was put together, put together twice, with something made of them. */
+START_TEST(pieces_of_a_whole)
+{
+    enum { N = 64 };
+    lt_tensor *x = input("x", LT_SHAPE(3, N)), *a = lt_relu(x), *cut = lt_slice(a, 0, 1, 1);
+    lt_tensor *tall = lt_sigmoid(lt_slice(a, 0, 2, 1));
+    lt_tensor *y = lt_concat((lt_tensor *[]){ tall, a, cut, tall }, 4, 0);
+    lt_tensor *z = lt_concat((lt_tensor *[]){ lt_relu(y), tall, y }, 3, 0);
+    lt_plan *p;
+
+    lt_output(z, "z");
+    lt_output(lt_add(cut, tall), "sum");
+    p = compile_filled(x, NULL);
+    for (int run = 0; run < 2; run++) {
+        lt_run(p);
+        for (int i = 0; i < N; i++) {
+            const double in[3] = { fmax(0, at(p, x, i)), fmax(0, at(p, x, N + i)), fmax(0, at(p, x, 2 * N + i)) };
+            const double s = 1 / (1 + exp(-in[2])), want[6] = { s, in[0], in[1], in[2], in[1], s };
+
+            for (int k = 0; k < 13; k++)
+                ck_assert_double_eq_tol(at(p, z, k * N + i), k == 6 ? s : want[k < 6 ? k : k - 7], 1e-6);
+        }
+    }
+    lt_plan_free(p);
+}
+END_TEST
+
 /* Behind a frozen convolution that is computed within a region alone, a layer learns: what multiplies the rest's gradient
  * of 0 is no infinity that the memory held. */
 START_TEST(a_frozen_region_leaves_nothing_behind)
@@ -844,6 +871,7 @@ int main(void)
     tcase_add_test(tc, a_detached_loss);
     tcase_add_test(tc, gradients_are_replaced);
     tcase_add_test(tc, nothing_is_overwritten_that_is_still_read);
+    tcase_add_test(tc, pieces_of_a_whole);
     tcase_add_test(tc, a_frozen_region_leaves_nothing_behind);
     tcase_add_test(tc, weights_that_are_no_numbers);
     tcase_add_test(tc, results_that_are_not_there);

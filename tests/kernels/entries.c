@@ -123,6 +123,17 @@ static void pool(const lt_kernels *k, args *s, int w, int window, int step, int 
         k->maxpool_grad(s->y[1], B, where, (size_t)(out_h * out_w));
 }
 
+/* The same of a block of planes, three or more high */
+static void pool_block(const lt_kernels *k, args *s, int window, int step)
+{
+    enum { W = 3 };
+    const int h = (int)(s->n / (W * LT_BLOCK)), pad = window / 2;
+
+    if (h >= window - pad)
+        k->maxpool_block(Y, A, h, W, window, step, pad, (h + 2 * pad - window) / step + 1,
+                         (W + 2 * pad - window) / step + 1);
+}
+
 /* Rows 11 apart; matrices of 11 columns and of as many rows as n allows. */
 CALL(combine, k->combine(Y, A, 11, (float[]){ 0.3f, -2, 7 }, 3, s->n < 22 ? 0 : s->n - 22, false))
 CALL(combine_add, k->combine(Y, A, 1, B, (int64_t)s->n / 2, (s->n + 1) / 2, true))
@@ -157,6 +168,8 @@ CALL(maxpool_2_padded, pool(k, s, 2, 2, 2, 1, true))
 CALL(maxpool_2_values, pool(k, s, 70, 2, 2, 0, false))
 CALL(maxpool_3_each, pool(k, s, 21, 3, 1, 1, true))
 CALL(maxpool_5, pool(k, s, 9, 5, 3, 2, true))
+CALL(maxpool_block, pool_block(k, s, 5, 1))
+CALL(maxpool_block_2, pool_block(k, s, 3, 2))
 
 /* Planes as long as n allows, and what follows the words is left as it was. */
 static void planes(const lt_kernels *k, args *s, int count, bool gated, bool has_negative)
@@ -213,7 +226,7 @@ static const struct { const char *name; call_fn call; } entries[] = {
     ENTRY(bytes_raise), ENTRY(bytes_of_panels), ENTRY(bytes_of_panels_7), ENTRY(bytes_of_panels_9),
     ENTRY(bytes_of_planes), ENTRY(bytes_of_planes_gated), ENTRY(bytes_of_planes_3), ENTRY(bytes_of_plane),
     ENTRY(bytes_of_row), ENTRY(bytes_of_row_signed), ENTRY(maxpool_2_padded), ENTRY(maxpool_2_values),
-    ENTRY(maxpool_3_each), ENTRY(maxpool_5),
+    ENTRY(maxpool_3_each), ENTRY(maxpool_5), ENTRY(maxpool_block), ENTRY(maxpool_block_2),
 };
 
 /* ---- running one entry twice -------------------------------------------------------------------------- */

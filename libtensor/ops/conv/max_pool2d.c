@@ -63,9 +63,22 @@ static void forward_plane(const lt_call *c, int64_t i)
                   a->stride, a->pad, (int)lt_dim(y, 2), (int)lt_dim(y, 3));
 }
 
+static void forward_block(const lt_call *c, int64_t i)
+{
+    const pool_attr *a = c->attr;
+    const lt_tensor *x = c->in[0], *y = c->out;
+
+    lt_k->maxpool_block((lt_real *)y->data + i * plane(y) * LT_BLOCK,
+                        (const lt_real *)x->data + i * plane(x) * LT_BLOCK, (int)lt_dim(x, 2), (int)lt_dim(x, 3), a->k,
+                        a->stride, a->pad, (int)lt_dim(y, 2), (int)lt_dim(y, 3));
+}
+
 static void forward(const lt_call *c)
 {
-    op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), 4 * plane(c->in[0]), forward_plane);
+    if (lt_in_blocks(c->out))
+        op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), 4 * LT_BLOCK * plane(c->in[0]), forward_block);
+    else
+        op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), 4 * plane(c->in[0]), forward_plane);
 }
 
 static void backward_plane(const lt_call *c, int64_t i)
@@ -81,6 +94,11 @@ static void backward(const lt_call *c)
 {
     if (c->din[0])
         op_by_row(c, lt_dim(c->in[0], 0) * lt_dim(c->in[0], 1), plane(c->in[0]), backward_plane);
+}
+
+static unsigned takes_blocks(const lt_node *n)
+{
+    return op_fills_blocks(n->in[0]) ? LT_BLOCKS_IN(0) | LT_BLOCKS_OUT : 0;
 }
 
 /* Whether the result has the size that ONNX counts: without the rule for the last window */
@@ -111,7 +129,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op max_pool2d_op = {
     .name = "max_pool2d", .flags = LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer, .plan = plan,
-    .forward = forward, .backward = backward, .onnx = onnx,
+    .forward = forward, .backward = backward, .takes_blocks = takes_blocks, .onnx = onnx,
 };
 
 lt_tensor *(lt_max_pool2d)(lt_tensor *x, int k, int stride, int pad, bool ceil_mode)

@@ -25,24 +25,26 @@ static lt_status infer(lt_call *c)
     return LT_OK;
 }
 
-/* One row of x and its f rows of y. */
+/* One row of x and its f rows of y; in blocks a cell has LT_BLOCK numbers. */
 static void forward_row(const lt_call *c, int64_t row)
 {
     const int f = ((const upsample_attr *)c->attr)->factor;
-    const int64_t w = lt_dim(c->in[0], 3);
-    const lt_real *x = (const lt_real *)c->in[0]->data + row * w;
-    lt_real *y = (lt_real *)c->out->data + row * f * f * w;
+    const int64_t w = lt_dim(c->in[0], 3), cell = lt_in_blocks(c->out) ? LT_BLOCK : 1, line = f * w * cell;
+    const lt_real *x = (const lt_real *)c->in[0]->data + row * w * cell;
+    lt_real *y = (lt_real *)c->out->data + row * f * line;
 
-    for (int64_t i = 0; i < w; i++)
-        for (int k = 0; k < f; k++)
-            y[i * f + k] = x[i];
+    for (int64_t i = 0; i < f * w; i++)
+        if (cell == 1)
+            y[i] = x[i / f];
+        else
+            memcpy(y + i * LT_BLOCK, x + i / f * LT_BLOCK, LT_BLOCK * sizeof(*y));
     for (int k = 1; k < f; k++)
-        memcpy(y + k * f * w, y, (size_t)(f * w) * sizeof(*y));
+        memcpy(y + k * line, y, (size_t)line * sizeof(*y));
 }
 
 static void forward(const lt_call *c)
 {
-    op_by_row(c, op_outer(c->in[0], 3), lt_dim(c->out, 3), forward_row);
+    op_by_row(c, op_outer(c->in[0], 3), op_inner(c->out, 2), forward_row);
 }
 
 static void backward_row(const lt_call *c, int64_t row)
@@ -65,6 +67,11 @@ static void backward(const lt_call *c)
         op_by_row(c, op_outer(c->in[0], 3), lt_dim(c->out, 3), backward_row);
 }
 
+static unsigned takes_blocks(const lt_node *n)
+{
+    return op_fills_blocks(n->in[0]) ? LT_BLOCKS_IN(0) | LT_BLOCKS_OUT : 0;
+}
+
 static void onnx(lt_onnx *w, const lt_node *n)
 {
     const lt_real f = (lt_real)((const upsample_attr *)n->attr)->factor;
@@ -78,7 +85,7 @@ static void onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op upsample_nearest_op = {
     .name = "upsample_nearest", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = infer,
-    .forward = forward, .backward = backward, .onnx = onnx,
+    .forward = forward, .backward = backward, .takes_blocks = takes_blocks, .onnx = onnx,
 };
 
 lt_tensor *(lt_upsample_nearest)(lt_tensor *x, int factor)

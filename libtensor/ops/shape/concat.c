@@ -3,7 +3,8 @@
  *   concat  dx_i += its piece of dy
  *   slice   dx's piece += dy
  *
- * Both are rows of `length * inner` elements moved between a whole and a part of it.
+ * Both are rows of `length * inner` elements moved between a whole and a part of it. Where that is one row, an
+ * inference plan may let the part be a piece of the whole's memory, and nothing is moved.
  */
 #include "libtensor/ops/common.h"
 
@@ -59,7 +60,8 @@ static void concat_row(const lt_call *c, int64_t row)
     for (int i = 0; i < c->n_in; i++) {
         const int64_t n = row_of(c->in[i], a->axis);
 
-        memcpy(y, (const lt_real *)c->in[i]->data + row * n, (size_t)n * sizeof(*y));
+        if (y != (const lt_real *)c->in[i]->data + row * n)
+            memcpy(y, (const lt_real *)c->in[i]->data + row * n, (size_t)n * sizeof(*y));
         y += n;
     }
 }
@@ -96,6 +98,29 @@ static void concat_backward(const lt_call *c)
     by_row(c, c->out, concat_grad_row);
 }
 
+/* Channels in blocks are put together block by block. */
+static unsigned concat_takes_blocks(const lt_node *n)
+{
+    unsigned takes = LT_BLOCKS_OUT;
+
+    for (int i = 0; i < n->n_in; i++) {
+        if (!op_fills_blocks(n->in[i]))
+            return 0;
+        takes |= LT_BLOCKS_IN(i);
+    }
+    return ((const piece_attr *)n->attr)->axis == 1 ? takes : 0;
+}
+
+static int64_t concat_piece(const lt_node *n, int i)
+{
+    const int axis = ((const piece_attr *)n->attr)->axis;
+    int64_t at = 0;
+
+    for (int k = 0; k < i; k++)
+        at += lt_numel(n->in[k]);
+    return op_outer(n->outs[0], axis) == 1 ? at : -1;
+}
+
 static void concat_onnx(lt_onnx *w, const lt_node *n)
 {
     lt_onnx_same(w, n, "Concat");
@@ -104,7 +129,8 @@ static void concat_onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op concat_op = {
     .name = "concat", .flags = LT_OP_CHEAP | LT_OP_ASSIGNS, .keeps = LT_KEEP_NOTHING, .infer = concat_infer,
-    .forward = concat_forward, .backward = concat_backward, .onnx = concat_onnx,
+    .forward = concat_forward, .backward = concat_backward, .takes_blocks = concat_takes_blocks,
+    .in_piece = concat_piece, .onnx = concat_onnx,
 };
 
 lt_tensor *(lt_concat)(lt_tensor *const *x, int n, int axis)
@@ -131,11 +157,17 @@ static lt_status slice_infer(lt_call *c)
     return LT_OK;
 }
 
+/* Of a row of the whole; start and length count channels, of which the shapes may have blocks. */
+static int64_t piece_start(const piece_attr *a, const lt_tensor *whole, const lt_tensor *piece)
+{
+    return a->length ? a->start * lt_dim(piece, a->axis) / a->length * op_inner(whole, a->axis) : 0;
+}
+
 static int64_t place_in_whole(const lt_call *c, int64_t row)
 {
     const piece_attr *a = c->attr;
 
-    return row * row_of(c->in[0], a->axis) + a->start * op_inner(c->in[0], a->axis);
+    return row * row_of(c->in[0], a->axis) + piece_start(a, c->in[0], c->out);
 }
 
 static void slice_row(const lt_call *c, int64_t row)
@@ -143,8 +175,11 @@ static void slice_row(const lt_call *c, int64_t row)
     const piece_attr *a = c->attr;
     const int64_t n = row_of(c->out, a->axis);
 
-    memcpy((lt_real *)c->out->data + row * n, (const lt_real *)c->in[0]->data + place_in_whole(c, row),
-           (size_t)n * sizeof(lt_real));
+    const lt_real *x = (const lt_real *)c->in[0]->data + place_in_whole(c, row);
+    lt_real *y = (lt_real *)c->out->data + row * n;
+
+    if (y != x)
+        memcpy(y, x, (size_t)n * sizeof(*y));
 }
 
 static void slice_grad_row(const lt_call *c, int64_t row)
@@ -166,6 +201,21 @@ static void slice_backward(const lt_call *c)
         by_row(c, c->out, slice_grad_row);
 }
 
+static unsigned slice_takes_blocks(const lt_node *n)
+{
+    const piece_attr *a = n->attr;
+
+    return a->axis == 1 && a->start % LT_BLOCK == 0 && op_fills_blocks(n->in[0]) && op_fills_blocks(n->outs[0])
+           ? LT_BLOCKS_IN(0) | LT_BLOCKS_OUT : 0;
+}
+
+static int64_t slice_piece(const lt_node *n)
+{
+    const piece_attr *a = n->attr;
+
+    return op_outer(n->outs[0], a->axis) == 1 ? piece_start(a, n->in[0], n->outs[0]) : -1;
+}
+
 static void slice_onnx(lt_onnx *w, const lt_node *n)
 {
     const piece_attr *a = n->attr;
@@ -176,7 +226,8 @@ static void slice_onnx(lt_onnx *w, const lt_node *n)
 
 static const lt_op slice_op = {
     .name = "slice", .flags = LT_OP_CHEAP, .keeps = LT_KEEP_NOTHING, .infer = slice_infer,
-    .forward = slice_forward, .backward = slice_backward, .onnx = slice_onnx,
+    .forward = slice_forward, .backward = slice_backward, .takes_blocks = slice_takes_blocks,
+    .out_piece = slice_piece, .onnx = slice_onnx,
 };
 
 lt_tensor *(lt_slice)(lt_tensor *x, int axis, int64_t start, int64_t length)
