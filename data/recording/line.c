@@ -309,7 +309,7 @@ static lt_status take_stages(const place *at, const cJSON *root, session_line *o
     return st;
 }
 
-/* The reference's time alone, or that of each camera */
+/* The reference's time alone, or that of each camera; the truth tells of moments too of which no camera kept a frame. */
 static lt_status take_time(const place *at, const cJSON *root, bool truth, session_line *out)
 {
     lt_status st;
@@ -320,7 +320,7 @@ static lt_status take_time(const place *at, const cJSON *root, bool truth, sessi
     for (int c = 0; c < RECORDING_CAMERAS && !st; c++)
         if (isfinite(out->t[c]))
             return LT_OK;
-    return st ? st : wrong(at, "t", "seconds of at least one camera");
+    return st || truth ? st : wrong(at, "t", "seconds of at least one camera");
 }
 
 static lt_status take_people(const place *at, const cJSON *root, session_line *out)

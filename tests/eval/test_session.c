@@ -82,6 +82,7 @@ static void put_truth(const char *root)
 {
     FILE *f = fopen(lt_path_join(arena, root, "truth.ndjson"), "w");
 
+    fputs("{\"t\":[null,null],\"people\":[],\"action\":[]}\n", f);           /* no camera kept a frame */
     for (int k = 0; k < 3 * SETS; k++) {
         fprintf(f, "{\"t\":%g,\"light\":1,\"people\":[{\"id\":40,\"joints\":[", k / 30.0);
         put_points(f, 65, 0.2, 0, 1.5);

@@ -260,6 +260,8 @@ static lt_status take_truth(history *h, const session_line *l, const char *line,
     (void)line, (void)length, (void)number;
     for (int c = RECORDING_CAMERAS - 1; c >= 0; c--)
         time = isfinite(l->t[c]) ? l->t[c] - h->origin : time;
+    if (isnan(time))
+        return LT_OK;
     return put_people(h, l, time, true);
 }
 
