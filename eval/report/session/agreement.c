@@ -21,15 +21,13 @@ static const char *word_at(const lane *l, double time)
 
 static bool is_settled(const lane *l, double time)
 {
-    const char *now = word_at(l, time);
-
     for (int i = 0; i < l->n; i++) {
         const lane_span *s = &l->span[i];
 
         if (fabs(s->from - time) <= SETTLED || fabs(s->to - time) <= SETTLED)
             return false;
     }
-    return strcmp(word_at(l, time - SETTLED), now) == 0 && strcmp(word_at(l, time + SETTLED), now) == 0;
+    return true;
 }
 
 static const lane *said_of(const history *h, const lane *truth)
