@@ -3,6 +3,7 @@
 
 #include "data/kind.h"
 #include "libtensor/geometry/rotation.h"
+#include "tasks/hogs/results/hold.h"
 #include "tasks/hogs/results/surfaces.h"
 #include "tasks/hogs/source.h"
 
@@ -243,13 +244,6 @@ static lt_status find_mean_offset(hogs_evaluation *e)
 
 /* ---- another frame's image ------------------------------------------------------------------------------- */
 
-static bool same_sequence(const char *a, const char *b)
-{
-    const char *x = strrchr(a, '/'), *y = strrchr(b, '/');
-
-    return x && y && x - a == y - b && strncmp(a, b, (size_t)(x - a)) == 0;
-}
-
 /* Whose hand and which object a frame of a split shows */
 typedef struct { int subject, object; } pair;
 
@@ -289,7 +283,7 @@ static lt_status choose_others(hogs_evaluation *e, const dataset *from, int64_t 
             const int64_t at = (s->index[i] * 7919 + k) % from->count;
 
             if (other[at].subject == mine.subject && other[at].object == mine.object
-                && !same_sequence(name, dataset_name(from, at)))
+                && !hogs_same_sequence(name, dataset_name(from, at)))
                 out[i] = at;
         }
     }
@@ -383,78 +377,6 @@ static lt_status choose_meshed(hogs_evaluation *e)
     return st;
 }
 
-/* The number of each frame's sequence, those in order of their first frames */
-static lt_status number_sequences(hogs_evaluation *e)
-{
-    const hogs_source *s = &e->run.check_source;
-    const char **first = lt_arena_array(e->arena, (size_t)s->count, sizeof(*first));
-
-    e->sequence = lt_arena_array(e->arena, (size_t)s->count, sizeof(*e->sequence));
-    if (!first || !e->sequence)
-        return lt_error(LT_ENOMEM, "no memory for %lld frames", (long long)s->count);
-    for (int64_t i = 0; i < s->count; i++) {
-        const char *name = dataset_name(s->data, s->index[i]);
-        int k = 0;
-
-        while (k < e->sequences && !same_sequence(name, first[k]))
-            k++;
-        if (k == e->sequences)
-            first[e->sequences++] = name;
-        e->sequence[i] = k;
-    }
-    e->by_sequence = lt_arena_array(e->arena, (size_t)e->sequences, sizeof(*e->by_sequence));
-    e->begun = lt_arena_array(e->arena, (size_t)e->sequences, sizeof(*e->begun));
-    if (!e->by_sequence || !e->begun)
-        return lt_error(LT_ENOMEM, "no memory for %d sequences", e->sequences);
-    memset(e->begun, 0, (size_t)e->sequences * sizeof(*e->begun));
-    memset(e->by_sequence, 0, (size_t)e->sequences * sizeof(*e->by_sequence));
-    return LT_OK;
-}
-
-/* HOLD's protocol is HO3D's: of each sequence the first frame, and so many in all, spread over it. */
-static lt_status choose_held(hogs_evaluation *e)
-{
-    const hogs_source *s = &e->run.check_source;
-    const int wanted = e->o->meshes;
-    int64_t *all, *before;
-    lt_status st = LT_OK;
-
-    if (!wanted || strcmp(s->data->kind->title, "HO3D") != 0)
-        return LT_OK;
-    st = number_sequences(e);
-    e->held = lt_arena_array(e->arena, (size_t)s->count, sizeof(*e->held));
-    all = lt_arena_array(e->arena, 2 * (size_t)e->sequences, sizeof(*all));
-    if (st || !e->held || !all)
-        return st ? st : lt_error(LT_ENOMEM, "no memory for %lld frames", (long long)s->count);
-    before = all + e->sequences;
-    memset(all, 0, 2 * (size_t)e->sequences * sizeof(*all));
-    for (int64_t i = 0; i < s->count; i++)
-        all[e->sequence[i]]++;
-    for (int64_t i = 0; i < s->count; i++) {
-        const int64_t n = all[e->sequence[i]], k = before[e->sequence[i]]++;
-
-        e->held[i] = n <= wanted || k == 0 || k * wanted / n != (k - 1) * wanted / n;
-    }
-    return LT_OK;
-}
-
-/* The mean of a sequence's frames counts as much as another's. */
-static void average_sequences(hogs_evaluation *e)
-{
-    static const hogs_score of[] = { HOGS_CD_O_VERTICES, HOGS_F_O_10_PERCENT, HOGS_CD_POSE };
-    hogs_means *all = &e->means[HOGS_ROW_MODEL];
-
-    for (size_t k = 0; k < LT_COUNT(of) && e->held; k++) {
-        all->sum[of[k]] = 0;
-        all->n[of[k]] = 0;
-        for (int i = 0; i < e->sequences; i++)
-            if (e->by_sequence[i].n[of[k]]) {
-                all->sum[of[k]] += hogs_means_of(&e->by_sequence[i], of[k]);
-                all->n[of[k]]++;
-            }
-    }
-}
-
 static lt_status score_all(hogs_evaluation *e)
 {
     const recipe by = hogs_recipe(&e->run, HOGS_RENDER);
@@ -465,7 +387,7 @@ static lt_status score_all(hogs_evaluation *e)
         st = compiled_new(&by, 1, false, &c);
     if (!st)
         st = run_over(e, &c, HOGS_ROW_MODEL);
-    average_sequences(e);
+    hogs_hold_average(e);
     e->has[HOGS_ROW_INITIAL] = true;
     if (!st && hogs_of(e->run.m)->is->colour)
         st = run_swapped(e, &c);
@@ -484,7 +406,7 @@ static lt_status open_and_score(hogs_evaluation *e, lt_params *set)
     if (!st)
         st = choose_meshed(e);
     if (!st)
-        st = choose_held(e);
+        st = hogs_hold_choose(e);
     if (!st)
         st = hogs_touch_open(e->arena, e->run.train, e->run.hands.right, &e->touch);
     if (!st)
