@@ -93,9 +93,10 @@ void dataset_model_to_camera(const dataset_sample *s, float A[9])
         A[i] = i % 3 == 0 && (s->flags & SAMPLE_MIRRORED) ? -s->R[i] : s->R[i];
 }
 
-const float (*dataset_control(const dataset_object *o, unsigned flags))[3]
+object_shape dataset_shape(const dataset_object *o, unsigned flags)
 {
-    return flags & SAMPLE_MIRRORED ? o->mirrored : o->control;
+    return flags & SAMPLE_MIRRORED ? (object_shape){ o->mirrored, o->mirrored_surface }
+                                   : (object_shape){ o->control, o->surface };
 }
 
 static lt_status project_object(const dataset_object *o, dataset_sample *s)
@@ -193,7 +194,7 @@ static lt_status check_size(const dataset_object *o, const char *obj, const char
     return LT_OK;
 }
 
-lt_status dataset_measure_object(dataset_object *o, const char *obj, const char *path)
+lt_status dataset_measure_object(lt_arena *arena, dataset_object *o, const char *obj, const char *path)
 {
     double control[LT_BOX_POINTS][3];
     spoke *by_length;
@@ -215,7 +216,8 @@ lt_status dataset_measure_object(dataset_object *o, const char *obj, const char 
     o->diameter = (float)diameter_of((const float (*)[3])o->mesh.vertex, o->mesh.n_vertices, o->control[20],
                                      by_length);
     free(by_length);
-    return check_size(o, obj, path);
+    st = check_size(o, obj, path);
+    return st ? st : lt_surface_of(arena, &o->mesh, &o->surface, &o->mirrored_surface);
 }
 
 static lt_status load_object(lt_arena *arena, const char *folder, dataset_object *o)
@@ -238,7 +240,7 @@ static lt_status load_object(lt_arena *arena, const char *folder, dataset_object
     if (!st && n > 10000000)
         st = lt_error(LT_EFORMAT, "%s: %zu points, expected at most 10 million", xyz, n);
     o->n_points = (int)n;
-    return st ? st : dataset_measure_object(o, obj, xyz);
+    return st ? st : dataset_measure_object(arena, o, obj, xyz);
 }
 
 /* The folder of a model under either of its names into *folder, or NULL where there is none. */

@@ -9,6 +9,7 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/geometry/camera.h"
+#include "libtensor/geometry/depth_fit.h"
 #include "libtensor/geometry/hand/model.h"
 #include "libtensor/geometry/mesh/mesh.h"
 
@@ -25,9 +26,16 @@ typedef struct {
     int n_points;
     float control[21][3];           /* box corners, edge middles, centre, of points.xyz (box21.h) */
     float mirrored[21][3];          /* these in the mirror, for samples that are SAMPLE_MIRRORED */
+    lt_surface surface, mirrored_surface;
     float diagonal;                 /* of that box: what HO3D tables call the diameter */
     float diameter;                 /* the largest distance between two mesh vertices */
 } dataset_object;
+
+/* An object as an estimator is asked for it, borrowed */
+typedef struct {
+    const float (*control)[3];      /* (21, 3) its control points; NULL: there is no object */
+    lt_surface surface;
+} object_shape;
 
 /* What a sample holds; a field whose bit is missing is zero (NULL). */
 typedef enum {
@@ -168,9 +176,10 @@ void dataset_free(dataset *d);
 lt_status dataset_load_objects(lt_arena *arena, const char *dir, const char *const *names, int n,
                                const dataset_object **out, int *n_out);
 
-/* dataset_measure_object - control points, diagonal and diameter of an object that has mesh and points; obj and xyz are
- * what lines call these. Errors: LT_ENOMEM; a thing that no hand could hold, with the unit that it may be in. */
-lt_status dataset_measure_object(dataset_object *o, const char *obj, const char *xyz);
+/* dataset_measure_object - control points, surface, diagonal and diameter of an object that has mesh and points; obj
+ * and xyz are what lines call these. Errors: LT_ENOMEM; a thing that no hand could hold, with the unit that it may be
+ * in. */
+lt_status dataset_measure_object(lt_arena *arena, dataset_object *o, const char *obj, const char *xyz);
 
 /* dataset_project - joints2d and control2d from the sample's joints, object pose and camera. Errors: a
  * point behind the camera or absurdly far outside the image; the line says which. */
@@ -180,8 +189,8 @@ lt_status dataset_project(const dataset *d, dataset_sample *s);
  * times diag(-1, 1, 1) where the sample is mirrored */
 void dataset_model_to_camera(const dataset_sample *s, float A[9]);
 
-/* dataset_control - the control points that s->R and s->t place: of the object, or of its mirror image */
-const float (*dataset_control(const dataset_object *o, unsigned flags))[3];
+/* dataset_shape - what s->R and s->t place: the object, or its mirror image */
+object_shape dataset_shape(const dataset_object *o, unsigned flags);
 
 /* dataset_draw_silhouette - fills in the sample's silhouette, in arena memory */
 lt_status dataset_draw_silhouette(const dataset *d, lt_arena *arena, dataset_sample *s);

@@ -229,7 +229,8 @@ static void store_picture(const dataset_sample *s, const hand_object_options *o,
     if (o->augment)
         augment_colour(image, b->size, b->size, &o->colour, rng, scratch);
     if (o->depth)
-        depth_crop(A, s->depth, s->silhouette, s->width, s->height, b->depth + pixels * i, b->size, scratch);
+        depth_crop(A, s->depth, s->silhouette, s->width, s->height, b->metres + pixels * i, b->depth + pixels * i,
+                   b->size, scratch);
 }
 
 static void store_sample(const dataset_sample *s, const hand_object_options *o, uint64_t epoch, int64_t index,

@@ -51,7 +51,7 @@ typedef struct {
     int count;                      /* B of this batch; the last of an epoch may be smaller */
     int capacity, size, cells;
     float *image;                   /* (B, 3, size, size) in [0, 1] */
-    float *depth;                   /* (B, size, size) as depth_crop has it; 0 where not asked for */
+    float *depth, *metres;          /* (B, size, size) both as depth_crop has them; 0 where not asked for */
     float *hand_box, *object_box;   /* (B, 4) x0 y0 x1 y1 in crop pixels */
     float *joints2d;                /* (B, 21, 2) simple order, in units of hand_box */
     float *rotation;                /* (B, 16, 9) row-major, [0] turned with the crop */

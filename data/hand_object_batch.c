@@ -25,14 +25,14 @@ static void *slots(hand_object_batch *b, size_t per, size_t size, bool *ok)
 
 /* The arrays that a sample fills, numbers of each; all but the scratch and what is not float. */
 typedef struct { float **p; size_t per; } field;
-enum { FIELDS = 17 };
+enum { FIELDS = 18 };
 
 static void fields_of(hand_object_batch *b, field out[FIELDS])
 {
     const size_t pixels = (size_t)b->size * (size_t)b->size, cells = (size_t)b->cells * (size_t)b->cells;
     const field all[FIELDS] = {
-        { &b->image, 3 * pixels }, { &b->depth, pixels }, { &b->mask, cells }, { &b->weight, 1 },
-        { &b->object_weight, 1 },
+        { &b->image, 3 * pixels }, { &b->depth, pixels }, { &b->metres, pixels },
+        { &b->mask, cells }, { &b->weight, 1 }, { &b->object_weight, 1 },
         { &b->hand_box, 4 }, { &b->joints2d, 2 * LT_HAND_KEYPOINTS }, { &b->rotation, 9 * LT_HAND_JOINTS },
         { &b->beta, LT_HAND_BETAS }, { &b->joints, 3 * LT_HAND_KEYPOINTS }, { &b->wrist, 3 },
         { &b->object_box, 4 }, { &b->points2d, 2 * LT_BOX_POINTS }, { &b->R, 9 }, { &b->t, 3 },

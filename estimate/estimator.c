@@ -4,6 +4,7 @@
 #include "estimate/feed.h"
 #include "estimate/protocol.h"
 #include "libtensor/base/parallel.h"
+#include "libtensor/geometry/depth_fit.h"
 #include "libtensor/geometry/pnp/pnp.h"
 #include "libtensor/graph/plan.h"
 #include "vision/crop.h"
@@ -165,9 +166,23 @@ static void no_object(estimate *out)
         out->control2d[v][0] = out->control2d[v][1] = NAN;
 }
 
-static void solve_object(const estimator *e, const hand_object_batch *b, int s, const float (*control)[3],
+/* The crop's pixels have whole numbers at their edges where it is sampled between pixels, else in their middle. */
+static void fit_depth(const estimator *e, const hand_object_batch *b, int s, const lt_surface *surface, lt_pose *pose)
+{
+    const double half = protocol_of(e->m)->crop == HAND_OBJECT_UNION ? 0.5 : 0;
+    const float *K = b->K + 9 * s;
+    const lt_depth_map map = {
+        .camera = { .fx = K[0], .fy = K[4], .cx = K[2] - half, .cy = K[5] - half }, .width = b->size, .height = b->size,
+        .metres = b->metres + (int64_t)s * b->size * b->size,
+    };
+
+    lt_depth_fit(&map, surface, pose);
+}
+
+static void solve_object(const estimator *e, const hand_object_batch *b, int s, const object_shape *object,
                          estimate *out)
 {
+    const float (*control)[3] = object->control;
     lt_pnp_pose pose;
     pairs p = { .n = 0 };
 
@@ -183,6 +198,8 @@ static void solve_object(const estimator *e, const hand_object_batch *b, int s, 
     memcpy(out->object.t, pose.t, sizeof(pose.t));
     out->object_inliers = pose.n_inliers;
     out->object_error_px = (float)pose.mean_err_px;
+    if (e->m->depth_fit)
+        fit_depth(e, b, s, &object->surface, &out->object);
 }
 
 /* ---- the hand ------------------------------------------------------------------------------------------ */
@@ -212,7 +229,7 @@ static void read_hand(const estimator *e, const hand_object_batch *b, int s, est
 typedef struct {
     const estimator *e;
     const hand_object_batch *b;
-    const float (*const *control)[3];
+    const object_shape *object;
     estimate *out;
 } read_job;
 
@@ -221,12 +238,12 @@ static void read_sample(void *ctx, int64_t s)
     const read_job *j = ctx;
 
     read_hand(j->e, j->b, (int)s, &j->out[s]);
-    solve_object(j->e, j->b, (int)s, j->control[s], &j->out[s]);
+    solve_object(j->e, j->b, (int)s, &j->object[s], &j->out[s]);
 }
 
-void estimator_run(estimator *e, const hand_object_batch *b, const float (*const *control)[3], estimate *out)
+void estimator_run(estimator *e, const hand_object_batch *b, const object_shape *object, estimate *out)
 {
-    read_job j = { e, b, control, out };
+    read_job j = { e, b, object, out };
 
     feed_batch(e->plan, &e->record, b, 0);
     lt_run(e->plan);

@@ -36,17 +36,17 @@ typedef struct {
 /**
  * estimator_run - estimate for the samples of a batch
  *
- *   control  (21, 3) of each sample's object, borrowed; NULL for a sample without. That gets no pose, and of a model of
- *            hands alone no sample does
+ *   object   (b->count) what each sample's hand holds; a sample without gets no pose, and of a model of hands alone
+ *            none does
  *   out      (b->count)
  *
  * The wrist is taken from b->wrist, as the papers' protocols do.
  *
  * Source for the object: HOCAT section 3.4; Semi-Hand-Object utils/metric.py: the ten most confident
  * cells of every control point above 0.5, then EPnP in RANSAC. Bandi and Thomas 2025, section 3: those of a model
- * with POSE_REFINED, in the image, and then refined.
+ * with POSE_REFINED, in the image, and then refined; of one with depth_fit, laid on the measured depth at last, which
+ * no paper has.
  */
-void estimator_run(estimator *e, const hand_object_batch *b, const float (*const *control)[3],
-                   estimate *out);
+void estimator_run(estimator *e, const hand_object_batch *b, const object_shape *object, estimate *out);
 
 #endif

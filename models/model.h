@@ -90,6 +90,7 @@ struct model {
     const char *variant;
     int image_size, cells;          /* side of the crop; side of the pooled features and masks */
     bool depth;                     /* it has the input "depth" */
+    bool depth_fit;                 /* the object's pose is laid on the depth that was measured */
     bool hand_alone;                /* no loss has taught it where objects are: nobody asks it for them */
     const lt_hand_layer *hand;      /* that its graphs pose; NULL for a classifier */
     const lt_int8_table *int8;      /* layers that read 8-bit integers in inference; NULL: none */

@@ -57,6 +57,7 @@ typedef struct predict_object {
     const char *name, *origin;      /* origin: where the mesh is from, for the JSON */
     lt_mesh mesh;
     float control[LT_BOX_POINTS][3], mirrored[LT_BOX_POINTS][3];
+    lt_surface surface, mirrored_surface;
     double symmetry[YCB_TURNS][4];  /* turns that leave it as it is, about the middle of its box */
     int n_symmetries;
     const char *unit_note, *axes_note;          /* what of its model is not as it should be, or NULL */

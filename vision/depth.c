@@ -32,8 +32,8 @@ static float middle(const double back[6], const float *crop, const uint8_t *mask
     return n ? scratch[n / 2] : 0;
 }
 
-void depth_crop(const double A[6], const float *depth, const uint8_t *mask, int width, int height, float *out,
-                int size, float *scratch)
+void depth_crop(const double A[6], const float *depth, const uint8_t *mask, int width, int height,
+                float *metres, float *out, int size, float *scratch)
 {
     const size_t n = (size_t)size * (size_t)size;
     double back[6];
@@ -44,12 +44,12 @@ void depth_crop(const double A[6], const float *depth, const uint8_t *mask, int 
         const int x = (int)(i % (size_t)size), y = (int)(i / (size_t)size);
         const int64_t at = depth ? crop_source(back, width, height, x, y) : -1;
 
-        out[i] = at >= 0 && isfinite(depth[at]) ? depth[at] : 0;
+        metres[i] = at >= 0 && isfinite(depth[at]) ? depth[at] : 0;
     }
     if (mask)
-        d = middle(back, out, mask, width, height, size, 0, size, scratch);
+        d = middle(back, metres, mask, width, height, size, 0, size, scratch);
     if (d == 0)
-        d = middle(back, out, NULL, width, height, size, size / 3, size - size / 3, scratch);
+        d = middle(back, metres, NULL, width, height, size, size / 3, size - size / 3, scratch);
     for (size_t i = 0; i < n; i++)
-        out[i] = out[i] > 0 ? fmaxf(-1, fminf(1, (out[i] - d) / RANGE)) : 1;
+        out[i] = metres[i] > 0 ? fmaxf(-1, fminf(1, (metres[i] - d) / RANGE)) : 1;
 }

@@ -88,7 +88,7 @@ static void first_camera(const dataset *d, int64_t first, int64_t *n, int64_t *n
 
 static void copy_points(const dataset *d, const dataset_sample *s, float out[ACTION_HAND_OBJECT][3])
 {
-    const float (*control)[3] = dataset_control(&d->objects[s->object], s->flags);
+    const float (*control)[3] = dataset_shape(&d->objects[s->object], s->flags).control;
 
     memcpy(out, s->joints, sizeof(s->joints));
     for (int k = 0; k <= CORNERS; k++)

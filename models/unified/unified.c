@@ -38,6 +38,9 @@ static const lt_config_key keys[] = {
       .doc = "a sigmoid over the spatial attention of the fusion" },
     { KEY(up3_relu), .type = LT_CONFIG_BOOL, .fallback = "false",
       .doc = "the printed ReLU between the hourglass's last transposed convolution and the heat maps' softmax" },
+    { KEY(depth_fit), .type = LT_CONFIG_BOOL, .fallback = "false",
+      .doc = "lay the object's pose on the measured depth by iterated closest points; the paper has the control points "
+             "alone" },
     HAND_OBJECT_KEYS(unified_config),
     { .name = NULL },
 };
@@ -87,6 +90,7 @@ static void build(model *self, const lt_hand_layer *hand)
 
     self->variant = variants[c->variant], self->image_size = c->image_size, self->cells = m->cells = cells;
     self->depth = c->variant != UNIFIED_NO_DEPTH;
+    self->depth_fit = c->depth_fit && self->depth;
     self->hand_alone = c->w.p2d <= 0;
     build_streams(m, set);
     encoder.in = m->rgb.channels;

@@ -25,7 +25,7 @@ typedef struct {
     int layers, heads, points;      /* of the deformable encoders */
     double dropout, stochastic_depth;
     int stage5_dilation;
-    bool aaf_spatial_sigmoid, up3_relu;
+    bool aaf_spatial_sigmoid, up3_relu, depth_fit;
     hand_object_weights w;
 } unified_config;
 

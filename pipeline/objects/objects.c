@@ -254,7 +254,7 @@ lt_status predict_load_object(lt_arena *arena, const predict_options *o, const c
 
     if (!st && ycb)
         find_symmetries(ycb, out);
-    return st;
+    return st ? st : lt_surface_of(arena, &out->mesh, &out->surface, &out->mirrored_surface);
 }
 
 /* Those loaded so far, by the names that were asked for */

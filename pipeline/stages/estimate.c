@@ -31,6 +31,15 @@ static bool finite_hand(const estimate *e)
     return isfinite(sum);
 }
 
+static object_shape shape_of(const predict_view *v)
+{
+    const predict_object *o = v->object;
+
+    if (!o)
+        return (object_shape){ 0 };
+    return v->left ? (object_shape){ o->mirrored, o->mirrored_surface } : (object_shape){ o->control, o->surface };
+}
+
 /* One hand at a time: the numbers of one do not depend on which others are in the picture. */
 static lt_status run(void *state, predict_frame *f)
 {
@@ -40,10 +49,10 @@ static lt_status run(void *state, predict_frame *f)
         return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
     for (int i = 0; i < f->n; i++) {
         const predict_view *v = &f->view[i];
-        const float (*control)[3] = !v->object ? NULL : v->left ? v->object->mirrored : v->object->control;
+        const object_shape shape = shape_of(v);
         const hand_object_batch crop = hand_object_batch_slot(f->crops, i);
 
-        estimator_run(state, &crop, &control, &r[i].e);
+        estimator_run(state, &crop, &shape, &r[i].e);
         if (!finite_hand(&r[i].e))
             return lt_error(LT_ENUMERIC, "%s: the model's answer is not finite: its weights are damaged", v->path);
     }

@@ -294,7 +294,7 @@ static lt_status open_object(stream *s, int i)
         return st;
     s->object[i] = (dataset_object){ .name = p->name, .ycb_id = i + 1 == SYNTH_JUG ? 0 : i + 1, .mesh = p->mesh,
                                      .point = (float (*)[3])p->points, .n_points = SYNTH_POINTS };
-    return dataset_measure_object(&s->object[i], p->name, p->name);
+    return dataset_measure_object(arena, &s->object[i], p->name, p->name);
 }
 
 typedef struct {

@@ -82,7 +82,7 @@ static lt_status prepare(evaluation *e)
     const int B = e->o.batch;
     bool ok = rows_new(e, &e->rows, B) && rows_new(e, &e->truth, B) && objects_new(e);
 
-    e->control = array(e, (size_t)B, sizeof(*e->control));
+    e->shape = array(e, (size_t)B, sizeof(*e->shape));
     e->estimates = array(e, (size_t)B, sizeof(*e->estimates));
     e->camera = array(e, (size_t)B, sizeof(*e->camera));
     e->which = array(e, (size_t)B, sizeof(*e->which));
@@ -91,7 +91,7 @@ static lt_status prepare(evaluation *e)
     e->names = array(e, (size_t)e->samples, sizeof(*e->names));
     e->breakdown = eval_breakdown_new(e->arena);
     find_object_tables(e);
-    ok = ok && e->control && e->estimates && e->camera && e->which && e->flags && e->per_sample && e->names
+    ok = ok && e->shape && e->estimates && e->camera && e->which && e->flags && e->per_sample && e->names
         && e->breakdown;
     if (!ok || set_new(e, EVALUATE_MODEL, e->o.m->cls->name) || set_new(e, EVALUATE_ZERO, "zero predictor"))
         return lt_error(LT_ENOMEM, "no memory to score %d images at a time", B);
@@ -138,7 +138,8 @@ static lt_status read_truth(evaluation *e, const hand_object_batch *b)
         mirror_model(e->truth.object[s].R, b->flags[s] & SAMPLE_MIRRORED);
         e->flags[s] = b->flags[s];
         e->which[s] = e->o.m->hand_alone ? -1 : b->object[s];
-        e->control[s] = e->which[s] < 0 ? NULL : dataset_control(&e->o.data->objects[e->which[s]], b->flags[s]);
+        e->shape[s] = e->which[s] < 0 ? (object_shape){ 0 }
+                                      : dataset_shape(&e->o.data->objects[e->which[s]], b->flags[s]);
         e->camera[s] = camera_of(e, b, s);
     }
     return LT_OK;
@@ -278,7 +279,7 @@ static lt_status score_batch(evaluation *e, estimator *est, const hand_object_ba
     if (st)
         return st;
     lt_parallel_for(b->count, to_opengl, &e->truth);
-    estimator_run(est, b, e->control, e->estimates);
+    estimator_run(est, b, e->shape, e->estimates);
     for (int s = 0; s < b->count; s++)
         e->names[done + s] = dataset_name(e->o.data, b->index[s]);
     st = score_model(e, done, b->count);

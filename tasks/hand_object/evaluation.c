@@ -89,6 +89,9 @@ static int results_of(const evaluation *e, const eval_table *t, eval_result out[
 /* What a model is handed besides pixels. */
 static const char *given(const evaluation *e)
 {
+    if (e->o.m->depth_fit)
+        return "crop around hand and object, middle depth of the object, wrist position, object class and surface, "
+               "which is laid on the depth";
     if (protocol_of(e->o.m)->crop == HAND_OBJECT_UNION)
         return e->o.m->depth ? "crop around hand and object, middle depth of the object, wrist position, object class"
                              : "crop around hand and object, wrist position, object class";

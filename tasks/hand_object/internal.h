@@ -49,7 +49,7 @@ struct evaluation {
     int n_by_object;
     int64_t samples;
     batch_rows rows, truth;
-    const float (**control)[3];
+    object_shape *shape;
     estimate *estimates;
     lt_camera *camera;
     int32_t *which;

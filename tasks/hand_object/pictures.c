@@ -10,7 +10,7 @@ typedef struct {
     lt_arena *arena;                /* of the samples and what is seen in them */
     hand_object_batch *batch;
     dataset_sample *sample;         /* (n) */
-    const float (**control)[3];     /* (n) */
+    object_shape *shape;            /* (n) */
     estimate *seen;                 /* (n) */
     sheet_item *item;               /* (n) */
 } pictures;
@@ -21,10 +21,10 @@ static lt_status allocate(pictures *p)
 
     p->batch = hand_object_batch_new(p->n, p->o->m->image_size, p->o->m->cells);
     p->sample = lt_arena_array(p->arena, n, sizeof(*p->sample));
-    p->control = lt_arena_array(p->arena, n, sizeof(*p->control));
+    p->shape = lt_arena_array(p->arena, n, sizeof(*p->shape));
     p->seen = lt_arena_array(p->arena, n, sizeof(*p->seen));
     p->item = lt_arena_array(p->arena, n, sizeof(*p->item));
-    if (!p->batch || !p->sample || !p->control || !p->seen || !p->item)
+    if (!p->batch || !p->sample || !p->shape || !p->seen || !p->item)
         return lt_error(LT_ENOMEM, "no memory for pictures of %d samples", p->n);
     p->batch->count = p->n;
     return LT_OK;
@@ -44,7 +44,7 @@ static lt_status read_one(pictures *p, const hand_object_options *options, int i
     p->item[i] = (sheet_item){ .sample = s, .estimate = &p->seen[i] };
     if (s->object >= 0 && !p->o->m->hand_alone) {
         p->item[i].object = &d->objects[s->object];
-        p->control[i] = dataset_control(&d->objects[s->object], s->flags);
+        p->shape[i] = dataset_shape(&d->objects[s->object], s->flags);
     }
     return LT_OK;
 }
@@ -68,7 +68,7 @@ static lt_status look(pictures *p)
 
     if (st)
         return st;
-    estimator_run(e, p->batch, p->control, p->seen);
+    estimator_run(e, p->batch, p->shape, p->seen);
     estimator_free(e);
     return LT_OK;
 }

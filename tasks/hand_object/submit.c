@@ -28,7 +28,7 @@ struct submission_job {
     void *file;                     /* the format's */
     estimator *estimator;
     estimate *estimates;
-    const float (**control)[3];
+    object_shape *shape;
 };
 
 /* ---- HO3D ---- */
@@ -105,9 +105,9 @@ static lt_status submit_batch(void *ctx, const hand_object_batch *b, int64_t don
 
     (void)done;
     for (int s = 0; s < b->count; s++)
-        j->control[s] = j->format->objects && b->object[s] >= 0
-                        ? dataset_control(&d->objects[b->object[s]], b->flags[s]) : NULL;
-    estimator_run(j->estimator, b, j->control, j->estimates);
+        j->shape[s] = j->format->objects && b->object[s] >= 0 ? dataset_shape(&d->objects[b->object[s]], b->flags[s])
+                                                              : (object_shape){ 0 };
+    estimator_run(j->estimator, b, j->shape, j->estimates);
     return j->format->add(j, b);
 }
 
@@ -130,9 +130,9 @@ lt_status evaluate_submission(const evaluate_options *o, const char *path)
 
     if (arena) {
         j.estimates = lt_arena_array(arena, (size_t)o->batch, sizeof(*j.estimates));
-        j.control = lt_arena_array(arena, (size_t)o->batch, sizeof(*j.control));
+        j.shape = lt_arena_array(arena, (size_t)o->batch, sizeof(*j.shape));
     }
-    if (!j.estimates || !j.control)
+    if (!j.estimates || !j.shape)
         st = lt_error(LT_ENOMEM, "no memory for a submission");
     if (st == LT_OK)
         st = estimator_new(o->m, o->batch, &j.estimator);

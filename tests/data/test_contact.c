@@ -85,14 +85,14 @@ END_TEST
 enum { W = 12, H = 10, S = 6 };
 
 static const double identity[6] = { 1, 0, 0, 0, 1, 0 };
-static float depth[W * H], crop[S * S], scratch[S * S];
+static float depth[W * H], metres[S * S], crop[S * S], scratch[S * S];
 
 START_TEST(depth_about_its_middle)
 {
     for (int i = 0; i < W * H; i++)
         depth[i] = 0.8f;
     depth[0] = 0.7f, depth[1] = 2, depth[2] = 0, depth[W] = 0.1f, depth[W + 1] = NAN;
-    depth_crop(identity, depth, NULL, W, H, crop, S, scratch);
+    depth_crop(identity, depth, NULL, W, H, metres, crop, S, scratch);
     ck_assert_float_eq_tol(crop[0], -1.f / 3, 1e-6f);
     ck_assert_float_eq(crop[1], 1);
     ck_assert_float_eq(crop[2], 1);
@@ -110,12 +110,12 @@ START_TEST(depth_about_the_object)
         depth[i] = 0.8f;
     mask[0] = mask[1] = mask[2] = 1;
     depth[0] = 0.5f, depth[1] = 0.6f, depth[2] = 0.7f;
-    depth_crop(identity, depth, mask, W, H, crop, S, scratch);
+    depth_crop(identity, depth, mask, W, H, metres, crop, S, scratch);
     ck_assert_float_eq_tol(crop[0], -1.f / 3, 1e-6f);
     ck_assert_float_eq_tol(crop[1], 0, 1e-6f);
     ck_assert_float_eq_tol(crop[S], 2.f / 3, 1e-6f);
     depth[0] = depth[1] = depth[2] = 0;         /* nothing known there: the middle counts */
-    depth_crop(identity, depth, mask, W, H, crop, S, scratch);
+    depth_crop(identity, depth, mask, W, H, metres, crop, S, scratch);
     ck_assert_float_eq(crop[0], 1);
     ck_assert_float_eq_tol(crop[S], 0, 1e-6f);
 }
@@ -127,10 +127,10 @@ START_TEST(unknown_depth)
 
     for (int i = 0; i < W * H; i++)
         depth[i] = 0.8f;
-    depth_crop(identity, NULL, NULL, W, H, crop, S, scratch);
+    depth_crop(identity, NULL, NULL, W, H, metres, crop, S, scratch);
     for (int i = 0; i < S * S; i++)
         ck_assert_float_eq(crop[i], 1);
-    depth_crop(beside, depth, NULL, W, H, crop, S, scratch);
+    depth_crop(beside, depth, NULL, W, H, metres, crop, S, scratch);
     for (int i = 0; i < S * S; i++)
         ck_assert_float_eq(crop[i], 1);
 }

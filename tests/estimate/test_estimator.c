@@ -20,7 +20,8 @@ static const float affine[6] = { 0.5f, 0, -32, 0, 0.5f, 8 };
 
 static float conf[LT_BOX_POINTS][PLACES], x[LT_BOX_POINTS][PLACES], y[LT_BOX_POINTS][PLACES];
 static float control[LT_BOX_POINTS][3];
-static bool hand_alone;
+static bool hand_alone, depth_fit;
+static float surface[800][3], normal[800][3];
 
 static void add(model_record *r, const char *name, lt_shape shape, const float *values)
 {
@@ -76,11 +77,42 @@ static void cast_votes(double noise_px)
     }
 }
 
+/* Points of the box's faces, three of which the camera sees: nothing of the rest, or of what is behind, was measured. */
+static void measure(hand_object_batch *b)
+{
+    const double half[3] = { .05, .03, .08 };
+    lt_rng r = lt_rng_make(4, 0);
+
+    for (int i = 0; i < 800; i++) {
+        double n[3] = { 0 }, point[3], p[3], turned[3], uv[2];
+        const int axis = i % 3;
+
+        n[axis] = i % 2 ? 1 : -1;
+        for (int d = 0; d < 3; d++) {
+            point[d] = half[d] * (d == axis ? n[d] : lt_rng_range(&r, -1, 1));
+            surface[i][d] = (float)point[d];
+            normal[i][d] = (float)n[d];
+        }
+        lt_rigid_apply(R_true, t_true, point, p);
+        lt_rigid_apply(R_true, (const double[3]){ 0 }, n, turned);
+        if (turned[0] * p[0] + turned[1] * p[1] + turned[2] * p[2] >= 0)
+            continue;
+        lt_camera_project(&camera, p, uv);
+        uv[0] = affine[0] * uv[0] + affine[2], uv[1] = affine[4] * uv[1] + affine[5];
+        for (int v = (int)uv[1] - 1; v <= (int)uv[1] + 1; v++)
+            for (int u = (int)uv[0] - 1; u <= (int)uv[0] + 1; u++)
+                b->metres[v * SIDE + u] = (float)p[2];
+    }
+}
+
 static void look(protocol_pose how, estimate *out)
 {
     const model_class cls = { .name = how == POSE_REFINED ? "unified" : "hocat", .record = record };
-    const model m = { .cls = &cls, .image_size = SIDE, .cells = CELLS, .hand_alone = hand_alone };
-    const float whole[4] = { 0, 0, SIDE, SIDE }, (*points)[3] = control;
+    const model m = {
+        .cls = &cls, .image_size = SIDE, .cells = CELLS, .hand_alone = hand_alone, .depth_fit = depth_fit,
+    };
+    const float whole[4] = { 0, 0, SIDE, SIDE };
+    const object_shape object = { control, { 800, surface, normal } };
     hand_object_batch *b = hand_object_batch_new(1, SIDE, CELLS);
     estimator *e;
 
@@ -92,7 +124,9 @@ static void look(protocol_pose how, estimate *out)
     b->K[2] = affine[0] * 320 + affine[2];
     b->K[5] = affine[4] * 240 + affine[5];
     ck_assert_int_eq(estimator_new(&m, 1, &e), LT_OK);
-    estimator_run(e, b, (const float (*const *)[3])&points, out);
+    if (depth_fit)
+        measure(b);
+    estimator_run(e, b, &object, out);
     estimator_free(e);
     hand_object_batch_free(b);
 }
@@ -165,6 +199,22 @@ START_TEST(pixels)
 }
 END_TEST
 
+/* Votes by which the object is 4 cm too far, which only what was measured can tell */
+START_TEST(depth_has_the_last_word)
+{
+    cast_votes(0);
+    for (int v = 0; v < LT_BOX_POINTS; v++)
+        for (int d = 0; d < 3; d++)
+            control[v][d] *= 1.0667f;
+    look(POSE_REFINED, out);
+    ck_assert_double_eq_tol(out->object.t[2], 0.64, 2e-3);
+    depth_fit = true;
+    look(POSE_REFINED, out);
+    depth_fit = false;
+    expect_pose(out, 3e-3);
+}
+END_TEST
+
 static void add_tests(TCase *c)
 {
     tcase_add_checked_fixture(c, setup, teardown);
@@ -172,6 +222,7 @@ static void add_tests(TCase *c)
     tcase_add_loop_test(c, hands_alone, 0, 2);
     tcase_add_test(c, not_a_number);
     tcase_add_test(c, pixels);
+    tcase_add_test(c, depth_has_the_last_word);
 }
 
 int main(void)
