@@ -79,7 +79,8 @@ lt_status checkpoint_load_model(const char *path, model *m);
 
 /**
  * checkpoint_save_inference - a checkpoint for inference: m's weights and its table if it has one, and what the
- * metadata of checkpoint `from` say, nothing of the optimiser; atomically
+ * metadata of checkpoint `from` say, nothing of the optimiser, and of the folder that it was trained on the last name
+ * alone; atomically
  *
  *   half     weights of layers in half precision, for half of the size; biases and statistics stay as they are
  *

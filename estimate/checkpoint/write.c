@@ -7,10 +7,12 @@
 #include "libtensor/io/text/json.h"
 #include "libtensor/kernels/kernels.h"
 
+#include <cjson/cJSON.h>
 #include <config.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
 
@@ -208,17 +210,57 @@ size_t checkpoint_bytes(const model *m, const lt_optim *optim)
     return n * sizeof(lt_real) + ENTRY_BYTES * names + META_BYTES;
 }
 
+static char *print_json(lt_arena *arena, const cJSON *value)
+{
+    char *text = NULL, *copy;
+    size_t n;
+    FILE *f = open_memstream(&text, &n);
+
+    if (!f)
+        return NULL;
+    lt_json_print(f, value);
+    copy = fclose(f) ? NULL : lt_arena_strdup(arena, text);
+    free(text);
+    return copy;
+}
+
+/* Of the folder that it was trained on, the last name alone: the rest says where it lay on somebody's machine. */
+static lt_status anonymous(contents *c, const char *path, const char *config, const char **out)
+{
+    cJSON *root, *dir;
+    const char *last;
+    lt_status st = lt_json_parse(path, config, strlen(config), &root);
+
+    if (st)
+        return st;
+    dir = cJSON_GetObjectItemCaseSensitive(cJSON_GetObjectItemCaseSensitive(root, "data"), "dir");
+    last = cJSON_IsString(dir) ? strrchr(dir->valuestring, '/') : NULL;
+    *out = config;
+    if (last) {
+        memmove(dir->valuestring, last + 1, strlen(last));
+        *out = print_json(c->arena, root);
+    }
+    cJSON_Delete(root);
+    return *out ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory", path);
+}
+
 /* All that the file says of itself, but what is made anew. */
 static lt_status copy_meta(contents *c, const lt_safetensors *f)
 {
-    for (size_t i = 0; i < f->n_meta; i++) {
-        if (strcmp(f->meta[i].key, "crc32") == 0 || strcmp(f->meta[i].key, "int8") == 0)
+    lt_status st = LT_OK;
+
+    for (size_t i = 0; i < f->n_meta && !st; i++) {
+        const char *key = f->meta[i].key, *value = f->meta[i].value;
+
+        if (strcmp(key, "crc32") == 0 || strcmp(key, "int8") == 0)
             continue;
         if (c->n_meta == META - 2)
             return lt_error(LT_EFORMAT, "%s: more metadata than a checkpoint has", f->path);
-        put(c, f->meta[i].key, f->meta[i].value);
+        if (strcmp(key, "config") == 0)
+            st = anonymous(c, f->path, value, &value);
+        put(c, key, value);
     }
-    return LT_OK;
+    return st;
 }
 
 lt_status checkpoint_save_inference(const char *path, const char *from, const model *m, bool half)

@@ -177,6 +177,24 @@ START_TEST(table_in_a_checkpoint)
 }
 END_TEST
 
+/* Whoever gets the weights learns what the data were called, and not where they lay. */
+START_TEST(data_without_its_place)
+{
+    const checkpoint_state state = { .step = 7, .best = INFINITY };
+    checkpoint_head head;
+    small_model s;
+
+    small_model_init(&s);
+    ck_assert_int_eq(checkpoint_save(path, &s.m, NULL, "{\"data\": {\"dir\": \"/home/me/small\", \"blur\": 0.3}}", &state,
+                                     NULL), LT_OK);
+    ck_assert_int_eq(checkpoint_save_inference(int8_path, path, &s.m, false), LT_OK);
+    ck_assert_int_eq(checkpoint_head_read(s.arena, int8_path, &head), LT_OK);
+    ck_assert_str_eq(head.config, "{\"data\": {\"dir\": \"small\", \"blur\": 0.3}}");
+    unlink(path), unlink(int8_path);
+    small_model_fini(&s);
+}
+END_TEST
+
 /* Half of the bytes, and weights to eleven bits; one that does not fit is named, and what was there stays. */
 START_TEST(half_precision)
 {
@@ -335,6 +353,7 @@ static void add_tests(TCase *c)
     tcase_add_loop_test(c, weights_or_their_average, 0, 2);
     tcase_add_test(c, groups_and_rows_come_back);
     tcase_add_test(c, table_in_a_checkpoint);
+    tcase_add_test(c, data_without_its_place);
     tcase_add_test(c, half_precision);
     tcase_add_test(c, shapes_before_memory);
     tcase_add_test(c, of_others);
