@@ -32,7 +32,7 @@ typedef struct {
     int n_paths, n_inputs;
     crop_box hand_box, object_box, person_box;
     predict_format format;
-    bool has_hand_box, has_object_box, has_person_box, has_mesh, left;
+    bool has_hand_box, has_object_box, has_person_box, has_mesh, has_side, left;
     bool pipe;                          /* "-": frames come through standard input */
     double fps, depth_scale;
     cli_film film;                      /* of a model of Gaussians */
@@ -69,7 +69,8 @@ static const struct argp_option options[] = {
     { "fps", FPS, "N", 0, "the images are a film's frames, N a second: smooth them, and bridge frames where hand or "
       "object are lost; default unrelated images. A film says it by itself", 0 },
     { "mesh", MESH, "FORMAT", 0, "obj (default), ply, or glb: hand and object in one scene", 0 },
-    { "side", SIDE, "SIDE", 0, "right (default) or left hand", 0 },
+    { "side", SIDE, "SIDE", 0, "right or left hand, where neither --boxes nor the detector says; default: what it "
+      "looks most like, in films right", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl, npz or embedded); default the one of the training", 0 },
     { "film", FILM, "FILE", 0, "of a run of hogs or splats: a film (.mp4) of the frames of FOLDER, or without one of "
       "those that it is validated on, the truth beside the rendering, 10 a second or --fps; needs OpenCV", 0 },
@@ -140,6 +141,7 @@ static void check_pipe(const predict_args *a, struct argp_state *state)
 
 static void parse_side(predict_args *a, struct argp_state *state, const char *text)
 {
+    a->has_side = true;
     a->left = strcmp(text, "left") == 0;
     if (!a->left && strcmp(text, "right") != 0)
         argp_error(state, "--side: found \"%s\", want right or left", text);
@@ -306,7 +308,8 @@ static lt_status run(const predict_args *a, const calibration *camera, const cli
         .camera = a->camera ? &camera->camera : NULL, .camera_width = camera->width, .camera_height = camera->height,
         .camera_skew = camera->skew, .lens = &camera->lens, .boxes = a->boxes, .depth = a->depth,
         .depth_scale = a->depth_scale,
-        .object = a->object, .models = a->models, .left = a->left, .format = a->format, .fps = a->fps,
+        .object = a->object, .models = a->models, .left = a->left, .any_side = !a->has_side,
+        .any_way_up = true, .format = a->format, .fps = a->fps,
         .alone = true, .stop = stop,
         .messages = stderr, .quiet = a->quiet, .numbers = a->numbers,
     };

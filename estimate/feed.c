@@ -43,7 +43,7 @@ void feed_options(const model *m, hand_object_options *o)
     o->size = m->image_size;
     o->cells = m->cells;
     o->crop = protocol_of(m)->crop;
-    o->depth = m->depth;
+    o->depth = m->depth || (m->depth_fit && !o->augment);
 }
 
 lt_status feed_check(const model_record *r)

@@ -45,7 +45,7 @@ static palmar_status status_of(lt_status st)
 
 static lt_status open_stages(palmar *p)
 {
-    static const char *const names[] = { "crop", "estimate", "solve", "smooth", NULL };
+    static const char *const names[] = { "estimate", "solve", "smooth", NULL };
 
     p->o = (predict_options){ .m = &p->t.m, .bilinear = p->t.bilinear, .hand = p->t.hand, .alone = true };
     p->scratch = lt_arena_new();

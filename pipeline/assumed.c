@@ -54,14 +54,18 @@ static void note_object(const predict_options *o, const predict_view *v, predict
 }
 
 /* One line for all hands, however many there are */
-static void note_side(const predict_options *o, const predict_view *v, int n, predict_notes *notes)
+static void note_side(predict_frame *f)
 {
-    for (int i = 0; i < n; i++)
-        if (v[i].hand_seen && v[i].hand_seen->side == PREDICT_ANY_SIDE) {
-            predict_note_add(notes, NULL, NOTE_SIDE, "the detector does not tell left hands from right ones: took them "
-                             "for %s, as --side has it", o->left ? "left" : "right");
-            return;
-        }
+    bool unsaid = false;
+
+    for (int i = 0; i < f->n; i++)
+        unsaid = unsaid || (f->view[i].hand_seen && f->view[i].hand_seen->side == PREDICT_ANY_SIDE);
+    if (unsaid && f->o->any_side && !f->film)
+        predict_note_add(&f->notes, NULL, NOTE_SIDE, "the detector does not tell left hands from right ones: each is "
+                         "taken for what it looks most like; --side says which");
+    else if (unsaid)
+        predict_note_add(&f->notes, NULL, NOTE_SIDE, "the detector does not tell left hands from right ones: took them "
+                         "for %s, as --side has it", f->o->left ? "left" : "right");
 }
 
 static void note_camera(const predict_view *v, predict_notes *notes)
@@ -83,7 +87,7 @@ static void note_hands(predict_frame *f)
         }
         note_object(f->o, &f->view[i], &f->notes);
     }
-    note_side(f->o, f->view, f->n, &f->notes);
+    note_side(f);
 }
 
 /* What no model looks at need not be said, nor that a hand that was found holds nothing. */

@@ -96,9 +96,12 @@ typedef struct predict_view {
     crop_box hand_box, object_box;
     predict_source hand_from, object_from;
     const predict_detection *hand_seen, *object_seen;       /* whose boxes they are; NULL: not by a detector */
-    bool left;
+    bool left, any_side;            /* any_side: nobody says which; `left` is then what it looks most like */
     const predict_object *object;   /* NULL: none was named */
 } predict_view;
+
+/* A view that was turned: its part at (x0, y0), `width` x `height`, clockwise by quarters; zeroed: it was not. */
+typedef struct { int quarters, x0, y0, width, height; } predict_turn;
 
 /* ---- what was found ---------------------------------------------------------------------------------------- */
 
@@ -135,12 +138,11 @@ typedef enum {
     FRAME_DETECTIONS = 2,           /* detection, unless the boxes are listed; those too that are sure enough only for
                                      * a track to go on */
     FRAME_VIEWS = 4,                /* view */
-    FRAME_CROPS = 8,                /* seen, crops */
-    FRAME_ESTIMATES = 16,           /* result.e, as the network has it */
-    FRAME_POSES = 32,               /* result, in the camera's axes */
-    FRAME_VERDICT = 64,             /* notes on what was found */
-    FRAME_DRAWING = 128,            /* hand, overlay */
-    FRAME_BODIES = 256,             /* person */
+    FRAME_ESTIMATES = 8,            /* seen, turn; of result e, as the network has it, and 2D points in pixels of seen */
+    FRAME_POSES = 16,               /* result, in the camera's axes */
+    FRAME_VERDICT = 32,             /* notes on what was found */
+    FRAME_DRAWING = 64,             /* hand, overlay */
+    FRAME_BODIES = 128,             /* person */
 } frame_part;
 
 /* The source of the frame sets the first five; stages the others, each as it says that it gives them. */
@@ -161,8 +163,8 @@ typedef struct {
     int n_detections;
     int n;                          /* hands */
     predict_view *view;             /* (n) */
-    predict_view *seen;             /* (n) as the network looks at it: a left hand in the mirror */
-    const hand_object_batch *crops; /* (n), of seen; until the next frame */
+    predict_view *seen;             /* (n) as the network looks at it: a left hand in the mirror, then turned by */
+    predict_turn *turn;             /* (n) */
     predict_result *result;         /* (n) */
     int n_people;
     predict_person *person;         /* (n_people) */

@@ -90,6 +90,9 @@ lt_status predict_views_new(predict_frame *f, int n);
 /* predict_views_listed - f->view: the hands of the image's lines in --boxes, or the one of the options */
 lt_status predict_views_listed(predict_frame *f);
 
+/* predict_choose_side - v->left and v->any_side, from what a line of --boxes or a detector says */
+void predict_choose_side(const predict_options *o, predict_side said, predict_view *v);
+
 /* predict_default_hand_box - the middle of the image; predict_default_object_box - around the hand's box */
 crop_box predict_default_hand_box(int width, int height);
 crop_box predict_default_object_box(crop_box hand);
@@ -99,6 +102,14 @@ lt_status predict_check_inside(const predict_view *v, const char *what, crop_box
 
 /* predict_view_mirror - the same seen in a mirror, x -> width - 1 - x */
 lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_view *out);
+
+/* ---- turn.c: hands that stand another way up ------------------------------------------------------------- */
+
+/* predict_view_turn - what is around the hand, turned clockwise by 1 to 3 quarters. LT_ENOMEM */
+lt_status predict_view_turn(lt_arena *arena, const predict_view *v, int quarters, predict_view *out, predict_turn *turn);
+
+/* predict_turn_back - a result of that view as one of the view that was turned; theta and joints2d are not touched */
+void predict_turn_back(const predict_turn *turn, predict_result *r);
 
 /* ---- depth.c -------------------------------------------------------------------------------------------- */
 

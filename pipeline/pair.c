@@ -89,7 +89,7 @@ static lt_status look_at(predict_frame *f, const predict_detection *hand, predic
     v->object_seen = object;
     v->object_box = object ? object->box : predict_default_object_box(hand->box);
     v->object_from = object ? PREDICT_DETECTED : PREDICT_DEFAULT;
-    v->left = hand->side == PREDICT_ANY_SIDE ? f->o->left : hand->side == PREDICT_LEFT;
+    predict_choose_side(f->o, hand->side, v);
     v->object = predict_hand_alone(f->o) ? NULL : f->object;
     return object && !f->object && f->o->m && !f->o->m->hand_alone ? model_of(models, object, &v->object) : LT_OK;
 }

@@ -18,7 +18,7 @@ static void add_names(const char **row, const char *const *name)
 static lt_status open_stages(const predict_options *o, pipeline **out)
 {
     static const char *const detect[] = { "detect", "track", NULL }, *const look[] = { "look", NULL };
-    static const char *const hands[] = { "crop", "estimate", "solve", "smooth", NULL };
+    static const char *const hands[] = { "estimate", "solve", "smooth", NULL };
     static const char *const bodies[] = { "body", NULL };
     static const char *const judge[] = { "judge", NULL }, *const draw[] = { "draw", NULL };
     static const char *const write[] = { "write", NULL }, *const print[] = { "print", NULL };

@@ -60,6 +60,12 @@ crop_box predict_default_object_box(crop_box b)
     return (crop_box){ (float)(cx - hx), (float)(cy - hy), (float)(cx + hx), (float)(cy + hy) };
 }
 
+void predict_choose_side(const predict_options *o, predict_side said, predict_view *v)
+{
+    v->any_side = said == PREDICT_ANY_SIDE && o->any_side;
+    v->left = said == PREDICT_ANY_SIDE ? o->left : said == PREDICT_LEFT;
+}
+
 /* row: the hand's line in --boxes, or NULL. Boxes are of the picture as the lens made it. */
 static void choose_hand(const predict_options *o, const predict_boxes_row *row, const predict_object *given,
                         predict_view *v)
@@ -72,7 +78,7 @@ static void choose_hand(const predict_options *o, const predict_boxes_row *row, 
     v->object_box = object ? row->object : o->object_box ? *o->object_box
                              : predict_default_object_box(v->hand_box);
     v->object_from = object ? PREDICT_LISTED : o->object_box ? PREDICT_GIVEN : PREDICT_DEFAULT;
-    v->left = row && row->side != PREDICT_ANY_SIDE ? row->side == PREDICT_LEFT : o->left;
+    predict_choose_side(o, row ? row->side : PREDICT_ANY_SIDE, v);
     v->object = predict_hand_alone(o) ? NULL : row && row->model ? row->model : given;
 }
 

@@ -50,6 +50,8 @@ static const lt_config_key keys[] = {
     { KEY(head_init), .type = LT_CONFIG_CHOICE, .fallback = "\"hfl\"", .choices = head_inits,
       .doc = "first weights of heads and attention: hfl, near zero, for a trunk that has learnt; default, for a "
              "start from nothing at a high rate" },
+    { KEY(depth_fit), .type = LT_CONFIG_BOOL, .fallback = "false",
+      .doc = "lay the object's pose on the measured depth by iterated closest points; the paper has colour alone" },
     HAND_OBJECT_KEYS(hocat_config),
     { .name = NULL },
 };
@@ -92,6 +94,7 @@ static void build(model *self, const lt_hand_layer *hand)
     resnet_opts trunk = { .width = c->width, .slope = 0.01 };
 
     self->variant = variants[c->variant], self->image_size = c->image_size, self->cells = c->roi;
+    self->depth_fit = c->depth_fit;
     self->hand_alone = c->w.p2d <= 0;
     memcpy(trunk.blocks, c->blocks, sizeof(trunk.blocks));
     resnet_new(&m->trunk, set, "trunk", &trunk);

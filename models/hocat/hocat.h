@@ -34,6 +34,7 @@ typedef struct {
     bool identity_pose;             /* start from the flat hand */
     int head_init;                  /* hocat_init */
     bool imagenet_norm;             /* subtract mean and divide by deviation of ImageNet first */
+    bool depth_fit;                 /* the object's pose is laid on the depth, which the network does not see */
     hand_object_weights w;
 } hocat_config;
 

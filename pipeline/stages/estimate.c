@@ -1,23 +1,75 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* estimate: each crop through the network. */
+/* estimate: the crop around each hand through the network, a left hand's in the mirror; where a hand may stand any way
+ * up, or be of either side, as it looks best. */
 #include "pipeline/internal.h"
 #include "pipeline/stages/stages.h"
 
+#include "estimate/feed.h"
+
 #include <math.h>
+#include <string.h>
 
-static lt_status open_estimator(const predict_options *o, void **state)
+/* Of 2D and 3D joints, in parts of the box's longer side: a look that is not to be bettered; and how much smaller than
+ * of the picture as it stands it must be of a turned one */
+static const double GOOD = 0.04, TURNED = 0.7;
+
+typedef struct {
+    hand_object_options options;
+    hand_object_batch *crop;            /* of one hand */
+    estimator *estimator;
+} looker;
+
+static void close_looker(void *state)
 {
-    estimator *e;
-    const lt_status st = o->alone ? estimator_new_alone(o->m, 1, &e) : estimator_new(o->m, 1, &e);
+    looker *l = state;
 
-    if (!st)
-        *state = e;
+    hand_object_batch_free(l->crop);
+    estimator_free(l->estimator);
+    lt_release(l);
+}
+
+static lt_status open_looker(const predict_options *o, void **state)
+{
+    looker *l = lt_alloc(sizeof(*l));
+    lt_status st;
+
+    if (!l)
+        return lt_error(LT_ENOMEM, "no memory to predict with");
+    l->options = hand_object_defaults(false, 0);
+    feed_options(o->m, &l->options);
+    l->options.bilinear = o->bilinear;
+    l->crop = hand_object_batch_new(1, l->options.size, l->options.cells);
+    st = !l->crop ? lt_error(LT_ENOMEM, "no memory for a batch")
+         : o->alone ? estimator_new_alone(o->m, 1, &l->estimator) : estimator_new(o->m, 1, &l->estimator);
+    if (st)
+        close_looker(l);
+    else
+        *state = l;
     return st;
 }
 
-static void close_estimator(void *state)
+/* ---- one look ---------------------------------------------------------------------------------------------------- */
+
+/* A view as a sample of a dataset: boxes, and nothing that would have to be known. The object's box is
+ * the extent of its control points, so two of its corners stand in for all. */
+static void sample_of(const predict_view *v, dataset_sample *s)
 {
-    estimator_free(state);
+    const float corner[2][2] = { { v->object_box.x0, v->object_box.y0 }, { v->object_box.x1, v->object_box.y1 } };
+
+    *s = (dataset_sample){
+        .name = v->path, .flags = SAMPLE_HAND_BOX | SAMPLE_OBJECT, .width = v->width, .height = v->height,
+        .rgb = v->rgb, .depth = v->depth, .camera = v->camera, .object = -1,
+        .hand_box = { v->hand_box.x0, v->hand_box.y0, v->hand_box.x1, v->hand_box.y1 },
+    };
+    for (int i = 0; i < LT_BOX_POINTS; i++)
+        memcpy(s->control2d[i], corner[i & 1], sizeof(s->control2d[i]));
+}
+
+static object_shape shape_of(const predict_object *o, bool left)
+{
+    if (!o)
+        return (object_shape){ 0 };
+    return left ? (object_shape){ o->mirrored, o->mirrored_surface } : (object_shape){ o->control, o->surface };
 }
 
 static bool finite_hand(const estimate *e)
@@ -31,36 +83,116 @@ static bool finite_hand(const estimate *e)
     return isfinite(sum);
 }
 
-static object_shape shape_of(const predict_view *v)
+/* Points from the crop back to the image. */
+static void points_in_image(const float affine[6], const float (*crop)[2], int n, float (*out)[2])
 {
-    const predict_object *o = v->object;
+    double A[6];
 
-    if (!o)
-        return (object_shape){ 0 };
-    return v->left ? (object_shape){ o->mirrored, o->mirrored_surface } : (object_shape){ o->control, o->surface };
+    for (int k = 0; k < 6; k++)
+        A[k] = affine[k];
+    if (lt_affine_inverse(A, A))
+        memcpy(out, crop, (size_t)n * sizeof(*out));
+    else
+        crop_points(A, crop, n, out);
 }
 
 /* One hand at a time: the numbers of one do not depend on which others are in the picture. */
-static lt_status run(void *state, predict_frame *f)
+static lt_status look(const looker *l, const predict_view *seen, predict_result *r)
 {
-    predict_result *r = lt_arena_array(f->arena, (size_t)f->n, sizeof(*r));
+    const object_shape shape = shape_of(seen->object, seen->left);
+    dataset_sample sample;
+    lt_status st;
 
-    if (!r)
-        return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
-    for (int i = 0; i < f->n; i++) {
-        const predict_view *v = &f->view[i];
-        const object_shape shape = shape_of(v);
-        const hand_object_batch crop = hand_object_batch_slot(f->crops, i);
-
-        estimator_run(state, &crop, &shape, &r[i].e);
-        if (!finite_hand(&r[i].e))
-            return lt_error(LT_ENUMERIC, "%s: the model's answer is not finite: its weights are damaged", v->path);
-    }
-    f->result = r;
+    sample_of(seen, &sample);
+    st = hand_object_prepare(&sample, &l->options, 0, 0, l->crop, 0);
+    if (st)
+        return st;
+    l->crop->count = 1;
+    memset(r, 0, sizeof(*r));
+    estimator_run(l->estimator, l->crop, &shape, &r->e);
+    if (!finite_hand(&r->e))
+        return lt_error(LT_ENUMERIC, "%s: the model's answer is not finite: its weights are damaged", seen->path);
+    points_in_image(l->crop->affine, (const float (*)[2])r->e.joints2d, LT_HAND_KEYPOINTS, r->heatmap2d);
+    points_in_image(l->crop->affine, (const float (*)[2])r->e.control2d, LT_BOX_POINTS, r->control2d);
     return LT_OK;
 }
 
+/* ---- the best of several ------------------------------------------------------------------------------------------ */
+
+/* How far 2D and 3D joints differ, in parts of the box's longer side; infinite where the hand cannot be placed */
+static double misfit(const predict_view *seen, const predict_result *r)
+{
+    const crop_box b = seen->hand_box;
+    predict_result placed = *r;
+
+    predict_place_hand(seen, &placed);
+    predict_reproject(seen, &placed);
+    return placed.placed ? placed.agreement_px / (double)fmaxf(b.x1 - b.x0, b.y1 - b.y0) : INFINITY;
+}
+
+/* Hand i, mirrored or not, turned by so many quarters: what is better than `best`, NaN at first, is the frame's */
+static lt_status try_way(const looker *l, predict_frame *f, int i, const predict_view *side, int quarters, double *best)
+{
+    predict_view seen = *side;
+    predict_turn turn = { 0 };
+    predict_result r;
+    double how;
+    lt_status st = quarters ? predict_view_turn(f->arena, side, quarters, &seen, &turn) : LT_OK;
+
+    st = st ? st : look(l, &seen, &r);
+    if (st)
+        return st;
+    how = misfit(&seen, &r) / (quarters ? TURNED : 1);
+    if (how >= *best)
+        return LT_OK;
+    *best = how;
+    f->seen[i] = seen;
+    f->turn[i] = turn;
+    f->result[i] = r;
+    f->view[i].left = seen.left;
+    return LT_OK;
+}
+
+static lt_status side_of(lt_arena *arena, const predict_view *v, bool left, predict_view *out)
+{
+    const lt_status st = left ? predict_view_mirror(arena, v, out) : LT_OK;
+
+    if (!left)
+        *out = *v;
+    out->left = left;
+    return st;
+}
+
+static lt_status look_at(const looker *l, predict_frame *f, int i)
+{
+    const predict_view v = f->view[i];
+    const int sides = v.any_side && !f->film ? 2 : 1, turns = f->o->any_way_up ? 4 : 1;
+    predict_view side[2];
+    double best = NAN;
+    lt_status st = LT_OK;
+
+    for (int k = 0; k < sides && !st; k++)
+        st = side_of(f->arena, &v, k ? !v.left : v.left, &side[k]);
+    for (int k = 0; k < sides * turns && !st && !(best < GOOD); k++)
+        st = try_way(l, f, i, &side[k % sides], k / sides, &best);
+    return st;
+}
+
+static lt_status run(void *state, predict_frame *f)
+{
+    lt_status st = LT_OK;
+
+    f->seen = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->seen));
+    f->turn = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->turn));
+    f->result = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->result));
+    if (!f->seen || !f->turn || !f->result)
+        return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
+    for (int i = 0; i < f->n && !st; i++)
+        st = look_at(state, f, i);
+    return st;
+}
+
 const stage estimate_stage = {
-    .name = "estimate", .needs = FRAME_VIEWS | FRAME_CROPS, .gives = FRAME_ESTIMATES,
-    .open = open_estimator, .run = run, .close = close_estimator,
+    .name = "estimate", .needs = FRAME_VIEWS, .gives = FRAME_ESTIMATES,
+    .open = open_looker, .run = run, .close = close_looker,
 };

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* solve: hand and object from the crop to the camera that saw them, and out of the mirror. */
+/* solve: hand and object where the camera saw them, upright and out of the mirror. */
 #include "pipeline/internal.h"
 #include "pipeline/stages/stages.h"
 
@@ -7,19 +7,6 @@
 #include "libtensor/geometry/rotation.h"
 
 #include <string.h>
-
-/* Points from the crop back to the image. */
-static void points_in_image(const hand_object_batch *b, int slot, const float (*crop)[2], int n, float (*out)[2])
-{
-    double A[6];
-
-    for (int k = 0; k < 6; k++)
-        A[k] = b->affine[6 * slot + k];
-    if (lt_affine_inverse(A, A))
-        memcpy(out, crop, (size_t)n * sizeof(*out));
-    else
-        crop_points(A, crop, n, out);
-}
 
 static void read_theta(predict_result *r)
 {
@@ -51,12 +38,11 @@ static void solve(const predict_frame *f, int i)
 {
     predict_result *r = &f->result[i];
 
-    points_in_image(f->crops, i, (const float (*)[2])r->e.joints2d, LT_HAND_KEYPOINTS, r->heatmap2d);
-    points_in_image(f->crops, i, (const float (*)[2])r->e.control2d, LT_BOX_POINTS, r->control2d);
     r->object_found = r->e.object_inliers > 0 && lt_pose_finite(&r->e.object) && r->e.object.t[2] > PREDICT_NEAREST &&
                       r->e.object.t[2] < PREDICT_FARTHEST;
     r->object_far = r->e.object_inliers > 0 && !r->object_found;
     predict_place_hand(&f->seen[i], r);
+    predict_turn_back(&f->turn[i], r);
     read_theta(r);
     if (f->view[i].left)
         unmirror(f->view[i].width, r);
@@ -72,5 +58,5 @@ static lt_status run(void *state, predict_frame *f)
 }
 
 const stage solve_stage = {
-    .name = "solve", .needs = FRAME_VIEWS | FRAME_CROPS | FRAME_ESTIMATES, .gives = FRAME_POSES, .run = run,
+    .name = "solve", .needs = FRAME_VIEWS | FRAME_ESTIMATES, .gives = FRAME_POSES, .run = run,
 };

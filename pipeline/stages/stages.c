@@ -6,8 +6,7 @@ const stage *const stages[] = {
     &detect_stage,                      /* what a detector sees in it */
     &track_stage,                       /* which detection of a film is which */
     &look_stage,                        /* which hands, with which objects */
-    &crop_stage,                        /* what the network looks at */
-    &estimate_stage,                    /* through the network */
+    &estimate_stage,                    /* crops through the network */
     &solve_stage,                       /* hand and object where the camera saw them */
     &smooth_stage,                      /* a film's frames through filters */
     &body_stage,                        /* whole bodies of people */

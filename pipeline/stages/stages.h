@@ -5,8 +5,8 @@
 
 #include "pipeline/stage.h"
 
-extern const stage read_stage, detect_stage, track_stage, look_stage, crop_stage, estimate_stage, solve_stage,
-    smooth_stage, body_stage, judge_stage, draw_stage, write_stage, print_stage;
+extern const stage read_stage, detect_stage, track_stage, look_stage, estimate_stage, solve_stage, smooth_stage,
+    body_stage, judge_stage, draw_stage, write_stage, print_stage;
 
 extern const stage *const stages[];     /* NULL-terminated */
 

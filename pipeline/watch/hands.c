@@ -13,7 +13,7 @@ enum { COAST = 15 };                    /* frames that a hand is predicted witho
 
 lt_status watch_hands_open(watch_world *w)
 {
-    static const char *const see[] = { "look", "crop", "estimate", NULL }, *const solve[] = { "solve", NULL };
+    static const char *const see[] = { "look", "estimate", NULL }, *const solve[] = { "solve", NULL };
     const watch_models *m = &w->o->models;
     lt_status st;
 
@@ -24,7 +24,7 @@ lt_status watch_hands_open(watch_world *w)
         .checkpoint = m->estimator->path, .alone = true,
     };
     st = pipeline_open(&w->hand_options, FRAME_SCENE | FRAME_DETECTIONS, see, &w->estimate);
-    return st ? st : pipeline_open(&w->hand_options, FRAME_VIEWS | FRAME_CROPS | FRAME_ESTIMATES, solve, &w->solve);
+    return st ? st : pipeline_open(&w->hand_options, FRAME_VIEWS | FRAME_ESTIMATES, solve, &w->solve);
 }
 
 /* ---- which camera ---- */

@@ -89,13 +89,20 @@ static int results_of(const evaluation *e, const eval_table *t, eval_result out[
 /* What a model is handed besides pixels. */
 static const char *given(const evaluation *e)
 {
-    if (e->o.m->depth_fit)
-        return "crop around hand and object, middle depth of the object, wrist position, object class and surface, "
-               "which is laid on the depth";
-    if (protocol_of(e->o.m)->crop == HAND_OBJECT_UNION)
-        return e->o.m->depth ? "crop around hand and object, middle depth of the object, wrist position, object class"
-                             : "crop around hand and object, wrist position, object class";
-    return "hand box, object box, wrist position, object class";
+    static const char *const boxes[] = {
+        "hand box, object box, wrist position, object class",
+        "hand box, object box, wrist position, object class and surface, which is laid on the depth",
+    };
+    static const char *const crop[] = {
+        "crop around hand and object, middle depth of the object, wrist position, object class",
+        "crop around hand and object, middle depth of the object, wrist position, object class and surface, which is "
+        "laid on the depth",
+    };
+    const model *m = e->o.m;
+
+    if (protocol_of(m)->crop != HAND_OBJECT_UNION)
+        return boxes[m->depth_fit];
+    return m->depth ? crop[m->depth_fit] : "crop around hand and object, wrist position, object class";
 }
 
 static eval_protocol table_protocol(const evaluation *e, const eval_table *t)

@@ -84,7 +84,7 @@ static void expect_hand(const predict_frame *f, int i, const palmar_hand *h)
 
 START_TEST(as_predict)
 {
-    static const char *const names[] = { "read", "look", "crop", "estimate", "solve", NULL };
+    static const char *const names[] = { "read", "look", "estimate", "solve", NULL };
     const predict_boxes_row rows[2] = {
         { .hand = { 20, 20, 70, 70 }, .has_hand = true },
         { .hand = { 40, 10, 90, 60 }, .has_hand = true, .side = PREDICT_LEFT },

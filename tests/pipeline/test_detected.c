@@ -160,7 +160,7 @@ static void check_objects(const cJSON *root, bool estimated)
 
 START_TEST(estimates)
 {
-    static const char *const row[] = { "look", "crop", "estimate", "solve", "smooth", "judge", NULL };
+    static const char *const row[] = { "look", "estimate", "solve", "smooth", "judge", NULL };
     const predict_options o = { .m = &tiny.m, .hand = tiny.hand, .detector = &seeing };
     cJSON *root = through(&o, row);
 
@@ -184,7 +184,7 @@ END_TEST
 /* What is asked for is what is in every hand. */
 START_TEST(one_object_for_all)
 {
-    static const char *const row[] = { "look", "crop", "estimate", "solve", NULL };
+    static const char *const row[] = { "look", "estimate", "solve", NULL };
     const predict_options o = { .m = &tiny.m, .hand = tiny.hand, .detector = &seeing };
     predict_object own = { .name = NULL };
     predict_frame f = { .o = &o, .arena = arena, .notes.arena = arena, .object = &own };

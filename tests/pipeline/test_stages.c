@@ -29,13 +29,13 @@ END_TEST
 START_TEST(order)
 {
     const char *const unknown[] = { "read", "think", NULL }, *const early[] = { "read", "solve", NULL };
-    const char *const given[] = { "crop", NULL };
+    const char *const given[] = { "estimate", NULL };
     const predict_options o = options();
     pipeline *p;
 
     check_error(pipeline_open(&o, 0, unknown, &p), LT_EINVAL, "no stage is called \"think\"");
     check_error(pipeline_open(&o, 0, early, &p), LT_EINVAL, "stage \"solve\" needs what no stage before it gives");
-    check_error(pipeline_open(&o, 0, given, &p), LT_EINVAL, "stage \"crop\" needs");
+    check_error(pipeline_open(&o, 0, given, &p), LT_EINVAL, "stage \"estimate\" needs");
     check_ok(pipeline_open(&o, FRAME_VIEWS, given, &p));
     pipeline_close(p);
 }
@@ -52,7 +52,7 @@ static predict_view view_of(float x)
 /* The numbers of a hand do not depend on which others are in the frame, nor on the side that these are of. */
 START_TEST(hands_apart)
 {
-    const char *const names[] = { "crop", "estimate", "solve", NULL };
+    const char *const names[] = { "estimate", "solve", NULL };
     const predict_options o = options();
     predict_view v[3] = { view_of(5), view_of(30), view_of(5) };
     predict_frame all = { .o = &o, .arena = arena, .n = 3, .view = v };
@@ -65,17 +65,49 @@ START_TEST(hands_apart)
     check_ok(pipeline_open(&o, FRAME_VIEWS, names, &p));
     check_ok(pipeline_run(p, &all));
     check_ok(pipeline_run(p, &one));
-    ck_assert_uint_eq(all.has, FRAME_CROPS | FRAME_ESTIMATES | FRAME_POSES);
+    ck_assert_uint_eq(all.has, FRAME_ESTIMATES | FRAME_POSES);
     ck_assert_mem_eq(all.result[1].e.joints, one.result->e.joints, sizeof(one.result->e.joints));
     ck_assert_mem_ne(all.result[0].e.joints, all.result[2].e.joints, sizeof(one.result->e.joints));
     pipeline_close(p);
 }
 END_TEST
 
+static const predict_result *looked_at(predict_options *o, predict_view *v)
+{
+    const char *const names[] = { "estimate", "solve", NULL };
+    predict_frame f = { .o = o, .arena = arena, .n = 1, .view = v };
+    pipeline *p;
+
+    check_ok(pipeline_open(o, FRAME_VIEWS, names, &p));
+    check_ok(pipeline_run(p, &f));
+    pipeline_close(p);
+    return f.result;
+}
+
+/* A hand that may stand any way up, or be of either side, is told as the look that agrees best has it: never worse than
+ * the first look, on the side that the view then says, and the same for whoever asks for that side and no other. */
+START_TEST(the_best_look)
+{
+    predict_options once = options(), any = once;
+    predict_view first = view_of(20), v = first, sure = first;
+    const predict_result *best, *same;
+
+    for (size_t i = 0; i < sizeof(pixels); i++)
+        pixels[i] = (uint8_t)(i * i / 11);
+    any.any_way_up = v.any_side = true;
+    best = looked_at(&any, &v);
+    ck_assert(!best->placed || !(best->agreement_px > looked_at(&once, &first)->agreement_px));
+    sure.left = v.left;
+    same = looked_at(&any, &sure);
+    ck_assert_mem_eq(best->e.joints, same->e.joints, sizeof(same->e.joints));
+    ck_assert_mem_eq(best->heatmap2d, same->heatmap2d, sizeof(same->heatmap2d));
+}
+END_TEST
+
 /* A frame that cannot be read is one in which a film's hands are not seen. */
 START_TEST(missed)
 {
-    const char *const names[] = { "read", "look", "crop", "estimate", "solve", "smooth", NULL };
+    const char *const names[] = { "read", "look", "estimate", "solve", "smooth", NULL };
     const predict_options o = options();
     predict_followed film = { .arena = arena, .dt = 1.0 / 30 };
     predict_frame f = { .o = &o, .arena = arena, .notes.arena = arena, .film = &film, .input.path = "nowhere.png" };
@@ -116,6 +148,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, table);
     tcase_add_test(t, order);
     tcase_add_test(t, hands_apart);
+    tcase_add_test(t, the_best_look);
     tcase_add_test(t, missed);
 }
 
