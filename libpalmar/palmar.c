@@ -47,7 +47,8 @@ static lt_status open_stages(palmar *p)
 {
     static const char *const names[] = { "estimate", "solve", "smooth", NULL };
 
-    p->o = (predict_options){ .m = &p->t.m, .bilinear = p->t.bilinear, .hand = p->t.hand, .alone = true };
+    p->o = (predict_options){ .m = &p->t.m, .bilinear = p->t.bilinear, .hand = p->t.hand, .any_way_up = true,
+                              .alone = true };
     p->scratch = lt_arena_new();
     p->film.arena = lt_arena_new();
     if (!p->scratch || !p->film.arena)
@@ -143,7 +144,7 @@ static lt_status check_image(const palmar *p, const palmar_image *m)
     if (m->stride && m->stride < 3 * (ptrdiff_t)m->width)
         return lt_error(LT_EINVAL, "palmar_estimate: rows are %td bytes apart, want 3 * %d or more, or 0", m->stride,
                         m->width);
-    if (m->depth && !p->t.m.depth)
+    if (m->depth && !model_takes_depth(&p->t.m))
         return lt_error(LT_EINVAL, "palmar_estimate: %s %s was trained without depth and takes none",
                         p->t.m.cls->name, p->t.m.variant);
     if (m->depth && m->depth_stride && (m->depth_stride < 4 * (ptrdiff_t)m->width || m->depth_stride % 4))

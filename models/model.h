@@ -96,6 +96,12 @@ struct model {
     const lt_int8_table *int8;      /* layers that read 8-bit integers in inference; NULL: none */
 };
 
+/* model_takes_depth - whether it looks at depth images, or what it finds is held against them */
+static inline bool model_takes_depth(const model *m)
+{
+    return m->depth || m->depth_fit;
+}
+
 /* zoo.c: model_classes - all models, NULL-terminated; model_find - by name, with an error that lists them */
 extern const model_class *const model_classes[];
 lt_status model_find(const char *name, const model_class **out);

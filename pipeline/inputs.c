@@ -235,7 +235,7 @@ static lt_status find_depth(lt_arena *arena, const predict_options *o, predict_l
 
     if (!o->m)
         return lt_error(LT_EUSAGE, "%s: there is no model of hands, and nothing else takes depth", o->depth);
-    if (!o->m->depth)
+    if (!model_takes_depth(o->m))
         return lt_error(LT_EUSAGE, "%s: %s %s was trained without depth and takes none", o->depth, o->m->cls->name,
                         o->m->variant);
     if (stat(o->depth, &s))

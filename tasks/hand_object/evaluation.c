@@ -39,7 +39,7 @@ static int against(const evaluation *e, const eval_table *t, int row)
 static const char *note_of(const evaluation *e, const eval_table *t)
 {
     if (t->note && strcmp(t->note, "input") == 0)
-        return e->o.m->depth ? "RGB-D" : "RGB";
+        return model_takes_depth(e->o.m) ? "RGB-D" : "RGB";
     return t->row[against(e, t, EVALUATE_MODEL)].note;
 }
 

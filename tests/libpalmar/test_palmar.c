@@ -93,7 +93,7 @@ START_TEST(as_predict)
     const lt_image img = { WIDTH, HEIGHT, 3, 8, rgb[0] };
     const char *path = write_checkpoint("hocat", tiny_hocat);
     predict_object *object = lt_arena_alloc(arena, sizeof(*object));
-    predict_options o = { .camera = &camera, .bilinear = true };
+    predict_options o = { .camera = &camera, .bilinear = true, .any_way_up = true };
     predict_frame f = { .o = &o, .arena = arena, .notes.arena = arena, .object = object, .picture = &img,
                         .input = { .path = "a frame", .boxes = rows, .n_boxes = 2 } };
     palmar_hand hand[2];

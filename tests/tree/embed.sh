@@ -18,7 +18,7 @@ cd tests/tree/embed.dir
     printf 'P6\n320 240\n255\n'
     head -c 230400 "$palmar"
 } >picture.ppm
-"$palmar" predict run - --object mug --quiet <picture.ppm >predict.json
+"$palmar" predict run - --object mug --side right --quiet <picture.ppm >predict.json
 wrist=$(sed 's/.*"joints3d_m": \[\[\([^]]*\)\].*/\1/' predict.json | tr -d , |
     awk '{ printf "%.4f %.4f %.4f", $1, $2, $3 }')
 
