@@ -41,6 +41,11 @@ for page in "$srcdir"/docs/*.md; do
     installed "*/doc/palmar/docs/$(basename "$page")"
 done
 
+for model in "$srcdir"/models/starter/*.safetensors; do
+    installed "*/models/starter/$(basename "$model")"
+    installed "*/models/starter/$(basename "$model" .safetensors).json"
+done
+
 # A tree that was installed can be moved: the program reads the configs beside it. In its build folder it reads those of
 # its own tree, whatever is installed.
 : "${bindir:?}" "${datadir:?}"
