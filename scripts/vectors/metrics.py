@@ -4,7 +4,7 @@
 
     cd tests/eval && ../../scripts/vectors/metrics.py
 
-writes ho3d_vectors.h, dexycb_vectors.h, object_vectors.h, vsd_vectors.h and image_vectors.h.
+writes scorers/ho3d_vectors.h, scorers/dexycb_vectors.h, object_vectors.h, vsd_vectors.h and image_vectors.h.
 
 Predictions are made by the same linear congruential generator here and in the tests, and rounded to float32.
 """
@@ -224,9 +224,9 @@ def table(path, what, name, rows):
         f.write('};\n')
 
 
-table('ho3d_vectors.h', 'The 14 lines of scores.txt for five sets of predictions', 'ho3d_wanted',
+table('scorers/ho3d_vectors.h', 'The 14 lines of scores.txt for five sets of predictions', 'ho3d_wanted',
       [ho3d(k) for k in range(5)])
-table('dexycb_vectors.h', 'The scores of eval/scorers/dexycb_score.h for five sets of predictions', 'dexycb_wanted',
+table('scorers/dexycb_vectors.h', 'The scores of eval/scorers/dexycb_score.h for five sets of predictions', 'dexycb_wanted',
       [dexycb(k) for k in range(5)])
 table('object_vectors.h', 'Errors of five object poses, in the order of test_object_pose.c', 'object_wanted',
       [objects(k) for k in range(5)])

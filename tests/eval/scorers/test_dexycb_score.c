@@ -5,8 +5,8 @@
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/hand/model.h"
-#include "tests/eval/dexycb_vectors.h"
-#include "tests/eval/predictions.h"
+#include "tests/eval/scorers/dexycb_vectors.h"
+#include "tests/eval/scorers/predictions.h"
 #include "tests/suite.h"
 
 #include <math.h>

@@ -4,8 +4,8 @@
 
 #include "libtensor/base/arena.h"
 #include "libtensor/base/parallel.h"
-#include "tests/eval/ho3d_vectors.h"
-#include "tests/eval/predictions.h"
+#include "tests/eval/scorers/ho3d_vectors.h"
+#include "tests/eval/scorers/predictions.h"
 #include "tests/suite.h"
 
 #include <math.h>
