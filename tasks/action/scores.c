@@ -7,7 +7,8 @@
 enum { REACHING = 2, RECEIVING = 6 };
 
 const char *const action_score_keys[] = {
-    "accuracy", "accuracy_body_only", "accuracy_stream2_only", "share_3_as_7", NULL,
+    "accuracy", "accuracy_body_only", "accuracy_stream2_only", "object_recall", "object_recall_body_only", "share_3_as_7",
+    NULL,
 };
 
 void action_confusion_add(action_confusion *c, int cls, int found)
@@ -48,6 +49,15 @@ double action_recall(const action_confusion *c, int cls)
     return n ? (double)c->n[cls][cls] / (double)n : NAN;
 }
 
+double action_object_recall(const action_confusion *c)
+{
+    double sum = 0;
+
+    for (int i = ACTION_WITH_OBJECT; i < ACTION_CLASSES; i++)
+        sum += action_recall(c, i);
+    return sum / (ACTION_CLASSES - ACTION_WITH_OBJECT);
+}
+
 double action_share_3_as_7(const action_confusion *c)
 {
     int64_t right, all;
@@ -56,14 +66,23 @@ double action_share_3_as_7(const action_confusion *c)
     return all > right ? (double)c->n[REACHING][RECEIVING] / (double)(all - right) : 0;
 }
 
+static void add_recall(cJSON *to, const char *key, const action_confusion *c)
+{
+    cJSON *recall = cJSON_AddObjectToObject(to, key);
+
+    for (int i = 0; i < ACTION_CLASSES; i++)
+        cJSON_AddNumberToObject(recall, action_classes[i], action_recall(c, i));
+}
+
 struct cJSON *action_scores_json(const action_scores *s)
 {
-    cJSON *root = cJSON_CreateObject(), *recall, *confusion;
+    cJSON *root = cJSON_CreateObject(), *confusion;
 
     cJSON_AddNumberToObject(root, "accuracy", action_accuracy(&s->both));
-    recall = cJSON_AddObjectToObject(root, "recall");
-    for (int i = 0; i < ACTION_CLASSES; i++)
-        cJSON_AddNumberToObject(recall, action_classes[i], action_recall(&s->both, i));
+    add_recall(root, "recall", &s->both);
+    add_recall(root, "recall_body_only", &s->body_only);
+    cJSON_AddNumberToObject(root, "object_recall", action_object_recall(&s->both));
+    cJSON_AddNumberToObject(root, "object_recall_body_only", action_object_recall(&s->body_only));
     confusion = cJSON_AddArrayToObject(root, "confusion");
     for (int i = 0; i < ACTION_CLASSES; i++) {
         double row[ACTION_CLASSES];
@@ -94,11 +113,14 @@ void action_scores_print(const action_scores *s, FILE *f)
             action_accuracy(&s->body_only), action_accuracy(&s->hand_object_only));
     if (!isnan(s->baseline))
         fprintf(f, ", baseline of speeds %.4f", s->baseline);
-    fprintf(f, "; errors that take 3 for 7: %.4f\n\n%-16s %6s ", action_share_3_as_7(&s->both), "class", "recall");
+    fprintf(f, "; errors that take 3 for 7: %.4f\nclasses with an object: recall %.4f, body only %.4f\n\n%-16s %6s %6s ",
+            action_share_3_as_7(&s->both), action_object_recall(&s->both), action_object_recall(&s->body_only), "class",
+            "recall", "body");
     for (int k = 0; k < ACTION_CLASSES; k++)
         fprintf(f, "%6d", k + 1);
     for (int i = 0; i < ACTION_CLASSES; i++) {
-        fprintf(f, "\n%2d %-13.13s %6.4f ", i + 1, action_classes[i], action_recall(&s->both, i));
+        fprintf(f, "\n%2d %-13.13s %6.4f %6.4f ", i + 1, action_classes[i], action_recall(&s->both, i),
+                action_recall(&s->body_only, i));
         for (int k = 0; k < ACTION_CLASSES; k++)
             fprintf(f, "%6lld", (long long)s->both.n[i][k]);
     }

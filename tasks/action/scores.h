@@ -18,6 +18,7 @@ typedef struct {
 void action_confusion_add(action_confusion *c, int cls, int found);
 double action_accuracy(const action_confusion *c);              /* NaN without windows */
 double action_recall(const action_confusion *c, int cls);
+double action_object_recall(const action_confusion *c);         /* mean over the classes that have an object */
 
 /* action_share_3_as_7 - of all errors those that take reaching, the paper's class 3, for receiving, its class 7; 0
  * without errors */
@@ -31,7 +32,8 @@ typedef struct {
     double difficulty;              /* NaN: not told */
 } action_scores;
 
-/* action_score_keys - accuracy, accuracy_body_only, accuracy_stream2_only, share_3_as_7; ends with NULL */
+/* action_score_keys - accuracy, accuracy_body_only, accuracy_stream2_only, object_recall, object_recall_body_only,
+ * share_3_as_7; ends with NULL */
 extern const char *const action_score_keys[];
 
 /* action_scores_json - for cJSON_Delete, NULL without memory. action_scores_print - tables in text. */

@@ -81,6 +81,10 @@ START_TEST(scores)
     ck_assert_double_eq(action_recall(&c, 2), 0.5);
     ck_assert(isnan(action_recall(&c, 0)));
     ck_assert_double_eq(action_share_3_as_7(&c), 0.5);
+    ck_assert(isnan(action_object_recall(&c)));         /* of two of the four there is no window */
+    action_confusion_add(&c, 7, 7);
+    action_confusion_add(&c, 8, 7);
+    ck_assert_double_eq(action_object_recall(&c), 0.5);
 }
 END_TEST
 
