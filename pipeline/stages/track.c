@@ -46,8 +46,7 @@ static lt_status begin_film(tracks *t, const predict_followed *film)
     return tracker_new(&t->options, &t->tracker);
 }
 
-/* What is too unsure to begin a track is matched by overlap alone, and need not be looked at; and where looks are few,
- * neither need those whose place leaves no doubt. */
+/* Where looks are few, those whose place leaves no doubt need none. */
 static lt_status look_at(const tracks *t, const predict_frame *f, track_detection *found)
 {
     const lt_image rgb = { f->scene.width, f->scene.height, 3, 8, (uint8_t *)f->scene.rgb };
@@ -61,7 +60,7 @@ static lt_status look_at(const tracks *t, const predict_frame *f, track_detectio
     for (int i = 0; i < f->n_detections && looks > 0; i++, embedding += REID_EMBEDDING) {
         const bool person = f->detection[i].kind == DETECTED_PERSON;
 
-        if ((double)found[i].score >= t->options.min_conf && (doubt[i] || !f->o->most_looks) &&
+        if ((double)found[i].score >= tracker_look_conf(&t->options) && (doubt[i] || !f->o->most_looks) &&
             embedder_run(t->embedder, &rgb, found[i].box, person, embedding)) {
             found[i].embedding = embedding;
             looks--;

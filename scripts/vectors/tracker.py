@@ -7,8 +7,10 @@
 The trackers of Wojke et al. 2017 with filters of eight states and whole matrices, and SciPy's linear_sum_assignment;
 one tracker for each class. A film of eight things of two classes whose ways cross, with misses, false boxes, low
 scores while hidden and frames dropped: times (F), found (n, 7) frame, box, score, class, look (n, 16); the tracks
-reported by deepsort, byte, plain (byte without embeddings) and iou, (m, 8) each: frame, id, class, detection or -1,
-box. Costs (k, 7, 7) of which the first rows x cols of size (k, 2) count, and least, the sum of the best assignment.
+reported by deepsort and byte as published, by plain (byte without embeddings) and iou, (m, 8) each: frame, id, class,
+detection or -1, box; of the detections that are kept (n), three of four, the same by deepsort and byte where looks
+have a say in the overlap (deepsort_looks, byte_looks). Costs (k, 7, 7) of which the first rows x cols of size (k, 2)
+count, and least, the sum of the best assignment.
 """
 import os
 
@@ -18,6 +20,7 @@ from scipy.optimize import linear_sum_assignment
 OUT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../tests/vectors/tracker.npz")
 FPS, SIZE, FRAMES = 30, 16, 150
 GATE, MAX_COS, MAX_IOU, LOW_IOU = 9.4877, 0.2, 0.7, 0.5
+LOOK_CONF, OVERLAP_COS, UNSURE_IOU = 0.6, 0.5, 0.4
 MIN_CONF, LOW_CONF, MAX_AGE, N_INIT, BUDGET = 0.3, 0.1, 30, 3, 100
 
 
@@ -63,9 +66,9 @@ class Filter:
 
 
 class Track:
-    def __init__(self, ident, det):
+    def __init__(self, ident, det, least):
         self.id, self.filter, self.hits, self.age, self.det = ident, Filter(det["box"]), 1, 0, det["index"]
-        self.looks, self.dead = [det["look"]], False
+        self.looks = [det["look"]] if det["score"] >= least else []
 
     def confirmed(self):
         return self.hits >= N_INIT
@@ -89,19 +92,33 @@ def pair(tracks, dets, cost, limit):
     return pairs, [t for t in tracks if id(t) not in took_t], [d for d in dets if id(d) not in took_d]
 
 
-def appearance(t, d):
-    if t.filter.distance(d["box"]) > GATE:
-        return 1e5
+def cosine(t, d):
     return min(1 - (look @ d["look"]) / np.linalg.norm(look) / np.linalg.norm(d["look"]) for look in t.looks)
+
+
+def appearance(t, d):
+    return 1e5 if t.filter.distance(d["box"]) > GATE else cosine(t, d)
 
 
 def overlap(t, d):
     return 1 - iou(t.filter.box(), d["box"])
 
 
+def overlap_of_alike(t, d):
+    cost = overlap(t, d)
+    if d["score"] < LOOK_CONF:
+        return cost if cost <= UNSURE_IOU else 1e5
+    return 1e5 if t.looks and cosine(t, d) > OVERLAP_COS else cost
+
+
+def appearance_of_sure(t, d):
+    return appearance(t, d) if t.looks and d["score"] >= LOOK_CONF else 1e5
+
+
 class Tracker:
     def __init__(self, method):
-        self.method, self.tracks = method, []
+        self.looks = method.endswith("_looks")
+        self.method, self.tracks = method.split("_")[0], []
 
     def match(self, dets, k):
         high = [d for d in dets if d["score"] >= MIN_CONF]
@@ -110,17 +127,18 @@ class Tracker:
         if self.method in ("deepsort", "byte"):
             for age in range(1, MAX_AGE + 1):
                 level = [t for t in left if t.confirmed() and t.age == age]
-                more, _, high = pair(level, high, appearance, MAX_COS)
+                more, _, high = pair(level, high, appearance_of_sure if self.looks else appearance, MAX_COS)
                 pairs += more
                 left = [t for t in left if id(t) not in [id(m) for m, _ in more]]
-            seen = [t for t in left if t.age == k]
+            seen = [t for t in left if self.looks or t.age == k]
         else:
             seen = [t for t in left if t.age <= MAX_AGE]
-        more, _, high = pair(seen, high, overlap, MAX_IOU)
+        place = overlap_of_alike if self.looks else overlap
+        more, _, high = pair(seen, high, place, MAX_IOU)
         pairs += more
         left = [t for t in left if id(t) not in [id(m) for m, _ in more]]
         if self.method in ("byte", "plain"):
-            more, _, _ = pair([t for t in left if t.age == k and t.confirmed()], low, overlap, LOW_IOU)
+            more, _, _ = pair([t for t in left if t.age == k and t.confirmed()], low, place, LOW_IOU)
             pairs += more
         return pairs, high
 
@@ -134,7 +152,7 @@ class Tracker:
         for t, d in pairs:
             t.filter.update(d["box"])
             t.hits, t.age, t.det = t.hits + 1, 0, d["index"]
-            if d["score"] >= MIN_CONF:
+            if d["score"] >= (LOOK_CONF if self.looks else MIN_CONF):
                 t.looks = (t.looks + [d["look"]])[-BUDGET:]
         self.tracks = [t for t in self.tracks if t.age == 0 or (t.confirmed() and t.age <= MAX_AGE)]
         return new
@@ -151,7 +169,7 @@ def run(times, film, method):
             new += [(d["index"], c, d) for d in trackers[c].step([d for d in film[f] if d["cls"] == c], k)]
         for _, c, d in sorted(new, key=lambda x: x[0]):
             last += 1
-            trackers[c].tracks.append(Track(last, d))
+            trackers[c].tracks.append(Track(last, d, LOOK_CONF if trackers[c].looks else MIN_CONF))
         shown = [(t.id, c, t) for c in trackers for t in trackers[c].tracks if t.confirmed() and t.age <= 1]
         for ident, c, t in sorted(shown, key=lambda x: x[0]):
             rows.append([f, ident, c, t.det, *t.filter.box()])
@@ -186,18 +204,22 @@ def make_film(rng):
     return times, film
 
 
-def listed(times, film):
-    rows, looks, out = [], [], []
+def listed(film):
+    rows, looks = [], []
     for f, dets in enumerate(film):
         for box, score, cls, look in dets:
             rows.append([f, *box, score, cls])
             looks.append(look)
-    rows, looks = np.array(rows).astype(np.float32), np.array(looks).astype(np.float32)
+    return np.array(rows).astype(np.float32), np.array(looks).astype(np.float32)
+
+
+def by_frame(times, rows, looks, kept):
+    out = []
     for f in range(len(times)):
-        at = np.flatnonzero(rows[:, 0] == f)
+        at = np.flatnonzero((rows[:, 0] == f) & kept)
         out.append([{"index": n, "box": rows[i, 1:5].astype(float), "score": float(rows[i, 5]), "cls": int(rows[i, 6]),
                      "look": looks[i].astype(float)} for n, i in enumerate(at)])
-    return rows, looks, out
+    return out
 
 
 def assignments(rng):
@@ -216,9 +238,11 @@ def main():
     rng = np.random.default_rng(132)
     with np.errstate(all="ignore"):
         times, raw = make_film(rng)
-    rows, looks, film = listed(times, raw)
-    arrays = {"times": np.array(times), "found": rows, "look": looks}
-    for method in ("deepsort", "byte", "plain", "iou"):
+    rows, looks = listed(raw)
+    kept = np.random.default_rng(7).random(len(rows)) > .25
+    arrays = {"times": np.array(times), "found": rows, "look": looks, "kept": kept.astype(np.float32)}
+    for method in ("deepsort", "byte", "plain", "iou", "deepsort_looks", "byte_looks"):
+        film = by_frame(times, rows, looks, kept | (not method.endswith("_looks")))
         arrays[method] = run(times, film, method).astype(np.float32)
         print(method, len(arrays[method]), "boxes,", len(set(arrays[method][:, 1])), "tracks")
     arrays["size"], arrays["cost"], arrays["least"] = assignments(rng)

@@ -12,7 +12,7 @@ typedef struct {
     double visible, noise, flip;
 
     /* Of the trackers that are scored, in tracker_options' words */
-    double min_conf, low_conf, max_cosine, max_iou;
+    double min_conf, low_conf, look_conf, max_cosine, max_iou, overlap_cosine, unsure_iou;
     int max_age, n_init, budget;
 } reid_data_config;
 

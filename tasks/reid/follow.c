@@ -4,13 +4,15 @@
 #include "tasks/reid/looks.h"
 #include "vision/picture.h"
 
+#include <math.h>
+
 typedef struct {
     lt_arena *arena, *scratch;      /* of the results, of a frame */
     const mot_sequence *s;
     embedder *e;
     tracker *tracker[TRACK_METHODS];
     int n;
-    double least;                   /* score of what any of them may begin a track with */
+    double least;                   /* score of what any of them looks at */
 } following;
 
 static lt_status no_memory(const following *f)
@@ -18,7 +20,6 @@ static lt_status no_memory(const following *f)
     return lt_error(LT_ENOMEM, "%s: no memory to follow what is in it", f->s->name);
 }
 
-/* What is too unsure to begin a track has no look: it is matched by overlap alone. */
 static lt_status look_at(const following *f, const mot_frame *detections, int64_t k, track_detection *found)
 {
     const bool person = looks_person(f->s);
@@ -83,7 +84,7 @@ static lt_status open_trackers(following *f, const tracker_options *options, int
         out[i] = lt_arena_array(f->arena, (size_t)f->s->frames, sizeof(**out));
         st = out[i] ? tracker_new(&options[i], &f->tracker[i]) : no_memory(f);
         f->n += !st;
-        f->least = options[i].min_conf < f->least ? options[i].min_conf : f->least;
+        f->least = fmin(f->least, tracker_look_conf(&options[i]));
     }
     return st;
 }

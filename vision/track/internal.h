@@ -31,7 +31,7 @@ typedef struct {
     lt_arena *scratch;              /* lives as long as the frame */
     track *tracks;
     const track_detection *found;
-    const float **unit;             /* (n_found) embeddings at length 1, NULL: none */
+    const float **unit;             /* (n_found) embeddings at length 1, NULL: none that counts */
     int n_tracks, n_found;
     int elapsed;                    /* frames since the last one */
     int *found_of;                  /* (n_tracks) out: the detection of each track, or -1 */

@@ -12,6 +12,7 @@
 static const double GATE = 9.4877;              /* chi-squared: 95 % of four degrees of freedom */
 static const double LOW_IOU = 0.5;              /* largest 1 - IoU in ByteTrack's second step */
 static const double NO_PAIR = 1e5;
+static const double COSINE_MOST = 2;            /* there is no larger distance */
 static const double SAME_PLACE = 0.5;           /* largest 1 - IoU of a detection that needs no look */
 
 /* What one step looks at */
@@ -21,7 +22,7 @@ typedef struct step {
     double limit;                   /* a pair that costs more is none */
     /* what a track and each of the detections cost */
     void (*costs)(const track_frame *f, const struct step *s, const track *t, double *cost);
-    /* of detections that a track's gate lets through: which, their embeddings and distances */
+    /* of detections whose looks are compared with a track's: which, their embeddings and distances */
     int *passed;
     float *units, *products;
     double *distance;
@@ -35,20 +36,27 @@ static bool passes(const track_frame *f, const track *t, int found)
         && motion_distance(&t->motion, f->found[found].box) <= GATE;
 }
 
-/* The gate first, as it spares most comparisons; those that are left are one product. */
-static void appearance_costs(const track_frame *f, const step *s, const track *t, double *cost)
+/* How far the looks of the first n that passed are from the track's: one product */
+static void compare_looks(const track_frame *f, const step *s, const track *t, int n)
 {
     const size_t size = (size_t)f->options->embedding;
+
+    for (int k = 0; k < n; k++)
+        memcpy(s->units + (size_t)k * size, f->unit[s->found[s->passed[k]]], size * sizeof(*s->units));
+    gallery_distances(&t->look, s->units, n, s->products, s->distance);
+}
+
+/* The gate first, as it spares most comparisons. */
+static void appearance_costs(const track_frame *f, const step *s, const track *t, double *cost)
+{
     int n = 0;
 
     for (int j = 0; j < s->n_found; j++) {
         cost[j] = NO_PAIR;
-        if (!passes(f, t, s->found[j]))
-            continue;
-        memcpy(s->units + (size_t)n * size, f->unit[s->found[j]], size * sizeof(*s->units));
-        s->passed[n++] = j;
+        if (passes(f, t, s->found[j]))
+            s->passed[n++] = j;
     }
-    gallery_distances(&t->look, s->units, n, s->products, s->distance);
+    compare_looks(f, s, t, n);
     for (int k = 0; k < n; k++)
         cost[s->passed[k]] = s->distance[k];
 }
@@ -81,13 +89,28 @@ static double overlap_cost(const track *t, const float b[4])
     return 1 - both / all;
 }
 
+/* What is where a track should be, and looks like somebody else, is somebody else. What is too unsure for a look has to
+ * be there all the more. */
 static void overlap_costs(const track_frame *f, const step *s, const track *t, double *cost)
 {
+    const tracker_options *o = f->options;
+    int n = 0;
+
     for (int j = 0; j < s->n_found; j++) {
         const track_detection *d = &f->found[s->found[j]];
+        const bool unsure = track_appearance(o) && (double)d->score < o->look_conf;
 
         cost[j] = t->cls == d->cls ? overlap_cost(t, d->box) : NO_PAIR;
+        if (unsure && cost[j] > o->unsure_iou)
+            cost[j] = NO_PAIR;
+        if (cost[j] <= s->limit && f->unit[s->found[j]] && t->look.n)
+            s->passed[n++] = j;
     }
+    if (n)
+        compare_looks(f, s, t, n);
+    for (int k = 0; k < n; k++)
+        if (s->distance[k] > o->overlap_cosine)
+            cost[s->passed[k]] = NO_PAIR;
 }
 
 /* Whether overlap alone might take one for the other */
@@ -161,7 +184,7 @@ static void pick_found(const track_frame *f, double lo, double hi, step *s)
 static lt_status cascade(track_frame *f, step *s)
 {
     const tracker_options *o = f->options;
-    lt_status st = make_room(f, s);
+    lt_status st = LT_OK;
 
     s->limit = o->max_cosine;
     s->costs = appearance_costs;
@@ -191,11 +214,12 @@ static void pick_tracks(const track_frame *f, bool all, bool confirmed, step *s)
     }
 }
 
+/* Where looks have no say, what is hidden for longer is left to its looks. */
 static lt_status by_overlap(track_frame *f, step *s)
 {
     s->limit = f->options->max_iou;
     s->costs = overlap_costs;
-    pick_tracks(f, !track_appearance(f->options), false, s);
+    pick_tracks(f, !track_appearance(f->options) || f->options->overlap_cosine < COSINE_MOST, false, s);
     pick_found(f, f->options->min_conf, INFINITY, s);
     return run(f, s);
 }
@@ -215,6 +239,8 @@ lt_status track_match(track_frame *f)
                .found = lt_arena_array(f->scratch, (size_t)f->n_found + 1, sizeof(int)) };
     lt_status st = s.track && s.found ? LT_OK : lt_error(LT_ENOMEM, "no memory to match detections to tracks");
 
+    if (!st && track_appearance(f->options))
+        st = make_room(f, &s);
     if (!st && track_appearance(f->options))
         st = cascade(f, &s);
     if (!st)

@@ -9,8 +9,13 @@
 const char *const track_method_names[TRACK_METHODS] = { "deepsort", "byte", "iou" };
 
 const tracker_options tracker_defaults = {
-    .method = TRACK_DEEPSORT, .embedding = 128, .fps = 30, .min_conf = 0.3, .low_conf = 0.1, .max_cosine = 0.2,
-    .max_iou = 0.7, .max_age = 30, .n_init = 3, .budget = 100,
+    .method = TRACK_DEEPSORT, .embedding = 128, .fps = 30, .min_conf = 0.3, .low_conf = 0.1, .look_conf = 0.6,
+    .max_cosine = 0.2, .max_iou = 0.7, .overlap_cosine = 0.5, .unsure_iou = 0.4, .max_age = 30, .n_init = 3,
+    .budget = 100,
+};
+const tracker_options tracker_as_published = {
+    .method = TRACK_DEEPSORT, .embedding = 128, .fps = 30, .min_conf = 0.3, .low_conf = 0.1, .look_conf = 0,
+    .max_cosine = 0.2, .max_iou = 0.7, .overlap_cosine = 2, .unsure_iou = 1, .max_age = 30, .n_init = 3, .budget = 100,
 };
 
 enum { FRESH = 10 };                /* hits of a track from look to look, where none is in doubt */
@@ -30,6 +35,11 @@ bool track_appearance(const tracker_options *o)
     return o->embedding > 0 && o->method != TRACK_IOU;
 }
 
+double tracker_look_conf(const tracker_options *o)
+{
+    return fmax(o->look_conf, o->min_conf);
+}
+
 bool track_usable(const track_detection *d)
 {
     const float w = d->box[2] - d->box[0], h = d->box[3] - d->box[1];
@@ -42,7 +52,8 @@ bool track_usable(const track_detection *d)
 
 static lt_status check_options(const tracker_options *o)
 {
-    const double share[] = { o->min_conf, o->low_conf, o->max_cosine, o->max_iou };
+    const double share[] = { o->min_conf, o->low_conf, o->look_conf, o->max_cosine, o->max_iou, o->overlap_cosine,
+                             o->unsure_iou };
 
     if (!(o->fps > 0) || !isfinite(o->fps))
         return lt_error(LT_EINVAL, "tracker: fps is %g, expected frames a second", o->fps);
@@ -157,7 +168,8 @@ static lt_status make_frame(tracker *t, const track_detection *found, int n, int
         f->found_of[i] = -1;
     for (int j = 0; j < n; j++, unit += size) {
         f->track_of[j] = -1;
-        if (appearance && found[j].embedding && gallery_unit(found[j].embedding, (int)size, unit))
+        if (appearance && found[j].embedding && (double)found[j].score >= tracker_look_conf(&t->options) &&
+            gallery_unit(found[j].embedding, (int)size, unit))
             f->unit[j] = unit;
     }
     return LT_OK;
@@ -173,8 +185,7 @@ static void hit(const track_frame *f, track *t, int j)
     t->detection = j;
     t->score = d->score;
     t->confirmed |= t->hits >= f->options->n_init;
-    /* A low score is a hidden thing: what hides it is not to be learnt as its look. */
-    if (f->unit[j] && (double)d->score >= f->options->min_conf)
+    if (f->unit[j])
         gallery_add(&t->look, f->unit[j]);
 }
 

@@ -33,15 +33,26 @@ typedef struct {
     double fps;                     /* of the camera */
     double min_conf;                /* least score of a detection that starts a track */
     double low_conf;                /* byte: least score of one that continues a track */
+    double look_conf;               /* least score of one whose embedding counts: what is half hidden looks like what
+                                       hides it */
     double max_cosine;              /* largest cosine distance of an appearance */
     double max_iou;                 /* largest 1 - IoU */
+    double overlap_cosine;          /* largest cosine distance of an appearance where overlap makes the pair; 2: any,
+                                       and of confirmed tracks overlap pairs those alone that the last frame showed */
+    double unsure_iou;              /* largest 1 - IoU of a detection below look_conf, where there are embeddings */
     int max_age;                    /* a confirmed track ends that was missed in more frames */
     int n_init;                     /* a track is confirmed at this hit, and until then ends at its first miss */
     int budget;                     /* appearances remembered of a track */
 } tracker_options;
 
-/* tracker_defaults - DeepSORT, embeddings of 128, 30 frames a second, 0.3, 0.1, 0.2, 0.7, 30, 3, 100 */
-extern const tracker_options tracker_defaults;
+/* tracker_defaults - DeepSORT, embeddings of 128, 30 frames a second, 0.3, 0.1, 0.6, 0.2, 0.7, 0.5, 0.4, 30,
+ * 3, 100. tracker_as_published - the same with a look_conf of 0, an overlap_cosine of 2 and an unsure_iou of 1:
+ * DeepSORT takes what is where a track should be, whatever it looks like. */
+extern const tracker_options tracker_defaults, tracker_as_published;
+
+/* tracker_look_conf - the least score of a detection whose embedding is looked at: what is too unsure to begin a track
+ * is matched by overlap alone */
+double tracker_look_conf(const tracker_options *o);
 
 /* Something found in a frame. One whose box has no area, or any number of which is not finite, is passed over. */
 typedef struct {
