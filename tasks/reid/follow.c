@@ -41,7 +41,9 @@ static lt_status look_at(const following *f, const mot_frame *detections, int64_
     return st;
 }
 
-static lt_status keep(const following *f, const tracked_box *box, int n, mot_frame *out)
+/* A track's box is that of its detection, as predict and watch show it: the filter lags behind who swings his legs.
+ * What is missed is where the filter expects it. */
+static lt_status keep(const following *f, const track_detection *found, const tracked_box *box, int n, mot_frame *out)
 {
     mot_box *to = lt_arena_array(f->arena, (size_t)n + 1, sizeof(*to));
 
@@ -49,10 +51,12 @@ static lt_status keep(const following *f, const tracked_box *box, int n, mot_fra
         return no_memory(f);
     *out = (mot_frame){ to, n };
     for (int i = 0; i < n; i++) {
+        const float *b = box[i].detection >= 0 ? found[box[i].detection].box : box[i].box;
+
         to[i] = (mot_box){ .id = box[i].id, .score = (double)box[i].score, .cls = MOT_PEDESTRIAN, .scored = true,
                            .visible = 1 };
         for (int c = 0; c < 4; c++)
-            to[i].box[c] = (double)box[i].box[c];
+            to[i].box[c] = (double)b[c];
     }
     return LT_OK;
 }
@@ -71,7 +75,7 @@ static lt_status follow_frame(const following *f, const mot_frame *detections, i
 
         st = tracker_step(f->tracker[i], f->s->time[k], found, detections->n, &box, &n);
         if (!st)
-            st = keep(f, box, n, &out[i][k]);
+            st = keep(f, found, box, n, &out[i][k]);
     }
     return st;
 }
