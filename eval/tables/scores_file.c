@@ -18,3 +18,13 @@ lt_status scores_file_write(const char *folder, cJSON *scores)
     lt_arena_free(arena);
     return st;
 }
+
+lt_status scores_table_open(const char *folder, lt_atomic_file *f)
+{
+    lt_arena *arena = lt_arena_new();
+    const char *path = arena ? lt_path_join(arena, folder, "table.md") : NULL;
+    const lt_status st = path ? lt_atomic_open(f, path) : lt_error(LT_ENOMEM, "no memory to write the scores");
+
+    lt_arena_free(arena);
+    return st;
+}

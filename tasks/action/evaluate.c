@@ -184,6 +184,8 @@ lt_status action_evaluate_run(const task_evaluation *e, cJSON **scores)
         st = score_baseline(&v);
     lt_params_free(set);
     if (!st)
+        st = action_scores_page(&v.scores, e->folder);
+    if (!st)
         st = scores_file_write(e->folder, action_scores_json(&v.scores));
     if (st)
         return st;

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "tasks/action/scores.h"
 
+#include "eval/tables/scores_file.h"
+
 #include <cjson/cJSON.h>
 #include <math.h>
 
@@ -125,4 +127,42 @@ void action_scores_print(const action_scores *s, FILE *f)
             fprintf(f, "%6lld", (long long)s->both.n[i][k]);
     }
     fputc('\n', f);
+}
+
+static void put_row(FILE *f, const char *name, const action_confusion *c)
+{
+    fprintf(f, "| %s | %.4f | %.4f |\n", name, action_accuracy(c), action_object_recall(c));
+}
+
+lt_status action_scores_page(const action_scores *s, const char *folder)
+{
+    lt_atomic_file f;
+    const lt_status st = scores_table_open(folder, &f);
+    int64_t right, all;
+
+    if (st)
+        return st;
+    count(&s->both, &right, &all);
+    fputs("### Share of windows that are right\n\n| what is seen | all | classes with an object |\n| - | -: | -: |\n",
+          f.stream);
+    put_row(f.stream, "both streams", &s->both);
+    put_row(f.stream, "the body alone", &s->body_only);
+    put_row(f.stream, "hand and object alone", &s->hand_object_only);
+    if (!isnan(s->baseline))
+        fprintf(f.stream, "| baseline of speeds | %.4f | - |\n", s->baseline);
+    fputs("\n### By class, and what it is taken for\n\n| class | recall | body alone |", f.stream);
+    for (int k = 0; k < ACTION_CLASSES; k++)
+        fprintf(f.stream, " %d |", k + 1);
+    fputs("\n| - | -: | -: |", f.stream);
+    for (int k = 0; k < ACTION_CLASSES; k++)
+        fputs(" -: |", f.stream);
+    for (int i = 0; i < ACTION_CLASSES; i++) {
+        fprintf(f.stream, "\n| %d %s | %.4f | %.4f |", i + 1, action_classes[i], action_recall(&s->both, i),
+                action_recall(&s->body_only, i));
+        for (int k = 0; k < ACTION_CLASSES; k++)
+            fprintf(f.stream, " %lld |", (long long)s->both.n[i][k]);
+    }
+    fprintf(f.stream, "\n\nProtocol: %s%lld windows, split by %s; errors that take 3 for 7: %.4f\n",
+            s->synthetic ? "SYNTHETIC, " : "", (long long)all, s->split, action_share_3_as_7(&s->both));
+    return lt_atomic_commit(&f);
 }

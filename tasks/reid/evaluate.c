@@ -105,6 +105,8 @@ lt_status reid_evaluate_run(const task_evaluation *e, cJSON **scores)
     embedder_free(v.embedder);
     lt_params_free(set);
     if (!st)
+        st = track_score_page(&v.table, e->folder);
+    if (!st)
         st = scores_file_write(e->folder, track_score_json(&v.table));
     if (st)
         return st;

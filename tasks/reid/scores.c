@@ -2,6 +2,7 @@
 #include "tasks/reid/scores.h"
 
 #include "eval/scorers/mot.h"
+#include "eval/tables/scores_file.h"
 
 #include <cjson/cJSON.h>
 #include <string.h>
@@ -74,6 +75,29 @@ void track_score_print(const track_score_table *t, FILE *f)
             fprintf(f, " %*.*f", width_of(k), k >= COUNTS ? 0 : 4, value[k]);
     }
     fputc('\n', f);
+}
+
+lt_status track_score_page(const track_score_table *t, const char *folder)
+{
+    lt_atomic_file f;
+    const lt_status st = scores_table_open(folder, &f);
+
+    if (st)
+        return st;
+    fputs("### Trackers\n\n| tracker | HOTA | DetA | AssA | MOTA | IDF1 | switches | of unlike ones |\n"
+          "| - | -: | -: | -: | -: | -: | -: | -: |\n", f.stream);
+    for (int i = 0; i < t->n; i++) {
+        double value[KEYS];
+
+        values_of(&t->row[i].counts, value);
+        fprintf(f.stream, "| %s |", t->row[i].name);
+        for (int k = 0; k < KEYS; k++)
+            fprintf(f.stream, " %.*f |", k >= COUNTS ? 0 : 4, value[k]);
+        fputc('\n', f.stream);
+    }
+    fprintf(f.stream, "\nProtocol: TrackEval's, %sMOTChallenge, %d sequences\n", t->synthetic ? "SYNTHETIC, " : "",
+            t->sequences);
+    return lt_atomic_commit(&f);
 }
 
 /* ---- files ---- */

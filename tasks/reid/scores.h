@@ -27,9 +27,10 @@ typedef struct {
 } track_score_table;
 
 /* track_score_json - keys of the first row, and rows; for cJSON_Delete, NULL without memory. track_score_print - a table
- * in text. */
+ * in text. track_score_page - the same in Markdown, table.md in a folder, for palmar report */
 struct cJSON *track_score_json(const track_score_table *t);
 void track_score_print(const track_score_table *t, FILE *f);
+lt_status track_score_page(const track_score_table *t, const char *folder);
 
 /**
  * track_score_files - score a folder of results: SEQUENCE.txt for each of the split, in it or in its folder data

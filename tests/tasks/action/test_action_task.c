@@ -88,6 +88,27 @@ START_TEST(scores)
 }
 END_TEST
 
+/* What palmar report shows */
+START_TEST(page)
+{
+    action_scores s = { .baseline = NAN, .split = "subject", .synthetic = true };
+    uint8_t *text;
+    size_t n;
+
+    for (int i = 0; i < ACTION_CLASSES; i++) {
+        action_confusion_add(&s.both, i, i);
+        action_confusion_add(&s.body_only, i, i < 8 ? i : 0);
+        action_confusion_add(&s.hand_object_only, i, i);
+    }
+    check_ok(action_scores_page(&s, scratch_folder));
+    check_ok(lt_read_file(arena, at("table.md"), LT_FILE_MAX, &text, &n));
+    ck_assert_ptr_nonnull(strstr((char *)text, "\n| both streams | 1.0000 | 1.0000 |\n"
+                                               "| the body alone | 0.8000 | 0.5000 |\n"));
+    ck_assert_ptr_nonnull(strstr((char *)text, "| 1.0000 | 0.0000 | 0 | 0 | 0 | 0 | 0 | 0 | 0 | 0 | 0 | 1 |\n\nProtocol: "
+                                               "SYNTHETIC, 10 windows, split by subject"));
+}
+END_TEST
+
 START_TEST(refused)
 {
     train_result r;
@@ -104,6 +125,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, threads_and_stops_do_not_matter);
     tcase_add_test(tc, it_learns);
     tcase_add_test(tc, scores);
+    tcase_add_test(tc, page);
     tcase_add_test(tc, refused);
 }
 

@@ -13,6 +13,7 @@
 
 #include <math.h>
 #include <signal.h>
+#include <unistd.h>
 
 static const task *const tasks[] = { &reid_task, NULL };
 
@@ -152,6 +153,8 @@ static track_scores score(const char *run, track_method method)
     check_ok(mot_write(at("results/data/c_person.txt"), results, FRAMES));
     check_ok(track_score_files(at("data"), "evaluation", at("results"), NULL, &table));
     ck_assert_int_eq(table.sequences, 1);
+    check_ok(track_score_page(&table, scratch_folder));
+    ck_assert(access(at("table.md"), R_OK) == 0);
     return track_scores_of(&table.row[0].counts);
 }
 
