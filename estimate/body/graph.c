@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "estimate/body/graph.h"
 
-#include "models/body/osx_losses.h"
+#include "models/body/osx.h"
 #include "models/body/osx_parts.h"
 
 static void record_with(const body_graph *g, bool losses, model_record *r)
 {
+    const osx_weights weights = osx_weights_of(g->model);
+
     g->model->cls->record(g->model, losses, r);
-    osx_skin(g->layer, losses, r);
+    osx_skin(g->layer, losses ? &weights : NULL, r);
 }
 
 static lt_status record(const void *ctx, model_record *r)

@@ -2,14 +2,14 @@
 #include "models/body/osx.h"
 
 #include "libtensor/nn/init.h"
-#include "models/body/osx_losses.h"
 #include "models/body/osx_parts.h"
+#include "models/body/volume_loss.h"
 
 static const double HAND_TIMES = 2;             /* a hand's box is made so much larger */
 
 typedef struct {
     int variant;
-    double stochastic_depth;
+    double stochastic_depth, w_rotation, w_nodes, w_volumes;
 } osx_config;
 
 typedef struct {
@@ -42,6 +42,12 @@ static const lt_config_key keys[] = {
       .doc = "b and l are OSX's ViT-B and ViT-L; s and tiny are for a CPU" },
     { KEY(stochastic_depth), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 0.99,
       .doc = "chance that training leaves out the last block; of others in proportion" },
+    { KEY(w_rotation), .type = LT_CONFIG_NUMBER, .fallback = "1", .lo = 0, .hi = 1e30,
+      .doc = "weight of the rotations' loss" },
+    { KEY(w_nodes), .type = LT_CONFIG_NUMBER, .fallback = "1", .lo = 0, .hi = 1e30,
+      .doc = "weight of the loss of the 65 nodes in space" },
+    { KEY(w_volumes), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e30,
+      .doc = "weight of the cross-entropy of the volumes in which the body's joints are found; the paper has none" },
     { .name = NULL },
 };
 
@@ -82,34 +88,54 @@ static void give(model_record *r, const char *name, lt_tensor *t)
 }
 
 /* Of an output to the input of its name; known: that of what there is, or NULL */
-static void add_loss(model_record *r, const char *name, lt_tensor *a, const char *known)
+static void add_loss(model_record *r, const char *name, lt_tensor *a, const char *known, double weight)
 {
     lt_tensor *seen = known ? model_input(r, known, LT_SHAPE(r->batch, lt_dim(a, 1))) : NULL;
 
-    osx_loss_add(r, name, a, model_input(r, name, a->shape), seen);
+    osx_loss_add(r, name, osx_l1(r, a, model_input(r, name, a->shape), seen), weight);
 }
 
-static void add_losses(model_record *r, lt_tensor *const box[2], const osx_hands_out *hands)
+static void add_volume_loss(model_record *r, lt_tensor *logits, double weight)
+{
+    const volume_size size = { .depth = OSX_DEPTHS, .rows = OSX_ROWS, .columns = OSX_COLUMNS };
+
+    osx_loss_add(r, "volumes", volume_loss(logits, model_port_find(&r->inputs, "body_place"),
+                                           model_port_find(&r->inputs, "body_known"), size,
+                                           model_port_find(&r->inputs, "weight")), weight);
+}
+
+static void add_losses(model_record *r, const osx_weights *w, lt_tensor *volumes, lt_tensor *const box[2],
+                       const osx_hands_out *hands)
 {
     lt_tensor *place[2];
 
     model_input(r, "weight", LT_SHAPE(r->batch));
     for (int i = 0; i < 2; i++)
         place[i] = osx_hand_in_picture(hands->place[i], box[i]);
-    add_loss(r, "rotation", model_port_find(&r->outputs, "rotation"), NULL);
-    add_loss(r, "shape", model_port_find(&r->outputs, "shape"), NULL);
-    add_loss(r, "expression", model_port_find(&r->outputs, "expression"), NULL);
-    add_loss(r, "body_place", model_port_find(&r->outputs, "body_place"), "body_known");
-    add_loss(r, "hand_place", lt_concat(place, 2, 1), "hand_known");
-    add_loss(r, "box_centre", model_port_find(&r->outputs, "box_centre"), "box_known");
-    add_loss(r, "box_size", model_port_find(&r->outputs, "box_size"), NULL);
+    add_loss(r, "rotation", model_port_find(&r->outputs, "rotation"), NULL, w->rotation);
+    add_loss(r, "shape", model_port_find(&r->outputs, "shape"), NULL, 1);
+    add_loss(r, "expression", model_port_find(&r->outputs, "expression"), NULL, 1);
+    add_loss(r, "body_place", model_port_find(&r->outputs, "body_place"), "body_known", 1);
+    add_loss(r, "hand_place", lt_concat(place, 2, 1), "hand_known", 1);
+    add_loss(r, "box_centre", model_port_find(&r->outputs, "box_centre"), "box_known", 1);
+    add_loss(r, "box_size", model_port_find(&r->outputs, "box_size"), NULL, 1);
+    if (w->volumes > 0)
+        add_volume_loss(r, volumes, w->volumes);
     lt_output(r->loss, "loss");
+}
+
+osx_weights osx_weights_of(const model *self)
+{
+    const osx_config *c = &((const osx *)self->self)->config;
+
+    return (osx_weights){ .rotation = c->w_rotation, .nodes = c->w_nodes, .volumes = c->w_volumes };
 }
 
 /* Figure 2 of the paper, from left to right */
 static void record(const model *self, bool losses, model_record *r)
 {
     const osx *m = self->self;
+    const osx_weights weights = osx_weights_of(self);
     const osx_features f = osx_encoder_forward(&m->encoder,
                                                model_input(r, "image", LT_SHAPE(r->batch, 3, OSX_HEIGHT, OSX_WIDTH)));
     const osx_places joints = osx_position_forward(&m->position, f.map);
@@ -129,7 +155,7 @@ static void record(const model *self, bool losses, model_record *r)
     give(r, "box_size", boxes.size);
     r->loss = NULL;
     if (losses)
-        add_losses(r, box, &hands);
+        add_losses(r, &weights, joints.logits, box, &hands);
 }
 
 const model_class osx_class = {

@@ -8,8 +8,10 @@
  *                                  the right one, the jaw
  *   "shape", "expression" (B, 10)   "camera" (B, 3)
  *   "body_place" (B, 25, 3)   "hand_place" (B, 40, 3)   "box_centre", "box_size" (B, 3, 2)
- * Losses: L1 to an input of each output's name but the camera's, all with weight 1, as the paper has them; of rotations
- * as matrices, which have no jumps, in place of axis-angles. "hand_place" is compared in columns and rows of the picture.
+ * Losses: L1 to an input of each output's name but the camera's, all with weight 1, as the paper has them, where the
+ * config does not say otherwise; of rotations as matrices, which have no jumps, in place of axis-angles. "volumes",
+ * where it has a weight, is volume_loss.h's of the body's places. "hand_place" is compared in columns and rows of the
+ * picture.
  * Inputs "body_known" (B, 25), "hand_known" (B, 40), "box_known" (B, 3; of centres): 1 where the picture has it, or 0;
  * "weight" (B). osx_losses.h has the losses of the body that all of it makes.
  *
@@ -19,8 +21,12 @@
 #ifndef MODELS_BODY_OSX_H
 #define MODELS_BODY_OSX_H
 
+#include "models/body/osx_losses.h"
 #include "models/model.h"
 
 extern const model_class osx_class;
+
+/* osx_weights_of - what the config of an osx says of its losses, for osx_skin */
+osx_weights osx_weights_of(const model *m);
 
 #endif

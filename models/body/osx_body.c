@@ -34,10 +34,12 @@ static lt_tensor *cell_places(lt_graph *g, int64_t depth, int64_t rows, int64_t 
 osx_places osx_position_forward(const osx_position *m, lt_tensor *map)
 {
     const int64_t B = lt_dim(map, 0), H = lt_dim(map, 2), W = lt_dim(map, 3);
-    lt_tensor *heat = lt_reshape(lt_conv_layer_forward(&m->conv, map), LT_SHAPE(B, m->joints, m->depth * H * W));
+    lt_tensor *logits = lt_reshape(lt_conv_layer_forward(&m->conv, map), LT_SHAPE(B, m->joints, m->depth * H * W));
+    lt_tensor *heat = lt_softmax(logits);
 
-    heat = lt_softmax(heat);
-    return (osx_places){ .heat = heat, .place = lt_linear(heat, cell_places(map->graph, m->depth, H, W), NULL) };
+    return (osx_places){
+        .logits = logits, .heat = heat, .place = lt_linear(heat, cell_places(map->graph, m->depth, H, W), NULL),
+    };
 }
 
 lt_tensor *osx_sample(lt_tensor *map, lt_tensor *place)

@@ -7,18 +7,21 @@
 
 static const double CELL = OSX_WIDTH / (double)OSX_COLUMNS;
 
-void osx_loss_add(model_record *r, const char *name, lt_tensor *a, lt_tensor *b, lt_tensor *known)
+void osx_loss_add(model_record *r, const char *name, lt_tensor *loss, double weight)
 {
-    lt_tensor *loss;
+    loss = lt_output(weight == 1 ? loss : lt_scale(loss, weight), name);
+    model_port_add(&r->losses, name, loss);
+    r->loss = r->loss ? lt_add(r->loss, loss) : loss;
+}
 
+lt_tensor *osx_l1(const model_record *r, lt_tensor *a, lt_tensor *b, lt_tensor *known)
+{
     if (known) {
         known = lt_reshape(known, LT_SHAPE(lt_dim(known, 0), lt_dim(known, 1), 1));
         a = lt_mul(a, known);
         b = lt_mul(b, known);
     }
-    loss = lt_output(lt_l1_loss(a, b, model_port_find(&r->inputs, "weight")), name);
-    model_port_add(&r->losses, name, loss);
-    r->loss = r->loss ? lt_add(r->loss, loss) : loss;
+    return lt_l1_loss(a, b, model_port_find(&r->inputs, "weight"));
 }
 
 /* Of the body's joints: the jaw stands before the hands there, and the eyes, which look ahead, behind it */
@@ -49,21 +52,21 @@ void osx_bearing(const double point[3], double out[2])
         out[k] = point[k] / length * (OSX_FOCAL / CELL);
 }
 
-void osx_skin(const lt_skin_layer *body, bool losses, model_record *r)
+void osx_skin(const lt_skin_layer *body, const osx_weights *weights, model_record *r)
 {
     const int64_t B = r->batch;
     lt_tensor *R = model_port_find(&r->outputs, "rotation"), *camera = model_port_find(&r->outputs, "camera");
     lt_tensor *shape = lt_concat((lt_tensor *[]){ model_port_find(&r->outputs, "shape"),
                                                   model_port_find(&r->outputs, "expression") }, 2, 1);
-    lt_tensor *vertices = lt_skin(body, rig_rotations(R), shape), *nodes = lt_result(vertices, 1);
+    lt_tensor *vertices = lt_skin(body, rig_rotations(R), shape), *nodes = lt_result(vertices, 1), *seen;
 
     model_port_add(&r->outputs, "vertices", lt_output(vertices, "vertices"));
     model_port_add(&r->outputs, "nodes", lt_output(nodes, "nodes"));
-    if (!losses)
+    if (!weights)
         return;
-    osx_loss_add(r, "nodes", nodes, model_input(r, "nodes", nodes->shape), NULL);
-    osx_loss_add(r, "bearing", bearings(lt_add(nodes, lt_reshape(camera, LT_SHAPE(B, 1, 3)))),
-                 model_input(r, "bearing", LT_SHAPE(B, OSX_NODES, 2)),
-                 model_input(r, "node_known", LT_SHAPE(B, OSX_NODES)));
+    osx_loss_add(r, "nodes", osx_l1(r, nodes, model_input(r, "nodes", nodes->shape), NULL), weights->nodes);
+    seen = bearings(lt_add(nodes, lt_reshape(camera, LT_SHAPE(B, 1, 3))));
+    osx_loss_add(r, "bearing", osx_l1(r, seen, model_input(r, "bearing", seen->shape),
+                                      model_input(r, "node_known", LT_SHAPE(B, OSX_NODES))), 1);
     lt_output(r->loss, "loss with the skin's");
 }

@@ -37,7 +37,7 @@ typedef struct {
 osx_position osx_position_new(lt_params *set, const char *prefix, int width, int joints, int depth);
 
 typedef struct {
-    lt_tensor *heat;                /* (B, joints, depth rows columns), sums to 1 */
+    lt_tensor *logits, *heat;       /* (B, joints, depth rows columns): before the softmax; behind it, sums to 1 */
     lt_tensor *place;               /* (B, joints, 3) */
 } osx_places;
 

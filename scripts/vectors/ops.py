@@ -622,6 +622,25 @@ def heatmap_loss(s):
     s.case("margin", loss(6, 7, 2), clear(3, 4, 42), places, positive(3), const=(1, 2))
 
 
+def volume_loss(s):
+    def around(at, n):
+        return np.maximum(0, 1 - abs(np.arange(n) - np.clip(at, 0, n - 1)[..., None]))
+
+    def loss(depth, rows, columns):
+        def fn(x, places, known, weight):
+            p = places.numpy()
+            target = around(p[..., 2], depth)[..., :, None, None] * around(p[..., 1], rows)[..., None, :, None] \
+                * around(p[..., 0], columns)[..., None, None, :]
+            samples = -(torch.tensor(target).flatten(2) * torch.log_softmax(x, -1)).sum(-1).mul(known).mean(1)
+            return (samples * weight).sum() / weight.sum()
+        return fn
+
+    places = rng.uniform(-1, 5, (3, 4, 3)).astype(np.float32)
+    known = rng.integers(0, 2, (3, 4))
+    s.case("volume", loss(2, 4, 5), clear(3, 4, 40), places, known, positive(3), const=(1, 2, 3))
+    s.case("flat", loss(1, 3, 7), clear(3, 4, 21), places, np.ones((3, 4)), positive(3), const=(1, 2, 3))
+
+
 def moved(x, T):
     return (T[:, :, :3] @ x[:, :, None])[:, :, 0] + T[:, :, 3]
 
@@ -1127,7 +1146,7 @@ SUITES = {
     "splat_covariance": splat_covariance, "quaternion_turn": quaternion_turn, "sh_colour": sh_colour,
     "nearest_rotation": nearest_rotation, "isometry_loss": isometry_loss, "mse_loss": loss(torch.square),
     "l1_loss": loss(torch.abs), "sum": sum_, "confidence_target": confidence_target,
-    "cross_entropy": cross_entropy, "heatmap_loss": heatmap_loss,
+    "cross_entropy": cross_entropy, "heatmap_loss": heatmap_loss, "volume_loss": volume_loss,
     "detect_assign": detect_assign, "detect_class_loss": detect_class_loss, "detect_box_loss": detect_box_loss,
     "detect_mask_loss": detect_mask_loss,
     "smooth_l1_loss": loss(lambda d: torch.where(d.abs() < 1, d ** 2 / 2, d.abs() - .5)), "max": max_,

@@ -67,7 +67,7 @@ static void start(void)
         model_port_add(&r.outputs, inputs[i].name,
                        lt_want_grad(lt_input(g, inputs[i].name, LT_F32, inputs[i].rank, inputs[i].shape)));
     model_input(&r, "weight", LT_SHAPE(B));
-    osx_skin(small_body(), true, &r);
+    osx_skin(small_body(), &(osx_weights){ .rotation = 1, .nodes = 3 }, &r);
     plan = lt_compile(g, &(lt_compile_opts){ .train = true, .loss = r.loss });
     ck_assert_msg(plan != NULL, "%s", lt_last_error());
     for (int i = 0; i < INPUTS; i++) {
