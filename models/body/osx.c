@@ -70,6 +70,10 @@ static void build(model *self, const lt_hand_layer *hand)
     m->jaw = lt_linear_layer_new(set, "face_regressor.jaw_pose_out.0", size.width, 6, true);
 }
 
+/* A body's y points up, the camera's down: at rest in the camera's axes somebody would hang head down, away from it. */
+enum { SECOND_OF_Y = 3 };           /* of the six numbers: y of the second column */
+
+/* Somebody at rest who stands before the camera and looks into it, nearly */
 static void init(const model *self, uint64_t seed)
 {
     const osx *m = self->self;
@@ -77,6 +81,7 @@ static void init(const model *self, uint64_t seed)
     lt_init_default(self->params, seed);
     osx_encoder_init(&m->encoder, seed);
     osx_rotations_init(&m->body.root, seed);
+    m->body.root.bias->data[SECOND_OF_Y] = -1;
     osx_rotations_init(&m->body.pose, seed);
     osx_rotations_init(&m->hands.pose, seed);
     osx_rotations_init(&m->jaw, seed);

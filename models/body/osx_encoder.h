@@ -31,6 +31,8 @@ typedef struct {
 
 void osx_encoder_new(osx_encoder *m, lt_params *set, const char *prefix, int width, int layers, int heads,
                      double stochastic_depth);
+
+/* osx_encoder_init - for a training from nothing; lt_init_default has been there */
 void osx_encoder_init(const osx_encoder *m, uint64_t seed);
 
 typedef struct {
