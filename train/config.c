@@ -264,6 +264,18 @@ void train_config_fini(train_config *c)
     c->tree = c->model_keys = NULL;
 }
 
+lt_optim_group train_optim_group(const train_config *c)
+{
+    const train_optim_config *o = &c->optim;
+
+    return (lt_optim_group){
+        .kind = (lt_optim_kind)o->kind, .beta1 = o->beta1, .beta2 = o->beta2, .eps = o->eps, .momentum = o->momentum,
+        .nesterov = o->nesterov, .clip_norm = o->clip_norm, .weight_decay = o->weight_decay,
+        .schedule = { .kind = (lt_schedule_kind)o->schedule, .lr = o->lr, .min_lr = o->min_lr, .gamma = o->gamma,
+                      .every = o->every, .epochs = o->epochs, .warmup = o->warmup },
+    };
+}
+
 lt_status train_config_model(const train_config *c, const lt_hand_layer *hand, lt_params *set, model *out)
 {
     const char *where = lt_arena_printf(lt_params_arena(set), "%s: model", c->path);

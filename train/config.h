@@ -6,6 +6,7 @@
 #ifndef TRAIN_CONFIG_H
 #define TRAIN_CONFIG_H
 
+#include "libtensor/optim/optim.h"
 #include "models/model.h"
 
 #include <stdio.h>
@@ -84,6 +85,9 @@ lt_status train_config_load(lt_arena *arena, const task *const *tasks, const cha
 lt_status train_config_parse(lt_arena *arena, const task *const *tasks, const char *name, const char *text,
                              const char *const *set, int n_set, train_config *out);
 void train_config_fini(train_config *c);
+
+/* train_optim_group - what group "optim" says of any weight: a start for a task whose weights learn in groups */
+lt_optim_group train_optim_group(const train_config *c);
 
 /**
  * train_config_model - make the model that the configuration names, without values (lt_params_defer)

@@ -18,5 +18,22 @@ const lt_config_key body_data_keys[] = {
       .doc = "share of them that is mirrored" },
     { DATA(colour), .type = LT_CONFIG_NUMBER, .fallback = "0.2", .lo = 0, .hi = 1,
       .doc = "and changed in brightness, contrast and saturation by up to this share" },
+    { DATA(heads_rate), .type = LT_CONFIG_NUMBER, .fallback = "1", .lo = 0, .hi = 1,
+      .doc = "factor on the learning rate of the layers that turn all joints at once: each of their numbers is a sum "
+             "over thousands, which as many small steps of Adam throw far" },
     { .name = NULL },
 };
+
+void body_groups(const train_config *c, lt_optim_group out[BODY_GROUPS])
+{
+    static const char *const heads[] = { "body_regressor.root_pose_out.", "body_regressor.body_pose_out.",
+                                         "hand_regressor.hand_pose_out.", NULL };
+    const double rate = body_data_of(c)->heads_rate;
+
+    out[0] = out[1] = train_optim_group(c);
+    out[0].name = "heads";
+    out[0].prefix = heads;
+    out[0].schedule.lr *= rate;
+    out[0].schedule.min_lr *= rate;
+    out[1].name = "others";
+}

@@ -17,6 +17,9 @@ struct task_run {
     body_set set, checked_set;
     body_feed train, checked;
     body_graph graph;
+    task_phase phase;
+    double ema_decay;
+    lt_optim_group group[BODY_GROUPS];
 };
 
 /* ---- opening ---- */
@@ -44,6 +47,16 @@ static lt_status open_data(task_run *r, const train_config *c)
     return st;
 }
 
+static void open_optimiser(task_run *r, const train_config *c)
+{
+    const train_optim_config *o = &c->optim;
+
+    r->phase = (task_phase){ .batch = o->batch, .shards = o->shards, .groups = (1u << BODY_GROUPS) - 1,
+                             .until = lt_ceil_div(r->train.count, o->batch) * o->epochs };
+    r->ema_decay = o->ema_decay;
+    body_groups(c, r->group);
+}
+
 /* So that the run's config finds the same data and body from any folder, and whatever $PALMAR_BODY says then */
 static lt_status keep_paths(const task_run *r, train_config *c)
 {
@@ -68,9 +81,11 @@ static lt_status run_open(lt_arena *arena, train_config *c, task_run **out)
     st = open_data(r, c);
     if (!st)
         st = run_body_layer(arena, r->body.model, &layer);
-    if (!st)
-        r->graph.layer = layer;
-    return st ? st : keep_paths(r, c);
+    if (st)
+        return st;
+    r->graph.layer = layer;
+    open_optimiser(r, c);
+    return keep_paths(r, c);
 }
 
 static void run_close(task_run *r)
@@ -145,6 +160,21 @@ static recipe run_recipe(const task_run *r, const task_phase *phase)
     return body_batch_recipe(&r->graph, true);
 }
 
+/* ---- steps ---- */
+
+static task_phase run_phase(const task_run *r, int64_t step)
+{
+    (void)step;
+    return r->phase;
+}
+
+static const lt_optim_group *run_groups(const task_run *r, int *n, lt_optim_average *average)
+{
+    *n = BODY_GROUPS;
+    *average = (lt_optim_average){ .decay = r->ema_decay };
+    return r->group;
+}
+
 /* ---- scores ---- */
 
 static lt_status run_score(task_run *r, const compiled *c, const void *batch, records *out, bool *no_losses)
@@ -193,5 +223,6 @@ const task body_task = {
     .own_metrics = own_metrics, .open = run_open, .close = run_close, .build = run_build, .describe = run_describe,
     .facts = run_facts, .samples = run_samples, .checked = run_checked, .sample_bytes = run_sample_bytes,
     .recipe = run_recipe, .weight = batch_weight, .sample_name = run_sample_name, .score = run_score,
-    .measure = run_measure, .evaluate = body_evaluate_run, .scores = body_score_keys,
+    .measure = run_measure, .phase = run_phase, .groups = run_groups, .evaluate = body_evaluate_run,
+    .scores = body_score_keys,
 };

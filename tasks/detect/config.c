@@ -37,13 +37,11 @@ static lt_optim_group base_of(const train_config *c, int64_t images, int classes
 {
     const train_optim_config *o = &c->optim;
     const int nominal = o->batch > NOMINAL ? o->batch : NOMINAL;
-    lt_optim_group g = {
-        .kind = (lt_optim_kind)o->kind, .beta1 = o->beta1, .beta2 = o->beta2, .eps = o->eps, .momentum = o->momentum,
-        .nesterov = o->nesterov, .clip_norm = o->clip_norm, .weight_decay = o->weight_decay * o->batch / NOMINAL,
-        .schedule = { .kind = (lt_schedule_kind)o->schedule, .lr = o->lr, .min_lr = o->min_lr, .gamma = o->gamma,
-                      .every = o->schedule == LT_LINEAR_LR ? 1 : o->every, .epochs = o->epochs, .warmup = o->warmup },
-    };
+    lt_optim_group g = train_optim_group(c);
 
+    g.weight_decay *= (double)o->batch / NOMINAL;
+    if (o->schedule == LT_LINEAR_LR)
+        g.schedule.every = 1;
     if (detect_config_of(c)->optimizer == DETECT_OPTIM_AUTO) {
         const bool is_long = lt_ceil_div(images, nominal) * o->epochs > LONG_RUN;
 

@@ -7,6 +7,7 @@
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
 #include "synth/generate.h"
+#include "tasks/body/config.h"
 #include "tasks/body/scores.h"
 #include "tasks/body/target.h"
 #include "tasks/body/task.h"
@@ -194,6 +195,24 @@ START_TEST(threads_and_stops_do_not_matter)
 }
 END_TEST
 
+/* The layers that turn all joints at once have a rate of their own, all others that of the config. */
+START_TEST(rates)
+{
+    const char *set[] = { "data.heads_rate=0.5", "optim.min_lr=1e-6" };
+    lt_optim_group group[BODY_GROUPS];
+    train_config c;
+
+    check_ok(train_config_load(arena, tasks, at("body.json"), set, LT_COUNT(set), &c));
+    body_groups(&c, group);
+    ck_assert_double_eq_tol(group[0].schedule.lr, 0.5e-4, 1e-12);
+    ck_assert_double_eq_tol(group[0].schedule.min_lr, 0.5e-6, 1e-12);
+    ck_assert_str_eq(group[0].prefix[0], "body_regressor.root_pose_out.");
+    ck_assert_double_eq_tol(group[1].schedule.lr, 1e-4, 1e-12);
+    ck_assert(!group[1].prefix && group[1].kind == LT_ADAM && group[1].schedule.kind == LT_CONSTANT_LR);
+    train_config_fini(&c);
+}
+END_TEST
+
 START_TEST(refused)
 {
     lt_arena *own = lt_arena_new();
@@ -217,6 +236,7 @@ static void add_tests(TCase *tc)
     tcase_add_test(tc, turned);
     tcase_add_test(tc, errors);
     tcase_add_test(tc, threads_and_stops_do_not_matter);
+    tcase_add_test(tc, rates);
     tcase_add_test(tc, refused);
 }
 
