@@ -14,7 +14,7 @@
 #include <time.h>
 
 enum { CAMERAS = 2 };
-static const double FPS = 60;
+static const double FPS = 240;                 /* more than any two cores look at */
 static const double MOST_AGE_MS = 500, MOST_GROWTH = 1.1;
 
 typedef struct {
