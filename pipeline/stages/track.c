@@ -27,6 +27,7 @@ static lt_status open_tracks(const predict_options *o, void **state)
     if (!t)
         return lt_error(LT_ENOMEM, "no memory to predict with");
     t->options = tracker_defaults;
+    t->options.look_conf = 0;           /* a detector's score says how sure it is, not how much is hidden */
     t->options.method = o->track;
     t->options.embedding = o->embedder ? REID_EMBEDDING : 0;
     t->embedder = o->embedder;
