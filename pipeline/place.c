@@ -71,7 +71,6 @@ static void guess_place(const predict_view *v, double t[3])
 /* What is measured counts where it is near what the joints' size says: else it is of something else. */
 static bool find_place(const predict_view *v, const sight *s, predict_result *r, double t[3])
 {
-
     if (lt_hand_translation(&v->camera, LT_HAND_KEYPOINTS, s->X, s->uv, s->weight, t))
         return false;
     r->solved_m = t[2];

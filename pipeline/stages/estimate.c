@@ -48,7 +48,7 @@ static lt_status open_looker(const predict_options *o, void **state)
     return st;
 }
 
-/* ---- one look ---------------------------------------------------------------------------------------------------- */
+/* ---- one look -------------------------------------------------------------------------------------------------- */
 
 /* A view as a sample of a dataset: boxes, and nothing that would have to be known. The object's box is
  * the extent of its control points, so two of its corners stand in for all. */
@@ -117,7 +117,7 @@ static lt_status look(const looker *l, const predict_view *seen, predict_result 
     return LT_OK;
 }
 
-/* ---- the best of several ------------------------------------------------------------------------------------------ */
+/* ---- the best of several --------------------------------------------------------------------------------------- */
 
 /* How far 2D and 3D joints differ, in parts of the box's longer side; infinite where the hand cannot be placed */
 static double misfit(const predict_view *seen, const predict_result *r)

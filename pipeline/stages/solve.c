@@ -6,8 +6,6 @@
 #include "data/mirror.h"
 #include "libtensor/geometry/rotation.h"
 
-#include <string.h>
-
 static void read_theta(predict_result *r)
 {
     for (int j = 0; j < LT_HAND_JOINTS; j++) {

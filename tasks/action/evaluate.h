@@ -8,8 +8,8 @@
 #include "tasks/action/scores.h"
 #include "train/task.h"
 
-/* action_evaluate_run - task.evaluate: scores.json and table.md in the folder. The split "train" is the side that was trained on. A
- * limit is one of windows, spread over them. */
+/* action_evaluate_run - task.evaluate: scores.json and table.md in the folder. The split "train" is the side that was
+ * trained on. A limit is one of windows, spread over them. */
 lt_status action_evaluate_run(const task_evaluation *e, struct cJSON **scores);
 
 /* action_find - the class of the largest of ten logits, the first of equals */
