@@ -13,7 +13,7 @@
 
 /* ---- the keys ----------------------------------------------------------------------------------------- */
 
-static const char *const kinds[] = { "sgd", "adam", "adamw", NULL };                /* as lt_optim_kind */
+static const char *const kinds[] = { "sgd", "adam", "adamw", "muon", NULL };        /* as lt_optim_kind */
 static const char *const schedules[] = { "constant", "step", "cosine", "linear", NULL };    /* as lt_schedule_kind */
 
 #define OPTIM(field) #field, .offset = offsetof(train_optim_config, field)
@@ -21,7 +21,8 @@ static const char *const schedules[] = { "constant", "step", "cosine", "linear",
 
 static const lt_config_key optim_keys[] = {
     { OPTIM(kind), .type = LT_CONFIG_CHOICE, .fallback = "\"adam\"", .choices = kinds,
-      .doc = "adam adds weight_decay * w to the gradient, adamw takes it off the weight" },
+      .doc = "adam adds weight_decay * w to the gradient, adamw takes it off the weight; muon: matrices by their "
+             "gradients' orthogonal matrices, the rest as adamw" },
     { OPTIM(lr), .type = LT_CONFIG_NUMBER, .fallback = "1e-4", .lo = 0, .hi = 1e30, .doc = "highest learning rate" },
     { OPTIM(weight_decay), .type = LT_CONFIG_NUMBER, .fallback = "5e-4", .lo = 0, .hi = 1e30, .doc = "of all weights" },
     { OPTIM(beta1), .type = LT_CONFIG_NUMBER, .fallback = "0.9", .lo = 1e-9, .hi = 0.999999,
@@ -30,7 +31,7 @@ static const lt_config_key optim_keys[] = {
       .doc = "adam: decay of the mean square" },
     { OPTIM(eps), .type = LT_CONFIG_NUMBER, .fallback = "1e-8", .lo = 1e-30, .hi = 1,
       .doc = "adam: added to the root" },
-    { OPTIM(momentum), .type = LT_CONFIG_NUMBER, .fallback = "0.9", .lo = 0, .hi = 1, .doc = "of sgd" },
+    { OPTIM(momentum), .type = LT_CONFIG_NUMBER, .fallback = "0.9", .lo = 0, .hi = 1, .doc = "of sgd and muon" },
     { OPTIM(nesterov), .type = LT_CONFIG_BOOL, .fallback = "false", .doc = "sgd: look ahead" },
     { OPTIM(clip_norm), .type = LT_CONFIG_NUMBER, .fallback = "0", .lo = 0, .hi = 1e30,
       .doc = "longest gradient, L2 norm over all weights; 0: any" },

@@ -58,12 +58,19 @@ struct lt_optim {
     int n_entries;
     int64_t n_chunks, steps;
     double *partial;                /* of the norm, by chunk */
+    lt_real *scratch;               /* of the largest matrix that goes by Muon, or NULL */
     int *slot_of;                   /* chunk -> slot */
     uint64_t measured;              /* the groups whose norm is taken */
 };
 
 /* optim_chunk - chunk k of the weights that are not stepped by rows: which slot, from where, how many */
 const optim_slot *optim_chunk(const lt_optim *o, int64_t k, int64_t *at, size_t *n);
+
+/* optim_by_muon - is this weight a matrix of a group of LT_MUON?  optim_muon_scratch - elements that its step needs;
+ * optim_muon - takes the step, by the group's sgd */
+bool optim_by_muon(const lt_optim *o, const optim_slot *s);
+int64_t optim_muon_scratch(const lt_param *p);
+void optim_muon(const lt_optim *o, const optim_slot *s);
 
 /* optim_list - write the list of state; false without memory */
 bool optim_list(lt_optim *o);

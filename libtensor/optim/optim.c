@@ -106,7 +106,8 @@ static bool array_init(lt_optim *o, const optim_slot *s, lt_row_array *a, int64_
 static bool slot_init(lt_optim *o, optim_slot *s)
 {
     const int64_t width = lt_param_width(s->p);
-    const bool adam = o->group[s->group].recipe.kind != LT_SGD, average = o->average.decay > 0;
+    const bool adam = o->group[s->group].recipe.kind != LT_SGD && !optim_by_muon(o, s);
+    const bool average = o->average.decay > 0;
 
     s->decays = decays(&o->group[s->group].recipe, s->p);
     s->ema.keeps = s->clock.keeps = true;
@@ -144,6 +145,19 @@ static bool chunks_init(lt_optim *o)
     return true;
 }
 
+/* Matrices go one after the other, each on all threads. */
+static bool scratch_init(lt_optim *o)
+{
+    int64_t most = 0;
+
+    for (int i = 0; i < o->n_slots; i++)
+        if (optim_by_muon(o, &o->slot[i]))
+            most = lt_max_i64(most, optim_muon_scratch(o->slot[i].p));
+    if (most > 0)
+        o->scratch = lt_arena_array(o->arena, (size_t)most, sizeof(*o->scratch));
+    return most == 0 || o->scratch;
+}
+
 static lt_status fill(lt_optim *o)
 {
     int moved = 0, averaged = 0;
@@ -170,7 +184,7 @@ static lt_status fill(lt_optim *o)
             ok = statistic_init(o, &o->statistic[o->n_statistics++], p);
         }
     }
-    return ok && chunks_init(o) && optim_list(o) ? LT_OK
+    return ok && chunks_init(o) && scratch_init(o) && optim_list(o) ? LT_OK
                                                  : lt_error(LT_ENOMEM, "no memory for the optimiser's state");
 }
 

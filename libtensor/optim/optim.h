@@ -20,12 +20,16 @@ typedef enum {
     LT_SGD,                         /* Nesterov momentum where nesterov is set; weight decay coupled */
     LT_ADAM,                        /* coupled L2: gradient + weight_decay * w   [Kingma and Ba 2015] */
     LT_ADAMW,                       /* decoupled weight decay           [Loshchilov and Hutter 2019] */
+    LT_MUON,                        /* matrices, weights of two dimensions, by Muon: as far as Adam moves them as a rule,
+                                     * along the orthogonal matrix that is nearest to their mean gradient, which momentum
+                                     * makes; what is no matrix, or is stepped by rows, by LT_ADAMW
+                                     *                                  [Jordan et al. 2024; Liu et al. 2025] */
 } lt_optim_kind;
 
 typedef struct {
     lt_optim_kind kind;
     double beta1, beta2, eps;       /* 0: 0.9, 0.999, 1e-8 */
-    double momentum;                /* of LT_SGD */
+    double momentum;                /* of LT_SGD and LT_MUON */
     bool nesterov;
     double weight_decay;
     double clip_norm;               /* scale gradients down to this L2 norm over all; 0: never */

@@ -152,7 +152,7 @@ static void step_chunk(void *ctx, int64_t k)
     size_t n;
     const optim_slot *s = optim_chunk(o, k, &at, &n);
 
-    if (o->group[s->group].steps && !s->p->frozen)      /* frozen since the optimiser was made */
+    if (o->group[s->group].steps && !s->p->frozen && !optim_by_muon(o, s))  /* frozen since the optimiser was made */
         move(s, at, n, &o->group[s->group]);
 }
 
@@ -224,7 +224,7 @@ static void prepare(lt_optim *o, int k, double lr, double momentum, double norm)
     g->adam = (lt_adam_step){
         .lr = (lt_real)lr, .beta1 = (lt_real)r->beta1, .beta2 = (lt_real)r->beta2, .eps = (lt_real)r->eps,
         .l2 = (lt_real)(r->kind == LT_ADAM ? r->weight_decay : 0),
-        .decay = (lt_real)(r->kind == LT_ADAMW ? r->weight_decay : 0), .grad_scale = scale,
+        .decay = (lt_real)(r->kind == LT_ADAMW || r->kind == LT_MUON ? r->weight_decay : 0), .grad_scale = scale,
     };
     g->sgd = (lt_sgd_step){
         .lr = (lt_real)lr, .momentum = (lt_real)momentum, .l2 = (lt_real)r->weight_decay, .grad_scale = scale,
@@ -233,12 +233,22 @@ static void prepare(lt_optim *o, int k, double lr, double momentum, double norm)
     set_time(o, g, g->clock);
 }
 
+static void step_matrix(const lt_optim *o, const optim_slot *s)
+{
+    optim_muon(o, s);
+    if (s->ema.data)
+        update_ema(s->ema.data, s->p->data, (size_t)lt_param_numel(s->p), o->group[s->group].keep);
+}
+
 static void take_step(lt_optim *o)
 {
     int batches;
 
     o->steps++;
     lt_parallel_for(o->n_chunks, step_chunk, o);
+    for (int i = 0; i < o->n_slots; i++)
+        if (o->group[o->slot[i].group].steps && !o->slot[i].p->frozen && optim_by_muon(o, &o->slot[i]))
+            step_matrix(o, &o->slot[i]);
     for (int i = 0; i < o->n_slots; i++)
         if (o->slot[i].p->rows && !o->slot[i].p->frozen && o->group[o->slot[i].group].steps)
             step_touched(o, &o->slot[i]);

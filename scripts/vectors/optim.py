@@ -143,6 +143,23 @@ def rows(grow):
     return torch.cat(w + [row(4)[None]]).detach().flatten()
 
 
+def muon(rows, columns):
+    """Muon of a matrix as Liu et al. 2025 scale it, by singular values, which its rounds change and nothing else."""
+    w = torch.arange(rows * columns).reshape(rows, columns) / 8 - 1.0
+    pull = torch.arange(rows * columns).reshape(rows, columns) + 1.0
+    mean, lr, decay, momentum, clip = torch.zeros(rows, columns), 0.05, 0.1, 0.95, 20
+    for step in range(1, STEPS + 1):
+        g = pull * (w - 0.25) / 8 + torch.sin(pull * step)
+        g = g * min(1, clip / g.norm())
+        mean = momentum * mean + (1 - momentum) * g
+        ahead = momentum * mean + (1 - momentum) * g
+        u, s, v = torch.linalg.svd(ahead / ahead.norm(), full_matrices=False)
+        for _ in range(5):
+            s = 3.4445 * s - 4.7750 * s ** 3 + 2.0315 * s ** 5
+        w = w - lr * decay * w - lr * 0.2 * max(rows, columns) ** 0.5 * (u * s) @ v
+    return w.flatten()
+
+
 print("/* SPDX-License-Identifier: Apache-2.0 */")
 print("/* Made by scripts/vectors/optim.py. */\n")
 o = torch.optim
@@ -162,5 +179,7 @@ show("want_yolo", weights)
 show("want_yolo_average", average)
 show("want_linear", linear())
 show("want_log_linear", log_linear([0, 1, 7500, 15000, 29999, 30000, 99999]))
+show("want_muon_wide", muon(3, 5))
+show("want_muon_tall", muon(5, 3))
 show("want_rows", rows(False))
 show("want_rows_grown", rows(True))

@@ -113,7 +113,7 @@ START_TEST(help_names_every_key)
     train_config_help(tasks, f);
     fclose(f);
     ck_assert_ptr_nonnull(strstr(text, "  optim.lr: number from 0 to 1e+30, default 1e-4\n"));
-    ck_assert_ptr_nonnull(strstr(text, "  optim.kind: one of sgd adam adamw, default \"adam\"\n"));
+    ck_assert_ptr_nonnull(strstr(text, "  optim.kind: one of sgd adam adamw muon, default \"adam\"\n"));
     ck_assert_ptr_nonnull(strstr(text, "  model.image_size: "));
     ck_assert_ptr_nonnull(strstr(text, "  train.max_bad_steps: "));
     free(text);
