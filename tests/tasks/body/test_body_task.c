@@ -195,10 +195,10 @@ START_TEST(threads_and_stops_do_not_matter)
 }
 END_TEST
 
-/* The layers that turn all joints at once have a rate of their own, all others that of the config. */
+/* The layers that turn all joints at once have a rate of their own, and the transformer's matrices; Muon is for these. */
 START_TEST(rates)
 {
-    const char *set[] = { "data.heads_rate=0.5", "optim.min_lr=1e-6" };
+    const char *set[] = { "data.heads_rate=0.5", "data.matrices_rate=3", "optim.min_lr=1e-6", "optim.kind=muon" };
     lt_optim_group group[BODY_GROUPS];
     train_config c;
 
@@ -207,8 +207,16 @@ START_TEST(rates)
     ck_assert_double_eq_tol(group[0].schedule.lr, 0.5e-4, 1e-12);
     ck_assert_double_eq_tol(group[0].schedule.min_lr, 0.5e-6, 1e-12);
     ck_assert_str_eq(group[0].prefix[0], "body_regressor.root_pose_out.");
-    ck_assert_double_eq_tol(group[1].schedule.lr, 1e-4, 1e-12);
-    ck_assert(!group[1].prefix && group[1].kind == LT_ADAM && group[1].schedule.kind == LT_CONSTANT_LR);
+    ck_assert(group[0].kind == LT_ADAMW);
+    ck_assert_double_eq_tol(group[1].schedule.lr, 3e-4, 1e-12);
+    ck_assert(group[1].kind == LT_MUON);
+    ck_assert_str_eq(group[1].prefix[0], "encoder.blocks.");
+    ck_assert_double_eq_tol(group[2].schedule.lr, 1e-4, 1e-12);
+    ck_assert(!group[2].prefix && group[2].kind == LT_ADAMW && group[2].schedule.kind == LT_CONSTANT_LR);
+    train_config_fini(&c);
+    check_ok(train_config_load(arena, tasks, at("body.json"), NULL, 0, &c));
+    body_groups(&c, group);
+    ck_assert(group[0].kind == LT_ADAM && group[1].kind == LT_ADAM && group[2].kind == LT_ADAM);
     train_config_fini(&c);
 }
 END_TEST
