@@ -282,6 +282,16 @@ typedef struct {
     bool near;                  /* at is always below 2 * LT_COLUMNS */
 } lt_columns;
 
+/* Rows of LT_BLOCK numbers are told by rows of x: row r by links first[r] .. first[r + 1] - 1, link k by what begins at
+ * x[from[k]]. */
+typedef struct {
+    const int32_t *first;
+    const int64_t *from;
+    const lt_real *weight;          /* of a link */
+    const lt_real *scale, *shift;   /* (LT_BLOCK) each, or NULL: of sums */
+    bool relu;                      /* of what comes of that; NaN stays NaN */
+} lt_links;
+
 enum { LT_PACK_K = 256 };       /* the most rows of B, and columns of A, that are packed at once */
 
 typedef struct lt_kernels {
@@ -391,6 +401,11 @@ typedef struct lt_kernels {
     /* largest_of_rows: y[r] = the largest of row r of n, its first place to where[r] unless that is NULL; the first NaN
      * wins. n at least 1. */
     void (*largest_of_rows)(lt_real *y, int32_t *where, const lt_real *x, int64_t n, int64_t rows);
+
+    /* link_rows: row r of y = the sum over its links, in their order, of weight[k] x[from[k] + j], and what follows;
+     * link_products: sums[k * LT_BLOCK + j] = fma(x[from[k] + j], y[r * LT_BLOCK + j], itself) for each link k of r */
+    void (*link_rows)(lt_real *y, const lt_real *x, const lt_links *l, int64_t rows);
+    void (*link_products)(lt_real *sums, const lt_real *x, const lt_real *y, const lt_links *l, int64_t rows);
 
     /* combine: y[i] = or += the sum over k < count of w[k] * x[k * ld + i], i < n, in the order of k;
      * combine_columns: n rows of y = or += what c says of rows of x, of which 2 * LT_COLUMNS from each base on are

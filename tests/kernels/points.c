@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Points, maxima of rows and hash grids against the generic entries, bit by bit, and the former against plain loops:
+/* Points, maxima of rows, hash grids and links of rows against the generic entries, bit by bit, and the former against plain loops:
  * points at equal distances, missing ones, rows with a NaN, places outside. */
 #include "tests/kernels/checkasm.h"
 
@@ -141,6 +141,49 @@ static void check_hash(const lt_kernels *k, const lt_kernels *generic, const lt_
     free_array(x), free_array(weight), free_array(want), free_array(at), free_array(want_at);
 }
 
+/* Rows with no link, one and more, told by rows of x in no order; plainly, as far as a fused product's rounding goes */
+static void check_links(const lt_kernels *k, const lt_kernels *generic, int rows, bool relu)
+{
+    enum { FROM = 50, MOST_LINKS = 5 * MOST };
+    const size_t size = (size_t)rows * LT_BLOCK;
+    float *x = random_array(FROM * LT_BLOCK, 9), *weight = random_array(MOST_LINKS, 10);
+    float *scale = random_array(LT_BLOCK, 11), *y = guarded_array(size), *want = guarded_array(size);
+    float *sums = zero_array(MOST_LINKS * LT_BLOCK), *want_sums = zero_array(MOST_LINKS * LT_BLOCK);
+    int32_t first[MOST + 1] = { 0 };
+    int64_t from[MOST_LINKS];
+    lt_links l = { .first = first, .from = from, .weight = weight, .relu = relu };
+
+    for (int r = 0; r < rows; r++)
+        first[r + 1] = first[r] + r * 7 % 5;
+    for (int i = 0; i < first[rows]; i++)
+        from[i] = i * 37 % FROM * LT_BLOCK;
+    if (relu)
+        l.scale = scale, l.shift = x;
+    generic->link_rows(want, x, &l, rows);
+    k->link_rows(y, x, &l, rows);
+    expect_bits(y, want, size, "link_rows, %d rows", rows);
+    for (size_t i = 0; i < size; i++) {
+        double sum = 0;
+
+        for (int32_t j = first[i / LT_BLOCK]; j < first[i / LT_BLOCK + 1]; j++)
+            sum += (double)weight[j] * (double)x[from[j] + (int64_t)i % LT_BLOCK];
+        if (relu)
+            sum = fmax(0, (double)scale[i % LT_BLOCK] * sum + (double)x[i % LT_BLOCK]);
+        expect_near((double)y[i], sum, 1e-6, "link_rows", "plainly", i);
+    }
+    for (int time = 0; time < 2; time++) {
+        generic->link_products(want_sums, x, want, &l, rows);
+        k->link_products(sums, x, y, &l, rows);
+    }
+    expect_bits(sums, want_sums, MOST_LINKS * LT_BLOCK, "link_products, %d rows", rows);
+    for (int64_t i = 0; i < (int64_t)size; i++)
+        for (int32_t j = first[i / LT_BLOCK]; j < first[i / LT_BLOCK + 1]; j++)
+            expect_near((double)sums[j * LT_BLOCK + i % LT_BLOCK],
+                        2 * (double)y[i] * (double)x[from[j] + i % LT_BLOCK], 2e-6, "link_products", "plainly", (size_t)i);
+    free_array(x), free_array(weight), free_array(scale), free_array(y), free_array(want);
+    free_array(sums), free_array(want_sums);
+}
+
 void check_points(const lt_kernels *k, const lt_kernels *generic)
 {
     static const lt_hash_level dense = { .scale = 15, .side = 16, .entries = 4096 };
@@ -154,6 +197,8 @@ void check_points(const lt_kernels *k, const lt_kernels *generic)
         check_largest(k, generic, n);
         check_take(k, generic, n);
     }
+    for (int rows = 0; rows < 70; rows++)
+        check_links(k, generic, rows, rows % 2);
     for (int n = 0; n < 40; n++) {
         check_hash(k, generic, &dense, n);
         check_hash(k, generic, &hashed, n);

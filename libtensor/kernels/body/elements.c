@@ -15,6 +15,7 @@
 #include "libtensor/kernels/body/sample.inc"
 #include "libtensor/kernels/body/skin.inc"
 #include "libtensor/kernels/body/points.inc"
+#include "libtensor/kernels/body/links.inc"
 #include "libtensor/kernels/body/hash.inc"
 #include "libtensor/kernels/body/optim.inc"
 #include "libtensor/kernels/body/random.inc"
@@ -29,6 +30,7 @@ void ISA(add_elements)(lt_kernels *k)
     add_sample(k);
     add_skin(k);
     add_points(k);
+    add_links(k);
     add_hash(k);
     add_optim(k);
     add_random(k);

@@ -5,15 +5,16 @@
  *   dx[b, k C + c, t, v] += a mask[k, v, w] dy[b, c, t, w]
  *   dmask[k, v, w] += sum a dy[b, c, t, w] x[b, k C + c, t, v]
  *
- * Links to one node that stand together are summed in registers.
- * scale, shift and act, none or relu, are there only where an inference plan fused them. Plain maps are turned, so that
- * moments of time are in the lanes; of maps in blocks it is the channels.
+ * scale, shift and act, none or relu, are there only where an inference plan fused them. A row of a kernel is a node:
+ * of maps in blocks the channels are in its lanes; plain maps are turned, so that moments of time are.
  */
 #include "libtensor/kernels/blocks/blocks.h"
 #include "libtensor/ops/common.h"
 
+#include <string.h>
+
 enum { X, MASK, SCALE, SHIFT, INPUTS };
-enum { LANES = 16, MOST_NODES = 128, MOST_SUBSETS = 4, PARTS = 64 };
+enum { LANES = LT_BLOCK, MOST_NODES = 128, MOST_SUBSETS = 4, PARTS = 64 };
 
 typedef struct {
     const lt_adjacency *of;
@@ -48,12 +49,34 @@ static int64_t parts(const lt_call *c)
     return lt_min_i64(PARTS, op_outer(c->out, 2));
 }
 
-/* work: a link's weight each; in training, of each part of the batch and channels each link's gradient */
+/* ---- links, sorted by the row that they tell ---- */
+
+/* In work: its first element of each kind, the first three of a link each, and how many bytes in all */
+typedef struct {
+    int64_t from, weight, sorted, first, sums, bytes;
+} layout;
+
+/* sums: in training, of each part of the batch and its channels what each link's gradient is the sum of */
+static layout layout_of(const lt_adjacency *a, int64_t parts)
+{
+    layout l = { .from = 0 };
+
+    l.weight = l.from + op_aligned(a->n * (int64_t)sizeof(int64_t));
+    l.sorted = l.weight + op_aligned(a->n * (int64_t)sizeof(lt_real));
+    l.first = l.sorted + op_aligned(a->n * (int64_t)sizeof(int32_t));
+    l.sums = l.first + op_aligned((a->subsets * a->nodes + 1) * (int64_t)sizeof(int32_t));
+    l.bytes = l.sums + parts * a->n * LANES * (int64_t)sizeof(lt_real);
+    return l;
+}
+
 static void plan(lt_call *c)
 {
-    c->work_bytes = (size_t)op_aligned(links(c)->n * (int64_t)sizeof(lt_real));
-    if (c->train)
-        c->work_bytes += (size_t)(parts(c) * links(c)->n) * sizeof(double);
+    c->work_bytes = (size_t)layout_of(links(c), c->train ? parts(c) : 0).bytes;
+}
+
+static void *in_work(const lt_call *c, int64_t at)
+{
+    return (char *)c->work + at;
 }
 
 static int64_t mask_at(const lt_adjacency *a, const lt_link *l)
@@ -61,20 +84,52 @@ static int64_t mask_at(const lt_adjacency *a, const lt_link *l)
     return ((int64_t)l->subset * a->nodes + l->from) * a->nodes + l->to;
 }
 
-static void weigh_links(const lt_call *c)
+static lt_links links_in(const lt_call *c)
+{
+    const layout at = layout_of(links(c), 0);
+
+    return (lt_links){ .first = in_work(c, at.first), .from = in_work(c, at.from), .weight = in_work(c, at.weight) };
+}
+
+/* The row that a link tells: forward a node, backward a subset's node, which learns what its node has told */
+static int row_of(const lt_adjacency *a, const lt_link *l, bool forward)
+{
+    return forward ? l->to : l->subset * a->nodes + l->from;
+}
+
+/* subset: forward, so many elements are between the first rows of two subsets */
+static void sort_links(const lt_call *c, bool forward, int64_t subset)
 {
     const lt_adjacency *a = links(c);
+    const layout at = layout_of(a, 0);
     const lt_real *mask = c->in[MASK]->data;
+    const int rows = forward ? a->nodes : a->subsets * a->nodes;
+    int64_t *from = in_work(c, at.from);
+    lt_real *weight = in_work(c, at.weight);
+    int32_t *sorted = in_work(c, at.sorted), *first = in_work(c, at.first);
 
+    memset(first, 0, (size_t)(rows + 1) * sizeof(*first));
     for (int i = 0; i < a->n; i++)
-        ((lt_real *)c->work)[i] = (lt_real)a->link[i].value * mask[mask_at(a, &a->link[i])];
+        first[row_of(a, &a->link[i], forward) + 1]++;
+    for (int r = 0; r < rows; r++)
+        first[r + 1] += first[r];
+    for (int i = 0; i < a->n; i++) {
+        const lt_link *l = &a->link[i];
+        const int32_t k = first[row_of(a, l, forward)]++;
+
+        from[k] = forward ? l->subset * subset + (int64_t)l->from * LANES : (int64_t)l->to * LANES;
+        weight[k] = (lt_real)l->value * mask[mask_at(a, l)];
+        sorted[k] = i;
+    }
+    memmove(first + 1, first, (size_t)rows * sizeof(*first));       /* each is at the next row's now */
+    first[0] = 0;
 }
 
 /* ---- plain maps ---- */
 
 /* A few moments of one channel: of each subset's map and of the result, (V, LANES) each */
 typedef struct {
-    _Alignas(LT_ALIGN) lt_real x[MOST_SUBSETS][MOST_NODES][LANES];
+    _Alignas(LT_ALIGN) lt_real x[MOST_SUBSETS * MOST_NODES][LANES];
     _Alignas(LT_ALIGN) lt_real y[MOST_NODES][LANES];
 } moments;
 
@@ -91,37 +146,17 @@ static void turn_in(const lt_call *c, moments *m, int64_t plane, int64_t t, int6
 {
     const lt_adjacency *a = links(c);
 
-    for (int k = 0; k < a->subsets; k++) {
-        if (n < LANES)
-            memset(m->x[k], 0, (size_t)a->nodes * sizeof(m->x[k][0]));
-        lt_k->turn(m->x[k][0], LANES, (const lt_real *)c->in[X]->data + x_at(c, plane, k, t), a->nodes, n, a->nodes,
-                   false);
-    }
-}
-
-static void add_links(const lt_call *c, moments *m)
-{
-    const lt_adjacency *a = links(c);
-
-    memset(m->y, 0, (size_t)a->nodes * sizeof(m->y[0]));
-    for (int i = 0; i < a->n;) {
-        const int to = a->link[i].to;
-        lt_real sum[LANES] = { 0 };
-
-        for (; i < a->n && a->link[i].to == to; i++) {
-            const lt_real weight = ((const lt_real *)c->work)[i], *x = m->x[a->link[i].subset][a->link[i].from];
-
-            for (int j = 0; j < LANES; j++)
-                sum[j] += weight * x[j];
-        }
-        for (int j = 0; j < LANES; j++)
-            m->y[to][j] += sum[j];
-    }
+    if (n < LANES)
+        memset(m->x, 0, (size_t)(a->subsets * a->nodes) * sizeof(m->x[0]));
+    for (int k = 0; k < a->subsets; k++)
+        lt_k->turn(m->x[k * a->nodes], LANES, (const lt_real *)c->in[X]->data + x_at(c, plane, k, t), a->nodes, n,
+                   a->nodes, false);
 }
 
 static void forward_plane(const lt_call *c, int64_t plane)
 {
     const int64_t T = lt_dim(c->out, 2), V = links(c)->nodes, channel = plane % lt_dim(c->out, 1);
+    const lt_links l = links_in(c);
     lt_real *y = (lt_real *)c->out->data + plane * T * V;
     moments m;
 
@@ -129,7 +164,7 @@ static void forward_plane(const lt_call *c, int64_t plane)
         const int64_t n = lt_min_i64(LANES, T - t);
 
         turn_in(c, &m, plane, t, n);
-        add_links(c, &m);
+        lt_k->link_rows(m.y[0], m.x[0], &l, V);
         lt_k->turn(y + t * V, V, m.y[0], LANES, V, n, false);
     }
     if (c->in[SCALE])
@@ -140,144 +175,103 @@ static void forward_plane(const lt_call *c, int64_t plane)
 
 /* ---- maps in blocks of channels ---- */
 
-static void finish_block(const lt_call *c, int64_t block, lt_real *y)
-{
-    const lt_real *scale = (const lt_real *)c->in[SCALE]->data + block * LT_BLOCK;
-    const lt_real *shift = (const lt_real *)c->in[SHIFT]->data + block * LT_BLOCK;
-    const bool relu = ((const aggregate_attr *)c->attr)->act.kind == LT_ACT_RELU;
-
-    for (int64_t w = 0; w < links(c)->nodes; w++, y += LT_BLOCK)
-        for (int j = 0; j < LT_BLOCK; j++) {
-            y[j] = scale[j] * y[j] + shift[j];
-            y[j] = relu && !(y[j] > 0) ? 0 : y[j];
-        }
-}
-
 /* One moment of a block of channels */
 static void forward_moment(const lt_call *c, int64_t i)
 {
-    const lt_adjacency *a = links(c);
-    const int64_t T = lt_dim(c->out, 2), V = a->nodes, blocks = lt_dim(c->out, 1), row = V * LT_BLOCK;
+    const int64_t T = lt_dim(c->out, 2), V = links(c)->nodes, blocks = lt_dim(c->out, 1), row = V * LT_BLOCK;
     const int64_t t = i % T, block = i / T % blocks, b = i / T / blocks;
-    lt_real *y = (lt_real *)c->out->data + i * row;
+    const lt_real *x = (const lt_real *)c->in[X]->data + ((b * links(c)->subsets * blocks + block) * T + t) * row;
+    lt_links l = links_in(c);
 
-    memset(y, 0, (size_t)row * sizeof(*y));
-    for (int k = 0; k < a->n;) {
-        const int to = a->link[k].to;
-        lt_real sum[LT_BLOCK] = { 0 };
-
-        for (; k < a->n && a->link[k].to == to; k++) {
-            const lt_real weight = ((const lt_real *)c->work)[k];
-            const lt_real *x = (const lt_real *)c->in[X]->data
-                + (((b * a->subsets + a->link[k].subset) * blocks + block) * T + t) * row + a->link[k].from * LT_BLOCK;
-
-            for (int j = 0; j < LT_BLOCK; j++)
-                sum[j] += weight * x[j];
-        }
-        for (int j = 0; j < LT_BLOCK; j++)
-            y[to * LT_BLOCK + j] += sum[j];
+    if (c->in[SCALE]) {
+        l.scale = (const lt_real *)c->in[SCALE]->data + block * LT_BLOCK;
+        l.shift = (const lt_real *)c->in[SHIFT]->data + block * LT_BLOCK;
+        l.relu = ((const aggregate_attr *)c->attr)->act.kind == LT_ACT_RELU;
     }
-    if (c->in[SCALE])
-        finish_block(c, block, y);
+    lt_k->link_rows((lt_real *)c->out->data + i * row, x, &l, V);
 }
 
 static void forward(const lt_call *c)
 {
-    weigh_links(c);
-    if (lt_in_blocks(c->out))
-        op_by_row(c, op_outer(c->out, 3), (int64_t)links(c)->n * LT_BLOCK, forward_moment);
-    else
+    const int64_t row = lt_dim(c->out, 3) * LANES;
+
+    if (lt_in_blocks(c->out)) {
+        sort_links(c, true, lt_dim(c->out, 1) * lt_dim(c->out, 2) * row);
+        op_by_row(c, op_outer(c->out, 3), (int64_t)links(c)->n * LANES, forward_moment);
+    } else {
+        sort_links(c, true, row);
         op_by_row(c, op_outer(c->out, 2), lt_dim(c->out, 2) * links(c)->n, forward_plane);
+    }
 }
 
 /* ---- gradients ---- */
 
-static void mask_gradient(const lt_call *c, const moments *m, double *sum)
+static void backward_plane(const lt_call *c, int64_t plane, lt_real *sums)
 {
-    const lt_adjacency *a = links(c);
-
-    for (int i = 0; i < a->n; i++) {
-        const lt_link *l = &a->link[i];
-        const lt_real *x = m->x[l->subset][l->from], *dy = m->y[l->to];
-        lt_real part = 0;
-
-        for (int j = 0; j < LANES; j++)
-            part += x[j] * dy[j];
-        sum[i] += (double)part * l->value;
-    }
-}
-
-static void data_gradient(const lt_call *c, moments *m)
-{
-    const lt_adjacency *a = links(c);
-
-    memset(m->x, 0, sizeof(m->x));
-    for (int i = 0; i < a->n; i++) {
-        const lt_link *l = &a->link[i];
-        const lt_real weight = ((const lt_real *)c->work)[i], *dy = m->y[l->to];
-        lt_real *dx = m->x[l->subset][l->from];
-
-        for (int j = 0; j < LANES; j++)
-            dx[j] += weight * dy[j];
-    }
-}
-
-static void backward_plane(const lt_call *c, int64_t plane, double *sum)
-{
-    const lt_adjacency *a = links(c);
-    const int64_t T = lt_dim(c->out, 2), V = a->nodes;
+    const int64_t T = lt_dim(c->out, 2), V = links(c)->nodes, rows = links(c)->subsets * V;
+    const lt_links l = links_in(c);
     moments m;
 
-    for (int k = 0; k < a->subsets && c->din[X]; k++)
+    for (int k = 0; k < links(c)->subsets && c->din[X]; k++)
         op_start(c, X, x_at(c, plane, k, 0), T * V);
     for (int64_t t = 0; t < T; t += LANES) {
         const int64_t n = lt_min_i64(LANES, T - t);
 
-        memset(m.y, 0, sizeof(m.y));
+        if (n < LANES)
+            memset(m.y, 0, (size_t)V * sizeof(m.y[0]));
         lt_k->turn(m.y[0], LANES, c->dout + (plane * T + t) * V, V, n, V, false);
-        if (sum) {
+        if (sums) {
             turn_in(c, &m, plane, t, n);
-            mask_gradient(c, &m, sum);
+            lt_k->link_products(sums, m.y[0], m.x[0], &l, rows);
         }
         if (!c->din[X])
             continue;
-        data_gradient(c, &m);
-        for (int k = 0; k < a->subsets; k++)
-            lt_k->turn(c->din[X] + x_at(c, plane, k, t), V, m.x[k][0], LANES, V, n, true);
+        lt_k->link_rows(m.x[0], m.y[0], &l, rows);
+        for (int k = 0; k < links(c)->subsets; k++)
+            lt_k->turn(c->din[X] + x_at(c, plane, k, t), V, m.x[k * V], LANES, V, n, true);
     }
 }
 
-static double *sums_of(const lt_call *c, int64_t part)
+static lt_real *sums_of(const lt_call *c, int64_t part)
 {
-    return (double *)((char *)c->work + op_aligned(links(c)->n * (int64_t)sizeof(lt_real))) + part * links(c)->n;
+    return (lt_real *)in_work(c, layout_of(links(c), 0).sums) + part * links(c)->n * LANES;
 }
 
 static void backward_part(void *ctx, int64_t part)
 {
     const lt_call *c = ctx;
     const int64_t planes = op_outer(c->out, 2), first = part * planes / parts(c), end = (part + 1) * planes / parts(c);
-    double *sum = c->din[MASK] ? sums_of(c, part) : NULL;
+    lt_real *sums = c->din[MASK] ? sums_of(c, part) : NULL;
 
-    if (sum)
-        memset(sum, 0, (size_t)links(c)->n * sizeof(*sum));
+    if (sums)
+        memset(sums, 0, (size_t)(links(c)->n * LANES) * sizeof(*sums));
     for (int64_t plane = first; plane < end; plane++)
-        backward_plane(c, plane, sum);
+        backward_plane(c, plane, sums);
+}
+
+static void mask_gradient(const lt_call *c)
+{
+    const lt_adjacency *a = links(c);
+    const int32_t *sorted = in_work(c, layout_of(a, 0).sorted);
+
+    op_start(c, MASK, 0, lt_numel(c->in[MASK]));
+    for (int k = 0; k < a->n; k++) {
+        const lt_link *l = &a->link[sorted[k]];
+        double sum = 0;
+
+        for (int64_t part = 0; part < parts(c); part++)
+            for (int lane = 0; lane < LANES; lane++)
+                sum += (double)sums_of(c, part)[k * LANES + lane];
+        c->din[MASK][mask_at(a, l)] += (lt_real)(l->value * sum);
+    }
 }
 
 static void backward(const lt_call *c)
 {
-    const lt_adjacency *a = links(c);
-
-    weigh_links(c);
-    op_start(c, MASK, 0, lt_numel(c->in[MASK]));
+    sort_links(c, false, 0);
     lt_parallel_for(parts(c), backward_part, (void *)c);
-    for (int i = 0; c->din[MASK] && i < a->n; i++) {
-        double sum = 0;
-
-        for (int64_t part = 0; part < parts(c); part++)
-            sum += sums_of(c, part)[i];
-        c->din[MASK][mask_at(a, &a->link[i])] += (lt_real)sum;
-    }
+    if (c->din[MASK])
+        mask_gradient(c);
 }
 
 /* ---- what passes ask ---- */
