@@ -116,8 +116,21 @@ static product_task task_of(const product_job *j, int64_t task)
     return (product_task){ at / j->bands, at % j->bands, j->panels_first ? task / bands : task % j->panels };
 }
 
-/* The panel's sums over segments [from, end), g of which is known but for them; e: what follows the last of them */
-static void multiply(const product_job *j, const product_task *t, lt_blocks g, int64_t from, int64_t end,
+typedef struct { int64_t first, end; } segments;
+
+/* Of the taps' rows that see the map from one of n rows of y, from `row` on: others are all padding. One at least */
+static segments seen_from(const lt_conv2d_params *p, int64_t row, int64_t n)
+{
+    const int64_t each = p->kw * lt_blocks_of(p->c), top = row * p->stride_h - p->pad_h;
+    const int64_t bottom = top + (n - 1) * p->stride_h;             /* of the first tap's rows, in x */
+    const int64_t end = lt_min_i64(p->kh, lt_max_i64(1, lt_ceil_div(p->h - top, p->dil_h)));
+    const int64_t first = lt_min_i64(end - 1, lt_max_i64(0, lt_ceil_div(-bottom, p->dil_h)));
+
+    return (segments){ first * each, end * each };
+}
+
+/* The panel's sums over segments [from, end) of s, g of which is known but for them; e: what follows the last of them */
+static void multiply(const product_job *j, const product_task *t, lt_blocks g, segments s, int64_t from, int64_t end,
                      const lt_epilogue *e)
 {
     const int64_t nr = lt_k->nr, all = j->v.segments;
@@ -126,24 +139,23 @@ static void multiply(const product_job *j, const product_task *t, lt_blocks g, i
     g.segment = j->segment + from, g.segments = end - from;
     g.last = end == all ? last_columns(j->p) : LT_BLOCK;
     g.b = j->packed + (t->panel * all + from) * nr * LT_BLOCK;
-    g.add = from > 0;
+    g.add = from > s.first;
     if (j->around->gate) {
         lt_k->scale_panels(gated, g.b, j->around->gate + t->image * j->p->c + from * LT_BLOCK,
                            (g.segments - 1) * LT_BLOCK + g.last, nr);
         g.b = gated;
     }
-    lt_k->gemm_blocks(&g, end == all ? e : NULL);
+    lt_k->gemm_blocks(&g, end == s.end ? e : NULL);
 }
 
 static void run_product(void *ctx, int64_t task)
 {
     const product_job *j = ctx;
     const product_task t = task_of(j, task);
-    const int64_t nr = lt_k->nr, o = t.panel * nr, plane = j->v.rows * j->v.cols * LT_BLOCK, all = j->v.segments;
+    const int64_t nr = lt_k->nr, o = t.panel * nr, plane = j->v.rows * j->v.cols * LT_BLOCK;
     const int64_t row = j->v.one_row ? 0 : t.band * j->band, col = j->v.one_row ? t.band * j->band : 0;
     const int64_t at = (t.image * lt_blocks_of(j->p->o) + o / LT_BLOCK) * plane + o % LT_BLOCK
                        + (row * j->v.cols + col) * LT_BLOCK;
-    const int64_t blocks = lt_ceil_div(all, PER_PRODUCT);
     lt_real bias[LT_TURNED_LANES];
     const lt_blocks g = {
         .a = (j->v.copied ? j->copy : j->x) + t.image * j->v.image + row * j->v.line + col * LT_BLOCK,
@@ -154,8 +166,11 @@ static void run_product(void *ctx, int64_t task)
     };
     const lt_epilogue e = conv_panel_epilogue(j->p, j->around, o, g.n, at, bias);
 
-    for (int64_t i = 0; i < blocks; i++)
-        multiply(j, &t, g, i * all / blocks, (i + 1) * all / blocks, &e);
+    const segments s = j->v.one_row ? (segments){ 0, j->v.segments } : seen_from(j->p, row, g.lines);
+    const int64_t n = s.end - s.first, parts = lt_ceil_div(n, PER_PRODUCT);
+
+    for (int64_t i = 0; i < parts; i++)
+        multiply(j, &t, g, s, s.first + i * n / parts, s.first + (i + 1) * n / parts, &e);
 }
 
 static int64_t copy_elements(const lt_conv2d_params *p, const view *v)
