@@ -113,18 +113,6 @@ static void say(sentence *w, const char *code, const char *fmt, ...)
         w->s->code = code;
 }
 
-const char *slip_unit_words(int power, bool millimetres, char out[SLIP_UNIT])
-{
-    static const char *const name[] = { "metres", "decimetres", "centimetres", "millimetres" };
-    const int file = (millimetres ? 3 : 0) - power;        /* the unit that was written is 10^-file metres */
-
-    if (file >= 0 && file <= 3)
-        snprintf(out, SLIP_UNIT, "in %s, not %s", name[file], name[millimetres ? 3 : 0]);
-    else
-        snprintf(out, SLIP_UNIT, "%g times too %s", pow(10, abs(power)), power < 0 ? "large" : "small");
-    return out;
-}
-
 static char axis_letter(int axis)
 {
     return "xyz"[axis];

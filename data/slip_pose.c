@@ -189,21 +189,3 @@ void slip_in_camera(const lt_camera *c, int width, int height, slip *out)
     out->code = "camera";
     explain_camera(c, width, height, middle, out);
 }
-
-/* ---- sizes ---- */
-
-int slip_unit(double size, double lo, double hi)
-{
-    const double middle = sqrt(lo * hi);
-    int best = 0;
-
-    if (!(size > 0) || (size >= lo && size <= hi))
-        return 0;
-    for (int power = -6; power <= 6; power++) {
-        const double s = size * pow(10, power);
-        const bool fits = s >= lo && s <= hi;
-        if (fits && (!best || fabs(log(s / middle)) < fabs(log(size * pow(10, best) / middle))))
-            best = power;
-    }
-    return best;
-}

@@ -50,6 +50,9 @@ static inline void ho3d_from_gl(const float in[3], float out[3])
  * sample has no segments. Errors: a broken mask; masks whose object is where the hands are. */
 lt_status ho3d_read_segments(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s);
 
+/* ho3d_read_meta - a sample's annotation: camera, hand or wrist, object */
+lt_status ho3d_read_meta(const ho3d *h, int64_t index, lt_arena *arena, dataset_sample *s);
+
 /* ho3d_read_sample, ho3d_read_annotation - read and annotation of dataset_ops */
 lt_status ho3d_read_sample(const dataset *d, int64_t index, unsigned want, lt_arena *arena, dataset_sample *out);
 lt_status ho3d_read_annotation(const dataset *d, int64_t index, lt_arena *arena, dataset_sample *out);

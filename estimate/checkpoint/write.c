@@ -14,39 +14,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <zlib.h>
 
 static const double MOST_HALF = 65504;
-
-/* ---- the check sum: one flipped bit anywhere changes it -------------------------------------------------- */
-
-static uint32_t crc_text(uint32_t crc, const char *text)
-{
-    return (uint32_t)crc32(crc, (const uint8_t *)text, (uInt)strlen(text) + 1);
-}
-
-static uint32_t crc_array(uint32_t crc, const lt_named_array *e)
-{
-    size_t bytes = 0;
-
-    lt_array_bytes(&e->array, &bytes);
-    crc = crc_text(crc, e->name);
-    crc = (uint32_t)crc32(crc, (const uint8_t *)e->array.shape,
-                          (uInt)((size_t)e->array.rank * sizeof(*e->array.shape)));
-    return (uint32_t)crc32_z(crc, e->array.data, bytes);
-}
-
-uint32_t checkpoint_crc(const lt_named_array *entry, size_t n, const lt_text_pair *meta, size_t n_meta)
-{
-    uint32_t crc = 0;
-
-    for (size_t i = 0; i < n; i++)
-        crc = crc_array(crc, &entry[i]);
-    for (size_t i = 0; i < n_meta; i++)
-        if (strcmp(meta[i].key, "crc32") != 0)
-            crc = crc_text(crc_text(crc, meta[i].key), meta[i].value);
-    return crc;
-}
 
 /* ---- writing ------------------------------------------------------------------------------------------ */
 
