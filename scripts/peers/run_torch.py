@@ -151,7 +151,20 @@ def measure(subject, runs, seconds):
             "peak_rss_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024}
 
 
+@torch.onnx.symbolic_helper.parse_args("v", "v", "f", "i", "i", "i", "i")
+def roi_align(g, x, rois, scale, rows, columns, ratio, aligned):
+    """Debian's torchvision writes opset 10's, which does not say where the first pixel is: later ones assume otherwise"""
+    def columns_of(*at):
+        return g.op("Gather", rois, g.op("Constant", value_t=torch.tensor(at)), axis_i=1)
+
+    image = g.op("Squeeze", columns_of(0), g.op("Constant", value_t=torch.tensor([1])))
+    return g.op("RoiAlign", x, columns_of(1, 2, 3, 4), g.op("Cast", image, to_i=7), spatial_scale_f=scale,
+                output_height_i=rows, output_width_i=columns, sampling_ratio_i=max(0, ratio),
+                coordinate_transformation_mode_s="half_pixel" if aligned else "output_half_pixel")
+
+
 def export(name, batch, folder):
+    torch.onnx.register_custom_op_symbolic("torchvision::roi_align", roi_align, 17)
     model, x = for_inference(name, batch)
     with torch.no_grad():
         out = model(*x.values())
