@@ -27,19 +27,24 @@ from gpm import Gpm                         # noqa: E402
 from hocat import Hocat                     # noqa: E402
 from layers import layer                    # noqa: E402
 from lpips import Lpips                     # noqa: E402
-from osx import Osx                         # noqa: E402
 from pointnet2 import FirstLevel            # noqa: E402
 from reid import Reid                       # noqa: E402
 from resnet import ResNet50                 # noqa: E402
 from unified import Unified                 # noqa: E402
 from vit import Vit                         # noqa: E402
 
+
+def osx():
+    from osx import Osx                     # alone in its wish for torchvision
+    return Osx()
+
+
 WARM_UP = 3
 SIZE = {"resnet50": 256, "efficientnet_b0": 224, "hocat": 256, "unified": 224, "vit:b32": 224, "vit:s16": 224,
         "lpips": 150, "csp_seg": 640, "reid": 128, "osx": 256}
 MODEL = {"resnet50": ResNet50, "efficientnet_b0": EfficientNetB0, "hocat": Hocat, "unified": Unified,
          "vit:b32": lambda: Vit("b32"), "vit:s16": lambda: Vit("s16"), "lpips": Lpips, "pointnet2": FirstLevel,
-         "gpm:encoder": Gpm, "csp_seg": CspSeg, "reid": Reid, "osx": Osx, "action": Action,
+         "gpm:encoder": Gpm, "csp_seg": CspSeg, "reid": Reid, "osx": osx, "action": Action,
          "action:full": lambda: Action("full")}
 CELLS = {"hocat": 32, "unified": 28}
 
