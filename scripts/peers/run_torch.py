@@ -158,7 +158,7 @@ def measure(subject, runs, seconds):
 
 @torch.onnx.symbolic_helper.parse_args("v", "v", "f", "i", "i", "i", "i")
 def roi_align(g, x, rois, scale, rows, columns, ratio, aligned):
-    """Debian's torchvision writes opset 10's, which does not say where the first pixel is: later ones assume otherwise"""
+    """Debian's torchvision writes that of opset 10, and later ones take its boxes to lie half a pixel elsewhere"""
     def columns_of(*at):
         return g.op("Gather", rois, g.op("Constant", value_t=torch.tensor(at)), axis_i=1)
 
