@@ -65,6 +65,9 @@ static void matmul(onnx_call *c)
                        b->shape.rank > 1 ? b : lt_reshape(b, LT_SHAPE(lt_dim(b, 0), 1)));
     if (!y)
         return;
+    c->out.t = y;
+    if (y->shape.rank < 2)              /* what a graph gives that has failed */
+        return;
     out = part_of(&y->shape, 0, y->shape.rank - 2);
     if (a->shape.rank > 1)
         out.dim[out.rank++] = lt_dim(y, -2);
