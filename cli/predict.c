@@ -2,9 +2,7 @@
 #include "cli/cli.h"
 
 #include "cli/predict_film.h"
-#include "estimate/body/estimator.h"
-#include "estimate/detection/detector.h"
-#include "estimate/embedder.h"
+#include "cli/vision_models.h"
 #include "estimate/starter.h"
 #include "libtensor/io/file.h"
 #include "libtensor/io/kind.h"
@@ -25,7 +23,8 @@ enum {
 };
 
 typedef struct {
-    const char *checkpoint, *detector, *body, *reid;    /* NULL: none */
+    const char *checkpoint;             /* NULL: none */
+    cli_vision_names vision;
     bool starter;                       /* no model is named: take those that come with palmar */
     const char *hand, *out, *object, *models, *depth, *boxes, *camera, *lens;
     const char *path[MAX_INPUTS + 1], *const *inputs;       /* as they stand; n_inputs of them, without the model */
@@ -120,8 +119,8 @@ static void take_model(predict_args *a)
     const bool is_model = first && (is_run(first) || lt_kind_of_file(first) == LT_KIND_SAFETENSORS);
     int models;
 
-    a->starter = first && !is_model && !a->detector && !a->body && (is_picture(first) || a->n_paths == 1);
-    models = first && (is_model || (!a->detector && !a->body && !a->starter));
+    a->starter = first && !is_model && !a->vision.detector && !a->vision.body && (is_picture(first) || a->n_paths == 1);
+    models = first && (is_model || (!a->vision.detector && !a->vision.body && !a->starter));
     a->checkpoint = models ? first : NULL;
     a->inputs = a->path + models;
     a->n_inputs = a->n_paths - models;
@@ -163,10 +162,10 @@ static void parse_track(predict_args *a, struct argp_state *state, const char *t
 static void check_track(predict_args *a, struct argp_state *state)
 {
     if (!a->has_track)
-        a->track = a->reid ? TRACK_DEEPSORT : TRACK_BYTE;
-    if (a->track == TRACK_DEEPSORT && !a->reid)
+        a->track = a->vision.reid ? TRACK_DEEPSORT : TRACK_BYTE;
+    if (a->track == TRACK_DEEPSORT && !a->vision.reid)
         argp_error(state, "--track deepsort: goes by looks; want --reid, a run of the network that tells them");
-    if (a->track == TRACK_IOU && a->reid)
+    if (a->track == TRACK_IOU && a->vision.reid)
         argp_error(state, "--reid: --track iou does not go by looks");
 }
 
@@ -224,13 +223,13 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         must(state, predict_parse_box("--person-box", arg, &a->person_box));
         a->has_person_box = true;
         break;
-    case DETECTOR: a->detector = arg; break;
-    case BODY: a->body = arg; break;
+    case DETECTOR: a->vision.detector = arg; break;
+    case BODY: a->vision.body = arg; break;
     case FILM: a->film.path = arg; break;
     case TURN: a->film.turn = true; break;
     case JSON: a->json = true; break;
     case TRACK: parse_track(a, state, arg); break;
-    case REID: a->reid = arg; break;
+    case REID: a->vision.reid = arg; break;
     case ARGP_KEY_ARG: add_path(a, state, arg); break;
     case ARGP_KEY_END:
         take_model(a);
@@ -238,7 +237,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
         if (!a->n_inputs && !a->film.path)
             argp_error(state, "want images or films, and before them a checkpoint or a run's folder, if not those that "
                        "come with palmar");
-        if (a->detector && (a->has_hand_box || a->has_object_box || a->has_person_box))
+        if (a->vision.detector && (a->has_hand_box || a->has_object_box || a->has_person_box))
             argp_error(state, "--%s-box: --detector finds where they are", a->has_hand_box ? "hand"
                        : a->has_object_box ? "object" : "person");
         check_track(a, state);
@@ -288,15 +287,9 @@ static lt_status read_camera(const predict_args *a, calibration *out)
     return st || !a->lens ? st : calibration_parse_lens("--distortion", a->lens, &out->lens);
 }
 
-/* What looks at the pictures beside a model of hands; each may be NULL */
-typedef struct {
-    detector *detector;
-    body_estimator *body;
-    embedder *embedder;
-} lookers;
-
 /* c: the model's, or NULL */
-static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c, const lookers *by)
+static lt_status run(const predict_args *a, const calibration *camera, const cli_checkpoint *c,
+                     const cli_vision_models *by)
 {
     predict_options o = {
         .detector = by->detector, .body = by->body, .track = a->track, .embedder = by->embedder,
@@ -341,7 +334,8 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
     lt_status st;
 
     if (a->pipe || a->has_hand_box || a->has_object_box || a->boxes || a->depth || a->object || a->camera ||
-        a->has_mesh || a->detector || a->json || a->has_track || a->reid || a->body || a->has_person_box)
+        a->has_mesh || a->vision.detector || a->json || a->has_track || a->vision.reid || a->vision.body ||
+        a->has_person_box)
         return lt_error(LT_EUSAGE, "%s: a model of %s takes folders, and of the options --hand, --out, --quiet and "
                         "--threads", c->path, c->config.task->name);
     if (a->film.path) {
@@ -359,10 +353,10 @@ static lt_status run_task(const predict_args *a, cli_checkpoint *c)
 /* What is asked for, and nothing is there to do it */
 static lt_status check_asked(const predict_args *a, const cli_checkpoint *c)
 {
-    if ((a->has_track || a->reid) && !a->detector)
+    if ((a->has_track || a->vision.reid) && !a->vision.detector)
         return lt_error(LT_EUSAGE, "--%s: goes with --detector, which finds what is tracked",
-                        a->reid ? "reid" : "track");
-    if (a->has_person_box && !a->body)
+                        a->vision.reid ? "reid" : "track");
+    if (a->has_person_box && !a->vision.body)
         return lt_error(LT_EUSAGE, "--person-box: goes with --body, which looks at it");
     if ((a->boxes || a->has_hand_box || a->has_object_box) && !c)
         return lt_error(LT_EUSAGE, "--%s: goes with a model that looks at them", a->boxes ? "boxes"
@@ -373,28 +367,18 @@ static lt_status check_asked(const predict_args *a, const cli_checkpoint *c)
 /* c: of a model of hands, found but not loaded; NULL: none */
 static lt_status run_hands(const predict_args *a, const calibration *camera, cli_checkpoint *c)
 {
-    detector d = { .n = 0 };
-    body_estimator b = { .c = { .plan = NULL } };
-    lookers by = { NULL };
+    cli_vision_models by = { .detector = NULL };
     lt_status st = check_asked(a, c);
 
     if (st == LT_OK && c)
         st = cli_checkpoint_load(c, a->hand);
     if (st == LT_OK && c)
         st = cli_checkpoint_want_hands(c);
-    if (st == LT_OK && a->detector)
-        st = detector_open(a->detector, &d);
-    if (st == LT_OK && a->body)
-        st = body_estimator_open(a->body, &b);
-    if (st == LT_OK && a->reid)
-        st = embedder_open(a->reid, &by.embedder);
-    by.detector = a->detector ? &d : NULL;
-    by.body = a->body ? &b : NULL;
+    if (st == LT_OK)
+        st = cli_vision_models_open(&a->vision, &by);
     if (st == LT_OK)
         st = run(a, camera, c, &by);
-    embedder_free(by.embedder);
-    body_estimator_close(&b);
-    detector_close(&d);
+    cli_vision_models_close(&by);
     return st;
 }
 
@@ -402,24 +386,19 @@ static lt_status run_hands(const predict_args *a, const calibration *camera, cli
  * detector came along, that finds them alone. */
 static lt_status take_starter(lt_arena *arena, predict_args *a)
 {
-    char root[4096];
-    const char *folder;
-    lt_status st;
+    lt_status st = a->has_hand_box ? LT_OK : cli_starter_find(arena, STARTER_DETECTOR, &a->vision.detector);
 
-    cli_root(root, sizeof(root));
-    folder = starter_folder(arena, root);
-    st = !folder ? lt_error(LT_ENOMEM, "no memory for the starter models")
-         : a->has_hand_box ? LT_OK : starter_find(arena, folder, STARTER_DETECTOR, &a->detector);
     if (!st)
-        st = starter_find(arena, folder, a->depth ? STARTER_DEPTH : STARTER_COLOUR, &a->checkpoint);
-    if (st == LT_EIO && a->detector)
+        st = cli_starter_find(arena, a->depth ? STARTER_DEPTH : STARTER_COLOUR, &a->checkpoint);
+    if (st == LT_EIO && a->vision.detector)
         st = LT_OK;
     if (!st && !a->quiet && a->checkpoint)
         fprintf(stderr, "no model is named: %s%s%s look at it, small ones that were trained on drawn pictures alone "
-                "(palmar info starter)\n", a->checkpoint, a->detector ? " and " : "", a->detector ? a->detector : "");
+                "(palmar info starter)\n", a->checkpoint, a->vision.detector ? " and " : "",
+                a->vision.detector ? a->vision.detector : "");
     else if (!st && !a->quiet)
         fprintf(stderr, "no model is named: %s looks for hands and objects, a small one that was trained on drawn "
-                "pictures alone (palmar info starter); poses take a model\n", a->detector);
+                "pictures alone (palmar info starter); poses take a model\n", a->vision.detector);
     return st;
 }
 
@@ -430,10 +409,10 @@ static lt_status run_model(predict_args *a, const calibration *camera, cli_check
         return run_hands(a, camera, NULL);
     if (c->config.task->predict || a->film.path)
         return run_task(a, c);
-    if (c->config.task == &detect_task && !a->detector)
-        a->detector = a->checkpoint;
-    else if (c->config.task == &body_task && !a->body)
-        a->body = a->checkpoint;
+    if (c->config.task == &detect_task && !a->vision.detector)
+        a->vision.detector = a->checkpoint;
+    else if (c->config.task == &body_task && !a->vision.body)
+        a->vision.body = a->checkpoint;
     else
         return run_hands(a, camera, c);
     return run_hands(a, camera, NULL);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
 
+#include "cli/vision_models.h"
 #include "estimate/starter.h"
 #include "pipeline/watch/watch.h"
 
@@ -14,7 +15,8 @@ enum { CALIBRATION = 256, DETECTOR, ESTIMATOR, BODY, REID, ACTION, PROFILE, RECO
 typedef struct {
     const char *source[RECORDING_CAMERAS];
     int n;
-    const char *calibration, *detector, *estimator, *body, *reid, *action, *record, *film;
+    cli_vision_names vision;
+    const char *calibration, *estimator, *action, *record, *film;
     watch_profile profile;
     double seconds;
     bool fast, json, quiet, no_window;
@@ -59,10 +61,10 @@ static error_t parse(int key, char *arg, struct argp_state *state)
 
     switch (key) {
     case CALIBRATION: a->calibration = arg; break;
-    case DETECTOR: a->detector = arg; break;
+    case DETECTOR: a->vision.detector = arg; break;
     case ESTIMATOR: a->estimator = arg; break;
-    case BODY: a->body = arg; break;
-    case REID: a->reid = arg; break;
+    case BODY: a->vision.body = arg; break;
+    case REID: a->vision.reid = arg; break;
     case ACTION: a->action = arg; break;
     case PROFILE: a->profile = choose(state, "profile", arg, "cpu", "full") ? WATCH_FULL : WATCH_CPU; break;
     case RECORD: a->record = arg; break;
@@ -105,38 +107,23 @@ static const struct argp argp = {
 /* ---- models ---- */
 
 typedef struct {
-    detector detector;
-    embedder *embedder;
+    cli_vision_models vision;
     trained estimator, action;
-    body_estimator body;
     watch_models open;
 } models;
 
 static void close_models(models *m)
 {
-    body_estimator_close(&m->body);
     trained_close(&m->action);
     trained_close(&m->estimator);
-    embedder_free(m->embedder);
-    detector_close(&m->detector);
+    cli_vision_models_close(&m->vision);
 }
 
 static lt_status open_models(const watch_args *a, models *m)
 {
-    lt_status st = LT_OK;
+    lt_status st = cli_vision_models_open(&a->vision, &m->vision);
 
-    if (a->detector) {
-        st = detector_open(a->detector, &m->detector);
-        m->open.detector = &m->detector;
-    }
-    if (!st && a->reid) {
-        st = embedder_open(a->reid, &m->embedder);
-        m->open.embedder = m->embedder;
-    }
-    if (!st && a->body) {
-        st = body_estimator_open(a->body, &m->body);
-        m->open.body = &m->body;
-    }
+    m->open = (watch_models){ .detector = m->vision.detector, .body = m->vision.body, .embedder = m->vision.embedder };
     if (!st && a->estimator) {
         st = trained_open(a->estimator, "hand-object", NULL, &m->estimator);
         m->open.estimator = &m->estimator;
@@ -151,17 +138,9 @@ static lt_status open_models(const watch_args *a, models *m)
 /* What is not named comes with palmar, or is missing, and then how it is made is said. */
 static lt_status take_starter(lt_arena *arena, watch_args *a)
 {
-    char root[4096];
-    const char *folder;
-    lt_status st = LT_OK;
+    lt_status st = a->vision.detector ? LT_OK : cli_starter_find(arena, STARTER_DETECTOR, &a->vision.detector);
 
-    cli_root(root, sizeof(root));
-    folder = starter_folder(arena, root);
-    if (!folder)
-        return lt_error(LT_ENOMEM, "no memory for the starter models");
-    if (!a->detector)
-        st = starter_find(arena, folder, STARTER_DETECTOR, &a->detector);
-    if (!st && !a->estimator && starter_find(arena, folder, STARTER_COLOUR, &a->estimator))
+    if (!st && !a->estimator && cli_starter_find(arena, STARTER_COLOUR, &a->estimator))
         a->estimator = NULL;
     return st;
 }
@@ -174,14 +153,14 @@ static void hint(const watch_args *a, const char *named, const char *option, con
 
 static void hint_all(const watch_args *a)
 {
-    hint(a, a->body, "body", "no skeletons", "palmar synth --preset body --out data/body && "
+    hint(a, a->vision.body, "body", "no skeletons", "palmar synth --preset body --out data/body && "
          "palmar train --config body-tiny --data data/body --out runs/body");
     hint(a, a->estimator, "estimator", "no poses of hands and objects",
          "palmar synth --preset pretrain --out data/pretrain && "
          "palmar train --config unified-tiny --data data/pretrain --out runs/hands");
     hint(a, a->action, "action", "no actions", "palmar synth --preset actions --out data/actions && "
          "palmar train --config action-small --data data/actions --out runs/action");
-    hint(a, a->reid, "reid", "tracks go by overlap alone", "palmar synth --preset track --out data/track && "
+    hint(a, a->vision.reid, "reid", "tracks go by overlap alone", "palmar synth --preset track --out data/track && "
          "palmar train --config reid --data data/track --out runs/reid");
 }
 
