@@ -161,20 +161,22 @@ static bool is_best(const watch_world *w, const watch_contact *k)
     return true;
 }
 
-/* A set in which no camera looked at both says nothing, if that does not last. */
-static void count(const watch_world *w, watch_contact *k, double t)
+void watch_contact_step(watch_contact *k, bool touching, double t)
 {
-    const bool on = k->touching && is_best(w, k);
-
-    if (k->looked < t && t - k->looked < UNSEEN)
-        return;
-    k->positive = on ? k->positive + 1 : 0;
-    k->negative = on ? 0 : k->negative + 1;
+    k->positive = touching ? k->positive + 1 : 0;
+    k->negative = touching ? 0 : k->negative + 1;
     if (!k->on && k->positive >= SETS_ON) {
         k->on = true;
         k->since = t;
     }
     k->on = k->on && k->negative < SETS_OFF;
+}
+
+/* A set in which no camera looked at both says nothing, if that does not last. */
+static void count(const watch_world *w, watch_contact *k, double t)
+{
+    if (k->looked >= t || t - k->looked >= UNSEEN)
+        watch_contact_step(k, k->touching && is_best(w, k), t);
 }
 
 /* One of a thing that is gone, or that came to nothing */

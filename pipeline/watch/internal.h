@@ -204,6 +204,11 @@ lt_status watch_actions_run(watch_world *w, const watch_set *set);
 lt_status watch_interactions_run(watch_world *w, const watch_set *set);
 void watch_actions_close(watch_world *w);
 
+/* ---- contact.c ----------------------------------------------------------------------------------------------- */
+
+/* watch_contact_step - one more set in which a hand and an object touch, or do not; k->on is what holds then */
+void watch_contact_step(watch_contact *k, bool touching, double t);
+
 /* ---- actions.c: what a person does ------------------------------------------------------------------------- */
 
 lt_status watch_actions_new(watch_actions **out);

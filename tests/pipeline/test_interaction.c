@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
  * The rules of interaction on what is true of drawn worlds, beside the state that the generator's programs were in: the
- * share of frames that agree, more than five frames from a change. Objects are all cans: others take seconds to make.
+ * share of frames that agree, more than five frames from a change.
  */
 #include "libtensor/base/parallel.h"
 #include "libtensor/geometry/mat3.h"
@@ -9,29 +9,23 @@
 #include "synth/workplace/clock.h"
 #include "synth/workplace/truth.h"
 #include "tests/scratch.h"
+#include "tests/synth/cans.h"
 
 #include <math.h>
 
-enum { FRAMES = 600, FROM_CHANGE = 5, CAN = 4, SETS_ON = 2, SETS_OFF = 5 };
+enum { FRAMES = 600, FROM_CHANGE = 5 };
 enum { WRIST_NODE = 12, LEFT_HAND_NODES = 25, HAND_NODES = 20 };
 
 static const double TOUCHES = 0.005;            /* metres */
 static const double FRAME = 1.0 / WORKPLACE_FPS;
 
-static lt_hand_model *hand;
-static synth_body body;
-static synth_prop_pair prop[YCB_COUNT];
+static workplace_means means;
 
 static void setup(void)
 {
     open_scratch();
     lt_set_threads(1);
-    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
-    check_ok(synth_body_new(arena, hand, &body));
-    check_ok(synth_prop_new_bare(arena, CAN, &prop[0].right));
-    check_ok(synth_prop_mirror(arena, &prop[0].right, &prop[0].left));
-    for (int i = 1; i < YCB_COUNT; i++)
-        prop[i] = prop[0];
+    means = cans_new(arena);
 }
 
 /* ---- a world as watch would know it, if it knew all --------------------------------------------------------- */
@@ -48,9 +42,7 @@ static world *open_world(uint64_t seed)
 {
     world *d = lt_arena_alloc(arena, sizeof(*d));
 
-    d->script = (workplace_script){ .body = &body, .hand = hand, .prop = prop, .seed = seed, .frames = FRAMES,
-                                    .difficulty = 0.2 };
-    check_ok(workplace_script_new(arena, &d->script));
+    d->script = cans_script(arena, &means, seed, FRAMES);
     check_ok(workplace_room(arena, &d->script, &d->room));
     workplace_rig(&d->script, 1, 1, &d->o.rig);
     d->w = (watch_world){ .o = &d->o, .n_people = d->script.n_people };
@@ -91,7 +83,6 @@ static void move_person(world *d, const workplace_scene *c, int i)
     }
 }
 
-/* With the hysteresis of S5 */
 static void touch(world *d, const workplace_scene *c, int side, int object, double t)
 {
     const int64_t h = 11 + side, o = 21 + object;
@@ -105,13 +96,7 @@ static void touch(world *d, const workplace_scene *c, int side, int object, doub
         d->w.n_contacts++;
         *k = (watch_contact){ .hand = h, .object = o };
     }
-    k->positive = touching ? k->positive + 1 : 0;
-    k->negative = touching ? 0 : k->negative + 1;
-    if (!k->on && k->positive >= SETS_ON) {
-        k->on = true;
-        k->since = t;
-    }
-    k->on = k->on && k->negative < SETS_OFF;
+    watch_contact_step(k, touching, t);
 }
 
 static void see(world *d, const workplace_scene *c)

@@ -6,18 +6,14 @@
 #include "libtensor/io/text/json.h"
 #include "synth/workplace/clock.h"
 #include "synth/workplace/truth.h"
-#include "synth/workplace/workplace.h"
-#include "tests/suite.h"
+#include "tests/synth/cans.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
 
-enum { FRAMES = 900, SEED = 3, SHRINK = 5, CAN = 4 };
+enum { FRAMES = 900, SEED = 3, SHRINK = 5 };
 
 static lt_arena *arena;
-static lt_hand_model *hand;
-static synth_body body;
-static synth_prop_pair prop[YCB_COUNT];         /* all of them the same can: others take seconds to make */
 static workplace_script script;
 static workplace_means means;
 
@@ -26,16 +22,8 @@ static void setup(void)
     make_scratch_folder();
     arena = lt_arena_new();
     lt_set_threads(1);
-    check_ok(synth_hand_new(arena, SYNTH_HAND_MANO_LIKE, &hand));
-    check_ok(synth_body_new(arena, hand, &body));
-    check_ok(synth_prop_new_bare(arena, CAN, &prop[0].right));
-    check_ok(synth_prop_mirror(arena, &prop[0].right, &prop[0].left));
-    for (int i = 1; i < YCB_COUNT; i++)
-        prop[i] = prop[0];
-    means = (workplace_means){ &body, hand, prop };
-    script = (workplace_script){ .body = &body, .hand = hand, .prop = prop, .seed = SEED, .frames = FRAMES,
-                                 .difficulty = 0.2 };
-    check_ok(workplace_script_new(arena, &script));
+    means = cans_new(arena);
+    script = cans_script(arena, &means, SEED, FRAMES);
 }
 
 static void teardown(void)
