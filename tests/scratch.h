@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What tests share that write files: a folder and an arena for all of a case, and files that must be equal. */
+/* What tests share that write files: a folder and an arena for all of a case, and runs that must end alike. */
 #ifndef TESTS_SCRATCH_H
 #define TESTS_SCRATCH_H
 
 #include "libtensor/base/arena.h"
-#include "libtensor/io/file.h"
 #include "tests/suite.h"
 
 static lt_arena *arena;
@@ -27,17 +26,6 @@ static inline void close_scratch(void)
 static inline const char *at(const char *path)
 {
     return lt_arena_printf(arena, "%s/%s", scratch_folder, path);
-}
-
-static inline void same_files(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, m;
-
-    check_ok(lt_read_file(arena, a, LT_FILE_MAX, &x, &n));
-    check_ok(lt_read_file(arena, b, LT_FILE_MAX, &y, &m));
-    ck_assert_uint_eq(n, m);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
 /* The last checkpoint of a run in the folder; of two runs that must have come to the same. */

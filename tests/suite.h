@@ -3,7 +3,7 @@
 #ifndef TESTS_SUITE_H
 #define TESTS_SUITE_H
 
-#include "libtensor/base/status.h"
+#include "libtensor/io/file.h"
 
 #include <check.h>
 #include <stdbool.h>
@@ -84,6 +84,17 @@ static inline void put_file(const char *path, const void *bytes, size_t n)
     ck_assert_ptr_nonnull(f);
     ck_assert_uint_eq(fwrite(bytes, 1, n, f), n);
     fclose(f);
+}
+
+static inline void same_files(const char *a, const char *b)
+{
+    lt_file x, y;
+
+    check_ok(lt_file_load(&x, a, LT_FILE_MAX));
+    check_ok(lt_file_load(&y, b, LT_FILE_MAX));
+    ck_assert_msg(x.n == y.n && memcmp(x.bytes, y.bytes, x.n) == 0, "%s and %s differ", a, b);
+    lt_file_free(&x);
+    lt_file_free(&y);
 }
 
 static inline bool exists(const char *path)

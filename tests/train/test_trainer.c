@@ -57,25 +57,19 @@ static void expect(const train_options *o, lt_status want, const char *words)
     ck_assert_msg(strstr(lt_last_error(), words) != NULL, "\"%s\" does not say \"%s\"", lt_last_error(), words);
 }
 
+static const char *file_of(const char *run, const char *name)
+{
+    return lt_arena_printf(tree_arena, "%s/%s/%s", scratch_folder, run, name);
+}
+
 static const char *last_of(const char *run)
 {
-    return lt_arena_printf(tree_arena, "%s/checkpoints/last.safetensors", run);
+    return file_of(run, "checkpoints/last.safetensors");
 }
 
 static void read_back(const char *path, uint8_t **bytes, size_t *n)
 {
     check_ok(lt_read_file(tree_arena, tree_at(path), LT_FILE_MAX, bytes, n));
-}
-
-static void same_file(const char *a, const char *b)
-{
-    uint8_t *x, *y;
-    size_t n, m;
-
-    read_back(a, &x, &n);
-    read_back(b, &y, &m);
-    ck_assert_uint_eq(n, m);
-    ck_assert_msg(memcmp(x, y, n) == 0, "%s and %s differ", a, b);
 }
 
 static int lines_of(const char *path)
@@ -115,7 +109,7 @@ START_TEST(threads_do_not_matter)
 
         lt_set_threads(threads);
         run_ok(&o);
-        same_file(last_of("threads1"), last_of(out));
+        same_files(last_of("threads1"), last_of(out));
     }
     ck_assert_int_eq(lines_of("threads1/log.jsonl"), 50);
 }
@@ -136,7 +130,7 @@ START_TEST(nor_do_they_for_what_comes_with_palmar)
         o.config = config;
         lt_set_threads(threads);
         run_ok(&o);
-        same_file(last_of(lt_arena_printf(tree_arena, "%s1", name[_i])), last_of(out));
+        same_files(last_of(lt_arena_printf(tree_arena, "%s1", name[_i])), last_of(out));
     }
 }
 END_TEST
@@ -190,11 +184,9 @@ START_TEST(resume_is_exact)
         o.resume = "";
         o.config = step % 2 ? NULL : o.config;
         run_ok(&o);
-        same_file(last_of(whole), last_of(out));
-        same_file(lt_arena_printf(tree_arena, "%s/metrics.csv", whole),
-                  lt_arena_printf(tree_arena, "%s/metrics.csv", out));
-        same_file(lt_arena_printf(tree_arena, "%s/checkpoints/best.safetensors", whole),
-                  lt_arena_printf(tree_arena, "%s/checkpoints/best.safetensors", out));
+        same_files(last_of(whole), last_of(out));
+        same_files(file_of(whole, "metrics.csv"), file_of(out, "metrics.csv"));
+        same_files(file_of(whole, "checkpoints/best.safetensors"), file_of(out, "checkpoints/best.safetensors"));
         ck_assert_int_eq(lines_of(lt_arena_printf(tree_arena, "%s/log.jsonl", out)), 9 + 3);
     }
 }
@@ -221,13 +213,13 @@ START_TEST(lost_data)
     o.before_step = hide_pictures;
     o.ctx = &step;
     expect(&o, LT_EIO, "train/SYN1MB10/rgb");
-    ck_assert(exists(tree_at(last_of("broken"))));
+    ck_assert(exists(last_of("broken")));
     rename(tree_at("train/SYN1MB10/gone"), tree_at("train/SYN1MB10/rgb"));
     o.before_step = NULL;
     o.config = NULL;
     o.resume = "";
     run_ok(&o);
-    same_file(last_of("unbroken"), last_of("broken"));
+    same_files(last_of("unbroken"), last_of("broken"));
 }
 END_TEST
 
@@ -262,7 +254,7 @@ START_TEST(shards_repeat)
         lt_set_threads(threads);
         o = options(out);
         run_ok(&o);
-        same_file(last_of("shards4a"), last_of(out));
+        same_files(last_of("shards4a"), last_of(out));
     }
 }
 END_TEST
@@ -376,7 +368,7 @@ START_TEST(disk_full)
     run_ok(&o);
     o = options("roomy");
     run_ok(&o);
-    same_file(last_of("full"), last_of("roomy"));
+    same_files(last_of("full"), last_of("roomy"));
 }
 END_TEST
 
@@ -404,7 +396,7 @@ START_TEST(damaged_newest)
     o.resume = "";
     o.progress = tmpfile();
     run_ok(&o);
-    same_file(last_of("damaged"), "damaged/checkpoints/step-000006.safetensors");
+    same_files(last_of("damaged"), tree_at("damaged/checkpoints/step-000006.safetensors"));
     ck_assert_int_eq(lines_of("damaged/log.jsonl"), 6);
     o.resume = tree_at("damaged/checkpoints/step-000002.safetensors");
     damage("damaged/checkpoints/step-000002.safetensors", 100000);
@@ -434,7 +426,7 @@ START_TEST(damaged_newest_and_one_kept)
     ck_assert(exists(tree_at("one/checkpoints/step-000005.safetensors")));
     o.before_step = NULL;
     run_ok(&o);
-    same_file(last_of("one"), "one/checkpoints/step-000006.safetensors");
+    same_files(last_of("one"), tree_at("one/checkpoints/step-000006.safetensors"));
     fclose(o.progress);
 }
 END_TEST
@@ -454,7 +446,7 @@ START_TEST(best_is_named_again)
     o = options("best");
     o.resume = "";
     run_ok(&o);
-    same_file("best/checkpoints/best.safetensors", "best/checkpoints/step-000003.safetensors");
+    same_files(tree_at("best/checkpoints/best.safetensors"), tree_at("best/checkpoints/step-000003.safetensors"));
 }
 END_TEST
 
@@ -466,7 +458,7 @@ START_TEST(of_another_model)
     o = options("mine");
     run_ok(&o);
     o = options("other");
-    o.resume = tree_at(last_of("mine"));
+    o.resume = last_of("mine");
     with("model.variant=base");
     o.n_set = n_set;
     expect(&o, LT_EINVAL, "is of model hocat (full), not of hocat (base)");
@@ -497,7 +489,7 @@ START_TEST(before_the_first_checkpoint)
     with("optim.steps=1");
     o = options("killed");
     run_ok(&o);
-    ck_assert_int_eq(unlink(tree_at(last_of("killed"))), 0);
+    ck_assert_int_eq(unlink(last_of("killed")), 0);
     ck_assert_int_eq(unlink(tree_at("killed/checkpoints/step-000001.safetensors")), 0);
     ck_assert(exists(tree_at("killed/log.jsonl")));
     run_ok(&o);
@@ -520,7 +512,7 @@ START_TEST(resume_refused)
     expect(&o, LT_EINVAL, "step-000004.safetensors is there already; choose another --out, or remove what came after");
     o.out = tree_at("branch");
     run_ok(&o);
-    same_file(last_of("refused"), last_of("branch"));
+    same_files(last_of("refused"), last_of("branch"));
     o.out = tree_at("refused");
     o.resume = "";
     with("optim.kind=sgd");
