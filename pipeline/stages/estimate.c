@@ -130,27 +130,34 @@ static double misfit(const predict_view *seen, const predict_result *r)
     return placed.placed ? placed.agreement_px / (double)fmaxf(b.x1 - b.x0, b.y1 - b.y0) : INFINITY;
 }
 
-/* Hand i, mirrored or not, turned by so many quarters: what is better than `best`, NaN at first, is the frame's */
-static lt_status try_way(const looker *l, predict_frame *f, int i, const predict_view *side, int quarters, double *best)
-{
-    predict_view seen = *side;
-    predict_turn turn = { 0 };
-    predict_result r;
-    double how;
-    lt_status st = quarters ? predict_view_turn(f->arena, side, quarters, &seen, &turn) : LT_OK;
+/* A look at a hand, mirrored or not, turned or not */
+typedef struct {
+    predict_view seen;
+    predict_turn turn;
+    predict_result result;
+    double misfit;                  /* a turned one's counts for more */
+} one_look;
 
-    st = st ? st : look(l, &seen, &r);
-    if (st)
-        return st;
-    how = misfit(&seen, &r) / (quarters ? TURNED : 1);
-    if (how >= *best)
-        return LT_OK;
-    *best = how;
-    f->seen[i] = seen;
-    f->turn[i] = turn;
-    f->result[i] = r;
-    f->view[i].left = seen.left;
-    return LT_OK;
+/* side, turned by so many quarters */
+static lt_status look_turned(const looker *l, lt_arena *arena, const predict_view *side, int quarters, one_look *out)
+{
+    lt_status st;
+
+    out->seen = *side;
+    out->turn = (predict_turn){ 0 };
+    st = quarters ? predict_view_turn(arena, side, quarters, &out->seen, &out->turn) : LT_OK;
+    st = st ? st : look(l, &out->seen, &out->result);
+    if (!st)
+        out->misfit = misfit(&out->seen, &out->result) / (quarters ? TURNED : 1);
+    return st;
+}
+
+static void take(const one_look *best, predict_frame *f, int i)
+{
+    f->seen[i] = best->seen;
+    f->turn[i] = best->turn;
+    f->result[i] = best->result;
+    f->view[i].left = best->seen.left;
 }
 
 static lt_status side_of(lt_arena *arena, const predict_view *v, bool left, predict_view *out)
@@ -173,8 +180,15 @@ static lt_status look_at(const looker *l, predict_frame *f, int i)
 
     for (int k = 0; k < sides && !st; k++)
         st = side_of(f->arena, &v, k ? !v.left : v.left, &side[k]);
-    for (int k = 0; k < sides * turns && !st && !(best < GOOD); k++)
-        st = try_way(l, f, i, &side[k % sides], k / sides, &best);
+    for (int k = 0; k < sides * turns && !st && !(best < GOOD); k++) {
+        one_look at;
+
+        st = look_turned(l, f->arena, &side[k % sides], k / sides, &at);
+        if (st || at.misfit >= best)
+            continue;
+        best = at.misfit;
+        take(&at, f, i);
+    }
     return st;
 }
 
