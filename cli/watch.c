@@ -32,8 +32,8 @@ static const struct argp_option options[] = {
     { "estimator", ESTIMATOR, "RUN|FILE", 0, "S6: a run of a model of hands and objects, asked while a hand touches "
       "something; default the one that comes with palmar, if any", 0 },
     { "action", ACTION, "RUN|FILE", 0, "S9: a run of action, which tells what a body does; default none", 0 },
-    { "profile", PROFILE, "NAME", 0, "cpu (default): of several cameras one is searched in each set, in turn; full: "
-      "all of them", 0 },
+    { "profile", PROFILE, "NAME", 0, "cpu (default): in each set one camera of several is searched, and one body of "
+      "several estimated, in turn; full: all of them", 0 },
     { "record", RECORD, "DIR", 0, "keep the frames that were looked at and what was said of them: to replay, and for "
       "palmar report", 0 },
     { "film", FILM, "FILE", 0, "a film (.mp4) of the pictures with what is known drawn in; needs OpenCV", 0 },

@@ -252,7 +252,7 @@ static void look(watch_world *w, watch_actions *a)
 lt_status watch_actions_run(watch_world *w, const watch_set *set)
 {
     for (int i = 0; i < w->n_people; i++)
-        if (w->person[i].seen) {
+        if (w->person[i].state == LT_FILTER_ON) {
             extend(w, &w->person[i], set->t);
             if (w->act.plan)
                 look(w, w->person[i].actions);

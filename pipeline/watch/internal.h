@@ -150,9 +150,10 @@ typedef struct {
 typedef struct {
     int64_t id;
     int camera;
-    bool seen;                      /* in this set */
+    lt_filter_state state;          /* in this set; on: the body was estimated; coast: seen, but not his turn; off */
     double t;                       /* when it was seen last */
-    double joint[ACTION_BODY][3];   /* world */
+    double looked;                  /* when the body was estimated last */
+    double joint[ACTION_BODY][3];   /* world, as it was then */
     float box[4];
     watch_actions *actions;
     watch_action action;

@@ -48,6 +48,11 @@ static const char *side_name(predict_side s)
     return s == PREDICT_LEFT ? "left" : "right";
 }
 
+static const char *state_name(lt_filter_state s)
+{
+    return s == LT_FILTER_ON ? "on" : "coast";
+}
+
 static void add_id(cJSON *to, const char *key, int64_t id)
 {
     if (id)
@@ -90,7 +95,7 @@ static cJSON *hand_json(const watch_thing *h)
     joints = cJSON_AddArrayToObject(out, "joints");
     for (int i = 0; i < LT_HAND_KEYPOINTS; i++)
         cJSON_AddItemToArray(joints, list(h->joint[i].x, 3, METRES));
-    cJSON_AddStringToObject(out, "state", h->state == LT_FILTER_ON ? "on" : "coast");
+    cJSON_AddStringToObject(out, "state", state_name(h->state));
     cJSON_AddNumberToObject(out, "camera", h->camera);
     add(out, "score", h->score, SHARE);
     return out;
@@ -106,7 +111,7 @@ static cJSON *object_json(const watch_thing *o)
     cJSON_AddStringToObject(out, "class", o->name);
     cJSON_AddItemToObject(out, "R", list(R, 9, TURN));
     cJSON_AddItemToObject(out, "t", list(o->pose.p, 3, METRES));
-    cJSON_AddStringToObject(out, "state", o->pose.state == LT_FILTER_ON ? "on" : "coast");
+    cJSON_AddStringToObject(out, "state", state_name(o->pose.state));
     return out;
 }
 
@@ -128,7 +133,7 @@ static void add_people(const watch_world *w, cJSON *to)
 
     for (int i = 0; i < w->n_people; i++) {
         const watch_person *p = &w->person[i];
-        cJSON *out = p->seen ? cJSON_CreateObject() : NULL, *joints;
+        cJSON *out = p->state != LT_FILTER_OFF ? cJSON_CreateObject() : NULL, *joints;
 
         if (!out)
             continue;
@@ -136,6 +141,7 @@ static void add_people(const watch_world *w, cJSON *to)
         joints = cJSON_AddArrayToObject(out, "joints");
         for (int k = 0; k < ACTION_BODY; k++)
             cJSON_AddItemToArray(joints, list(p->joint[k], 3, METRES));
+        cJSON_AddStringToObject(out, "state", state_name(p->state));
         cJSON_AddNumberToObject(out, "camera", p->camera);
         cJSON_AddItemToObject(out, "box", box_of((crop_box){ p->box[0], p->box[1], p->box[2], p->box[3] }));
         cJSON_AddItemToArray(people, out);

@@ -18,21 +18,26 @@ static const double GONE = 1;                               /* seconds without b
 
 /* ---- who is there ---- */
 
-static watch_person *person_of(watch_world *w, int64_t id, double t)
+static watch_person *person_of(watch_world *w, int64_t id)
 {
-    watch_person *p;
-
     for (int i = 0; i < w->n_people; i++)
         if (w->person[i].id == id)
             return &w->person[i];
-    if (w->n_people == WATCH_PEOPLE)
-        return NULL;
-    p = &w->person[w->n_people];
+    return NULL;
+}
+
+static lt_status add_person(watch_world *w, int64_t id, double t, watch_person **out)
+{
+    watch_person *p = &w->person[w->n_people];
+    lt_status st;
+
     *p = (watch_person){ .id = id, .t = t, .action = { .cls = -1 } };
-    if (watch_actions_new(&p->actions))
-        return NULL;
+    st = watch_actions_new(&p->actions);
+    if (st)
+        return st;
     w->n_people++;
-    return p;
+    *out = p;
+    return LT_OK;
 }
 
 static void drop_gone(watch_world *w, double t)
@@ -40,7 +45,7 @@ static void drop_gone(watch_world *w, double t)
     int kept = 0;
 
     for (int i = 0; i < w->n_people; i++) {
-        w->person[i].seen = false;
+        w->person[i].state = LT_FILTER_OFF;
         if (t - w->person[i].t <= GONE)
             w->person[kept++] = w->person[i];
         else
@@ -98,26 +103,46 @@ static void take_body(const watch_eye *e, const recording_camera *c, const watch
     }
 }
 
+static void note_seen(watch_person *p, const float box[4], double t, lt_filter_state state)
+{
+    memcpy(p->box, box, sizeof(p->box));
+    p->t = t;
+    p->state = state;
+}
+
 static lt_status look_at(watch_world *w, const watch_set *set, int camera, const watch_sight *s)
 {
     const recording_camera *c = &w->o->rig.camera[camera];
     const crop_box b = s->seen.box;
     const float box[4] = { b.x0, b.y0, b.x1, b.y1 };
-    watch_person *p = person_of(w, s->id, set->t);
+    watch_person *p = person_of(w, s->id);
     body_estimate body;
-    lt_status st;
+    lt_status st = LT_OK;
 
+    if (!p && w->n_people == WATCH_PEOPLE)
+        return LT_OK;
     if (!p)
-        return w->n_people == WATCH_PEOPLE ? LT_OK : lt_error(LT_ENOMEM, "no memory for a person");
-    st = body_estimator_run(w->o->models.body, set->picture[camera].rgb.data, c->width, c->height, box, &c->K, &body);
+        st = add_person(w, s->id, set->t, &p);
+    if (!st)
+        st = body_estimator_run(w->o->models.body, set->picture[camera].rgb.data, c->width, c->height, box, &c->K,
+                                &body);
     if (st)
         return st;
     take_body(&w->eye[camera], c, s, &body, p);
-    memcpy(p->box, box, sizeof(p->box));
     p->camera = camera;
-    p->seen = true;
-    p->t = set->t;
+    p->looked = set->t;
+    note_seen(p, box, set->t, LT_FILTER_ON);
     return LT_OK;
+}
+
+/* Until his next turn a person's joints stay, in the axes of the camera that saw them. */
+static void wait_for_turn(watch_world *w, const watch_set *set, int camera, const watch_sight *s)
+{
+    const crop_box b = s->seen.box;
+    watch_person *p = person_of(w, s->id);
+
+    if (p && p->camera == camera)
+        note_seen(p, (const float[4]){ b.x0, b.y0, b.x1, b.y1 }, set->t, LT_FILTER_COAST);
 }
 
 static bool is_large(const watch_sight *s)
@@ -179,6 +204,47 @@ static int choose_camera(const watch_world *w, const watch_set *set)
     return -1;
 }
 
+/* ---- whose turn ---- */
+
+/* A newcomer's, if there is room for one, else his whose body was estimated longest ago; NULL: nobody's */
+static const watch_sight *whose_turn(watch_world *w, int camera)
+{
+    const watch_eye *e = &w->eye[camera];
+    const watch_sight *next = NULL;
+    double oldest = INFINITY;
+
+    for (int i = 0; i < e->n; i++) {
+        const watch_person *p = person_of(w, e->sight[i].id);
+        const double looked = p ? p->looked : w->n_people < WATCH_PEOPLE ? -INFINITY : INFINITY;
+
+        if (is_somebody(w, camera, i) && looked < oldest) {
+            oldest = looked;
+            next = &e->sight[i];
+        }
+    }
+    return next;
+}
+
+/* On a small machine one body is estimated in each set, in turn, so that many persons take no longer than one. */
+static lt_status look_around(watch_world *w, const watch_set *set, int camera)
+{
+    const bool all = w->o->profile == WATCH_FULL;
+    const watch_sight *turn = whose_turn(w, camera);
+    lt_status st = LT_OK;
+
+    for (int i = 0; i < w->eye[camera].n && !st; i++) {
+        const watch_sight *s = &w->eye[camera].sight[i];
+
+        if (!is_somebody(w, camera, i))
+            continue;
+        if (all || s == turn)
+            st = look_at(w, set, camera, s);
+        else
+            wait_for_turn(w, set, camera, s);
+    }
+    return st;
+}
+
 /* ---- whose hands ---- */
 
 /* A wrist in a camera's picture; false: behind it */
@@ -220,9 +286,8 @@ lt_status watch_people_run(watch_world *w, const watch_set *set)
     lt_status st = LT_OK;
 
     drop_gone(w, set->t);
-    for (int i = 0; camera >= 0 && i < w->eye[camera].n && !st; i++)
-        if (is_somebody(w, camera, i))
-            st = look_at(w, set, camera, &w->eye[camera].sight[i]);
+    if (camera >= 0)
+        st = look_around(w, set, camera);
     for (int c = 0; c < w->o->rig.n && !st; c++)
         for (int i = 0; w->eye[c].fresh && i < w->eye[c].n; i++)
             if (w->eye[c].sight[i].seen.kind == DETECTED_HAND)

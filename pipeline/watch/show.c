@@ -82,7 +82,7 @@ static lt_status draw_camera(const watch_world *w, const watch_set *set, int c, 
     }
     predict_draw_detections(out, &f, 1.5f);
     for (int i = 0; i < w->n_people; i++)
-        if (w->person[i].seen && (camera->placed || w->person[i].camera == c))
+        if (w->person[i].state != LT_FILTER_OFF && (camera->placed || w->person[i].camera == c))
             draw_person(out, camera, &w->person[i]);
     for (int i = 0; i < w->n_things; i++)
         if (w->thing[i].state != LT_FILTER_OFF && (camera->placed || w->thing[i].camera == c))

@@ -19,8 +19,9 @@
 #include <stdio.h>
 
 typedef enum {
-    WATCH_CPU,                      /* of several cameras one is searched in each set, in turn */
-    WATCH_FULL,                     /* every camera in each set */
+    WATCH_CPU,                      /* of several cameras one is searched in each set, of several bodies one estimated,
+                                     * in turn */
+    WATCH_FULL,                     /* every camera and every body in each set */
 } watch_profile;
 
 /* Each model may be NULL: what needs it is left out. */
