@@ -60,7 +60,7 @@ static void note_side(predict_frame *f)
 
     for (int i = 0; i < f->n; i++)
         unsaid = unsaid || (f->view[i].hand_seen && f->view[i].hand_seen->side == PREDICT_ANY_SIDE);
-    if (unsaid && f->o->any_side && !f->film)
+    if (unsaid && f->o->any_side)
         predict_note_add(&f->notes, NULL, NOTE_SIDE, "the detector does not tell left hands from right ones: each is "
                          "taken for what it looks most like; --side says which");
     else if (unsaid)

@@ -11,13 +11,14 @@ static int64_t track_of(const predict_view *v)
     return v->hand_seen ? v->hand_seen->track : 0;
 }
 
-/* How far a box has moved, in its longer sides; infinity for a hand of the other side, or of another track. */
+/* How far a box has moved, in its longer sides; infinity for a hand of the other side, where somebody says it, or of
+ * another track. */
 static float distance(const predict_smoother *s, const predict_view *v)
 {
     const crop_box a = s->box, b = v->hand_box;
     const float side = fmaxf(b.x1 - b.x0, b.y1 - b.y0);
 
-    if (s->left != v->left || (s->track && track_of(v) && s->track != track_of(v)))
+    if ((s->left != v->left && !v->any_side) || (s->track && track_of(v) && s->track != track_of(v)))
         return INFINITY;
     return hypotf((a.x0 + a.x1 - b.x0 - b.x1) / 2, (a.y0 + a.y1 - b.y0 - b.y1) / 2) / side;
 }
@@ -48,23 +49,44 @@ static void match_tracks(const predict_followed *f, const predict_view *v, int n
             }
 }
 
-/* who[i]: whose view i is. A film of one hand that nobody looks for has that one, wherever it goes. */
-static void match(const predict_followed *f, const predict_view *v, int n, int *who, bool *taken)
-{
-    int i, k;
+/* Whose each of n views is, and which of the film's hands are among them */
+typedef struct { int *who; bool *taken; } matches;
 
+/* A film of one hand that nobody looks for has that one, wherever it goes. LT_ENOMEM */
+static lt_status match(const predict_followed *f, lt_arena *scratch, const predict_view *v, int n, matches *out)
+{
+    int *who = lt_arena_array(scratch, (size_t)n, sizeof(*who)), i, k;
+    bool *taken = lt_arena_array(scratch, f->n, sizeof(*taken));
+
+    if (!who || !taken)
+        return lt_error(LT_ENOMEM, "%s: no memory for its hands", v->path);
+    *out = (matches){ who, taken };
     for (i = 0; i < n; i++)
         who[i] = NOBODY;
     if (n == 1 && f->n == 1 && !v->hand_seen) {
         who[0] = 0;
         taken[0] = true;
-        return;
+        return LT_OK;
     }
     match_tracks(f, v, n, who, taken);
     while (next_pair(f, v, n, who, taken, &i, &k)) {
         who[i] = k;
         taken[k] = true;
     }
+    return LT_OK;
+}
+
+lt_status predict_follow_sides(const predict_followed *f, lt_arena *scratch, predict_view *v, int n, bool *known)
+{
+    matches m;
+    lt_status st = match(f, scratch, v, n, &m);
+
+    for (int i = 0; i < n && !st; i++) {
+        known[i] = m.who[i] != NOBODY;
+        if (known[i] && v[i].any_side)
+            v[i].left = f->smoother[m.who[i]].left;
+    }
+    return st;
 }
 
 static lt_status add_smoother(predict_followed *f, const predict_view *v, int *who)
@@ -91,25 +113,22 @@ static void forget_lost(predict_followed *f)
 
 lt_status predict_follow(predict_followed *f, lt_arena *scratch, const predict_view *v, predict_result *r, int n)
 {
-    int *who = lt_arena_array(scratch, (size_t)n, sizeof(*who));
-    bool *taken = lt_arena_array(scratch, f->n, sizeof(*taken));
-    lt_status st = who && taken ? LT_OK : lt_error(LT_ENOMEM, "%s: no memory for its hands", v->path);
+    matches m;
+    lt_status st = match(f, scratch, v, n, &m);
 
-    if (!st)
-        match(f, v, n, who, taken);
     for (size_t k = 0; k < f->n && !st; k++)
-        if (!taken[k]) {
+        if (!m.taken[k]) {
             f->smoother[k].unseen++;
             predict_smooth_missed(&f->smoother[k]);
         }
     for (int i = 0; i < n && !st; i++) {
         predict_smoother *s;
 
-        if (who[i] == NOBODY)
-            st = add_smoother(f, &v[i], &who[i]);
+        if (m.who[i] == NOBODY)
+            st = add_smoother(f, &v[i], &m.who[i]);
         if (st)
             break;
-        s = &f->smoother[who[i]];
+        s = &f->smoother[m.who[i]];
         s->box = v[i].hand_box;
         s->track = track_of(&v[i]) ? track_of(&v[i]) : s->track;
         s->unseen = 0;

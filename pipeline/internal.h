@@ -204,6 +204,10 @@ struct predict_followed {
  * of its side that was last nearest by. A hand without a box is predicted for 15 frames, in case it comes back. */
 lt_status predict_follow(predict_followed *f, lt_arena *scratch, const predict_view *v, predict_result *r, int n);
 
+/* predict_follow_sides - of hands in the next frame whose side nobody says: as the hand that each is followed as, where
+ * there is one; known: (n) whether there is. LT_ENOMEM */
+lt_status predict_follow_sides(const predict_followed *f, lt_arena *scratch, predict_view *v, int n, bool *known);
+
 /* predict_follow_missed - the next frame could not be read: as one in which nothing was seen */
 void predict_follow_missed(predict_followed *f);
 

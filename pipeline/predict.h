@@ -58,8 +58,8 @@ typedef struct {
                                      * says by itself */
     bool left;                      /* a left hand: the image is mirrored, and the result mirrored back; `boxes` may
                                      * know better */
-    bool any_side;                  /* where neither `boxes` nor the detector says: of a picture that is no film's, what
-                                     * it looks most like instead */
+    bool any_side;                  /* where neither `boxes` nor the detector says: what it looks most like instead; in
+                                     * a film, what it did in the first frame that has it */
     bool any_way_up;                /* hands may stand any way up: where a look leaves a doubt they are turned */
     bool alone;                     /* nothing else uses the model's weights, now or later: less memory */
     bool (*stop)(void);             /* asked behind each image, whose files are whole by then; NULL: never */

@@ -170,10 +170,11 @@ static lt_status side_of(lt_arena *arena, const predict_view *v, bool left, pred
     return st;
 }
 
-static lt_status look_at(const looker *l, predict_frame *f, int i)
+/* followed: its side is that of the film's frames before */
+static lt_status look_at(const looker *l, predict_frame *f, int i, bool followed)
 {
     const predict_view v = f->view[i];
-    const int sides = v.any_side && !f->film ? 2 : 1, turns = f->o->any_way_up ? 4 : 1;
+    const int sides = v.any_side && !followed ? 2 : 1, turns = f->o->any_way_up ? 4 : 1;
     predict_view side[2];
     double best = NAN;
     lt_status st = LT_OK;
@@ -194,15 +195,18 @@ static lt_status look_at(const looker *l, predict_frame *f, int i)
 
 static lt_status run(void *state, predict_frame *f)
 {
+    bool *followed = lt_arena_array(f->arena, (size_t)f->n, sizeof(*followed));
     lt_status st = LT_OK;
 
     f->seen = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->seen));
     f->turn = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->turn));
     f->result = lt_arena_array(f->arena, (size_t)f->n, sizeof(*f->result));
-    if (!f->seen || !f->turn || !f->result)
+    if (!followed || !f->seen || !f->turn || !f->result)
         return lt_error(LT_ENOMEM, "%s: no memory", f->scene.path);
+    if (f->film)
+        st = predict_follow_sides(f->film, f->arena, f->view, f->n, followed);
     for (int i = 0; i < f->n && !st; i++)
-        st = look_at(state, f, i);
+        st = look_at(state, f, i, followed[i]);
     return st;
 }
 

@@ -104,6 +104,37 @@ START_TEST(the_best_look)
 }
 END_TEST
 
+/* In a film a hand of unknown side is looked at from both when it is new, and then stays what it was. */
+START_TEST(a_film_keeps_the_side)
+{
+    const char *const names[] = { "estimate", "solve", "smooth", NULL };
+    predict_options o = options();
+    const predict_detection seen = { .kind = DETECTED_HAND };
+    predict_followed film = { .arena = arena, .dt = 1.0 / 30 };
+    predict_view v = view_of(20), still = v;
+    predict_frame f = { .o = &o, .arena = arena, .film = &film, .n = 1, .view = &v };
+    pipeline *p;
+
+    for (size_t i = 0; i < sizeof(pixels); i++)
+        pixels[i] = (uint8_t)(i * i / 11);
+    v.any_side = still.any_side = true;
+    v.hand_seen = &seen;
+    looked_at(&o, &still);
+    check_ok(pipeline_open(&o, FRAME_VIEWS, names, &p));
+    check_ok(pipeline_run(p, &f));
+    ck_assert(v.left == still.left);
+    for (int left = 0; left < 2; left++) {
+        film.smoother[0].left = left;
+        v.left = !left;
+        f.has = 0;
+        check_ok(pipeline_run(p, &f));
+        ck_assert_int_eq(v.left, left);
+        ck_assert_uint_eq(film.n, 1);
+    }
+    pipeline_close(p);
+}
+END_TEST
+
 /* A frame that cannot be read is one in which a film's hands are not seen. */
 START_TEST(missed)
 {
@@ -149,6 +180,7 @@ static void add_tests(TCase *t)
     tcase_add_test(t, order);
     tcase_add_test(t, hands_apart);
     tcase_add_test(t, the_best_look);
+    tcase_add_test(t, a_film_keeps_the_side);
     tcase_add_test(t, missed);
 }
 
