@@ -135,8 +135,8 @@ typedef struct {
  */
 lt_status cli_checkpoint_open(const char *path, const char *hand, cli_checkpoint *out);
 
-/* cli_checkpoint_find, cli_checkpoint_load - the two halves of it: what the file says of itself, for a model of any task;
- * then hand and model, of one that looks at a crop with a hand and an object. Errors: another task's. */
+/* cli_checkpoint_find, cli_checkpoint_load - the two halves of it: what the file says of itself, for a model of any
+ * task; then hand and model, of one that looks at a crop with a hand and an object. Errors: another task's. */
 lt_status cli_checkpoint_find(const char *path, cli_checkpoint *out);
 
 /* cli_checkpoint_find_with - the same, with keys of its configuration said anew. Errors: those of keys, LT_EUSAGE */

@@ -24,7 +24,8 @@ static const struct argp_option options[] = {
     { "submit", SUBMIT, "FILE", 0, "write a result file for the official scorer instead of scoring. HO3D: pred.json or "
       "pred.zip; DexYCB: .txt hand joints, .csv object poses, .json detections", 0 },
     { "pred", PRED, "FILE|DIR", 0, "score a result file instead of a checkpoint. HO3D: pred.json or pred.zip; DexYCB: "
-      "text of hand joints (HPE) or BOP's csv; detections: COCO's json; tracks: a folder of MOTChallenge's results", 0 },
+      "text of hand joints (HPE) or BOP's csv; detections: COCO's json; tracks: a folder of MOTChallenge's results",
+      0 },
     { "batch", 'b', "N", 0, "images at a time; default 8", 0 },
     { "limit", LIMIT, "N", 0, "score N samples spread over the split; default all", 0 },
     { "meshes", MESHES, "N", 0,

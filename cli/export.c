@@ -32,8 +32,8 @@ static const struct argp_option options[] = {
       "glb", 0 },
     { "mesh", MESH, "DIR", 0, "of a run of hogs: the surfaces of hand and object in frames, as files in DIR", 0 },
     { "frames", FRAMES, "N,N-N", 0,
-      "of meshes and Gaussians: which, from 0, of those that the run is validated on; default 0. Several in one glb are "
-      "their surfaces, ten a second", 0 },
+      "of meshes and Gaussians: which, from 0, of those that the run is validated on; default 0. Several in one glb "
+      "are their surfaces, ten a second", 0 },
     { "rule", RULE, "RULE", 0, "of meshes: mean (HOGS, the default) or min (GOF) of the opacity in 16 views", 0 },
     { "iso", ISO, "LEVEL", 0, "of meshes: the opacity at the surface, between 0 and 1; default 0.6", 0 },
     { "set-name", SET_NAME, "NAME", 0,
@@ -50,8 +50,8 @@ static const struct argp_option options[] = {
       "for --int8: training samples that are looked at; default 64", 0 },
     { "hand", HAND, "FILE", 0, "hand model (MANO_RIGHT.pkl or npz); default the one it was trained with", 0 },
     { "model", 'm', "NAME", 0,
-      "hocat, unified, resnet50, efficientnet_b0, vit, csp_seg or osx, with weights of --init or untrained, instead of a "
-      "checkpoint", 0 },
+      "hocat, unified, resnet50, efficientnet_b0, vit, csp_seg or osx, with weights of --init or untrained, instead of "
+      "a checkpoint", 0 },
     { "variant", VARIANT, "NAME", 0, "of --model; default the config's, else full", 0 },
     { "config", 'c', "FILE|NAME|RUN", 0,
       "for --model: a config whose \"model\" group to use; default the paper's size", 0 },

@@ -35,8 +35,8 @@ static const struct argp_option options[] = {
       "folder", 0 },
     { "threads", 't', "N", 0, "default: the CPUs this process may use", 0 },
     { "dry-run", DRY_RUN, NULL, 0, "build everything, check the data, say what it takes, stop", 0 },
-    { "json", JSON, NULL, 0, "with --dry-run: bytes of memory and disk, steps, and the seconds that they take, to stdout",
-      0 },
+    { "json", JSON, NULL, 0, "with --dry-run: bytes of memory and disk, steps, and the seconds that they take, to "
+      "stdout", 0 },
     { "quiet", 'q', NULL, 0, "no progress", 0 },
     { "keys", KEYS, NULL, 0, "list every key of a config with its default and meaning", 0 },
     { 0 },
@@ -103,7 +103,8 @@ static const struct argp argp = {
     "SIGINT, SIGTERM and SIGHUP save and stop; SIGUSR1 saves and goes on.\n\n"
     "  palmar train --config hocat-tiny --data data/tiny --out runs/tiny\n"
     "  palmar train --resume --out runs/tiny\n"
-    "  mpirun -n 4 palmar train --config hocat-tiny --set optim.shards=4 --data data/tiny --out runs/tiny", NULL, NULL, NULL,
+    "  mpirun -n 4 palmar train --config hocat-tiny --set optim.shards=4 --data data/tiny --out runs/tiny",
+    NULL, NULL, NULL,
 };
 
 static void print_forecast(const train_result *r)

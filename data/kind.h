@@ -37,7 +37,8 @@ struct dataset_kind {
     /* what training validates on: a split, and the file in root without which it has no truth; NULL: needs none */
     const char *validation, *validation_truth;
 
-    /* whose hand a sample of this name shows: a number of the dataset's own; -1: it does not say. NULL: no sample says */
+    /* whose hand a sample of this name shows: a number of the dataset's own; -1: it does not say. NULL: no sample
+     * says */
     int (*subject)(const char *name);
 
     /* how HFL-Net scores it: ADD-0.1D takes symmetric objects by ADD-S; projections count in pixels of the image, not

@@ -16,11 +16,12 @@ typedef struct {
     const void *ctx;
     int batch;                      /* samples in a graph to evaluate with; 0: as many as are asked for */
 
-    /* Record for r->batch samples, losses included. Errors: inputs that such batches do not have; what is wrong with the
-     * graph itself is found afterwards. */
+    /* Record for r->batch samples, losses included. Errors: inputs that such batches do not have; what is wrong with
+     * the graph itself is found afterwards. */
     lt_status (*record)(const void *ctx, model_record *r);
 
-    /* In how many parts (lt_compile_opts.parts) a batch to train on is computed, at most COMPILED_MAX_PARTS. NULL: one */
+    /* In how many parts (lt_compile_opts.parts) a batch to train on is computed, at most COMPILED_MAX_PARTS. NULL:
+     * one */
     int (*parts)(const void *ctx, int batch);
 
     /* Fill the inputs of part number `part` of n, of what begins at slot `first`. Returns the weight of the part's own

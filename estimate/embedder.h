@@ -20,8 +20,8 @@ lt_status embedder_open(const char *path, embedder **out);
 /* embedder_free - NULL is fine */
 void embedder_free(embedder *e);
 
-/* embedder_run - the embedding (REID_EMBEDDING) of what lies in box x0 y0 x1 y1 of a picture of 8 bits; a person's box is
- * first made half as wide as high. False: nothing of the box is in the picture, and out is as it was. */
+/* embedder_run - the embedding (REID_EMBEDDING) of what lies in box x0 y0 x1 y1 of a picture of 8 bits; a person's box
+ * is first made half as wide as high. False: nothing of the box is in the picture, and out is as it was. */
 bool embedder_run(embedder *e, const lt_image *rgb, const float box[4], bool person, float *out);
 
 #endif

@@ -61,8 +61,8 @@ typedef struct model_class {
     const char *const *blocks;      /* name prefixes of the parts, for listings; NULL-terminated */
     const char *const *twins;       /* (2) blocks of one network: published weights for the first begin the second too,
                                      * whose first layer may look at one channel instead of three; NULL: none */
-    const char *const *fresh;       /* name prefixes of what begins fresh where a file of weights has it in another shape:
-                                     * it depends on what is looked for; NULL-terminated, or NULL */
+    const char *const *fresh;       /* name prefixes of what begins fresh where a file of weights has it in another
+                                     * shape: it depends on what is looked for; NULL-terminated, or NULL */
     const double *mean, *deviation; /* (3) of red, green, blue in [0, 1]: what an image is normalised by before it
                                      * is the input; NULL: by nothing */
 

@@ -138,7 +138,8 @@ typedef enum {
     FRAME_DETECTIONS = 2,           /* detection, unless the boxes are listed; those too that are sure enough only for
                                      * a track to go on */
     FRAME_VIEWS = 4,                /* view */
-    FRAME_ESTIMATES = 8,            /* seen, turn; of result e, as the network has it, and 2D points in pixels of seen */
+    FRAME_ESTIMATES = 8,            /* seen, turn; of result e, as the network has it, and 2D points in pixels of
+                                     * seen */
     FRAME_POSES = 16,               /* result, in the camera's axes */
     FRAME_VERDICT = 32,             /* notes on what was found */
     FRAME_DRAWING = 64,             /* hand, overlay */

@@ -106,7 +106,8 @@ lt_status predict_view_mirror(lt_arena *arena, const predict_view *v, predict_vi
 /* ---- turn.c: hands that stand another way up ------------------------------------------------------------- */
 
 /* predict_view_turn - what is around the hand, turned clockwise by 1 to 3 quarters. LT_ENOMEM */
-lt_status predict_view_turn(lt_arena *arena, const predict_view *v, int quarters, predict_view *out, predict_turn *turn);
+lt_status predict_view_turn(lt_arena *arena, const predict_view *v, int quarters, predict_view *out,
+                            predict_turn *turn);
 
 /* predict_turn_back - a result of that view as one of the view that was turned; theta and joints2d are not touched */
 void predict_turn_back(const predict_turn *turn, predict_result *r);

@@ -113,8 +113,8 @@ static void draw_notes(draw_canvas *c, const predict_frame *f)
     draw_note(c, y, scale, INK, line);
 }
 
-/* Of a hand that cannot be trusted the joints as the heat maps have them, which are in its box at least. Without an object
- * by name the points of its box are drawn where the boxes were given, not where a detector saw none. */
+/* Of a hand that cannot be trusted the joints as the heat maps have them, which are in its box at least. Without an
+ * object by name the points of its box are drawn where the boxes were given, not where a detector saw none. */
 static lt_status draw_hand(lt_arena *arena, draw_canvas *c, const predict_view *v, const predict_result *r,
                            const lt_mesh *hand, float width)
 {

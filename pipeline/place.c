@@ -44,8 +44,8 @@ static double depth_around(const predict_view *v, const double uv[2])
     return lt_median(n, known);
 }
 
-/* The wrist's depth, were every joint as far away as it is measured; NaN where too few joints are. Without a mask of the
- * hand what stands before it is measured too. */
+/* The wrist's depth, were every joint as far away as it is measured; NaN where too few joints are. Without a mask of
+ * the hand what stands before it is measured too. */
 static double measured_depth(const predict_view *v, const sight *s)
 {
     double wrist[LT_HAND_KEYPOINTS];

@@ -93,8 +93,8 @@ typedef struct {
  * touches or that is near (pipeline/README.md), whose model is the one of its class's name. Nothing found is said, and
  * no error. Detections alone, without a model, are numbers and an overlay. In a film they have track ids.
  *
- * With a body estimator each person that the detector finds, or the one in person_box, has a body: its joints in the JSON
- * and its skeleton in the overlay.
+ * With a body estimator each person that the detector finds, or the one in person_box, has a body: its joints in the
+ * JSON and its skeleton in the overlay.
  *
  * Depth lies pixel on pixel beside the image, as that is stored or as it is upright, in steps of depth_scale or as HO3D
  * packs it; a model that does not take it refuses it, and to one that does, no depth is depth known nowhere.

@@ -38,8 +38,8 @@ lt_status forecast_task(const trainer *t)
 
     if (have == 0 || all <= have)
         return LT_OK;
-    return lt_error(LT_ENOMEM, "%s: the run takes %.1f MB of memory beside its network, and %.1f are free; a smaller %s "
-                    "takes less", t->config.path, 1e-6 * all, 1e-6 * have, less);
+    return lt_error(LT_ENOMEM, "%s: the run takes %.1f MB of memory beside its network, and %.1f are free; a smaller "
+                    "%s takes less", t->config.path, 1e-6 * all, 1e-6 * have, less);
 }
 
 size_t trainer_plan_bytes(const trainer *t)

@@ -157,7 +157,8 @@ lt_status run_folder_agree(const trainer *t)
                             t->opt->ranks->rank, me.host, same[i].what, same[i].mine, first.host, same[i].theirs);
     if (me.step != first.step)
         return lt_error(LT_EINVAL, "rank %d on %s goes on from step %" PRId64 ", but rank 0 on %s from %" PRId64
-                        "; do all see the same %s?", t->opt->ranks->rank, me.host, me.step, first.host, first.step, t->opt->out);
+                        "; do all see the same %s?", t->opt->ranks->rank, me.host, me.step, first.host, first.step,
+                        t->opt->out);
     return LT_OK;
 }
 

@@ -68,8 +68,8 @@ typedef struct {
     train_config *config;               /* the run's */
     const char *checkpoint, *hand;      /* hand: in place of the run's hand model; or NULL */
     const char *data;                   /* in place of the run's; or NULL */
-    const int64_t *frame;               /* (n_frames) numbers from 0 among those that training validates on; NULL: at most
-                                         * n_frames of them, spread over all */
+    const int64_t *frame;               /* (n_frames) numbers from 0 among those that training validates on; NULL: at
+                                         * most n_frames of them, spread over all */
     int64_t n_frames;
     lt_status (*visit)(void *ctx, const posed_frame *f);
     void *ctx;
@@ -141,8 +141,8 @@ struct task {
     double (*weight)(const void *batch);            /* of all its samples */
     const char *(*sample_name)(const task_run *r, const void *batch, int i);    /* NULL behind the last one */
 
-    /* After a run on a batch that is validated: a record for each of its samples that counts. *no_losses: some lack what
-     * the losses compare with. Then, from all records in the samples' order: a value for each of metrics. */
+    /* After a run on a batch that is validated: a record for each of its samples that counts. *no_losses: some lack
+     * what the losses compare with. Then, from all records in the samples' order: a value for each of metrics. */
     lt_status (*score)(task_run *r, const compiled *c, const void *batch, records *out, bool *no_losses);
     void (*measure)(task_run *r, const records *all, double *out);
 
@@ -151,10 +151,12 @@ struct task {
 
     /* ---- for what moves in phases, or grows; a task may have none of these, but phase and groups go together ---- */
 
-    /* The phase of a step, counted from 0. Without: optim.batch samples in optim.shards shards as long as the run is. */
+    /* The phase of a step, counted from 0. Without: optim.batch samples in optim.shards shards as long as the run
+     * is. */
     task_phase (*phase)(const task_run *r, int64_t step);
 
-    /* Optimiser groups, *n of them, as long as r; average: or NULL. Without: one recipe for all, by the keys of optim. */
+    /* Optimiser groups, *n of them, as long as r; average: or NULL. Without: one recipe for all, by the keys of
+     * optim. */
     const lt_optim_group *(*groups)(const task_run *r, int *n, lt_optim_average *average);
 
     /* Before a step, counted from 0, on a batch: touch the rows that it reads and moves (libtensor/graph/rows.h). */
@@ -181,8 +183,8 @@ struct task {
     lt_status (*evaluate)(const task_evaluation *e, struct cJSON **scores);
     const char *const *scores;          /* keys of its rows, NULL-terminated */
 
-    /* `palmar predict`: write what it makes of the inputs; *written: of how many frames. NULL: predict knows the task by
-     * itself. */
+    /* `palmar predict`: write what it makes of the inputs; *written: of how many frames. NULL: predict knows the task
+     * by itself. */
     lt_status (*predict)(const task_prediction *p, int64_t *written);
 
     /* `palmar export --mesh`, or -o of a format of Gaussians. NULL: the task has no surfaces. */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What the trainer's files share: setup.c makes it, step.c moves it by its shards (shards.c), save.c keeps it, trainer.c
- * is the loop.
+ * What the trainer's files share: setup.c makes it, step.c moves it by its shards (shards.c), save.c keeps it,
+ * trainer.c is the loop.
  */
 #ifndef TRAIN_TRAINER_INTERNAL_H
 #define TRAIN_TRAINER_INTERNAL_H
@@ -69,9 +69,9 @@ lt_status forecast_seconds(trainer *t, double *out);
 void trainer_describe(trainer *t);
 
 /* run_folder.c: run_folder_lock, before anybody looks into it, refuses a folder where another process trains;
- * run_folder_check refuses an --out that holds a run already; run_folder_make makes the folder, sweeps what a killed run
- * left half written, and writes config.json, env.json and README.txt. run_folder_agree refuses ranks that do not all
- * train the same, before any of them makes something. */
+ * run_folder_check refuses an --out that holds a run already; run_folder_make makes the folder, sweeps what a killed
+ * run left half written, and writes config.json, env.json and README.txt. run_folder_agree refuses ranks that do not
+ * all train the same, before any of them makes something. */
 lt_status run_folder_lock(trainer *t);
 lt_status run_folder_check(const trainer *t);
 lt_status run_folder_agree(const trainer *t);

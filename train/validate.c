@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * How good the model is in the middle of a run: the task's scores and the losses on samples that it does not learn from.
+ * How good the model is in the middle of a run: the task's scores and the losses on samples that it does not learn
+ * from.
  */
 #include "train/trainer_internal.h"
 
@@ -67,7 +68,8 @@ lt_status trainer_validate(trainer *t, train_validation *out)
     const loader_source samples = t->config.task->checked(t->run);
     const train_data_config *d = t->config.data;
     sums s = { .t = t };
-    const lt_status st = compiled_walk(&t->check, &samples, d->threads, d->tolerate, visit, warn_skipped, &s, stop_asked);
+    const lt_status st = compiled_walk(&t->check, &samples, d->threads, d->tolerate, visit, warn_skipped, &s,
+                                       stop_asked);
 
     if (st == LT_OK)
         fill(&s, out);

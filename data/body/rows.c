@@ -98,8 +98,8 @@ static lt_status take_field(const lt_npz *npz, size_t field, int64_t n, body_row
 static lt_status check_row(const char *name, int64_t i, const body_row *r)
 {
     if (!(r->K[0][0] > 0 && r->K[1][1] > 0))
-        return lt_error(LT_EFORMAT, "%s: \"K\" of picture %lld: focal lengths are %g and %g, expected more than 0", name,
-                        (long long)i + 1, (double)r->K[0][0], (double)r->K[1][1]);
+        return lt_error(LT_EFORMAT, "%s: \"K\" of picture %lld: focal lengths are %g and %g, expected more than 0",
+                        name, (long long)i + 1, (double)r->K[0][0], (double)r->K[1][1]);
     if (!(r->nodes_3d[0][2] > 0))
         return lt_error(LT_EFORMAT, "%s: \"nodes_3d\" of picture %lld: the pelvis is %g m before the camera, expected "
                         "more than 0", name, (long long)i + 1, (double)r->nodes_3d[0][2]);

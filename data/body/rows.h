@@ -24,7 +24,8 @@ typedef struct {
     float trans[3];                             /* added to all vertices at the end */
     float K[3][3];
     float nodes_3d[BODY_NODES][3], nodes_2d[BODY_NODES][2];
-    uint8_t seen[BODY_NODES];                   /* body_seen: where there is a picture; nothing but the person is before */
+    uint8_t seen[BODY_NODES];                   /* body_seen: where there is a picture; nothing but the person is
+                                                 * before */
     float boxes[BODY_BOXES][4];                 /* x0 y0 x1 y1 of the vertices; zeros: behind the camera */
     int32_t subject;
     uint8_t holds[2];                           /* left, right: YCB's number of the object, 0: none */

@@ -19,7 +19,8 @@ enum { MOT_PEDESTRIAN = 1, MOT_CLASSES = 13, MOT_MAX_FRAMES = 1000000, MOT_MAX_I
 /* ---- rows ---- */
 
 typedef enum {
-    MOT_TRUTH,                      /* frame, id, left, top, width, height, flag, class, visible; MOT15's ends x, y, z */
+    MOT_TRUTH,                      /* frame, id, left, top, width, height, flag, class, visible; MOT15's ends x, y,
+                                     * z */
     MOT_DETECTIONS,                 /* frame, -1, left, top, width, height, score, and what is not looked at */
     MOT_RESULTS,                    /* frame, id, left, top, width, height, score, the same; the score may be missing */
 } mot_kind;

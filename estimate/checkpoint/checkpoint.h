@@ -54,8 +54,8 @@ lt_status checkpoint_save(const char *path, const model *m, const lt_optim *opti
  *
  * Parameters that are stepped by rows (libtensor/graph/rows.h) get as many rows as the file has. Model and optimiser
  * are as they were before on any error, but for that and for what own->load did. Errors: LT_EFORMAT for a file that is
- * damaged or no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both, and
- * for one of a later version of palmar.
+ * damaged or no checkpoint; LT_EINVAL for one of another model, variant, size or optimiser, with a line naming both,
+ * and for one of a later version of palmar.
  */
 lt_status checkpoint_load(const char *path, const model *m, lt_optim *optim, checkpoint_state *state,
                           const checkpoint_own *own);

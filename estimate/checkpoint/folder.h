@@ -18,7 +18,8 @@ int64_t checkpoint_step(const char *path);
 /* checkpoint_list - the step files of a folder, newest first; *n is 0 when there is no such folder */
 lt_status checkpoint_list(lt_arena *arena, const char *folder, const char *const **paths, int *n);
 
-/* checkpoint_last - of a run's folder its last checkpoint, in the arena; any other path as it is; NULL without memory */
+/* checkpoint_last - of a run's folder its last checkpoint, in the arena; any other path as it is; NULL without
+ * memory */
 const char *checkpoint_last(lt_arena *arena, const char *path);
 
 /**

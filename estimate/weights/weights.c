@@ -255,8 +255,8 @@ static lt_status refuse_graph(const char *path)
         fclose(f);
     if (!graph)
         return LT_OK;
-    return lt_error(LT_EFORMAT, "%s: a frozen graph of TensorFlow, which is not read; give its arrays as .npz under the "
-                    "model's names, or train your own, as `palmar train --config reid` does", path);
+    return lt_error(LT_EFORMAT, "%s: a frozen graph of TensorFlow, which is not read; give its arrays as .npz under "
+                    "the model's names, or train your own, as `palmar train --config reid` does", path);
 }
 
 lt_status weights_init(lt_arena *arena, const char *path, const model *m, weights_report *out)

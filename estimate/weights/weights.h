@@ -28,8 +28,8 @@ typedef struct {
  * HFL-Net. Counters of batches and what an optimiser remembered are passed over; but where a run of ours kept an
  * average of its weights, that is what is loaded. What a model's twins name (the unified estimator's streams) begins
  * with the same weights, the first layer of one channel with their sum over the channels. Queries, keys and values that
- * a file has in one array are taken apart for a model that has them in three. What a model says of itself that it begins
- * fresh (model_class.fresh) is missing where the file has it in another shape.
+ * a file has in one array are taken apart for a model that has them in three. What a model says of itself that it
+ * begins fresh (model_class.fresh) is missing where the file has it in another shape.
  *
  * The model is as it was on any error. Errors: none fits, with some of the names that there are; a shape that differs,
  * naming both; two arrays for one parameter; a number that is not finite; a parameter's array whose elements are not

@@ -135,7 +135,8 @@ static lt_status read_log(report *r)
     int number = 1;
     lt_status st = read_text(r, "log.jsonl", &text, &n);
 
-    for (; st == LT_OK && text && (end = memchr(text, '\n', n)); n -= (size_t)(end + 1 - text), text = end + 1, number++) {
+    for (; st == LT_OK && text && (end = memchr(text, '\n', n));
+         n -= (size_t)(end + 1 - text), text = end + 1, number++) {
         cJSON *line;
 
         st = lt_json_parse("not an object", text, (size_t)(end - text), &line);

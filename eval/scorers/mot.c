@@ -21,7 +21,8 @@ typedef struct {
     lt_arena *arena, *scratch;      /* of the sequence, of a frame */
 } sequence;
 
-/* Which results of a frame belong to distractors; each result goes with the box of the truth that it fits best in all. */
+/* Which results of a frame belong to distractors; each result goes with the box of the truth that it fits best in
+ * all. */
 static lt_status find_distractors(const sequence *s, const mot_frame *truth, const mot_frame *results, bool *drop)
 {
     double *cost = lt_arena_array(s->scratch, (size_t)truth->n * (size_t)results->n + 1, sizeof(*cost));
@@ -43,7 +44,8 @@ static lt_status find_distractors(const sequence *s, const mot_frame *truth, con
     return st;
 }
 
-static lt_status take_frame(const sequence *s, const mot_frame *truth, const mot_frame *results, track_scored_frame *out)
+static lt_status take_frame(const sequence *s, const mot_frame *truth, const mot_frame *results,
+                            track_scored_frame *out)
 {
     track_scored *of_truth = lt_arena_array(s->arena, (size_t)truth->n + 1, sizeof(*of_truth));
     track_scored *found = lt_arena_array(s->arena, (size_t)results->n + 1, sizeof(*found));

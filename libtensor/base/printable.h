@@ -14,8 +14,8 @@
 extern "C" {
 #endif
 
-/* lt_is_control - whether a character steers a terminal or the order of letters rather than being one: the control codes
- * of ASCII and of Latin 1 (U+0080 to U+009F), DEL, ends of lines and paragraphs, marks of direction */
+/* lt_is_control - whether a character steers a terminal or the order of letters rather than being one: the control
+ * codes of ASCII and of Latin 1 (U+0080 to U+009F), DEL, ends of lines and paragraphs, marks of direction */
 LT_API bool lt_is_control(uint32_t code);
 
 /* lt_printable - put '?' for each byte of such characters, and of what is no UTF-8, in place; returns text */

@@ -43,8 +43,8 @@ LT_API lt_status lt_verror(lt_status status, const char *fmt, va_list args);
  * descriptors, else LT_EIO */
 LT_API lt_status lt_errno_status(int error);
 
-/* lt_decoder_status - why a library that decodes failed, which has several names for memory that it did not get: error is
- * errno, which was 0 before; LT_ENOMEM or LT_EFORMAT */
+/* lt_decoder_status - why a library that decodes failed, which has several names for memory that it did not get: error
+ * is errno, which was 0 before; LT_ENOMEM or LT_EFORMAT */
 LT_API lt_status lt_decoder_status(int error);
 
 /* lt_error_prefix - put "prefix: " before the remembered line; returns status, for use in a return */

@@ -17,7 +17,8 @@ void lt_eigen_symmetric(int n, double *A, double *V);
 
 enum { LT_EIGEN_MAX = 12 };
 
-/* lt_eigen_small - A (n, n) symmetric becomes its eigenvectors, row by row, eigenvalues w ascending; n <= LT_EIGEN_MAX */
+/* lt_eigen_small - A (n, n) symmetric becomes its eigenvectors, row by row, eigenvalues w ascending; n <=
+ * LT_EIGEN_MAX */
 void lt_eigen_small(int n, double *A, double *w);
 
 #endif

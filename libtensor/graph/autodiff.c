@@ -64,8 +64,8 @@ static lt_status check_backward(lt_plan *p)
             continue;
         for (int i = 0; i < n->n_in; i++) {
             if (n->in[i] && p->tensor[n->in[i]->id].needs_grad && !differentiable(n->op))
-                return lt_error(LT_EINVAL, "%s%s%s%s: the loss depends on what it reads, and it has no backward; give it "
-                                "one, or lt_detach what is to learn nothing%s", n->op->name, *n->name ? " \"" : "",
+                return lt_error(LT_EINVAL, "%s%s%s%s: the loss depends on what it reads, and it has no backward; give "
+                                "it one, or lt_detach what is to learn nothing%s", n->op->name, *n->name ? " \"" : "",
                                 n->name, *n->name ? "\"" : "", lt_where(n->file, n->line, where));
             if (n->in[i] && p->tensor[n->in[i]->id].needs_grad && check_reader(p, n, i))
                 return LT_EINVAL;

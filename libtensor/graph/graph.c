@@ -422,7 +422,8 @@ lt_tensor *lt_apply(const lt_op *op, const void *attr, size_t attr_bytes, lt_ten
         return g->harmless;
     if (!op->name || !op->infer || (!op->forward && !(op->flags & LT_OP_VIEW))) {
         refuse(g, "%s: an op without %s%s", op->name ? op->name : "lt_apply",
-               !op->name ? "a name" : !op->infer ? "a shape rule (infer)" : "forward", lt_where(here_file(), here.line, where));
+               !op->name ? "a name" : !op->infer ? "a shape rule (infer)" : "forward",
+               lt_where(here_file(), here.line, where));
         return g->harmless;
     }
     if (n_in > LT_MAX_IN) {

@@ -47,12 +47,12 @@ LT_API bool lt_is_folder(const char *path);
 /* lt_make_dirs - make folder path and those above it; one that is there already is fine */
 LT_API lt_status lt_make_dirs(const char *path);
 
-/* lt_check_own - whether what stands at path is itself there: no link to another place, no pipe, socket or device; LT_EIO.
- * Nothing may stand there. For what is written inside a folder that somebody else may have prepared. */
+/* lt_check_own - whether what stands at path is itself there: no link to another place, no pipe, socket or device;
+ * LT_EIO. Nothing may stand there. For what is written inside a folder that somebody else may have prepared. */
 LT_API lt_status lt_check_own(const char *path);
 
-/* lt_make_own_folder - lt_make_dirs, where path itself may be no link. lt_append_own - a stream behind the end of a regular
- * file, made if need be, that is no link. Errors: LT_EIO, LT_ENOSPC, LT_ENOMEM. */
+/* lt_make_own_folder - lt_make_dirs, where path itself may be no link. lt_append_own - a stream behind the end of a
+ * regular file, made if need be, that is no link. Errors: LT_EIO, LT_ENOSPC, LT_ENOMEM. */
 LT_API lt_status lt_make_own_folder(const char *path);
 LT_API lt_status lt_append_own(const char *path, FILE **out);
 
@@ -83,8 +83,8 @@ LT_API bool lt_path_is_inside(const char *name);
 
 /**
  * lt_program_folder - where the running program lies, into out; false where the system does not say
- * lt_installed      - where the folder is that configure named, into out: with the program, if both were moved together,
- *                     as a package that is unpacked elsewhere is; else as it was named
+ * lt_installed      - where the folder is that configure named, into out: with the program, if both were moved
+ *                     together, as a package that is unpacked elsewhere is; else as it was named
  */
 LT_API bool lt_program_folder(char *out, size_t n);
 LT_API void lt_installed(const char *folder, char *out, size_t n);

@@ -437,8 +437,8 @@ typedef struct lt_kernels {
     void (*sample_dots)(lt_real *g, const lt_real *dy, int64_t ldy, const lt_samples *s);
     void (*softmax_down)(lt_real *y, int64_t stride, int64_t rows, size_t n);
 
-    /* hash_corners: at[c * stride + i] and weight[c * stride + i], c < 8, are the entries of the corners around place i of
-     * x (n, 3), cut off at 0 and 1, and what they weigh. Bit 0 of c goes along x. */
+    /* hash_corners: at[c * stride + i] and weight[c * stride + i], c < 8, are the entries of the corners around place i
+     * of x (n, 3), cut off at 0 and 1, and what they weigh. Bit 0 of c goes along x. */
     void (*hash_corners)(int32_t *at, lt_real *weight, int64_t stride, const lt_real *x, const lt_hash_level *l,
                          size_t n);
 

@@ -407,10 +407,10 @@ LT_API lt_tensor *lt_smooth_l1_loss(lt_tensor *a, lt_tensor *b, lt_tensor *weigh
 /**
  * lt_ssim_loss - 1 - the mean structural similarity of two pictures (C, H, W), values about 0 .. 1: one number
  *
- * Windows of 11 x 11 pixels, a Gaussian of deviation 1.5, around every pixel, with zeros around the picture; K1 0.01, K2
- * 0.03, biased variances. The gradient reaches a; b is a constant. A picture without pixels gives 0. Errors: shapes that
- * differ, or are not of three dimensions. Source: Wang et al. 2004, "Image quality assessment: from error visibility to
- * structural similarity", section III-B; as a loss in Kerbl et al. 2023, equation 7.
+ * Windows of 11 x 11 pixels, a Gaussian of deviation 1.5, around every pixel, with zeros around the picture; K1 0.01,
+ * K2 0.03, biased variances. The gradient reaches a; b is a constant. A picture without pixels gives 0. Errors: shapes
+ * that differ, or are not of three dimensions. Source: Wang et al. 2004, "Image quality assessment: from error
+ * visibility to structural similarity", section III-B; as a loss in Kerbl et al. 2023, equation 7.
  */
 LT_API lt_tensor *lt_ssim_loss(lt_tensor *a, lt_tensor *b);
 

@@ -105,7 +105,8 @@ static void match_object(const lt_call *c, int64_t b, const lt_real *object, con
     }
 }
 
-/* A cell that is among the best of two objects goes to the one that it overlaps more, the first where they are alike. */
+/* A cell that is among the best of two objects goes to the one that it overlaps more, the first where they are
+ * alike. */
 static void resolve(const best_cells *best, int64_t n, lt_real *assigned)
 {
     for (int64_t g = 0; g < n; g++)

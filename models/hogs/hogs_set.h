@@ -12,7 +12,8 @@ typedef struct {
     lt_tensor *code;                /* (1, AVATAR_CODE) */
 } hogs_seen;
 
-/* hogs_look - record what they are told, with inputs "image" or what was seen in it, or "articulation", "started" and "frame_code" */
+/* hogs_look - record what they are told, with inputs "image" or what was seen in it, or "articulation", "started" and
+ * "frame_code" */
 hogs_seen hogs_look(const hogs *m, model_record *r, hogs_stage stage);
 
 /* The places and who is in use, of all frames */

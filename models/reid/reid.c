@@ -46,7 +46,8 @@ static const lt_config_key keys[] = {
       .choices = compats, .doc = "tf: pads and normalises as the graph of DeepSORT's published arrays does" },
     { KEY(identities), .type = LT_CONFIG_INT, .fallback = "0", .lo = 0, .hi = 1000000,
       .doc = "identities to learn; 0: none, but as many as a training set has where one is trained" },
-    { KEY(dropout), .type = LT_CONFIG_NUMBER, .fallback = "0.4", .lo = 0, .hi = 0.95, .doc = "share of what is dropped" },
+    { KEY(dropout), .type = LT_CONFIG_NUMBER, .fallback = "0.4", .lo = 0, .hi = 0.95,
+      .doc = "share of what is dropped" },
     { .name = NULL },
 };
 
@@ -131,7 +132,8 @@ static void record(const model *self, bool losses, model_record *r)
         return;
     logits = lt_linear(embedding, lt_l2_normalise(lt_use(r->g, m->identity), 1e-8), NULL);
     logits = lt_mul(logits, kappa(m, r->g));
-    r->loss = lt_cross_entropy(logits, model_input(r, "identity", LT_SHAPE(B, n)), model_input(r, "weight", LT_SHAPE(B)));
+    r->loss = lt_cross_entropy(logits, model_input(r, "identity", LT_SHAPE(B, n)),
+                               model_input(r, "weight", LT_SHAPE(B)));
     lt_output(r->loss, "loss");
     model_port_add(&r->losses, "identity", r->loss);
 }

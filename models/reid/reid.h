@@ -2,8 +2,8 @@
 /*
  * reid: embeds the picture of one thing so that other pictures of it lie near, and pictures of others far.
  *
- * Input: "image" (B, 3, 128, 64) in [0, 1]; for the loss "identity" (B, identities), a 1 in its place, and "weight" (B).
- * Output: "embedding" (B, 128), of length 1. Loss: "identity".
+ * Input: "image" (B, 3, 128, 64) in [0, 1]; for the loss "identity" (B, identities), a 1 in its place, and "weight"
+ * (B). Output: "embedding" (B, 128), of length 1. Loss: "identity".
  *
  * Source: Wojke and Bewley 2018, "Deep cosine metric learning for person re-identification".
  */

@@ -82,8 +82,8 @@ static interaction_seen see(watch_world *w, const watch_person *p, double t)
 {
     const watch_contact *k = contact_of(w, p);
     const recording_rig *rig = &w->o->rig;
-    interaction_seen e = { .t = t, .action = p->action.cls, .p = p->action.p, .object_speed = NAN, .slip = NAN, .lift = NAN,
-                           .robot = NAN, .robot_speed = NAN, .contact = k != NULL };
+    interaction_seen e = { .t = t, .action = p->action.cls, .p = p->action.p, .object_speed = NAN, .slip = NAN,
+                           .lift = NAN, .robot = NAN, .robot_speed = NAN, .contact = k != NULL };
     watch_thing *object = nearest_object(w, p, &e.left, &e.reach);
     const watch_thing *hand = k ? watch_thing_of(w, k->hand) : NULL;
     const double *wrist;

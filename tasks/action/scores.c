@@ -9,8 +9,8 @@
 enum { REACHING = 2, RECEIVING = 6 };
 
 const char *const action_score_keys[] = {
-    "accuracy", "accuracy_body_only", "accuracy_stream2_only", "object_recall", "object_recall_body_only", "share_3_as_7",
-    NULL,
+    "accuracy", "accuracy_body_only", "accuracy_stream2_only", "object_recall", "object_recall_body_only",
+    "share_3_as_7", NULL,
 };
 
 void action_confusion_add(action_confusion *c, int cls, int found)
@@ -115,7 +115,8 @@ void action_scores_print(const action_scores *s, FILE *f)
             action_accuracy(&s->body_only), action_accuracy(&s->hand_object_only));
     if (!isnan(s->baseline))
         fprintf(f, ", baseline of speeds %.4f", s->baseline);
-    fprintf(f, "; errors that take 3 for 7: %.4f\nclasses with an object: recall %.4f, body only %.4f\n\n%-16s %6s %6s ",
+    fprintf(f, "; errors that take 3 for 7: %.4f\nclasses with an object: recall %.4f, body only %.4f\n\n%-16s %6s "
+            "%6s ",
             action_share_3_as_7(&s->both), action_object_recall(&s->both), action_object_recall(&s->body_only), "class",
             "recall", "body");
     for (int k = 0; k < ACTION_CLASSES; k++)

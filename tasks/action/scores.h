@@ -36,8 +36,8 @@ typedef struct {
  * share_3_as_7; ends with NULL */
 extern const char *const action_score_keys[];
 
-/* action_scores_json - for cJSON_Delete, NULL without memory. action_scores_print - tables in text. action_scores_page -
- * the same in Markdown, table.md in a folder, for palmar report */
+/* action_scores_json - for cJSON_Delete, NULL without memory. action_scores_print - tables in text.
+ * action_scores_page - the same in Markdown, table.md in a folder, for palmar report */
 struct cJSON *action_scores_json(const action_scores *s);
 void action_scores_print(const action_scores *s, FILE *f);
 lt_status action_scores_page(const action_scores *s, const char *folder);

@@ -87,7 +87,7 @@ lt_status detect_match_of(lt_arena *arena, const records *all, int64_t i, detect
     return st ? st : match(arena, &k, out);
 }
 
-/* ---- confusion, and images ---------------------------------------------------------------------------------------- */
+/* ---- confusion, and images --------------------------------------------------------------------------------------- */
 
 typedef struct { int64_t at; int errors; } image_errors;
 
@@ -222,7 +222,7 @@ static lt_status write_worst(const breakdown *b)
     return n ? detect_worst_write(b->set, b->all, place, n, path) : LT_OK;
 }
 
-/* ---- curves ------------------------------------------------------------------------------------------------------- */
+/* ---- curves ------------------------------------------------------------------------------------------------------ */
 
 enum { HANDS, PEOPLE, OBJECTS, ALL, GROUPS };
 enum { AT_50 = 0, AT_75 = 5 };          /* thresholds */
@@ -288,7 +288,7 @@ static lt_status write_curves(const breakdown *b, const double *curves)
     return st;
 }
 
-/* ---- the table ---------------------------------------------------------------------------------------------------- */
+/* ---- the table --------------------------------------------------------------------------------------------------- */
 
 static double area_under(const double *curve)
 {
@@ -347,7 +347,7 @@ static lt_status write_table(const breakdown *b, const double *curves, const dou
     return lt_atomic_commit(&f);
 }
 
-/* ---- all of it ---------------------------------------------------------------------------------------------------- */
+/* ---- all of it --------------------------------------------------------------------------------------------------- */
 
 static lt_status measure(const breakdown *b, double *curves)
 {

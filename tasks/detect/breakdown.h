@@ -17,9 +17,9 @@
  *   per-image.csv    what is wrong in each image
  *   pictures.png     the images with the most of it
  *
- * The last three are of findings with a score above 0.25, at IoU 0.5: each of them, the surest first, takes the object of
- * its class that it overlaps most, and then any. Pictures that cannot be read any more are left out. Errors: LT_ENOMEM,
- * those of writing.
+ * The last three are of findings with a score above 0.25, at IoU 0.5: each of them, the surest first, takes the object
+ * of its class that it overlaps most, and then any. Pictures that cannot be read any more are left out. Errors:
+ * LT_ENOMEM, those of writing.
  */
 lt_status detect_breakdown_write(const detection_set *set, const records *all, const double value[DETECT_METRICS],
                                  const char *folder);

@@ -11,7 +11,8 @@ const lt_config_key detect_keys[] = {
     TRAIN_DIR_KEY(detect_config),
     TRAIN_LOADER_KEYS(detect_config),
     { DATA(names), .type = LT_CONFIG_TEXT, .fallback = "\"\"",
-      .doc = "what the classes are called, with commas between; a run takes the dataset's names, whatever stands here" },
+      .doc = "what the classes are called, with commas between; a run takes the dataset's names, whatever stands "
+             "here" },
     { DATA(optimizer), .type = LT_CONFIG_CHOICE, .fallback = "\"auto\"", .choices = optimizers,
       .doc = "auto: AdamW, or SGD for runs of more than 10,000 steps, with rates to suit; given: what optim says" },
     { DATA(augment), .type = LT_CONFIG_BOOL, .fallback = "true", .doc = "mosaics, other sizes, places and colours" },

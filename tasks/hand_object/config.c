@@ -10,8 +10,8 @@ const lt_config_key hand_object_keys[] = {
     TRAIN_DIR_KEY(hand_object_config),
     { DATA(kind), .type = LT_CONFIG_CHOICE, .fallback = "\"folder\"",
       .choices = (const char *const[]){ "folder", "stream", NULL },
-      .doc = "train on data.dir, or on synthetic pictures that are made meanwhile, by train.seed; data.dir is then only "
-             "what validation looks at, where it is given" },
+      .doc = "train on data.dir, or on synthetic pictures that are made meanwhile, by train.seed; data.dir is then "
+             "only what validation looks at, where it is given" },
     { DATA(pictures), .type = LT_CONFIG_INT, .fallback = "100000", .lo = 1, .hi = 100000000,
       .doc = "stream: pictures in an epoch" },
     { DATA(shrink), .type = LT_CONFIG_INT, .fallback = "2", .lo = 1, .hi = 4, .doc = "stream: they are 640 x 480 over "

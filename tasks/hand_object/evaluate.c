@@ -157,7 +157,8 @@ static void to_opengl(void *ctx, int64_t s)
  * then is R = I, t = (0, 0, 1), and scored as that. */
 static bool without_pose(const evaluation *e, const score_set *set, int s)
 {
-    return set == &e->set[EVALUATE_MODEL] && protocol_of(e->o.m)->pose == POSE_REFINED && e->estimates[s].object_inliers == 0;
+    return set == &e->set[EVALUATE_MODEL] && protocol_of(e->o.m)->pose == POSE_REFINED &&
+           e->estimates[s].object_inliers == 0;
 }
 
 /* Whether sample s of the batch is right by ADD-0.1D, which takes HFL-Net's symmetric objects by ADD-S on DexYCB */

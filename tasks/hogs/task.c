@@ -458,7 +458,8 @@ static void run_measure(task_run *r, const records *all, double *out)
 
 const task hogs_task = {
     .name = "hogs", .data_size = sizeof(hogs_data_config), .data_keys = hogs_data_keys, .metrics = metrics,
-    .bytes = run_bytes, .open = run_open, .close = run_close, .build = run_build, .describe = run_describe, .facts = run_facts,
+    .bytes = run_bytes, .open = run_open, .close = run_close, .build = run_build, .describe = run_describe,
+    .facts = run_facts,
     .samples = run_samples, .checked = run_checked, .sample_bytes = run_sample_bytes, .recipe = run_recipe,
     .weight = batch_weight, .sample_name = run_sample_name, .score = run_score, .measure = run_measure,
     .phase = run_phase, .groups = run_groups, .rows = run_rows, .observed = run_observed, .observe = run_observe,

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What a ViT that does not learn sees of each frame: looked at once, and kept as far as memory is given for it. Always by
- * the same plan, one frame at a time, so that it makes no difference what is kept.
+ * What a ViT that does not learn sees of each frame: looked at once, and kept as far as memory is given for it. Always
+ * by the same plan, one frame at a time, so that it makes no difference what is kept.
  */
 #ifndef TASKS_HOGS_VIT_CACHE_H
 #define TASKS_HOGS_VIT_CACHE_H

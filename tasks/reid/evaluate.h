@@ -8,8 +8,8 @@
 #include "tasks/reid/scores.h"
 #include "train/task.h"
 
-/* reid_evaluate_run - task.evaluate: rows deepsort, byte and iou; scores.json and table.md, and each tracker's results as
- * MOTChallenge takes them (tracks/deepsort/data/SEQUENCE.txt), in the folder. A limit is one of sequences. */
+/* reid_evaluate_run - task.evaluate: rows deepsort, byte and iou; scores.json and table.md, and each tracker's results
+ * as MOTChallenge takes them (tracks/deepsort/data/SEQUENCE.txt), in the folder. A limit is one of sequences. */
 lt_status reid_evaluate_run(const task_evaluation *e, struct cJSON **scores);
 
 #endif

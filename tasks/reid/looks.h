@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * What identities are learnt from: boxes of the truth in films, each with who it is. Ids of sets of `palmar synth` are of
- * the whole set, for persons, hands and objects apart; those of others are of a sequence.
+ * What identities are learnt from: boxes of the truth in films, each with who it is. Ids of sets of `palmar synth` are
+ * of the whole set, for persons, hands and objects apart; those of others are of a sequence.
  */
 #ifndef TASKS_REID_LOOKS_H
 #define TASKS_REID_LOOKS_H

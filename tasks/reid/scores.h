@@ -26,8 +26,8 @@ typedef struct {
     bool synthetic;
 } track_score_table;
 
-/* track_score_json - keys of the first row, and rows; for cJSON_Delete, NULL without memory. track_score_print - a table
- * in text. track_score_page - the same in Markdown, table.md in a folder, for palmar report */
+/* track_score_json - keys of the first row, and rows; for cJSON_Delete, NULL without memory. track_score_print - a
+ * table in text. track_score_page - the same in Markdown, table.md in a folder, for palmar report */
 struct cJSON *track_score_json(const track_score_table *t);
 void track_score_print(const track_score_table *t, FILE *f);
 lt_status track_score_page(const track_score_table *t, const char *folder);

@@ -56,8 +56,8 @@ static lt_status run_open(lt_arena *arena, train_config *c, task_run **out)
     r->arena = arena;
     r->config = c;
     if (!*c->data->dir)
-        return lt_error(LT_EUSAGE, "%s: data.dir: no dataset given; name its folder with --data or --set data.dir=FOLDER",
-                        c->path);
+        return lt_error(LT_EUSAGE, "%s: data.dir: no dataset given; name its folder with --data or --set "
+                        "data.dir=FOLDER", c->path);
     st = looks_open(arena, c->data->dir, "train", how->every, how->visible, &r->train);
     if (!st && validates(c))
         st = looks_open(arena, c->data->dir, "evaluation", CHECKED_EVERY, how->visible, &r->evaluation);

@@ -313,7 +313,9 @@ END_TEST
 START_TEST(text_that_reaches_a_terminal)
 {
     static const char *const cases[][2] = {
-        { "", "" }, { "plain, \xc3\xa9 \xe2\x82\xac \xf0\x9f\x96\x90", "plain, \xc3\xa9 \xe2\x82\xac \xf0\x9f\x96\x90" },
+        { "", "" },
+        { "plain, \xc3\xa9 \xe2\x82\xac \xf0\x9f\x96\x90",
+          "plain, \xc3\xa9 \xe2\x82\xac \xf0\x9f\x96\x90" },
         { "\033[31mred\a\n\177", "?[31mred???" },
         { "\302\233" "31m", "??31m" },                  /* U+009B, CSI, in UTF-8 */
         { "\233" "31m", "?31m" },                       /* the same as a byte */

@@ -232,11 +232,13 @@ static uint8_t *segmentation(void)
 
 static void write_label(const char *path, const label *l)
 {
-    const int64_t pose[2] = { 1, 51 }, j3[3] = { 1, 21, 3 }, j2[3] = { 1, 21, 2 }, y[3] = { 2, 3, 4 }, seg[2] = { H, W };
+    const int64_t pose[2] = { 1, 51 }, j3[3] = { 1, 21, 3 }, j2[3] = { 1, 21, 2 }, y[3] = { 2, 3, 4 },
+        seg[2] = { H, W };
     uint8_t *s = segmentation();
     const lt_named_array a[] = {
         { "seg", lt_array_make(LT_ELEM_U1, 2, seg, s) }, { "pose_y", lt_array_make(LT_ELEM_F4, 3, y, l->object) },
-        { "pose_m", lt_array_make(LT_ELEM_F4, 2, pose, l->pose) }, { "joint_3d", lt_array_make(LT_ELEM_F4, 3, j3, l->joints) },
+        { "pose_m", lt_array_make(LT_ELEM_F4, 2, pose, l->pose) },
+        { "joint_3d", lt_array_make(LT_ELEM_F4, 3, j3, l->joints) },
         { "joint_2d", lt_array_make(LT_ELEM_F4, 3, j2, l->joints2d) },
     };
 
@@ -542,7 +544,8 @@ static void write_results(const dataset *d, const char *path)
 
     check_ok(dexycb_results_open(path, &f));
     for (int64_t i = 0; i < d->count; i++) {
-        dexycb_result r = { .place = dexycb_place_of(d, i), .width = W, .seconds = -1, .has_object = true, .score = 0.5 };
+        dexycb_result r = { .place = dexycb_place_of(d, i), .width = W, .seconds = -1, .has_object = true,
+                            .score = 0.5 };
         dataset_sample s;
         check_ok(dataset_annotation(d, i, arena, &s));
         r.mirrored = s.flags & SAMPLE_MIRRORED;
@@ -619,9 +622,9 @@ START_TEST(bop_file)
     while ((line = strtok_r(NULL, "\n", &rest))) {
         double R[9], t[3], score, time;
         int scene, image, object;
-        ck_assert_int_eq(sscanf(line, "%d,%d,%d,%lf,%lf %lf %lf %lf %lf %lf %lf %lf %lf,%lf %lf %lf,%lf", &scene, &image,
-                                &object, &score, &R[0], &R[1], &R[2], &R[3], &R[4], &R[5], &R[6], &R[7], &R[8], &t[0],
-                                &t[1], &t[2], &time), 17);
+        ck_assert_int_eq(sscanf(line, "%d,%d,%d,%lf,%lf %lf %lf %lf %lf %lf %lf %lf %lf,%lf %lf %lf,%lf", &scene,
+                                &image, &object, &score, &R[0], &R[1], &R[2], &R[3], &R[4], &R[5], &R[6], &R[7], &R[8],
+                                &t[0], &t[1], &t[2], &time), 17);
         ck_assert(scene >= 0 && scene <= 3 && scene != 2 && image % 4 == 0 && object == 5);
         ck_assert(score == 0.5 && time == -1);
         pose_label(scene == 1 || scene == 3, &l);
@@ -684,7 +687,8 @@ START_TEST(bop_grasped)
     ck_assert(r.vsd == 1 && r.mssd == 1 && r.mspd == 1 && r.ar == 1);
     text = text_of(at("bop.csv"));
     line = strchr(text, '\n') + 1;
-    worse = lt_arena_printf(arena, "%s%d,%d,5,0.1,1 0 0 0 1 0 0 0 1,9 9 9,-1\n", text, atoi(line), atoi(strchr(line, ',') + 1));
+    worse = lt_arena_printf(arena, "%s%d,%d,5,0.1,1 0 0 0 1 0 0 0 1,9 9 9,-1\n", text, atoi(line),
+                            atoi(strchr(line, ',') + 1));
     text_file("worse.csv", worse);
     ck_assert_double_eq(recall(d, "worse.csv").ar, 1);
     text_file("one_less.csv", lt_arena_printf(arena, "%s%s", first, strchr(line, '\n') + 1));
@@ -965,8 +969,10 @@ END_TEST
 static const struct { const char *path, *text; lt_status st; const char *reason; } broken[] = {
     { "models", NULL, LT_EIO, "models.tar.gz" },
     { "calibration/intrinsics/836212060125_640x480.yml", NULL, LT_EIO, "836212060125_640x480.yml" },
-    { "calibration/intrinsics/836212060125_640x480.yml", "color: {fx: 0, fy: 1, ppx: 1, ppy: 1}\n", LT_EFORMAT, "focal" },
-    { "calibration/intrinsics/836212060125_640x480.yml", "color: {fx: 600, ppx: 1, ppy: 1}\n", LT_EFORMAT, "no key \"fy\"" },
+    { "calibration/intrinsics/836212060125_640x480.yml", "color: {fx: 0, fy: 1, ppx: 1, ppy: 1}\n", LT_EFORMAT,
+      "focal" },
+    { "calibration/intrinsics/836212060125_640x480.yml", "color: {fx: 600, ppx: 1, ppy: 1}\n", LT_EFORMAT,
+      "no key \"fy\"" },
     { "calibration/mano_subject-01/mano.yml", NULL, LT_EIO, "mano.yml" },
     { "calibration/mano_subject-01/mano.yml", "betas: [1, 2]\n", LT_EFORMAT, "found a list of 2, expected 10" },
     { "synthetic.json", NULL, LT_EFORMAT, "5 sequences, expected 100" },
@@ -975,7 +981,8 @@ static const struct { const char *path, *text; lt_status st; const char *reason;
     { "20200701-subject-01/20200709_100000/meta.yml", "a: 1\n", LT_EFORMAT, "no key \"num_frames\"" },
     { "20200701-subject-01/20200709_100000/meta.yml", "num_frames: 0\n", LT_EFORMAT, "from 1 to 10000" },
     { "20200701-subject-01/20200709_100000/meta.yml", "num_frames: 2\nycb_ids: [22]\n", LT_EFORMAT, "from 1 to 21" },
-    { "20200701-subject-01/20200709_100000/meta.yml", "num_frames: 2\nycb_ids: [2]\nycb_grasp_ind: 1\n", LT_EFORMAT, "from 0 to 0" },
+    { "20200701-subject-01/20200709_100000/meta.yml", "num_frames: 2\nycb_ids: [2]\nycb_grasp_ind: 1\n", LT_EFORMAT,
+      "from 0 to 0" },
     { "20200701-subject-01/20200709_100000/meta.yml",
       "num_frames: 2\nycb_ids: [2]\nycb_grasp_ind: 0\nmano_sides: [both]\n", LT_EFORMAT, "left or right" },
     { "20200701-subject-01/20200709_100000/meta.yml",
@@ -1030,8 +1037,8 @@ START_TEST(some_subjects)
     d = open_list("s0", "train");
     ck_assert_int_eq(d->count, 2 * 80 * 8 * 72);
     ck_assert_str_eq(d->title, "DexYCB s0 (part)");
-    ck_assert_str_eq(d->partial, "split train of s0 is of subjects 3, 10 alone: there is no folder of 1, 2, 4, 5, 6, 7, "
-                     "8, 9; what is scored is a part of the split, and result files count the samples of that part");
+    ck_assert_str_eq(d->partial, "split train of s0 is of subjects 3, 10 alone: there is no folder of 1, 2, 4, 5, 6, "
+                     "7, 8, 9; what is scored is a part of the split, and result files count the samples of that part");
     ck_assert_ptr_eq(strstr(dataset_name(d, 0), "20200703-subject-03/20200709_100000/"), dataset_name(d, 0));
     dataset_free(d);
     d = open_list("s1", "train");

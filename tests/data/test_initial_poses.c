@@ -539,8 +539,8 @@ static const struct { const char *text, *line; } wrong[] = {
       "2 of 2 hands and objects are not in front of the camera (z > 0.05 m); they look as if they had OpenGL's axes: "
       "\"axes\": \"opengl\"" },
     { ONE("{" OBJECT("[0,0,0]", "[0,0,0.6]") "," HAND("right", "[0,0,0]") "}"),
-      "1 of 2 hands and objects are not in front of the camera (z > 0.05 m); hand.trans looks as if it were counted from "
-      "the wrist, want the camera's frame" },
+      "1 of 2 hands and objects are not in front of the camera (z > 0.05 m); hand.trans looks as if it were counted "
+      "from the wrist, want the camera's frame" },
     { ONE("{" OBJECT("[0,0,0]", "[0.05,0,0]") "," HAND("right", "[0,0,0.6]") "}"),
       "object.t looks as if it were counted from the wrist, want the camera's frame" },
     { ONE("{" OBJECT("[0,0,0]", "[0,1,1]") "," HAND("right", "[0,0,1]") "}"),

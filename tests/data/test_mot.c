@@ -68,7 +68,8 @@ START_TEST(detections)
 {
     mot_frame *f;
 
-    check_ok(parse("1, -1, 1359.1, 413.27, 120.26, 362.77, 2.3092, -1, -1, -1\n1,-1,5,6,7,8,-.5", MOT_DETECTIONS, 1, &f));
+    check_ok(parse("1, -1, 1359.1, 413.27, 120.26, 362.77, 2.3092, -1, -1, -1\n1,-1,5,6,7,8,-.5", MOT_DETECTIONS, 1,
+                   &f));
     ck_assert_int_eq(f[0].n, 2);
     ck_assert_double_eq(f[0].box[0].score, 2.3092);
     ck_assert_double_eq(f[0].box[1].score, -0.5);
@@ -79,7 +80,8 @@ END_TEST
 /* What is written is read; numbers that NumPy wrote are whole all the same. */
 START_TEST(results)
 {
-    const mot_box two[] = { { .id = 4, .box = { 0.5, 1.25, 10, 20 }, .score = 0.875 }, { .id = 5, .box = { -3, 0, 4, 9 } } };
+    const mot_box two[] = { { .id = 4, .box = { 0.5, 1.25, 10, 20 }, .score = 0.875 },
+                            { .id = 5, .box = { -3, 0, 4, 9 } } };
     const mot_frame frames[] = { { NULL, 0 }, { two, 2 } };
     const char *path = in_folder("r.txt");
     mot_frame *f;
@@ -183,11 +185,13 @@ START_TEST(wrong_sets)
     check_error(mot_open(arena, in_folder("none"), "train", &s), LT_EIO, "No such file");
     put("set/other.txt", "");
     ck_assert(!mot_probe(in_folder("set")));
-    check_error(mot_open(arena, in_folder("set"), "train", &s), LT_EIO, "no sequences: no folder in it has a seqinfo.ini");
+    check_error(mot_open(arena, in_folder("set"), "train", &s), LT_EIO,
+                "no sequences: no folder in it has a seqinfo.ini");
     put("a/seqinfo.ini", "[Sequence]\nframeRate=30\nimWidth=4\nimHeight=4\n");
     check_error(mot_sequence_open(arena, in_folder("a"), &q), LT_EFORMAT, "a/seqinfo.ini: lacks seqLength");
     put("a/seqinfo.ini", "frameRate=30\nseqLength=-4\n");
-    check_error(mot_sequence_open(arena, in_folder("a"), &q), LT_EFORMAT, "seqinfo.ini:2: seqLength is \"-4\", expected");
+    check_error(mot_sequence_open(arena, in_folder("a"), &q), LT_EFORMAT,
+                "seqinfo.ini:2: seqLength is \"-4\", expected");
     put("a/seqinfo.ini", "seqLength=1e18\n");
     check_error(mot_sequence_open(arena, in_folder("a"), &q), LT_EFORMAT, "at most 1e+06");
     put("a/seqinfo.ini", info);

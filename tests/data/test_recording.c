@@ -138,7 +138,8 @@ END_TEST
 
 /* ---- what is wrong ---- */
 
-#define CAMERA(more) "{\"name\":\"a\",\"role\":\"front\",\"width\":20,\"height\":16,\"K\":[9,9,9,9],\"depth_scale\":0.001" \
+#define CAMERA(more) "{\"name\":\"a\",\"role\":\"front\",\"width\":20,\"height\":16,\"K\":[9,9,9,9]," \
+    "\"depth_scale\":0.001" \
     more "}"
 #define RIG(cameras) "{\"schema\":\"palmar.recording/1\",\"fps\":30,\"cameras\":[" cameras "]}"
 

@@ -95,13 +95,15 @@ START_TEST(ranges)
     model m;
 
     four_layers(&m);
-    ck_assert_int_eq(calibrate(arena, &(calibrate_options){ .m = &m, .batch = 1, .walk = walk, .ctx = &walks }, &c), LT_OK);
+    ck_assert_int_eq(calibrate(arena, &(calibrate_options){ .m = &m, .batch = 1, .walk = walk, .ctx = &walks }, &c),
+                     LT_OK);
     ck_assert_int_eq(walks, 2);
     ck_assert_int_eq(c.n, 4);
     for (int i = 0; i < c.n; i++)
         ck_assert_str_eq(c.layer[i].layer, names[i]);
     ck_assert(c.layer[0].range.has_negative && !c.layer[1].range.has_negative);
-    ck_assert_double_eq_tol((double)c.layer[0].range.scale, 1.0 / 127, 0.03 / 127);     /* even numbers are not cut off */
+    /* even numbers are not cut off */
+    ck_assert_double_eq_tol((double)c.layer[0].range.scale, 1.0 / 127, 0.03 / 127);
     ck_assert_double_eq_tol((double)c.layer[1].range.scale, 1.0 / 255, 0.03 / 255);
     ck_assert_double_gt(c.layer[0].db, 35);
     ck_assert_double_gt(c.layer[1].db, 35);
@@ -127,12 +129,14 @@ START_TEST(printed)
     model m;
 
     four_layers(&m);
-    ck_assert_int_eq(calibrate(arena, &(calibrate_options){ .m = &m, .batch = 1, .walk = walk, .ctx = &walks }, &c), LT_OK);
+    ck_assert_int_eq(calibrate(arena, &(calibrate_options){ .m = &m, .batch = 1, .walk = walk, .ctx = &walks }, &c),
+                     LT_OK);
     f = open_memstream(&text, &n);
     calibration_print(&c, f);
     fclose(f);
     ck_assert_ptr_nonnull(strstr(text, "2 of 4 layers read 8-bit integers"));
-    ck_assert_ptr_nonnull(strstr(text, "silent                                   stays float: nothing but zeros came in"));
+    ck_assert_ptr_nonnull(strstr(text, "silent                                   stays float: nothing but zeros came "
+                                 "in"));
     ck_assert_ptr_nonnull(strstr(text, " dB, want 20"));
     free(text);
     lt_params_free(m.params);

@@ -131,7 +131,8 @@ START_TEST(groups_and_rows_come_back)
 }
 END_TEST
 
-static const lt_int8_layer layers[] = { { "trunk.conv1", { 0.013f, true } }, { "trunk.layer1.0.conv1", { 1e-3f, false } } };
+static const lt_int8_layer layers[] = { { "trunk.conv1", { 0.013f, true } },
+                                        { "trunk.layer1.0.conv1", { 1e-3f, false } } };
 static const lt_int8_table table = { layers, LT_COUNT(layers) };
 
 /* Loaded by whatever loads a checkpoint, with the metadata of the one that it was made from. */
@@ -185,8 +186,8 @@ START_TEST(data_without_its_place)
     small_model s;
 
     small_model_init(&s);
-    ck_assert_int_eq(checkpoint_save(path, &s.m, NULL, "{\"data\": {\"dir\": \"/home/me/small\", \"blur\": 0.3}}", &state,
-                                     NULL), LT_OK);
+    ck_assert_int_eq(checkpoint_save(path, &s.m, NULL, "{\"data\": {\"dir\": \"/home/me/small\", \"blur\": 0.3}}",
+                                     &state, NULL), LT_OK);
     ck_assert_int_eq(checkpoint_save_inference(int8_path, path, &s.m, false), LT_OK);
     ck_assert_int_eq(checkpoint_head_read(s.arena, int8_path, &head), LT_OK);
     ck_assert_str_eq(head.config, "{\"data\": {\"dir\": \"small\", \"blur\": 0.3}}");
@@ -319,8 +320,10 @@ static const struct { const char *text, *want; } damaged[] = {
     { "[]", "here: int8: want a list \"layers\"" },
     { "{\"layers\": {}}", "here: int8: want a list \"layers\"" },
     { "{\"layers\": [{\"name\": \"trunk.conv1\", \"signed\": true}]}", "here: int8: layer 0: want a \"name\"" },
-    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": \"1\", \"signed\": true}]}", "here: int8: layer 0: want a" },
-    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 1, \"signed\": 1}]}", "here: int8: layer 0: want a \"name\"" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": \"1\", \"signed\": true}]}",
+      "here: int8: layer 0: want a" },
+    { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 1, \"signed\": 1}]}",
+      "here: int8: layer 0: want a \"name\"" },
     { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 0, \"signed\": true}]}",
       "here: int8: the scale of layer \"trunk.conv1\" is 0, want a finite number above 0" },
     { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": -2, \"signed\": true}]}", "is -2, want" },
@@ -331,7 +334,8 @@ static const struct { const char *text, *want; } damaged[] = {
       "here: int8: the model has no layer \"trunk.conv\"" },
     { "{\"layers\": [{\"name\": \"\", \"scale\": 1, \"signed\": true}]}", "here: int8: the model has no layer \"\"" },
     { "{\"layers\": [{\"name\": \"trunk.conv1\", \"scale\": 1, \"signed\": true},"
-      "{\"name\": \"trunk.conv1\", \"scale\": 1, \"signed\": true}]}", "here: int8: layer \"trunk.conv1\" is there twice" },
+      "{\"name\": \"trunk.conv1\", \"scale\": 1, \"signed\": true}]}",
+      "here: int8: layer \"trunk.conv1\" is there twice" },
 };
 
 START_TEST(damaged_table)

@@ -43,7 +43,8 @@ START_TEST(names)
     ck_assert_str_eq(name[1], "hand");
     ck_assert_str_eq(name[2], "002_master_chef_can");
     ck_assert_str_eq(name[22], "061_foam_brick");
-    ck_assert_str_eq(class_names_join(arena, (const char *const[]){ "hand", "cup, or mug", NULL }, 3), "hand,cup; or mug,");
+    ck_assert_str_eq(class_names_join(arena, (const char *const[]){ "hand", "cup, or mug", NULL }, 3),
+                     "hand,cup; or mug,");
     ck_assert_str_eq(saved_names(names_by_number, sizeof(names_by_number)), "person,hand,cup; or mug");
     ck_assert_str_eq(saved_names(names_in_order, sizeof(names_in_order)), "left_hand,right_hand");
     ck_assert_ptr_null(saved_names(names_none, sizeof(names_none)));
@@ -107,7 +108,8 @@ START_TEST(no_detector)
     expect_none("other.safetensors", LT_EINVAL, "no weights of a detector");
     list[0].name = "model.22.cv3.0.2.bias";
     check_ok(lt_safetensors_write(in("part.safetensors"), list, 1, NULL, 0));
-    expect_none("part.safetensors", LT_EINVAL, "of the detector's parameters, the first of them backbone.0.conv.weight");
+    expect_none("part.safetensors", LT_EINVAL,
+                "of the detector's parameters, the first of them backbone.0.conv.weight");
 }
 END_TEST
 

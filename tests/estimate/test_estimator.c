@@ -77,7 +77,8 @@ static void cast_votes(double noise_px)
     }
 }
 
-/* Points of the box's faces, three of which the camera sees: nothing of the rest, or of what is behind, was measured. */
+/* Points of the box's faces, three of which the camera sees: nothing of the rest, or of what is behind, was
+ * measured. */
 static void measure(hand_object_batch *b)
 {
     const double half[3] = { .05, .03, .08 };

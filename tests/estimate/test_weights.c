@@ -465,7 +465,8 @@ START_TEST(from_a_run)
     ck_assert(lt_params_find(set, "bn1.bias")->data[0] == 1);
     average[7] = NAN;
     check_ok(lt_safetensors_write(in_folder("run/checkpoints/last.safetensors"), list, LT_COUNT(list), NULL, 0));
-    check_error(weights_init(arena, in_folder("run"), &m, &r), LT_EFORMAT, "\"optim.ema.bn1.weight\" is not finite at 7");
+    check_error(weights_init(arena, in_folder("run"), &m, &r), LT_EFORMAT,
+                "\"optim.ema.bn1.weight\" is not finite at 7");
     lt_params_free(set);
     lt_arena_free(arena);
 }

@@ -415,7 +415,7 @@ START_TEST(a_constant_of_the_batch_wants_a_fixed_batch)
 }
 END_TEST
 
-/* ---- weights alone ------------------------------------------------------------------------------------------------- */
+/* ---- weights alone ----------------------------------------------------------------------------------------------- */
 
 START_TEST(weights_are_written_bit_by_bit)
 {

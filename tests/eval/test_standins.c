@@ -130,8 +130,8 @@ static void check_object(int id, int n, double most, bool print)
     check_ok(eval_shape(EVAL_AS_IT_IS, &m, &truth, &raw));
     if (print)
         printf("%-24s %s  %7d faces  %s  %d part%s  CD_o %.4f cm2 (as it is %.4f)  F@5 %.3f  %.1f s\n",
-               synth_object_find(id)->name, deep ? "min " : "mean", m.n_faces, t.watertight ? "closed" : "OPEN", t.components,
-               t.components == 1 ? "" : "s", aligned.cd_cm2, raw.cd_cm2, aligned.f_5mm, began);
+               synth_object_find(id)->name, deep ? "min " : "mean", m.n_faces, t.watertight ? "closed" : "OPEN",
+               t.components, t.components == 1 ? "" : "s", aligned.cd_cm2, raw.cd_cm2, aligned.f_5mm, began);
     ck_assert(t.watertight);
     ck_assert_msg(aligned.cd_cm2 < most, "%s: CD_o %g cm2", synth_object_find(id)->name, aligned.cd_cm2);
 }

@@ -137,13 +137,15 @@ END_TEST
 
 /* ---- MOTChallenge's rules ---- */
 
-/* A reflection (12), a car (3), a vehicle (6) and somebody who is not scored: of results on these, those on the first count
- * for nothing, and on the third in MOT20. */
+/* A reflection (12), a car (3), a vehicle (6) and somebody who is not scored: of results on these, those on the first
+ * count for nothing, and on the third in MOT20. */
 START_TEST(challenge)
 {
     const mot_box truth_of[] = {
-        { .id = 1, .box = { 0, 0, 10, 10 }, .cls = 1, .scored = true }, { .id = 2, .box = { 20, 0, 30, 10 }, .cls = 12 },
-        { .id = 3, .box = { 40, 0, 50, 10 }, .cls = 3, .scored = true }, { .id = 4, .box = { 60, 0, 70, 10 }, .cls = 6 },
+        { .id = 1, .box = { 0, 0, 10, 10 }, .cls = 1, .scored = true },
+        { .id = 2, .box = { 20, 0, 30, 10 }, .cls = 12 },
+        { .id = 3, .box = { 40, 0, 50, 10 }, .cls = 3, .scored = true },
+        { .id = 4, .box = { 60, 0, 70, 10 }, .cls = 6 },
         { .id = 5, .box = { 80, 0, 90, 10 }, .cls = 1 },
     };
     const mot_looks nobody = { NULL, 0 };

@@ -61,7 +61,8 @@ static dataset *open_test(dexycb_filter filter)
 {
     dataset *d;
 
-    check_ok(dexycb_open(&(dexycb_options){ .root = DEX, .setup = "s0", .split = "test", .filter = filter, .hand = hand },
+    check_ok(dexycb_open(&(dexycb_options){ .root = DEX, .setup = "s0", .split = "test", .filter = filter,
+                                            .hand = hand },
                          &d));
     return d;
 }
@@ -95,8 +96,8 @@ static char *line_with(const char *format, char *text, const dexycb_place *p, in
 {
     char line[1024];
 
-    snprintf(line, sizeof(line), format, p->scene, p->image, object, e->R[0], e->R[1], e->R[2], e->R[3], e->R[4], e->R[5],
-             e->R[6], e->R[7], e->R[8], e->t[0], e->t[1], e->t[2]);
+    snprintf(line, sizeof(line), format, p->scene, p->image, object, e->R[0], e->R[1], e->R[2], e->R[3], e->R[4],
+             e->R[5], e->R[6], e->R[7], e->R[8], e->t[0], e->t[1], e->t[2]);
     return lt_arena_printf(arena, "%s%s", text, line);
 }
 
@@ -105,7 +106,8 @@ static char *line_with(const char *format, char *text, const dexycb_place *p, in
     { return line_with(format, text, p, object, e); }
 
 LINE(plain, "%d,%d,%d,1,%.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g,%.9g %.9g %.9g,-1\n")
-LINE(with_blanks, " %d , %d ,%d, 1.0 ,  %.9g  %.9g %.9g\t%.9g %.9g %.9g %.9g %.9g %.9g , %.9g %.9g  %.9g\t, -1 \r\n\n  \n")
+LINE(with_blanks, " %d , %d ,%d, 1.0 ,  %.9g  %.9g %.9g\t%.9g %.9g %.9g %.9g %.9g %.9g , %.9g %.9g  %.9g\t, -1 \r\n\n  "
+     "\n")
 LINE(without_time, "%d,%d,%d,1,%.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g,%.9g %.9g %.9g\n")
 
 static const char header[] = "scene_id,im_id,obj_id,score,R,t,time\n";
@@ -169,20 +171,20 @@ END_TEST
 
 /* One line more than the truth has. */
 static const struct { const char *line; int rc; const char *words; } more_lines[] = {
-    { "999,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1", 0, "estimates are for nothing that is scored in split test; the first, line 16: "
-      "scene 999, and there are 0 to 3\n" },
+    { "999,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1", 0, "estimates are for nothing that is scored in split test; the first, "
+      "line 16: scene 999, and there are 0 to 3\n" },
     { "0,77,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1", 0, "line 16: scene 0 has no image 77\n" },
     { "0,1,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1", 0, "line 16: image 1 of scene 0 is no key frame\n" },
     { "0,0,20,1,1 0 0 0 1 0 0 0 1,0 0 1,-1", 0, "line 16: scene 0 has no object 20\n" },
     { "-1,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1", 0, "line 16: scene -1, and there are" },
-    { "0,0,5,0.1,1 0 0 0 1 0 0 0 1,nan 0 1,-1", 0, "estimates are no pose and count as misses; the first, line 16: t is not "
-      "finite, or farther than 10 km\n" },
+    { "0,0,5,0.1,1 0 0 0 1 0 0 0 1,nan 0 1,-1", 0, "estimates are no pose and count as misses; the first, line 16: t "
+      "is not finite, or farther than 10 km\n" },
     { "0,0,5,0.1,1 0 0 0 1 0 0 0 1,1e154 0 1,-1", 0, "the first, line 16: t is not finite, or farther than 10 km\n" },
     { "0,0,5,0.1,1 0 0 0 1 0 0 0 NaN,0 0 1,-1", 0, "the first, line 16: R has a number that is not finite\n" },
     { "0,0,5,0.1,0 0 0 0 0 0 0 0 0,0 0 1,-1", 0, "the first, line 16: R is no rotation matrix\n" },
     { "0,0,5,0.1,-1 0 0 0 1 0 0 0 1,0 0 1,-1", 0, "the first, line 16: R is no rotation matrix\n" },
-    { "0,0,5,nan,1 0 0 0 1 0 0 0 1,0 0 1,-1", 1, "poses.csv:16: expected scene_id,im_id,obj_id,score,R,t,time, with 9 numbers "
-      "for R and 3 for t; score is not as it should be\n" },
+    { "0,0,5,nan,1 0 0 0 1 0 0 0 1,0 0 1,-1", 1, "poses.csv:16: expected scene_id,im_id,obj_id,score,R,t,time, with 9 "
+      "numbers for R and 3 for t; score is not as it should be\n" },
     { "1e154,0,5,1,1 0 0 0 1 0 0 0 1,0 0 1,-1", 1, "poses.csv:16: expected" },
     { "0,0,5,1,1 0 0 0 1 0 0 0 1 0,0 0 1,-1", 1, "; R is not as it should be\n" },
     { "0,0,5,1,1 0 0 0 1 0 0 0 1,0 1,-1", 1, "; t is not as it should be\n" },
@@ -287,9 +289,12 @@ static void left_not_mirrored_back(float (*joints)[3], bool left)
 static const struct { void (*change)(float (*joints)[3], bool left); const char *words; } hand_slips[] = {
     { in_metres, "hands.txt: it looks as if the joints are in metres, not millimetres\n" },
     { in_cm, "hands.txt: it looks as if the joints are in centimetres, not millimetres\n" },
-    { from_the_wrist, "hands.txt: it looks as if the joints are counted from the wrist or the hand's middle, not from" },
-    { in_mano_order, "hands.txt: it looks as if the joints are in MANO's order (index, middle, little, ring, thumb; tips" },
-    { left_not_mirrored_back, "hands.txt: left hands: it looks as if the joints have other axes: (-x, y, z) in the place of" },
+    { from_the_wrist,
+      "hands.txt: it looks as if the joints are counted from the wrist or the hand's middle, not from" },
+    { in_mano_order, "hands.txt: it looks as if the joints are in MANO's order (index, middle, little, ring, thumb; "
+      "tips" },
+    { left_not_mirrored_back, "hands.txt: left hands: it looks as if the joints have other axes: (-x, y, z) in the "
+      "place of" },
 };
 
 START_TEST(slips_of_hands)
@@ -327,7 +332,8 @@ START_TEST(odd_lines_of_hands)
     fprintf(f, "\n");
     fclose(f);
     ck_assert_int_eq(eval(path, DEX, ""), 0);
-    says("hands.txt: 1 of 17 lines are for no sample of split test; the first, line 17: sample 99999, and there are 16\n");
+    says("hands.txt: 1 of 17 lines are for no sample of split test; the first, line 17: sample 99999, and there are "
+         "16\n");
 }
 END_TEST
 
@@ -358,7 +364,8 @@ END_TEST
 static void put_pred(const char *name)
 {
     ck_assert_int_eq(system(lt_arena_printf(arena, "{ printf '['; cat %s/evaluation_xyz.json; printf ','; "
-                                            "cat %s/evaluation_verts.json; printf ']'; } >%s", HO, HO, in_folder(name))), 0);
+                                            "cat %s/evaluation_verts.json; printf ']'; } >%s", HO, HO,
+                                            in_folder(name))), 0);
 }
 
 START_TEST(ho3d_by_any_name)
@@ -397,9 +404,10 @@ START_TEST(subject_1_alone)
                                             in_folder("out"), in_folder("said"))), 0);
     read_back("out", out, sizeof(out));
     ck_assert_ptr_nonnull(strstr(out, "\"subjects\": {\"20260101-subject-01\": 10}"));
-    ck_assert_ptr_nonnull(strstr(out, "{\"code\": \"partial\", \"text\": \"train: split train of s0 is of subject 1 alone: "
-                                      "there is no folder of 2, 3;"));
-    ck_assert_ptr_nonnull(strstr(out, "{\"code\": \"empty-split\", \"text\": \"test: no subject of this split of s0 is there"));
+    ck_assert_ptr_nonnull(strstr(out, "{\"code\": \"partial\", \"text\": \"train: split train of s0 is of subject 1 "
+                                      "alone: there is no folder of 2, 3;"));
+    ck_assert_ptr_nonnull(strstr(out, "{\"code\": \"empty-split\", \"text\": \"test: no subject of this split of s0 is "
+                                 "there"));
     ck_assert_int_eq(eval(put_hands("hands.txt", ",", NULL), in_folder("part"), "--split val"), 0);
     says("part: split val of s0 is of subject 1 alone: there is no folder of 2; what is scored is a part of the split");
     ck_assert_int_eq(eval(in_folder("hands.txt"), in_folder("part"), ""), 1);
@@ -452,7 +460,8 @@ static void teardown(void)
 
 static void make_data(void)
 {
-    ck_assert_int_eq(system("rm -rf field-scores && ./palmar synth --preset tiny --frames 12 --out " HO " >/dev/null 2>&1 && "
+    ck_assert_int_eq(system("rm -rf field-scores && ./palmar synth --preset tiny --frames 12 --out " HO
+                            " >/dev/null 2>&1 && "
                             "./palmar synth --preset tiny --layout dexycb --out " DEX " >/dev/null 2>&1"), 0);
 }
 

@@ -66,21 +66,22 @@ static const struct {
     TEXT("json", "kinds", "{\"name\": \"r\\u00e9s\\n\", \"list\": [1, -2.5e3, true, null], \"in\": {\"x\": {}}}"),
     TEXT("yaml", "meta", "# of a sequence\nextrinsics: '20200702_151821'\nmano_calib:\n- 20200514-subject-01\n"
          "mano_sides:\n- right\nnum_frames: 72\nycb_ids: [2, 8, 15]\n"),
-    TEXT("yaml", "intrinsics", "color:\n  fx: 613.0\n  fy: 611.9\n  ppx: 3.1e2\n  ppy: 245\n---\nx: !!python/tuple [1]\n"),
+    TEXT("yaml", "intrinsics", "color:\n  fx: 613.0\n  fy: 611.9\n  ppx: 3.1e2\n  ppy: 245\n---\nx: !!python/tuple "
+         "[1]\n"),
     TEXT("exif", "little", "\xff\xd8\xff\xe1\0\x40" "Exif\0\0II\x2a\0\x08\0\0\0\2\0\x12\1\3\0\1\0\0\0\6\0\0\0"
          "\x69\x87\4\0\1\0\0\0\x26\0\0\0\0\0\0\0\1\0\5\xa4\3\0\1\0\0\0\x1c\0\0\0\0\0\0\0\xff\xda\0\x08\1\1\0\0\x3f\0"),
     TEXT("exif", "big", "\xff\xd8\xff\xe0\0\4JF\xff\xe1\0\x22" "Exif\0\0MM\0\x2a\0\0\0\x08\0\1\xa4\5\0\3\0\0\0\1"
          "\0\x32\0\0\0\0\0\0"),
-    TEXT("obj", "square", "# a square\nmtllib box.mtl\no thing\nusemtl skin\nv 0 0 0\nv 1 0 0\nv 1 1 0\r\nv 0 1 \\\n 0\n"
-         "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf -4/1/1 -3/2/1 -2/4/-1\n"),
+    TEXT("obj", "square", "# a square\nmtllib box.mtl\no thing\nusemtl skin\nv 0 0 0\nv 1 0 0\nv 1 1 0\r\nv 0 1 \\\n "
+         "0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvn 0 0 2\nf 1/1/1 2/2/1 3/3/1 4/4/1\nf -4/1/1 -3/2/1 -2/4/-1\n"),
     TEXT("obj", "colours", "v 0 0 0 1 0 0\nv 1 0 0 .5 0 1\nv 1 1 0 1 1 1\nf 1//1 2//1 3//1\nvn 0 0 1\ns off\n"),
     TEXT("mtl", "two", "newmtl other\nmap_Kd no.png\nnewmtl skin\nKd 1 1 1\nmap_Kd -s 1 1 skin.png \r\n"),
     TEXT("bop", "two", "scene_id,im_id,obj_id,score,R,t,time\n3,4,5,0.5,1 0 0 0 1 0 0 0 1,-0.1 2e-1 .75,-1\n"
          "1,72,21,-1,0 -1 0 1 0 0 0 0 1,9 9 9,0.04 \r\n\n"),
     TEXT("bop", "blanks", "\xef\xbb\xbf\n 3 , 4,5, 0.5 ,1  0 0\t0 1 0 0 0 nan , -0.1 2e-1  1e154, -1\r\n"),
-    TEXT("hpe", "two", "7,-12.5,3e1,.25,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,"
-         "0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9\n\n0,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,"
-         "4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2 \r\n"),
+    TEXT("hpe", "two", "7,-12.5,3e1,.25,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,"
+         "9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9\n\n0,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,"
+         "1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2,3,4,5,6,7,8,9,0,1,2 \r\n"),
     TEXT("points", "pred", "[[[[0.1, -2e-3, 5], [1, 2, 3]], [[0, 0, 0.5], [0.5, 1E2, -7]]],\n"
          " [[[4, 5, 6]], [[7, 8, 9]]]]\n"),
     TEXT("points", "empty", "[[], []]"),
@@ -112,9 +113,9 @@ static const struct {
     TEXT("recording", "frames", "{\"camera\":0,\"t\":0.25,\"colour\":\"a/1.jpg\",\"depth\":\"a/1.z16\"}\n"
          "{\"camera\":1,\"t\":-4e-3,\"colour\":\"b/1.jpg\"}\n"),
     TEXT("recording", "sets", "{\"frames\":[null,null]}\n{\"frames\":[0,1]}\n"),
-    TEXT("recording", "rig", "{\"schema\": \"palmar.recording/1\", \"fps\": 30, \"robot\": [0, 1, 0, 0.5], \"cameras\": "
-         "[{\"name\": \"a\", \"role\": \"front\", \"width\": 640, \"height\": 480, \"K\": [606, 607, 316, 232], "
-         "\"depth_scale\": 0.001, \"R_world_cam\": [1, 0, 0, 0, 1, 0, 0, 0, 1], \"t_world_cam\": [0, 1, 2]}]}"),
+    TEXT("recording", "rig", "{\"schema\": \"palmar.recording/1\", \"fps\": 30, \"robot\": [0, 1, 0, 0.5], "
+         "\"cameras\": [{\"name\": \"a\", \"role\": \"front\", \"width\": 640, \"height\": 480, \"K\": [606, 607, 316, "
+         "232], \"depth_scale\": 0.001, \"R_world_cam\": [1, 0, 0, 0, 1, 0, 0, 0, 1], \"t_world_cam\": [0, 1, 2]}]}"),
     TEXT("session", "set", "{\"schema\": \"palmar.set/1\", \"set\": 3, \"t\": [0.4, null], \"pair_ms\": 5.1, "
          "\"age_ms\": 61.2, \"dropped\": [0, 1], \"stages_ms\": {\"S1\": 20, \"S9\": 0.5}, \"tracks\": [{\"id\": 3, "
          "\"class\": \"hand\", \"camera\": 0, \"track\": 5, \"box\": [1, 2, 3, 4], \"score\": 0.9, \"centre\": null}], "

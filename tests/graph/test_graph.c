@@ -106,7 +106,8 @@ START_TEST(an_op_without_backward)
     lt_plan *p = lt_compile(g, &(lt_compile_opts){ .loss = lt_sum(y), .train = true });
     if (_i == 0) {
         ck_assert_ptr_null(p);
-        ck_assert_ptr_nonnull(strstr(lt_last_error(), "copy: the loss depends on what it reads, and it has no backward"));
+        ck_assert_ptr_nonnull(strstr(lt_last_error(),
+                                     "copy: the loss depends on what it reads, and it has no backward"));
     } else {
         ck_assert_msg(p != NULL, "%s", lt_last_error());
     }
@@ -509,8 +510,8 @@ START_TEST(pieces_of_a_whole)
 }
 END_TEST
 
-/* Behind a frozen convolution that is computed within a region alone, a layer learns: what multiplies the rest's gradient
- * of 0 is no infinity that the memory held. */
+/* Behind a frozen convolution that is computed within a region alone, a layer learns: what multiplies the rest's
+ * gradient of 0 is no infinity that the memory held. */
 START_TEST(a_frozen_region_leaves_nothing_behind)
 {
     enum { C = 8, H = 16, CELLS = C * H * H };

@@ -221,7 +221,7 @@ START_TEST(other_writers_are_read)
 }
 END_TEST
 
-/* ---- files of nobody ---------------------------------------------------------------------------------------------- */
+/* ---- files of nobody --------------------------------------------------------------------------------------------- */
 
 /* Recorded too: rules are a part of what a stranger's file meets. */
 static lt_status read_it(lt_arena *arena, const uint8_t *bytes, size_t n)
@@ -402,7 +402,8 @@ static const struct {
     { { .op = "Add", .in = { "x", "k" }, .type = 1, .bytes = 12, DIMS(3) }, NULL },
     { { .op = "Add", .in = { "x", "k" }, .type = 1, .bytes = 8, DIMS(3) }, "8 bytes of data, its shape wants 12" },
     { { .op = "Add", .in = { "x", "k" }, .type = 1, .bytes = 12, DIMS(-3) }, "a shape that cannot be" },
-    { { .op = "Add", .in = { "x", "k" }, .type = 1, .bytes = 0, DIMS(1ll << 40, 1ll << 40, 0) }, "a shape that cannot be" },
+    { { .op = "Add", .in = { "x", "k" }, .type = 1, .bytes = 0, DIMS(1ll << 40, 1ll << 40, 0) },
+      "a shape that cannot be" },
     { { .op = "Add", .in = { "x", "k" }, .type = 1, .bytes = 4, DIMS(1, 1, 1, 1, 1, 1, 1) }, "more than 6 dimensions" },
     { { .op = "Add", .in = { "x", "k" }, .type = 1, .bytes = 16, DIMS(4) }, "do not broadcast" },
     { { .op = "Add", .in = { "x", "k" }, .type = 11, .bytes = 24, DIMS(3) }, "is of type 11" },
@@ -429,7 +430,8 @@ static const struct {
     { { .op = "Constant", .attr = "value_ints", .attr_kind = 2 }, "\"value_ints\" is of kind 2, which holds no value" },
     { { .op = "Constant" }, "0 attributes, want one that holds its value" },
     { { .op = "Expand", .in = { "x", "k" }, INTS(2, 2) }, "(2, 3) and (0, 0) do not broadcast" },
-    { { .op = "Softmax", .in = { "x" }, .attr = "axis", .attr_kind = 2, .attr_int = 9 }, "\"axis\" is 9, want -2 to 1" },
+    { { .op = "Softmax", .in = { "x" }, .attr = "axis", .attr_kind = 2, .attr_int = 9 },
+      "\"axis\" is 9, want -2 to 1" },
     { { .op = "Softmax", .in = { "x" }, .attr = "axis", .attr_kind = 7, .attr_int = 1 }, "is of kind 7, want 2" },
     { { .op = "Transpose", .in = { "x" }, .attr = "perm", .attr_kind = 7, .attr_int = 1 }, "is no permutation" },
     { { .op = "Transpose", .in = { "x" }, .attr = "perm", .attr_kind = 7, .attr_int = -1 }, "is no permutation" },

@@ -570,8 +570,8 @@ START_TEST(other_kinds)
         const char *reason;
     } cases[] = {
         RAW("N.", "found None"), RAW("\x88.", "found a bool"), RAW("I7\n.", "found an integer"),
-        RAW("F7\n.", "found a number"), RAW("U\1a.", "found text"), RAW("C\1a.", "found bytes"), RAW("].", "found a list"),
-        RAW(").", "found a tuple"), RAW("\x8f.", "found a set"), RAW("}.", "found a dict"),
+        RAW("F7\n.", "found a number"), RAW("U\1a.", "found text"), RAW("C\1a.", "found bytes"),
+        RAW("].", "found a list"), RAW(").", "found a tuple"), RAW("\x8f.", "found a set"), RAW("}.", "found a dict"),
         RAW("cchumpy.ch\nCh\n)\x81.", "found an object"), RAW("cnumpy\nndarray\n.", "found a class"),
         RAW(DTYPE ".", "found a dtype"), RAW(FOUR ".", "found (4)"), RAW(ARRAY_OF("I2\nI2\n") ".", "found (2, 2)"),
         RAW("](" FOUR FOUR "e.", "found a list"), RAW("](S'x'\ne.", "found a list"),
@@ -602,7 +602,8 @@ START_TEST(single_elements)
     static const struct {
         const char *type, *bytes;
         bool whole;
-    } cases[] = { { "f4", "\\x00\\x00\\x80?", false }, { "i4", "\\x01\\x00\\x00\\x00", true }, { "f2", "\\x00<", false },
+    } cases[] = { { "f4", "\\x00\\x00\\x80?", false }, { "i4", "\\x01\\x00\\x00\\x00", true },
+                  { "f2", "\\x00<", false },
                   { "f8", "\\x00\\x00\\x00\\x00\\x00\\x00\\xf0?", false }, { "u1", "\\x01", true },
                   { "b1", "\\x01", true }, { "S1", "1", false } };
 

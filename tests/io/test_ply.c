@@ -100,7 +100,8 @@ START_TEST(refused)
         RAW(PLY("element vertex 1\nproperty int x\nend_header\n1.5"), "not a number of its type"),
         RAW(PLY("element v 1\nproperty list int int x\nend_header\n256 1"), "more than 255"),
         RAW(PLY("element v 1\nproperty list int int x\nend_header\n-1"), "more than 255"),
-        RAW(PLY("element vertex 1\n" XYZ "element face 1\nproperty list int int vertex_index\nend_header\n1 2 3 3 0 0 1"),
+        RAW(PLY("element vertex 1\n" XYZ "element face 1\nproperty list int int vertex_index\nend_header\n1 2 3 3 0 0 "
+                "1"),
             "vertex 1, want 3 corners or more of 0 to 0"),
         RAW(PLY("element vertex 1\n" XYZ "element face 1\nproperty list int int vertex_index\nend_header\n1 2 3 2 0 0"),
             "want 3 corners or more"),

@@ -332,8 +332,8 @@ START_TEST(streams)
         RAW(HEAD V3("FloatStorage", "K\4", "N"), "not made of a storage"),
         RAW(HEAD "\x80\2ctorch._utils\n_rebuild_parameter\n(" REBUILD(F4_4, "K\0K\4\x85K\1\x85") "\x88}tR." KEYS FOUR,
             NULL),
-        RAW(HEAD "\x80\2ctorch._tensor\n_rebuild_from_type_v2\n(ctorch._utils\n_rebuild_tensor_v2\nctorch.nn.parameter\n"
-            "Parameter\n(" F4_4 "K\0K\4\x85K\1\x85\x89}t}tR." KEYS FOUR, NULL),
+        RAW(HEAD "\x80\2ctorch._tensor\n_rebuild_from_type_v2\n(ctorch._utils\n_rebuild_tensor_v2\nctorch.nn."
+            "parameter\nParameter\n(" F4_4 "K\0K\4\x85K\1\x85\x89}t}tR." KEYS FOUR, NULL),
         RAW(HEAD "\x80\2ctorch._tensor\n_rebuild_from_type_v2\n(ctorch\nSize\nctorch.nn.parameter\nParameter\n)}tR.",
             "not made of a storage"),
         RAW(HEAD "\x80\2}(X\1\0\0\0dctorch\ndevice\n(X\3\0\0\0cputRX\1\0\0\0sctorch\nSize\n)\x85R"
@@ -376,7 +376,8 @@ START_TEST(streams)
         RAW(HEAD ONE(F4_4, "K\0K\4\x85)"), "size and stride for each"),
         RAW(HEAD ONE(F4_4, "K\0NN"), "without offset, and a size"),
         RAW(HEAD ONE(F4_4, "K\0(K\1K\1K\1K\1K\1K\1K\1K\1K\1t(K\1K\1K\1K\1K\1K\1K\1K\1K\1t"), "at most 8"),
-        RAW(HEAD ONE(F4_4, "K\0\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f\x85\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f\x85"),
+        RAW(HEAD ONE(F4_4, "K\0\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f\x85"
+                           "\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7f\x85"),
             "overflow"),
         RAW(HEAD ONE(F4_4, "\x8a\x08\xff\xff\xff\xff\xff\xff\xff\x7fK\4\x85\x8a\x08\0\0\0\0\0\0\0\x40\x85"),
             "strides that overflow"),
@@ -432,7 +433,8 @@ START_TEST(names)
         size_t n;
         const char *names[4];
     } cases[] = {
-#define NAMES(value, ...) { HEAD "\x80\2" value "." KEYS FOUR, sizeof(HEAD "\x80\2" value "." KEYS FOUR) - 1, { __VA_ARGS__ } }
+#define NAMES(value, ...) \
+        { HEAD "\x80\2" value "." KEYS FOUR, sizeof(HEAD "\x80\2" value "." KEYS FOUR) - 1, { __VA_ARGS__ } }
         NAMES("}(K\1}(X\1\0\0\0a" TENSOR "uX\1\0\0\0x" TENSOR "N" TENSOR "u", "1.a", "x"),
         NAMES("}(X\5\0\0\0modelNX\3\0\0\0ema}(X\1\0\0\0b" TENSOR "uX\1\0\0\0x" TENSOR "u", "ema.b", "x"),
         NAMES("}(X\5\0\0\0modelK\5X\3\0\0\0net}(X\1\0\0\0bK\1uX\1\0\0\0x" TENSOR "u", "x"),

@@ -150,7 +150,8 @@ START_TEST(says_what_was_found)
     check_error(lt_yaml_get(get(v, "a"), "z", &out), LT_EFORMAT, "t.yml:1: a: found a list, expected a map");
     check_error(lt_yaml_numbers(get(v, "a"), x, 3), LT_EFORMAT, "t.yml:1: a: found a list of 2, expected 3");
     check_error(lt_yaml_numbers(get(v, "a"), x, 2), LT_EFORMAT, "t.yml:1: found \"x\", expected a number");
-    check_error(lt_yaml_int(get(v, "b"), 0, 9, &n), LT_EFORMAT, "t.yml:2: b: found 2.5, expected a whole number from 0 to 9");
+    check_error(lt_yaml_int(get(v, "b"), 0, 9, &n), LT_EFORMAT, "t.yml:2: b: found 2.5, expected a whole number from 0 "
+                "to 9");
     check_error(lt_yaml_int(get(v, "c"), 0, 9, &n), LT_EFORMAT, "t.yml:3: c: found a map, expected a number");
     check_error(lt_yaml_int(parse("7"), 8, 9, &n), LT_EFORMAT, "t.yml:1: found 7, expected a whole number from 8 to 9");
     check_error(lt_yaml_int(parse("7"), 5, 6, &n), LT_EFORMAT, "t.yml:1: found 7, expected a whole number from 5 to 6");
@@ -161,7 +162,8 @@ START_TEST(says_what_was_found)
     check_error(lt_yaml_numbers(parse("1e999"), x, 1), LT_EFORMAT, "t.yml:1: found \"1e999\", expected a number");
     check_error(lt_yaml_get(parse("7"), "z", &out), LT_EFORMAT, "t.yml:1: found \"7\", expected a map");
     check_error(lt_yaml_text(get(v, "c"), &text), LT_EFORMAT, "t.yml:3: c: found a map, expected a text");
-    check_error(lt_yaml_numbers(get(get(v, "c"), "d"), x, 1), LT_EFORMAT, "t.yml:3: d: found \".nan\", expected a number");
+    check_error(lt_yaml_numbers(get(get(v, "c"), "d"), x, 1), LT_EFORMAT,
+                "t.yml:3: d: found \".nan\", expected a number");
     ck_assert_ptr_null(out);
 }
 END_TEST

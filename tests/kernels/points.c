@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Points, maxima of rows, hash grids and links of rows against the generic entries, bit by bit, and the former against plain loops:
- * points at equal distances, missing ones, rows with a NaN, places outside. */
+/* Points, maxima of rows, hash grids and links of rows against the generic entries, bit by bit, and the former against
+ * plain loops: points at equal distances, missing ones, rows with a NaN, places outside. */
 #include "tests/kernels/checkasm.h"
 
 #include <math.h>
@@ -179,7 +179,8 @@ static void check_links(const lt_kernels *k, const lt_kernels *generic, int rows
     for (int64_t i = 0; i < (int64_t)size; i++)
         for (int32_t j = first[i / LT_BLOCK]; j < first[i / LT_BLOCK + 1]; j++)
             expect_near((double)sums[j * LT_BLOCK + i % LT_BLOCK],
-                        2 * (double)y[i] * (double)x[from[j] + i % LT_BLOCK], 2e-6, "link_products", "plainly", (size_t)i);
+                        2 * (double)y[i] * (double)x[from[j] + i % LT_BLOCK], 2e-6, "link_products", "plainly",
+                        (size_t)i);
     free_array(x), free_array(weight), free_array(scale), free_array(y), free_array(want);
     free_array(sums), free_array(want_sums);
 }

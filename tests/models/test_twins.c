@@ -20,7 +20,8 @@ static const struct {
     int batch;
     double forward, gradient;
 } twins[] = {
-    { "resnet50", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 2, 1, 1], \"classes\": 10}", NULL, 4, 5e-6, 5e-5 },
+    { "resnet50", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 2, 1, 1], \"classes\": 10}", NULL, 4, 5e-6,
+      5e-5 },
     { "efficientnet_b0", "{\"image_size\": 64, \"classes\": 10, \"dropout\": 0, \"stochastic_depth\": 0}", NULL,
       4, 5e-6, 1e-4 },
     { "hocat", "{\"image_size\": 64, \"width\": 8, \"blocks\": [1, 1, 1, 1], \"roi\": 8, \"depth\": 1, "

@@ -14,10 +14,12 @@
  * points and what is sampled at them. */
 static const char *const without[] = {
     "mse_loss", "l1_loss", "cross_entropy", "sum", "confidence_target", "heatmap_loss", "volume_loss",
-    "conv2d_within", "window_means", "rows", "transform_points", "transform_back", "splat_axes", "splat_covariance", "quaternion_turn",
+    "conv2d_within", "window_means", "rows", "transform_points", "transform_back", "splat_axes", "splat_covariance",
+    "quaternion_turn",
     "sh_colour", "nearest_rotation", "isometry_loss", "splat_raster", "smooth_l1_loss", "ssim_loss", "max",
     "detect_assign", "detect_class_loss", "detect_box_loss", "detect_mask_loss",
-    "farthest_point_sampling", "ball_query", "nearest", "unit_sphere", "gather", "group", "hash_grid", "one_blob", "sample_rows",
+    "farthest_point_sampling", "ball_query", "nearest", "unit_sphere", "gather", "group", "hash_grid", "one_blob",
+    "sample_rows",
 };
 
 static bool may_be_without(const op_suite *s)

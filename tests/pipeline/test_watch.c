@@ -129,8 +129,8 @@ static void slow_progress(int64_t sets, double t)
     nanosleep(&nap, NULL);
 }
 
-/* Ten times slower than the camera: what is looked at is new, the rest is dropped and counted. Were it kept, the last one
- * would be two seconds old. */
+/* Ten times slower than the camera: what is looked at is new, the rest is dropped and counted. Were it kept, the last
+ * one would be two seconds old. */
 START_TEST(overload)
 {
     fake a = { .frames = 60, .wait = 0.004 };

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The parts of watch that need no pictures: which frames go together, what touches, which tracks are one, what goes on. */
+/* The parts of watch that need no pictures: which frames go together, what touches, which tracks are one, what goes
+ * on. */
 #include "pipeline/watch/internal.h"
 
 #include "tests/suite.h"
@@ -69,7 +70,8 @@ static stage_set *open_stage(int cameras)
     s->o.rig.n = cameras;
     s->o.rig.fps = 30;
     for (int c = 0; c < cameras; c++) {
-        s->o.rig.camera[c] = (recording_camera){ .name = "a", .width = WIDE, .height = HIGH, .K = { 60, 60, 31.5, 23.5 },
+        s->o.rig.camera[c] = (recording_camera){ .name = "a", .width = WIDE, .height = HIGH,
+                                                 .K = { 60, 60, 31.5, 23.5 },
                                                  .depth_scale = 0.001 };
         s->w.eye[c].sight = s->sight[c];
         s->w.eye[c].fresh = true;
@@ -92,7 +94,8 @@ static void see(stage_set *s, int camera, predict_kind kind, int64_t track, int 
     const size_t n = (size_t)(x1 - x0) * (size_t)(y1 - y0);
     watch_sight *to = &s->sight[camera][s->w.eye[camera].n++];
 
-    *to = (watch_sight){ .seen = { .kind = kind, .cls = kind == DETECTED_HAND, .name = "x", .score = 0.9, .track = track,
+    *to = (watch_sight){ .seen = { .kind = kind, .cls = kind == DETECTED_HAND, .name = "x", .score = 0.9,
+                                   .track = track,
                                    .box = { (float)x0, (float)y0, (float)x1, (float)y1 },
                                    .window = { x0, y0, x1, y1, lt_arena_alloc(s->w.arena, n) } } };
     memset(to->seen.window.pixel, 1, n);

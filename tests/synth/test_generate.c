@@ -457,7 +457,8 @@ static dataset *dexycb_of(const shot *s)
     const char *dir = at("dexycb");
     synth_picture *p = lt_arena_alloc(arena, sizeof(*p));
     synth_manifest files = { .arena = arena };
-    synth_dexycb_sequence q = { .frames = 1, .cameras = 2, .n_objects = 1, .id = { 9 }, .extrinsics = "e", .mano = "m" };
+    synth_dexycb_sequence q = { .frames = 1, .cameras = 2, .n_objects = 1, .id = { 9 }, .extrinsics = "e",
+                                .mano = "m" };
     synth_dexycb_frame f = { .sequence = &q, .hand = hand, .picture = p };
     synth_camera camera[2] = { s->stage.camera[0], s->stage.camera[0] };
     uint8_t *rgb = lt_arena_alloc(arena, 3 * W * H), *label = lt_arena_alloc(arena, W * H);

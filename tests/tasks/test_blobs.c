@@ -262,7 +262,8 @@ START_TEST(foreseen)
     hungry.open = NULL;
     o.tasks = only;
     ck_assert_int_eq(train_run(&o, NULL), LT_ENOMEM);
-    ck_assert_msg(strstr(lt_last_error(), "blobs.json: the run takes 1125899906.8 MB of memory beside its network, and ")
+    ck_assert_msg(strstr(lt_last_error(), "blobs.json: the run takes 1125899906.8 MB of memory beside its network, "
+                         "and ")
                   && strstr(lt_last_error(), " are free; a smaller data.cache_mb takes less"), "%s", lt_last_error());
     ck_assert(!lt_is_folder(at("foreseen")));
 }

@@ -50,7 +50,8 @@ START_TEST(overrides)
     const char *const sets[] = { "optim.lr=3e-4", "data.dir=/some where", "model.width=16", "optim.shards=4" };
     train_config c;
 
-    ck_assert_int_eq(train_config_parse(arena, tasks, "run.json", "{" MODEL ", \"optim\": { \"lr\": 1 } }", sets, 4, &c),
+    ck_assert_int_eq(train_config_parse(arena, tasks, "run.json", "{" MODEL ", \"optim\": { \"lr\": 1 } }", sets, 4,
+                                        &c),
                      LT_OK);
     ck_assert_double_eq(c.optim.lr, 3e-4);
     ck_assert_str_eq(c.data->dir, "/some where");
@@ -72,8 +73,8 @@ START_TEST(slips_in_the_models_keys)
     check_ok(train_config_parse(arena, tasks, "run.json", "{" MODEL "}", sets, 1, &c));
     check_error(train_config_model(&c, NULL, params, &m), LT_EUSAGE, "--set model.width: -3 is not between 8 and 256");
     train_config_fini(&c);
-    check_ok(train_config_parse(arena, tasks, "run.json", "{ \"model\": { \"name\": \"hocat\", \"width\": -3 } }", NULL, 0,
-                                &c));
+    check_ok(train_config_parse(arena, tasks, "run.json", "{ \"model\": { \"name\": \"hocat\", \"width\": -3 } }", NULL,
+                                0, &c));
     check_error(train_config_model(&c, NULL, params, &m), LT_EINVAL, "run.json: model.width: -3 is not between");
     train_config_fini(&c);
     lt_params_free(params);

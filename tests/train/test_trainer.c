@@ -26,8 +26,8 @@ static void with(const char *assignment)
 
 static train_options options(const char *out)
 {
-    return (train_options){ .tasks = tasks, .config = tree_at("tiny.json"), .set = set, .n_set = n_set, .out = tree_at(out),
-                            .quiet = true };
+    return (train_options){ .tasks = tasks, .config = tree_at("tiny.json"), .set = set, .n_set = n_set,
+                            .out = tree_at(out), .quiet = true };
 }
 
 /* On one thread: the tests are forked off, and threads of OpenMP do not survive that. */

@@ -60,8 +60,8 @@ static lt_status check_options(const tracker_options *o)
     if (o->method == TRACK_DEEPSORT && o->embedding < 1)
         return lt_error(LT_EINVAL, "tracker: deepsort compares embeddings and there are none; use byte or iou");
     if (o->embedding < 0 || o->max_age < 1 || o->n_init < 1 || o->budget < 1)
-        return lt_error(LT_EINVAL, "tracker: embedding %d, max_age %d, n_init %d, budget %d, expected no less than 0, 1, "
-                        "1, 1", o->embedding, o->max_age, o->n_init, o->budget);
+        return lt_error(LT_EINVAL, "tracker: embedding %d, max_age %d, n_init %d, budget %d, expected no less than 0, "
+                        "1, 1, 1", o->embedding, o->max_age, o->n_init, o->budget);
     for (size_t i = 0; i < LT_COUNT(share); i++)
         if (!(share[i] >= 0 && share[i] <= 2))
             return lt_error(LT_EINVAL, "tracker: a score or a distance is limited to %g, expected 0 to 2", share[i]);

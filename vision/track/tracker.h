@@ -19,7 +19,8 @@ extern "C" {
 
 typedef enum {
     TRACK_DEEPSORT,                 /* by appearance, then by overlap */
-    TRACK_BYTE,                     /* the same, then what is less sure by overlap; without embeddings by overlap alone */
+    TRACK_BYTE,                     /* the same, then what is less sure by overlap; without embeddings by overlap
+                                     * alone */
     TRACK_IOU,                      /* by overlap alone */
     TRACK_METHODS,
 } track_method;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * A hand-object model of one's own, outside of palmar's tree: a plain trunk, a head and a loss of its own, and the heads
- * and losses that palmar has. It trains, resumes and is scored as those that come with palmar.
+ * A hand-object model of one's own, outside of palmar's tree: a plain trunk, a head and a loss of its own, and the
+ * heads and losses that palmar has. It trains, resumes and is scored as those that come with palmar.
  *
  *     own_model data/tiny runs/own
  */

@@ -160,9 +160,9 @@ lt_status agreement_put(FILE *f, const history *h)
     st = st ? st : agreement_of(h, LANE_TRUE_INTERACTION, &state);
     if (st || !(action.all + state.all))
         return st;
-    fputs("<h2>Beside the truth</h2>\n<p>Of persons whom it knows, sets in which the word is the true one; of each true "
-          "word, how often it was said.</p>\n<div class=wide><table>\n<tr><th></th><th>true word</th><th class=n>said"
-          "</th><th class=n>sets</th></tr>\n", f);
+    fputs("<h2>Beside the truth</h2>\n<p>Of persons whom it knows, sets in which the word is the true one; of each "
+          "true word, how often it was said.</p>\n<div class=wide><table>\n<tr><th></th><th>true word</th><th "
+          "class=n>said</th><th class=n>sets</th></tr>\n", f);
     put_agreement(f, "action", &action);
     put_agreement(f, "interaction", &state);
     fputs("</table></div>\n", f);

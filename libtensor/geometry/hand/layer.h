@@ -48,7 +48,8 @@ LT_API void lt_hand_rest_wrist(const lt_hand_model *model, const double *beta, d
 LT_API void lt_hand_keypoints(const double *vertices, const double *joints, const int tips[5],
                               lt_hand_order order, double *keypoints);
 
-/* A hand's lt_skin: betas are its shape, and its points the 21 keypoints in simple order, of which the wrist comes first */
+/* A hand's lt_skin: betas are its shape, and its points the 21 keypoints in simple order, of which the wrist comes
+ * first */
 typedef lt_skin_layer lt_hand_layer;
 
 /* lt_hand_layer_new - lays out `model` (copied) in the arena; tips as in lt_hand_keypoints.

@@ -21,8 +21,8 @@ static void add_pair(double AtA[81], const double plane[3], const double ray[2])
     }
 }
 
-/* From metres along the plane's two long principal axes to z = 1. The equations are made in units of the spreads, and of
- * image points about their own mean and in their own scale, which keeps A well conditioned. */
+/* From metres along the plane's two long principal axes to z = 1. The equations are made in units of the spreads, and
+ * of image points about their own mean and in their own scale, which keeps A well conditioned. */
 static bool homography(const lt_principal *s, const lt_camera *cam, int n, const double *X,
                        const double *uv, double H[9])
 {
@@ -62,7 +62,9 @@ static bool homography(const lt_principal *s, const lt_camera *cam, int n, const
 static void turn_to_ray(double p, double q, double R[9])
 {
     const double z = 1 / sqrt(p * p + q * q + 1), x = p * z, y = q * z;
-    const double turn[9] = { 1 - x * x / (1 + z), -x * y / (1 + z), x, -x * y / (1 + z), 1 - y * y / (1 + z), y, -x, -y, z };
+    const double turn[9] = { 1 - x * x / (1 + z), -x * y / (1 + z), x,
+                             -x * y / (1 + z), 1 - y * y / (1 + z), y,
+                             -x, -y, z };
 
     memcpy(R, turn, sizeof(turn));
 }
@@ -87,9 +89,9 @@ static double norm_of(const double A[4])
 }
 
 /*
- * Infinitesimal plane-based pose. The homography's derivative at the plane's centre, against the ray there, is the upper
- * left of the rotation over the depth, of which the larger singular value is 1; what is missing of its last row is
- * known but for a sign. False for a homography that is no picture of a plane.
+ * Infinitesimal plane-based pose. The homography's derivative at the plane's centre, against the ray there, is the
+ * upper left of the rotation over the depth, of which the larger singular value is 1; what is missing of its last row
+ * is known but for a sign. False for a homography that is no picture of a plane.
  *
  * Source: Collins and Bartoli 2014, "Infinitesimal plane-based pose estimation", sections 4.2 to 4.4.
  */
@@ -201,6 +203,6 @@ lt_status lt_pnp_planar(const lt_camera *cam, int n, const double *X, const doub
             memcpy(t, ti, sizeof(ti));
         }
     }
-    return best < INFINITY ? LT_OK : lt_error(LT_ENUMERIC, "pnp_planar: no pose has all %d points in front of the camera",
-                                              n);
+    return best < INFINITY ? LT_OK
+        : lt_error(LT_ENUMERIC, "pnp_planar: no pose has all %d points in front of the camera", n);
 }

@@ -60,7 +60,7 @@ const char *lt_onnx_part_name(lt_onnx *w)
     return lt_onnx_name_of(w, w->at, suffix);
 }
 
-/* ---- operators and tensors ---------------------------------------------------------------------------------------- */
+/* ---- operators and tensors --------------------------------------------------------------------------------------- */
 
 /* Room for one more in a list. */
 static void *grown(lt_onnx *w, void *list, int n, size_t *room, size_t size)

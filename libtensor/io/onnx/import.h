@@ -129,8 +129,8 @@ lt_tensor *onnx_sum(lt_tensor *x, int axis);            /* over axis, which stay
 /* onnx_expand - stretched to this shape, which it fits */
 lt_tensor *onnx_expand(lt_tensor *x, lt_shape shape);
 
-/* onnx_pad - of one dimension or more, with so many elements before and behind along each dimension, fewer when below 0: of this value, of the
- * border, or of what lies inside the border, mirrored */
+/* onnx_pad - of one dimension or more, with so many elements before and behind along each dimension, fewer when below
+ * 0: of this value, of the border, or of what lies inside the border, mirrored */
 typedef enum { ONNX_PAD_VALUE, ONNX_PAD_EDGE, ONNX_PAD_REFLECT } onnx_pad_mode;
 lt_tensor *onnx_pad(lt_tensor *x, const int64_t *before, const int64_t *behind, onnx_pad_mode mode, double value);
 

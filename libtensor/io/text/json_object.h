@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * Internal: the members of a JSON object, or the items of a list, one at a time, for files of hundreds of megabytes whose
- * tree would take ten times that. What stands between them is checked here, each value by whoever parses it with
+ * Internal: the members of a JSON object, or the items of a list, one at a time, for files of hundreds of megabytes
+ * whose tree would take ten times that. What stands between them is checked here, each value by whoever parses it with
  * lt_json_parse.
  */
 #ifndef LT_IO_TEXT_JSON_OBJECT_H

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* The lines of a file that grows line by line. What is behind the last newline was cut off, by whatever killed its writer. */
+/* The lines of a file that grows line by line. What is behind the last newline was cut off, by whatever killed its
+ * writer. */
 #ifndef LT_IO_TEXT_RECORDS_H
 #define LT_IO_TEXT_RECORDS_H
 

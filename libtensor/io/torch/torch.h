@@ -38,8 +38,8 @@ typedef struct {
  *   out      owned by the arena; touched only on success
  *
  * Dicts and lists join their keys and indices with a dot, of whatever class they are. A pickled module (as ultralytics
- * saves them) gives its parameters and buffers, a TorchScript program (as OpenAI's CLIP is) those of its modules. Tensors
- * of half precision stay so. Views, strides and shared storages give C-ordered arrays, which may share memory.
+ * saves them) gives its parameters and buffers, a TorchScript program (as OpenAI's CLIP is) those of its modules.
+ * Tensors of half precision stay so. Views, strides and shared storages give C-ordered arrays, which may share memory.
  *
  * Pickles are read with lt_pickle_read's classes and PyTorch's own tensor functions; other names are objects that stay
  * closed. Nothing is ever called.

@@ -129,7 +129,8 @@ static segments seen_from(const lt_conv2d_params *p, int64_t row, int64_t n)
     return (segments){ first * each, end * each };
 }
 
-/* The panel's sums over segments [from, end) of s, g of which is known but for them; e: what follows the last of them */
+/* The panel's sums over segments [from, end) of s, g of which is known but for them; e: what follows the last of
+ * them */
 static void multiply(const product_job *j, const product_task *t, lt_blocks g, segments s, int64_t from, int64_t end,
                      const lt_epilogue *e)
 {

@@ -117,8 +117,8 @@ LT_API void lt_conv2d_backward_data(const lt_conv2d_params *p, const lt_real *dy
  *
  * work is lt_conv2d_weights_work(p) bytes, aligned to LT_ALIGN, contents indifferent: the batch is
  * cut into a fixed number of chunks, each summed on its own, then added in order. 3 x 3 windows of stride 1 and pad 1
- * from 32 channels, 8 x 8 positions and 16 tiles of 4 x 4 on go by libtensor/kernels/conv/winograd_weights.h: within 4e-6 of
- * the sum of the terms' sizes.
+ * from 32 channels, 8 x 8 positions and 16 tiles of 4 x 4 on go by libtensor/kernels/conv/winograd_weights.h: within
+ * 4e-6 of the sum of the terms' sizes.
  */
 LT_API size_t lt_conv2d_weights_work(const lt_conv2d_params *p);
 LT_API void lt_conv2d_backward_weights(const lt_conv2d_params *p, const lt_real *x, const lt_real *dy,

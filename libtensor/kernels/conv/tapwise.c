@@ -248,7 +248,8 @@ static void run(const lt_conv2d_params *p, conv_direction d, const lt_real *x, c
 {
     shape s;
     tapwise_job j = {
-        .s = &s, .x = x, .packed = packed, .around = around, .add = d == CONV_DATA && around->residual, .y = y, .q = work,
+        .s = &s, .x = x, .packed = packed, .around = around, .add = d == CONV_DATA && around->residual, .y = y,
+        .q = work,
     };
 
     shape_of(&s, p, d);

@@ -49,7 +49,8 @@ static lt_status infer(lt_call *c)
     if (o->levels < 1 || o->base < 2 || o->finest < o->base || o->finest > 1 << 20 || o->log2_size < 4
         || o->log2_size > 24)
         return lt_fail(c, "%d levels from %d to %d, tables of 2^%d: want at least one level, "
-                       "2 <= base <= finest <= 2^20, 4 <= log2_size <= 24", o->levels, o->base, o->finest, o->log2_size);
+                       "2 <= base <= finest <= 2^20, 4 <= log2_size <= 24", o->levels, o->base, o->finest,
+                       o->log2_size);
     if (lt_want_rank(c, TABLE, "table", 2))
         return LT_ESHAPE;
     if (lt_dim(c->in[TABLE], 0) != lt_hash_grid_entries(o))

@@ -36,8 +36,8 @@ static void onnx(lt_onnx *w, const lt_node *n)
 }
 
 static const lt_op sample_index_op = {
-    .name = "sample_index", .flags = LT_OP_DETACH, .keeps = LT_KEEP_NOTHING, .any_type = LT_ANY_TYPE_IN(0), .infer = infer,
-    .forward = forward, .onnx = onnx,
+    .name = "sample_index", .flags = LT_OP_DETACH, .keeps = LT_KEEP_NOTHING, .any_type = LT_ANY_TYPE_IN(0),
+    .infer = infer, .forward = forward, .onnx = onnx,
 };
 
 lt_tensor *(lt_sample_index)(lt_tensor *x)

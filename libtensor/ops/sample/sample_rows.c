@@ -18,7 +18,8 @@ static lt_status infer(lt_call *c)
     if (lt_want_rank(c, MAP, "map", 3) || lt_want_rank(c, PLACE, "places", 3))
         return LT_ESHAPE;
     if (a->h < 1 || a->w < 1 || (int64_t)a->h * a->w != lt_dim(c->in[MAP], 1))
-        return lt_fail(c, "the map has %lld cells, want those of %d x %d", (long long)lt_dim(c->in[MAP], 1), a->h, a->w);
+        return lt_fail(c, "the map has %lld cells, want those of %d x %d", (long long)lt_dim(c->in[MAP], 1), a->h,
+                       a->w);
     if (lt_dim(c->in[PLACE], 0) != lt_dim(c->in[MAP], 0) || lt_dim(c->in[PLACE], 2) != 2)
         return lt_fail(c, "places are %s, want (%lld, places, 2)", lt_shape_text(&c->in[PLACE]->shape, text),
                        (long long)lt_dim(c->in[MAP], 0));

@@ -170,7 +170,8 @@ END_TEST
 /* Odd tables and curves: nothing reads past a line */
 START_TEST(odd_files)
 {
-    static const char *const tables[] = { "|", "|\n|", "|a|\n|-|\n|b|", "| a\n| -- \n", "#", "|a|\n|--", "\n\n", "|--:|\n|" };
+    static const char *const tables[] = { "|", "|\n|", "|a|\n|-|\n|b|", "| a\n| -- \n", "#", "|a|\n|--", "\n\n",
+                                          "|--:|\n|" };
     static const char *const lists[] = { "", "sample", "sample\n", "a,b\nx\n,\ny,", "a,b\nx,1e999\nz,1\n" };
     arena = NULL;
     make_run(true);
@@ -188,8 +189,10 @@ END_TEST
 /* ---- a detector ---- */
 
 #define CURVE "\"precision\": [1, 0.5, 0]}"
-static const char curves[] = "[{\"name\": \"hands & <b>\", \"iou\": 0.5, " CURVE ", {\"name\": \"all\", \"iou\": 0.75, " CURVE "]";
-static const char confused[] = "truth,\"hand\",\"<i>cup, red</i>\",missed\nhand,3,1,0\n\"<i>cup, red</i>\",0,0,2\nnothing,1,0,0\n";
+static const char curves[] = "[{\"name\": \"hands & <b>\", \"iou\": 0.5, " CURVE ", "
+    "{\"name\": \"all\", \"iou\": 0.75, " CURVE "]";
+static const char confused[] = "truth,\"hand\",\"<i>cup, red</i>\",missed\nhand,3,1,0\n"
+    "\"<i>cup, red</i>\",0,0,2\nnothing,1,0,0\n";
 
 START_TEST(a_detector)
 {
@@ -222,8 +225,8 @@ START_TEST(odd_detections)
         "[{\"name\": \"a\", \"iou\": 0.5, \"precision\": [1, \"x\"]}]",
         "[{\"name\": \"a\", \"iou\": 0.5, \"precision\": [1, 7]}]",
     };
-    static const char *const odd_tables[] = { "", "truth", "truth,\n", "truth,a\na", "truth,a\na,1,2,3", "truth,a\na,x\n",
-                                              "truth,a\na,-5\nb,1e99\n", "\n\n\n" };
+    static const char *const odd_tables[] = { "", "truth", "truth,\n", "truth,a\na", "truth,a\na,1,2,3",
+                                              "truth,a\na,x\n", "truth,a\na,-5\nb,1e99\n", "\n\n\n" };
 
     run = "odd";
     make_run(true);

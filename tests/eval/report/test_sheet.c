@@ -45,7 +45,8 @@ static int count(const char *text, const char *what)
 }
 
 static const char full[] = "{\"model\": {\"name\": \"hogs\", \"variant\": \"full\"}, \"data\": {\"jitter\": false}}";
-static const char avatar[] = "{\"model\": {\"name\": \"hogs\", \"variant\": \"<b>mine\"}, \"data\": {\"jitter\": true}}";
+static const char avatar[] = "{\"model\": {\"name\": \"hogs\", \"variant\": \"<b>mine\"}, \"data\": {\"jitter\": "
+    "true}}";
 
 /* The truth once in its own colours, a rendering a run with its PSNR, and the truth again where its colours are others;
  * nothing from a file is markup. */

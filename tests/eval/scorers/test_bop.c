@@ -226,7 +226,8 @@ START_TEST(too_many_symmetries)
     for (int i = 0; i < 8; i++)
         discrete = lt_arena_printf(arena, "%s%s[1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]", discrete, i ? "," : "");
     text = lt_arena_printf(arena, CAN("\"symmetries_discrete\": [%s], "
-                                      "\"symmetries_continuous\": [{\"axis\": [0,0,1], \"offset\": [0,0,0]}]"), discrete);
+                                      "\"symmetries_continuous\": [{\"axis\": [0,0,1], \"offset\": [0,0,0]}]"),
+                                      discrete);
     ck_assert_int_eq(read_text(arena, text, m), LT_EFORMAT);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "object 1: has too many symmetries"));
     lt_arena_free(arena);

@@ -163,7 +163,8 @@ static const struct { const char *text; int lists; const char *reason; } broken[
     { "[[[1,2,3],[1,2,3]],[[Infinity,2,3],[1,2,3]]]", 1, "frame 1, point 0, x: found Infinity, expected" },
     { "[[[1,2,-Infinity],[1,2,3]]]", 1, "frame 0, point 0, z: found -Infinity, expected" },
     { "[[[1,2,3],[1,2,1e154]]]", 1, "frame 0, point 1, z: found 1e154, expected" },
-    { "[[[1,nan,3],[1,2,3]]]", 1, "found nan, expected numbers" }, { "[[[1,0x1,3],[1,2,3]]]", 1, "found 0x1, expected" },
+    { "[[[1,nan,3],[1,2,3]]]", 1, "found nan, expected numbers" },
+    { "[[[1,0x1,3],[1,2,3]]]", 1, "found 0x1, expected" },
     { "[[[1,2,3],[01,2,3]]]", 1, "frame 0, point 1: parse error" }, { "[[[+1,2,3],[1,2,3]]]", 1, "found +1" },
     { "[[[.5,2,3],[1,2,3]]]", 1, "found .5" }, { "[[[1.,2,3],[1,2,3]]]", 1, "found 1., expected" },
     { "[[[1e,2,3],[1,2,3]]]", 1, "found 1e, expected" }, { "[[[1 2,3],[1,2,3]]]", 1, "parse error" },
@@ -182,7 +183,8 @@ START_TEST(files_are_broken)
 
     put_text("b.json", broken[_i].text);
     ck_assert_int_eq(read_all(in_folder("b.json"), broken[_i].lists, n), LT_EFORMAT);
-    ck_assert_msg(strstr(lt_last_error(), broken[_i].reason), "\"%s\" lacks \"%s\"", lt_last_error(), broken[_i].reason);
+    ck_assert_msg(strstr(lt_last_error(), broken[_i].reason), "\"%s\" lacks \"%s\"", lt_last_error(),
+                  broken[_i].reason);
     ck_assert_ptr_nonnull(strstr(lt_last_error(), "b.json"));
 }
 END_TEST
@@ -192,7 +194,8 @@ START_TEST(odd_but_right)
 {
     int64_t n[2];
 
-    put_text("o.json", "\xef\xbb\xbf [\r\n[[-0.0,\t1.5E-3,2e+2],[0.00000000000000000000000000000000000012345678901234567,1,"
+    put_text("o.json", "\xef\xbb\xbf [\r\n[[-0.0,\t1.5E-3,2e+2],"
+             "[0.00000000000000000000000000000000000012345678901234567,1,"
              "9999]]\n]\n");
     check_ok(read_all(in_folder("o.json"), 1, n));
     ck_assert_int_eq(n[0], 1);
@@ -241,8 +244,8 @@ START_TEST(joints_alone_and_other_meshes)
 }
 END_TEST
 
-/* A word or a text over many blocks is refused before the parser has all of it, wherever it begins; white space may be as
- * long as it likes. */
+/* A word or a text over many blocks is refused before the parser has all of it, wherever it begins; white space may be
+ * as long as it likes. */
 START_TEST(long_words)
 {
     static const char *const heads[] = { "[[[", "[[[1,2,3],[0.", "x", "[[[\"," };
@@ -254,7 +257,8 @@ START_TEST(long_words)
         memset(text, i < 3 ? '0' : ',', LONG);
         memcpy(text, heads[i], strlen(heads[i]));
         put_file(in_folder("w.json"), text, LONG);
-        snprintf(reason, sizeof(reason), "w.json: frame 0, point %d: found a %s", i == 1, i < 3 ? "very long word" : "text");
+        snprintf(reason, sizeof(reason), "w.json: frame 0, point %d: found a %s", i == 1,
+                 i < 3 ? "very long word" : "text");
         check_error(read_all(in_folder("w.json"), 1, n), LT_EFORMAT, reason);
     }
     memset(text, ' ', LONG);
@@ -346,7 +350,8 @@ static const struct { const char *names[4]; const char *note, *reason; } zips[] 
     { { "results/pred.json", "__MACOSX/results/._pred.json" }, "found results/pred.json in it", NULL },
     { { "old/pred.json", "pred.json" }, NULL, NULL },
     { { "my_results.json", "log.txt" }, "found my_results.json in it", NULL },
-    { { "a/pred.json", "b/pred.json" }, NULL, "found a/pred.json and b/pred.json in it, expected pred.json at the top" },
+    { { "a/pred.json", "b/pred.json" }, NULL,
+      "found a/pred.json and b/pred.json in it, expected pred.json at the top" },
     { { "a.json", "b.json" }, NULL, "found a.json and b.json in it" },
     { { "pred.txt" }, NULL, "no JSON file in this archive, expected pred.json in it" },
 };
@@ -520,7 +525,8 @@ static void in_simple_order(float *x, int n)
 static const struct { void (*make)(float *x, int n); bool mesh; const char *code, *words; } slips[] = {
     { in_mm, true, "unit", "it looks as if the joints are in millimetres, not metres" },
     { in_opencv, true, "axes", "it looks as if the joints have OpenCV's axes (y down, z forward), not OpenGL's" },
-    { in_simple_order, false, "order", "it looks as if the joints are ordered from thumb to little finger, not as MANO" },
+    { in_simple_order, false, "order",
+      "it looks as if the joints are ordered from thumb to little finger, not as MANO" },
     { from_the_wrist, false, "place", "it looks as if the joints are counted from the wrist" },
 };
 
@@ -613,8 +619,8 @@ START_TEST(stopping)
     int64_t n, done = 0;
 
     write_pred(in_folder("pred.json"), N);
-    ck_assert_int_eq(ho3d_score_files(in_folder("pred.json"), in_folder("xyz.json"), in_folder("verts.json"), scores, &n,
-                                      NULL, stop_at_once, &done), LT_ESTOPPED);
+    ck_assert_int_eq(ho3d_score_files(in_folder("pred.json"), in_folder("xyz.json"), in_folder("verts.json"), scores,
+                                      &n, NULL, stop_at_once, &done), LT_ESTOPPED);
     ck_assert_int_eq(done, 64);
 }
 END_TEST

@@ -190,7 +190,8 @@ END_TEST
 START_TEST(wide_tables_turn)
 {
     const eval_table *t = table_called("hocat-4");
-    const eval_protocol real = { .dataset = "DexYCB s0", .split = "test", .whole = true, .samples = 10, .diameter = "bbox_diag" };
+    const eval_protocol real = { .dataset = "DexYCB s0", .split = "test", .whole = true, .samples = 10,
+                                 .diameter = "bbox_diag" };
     eval_result ours = { { .label = "palmar HOCAT" }, 1 };
     char *text;
 

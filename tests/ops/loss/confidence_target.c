@@ -28,8 +28,10 @@ static void fill(const op_case *c, int input, lt_real *v, int64_t n, lt_rng *r)
 }
 
 static const op_case cases[] = {
-    { "confidence", confidence, .in = { S(2, N, 2, 2), C(2, N, 2, 2), C(2, N, 2, 2), C(2, N, 2), C(2, 2, 2), C(2) }, .fill = fill },
-    { "places", places, .in = { C(2, N, 2, 2), S(2, N, 2, 2), S(2, N, 2, 2), C(2, N, 2), C(2, 2, 2), C(2) }, .fill = fill },
+    { "confidence", confidence, .in = { S(2, N, 2, 2), C(2, N, 2, 2), C(2, N, 2, 2), C(2, N, 2), C(2, 2, 2), C(2) },
+      .fill = fill },
+    { "places", places, .in = { C(2, N, 2, 2), S(2, N, 2, 2), S(2, N, 2, 2), C(2, N, 2), C(2, 2, 2), C(2) },
+      .fill = fill },
 };
 
 const op_suite confidence_target_suite = { "confidence_target", CASES(cases) };

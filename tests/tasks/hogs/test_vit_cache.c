@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* What a ViT that does not learn sees of frames: the same bits whatever is kept of it and whatever else has moved, and a
- * graph that takes it learns as one that has the ViT in it. */
+/* What a ViT that does not learn sees of frames: the same bits whatever is kept of it and whatever else has moved, and
+ * a graph that takes it learns as one that has the ViT in it. */
 #include "models/hogs/hogs.h"
 #include "tasks/hogs/vit_cache.h"
 #include "tests/geometry/hashed.h"

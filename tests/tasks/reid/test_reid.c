@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-/* Learning who is who from a few drawn films: bits do not depend on threads or stops, and trackers that ask keep ids. */
+/* Learning who is who from a few drawn films: bits do not depend on threads or stops, and trackers that ask keep
+ * ids. */
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/atomic_file.h"
 #include "libtensor/io/file.h"
@@ -62,7 +63,8 @@ static void put_film(const film *of)
     gt = fopen(lt_arena_printf(arena, "%s/gt/gt.txt", folder), "w");
     det = fopen(lt_arena_printf(arena, "%s/det/det.txt", folder), "w");
     info = fopen(lt_arena_printf(arena, "%s/seqinfo.ini", folder), "w");
-    fprintf(info, "[Sequence]\nframeRate=10\nseqLength=%d\nimWidth=%d\nimHeight=%d\nimExt=.png\n", FRAMES, WIDTH, HEIGHT);
+    fprintf(info, "[Sequence]\nframeRate=10\nseqLength=%d\nimWidth=%d\nimHeight=%d\nimExt=.png\n", FRAMES, WIDTH,
+            HEIGHT);
     for (int k = 0; k < FRAMES; k++) {
         lt_image img;
 
@@ -85,8 +87,8 @@ static void put_film(const film *of)
 
 static void setup(void)
 {
-    static const char config[] = "{ \"model\": { \"name\": \"reid\", \"dropout\": 0.1 }, \"optim\": { \"kind\": \"adam\", "
-        "\"lr\": 1e-3, \"schedule\": \"constant\", \"batch\": 6, \"shards\": 2, \"steps\": 4 }, \"train\": { "
+    static const char config[] = "{ \"model\": { \"name\": \"reid\", \"dropout\": 0.1 }, \"optim\": { \"kind\": "
+        "\"adam\", \"lr\": 1e-3, \"schedule\": \"constant\", \"batch\": 6, \"shards\": 2, \"steps\": 4 }, \"train\": { "
         "\"checkpoint_minutes\": 0, \"validate_every\": 0 }, \"data\": { \"every\": 4, \"visible\": 0.5 } }";
 
     open_scratch();
