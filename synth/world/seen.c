@@ -13,7 +13,7 @@ static bool belongs(const synth_world *w, int part, int thing)
     return part == thing || (part >= 0 && w->thing[part].owner == thing);
 }
 
-static synth_pixels box_of(const uint8_t *mask, int width, int height, int64_t *n)
+synth_pixels synth_pixels_of(const uint8_t *mask, int width, int height, int64_t *n)
 {
     synth_pixels b = { width, height, 0, 0 };
 
@@ -61,7 +61,7 @@ static bool reaches_out(const synth_instance *in, const synth_camera *c)
     return false;
 }
 
-static lt_status draw_whole(lt_arena *arena, const synth_world *w, const synth_camera *c, int thing, uint8_t *mask,
+lt_status synth_world_cover(lt_arena *arena, const synth_world *w, const synth_camera *c, int thing, uint8_t *mask,
                             bool *cut)
 {
     const lt_camera camera = { c->fx, c->fy, c->cx, c->cy };
@@ -104,15 +104,13 @@ lt_status synth_world_look(lt_arena *arena, const synth_world *w, const synth_ca
         mask = lt_arena_alloc(arena, n);
         if (!mask)
             return lt_error(LT_ENOMEM, "synth: no memory for masks");
-        memset(whole, 0, n);
-        st = draw_whole(arena, w, camera, i, whole, &s->cut);
-        for (size_t k = 0; k < n; k++) {
+        for (size_t k = 0; k < n; k++)
             mask[k] = belongs(w, frame->label[k] - 1, i);
-            whole[k] |= mask[k];
-        }
+        memcpy(whole, mask, n);
+        st = synth_world_cover(arena, w, camera, i, whole, &s->cut);
         s->mask = mask;
-        s->box = box_of(mask, frame->width, frame->height, &s->visible);
-        s->whole_box = box_of(whole, frame->width, frame->height, &s->whole);
+        s->box = synth_pixels_of(mask, frame->width, frame->height, &s->visible);
+        s->whole_box = synth_pixels_of(whole, frame->width, frame->height, &s->whole);
         s->cut = s->cut && at_border(&s->box, frame);
     }
     *out = seen;

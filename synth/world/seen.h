@@ -14,6 +14,9 @@ extern "C" {
 /* Pixels; x1 and y1 are one past the last. All zero: none. */
 typedef struct { int x0, y0, x1, y1; } synth_pixels;
 
+/* synth_pixels_of - the box around what is not 0 in a mask (height, width), and its pixels */
+synth_pixels synth_pixels_of(const uint8_t *mask, int width, int height, int64_t *n);
+
 typedef struct {
     const uint8_t *mask;            /* (height, width) 1 where the thing is seen */
     int64_t visible, whole;         /* pixels that show it, and that would if nothing else were there */
@@ -26,6 +29,17 @@ static inline double synth_seen_share(const synth_seen *s)
 {
     return s->whole ? (double)s->visible / (double)s->whole : 0;
 }
+
+/**
+ * synth_world_cover - mark the pixels that a thing would cover if nothing stood before it: its amodal mask
+ *
+ *   mask     (height, width) of the camera's picture: 1 where the thing is, other pixels keep their value
+ *   cut      becomes true where it goes on past the border; else it keeps its value
+ *
+ * Whoever begins with the mask of what is seen has a mask that holds it. Errors: LT_ENOMEM.
+ */
+lt_status synth_world_cover(lt_arena *arena, const synth_world *w, const synth_camera *camera, int thing, uint8_t *mask,
+                            bool *cut);
 
 /**
  * synth_world_look - measure a world's picture
