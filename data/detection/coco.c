@@ -360,6 +360,19 @@ static lt_status read_lists(reading *r, const lt_json_member list[3])
     return st;
 }
 
+/* What the file says of itself; anything may stand there. */
+static lt_status read_info(const reading *r, const lt_json_member *m)
+{
+    cJSON *info;
+    const lt_status st = lt_json_parse(r->path, m->value, m->n, &info);
+
+    if (st)
+        return st == LT_ENOMEM ? st : LT_OK;
+    r->set->synthetic = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(info, "synthetic"));
+    cJSON_Delete(info);
+    return LT_OK;
+}
+
 /* Where the three lists stand in the text; of two of a name the first counts. */
 static lt_status find_lists(const reading *r, const lt_file *file, lt_json_member list[3])
 {
@@ -369,10 +382,13 @@ static lt_status find_lists(const reading *r, const lt_file *file, lt_json_membe
     bool more = true, there = lt_json_object_open(r->path, (const char *)file->bytes, file->n, &all) == LT_OK;
     lt_status st = LT_OK;
 
-    while (there && !(st = lt_json_object_next(&all, r->arena, &m, &more)) && more)
+    while (there && !st && !(st = lt_json_object_next(&all, r->arena, &m, &more)) && more) {
         for (int k = 0; k < 3; k++)
             if (strcmp(m.key, names[k]) == 0 && !list[k].value)
                 list[k] = m;
+        if (strcmp(m.key, "info") == 0)
+            st = read_info(r, &m);
+    }
     for (int k = 0; k < 3; k++)
         there = there && list[k].value && *list[k].value == '[';
     return st || there ? st : lt_error(LT_EFORMAT, "%s: want the lists images, annotations and categories, as COCO's "

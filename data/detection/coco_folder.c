@@ -50,7 +50,7 @@ static void read_manifest(lt_arena *arena, const char *root, detection_set *s)
         return;
     preset = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(tree, "preset"));
     seed = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(tree, "seed"));
-    s->synthetic = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(tree, "synthetic"));
+    s->synthetic = s->synthetic || cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(tree, "synthetic"));
     if (s->synthetic && preset && seed && strcmp(preset, "detect") == 0)
         s->seed = strtoll(seed, NULL, 10);
     cJSON_Delete(tree);

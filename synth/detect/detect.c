@@ -4,7 +4,6 @@
 
 #include "libtensor/base/parallel.h"
 #include "libtensor/io/file.h"
-#include "libtensor/io/image/coco_rle.h"
 #include "libtensor/io/image/image.h"
 #include "synth/detect/layout.h"
 #include "synth/detect/tally.h"
@@ -18,11 +17,8 @@
 enum {
     PLACES = 4,                                 /* at a time; no part of the result */
     PICTURES = 25,                              /* taken in a place */
-    LEAST = 16,                                 /* pixels of a thing that is annotated */
     QUALITY = 0x4a504547,
 };
-
-static const double LEAST_SHARE = 0.1;          /* visible of a thing that is annotated */
 
 /* What becomes of a picture; filled by whichever thread takes it. */
 typedef struct {
@@ -96,9 +92,9 @@ static lt_status prepare(run *r)
     if (!st)
         st = synth_hand_new(r->arena, SYNTH_HAND_MANO_LIKE, &r->hand);
     if (!st)
-        st = synth_coco_open(&r->coco[0], "train");
+        st = synth_coco_open(&r->coco[0], "annotations/instances_train.json");
     if (!st)
-        st = synth_coco_open(&r->coco[1], "evaluation");
+        st = synth_coco_open(&r->coco[1], "annotations/instances_evaluation.json");
     if (!st)
         st = synth_tell(r->opt, "objects", "pictures", 0, r->n);
     return st ? st : synth_props_init(&r->props);
@@ -119,21 +115,13 @@ static lt_status annotate(shot *s, const detect_picture *p, const synth_frame *f
 
     for (int i = 0; !st && i < p->world.n_things; i++) {
         const synth_thing *t = &p->world.thing[i];
-        const double visible = synth_seen_share(&seen[i]);
         const int n = s->image.n;
 
-        if (visible < LEAST_SHARE || seen[i].visible < LEAST)
+        if (!synth_coco_counts(&seen[i]))
             continue;
-        s->image.seen[n].thing = *t;
-        s->image.seen[n].box = seen[i].box;
-        s->image.seen[n].area = seen[i].visible;
-        s->image.seen[n].visible = visible;
-        s->image.seen[n].counts = lt_rle_encode(s->arena, seen[i].mask, f->height, f->width);
+        st = synth_coco_see(s->arena, t, &seen[i], NULL, &s->image);
         s->sight[n] = (detect_sight){ .kind = t->kind, .left = t->left, .bare = p->bare[i], .cut = seen[i].cut,
-                                      .side = side_of(&seen[i].box), .visible = visible };
-        if (!s->image.seen[n].counts)
-            return lt_error(LT_ENOMEM, "synth: no memory for masks");
-        s->image.n++;
+                                      .side = side_of(&seen[i].box), .visible = synth_seen_share(&seen[i]) };
     }
     return st;
 }

@@ -105,6 +105,24 @@ START_TEST(coco)
 }
 END_TEST
 
+/* By info.synthetic of the file itself; a manifest beside it says so too, but never that it is not. */
+START_TEST(coco_that_is_synthetic)
+{
+    static const char *const info[] = { "{\"synthetic\": true}", "{\"synthetic\": 1}", "\"synthetic\"", "[]", "null" };
+    detection_set *s;
+
+    make_coco();
+    for (size_t i = 0; i < LT_COUNT(info); i++) {
+        check_ok(open_coco(lt_arena_printf(arena, "{\"info\": %s, " IMAGES ", \"annotations\": [], " CATEGORIES "}",
+                                           info[i]), &s));
+        ck_assert(s->synthetic == (i == 0));
+    }
+    put_text("manifest.json", "{\"synthetic\": true, \"preset\": \"detect\", \"seed\": \"5\"}");
+    check_ok(open_coco(FILE_OF(""), &s));
+    ck_assert(s->synthetic && s->seed == 5);
+}
+END_TEST
+
 static const struct { const char *text, *reason; } bad_coco[] = {
     { "[]", "want the lists images, annotations and categories" },
     { "{\"images\": [], \"annotations\": [], \"categories\": []}", "categories: there are none" },
@@ -252,6 +270,7 @@ static void add_tests(TCase *tc)
 {
     tcase_add_checked_fixture(tc, setup, teardown);
     tcase_add_test(tc, coco);
+    tcase_add_test(tc, coco_that_is_synthetic);
     tcase_add_loop_test(tc, coco_that_is_none, 0, (int)LT_COUNT(bad_coco));
     tcase_add_test(tc, another_size);
     tcase_add_test(tc, yolo);
