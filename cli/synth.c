@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER, CLIPS, DIFFICULTY, NEAR, CAMERAS, SECONDS };
+enum { SEED = 256, FRAMES, PNG, ALIAS, LAYOUT, LIGHT, JITTER, CLIPS, DIFFICULTY, NEAR, CAMERAS, SECONDS, EXPORT };
 
 static const struct argp_option options[] = {
     { "preset", 'p', "NAME", 0,
@@ -29,6 +29,9 @@ static const struct argp_option options[] = {
       "world: moments, in place of --seconds", 0 },
     { "cameras", CAMERAS, "N", 0, "world: 1 to 4 (default): front, two above the table, side", 0 },
     { "seconds", SECONDS, "S", 0, "world: how long it is; default 20", 0 },
+    { "export", EXPORT, "FORMATS", 0, "world: coco, bop, or coco,bop: the same frames for other programs too, in "
+      "folders of these names: persons, hands and objects as COCO has them, poses of objects as BOP has them, masks of "
+      "what is seen and amodal ones", 0 },
     { "clips", CLIPS, "N", 0, "actions: in all, 100 for each repetition; default 2000", 0 },
     { "difficulty", DIFFICULTY, "X", 0, "actions: 0 to 1: how much joints are off, how often the object is missed, how "
       "late reaching and receiving part; default: where a baseline of speeds is right in 70 % of the windows; world: "
@@ -48,6 +51,22 @@ static bool show_progress(void *ctx, const char *step, int64_t done, int64_t tot
     (void)ctx;
     cli_progress(step, done, total);
     return !cli_stop_requested();
+}
+
+/* Names between commas */
+static void parse_export(struct argp_state *state, const char *arg, synth_options *o)
+{
+    for (const char *name = arg, *end; name; name = end ? end + 1 : NULL) {
+        end = strchr(name, ',');
+        const size_t n = end ? (size_t)(end - name) : strlen(name);
+
+        if (n == 4 && strncmp(name, "coco", n) == 0)
+            o->coco = true;
+        else if (n == 3 && strncmp(name, "bop", n) == 0)
+            o->bop = true;
+        else
+            argp_error(state, "--export: found \"%s\", want coco, bop or coco,bop", arg);
+    }
 }
 
 static error_t parse(int key, char *arg, struct argp_state *state)
@@ -72,6 +91,7 @@ static error_t parse(int key, char *arg, struct argp_state *state)
     case DIFFICULTY: o->difficulty = cli_real(state, "difficulty", arg, 0, 1); break;
     case CAMERAS: o->cameras = cli_number(state, "cameras", arg, 1, 4); break;
     case SECONDS: o->seconds = cli_real(state, "seconds", arg, 0.1, 3600); break;
+    case EXPORT: parse_export(state, arg, o); break;
     case NEAR: o->near = cli_real(state, "near", arg, 0, 1); break;
     case PNG: o->png = true; break;
     case ALIAS: o->alias_ycb = true; break;
@@ -99,8 +119,8 @@ static error_t parse(int key, char *arg, struct argp_state *state)
             argp_error(state, "--clips is for --preset actions");
         if (o->preset != SYNTH_ACTIONS && o->preset != SYNTH_WORLD && o->difficulty >= 0)
             argp_error(state, "--difficulty is for --preset actions and world");
-        if (o->preset != SYNTH_WORLD && (o->cameras || o->seconds > 0))
-            argp_error(state, "--cameras and --seconds are for --preset world");
+        if (o->preset != SYNTH_WORLD && (o->cameras || o->seconds > 0 || o->coco || o->bop))
+            argp_error(state, "--cameras, --seconds and --export are for --preset world");
         if (o->frames && o->seconds > 0)
             argp_error(state, "--frames and --seconds both say how long the world is: give one of them");
         if (o->preset == SYNTH_ACTIONS && o->frames)

@@ -42,6 +42,7 @@ typedef struct {
     double difficulty;              /* SYNTH_ACTIONS, SYNTH_WORLD: in [0, 1] */
     int cameras;                    /* SYNTH_WORLD: 1 to 4; 0: 4 */
     double seconds;                 /* SYNTH_WORLD: how long it is; 0: 20 */
+    bool coco, bop;                 /* SYNTH_WORLD: the same frames as COCO, as BOP have them too */
     double near;                    /* SYNTH_DETECT: in [0, 1]: share of pictures of a hand from near by */
     bool png;                       /* HO3D: lossless images, as v2 has them; off: JPEG, as v3 */
     bool still_light;               /* SYNTH_HOGS: the same light in all frames; off: global and local light vary */

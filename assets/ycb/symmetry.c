@@ -34,19 +34,27 @@ static void long_axis(const ycb_object *o, double axis[3])
     axis[2] = 0;
 }
 
+bool ycb_turns_about(const ycb_object *object, double axis[3])
+{
+    const bool about_y = object->symmetry == YCB_SYM_CYLINDER_Y;
+
+    axis[0] = 0;
+    axis[1] = about_y;
+    axis[2] = !about_y;
+    return object->adds & YCB_ADDS_BOP && (about_y || object->symmetry == YCB_SYM_CYLINDER_Z ||
+                                           object->symmetry == YCB_SYM_CONTINUOUS_Z);
+}
+
 int ycb_symmetries(const ycb_object *object, lt_pose *out)
 {
-    const double y[3] = { 0, 1, 0 }, z[3] = { 0, 0, 1 };
+    const double z[3] = { 0, 0, 1 };
     double axis[3];
 
     if (!(object->adds & YCB_ADDS_BOP))
         return 0;
+    if (ycb_turns_about(object, axis))
+        return turns(object, axis, YCB_TURNS, out);
     switch (object->symmetry) {
-    case YCB_SYM_CYLINDER_Z:
-    case YCB_SYM_CONTINUOUS_Z:
-        return turns(object, z, YCB_TURNS, out);
-    case YCB_SYM_CYLINDER_Y:
-        return turns(object, y, YCB_TURNS, out);
     case YCB_SYM_C2:
         long_axis(object, axis);
         return turns(object, axis, 2, out);
@@ -54,9 +62,7 @@ int ycb_symmetries(const ycb_object *object, lt_pose *out)
         return turns(object, z, 2, out);
     case YCB_SYM_C4_Z:
         return quarter_turns_and_flips(object, out);
-    case YCB_SYM_BOX:
-    case YCB_SYM_NONE:
-        break;
+    default:
+        return 0;
     }
-    return 0;
 }

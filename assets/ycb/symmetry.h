@@ -24,6 +24,9 @@ enum { YCB_TURNS = 315 };
  */
 int ycb_symmetries(const ycb_object *object, lt_pose *out);
 
+/* ycb_turns_about - whether any turn is one, about which unit axis; ycb_symmetries has YCB_TURNS - 1 of them then */
+bool ycb_turns_about(const ycb_object *object, double axis[3]);
+
 #ifdef __cplusplus
 }
 #endif

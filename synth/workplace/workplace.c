@@ -6,6 +6,7 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/image/image.h"
 #include "synth/preset.h"
+#include "synth/workplace/export.h"
 #include "synth/workplace/truth.h"
 #include "synth/world/props.h"
 #include "synth/write/growing.h"
@@ -27,6 +28,8 @@ typedef struct {
     bool there[RECORDING_CAMERAS];              /* the camera kept the frame */
     double stamp[RECORDING_CAMERAS];
     synth_file file[RECORDING_CAMERAS][FILES];
+    lt_arena *arena;                            /* of what is exported */
+    export_view view[RECORDING_CAMERAS];
     synth_growing truth;                        /* what does not depend on other moments */
     workplace_tally tally;
     lt_outcome outcome;
@@ -43,6 +46,7 @@ typedef struct {
     synth_sensor sensor[RECORDING_CAMERAS];
     workplace_clock clock;
     recording_writer *out;
+    workplace_export export;
     synth_frame **frame;                        /* one a thread, ... */
     lt_arena **scratch;                         /* ... for the moment that it films */
     shot *shot;                                 /* (BATCH) */
@@ -74,6 +78,8 @@ static lt_status get_memory(run *r)
         r->scratch[i] = lt_arena_new();
         ok = r->frame[i] && r->scratch[i];
     }
+    for (int i = 0; ok && i < BATCH; i++)
+        ok = (r->shot[i].arena = lt_arena_new()) != NULL;
     return ok ? LT_OK : lt_error(LT_ENOMEM, "synth: no memory for frames");
 }
 
@@ -112,6 +118,7 @@ static lt_status prepare(run *r)
     st = get_memory(r);
     st = st ? st : make_folders(r);
     st = st ? st : recording_create(r->opt->out, &r->rig, &r->out);
+    st = st ? st : export_open(&r->export, r->opt, &r->rig);
     return st ? st : synth_growing_open(&r->lines, "truth.ndjson");
 }
 
@@ -176,7 +183,8 @@ static lt_status shoot(const run *r, const workplace_scene *scene, int c, shot *
     *seen = all;
     st = recording_store(r->out, c, scene->k + 1, &pictures);
     st = st ? st : write_mask(r, c, scene->k, scratch, f);
-    return st ? st : describe(r, c, scene->k, s->file[c]);
+    st = st ? st : describe(r, c, scene->k, s->file[c]);
+    return st ? st : export_shoot(&r->export, s->arena, scratch, scene, c, all, depth, &s->view[c]);
 }
 
 static lt_status film(const run *r, int k, shot *s)
@@ -187,6 +195,7 @@ static lt_status film(const run *r, int k, shot *s)
     lt_status st;
 
     lt_arena_reset(scratch);
+    lt_arena_reset(s->arena);
     st = workplace_scene_at(scratch, &r->script, r->room, k, &scene);
 
     for (int c = 0; c < r->cameras && !st; c++) {
@@ -262,6 +271,9 @@ static lt_status record(run *r, int k, shot *s)
     lt_status st = lt_outcome_tell(&s->outcome);
 
     st = st ? st : add_frames(r, k, s, line);
+    for (int c = 0; c < r->cameras && !st; c++)
+        if (s->there[c])
+            st = export_add(&r->export, c, &s->view[c], &r->manifest);
     if (st)
         return st;
     fflush(s->truth.stream);
@@ -320,6 +332,7 @@ static lt_status finish(run *r, synth_figure figure[FIGURES])
                    : lt_error(LT_ENOMEM, "%s: no memory", r->opt->out);
     for (size_t i = 0; i < LT_COUNT(files) && !st; i++)
         st = synth_manifest_file(&r->manifest, r->opt->out, files[i]);
+    st = st ? st : export_close(&r->export, &r->script, &r->manifest);
     list_figures(r, figure);
     return st ? st : synth_finish(&r->manifest, r->opt, r->script.hand,
                                   &(synth_result){ "moments", r->frames, figure, FIGURES, false });
@@ -328,13 +341,16 @@ static lt_status finish(run *r, synth_figure figure[FIGURES])
 static void clean_up(run *r)
 {
     recording_close(r->out);
+    export_fini(&r->export);
     synth_growing_fini(&r->lines);
     for (int i = 0; i < r->threads; i++) {
         synth_frame_free(r->frame ? r->frame[i] : NULL);
         lt_arena_free(r->scratch ? r->scratch[i] : NULL);
     }
-    for (int i = 0; r->shot && i < BATCH; i++)
+    for (int i = 0; r->shot && i < BATCH; i++) {
         synth_growing_fini(&r->shot[i].truth);
+        lt_arena_free(r->shot[i].arena);
+    }
     lt_arena_free(r->arena);
 }
 

@@ -8,6 +8,7 @@
  *   truth.ndjson                a line for each true moment
  *   world.json                  who and what there is, light, clocks
  *   stats.json, manifest.json
+ *   coco/, bop/                 where the options ask for them: export.h
  *
  * One seed is one world; a frame is a function of the seed, its number and the camera, so what is written does not
  * depend on how many are.

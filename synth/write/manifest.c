@@ -83,6 +83,8 @@ static void add_options(cJSON *j, const synth_manifest *m, const synth_options *
         cJSON_AddNumberToObject(j, "near", o->near);
     if (o->preset == SYNTH_ACTIONS || o->preset == SYNTH_WORLD)
         cJSON_AddNumberToObject(j, "difficulty", o->difficulty);
+    if (o->coco || o->bop)
+        cJSON_AddStringToObject(j, "export", o->coco && o->bop ? "coco,bop" : o->coco ? "coco" : "bop");
     if (o->preset != SYNTH_ACTIONS && o->preset >= SYNTH_HOGS) {
         const double size[2] = { m->width, m->height };
         cJSON_AddItemToObject(j, "size", cJSON_CreateDoubleArray(size, 2));

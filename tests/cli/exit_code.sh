@@ -25,6 +25,8 @@ trains()
 }
 
 ends 2 'no such command "trian"; did you mean "train"' trian
+ends 2 '--export: found "coco,yolo", want coco, bop or coco,bop' synth --preset world --export coco,yolo --out d
+ends 2 '--seconds and --export are for --preset world' synth --export coco --out d
 trains 2 '--set optim.lrr: no such key; did you mean "lr"' --set optim.lrr=1
 trains 2 '--set optim.lr: found "fast"' --set optim.lr=fast
 trains 2 '--set optm: no such group' --set optm.lr=1

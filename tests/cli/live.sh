@@ -12,8 +12,10 @@ value()
     tail -n 1 "$2" | sed -n "s/.*\"$1\": \"\{0,1\}\([^,\"}]*\).*/\1/p"
 }
 
-./palmar synth --preset world --cameras 2 --frames 16 --seed 5 --out "$here/world" 2>/dev/null
+./palmar synth --preset world --cameras 2 --frames 16 --seed 5 --export coco,bop --out "$here/world" 2>/dev/null
 [ -s "$here/world/truth.ndjson" ]
+[ -s "$here/world/bop/train_synt/000002/scene_gt.json" ]
+./palmar info --data "$here/world/coco" | grep -q 'synthetic  *true'
 ./palmar synth --preset body --frames 12 --out "$here/persons" 2>/dev/null
 ./palmar train --config body-tiny --data "$here/persons" --out "$here/body" --quiet --set optim.steps=1 \
     --set optim.batch=2 --set train.validate_every=0 2>/dev/null
