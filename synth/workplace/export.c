@@ -6,6 +6,7 @@
 #include "libtensor/io/file.h"
 #include "synth/preset.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define SPLIT "bop/train_synt"

@@ -8,6 +8,9 @@
 #include "libtensor/io/file.h"
 #include "libtensor/io/mesh/ply.h"
 
+#include <math.h>
+#include <stdio.h>
+
 #define MM 1000.0
 
 /* ---- a scene ------------------------------------------------------------------------------------------------ */

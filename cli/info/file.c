@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "cli/info_file.h"
+#include "cli/info/file.h"
 
 #include "assets/body_file.h"
 #include "assets/hand_file.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "cli/info_detection.h"
+#include "cli/info/detection.h"
 
 #include "data/detection/detection.h"
 #include "libtensor/base/arena.h"

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: Apache-2.0 */
-#include "cli/info_data.h"
+#include "cli/info/data.h"
 
 #include "assets/hand_file.h"
 #include "cli/cli.h"

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 #include "cli/cli.h"
-#include "cli/info_data.h"
-#include "cli/info_detection.h"
-#include "cli/info_file.h"
+#include "cli/info/data.h"
+#include "cli/info/detection.h"
+#include "cli/info/file.h"
 #include "data/detection/detection.h"
 
 #include <config.h>
