@@ -185,6 +185,7 @@ static void give_data(data_class *c, const data_pass *pass)
     c->j.product.a = pass->packed + c->packed_at + pass->group * conv_job_packed(&c->j);
     c->j.product.b_step = pass->maps ? conv_job_shared(&c->j) : 0;
     c->j.product.b = c->j.product.b_step ? pass->maps + c->maps_at : NULL;
+    c->j.product.b_columns = c->j.n;
 }
 
 static void share_maps(data_class *c, void *ctx)

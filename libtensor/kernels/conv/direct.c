@@ -76,6 +76,7 @@ static void run(const lt_conv2d_params *p, conv_direction d, const lt_real *x, c
         if (j.product.b_step) {
             lt_product_pack_b(&j.product, p->n, j.n, j.tile_n, work);
             j.product.b = work;
+            j.product.b_columns = j.n;
         }
         lt_parallel_for(conv_job_tasks(&j), conv_job_run, &j);
     }

@@ -60,19 +60,17 @@ static void run_tile(void *ctx, int64_t task)
     }
 }
 
-static int64_t tile_columns(int64_t n)
-{
-    return lt_tile_size(n, 384, 64);
-}
+enum { PANELS = 64, WIDE = 384, FEW_ROWS = 128 };      /* columns of a tile: whole panels of any instruction set */
 
-/* Tiles: large enough that packing is cheap, small enough that there are some eight of them, and an even number. */
+/* Tiles: large enough that packing is cheap, small enough that there are some eight of them, and an even number. Few
+ * rows of packed weights have little else to be cut. */
 static void cut(job *j)
 {
     const int64_t work = j->m * j->n;
     const bool large = work * j->batch >= 8 * LT_TILE_M * 256;
-    const int64_t fewest = lt_ceil_div(j->m, large ? LT_TILE_M : 128);
+    const int64_t fewest = lt_ceil_div(j->m, large ? LT_TILE_M : FEW_ROWS);
 
-    j->tile_n = tile_columns(j->n);
+    j->tile_n = lt_tile_size(j->n, j->product.b && j->m <= FEW_ROWS ? PANELS : WIDE, PANELS);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     j->tile_m = lt_ceil_div(j->m, fewest + (fewest > 1 ? fewest * j->tiles_n % 2 : 0));
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
@@ -130,7 +128,7 @@ void lt_gemm_pack(lt_trans tb, int64_t n, int64_t k, const lt_real *b, int64_t l
     const lt_product p = { .k = k, .ctx = &c, .pack_b = pack_b };
 
     if (n > 0)
-        lt_product_pack_b(&p, 1, n, tile_columns(n), packed);
+        lt_product_pack_b(&p, 1, n, WIDE, packed);
 }
 
 void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda,
@@ -138,7 +136,7 @@ void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const lt_real 
 {
     job j = {
         .a = { a, ta ? 1 : lda, ta ? lda : 1, 0 },
-        .product = { .k = k, .b = packed, .pack_a = pack_a, .c = c, .ldc = ldc, .add = add, .e = e },
+        .product = { .k = k, .b = packed, .b_columns = n, .pack_a = pack_a, .c = c, .ldc = ldc, .add = add, .e = e },
         .m = m, .n = n, .batch = 1,
     };
 
@@ -173,7 +171,7 @@ static void all_columns(lt_product *p, int64_t m, int64_t n)
     lt_tile t = { .m = m };
 
     for (; t.n0 < n; t.n0 += t.n) {
-        t.n = lt_min_i64(tile_columns(n), n - t.n0);
+        t.n = lt_min_i64(lt_tile_size(n, WIDE, PANELS), n - t.n0);
         p->c = c + t.n0;
         lt_product_tile(p, &t, 0, 1);
     }
@@ -185,10 +183,10 @@ static void run_pair(void *ctx, lt_real *middle, lt_real *unused)
     const pair_job *j = t->j;
     const int64_t from = t->task * j->rows, m = lt_min_i64(j->rows, j->m - from), row = j->hidden + LINE;
     lt_epilogue e2 = *j->e2;
-    lt_product first = { .k = j->k, .rows = j->a + from * j->k, .ld_rows = j->k, .b = j->packed1, .c = middle,
-                         .ldc = row, .e = j->e1 };
-    lt_product second = { .k = j->hidden, .rows = middle, .ld_rows = row, .b = j->packed2, .c = j->c + from * j->n,
-                          .ldc = j->n, .e = &e2 };
+    lt_product first = { .k = j->k, .rows = j->a + from * j->k, .ld_rows = j->k, .b = j->packed1,
+                         .b_columns = j->hidden, .c = middle, .ldc = row, .e = j->e1 };
+    lt_product second = { .k = j->hidden, .rows = middle, .ld_rows = row, .b = j->packed2,
+                          .b_columns = j->n, .c = j->c + from * j->n, .ldc = j->n, .e = &e2 };
 
     (void)unused;
     e2.residual = e2.residual ? e2.residual + from * e2.ld_residual : NULL;

@@ -69,8 +69,8 @@ static void blocks(const lt_product *p, const lt_tile *t, int64_t from, int64_t 
             const lt_real *left = p->a ? p->a + t->m0 * p->k + k0 * t->m : a;
 
             if (p->b)
-                multiply(p, t, image, left, p->b + image * p->b_step + t->n0 * p->k + k0 * whole_panels(t->n),
-                         k0, k);
+                multiply(p, t, image, left, p->b + image * p->b_step + k0 * whole_panels(p->b_columns) + t->n0 * k, k0,
+                         k);
             else
                 block(p, t, image, left, b, k0, k, columns);
         }
@@ -131,7 +131,7 @@ static void run_pack_b(void *ctx, int64_t task)
     const lt_tile t = { .n0 = at.from, .n = at.count };
     lt_real *out = j->out + image * lt_product_packed_b(j->count, j->p->k);
 
-    j->p->pack_b(j->p->ctx, out + at.from * j->p->k + at.k0 * whole_panels(at.count), &t, image, at.k0, at.k);
+    j->p->pack_b(j->p->ctx, out + at.k0 * whole_panels(j->count) + at.from * at.k, &t, image, at.k0, at.k);
 }
 
 static void pack_all(const lt_product *p, int64_t images, int64_t count, int64_t size, lt_real *out,
@@ -155,10 +155,10 @@ void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *
         pack_all(p, 1, m, tile_m, out, run_pack_a);
 }
 
-void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t tile_n, lt_real *out)
+void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t columns, lt_real *out)
 {
     if (p->left)
         lt_product_tiles_pack_b(p, images, n, out);
     else
-        pack_all(p, images, n, tile_n, out, run_pack_b);
+        pack_all(p, images, n, columns, out, run_pack_b);
 }

@@ -19,7 +19,7 @@ typedef struct lt_product {
     const lt_real *rows;        /* A as it is, with packed B only: element (i, l) is rows[i * ld_rows + l]; or NULL */
     int64_t ld_rows;
     const lt_real *b;           /* all of B as lt_product_pack_b left it; or NULL, then pack_b or right */
-    int64_t b_step;             /* between images in it; 0: they share one */
+    int64_t b_step, b_columns;  /* between images in it, 0: they share one; what lt_product_pack_b had for n */
     const void *ctx;
     void (*pack_a)(const void *ctx, lt_real *out, const lt_tile *t, int64_t k0, int64_t k);
     void (*pack_b)(const void *ctx, lt_real *out, const lt_tile *t, int64_t image, int64_t k0,
@@ -65,15 +65,16 @@ static inline int64_t lt_product_blocks(int64_t k)
 
 /**
  * lt_product_pack_a - all m rows of A, in parallel: for each tile of tile_m rows, for each block of k
- * lt_product_pack_b - all n columns of B of each image: for each tile of tile_n columns, a multiple of 64
+ * lt_product_pack_b - all n columns of B of each image, in parallel, `columns` of them in a task, a multiple of 64: for
+ *                     each block of k, in whole panels
  *
- * out has m * k elements, or lt_product_packed_b(n, k) for each image: columns make whole panels. The part
- * of a tile at m0 and a block at k0 starts at m0 * k + k0 * (the tile's rows); columns likewise.
+ * out has m * k elements, or lt_product_packed_b(n, k) for each image. The part of a tile at m0 and a block at k0 starts
+ * at m0 * k + k0 * (the tile's rows). Tiles of B may be any whole panels.
  * With left it has lt_product_tiles_a(m, k) elements, or lt_product_tiles_b(n, k) for each image: product_tiles.c.
  */
 int64_t lt_product_packed_b(int64_t n, int64_t k);
 void lt_product_pack_a(const lt_product *p, int64_t m, int64_t tile_m, lt_real *out);
-void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t tile_n, lt_real *out);
+void lt_product_pack_b(const lt_product *p, int64_t images, int64_t n, int64_t columns, lt_real *out);
 
 /* product_tiles.c: the same for products that have left, for product.c */
 enum {

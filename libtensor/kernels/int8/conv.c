@@ -169,6 +169,7 @@ void lt_conv2d_int8_forward(const lt_conv2d_params *p, const lt_int8_range *r, c
 
         lt_product_pack_b(product, p->n, j.j.n, j.j.tile_n, shared);
         product->b = shared;
+        product->b_columns = j.j.n;
     }
     lt_parallel_for(conv_job_tasks(&j.j), conv_job_run, &j.j);
 }

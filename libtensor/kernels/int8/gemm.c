@@ -42,10 +42,7 @@ static void pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_
     lt_k->pack_b(out, w->words + t->n0 * w->k + k0, 1, w->k, k, t->n);
 }
 
-static int64_t tile_columns(int64_t n)
-{
-    return lt_tile_size(n, LT_TILE_N, 64);
-}
+enum { PANELS = 64, FEW_ROWS = 128 };   /* columns of a tile: whole panels of any instruction set */
 
 void lt_gemm_int8_pack(int64_t n, int64_t k, const lt_int8_range *r, const lt_real *w, lt_real *packed, void *work)
 {
@@ -54,7 +51,7 @@ void lt_gemm_int8_pack(int64_t n, int64_t k, const lt_int8_range *r, const lt_re
     lt_real *scale = packed + lt_product_packed_b(n, words.k);
 
     int8_weights(w, n, k, 1, r, work, scale, scale + n);
-    lt_product_pack_b(&p, 1, n, tile_columns(n), packed);
+    lt_product_pack_b(&p, 1, n, LT_TILE_N, packed);
 }
 
 /* ---- the product -------------------------------------------------------------------------------------- */
@@ -103,10 +100,10 @@ void lt_gemm_int8(int64_t m, int64_t n, int64_t k, const lt_int8_range *r, const
     const lt_bytes bytes = { .start = r->has_negative ? scale + n : NULL, .scale = scale };
     const bool large = m * n >= 8 * LT_TILE_M * 256;
     job j = {
-        .product = { .k = words, .rows = work, .ld_rows = row_words(k), .b = packed, .c = c, .ldc = n,
-                     .bytes = &bytes, .e = e },
-        .m = m, .n = n, .tile_m = lt_tile_size(m, large ? LT_TILE_M : 128, 1), .tile_n = tile_columns(n), .k = k,
-        .r = r, .a = a, .rows = work,
+        .product = { .k = words, .rows = work, .ld_rows = row_words(k), .b = packed, .b_columns = n, .c = c,
+                     .ldc = n, .bytes = &bytes, .e = e },
+        .m = m, .n = n, .tile_m = lt_tile_size(m, large ? LT_TILE_M : FEW_ROWS, 1),
+        .tile_n = lt_tile_size(n, m <= FEW_ROWS ? PANELS : LT_TILE_N, PANELS), .k = k, .r = r, .a = a, .rows = work,
     };
 
     if (m <= 0)
