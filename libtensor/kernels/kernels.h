@@ -590,6 +590,12 @@ typedef struct lt_kernels {
     void (*wino_block_grad)(lt_real *out, int64_t place, int64_t panel, const lt_real *const d[16]);
     void (*wino_block_windows)(lt_real *out, const lt_real *m, int64_t place);
 
+    /* ---- Winograd F(4, 5) down columns, for libtensor/kernels/blocks/tall.c ---------------------------- */
+    /* tall_input: B^T d for n positions of LT_BLOCK channels beside each other, place p to out[p * place]; d: eight
+     * rows, NULL for zeros. tall_output: A^T m for them, place p of m[p * place], to four rows, NULL: not wanted. */
+    void (*tall_input)(lt_real *out, int64_t place, const lt_real *const d[8], int64_t n);
+    void (*tall_output)(lt_real *const y[4], const lt_real *m, int64_t place, int64_t n);
+
     /* ---- products on AMX's tiles, for gemm/tiles.c, blocks/tiles.c and gemm/product_tiles.c; NULL elsewhere */
     /* gemm_tiles: what g says. Each element is within 1e-6 of the terms' sizes from the sum.
      * tiles_left: n rows of one segment, at x + i * row: cols elements, from the 17th on at x + half, times those of

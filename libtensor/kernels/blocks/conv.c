@@ -6,13 +6,14 @@
 #include "libtensor/kernels/blocks/expand.h"
 #include "libtensor/kernels/blocks/product.h"
 #include "libtensor/kernels/blocks/stem.h"
+#include "libtensor/kernels/blocks/tall.h"
 #include "libtensor/kernels/blocks/tiles.h"
 #include "libtensor/kernels/blocks/winograd.h"
 #include "libtensor/kernels/conv/internal.h"
 
 #include <assert.h>
 
-typedef enum { NONE, PRODUCT, TILES, WINOGRAD, WINDOWS, STEM } blocks_algorithm;
+typedef enum { NONE, PRODUCT, TILES, WINOGRAD, TALL, WINDOWS, STEM } blocks_algorithm;
 
 static blocks_algorithm algorithm_of(const lt_conv2d_params *p)
 {
@@ -26,7 +27,9 @@ static blocks_algorithm algorithm_of(const lt_conv2d_params *p)
         return p->groups == p->c && p->o == p->c && square && lt_depthwise_blocks_suits(p) ? WINDOWS : NONE;
     if (lt_winograd_blocks_side(p))
         return WINOGRAD;
-    return lt_conv_tiles_suits(p) ? TILES : PRODUCT;
+    if (lt_conv_tiles_suits(p))
+        return TILES;
+    return lt_tall_suits(p) ? TALL : PRODUCT;
 }
 
 bool lt_conv_blocks_takes(const lt_conv2d_params *p)
@@ -42,8 +45,8 @@ bool lt_conv_blocks_reads_plain(const lt_conv2d_params *p)
 const char *lt_conv_blocks_name(const lt_conv2d_params *p)
 {
     static const char *const names[] = {
-        [PRODUCT] = "blocks", [TILES] = "tiles blocks", [WINOGRAD] = "winograd blocks", [WINDOWS] = "depthwise blocks",
-        [STEM] = "stem to blocks",
+        [PRODUCT] = "blocks", [TILES] = "tiles blocks", [WINOGRAD] = "winograd blocks", [TALL] = "winograd tall blocks",
+        [WINDOWS] = "depthwise blocks", [STEM] = "stem to blocks",
     };
     const blocks_algorithm a = algorithm_of(p);
 
@@ -57,6 +60,7 @@ int64_t lt_conv_blocks_packed(const lt_conv2d_params *p)
     case PRODUCT: return lt_blocks_product_packed(p);
     case TILES: return lt_conv_tiles_packed(p);
     case WINOGRAD: return lt_winograd_blocks_packed(p);
+    case TALL: return lt_tall_packed(p);
     case WINDOWS: return lt_depthwise_blocks_packed(p);
     case STEM: return lt_stem_packed(p);
     case NONE: break;
@@ -70,6 +74,7 @@ void lt_conv_blocks_pack(const lt_conv2d_params *p, const lt_real *weights, lt_r
     case PRODUCT: lt_blocks_product_pack(p, weights, packed); break;
     case TILES: lt_conv_tiles_pack(p, weights, packed); break;
     case WINOGRAD: lt_winograd_blocks_pack(p, weights, packed); break;
+    case TALL: lt_tall_pack(p, weights, packed); break;
     case WINDOWS: lt_depthwise_blocks_pack(p, weights, packed); break;
     case STEM: lt_stem_pack(p, weights, packed); break;
     case NONE: break;
@@ -81,6 +86,7 @@ size_t lt_conv_blocks_work(const lt_conv2d_params *p)
     switch (algorithm_of(p)) {
     case PRODUCT: return lt_blocks_product_work(p);
     case WINOGRAD: return lt_winograd_blocks_work(p);
+    case TALL: return lt_tall_work(p);
     case WINDOWS: return lt_depthwise_blocks_work(p);
     case TILES:
     case STEM:
@@ -96,6 +102,7 @@ void lt_conv_blocks_forward(const lt_conv2d_params *p, const lt_real *x, const l
     case PRODUCT: lt_blocks_product_forward(p, x, packed, around, y, work); break;
     case TILES: lt_conv_tiles_forward(p, x, packed, around, y); break;
     case WINOGRAD: lt_winograd_blocks_forward(p, x, packed, around, y, work); break;
+    case TALL: lt_tall_forward(p, x, packed, around, y, work); break;
     case WINDOWS: lt_depthwise_blocks_forward(p, x, packed, around, y, work); break;
     case STEM: lt_stem_forward(p, x, packed, around, y); break;
     case NONE: break;

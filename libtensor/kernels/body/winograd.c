@@ -8,6 +8,7 @@
 #include "libtensor/kernels/body/windows.inc"
 #include "libtensor/kernels/body/winograd2.inc"
 #include "libtensor/kernels/body/winograd_blocks.inc"
+#include "libtensor/kernels/body/tall.inc"
 
 void ISA(add_winograd)(lt_kernels *k)
 {
@@ -15,4 +16,5 @@ void ISA(add_winograd)(lt_kernels *k)
     add_windows(k);
     add_winograd2(k);
     add_winograd_blocks(k);
+    add_tall(k);
 }

@@ -68,8 +68,8 @@ static inline int64_t lt_product_blocks(int64_t k)
  * lt_product_pack_b - all n columns of B of each image, in parallel, `columns` of them in a task, a multiple of 64: for
  *                     each block of k, in whole panels
  *
- * out has m * k elements, or lt_product_packed_b(n, k) for each image. The part of a tile at m0 and a block at k0 starts
- * at m0 * k + k0 * (the tile's rows). Tiles of B may be any whole panels.
+ * out has m * k elements, or lt_product_packed_b(n, k) for each image. The part of a tile at m0 and a block at k0
+ * starts at m0 * k + k0 * (the tile's rows). Tiles of B may be any whole panels.
  * With left it has lt_product_tiles_a(m, k) elements, or lt_product_tiles_b(n, k) for each image: product_tiles.c.
  */
 int64_t lt_product_packed_b(int64_t n, int64_t k);
