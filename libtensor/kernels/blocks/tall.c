@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-enum { SIDE = 4, TAPS = 5, PLACES = SIDE + TAPS - 1, MOST_PARTS = 16 };
+enum { SIDE = 4, TAPS = 5, PLACES = SIDE + TAPS - 1, MOST_PARTS = 8 };
 
 /* Up to TAPS taps of a window, from `first` on and a stride apart */
 typedef struct { int n, first[MOST_PARTS]; } parts;
@@ -34,7 +34,7 @@ static parts parts_of(const lt_conv2d_params *p)
     parts all = { 0 };
 
     for (int phase = 0; phase < p->stride_h; phase++)
-        for (int tap = phase; tap < p->kh && all.n < MOST_PARTS; tap += TAPS * p->stride_h)
+        for (int tap = phase; tap < p->kh; tap += TAPS * p->stride_h)
             all.first[all.n++] = tap;
     return all;
 }
@@ -53,9 +53,10 @@ static int64_t taps_inside(const lt_conv2d_params *p)
     return n;
 }
 
+/* What surrounds the products is reckoned half as much as these. */
 bool lt_tall_suits(const lt_conv2d_params *p)
 {
-    enum { FEW = 32, MOST_STRIDE = 2, MOST_TAPS = MOST_PARTS * TAPS / MOST_STRIDE };
+    enum { FEW = 32, MOST_STRIDE = 2, MOST_TAPS = MOST_PARTS * TAPS };
     const bool column = p->kw == 1 && p->stride_w == 1 && !p->pad_w && p->dil_h == 1 && p->groups == 1;
 
     if (!column || p->stride_h > MOST_STRIDE || p->kh > MOST_TAPS || p->c % LT_BLOCK || p->o % LT_BLOCK || p->c < FEW

@@ -60,17 +60,14 @@ static void run_tile(void *ctx, int64_t task)
     }
 }
 
-enum { PANELS = 64, WIDE = 384, FEW_ROWS = 128 };      /* columns of a tile: whole panels of any instruction set */
-
-/* Tiles: large enough that packing is cheap, small enough that there are some eight of them, and an even number. Few
- * rows of packed weights have little else to be cut. */
+/* Tiles: large enough that packing is cheap, small enough that there are some eight of them, and an even number. */
 static void cut(job *j)
 {
     const int64_t work = j->m * j->n;
     const bool large = work * j->batch >= 8 * LT_TILE_M * 256;
-    const int64_t fewest = lt_ceil_div(j->m, large ? LT_TILE_M : FEW_ROWS);
+    const int64_t fewest = lt_ceil_div(j->m, large ? LT_TILE_M : LT_FEW_ROWS);
 
-    j->tile_n = lt_tile_size(j->n, j->product.b && j->m <= FEW_ROWS ? PANELS : WIDE, PANELS);
+    j->tile_n = j->product.b ? lt_product_columns(j->m, j->n) : lt_tile_size(j->n, LT_TILE_N, LT_PANELS);
     j->tiles_n = lt_ceil_div(j->n, j->tile_n);
     j->tile_m = lt_ceil_div(j->m, fewest + (fewest > 1 ? fewest * j->tiles_n % 2 : 0));
     j->tiles_m = lt_ceil_div(j->m, j->tile_m);
@@ -128,7 +125,7 @@ void lt_gemm_pack(lt_trans tb, int64_t n, int64_t k, const lt_real *b, int64_t l
     const lt_product p = { .k = k, .ctx = &c, .pack_b = pack_b };
 
     if (n > 0)
-        lt_product_pack_b(&p, 1, n, WIDE, packed);
+        lt_product_pack_b(&p, 1, n, LT_TILE_N, packed);
 }
 
 void lt_gemm_packed(lt_trans ta, int64_t m, int64_t n, int64_t k, const lt_real *a, int64_t lda,
@@ -171,7 +168,7 @@ static void all_columns(lt_product *p, int64_t m, int64_t n)
     lt_tile t = { .m = m };
 
     for (; t.n0 < n; t.n0 += t.n) {
-        t.n = lt_min_i64(lt_tile_size(n, WIDE, PANELS), n - t.n0);
+        t.n = lt_min_i64(lt_tile_size(n, LT_TILE_N, LT_PANELS), n - t.n0);
         p->c = c + t.n0;
         lt_product_tile(p, &t, 0, 1);
     }

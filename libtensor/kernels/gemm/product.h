@@ -96,4 +96,14 @@ static inline int64_t lt_tile_size(int64_t n, int64_t most, int64_t unit)
     return lt_min_i64(most, lt_max_i64(1, lt_ceil_div(lt_ceil_div(n, parts), unit)) * unit);
 }
 
+/* LT_FEW_ROWS: of a product that is small in all, in one tile. LT_PANELS: columns that are whole panels of any
+ * instruction set */
+enum { LT_FEW_ROWS = 128, LT_PANELS = 64 };
+
+/* lt_product_columns - of a tile of a product of m rows with packed B: few rows have little else to be cut */
+static inline int64_t lt_product_columns(int64_t m, int64_t n)
+{
+    return lt_tile_size(n, m <= LT_FEW_ROWS ? LT_PANELS : LT_TILE_N, LT_PANELS);
+}
+
 #endif

@@ -42,8 +42,6 @@ static void pack_weights(const void *ctx, lt_real *out, const lt_tile *t, int64_
     lt_k->pack_b(out, w->words + t->n0 * w->k + k0, 1, w->k, k, t->n);
 }
 
-enum { PANELS = 64, FEW_ROWS = 128 };   /* columns of a tile: whole panels of any instruction set */
-
 void lt_gemm_int8_pack(int64_t n, int64_t k, const lt_int8_range *r, const lt_real *w, lt_real *packed, void *work)
 {
     const weights words = { work, int8_words(k) };
@@ -102,8 +100,8 @@ void lt_gemm_int8(int64_t m, int64_t n, int64_t k, const lt_int8_range *r, const
     job j = {
         .product = { .k = words, .rows = work, .ld_rows = row_words(k), .b = packed, .b_columns = n, .c = c,
                      .ldc = n, .bytes = &bytes, .e = e },
-        .m = m, .n = n, .tile_m = lt_tile_size(m, large ? LT_TILE_M : FEW_ROWS, 1),
-        .tile_n = lt_tile_size(n, m <= FEW_ROWS ? PANELS : LT_TILE_N, PANELS), .k = k, .r = r, .a = a, .rows = work,
+        .m = m, .n = n, .tile_m = lt_tile_size(m, large ? LT_TILE_M : LT_FEW_ROWS, 1),
+        .tile_n = lt_product_columns(m, n), .k = k, .r = r, .a = a, .rows = work,
     };
 
     if (m <= 0)
